@@ -1,0 +1,1 @@
+"""Everything that runs at the edge: recordings, signals, identification, gains, commands."""

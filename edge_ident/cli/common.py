@@ -1,0 +1,117 @@
+"""What all commands share: options, errors turned into exit codes, output to the right stream.
+
+Data goes to stdout, messages and progress to stderr.
+"""
+
+import functools
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated, Any, Final, ParamSpec
+
+import typer
+
+from edge_ident.errors import EdgeIdentError
+
+P = ParamSpec("P")
+
+UNTRUSTED: Final = 1
+INTERRUPTED: Final = 130
+
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON document on stdout.")]
+Output = Annotated[
+    Path | None,
+    typer.Option("--output", envvar="EDGE_IDENT_OUTPUT", help="Folder for results."),
+]
+DriveFile = Annotated[
+    Path | None,
+    typer.Option(
+        "--drive", envvar="EDGE_IDENT_DRIVE", help="Drive description (TOML); default: built in."
+    ),
+]
+Device = Annotated[
+    str | None,
+    typer.Option(
+        "--device",
+        envvar="EDGE_IDENT_DEVICE",
+        help="/dev/ttyACM0, a pySerial URL, tcp://HOST:PORT, or virtual.",
+    ),
+]
+BaudRate = Annotated[
+    int | None,
+    typer.Option("--baud-rate", envvar="EDGE_IDENT_BAUD_RATE", help="Of a serial device."),
+]
+NetworkFile = Annotated[
+    Path | None,
+    typer.Option(
+        "--network", envvar="EDGE_IDENT_NETWORK", help="Network (.onnx) with its manifest beside."
+    ),
+]
+Precision = Annotated[
+    str,
+    typer.Option(
+        "--precision", envvar="EDGE_IDENT_PRECISION", help="Built-in network: fp32 or int8."
+    ),
+]
+Seed = Annotated[
+    int, typer.Option("--seed", envvar="EDGE_IDENT_SEED", help="Of the random starting points.")
+]
+
+
+def guarded(command: Callable[P, None]) -> Callable[P, None]:
+    """Report the user's errors in two lines and leave with the exit code of the contract."""
+
+    @functools.wraps(command)
+    def wrapper(*args: P.args, **kwargs: P.kwargs) -> None:
+        try:
+            command(*args, **kwargs)
+        except EdgeIdentError as error:
+            say(f"error: {error.cause}")
+            say(f"next:  {error.next_step}")
+            if kwargs.get("json"):
+                print_document(
+                    {
+                        "schema": "edge-ident/error/1",
+                        "error": type(error).__name__,
+                        "cause": error.cause,
+                        "next_step": error.next_step,
+                    }
+                )
+            raise typer.Exit(error.exit_code) from error
+        except KeyboardInterrupt:
+            say("interrupted")
+            raise typer.Exit(INTERRUPTED) from None
+
+    return wrapper
+
+
+def say(message: str) -> None:
+    """A message for the person, on stderr."""
+    print(message, file=sys.stderr, flush=True)
+
+
+def print_document(document: dict[str, Any]) -> None:
+    """The one JSON document, on stdout."""
+    from edge_ident.documents import to_json
+
+    print(to_json(document), flush=True)
+
+
+def write_document(document: dict[str, Any], folder: Path, name: str) -> Path:
+    """Write a JSON document whole or not at all."""
+    from edge_ident.documents import to_json
+
+    folder.mkdir(parents=True, exist_ok=True)
+    path, partial = folder / name, folder / f".{name}.partial"
+    partial.write_text(to_json(document) + "\n", encoding="utf-8")
+    partial.replace(path)
+    return path
+
+
+def built_in_or_given_network(path: Path | None, precision: str) -> Any:
+    """Load the network that the options name."""
+    from edge_ident.network import load_network
+
+    if precision not in ("fp32", "int8"):
+        raise typer.BadParameter("choose fp32 or int8", param_hint="--precision")
+    return load_network("int8" if precision == "int8" else "fp32", path)

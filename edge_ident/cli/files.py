@@ -1,0 +1,161 @@
+"""Commands that work on files: identify, gains, report."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from edge_ident.cli.common import (
+    UNTRUSTED,
+    DriveFile,
+    Json,
+    NetworkFile,
+    Output,
+    Precision,
+    Seed,
+    built_in_or_given_network,
+    guarded,
+    print_document,
+    write_document,
+)
+from edge_ident.errors import DataError
+
+RecordingFile = Annotated[Path, typer.Argument(metavar="FILE", help="Recording, .csv or .npz.")]
+Columns = Annotated[
+    list[str] | None,
+    typer.Option("--column", metavar="NAME=CONTRACT_NAME", help="Rename a column; repeatable."),
+]
+
+
+def register(app: typer.Typer) -> None:
+    """Add this file's commands."""
+    app.command()(identify)
+    app.command()(gains)
+    app.command()(report)
+
+
+@guarded
+def identify(
+    file: RecordingFile,
+    column: Columns = None,
+    network: NetworkFile = None,
+    precision: Precision = "fp32",
+    seed: Seed = 0,
+    output: Output = None,
+    json: Json = False,
+) -> None:
+    """Identify the parameters of every axis in a recording.
+
+    Example: `edge-ident identify recording.csv --column pos=x_position_rad --json`
+    """
+    from edge_ident.documents import identification_document
+    from edge_ident.identification import identify as identify_recording
+    from edge_ident.recording import load_recording
+    from edge_ident.stopwatch import Stopwatch
+    from edge_ident.tables import print_identification
+
+    watch = Stopwatch()
+    with watch.stage("load"):
+        recording = load_recording(file, parse_renames(column))
+        loaded = built_in_or_given_network(network, precision)
+    found = identify_recording(recording, loaded, seed=seed, stopwatch=watch)
+    document = identification_document(found)
+    if output:
+        write_document(document, output, "identification.json")
+    if json:
+        print_document(document)
+    else:
+        print_identification(found)
+    if not found.trusted:
+        raise typer.Exit(UNTRUSTED)
+
+
+@guarded
+def gains(
+    file: RecordingFile,
+    column: Columns = None,
+    drive: DriveFile = None,
+    bandwidth: Annotated[
+        float | None, typer.Option("--bandwidth", help="Closed loop, rad/s; default: the highest.")
+    ] = None,
+    control_delay: Annotated[
+        float, typer.Option("--control-delay", help="Encoder latch to effort, seconds.")
+    ] = 0.0005,
+    network: NetworkFile = None,
+    precision: Precision = "fp32",
+    output: Output = None,
+    json: Json = False,
+) -> None:
+    """Identify a recording and design controller gains; nothing is written to a board.
+
+    Example: `edge-ident gains capture.npz --bandwidth 12`
+    """
+    from edge_ident.documents import gains_document
+    from edge_ident.drive import load_drive
+    from edge_ident.gain_design import LoopHardware, design
+    from edge_ident.identification import identify as identify_recording
+    from edge_ident.recording import load_recording
+    from edge_ident.tables import print_designs, print_identification
+
+    described = load_drive(drive)
+    recording = load_recording(file, parse_renames(column))
+    found = identify_recording(recording, built_in_or_given_network(network, precision))
+    if not json:
+        print_identification(found)
+    if not found.trusted:
+        if json:
+            print_document(gains_document(found, {}))
+        raise typer.Exit(UNTRUSTED)
+    designs = {}
+    for name, axis in found.axes.items():
+        if name not in described.axes:
+            raise DataError(
+                f"the drive description has no axis {name}", "describe it, or pass another --drive"
+            )
+        axis_description = described.axes[name]
+        hardware = LoopHardware(
+            described.sampling_period_s,
+            control_delay,
+            axis_description.encoder_resolution_rad,
+            axis_description.effort_limit_nm,
+        )
+        designs[name] = design(
+            axis.estimate.parameters, float(axis.estimate.std[0]), hardware, bandwidth
+        )
+    document = gains_document(found, designs)
+    if output:
+        write_document(document, output, "gains.json")
+    if json:
+        print_document(document)
+    else:
+        print_designs(designs)
+
+
+@guarded
+def report(
+    folder: Annotated[Path, typer.Argument(help="Folder that `run` or `capture` left.")],
+    output: Output = None,
+    json: Json = False,
+) -> None:
+    """Draw what a run measured: effort against model, residual, tracking before and after.
+
+    Example: `edge-ident report edge-ident-runs/2026-01-31T09-15-00`
+    """
+    from edge_ident.figures import draw_run
+
+    picture = draw_run(folder, (output or folder) / "report.png")
+    if json:
+        print_document({"schema": "edge-ident/report/1", "figure": str(picture)})
+    else:
+        print(picture)
+
+
+def parse_renames(given: list[str] | None) -> dict[str, str]:
+    """From NAME=CONTRACT_NAME texts to a mapping."""
+    renames = {}
+    for text in given or []:
+        name, sign, contract_name = text.partition("=")
+        if not sign or not name or not contract_name:
+            raise typer.BadParameter("write NAME=CONTRACT_NAME", param_hint="--column")
+        renames[name] = contract_name
+    return renames

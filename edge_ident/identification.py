@@ -1,0 +1,186 @@
+"""From a recording to parameters: network and least squares side by side, and which to trust."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from edge_ident import cnn, least_squares
+from edge_ident.alignment import Subsampled, align
+from edge_ident.metrics import Metric, compare
+from edge_ident.model import Estimate
+from edge_ident.network import Network
+from edge_ident.recording import AxisRecord, Recording
+from edge_ident.signals import Signals, condition
+from edge_ident.stopwatch import Stopwatch
+from edge_ident.trust import Finding, compare_estimators, judge
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class AxisIdentification:
+    """What was found out about one axis.
+
+    Attributes
+    ----------
+    estimate : Estimate
+        The best trusted estimate; `source` says whose it is and `reason` why.
+    network : Estimate or None
+        None where no network applies; `network_reason` says why, or how it ended.
+    least_squares : Estimate
+    metric : Metric
+        Of `estimate`, on the filtered effort.
+    units : tuple of str
+    cutoff_hz : float
+        Of the zero-phase filter.
+    condition_number : float
+        Of the regressor with columns of unit length.
+    findings : tuple of Finding
+    """
+
+    estimate: Estimate
+    source: str
+    reason: str
+    network: Estimate | None
+    network_reason: str
+    least_squares: Estimate
+    metric: Metric
+    units: tuple[str, str, str, str]
+    cutoff_hz: float
+    condition_number: float
+    findings: tuple[Finding, ...]
+
+    @property
+    def trusted(self) -> bool:
+        """Whether nothing found forbids acting on the estimate."""
+        return not any(finding.blocks for finding in self.findings)
+
+
+@dataclass(frozen=True)
+class Identification:
+    """All axes of a recording, and where the time went (ms, by stage)."""
+
+    axes: Mapping[str, AxisIdentification]
+    timing_ms: Mapping[str, float]
+
+    @property
+    def trusted(self) -> bool:
+        """Whether every axis is."""
+        return all(axis.trusted for axis in self.axes.values())
+
+
+def identify(
+    recording: Recording,
+    network: Network | None,
+    *,
+    seed: int = 0,
+    stopwatch: Stopwatch | None = None,
+) -> Identification:
+    """Identify every axis of a recording.
+
+    Parameters
+    ----------
+    recording : Recording
+    network : Network or None
+        Without one, least squares alone.
+    seed : int
+        Of the network's random starting points.
+    stopwatch : Stopwatch, optional
+        Continued if given, so that the caller's stages are reported too.
+    """
+    watch = stopwatch or Stopwatch()
+    axes = {}
+    for name, axis in recording.axes.items():
+        with watch.stage("signals"):
+            signals = condition(
+                recording.time_s,
+                axis.position,
+                axis.effort,
+                effort_shift_s=recording.effort_shift_s,
+            )
+        with watch.stage("cnn"):
+            estimate, reason = _run_network(signals, axis, network, seed)
+        with watch.stage("estimate"):
+            axes[name] = _conclude(signals, axis, estimate, reason)
+    return Identification(axes, watch.timing_ms())
+
+
+def _run_network(
+    signals: Signals, axis: AxisRecord, network: Network | None, seed: int
+) -> tuple[Estimate | None, str]:
+    """The network's estimate, or none and why."""
+    if network is None:
+        return None, "no network was given"
+    if (axis.position_unit, axis.effort_unit) != ("rad", "N*m"):
+        return None, f"the network was trained for rad and N*m, not {axis.position_unit} " + (
+            f"and {axis.effort_unit}"
+        )
+    motion = network.manifest.motion
+    found = align(signals, motion.columns[:, 1], motion.period_s)
+    if found is None:
+        return None, f"the recording is shorter than the {motion.period_s:.4g} s of its motion"
+    mismatch = cnn.motion_mismatch(found.columns, network)
+    limit = network.manifest.mismatch_limit
+    if mismatch > limit:
+        return None, f"no network was trained for that motion: it differs by {mismatch:.1%} " + (
+            f"(limit {limit:.1%})"
+        )
+    return _network_estimate(found, network, seed)
+
+
+def _network_estimate(
+    found: Subsampled, network: Network, seed: int
+) -> tuple[Estimate | None, str]:
+    result = cnn.identify(found.columns, found.effort, network, seed=seed)
+    if not result.trusted:
+        return None, result.reason
+    return Estimate(result.parameters, result.std), result.reason
+
+
+def _conclude(
+    signals: Signals, axis: AxisRecord, network: Estimate | None, reason: str
+) -> AxisIdentification:
+    part = least_squares.estimation_part(signals)
+    regressor, effort = signals.regressor[part], signals.effort[part]
+    linear = least_squares.solve(regressor, effort)
+    source, why = _choose(network, linear, regressor, effort)
+    estimate = network if network is not None and source == "cnn" else linear
+    metric = compare(effort, regressor @ estimate.parameters)
+    findings = judge(estimate, regressor, effort, metric.relative_residual)
+    if network is not None:
+        findings += compare_estimators(network, linear)
+    return AxisIdentification(
+        estimate=estimate,
+        source=source,
+        reason=why,
+        network=network,
+        network_reason=reason,
+        least_squares=linear,
+        metric=metric,
+        units=axis.parameter_units,
+        cutoff_hz=signals.cutoff_hz,
+        condition_number=least_squares.condition_number(regressor),
+        findings=tuple(findings),
+    )
+
+
+def _choose(
+    network: Estimate | None, linear: Estimate, regressor: Array, effort: Array
+) -> tuple[str, str]:
+    """The estimate whose uncertainty moves the effort less."""
+    if network is None:
+        return "least_squares", "the network does not apply"
+
+    def uncertainty(estimate: Estimate) -> float:
+        moved = estimate.std * np.linalg.norm(regressor, axis=0)
+        return float(np.linalg.norm(moved) / np.linalg.norm(effort))
+
+    shares = {"cnn": uncertainty(network), "least_squares": uncertainty(linear)}
+    best = min(shares, key=lambda name: shares[name])
+    other = "cnn" if best == "least_squares" else "least_squares"
+    return best, (
+        f"its uncertainty moves the effort by {shares[best]:.2%}, "
+        f"that of {other} by {shares[other]:.2%}"
+    )

@@ -1,0 +1,59 @@
+"""The network's input: the outer product of two efforts, ψαᵀ, as an image."""
+
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Normalization = Literal["effort-scale", "min-max"]
+
+
+def effort_image(
+    model_effort: Array, measured_effort: Array, normalization: Normalization
+) -> NDArray[np.float32]:
+    """Image of guessed parameters against the measurement (M = ψαᵀ of the paper).
+
+    Parameters
+    ----------
+    model_effort : (n, points) array
+        Effort of the model at each of n guesses, over the measured peak.
+    measured_effort : (points,) or (n, points) array
+        Measured effort over its own peak.
+    normalization : {"effort-scale", "min-max"}
+
+    Returns
+    -------
+    (n, 1, points, points) float32 array
+    """
+    measured = np.broadcast_to(measured_effort, model_effort.shape)
+    gain, bias = gain_and_bias(model_effort, measured, normalization)
+    image = (gain[:, None] * model_effort)[:, :, None] * measured[:, None, :]
+    return (image + bias[:, None, None])[:, None].astype(np.float32)
+
+
+def gain_and_bias(
+    model_effort: Array, measured_effort: Array, normalization: Normalization
+) -> tuple[Array, Array]:
+    """The normalization as an affine map of the image: gain·M + bias.
+
+    "effort-scale" changes nothing, since the measured effort comes over its own peak. "min-max"
+    maps each image to [0, 1] as the paper does, which hides the scale of both efforts.
+
+    Parameters
+    ----------
+    model_effort, measured_effort : (n, points) arrays
+
+    Returns
+    -------
+    gain, bias : (n,) arrays
+    """
+    if normalization == "effort-scale":
+        return np.ones(len(model_effort)), np.zeros(len(model_effort))
+    # the extremes of an outer product are products of the vectors' extremes
+    model_ends = np.stack([model_effort.min(axis=1), model_effort.max(axis=1)])
+    measured_ends = np.stack([measured_effort.min(axis=1), measured_effort.max(axis=1)])
+    products = (model_ends[:, None] * measured_ends[None, :]).reshape(4, -1)
+    low, high = products.min(axis=0), products.max(axis=0)
+    gain = 1.0 / np.maximum(high - low, np.finfo(np.float32).tiny)
+    return gain, -low * gain

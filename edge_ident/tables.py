@@ -1,0 +1,71 @@
+"""Results as tables for a person, by rich."""
+
+from collections.abc import Mapping
+
+from rich.console import Console
+from rich.table import Table
+
+from edge_ident.gain_design import GainDesign
+from edge_ident.identification import AxisIdentification, Identification
+from edge_ident.model import PARAMETERS, Estimate
+
+_console = Console(highlight=False)
+
+
+def print_identification(identification: Identification) -> None:
+    """One table per axis, the verdict, and what the user should know."""
+    for name, axis in identification.axes.items():
+        _console.print(_identification_table(name, axis))
+        verdict = "[green]trusted[/]" if axis.trusted else "[red]not trusted[/]"
+        _console.print(
+            f"  {verdict}; parameters from {axis.source} ({axis.reason})\n"
+            f"  relative residual {axis.metric.relative_residual:.2%}, "
+            f"fit {axis.metric.fit:.3f}, time-spectral {axis.metric.time_spectral:.4f}"
+        )
+        if axis.network is None:
+            _console.print(f"  network: {axis.network_reason}")
+        for finding in axis.findings:
+            colour = "red" if finding.blocks else "yellow"
+            _console.print(f"  [{colour}]{finding.code}[/]: {finding.message}")
+            _console.print(f"    next: {finding.next_step}")
+    total = identification.timing_ms["total"]
+    _console.print(f"identified in {total:.0f} ms")
+
+
+def _identification_table(name: str, axis: AxisIdentification) -> Table:
+    table = Table(title=f"axis {name}", title_justify="left")
+    table.add_column("parameter")
+    for heading in ("best estimate", "network", "least squares"):
+        table.add_column(heading, justify="right")
+    table.add_column("unit")
+    for i, parameter in enumerate(PARAMETERS):
+        table.add_row(
+            parameter.replace("_", " "),
+            _value(axis.estimate, i),
+            "–" if axis.network is None else _value(axis.network, i),
+            _value(axis.least_squares, i),
+            axis.units[i],
+        )
+    return table
+
+
+def _value(estimate: Estimate, index: int) -> str:
+    return f"{estimate.parameters[index]:.4g} ± {estimate.std[index]:.2g}"
+
+
+def print_designs(designs: Mapping[str, GainDesign]) -> None:
+    """Gains, bandwidth and margins, a column per axis."""
+    table = Table(title="gains", title_justify="left")
+    table.add_column("")
+    for name in designs:
+        table.add_column(f"axis {name}", justify="right")
+    rows = {
+        "bandwidth rad/s": [d.bandwidth_rad_s for d in designs.values()],
+        "phase margin °": [d.phase_margin_deg for d in designs.values()],
+        "gain margin": [d.gain_margin for d in designs.values()],
+    }
+    for field in next(iter(designs.values())).gains.__dataclass_fields__:
+        rows[field.replace("_", " ")] = [getattr(d.gains, field) for d in designs.values()]
+    for label, values in rows.items():
+        table.add_row(label, *(f"{value:.4g}" for value in values))
+    _console.print(table)

@@ -1,0 +1,37 @@
+"""Errors that a user can act on, base of the tree drawn in `edge_ident.errors`.
+
+EdgeIdentError
+├── LinkError    the line between host and board failed (exit code 3)
+└── BoardError   the board refused a command or is in fault (exit code 4)
+"""
+
+
+class EdgeIdentError(Exception):
+    """Something the user can put right.
+
+    Parameters
+    ----------
+    cause : str
+        One line: what went wrong, with the name, number or place that shows it.
+    next_step : str
+        One line: what to do about it.
+    """
+
+    exit_code = 1
+
+    def __init__(self, cause: str, next_step: str) -> None:
+        super().__init__(cause)
+        self.cause = cause
+        self.next_step = next_step
+
+
+class LinkError(EdgeIdentError):
+    """The link is at fault: no port, no answer, a broken frame, a lost page."""
+
+    exit_code = 3
+
+
+class BoardError(EdgeIdentError):
+    """The board is at fault, or right to refuse: wrong map, wrong state, latched fault."""
+
+    exit_code = 4
