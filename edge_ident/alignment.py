@@ -79,4 +79,4 @@ def _upsample(signal: Array, samples: int) -> Array:
     """Inverse of `edge_ident.signals.subsample` for a signal without higher coefficients."""
     coefficients = np.zeros(samples)
     coefficients[: len(signal)] = dct2(signal)
-    return idct2(coefficients) * np.sqrt(samples / len(signal))
+    return np.asarray(idct2(coefficients) * np.sqrt(samples / len(signal)))

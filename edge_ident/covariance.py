@@ -33,7 +33,7 @@ def coloured_std(regressor: Array, residual: Array) -> Array:
     -------
     (K,) array
     """
-    inverse = np.linalg.pinv(regressor.T @ regressor)
+    inverse = np.asarray(np.linalg.pinv(regressor.T @ regressor), dtype=np.float64)
     steady = _autoregressive_variance(regressor, residual, inverse)
     bursts = _newey_west_variance(regressor, residual, inverse)
     return np.sqrt(np.maximum(steady, bursts))

@@ -13,9 +13,8 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any, Final
 
-from firmware_interface.motion import Multisine, SineComponent, Trajectory
-
 from edge_ident.errors import DataError
+from firmware_interface.motion import Multisine, SineComponent, Trajectory
 
 _AXIS_RANGES: Final = {
     "gear_ratio": (1e-3, 1e4),

@@ -16,10 +16,10 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from firmware_interface.gains import AxisGains
 from numpy.typing import NDArray
 
 from edge_ident.errors import GainError
+from firmware_interface.gains import AxisGains
 
 Array = NDArray[np.float64]
 

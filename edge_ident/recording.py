@@ -171,16 +171,16 @@ def _read_npz(path: Path) -> _Table:
 
 
 def _read_csv(path: Path) -> _Table:
-    shift, header, header_row = 0.0, "", 0
+    shift, header_row = 0.0, 1
     with path.open(newline="", encoding="utf-8", errors="replace") as file:
-        for header_row, line in enumerate(file, start=1):
-            if not line.startswith("#"):
-                header = line
-                break
+        line = file.readline()
+        while line.startswith("#"):
             key, _, value = line.lstrip("# ").partition("=")
             if key.strip() == _SHIFT:
                 shift = float(value)
-        names = [name.strip() for name in next(csv.reader([header]), [])]
+            line = file.readline()
+            header_row += 1
+        names = [name.strip() for name in next(csv.reader([line]), [])]
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore", UserWarning)  # no rows: reported below

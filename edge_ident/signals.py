@@ -160,7 +160,7 @@ def lowpass(signal: Array, cutoff_hz: float, period_s: float, *, delay_s: float 
     padded, start = _pad(signal, cutoff_hz, period_s, reflect_type="even")
     spectrum, frequency = _filtered_spectrum(padded, cutoff_hz, period_s)
     spectrum = spectrum * np.exp(-2j * np.pi * frequency * delay_s)
-    return np.fft.irfft(spectrum, len(padded))[start : start + len(signal)]
+    return np.asarray(np.fft.irfft(spectrum, len(padded))[start : start + len(signal)])
 
 
 def interpolate(at: Array, time: Array, signal: Array) -> Array:
@@ -231,7 +231,7 @@ def _along_first(vector: NDArray[np.complex128], ndim: int) -> NDArray[np.comple
 def _filtered_spectrum(
     padded: Array, cutoff_hz: float, period_s: float
 ) -> tuple[NDArray[np.complex128], Array]:
-    frequency = np.fft.rfftfreq(len(padded), period_s)
+    frequency = np.asarray(np.fft.rfftfreq(len(padded), period_s), dtype=np.float64)
     gain = 1.0 / (1.0 + (frequency / cutoff_hz) ** (2 * _ORDER))
     return np.fft.rfft(padded) * gain, frequency
 

@@ -5,9 +5,11 @@ from collections.abc import Mapping
 from rich.console import Console
 from rich.table import Table
 
+from edge_ident.commissioning import Outcome
 from edge_ident.gain_design import GainDesign
 from edge_ident.identification import AxisIdentification, Identification
 from edge_ident.model import PARAMETERS, Estimate
+from edge_ident.profiling import TARGET_MS, Profile, spread
 
 _console = Console(highlight=False)
 
@@ -69,3 +71,39 @@ def print_designs(designs: Mapping[str, GainDesign]) -> None:
     for label, values in rows.items():
         table.add_row(label, *(f"{value:.4g}" for value in values))
     _console.print(table)
+
+
+def print_outcome(outcome: Outcome) -> None:
+    """Identification, gains, tracking before and after, and the conclusion."""
+    print_identification(outcome.identification)
+    if outcome.designs:
+        print_designs(outcome.designs)
+    if outcome.verification:
+        table = Table(title="tracking error, rms", title_justify="left")
+        for heading in ("axis", "before", "after", "smaller by"):
+            table.add_column(heading, justify="right")
+        for axis, before in outcome.verification.before_rad.items():
+            table.add_row(
+                axis,
+                f"{1e3 * before:.2f} mrad",
+                f"{1e3 * outcome.verification.after_rad[axis]:.2f} mrad",
+                f"{outcome.verification.ratio(axis):.1f}",
+            )
+        _console.print(table)
+    _console.print(outcome.conclusion)
+
+
+def print_profile(profile: Profile) -> None:
+    """Percentiles of every stage, a table for each start and precision, and the verdict."""
+    _console.print(f"{profile.device}; {profile.machine}; {profile.repetitions} repetitions")
+    for run in profile.runs:
+        table = Table(title=f"{run.start}, {run.precision} (ms)", title_justify="left")
+        table.add_column("stage")
+        for heading in ("p50", "p95", "p99", "max"):
+            table.add_column(heading, justify="right")
+        for stage, times in run.stages_ms.items():
+            of_stage = spread(times)
+            values = (of_stage.p50, of_stage.p95, of_stage.p99, of_stage.maximum)
+            table.add_row(stage.replace("_", " "), *(f"{value:.2f}" for value in values))
+        _console.print(table)
+    _console.print(f"{profile.verdict} (target {TARGET_MS:.0f} ms)")

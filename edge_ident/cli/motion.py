@@ -1,0 +1,258 @@
+"""Commands that move a machine: run, capture, profile."""
+
+import logging
+from collections.abc import Iterator
+from contextlib import contextmanager
+from datetime import datetime
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from edge_ident.cli.common import (
+    UNTRUSTED,
+    BaudRate,
+    Device,
+    DriveFile,
+    Json,
+    NetworkFile,
+    Output,
+    Precision,
+    Seed,
+    built_in_or_given_network,
+    guarded,
+    print_document,
+    say,
+    write_document,
+)
+
+Cycles = Annotated[
+    int | None,
+    typer.Option("--cycles", min=1, envvar="EDGE_IDENT_CYCLES", help="Periods of the motion."),
+]
+Motion = Annotated[
+    str,
+    typer.Option("--motion", envvar="EDGE_IDENT_MOTION", help="sinusoid, multisine or staircase."),
+]
+
+
+def register(app: typer.Typer) -> None:
+    """Add this file's commands."""
+    app.command()(run)
+    app.command()(capture)
+    app.command()(profile)
+
+
+@guarded
+def run(
+    device: Device = None,
+    baud_rate: BaudRate = None,
+    drive: DriveFile = None,
+    motion: Motion = "sinusoid",
+    cycles: Cycles = None,
+    bandwidth: Annotated[
+        float | None,
+        typer.Option("--bandwidth", envvar="EDGE_IDENT_BANDWIDTH", help="Closed loop, rad/s."),
+    ] = None,
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="Do everything but write gains.")
+    ] = False,
+    store: Annotated[
+        bool, typer.Option("--store", help="Keep confirmed gains over a power cycle.")
+    ] = False,
+    network: NetworkFile = None,
+    precision: Precision = "fp32",
+    seed: Seed = 0,
+    output: Output = None,
+    json: Json = False,
+) -> None:
+    """Move, identify, design gains, write them with read-back, verify, confirm or roll back.
+
+    Example: `edge-ident run --device /dev/ttyACM0 --dry-run`
+    """
+    from edge_ident.commissioning import Plan, commission
+    from edge_ident.documents import run_document
+    from edge_ident.tables import print_outcome
+
+    plan = Plan(_motion(motion), cycles, bandwidth, not dry_run, store, seed)
+    with _session(device, baud_rate, drive, output) as session:
+        loaded = built_in_or_given_network(network, precision)
+        with _shown_progress() as observer:
+            outcome = commission(
+                session.board, session.drive, loaded, plan, session.folder, observer
+            )
+    document = run_document(outcome, session.board.identity, loaded, session.folder)
+    write_document(document, session.folder, "report.json")
+    if json:
+        print_document(document)
+    else:
+        print_outcome(outcome)
+        say(f"written: {session.folder}")
+    if not outcome.identification.trusted or (outcome.verification and not outcome.confirmed):
+        raise typer.Exit(UNTRUSTED)
+
+
+@guarded
+def capture(
+    device: Device = None,
+    baud_rate: BaudRate = None,
+    drive: DriveFile = None,
+    motion: Motion = "sinusoid",
+    cycles: Cycles = None,
+    output: Output = None,
+    json: Json = False,
+) -> None:
+    """Move and record; identify nothing, write nothing.
+
+    Example: `edge-ident capture --device virtual --motion multisine --output captures/a`
+    """
+    from edge_ident.capture import capture_motion, check_drive
+    from edge_ident.commissioning import CAPTURE_FILE
+    from edge_ident.motions import named_trajectory
+    from edge_ident.recording import save_recording
+    from edge_ident.safety import left_safe
+
+    chosen = _motion(motion)
+    with _session(device, baud_rate, drive, output) as session:
+        check_drive(session.board, session.drive)
+        with _shown_progress() as observer, left_safe(session.board):
+            observer.stage(chosen)
+            trajectory = named_trajectory(session.drive, chosen, cycles)
+            found = capture_motion(session.board, trajectory, observer.samples)
+            session.board.finish()
+    path = session.folder / CAPTURE_FILE
+    save_recording(found.recording, path)
+    if json:
+        print_document(
+            {
+                "schema": "edge-ident/capture/1",
+                "file": str(path),
+                "samples": len(found.recording.time_s),
+                "pages": found.pages,
+                "tracking_rms_rad": found.tracking_rms_rad,
+            }
+        )
+    else:
+        print(path)
+
+
+@guarded
+def profile(
+    device: Device = None,
+    baud_rate: BaudRate = None,
+    repetitions: Annotated[
+        int, typer.Option("--repetitions", min=1, help="Of every measurement.")
+    ] = 100,
+    output: Output = None,
+    json: Json = False,
+) -> None:
+    """Time every stage from the last captured sample to gains committed and verified.
+
+    Without a device, a virtual board is started in a process of its own, on a pseudo-terminal.
+
+    Example: `edge-ident profile --repetitions 200 --json`
+    """
+    from edge_ident.documents import profile_document
+    from edge_ident.profiling import profile_device
+    from edge_ident.tables import print_profile
+
+    with _shown_progress() as observer:
+        profiled = profile_device(device, baud_rate, repetitions, observer)
+    document = profile_document(profiled)
+    if output:
+        write_document(document, output, "profile.json")
+    if json:
+        print_document(document)
+    else:
+        print_profile(profiled)
+
+
+def _motion(name: str) -> Any:
+    from edge_ident.motions import MOTIONS
+
+    if name not in MOTIONS:
+        raise typer.BadParameter(f"choose one of {', '.join(MOTIONS)}", param_hint="--motion")
+    return name
+
+
+class _Session:
+    """A connected board, its drive, and a folder with a log."""
+
+    def __init__(self, board: Any, drive: Any, folder: Path) -> None:
+        self.board, self.drive, self.folder = board, drive, folder
+
+
+@contextmanager
+def _session(
+    device: str | None, baud_rate: int | None, drive: Path | None, output: Path | None
+) -> Iterator[_Session]:
+    from edge_ident.drive import load_drive
+    from firmware_interface.board import Board
+    from firmware_interface.link import open_link
+
+    described = load_drive(drive)
+    url = device or described.device
+    if url is None:
+        raise typer.BadParameter(
+            "say where the board is: --device /dev/ttyACM0, tcp://HOST:PORT or virtual "
+            "(edge-ident ports lists candidates)",
+            param_hint="--device",
+        )
+    folder = output or Path("edge-ident-runs") / datetime.now().strftime("%Y-%m-%dT%H-%M-%S")
+    folder.mkdir(parents=True, exist_ok=True)
+    link = open_link(url, baud_rate=baud_rate or described.baud_rate or 115200)
+    try:
+        with _log_file(folder / "log.txt"):
+            yield _Session(Board.connect(link), described, folder)
+    finally:
+        link.close()
+
+
+@contextmanager
+def _log_file(path: Path) -> Iterator[None]:
+    handler = logging.FileHandler(path, encoding="utf-8")
+    handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(name)s: %(message)s"))
+    loggers = [logging.getLogger(name) for name in ("edge_ident", "firmware_interface")]
+    for logger in loggers:
+        logger.setLevel(logging.INFO)
+        logger.addHandler(handler)
+    try:
+        yield
+    finally:
+        for logger in loggers:
+            logger.removeHandler(handler)
+        handler.close()
+
+
+class _ProgressBars:
+    """Stages and samples as rich bars on stderr."""
+
+    def __init__(self, progress: Any) -> None:
+        self._progress = progress
+        self._task: Any = None
+
+    def stage(self, title: str) -> None:
+        if self._task is not None:
+            task = self._progress.tasks[self._task]
+            self._progress.update(self._task, total=task.total or 1, completed=task.total or 1)
+        self._task = self._progress.add_task(title, total=None)
+
+    def samples(self, in_hand: int, expected: int) -> None:
+        self._progress.update(self._task, completed=in_hand, total=expected)
+
+
+@contextmanager
+def _shown_progress() -> Iterator[_ProgressBars]:
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+    columns = (
+        TextColumn("{task.description:24}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeElapsedColumn(),
+    )
+    with Progress(*columns, console=Console(stderr=True)) as progress:
+        bars = _ProgressBars(progress)
+        yield bars
+        bars.stage("done")

@@ -1,0 +1,228 @@
+"""The whole job on a board: move, identify, design, write, verify, confirm or roll back."""
+
+import logging
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final, Protocol
+
+from edge_ident.capture import Capture, capture_motion, check_drive
+from edge_ident.drive import DriveDescription
+from edge_ident.gain_design import GainDesign, LoopHardware, design
+from edge_ident.gain_transfer import backup_gains, check_gains, write_gains
+from edge_ident.identification import Identification, identify
+from edge_ident.motions import MotionName, named_trajectory
+from edge_ident.network import Network
+from edge_ident.recording import save_recording
+from edge_ident.safety import left_safe
+from edge_ident.stopwatch import Stopwatch
+from firmware_interface.board import Board
+from firmware_interface.gains import AxisGains
+
+log = logging.getLogger(__name__)
+
+CAPTURE_FILE: Final = "capture.npz"
+VERIFICATION_FILE: Final = "verification.npz"
+BACKUP_FILE: Final = "gains_before.json"
+
+
+class Observer(Protocol):
+    """Who wants to see the progress."""
+
+    def stage(self, title: str) -> None:
+        """Call when a stage begins."""
+
+    def samples(self, in_hand: int, expected: int) -> None:
+        """Call as captured samples arrive."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What the user wants.
+
+    Attributes
+    ----------
+    motion : {"sinusoid", "multisine", "staircase"}
+    cycles : int or None
+        Periods of the motion; None takes the drive description's.
+    bandwidth_rad_s : float or None
+        Of the closed loop; None takes the highest that keeps the margins.
+    write : bool
+        False for a dry run: everything but the write.
+    store : bool
+        Keep confirmed gains over a power cycle.
+    seed : int
+    """
+
+    motion: MotionName = "sinusoid"
+    cycles: int | None = None
+    bandwidth_rad_s: float | None = None
+    write: bool = True
+    store: bool = False
+    seed: int = 0
+
+
+@dataclass(frozen=True)
+class Verification:
+    """Tracking error (rms, rad, by axis) with the old and the new gains."""
+
+    before_rad: Mapping[str, float]
+    after_rad: Mapping[str, float]
+
+    @property
+    def improved(self) -> bool:
+        """No axis follows worse than before."""
+        return all(self.after_rad[axis] <= self.before_rad[axis] for axis in self.before_rad)
+
+    def ratio(self, axis: str) -> float:
+        """How many times smaller the error became."""
+        return self.before_rad[axis] / max(self.after_rad[axis], 1e-12)
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a run found and did.
+
+    Attributes
+    ----------
+    designs : mapping of axis to GainDesign
+        Empty where the identification is not trusted.
+    gains_before : mapping of axis to AxisGains
+    verification : Verification or None
+        None where nothing was written.
+    confirmed, stored : bool
+        Whether the new gains stay, and whether they outlast a power cycle.
+    conclusion : str
+        One sentence.
+    timing_ms : mapping of stage to milliseconds
+    """
+
+    capture: Capture
+    identification: Identification
+    designs: Mapping[str, GainDesign]
+    gains_before: Mapping[str, AxisGains]
+    verification: Verification | None
+    confirmed: bool
+    stored: bool
+    conclusion: str
+    timing_ms: Mapping[str, float]
+
+
+def commission(
+    board: Board,
+    drive: DriveDescription,
+    network: Network | None,
+    plan: Plan,
+    folder: Path,
+    observer: Observer,
+) -> Outcome:
+    """Do it all, and leave the machine stopped with gains old or new whatever happens.
+
+    Parameters
+    ----------
+    board : Board
+        Connected.
+    folder : Path
+        Existing; captures and the backup of the gains are written here as they are made.
+
+    Raises
+    ------
+    LinkError, BoardError, DataError, ModelError, GainError
+    """
+    check_drive(board, drive)
+    watch = Stopwatch()
+    with left_safe(board):
+        before = board.active_gains()
+        backup_gains(before, folder / BACKUP_FILE)
+        observer.stage("identification motion")
+        with watch.stage("motion"):
+            capture = _move(board, drive, plan, folder / CAPTURE_FILE, observer)
+        observer.stage("identification")
+        with watch.stage("identification"):
+            found = identify(capture.recording, network, seed=plan.seed)
+        log.info("identified: trusted=%s", found.trusted)
+        designs = design_gains(board, found, plan.bandwidth_rad_s) if found.trusted else {}
+        wanted = {axis: designed.gains for axis, designed in designs.items()}
+        if wanted:
+            check_gains(wanted, before, board.limits())
+        verification, confirmed, stored = None, False, False
+        if wanted and plan.write:
+            observer.stage("writing gains")
+            with watch.stage("write"):
+                write_gains(board, wanted)
+            observer.stage("verification motion")
+            with watch.stage("verification"):
+                verified = _move(board, drive, plan, folder / VERIFICATION_FILE, observer)
+            verification = Verification(capture.tracking_rms_rad, verified.tracking_rms_rad)
+            confirmed = _settle(board, verification)
+            if confirmed and plan.store:
+                board.store()
+                stored = True
+    conclusion = _conclude(found, plan, verification)
+    log.info(conclusion)
+    return Outcome(
+        capture=capture,
+        identification=found,
+        designs=designs,
+        gains_before=before,
+        verification=verification,
+        confirmed=confirmed,
+        stored=stored,
+        conclusion=conclusion,
+        timing_ms=watch.timing_ms(),
+    )
+
+
+def _move(
+    board: Board, drive: DriveDescription, plan: Plan, path: Path, observer: Observer
+) -> Capture:
+    trajectory = named_trajectory(drive, plan.motion, plan.cycles)
+    capture = capture_motion(board, trajectory, observer.samples)
+    board.finish()
+    save_recording(capture.recording, path)
+    return capture
+
+
+def design_gains(
+    board: Board, found: Identification, bandwidth_rad_s: float | None = None
+) -> dict[str, GainDesign]:
+    """Gains of every axis, for this board's sampling, delay, encoder and effort limit."""
+    identity, limits = board.identity, board.limits()
+    return {
+        name: design(
+            axis.estimate.parameters,
+            float(axis.estimate.std[0]),
+            LoopHardware(
+                identity.sample_period_s,
+                identity.control_delay_s,
+                2.0 * math.pi / identity.counts_per_turn,
+                limits[name].effort_nm,
+            ),
+            bandwidth_rad_s,
+        )
+        for name, axis in found.axes.items()
+    }
+
+
+def _settle(board: Board, verification: Verification) -> bool:
+    """Confirm gains that follow no worse; take the others back."""
+    if verification.improved:
+        board.confirm()
+    else:
+        board.roll_back()
+    return verification.improved
+
+
+def _conclude(found: Identification, plan: Plan, verification: Verification | None) -> str:
+    if not found.trusted:
+        axes = ", ".join(name for name, axis in found.axes.items() if not axis.trusted)
+        return f"axis {axes} is not trusted; nothing was written"
+    if verification is None:
+        return "dry run: gains were designed and checked, nothing was written"
+    ratios = ", ".join(
+        f"{axis} {verification.ratio(axis):.1f} times" for axis in verification.before_rad
+    )
+    if verification.improved:
+        return f"new gains confirmed; the tracking error fell: {ratios}"
+    return f"new gains followed worse and were rolled back (error fell: {ratios})"

@@ -1,0 +1,93 @@
+"""Gains on their way to the board: backed up, checked, read back, never half written."""
+
+import dataclasses
+import json
+import logging
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from edge_ident.errors import BoardError, GainError
+from firmware_interface.board import AxisLimits, Board
+from firmware_interface.gains import AxisGains
+
+log = logging.getLogger(__name__)
+
+
+def backup_gains(gains: Mapping[str, AxisGains], path: Path) -> None:
+    """Keep the gains that the board has now, before anything else is done to it."""
+    document = {
+        "schema": "edge-ident/gain-backup/1",
+        "axes": {axis: dataclasses.asdict(values) for axis, values in gains.items()},
+    }
+    path.write_text(json.dumps(document, indent=2) + "\n", encoding="utf-8")
+
+
+def check_gains(
+    wanted: Mapping[str, AxisGains],
+    active: Mapping[str, AxisGains],
+    limits: Mapping[str, AxisLimits],
+) -> None:
+    """Check bounds and step size on the host, before the board is asked.
+
+    Raises
+    ------
+    GainError
+        Names the gain, its value and the limit.
+    """
+    for axis, gains in wanted.items():
+        for field in dataclasses.fields(AxisGains):
+            _check_gain(axis, field.name, gains, active[axis], limits[axis])
+
+
+def _check_gain(
+    axis: str, name: str, wanted: AxisGains, active: AxisGains, limits: AxisLimits
+) -> None:
+    value, bound = getattr(wanted, name), getattr(limits.gain_maximum, name)
+    lowest = -bound if name == "offset_feedforward" else 0.0
+    if not lowest <= value <= bound:
+        raise GainError(
+            f"axis {axis}: {name} {value:.4g} is outside the board's limits "
+            f"{lowest:.4g} to {bound:.4g}",
+            "ask for a lower --bandwidth, or raise the limit in the board's firmware",
+        )
+    step, largest = abs(value - getattr(active, name)), limits.gain_step * bound
+    if step > largest:
+        raise GainError(
+            f"axis {axis}: {name} would change by {step:.4g} at once; the board allows "
+            f"{largest:.4g}",
+            "approach the goal in steps with --bandwidth",
+        )
+
+
+def write_gains(board: Board, wanted: Mapping[str, AxisGains]) -> None:
+    """Stage, read back, commit, read back: the board runs the new gains, unconfirmed.
+
+    Raises
+    ------
+    BoardError
+        What was read back differs; the board still has, or is given back, the old gains.
+    """
+    board.stage_gains(wanted)
+    compare_gains("staged", wanted, board.staged_gains())
+    board.commit()
+    compare_gains("active", wanted, board.active_gains())
+    log.info("gains committed and read back")
+
+
+def compare_gains(what: str, wanted: Mapping[str, AxisGains], got: Mapping[str, AxisGains]) -> None:
+    """Require that what was read back is what was written, to the last bit of a 32-bit float.
+
+    Raises
+    ------
+    BoardError
+    """
+    for axis, gains in wanted.items():
+        for field in dataclasses.fields(AxisGains):
+            value, read = getattr(gains, field.name), getattr(got[axis], field.name)
+            if np.float32(value) != np.float32(read):
+                raise BoardError(
+                    f"axis {axis}: {what} {field.name} reads back as {read!r}, not {value!r}",
+                    "nothing was confirmed; check the link and try again",
+                )

@@ -1,0 +1,56 @@
+"""Whatever happens, leave the machine stopped and its gains old or new.
+
+This is order, not a safety function: the board's own limits, watchdog and confirm window act
+when the host is gone.
+"""
+
+import logging
+import signal
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+from edge_ident.errors import EdgeIdentError
+from firmware_interface.board import Board
+
+log = logging.getLogger(__name__)
+
+
+@contextmanager
+def left_safe(board: Board) -> Iterator[None]:
+    """Stop the machine and take back unconfirmed gains if the body does not end well."""
+    try:
+        yield
+    except BaseException as reason:
+        log.warning("ended early (%s): stopping the machine", type(reason).__name__)
+        with _deaf_to_interrupts():
+            _attempt("stop", board.quick_stop)
+            _attempt("roll back", lambda: _roll_back_unconfirmed(board))
+        raise
+
+
+def _roll_back_unconfirmed(board: Board) -> None:
+    if board.status().unconfirmed:
+        board.roll_back()
+
+
+def _attempt(what: str, action: Callable[[], None]) -> None:
+    try:
+        action()
+        log.info("%s: done", what)
+    except EdgeIdentError as error:
+        # a second error must not hide the first; the board's own watchdog is behind this
+        log.error("%s: %s", what, error.cause)
+
+
+@contextmanager
+def _deaf_to_interrupts() -> Iterator[None]:
+    """A second Ctrl-C must not cut the stop short; the link's time-outs bound the wait."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    previous = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, previous)

@@ -1,0 +1,46 @@
+"""Latency of every stage from the last captured sample to verified gains, as table and JSON.
+
+The same measurement as `edge-ident profile`, kept as a script for boards that are profiled in
+batches: pass several devices to compare them.
+
+    python tools/profile_latency.py --repetitions 100 --output runs/latency virtual /dev/ttyACM0
+"""
+
+import argparse
+import json
+from pathlib import Path
+
+from edge_ident.documents import profile_document
+from edge_ident.profiling import profile_device
+from edge_ident.tables import print_profile
+
+
+class _Lines:
+    """Progress as plain lines, for logs."""
+
+    def stage(self, title: str) -> None:
+        print(f"… {title}", flush=True)
+
+    def samples(self, in_hand: int, expected: int) -> None:
+        pass
+
+
+def main() -> None:
+    """Profile each device in turn."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("devices", nargs="*", default=["virtual"])
+    parser.add_argument("--repetitions", type=int, default=100)
+    parser.add_argument("--baud-rate", type=int)
+    parser.add_argument("--output", type=Path, default=Path("runs/latency"))
+    given = parser.parse_args()
+    given.output.mkdir(parents=True, exist_ok=True)
+    for number, device in enumerate(given.devices):
+        profile = profile_device(device, given.baud_rate, given.repetitions, _Lines())
+        print_profile(profile)
+        path = given.output / f"profile_{number}.json"
+        path.write_text(json.dumps(profile_document(profile), indent=2) + "\n", encoding="utf-8")
+        print(f"written: {path}")
+
+
+if __name__ == "__main__":
+    main()
