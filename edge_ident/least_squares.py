@@ -19,8 +19,8 @@ _SAMPLES_PER_CUTOFF_PERIOD: Final = 2.5
 """Rate after decimation, in cut-offs: what the filter passes is kept, no more."""
 
 
-def estimation_part(signals: Signals) -> slice:
-    """Samples to estimate from: decimated to what the filter passes.
+def estimation_part(signals: Signals) -> NDArray[np.intp]:
+    """Samples to estimate from: moving, and decimated to what the filter passes.
 
     One filter's settling time is left out at both ends, where effort and position are
     continued differently.
@@ -28,7 +28,8 @@ def estimation_part(signals: Signals) -> slice:
     rate_hz = 1.0 / signals.period_s
     step = max(1, int(rate_hz / (_SAMPLES_PER_CUTOFF_PERIOD * signals.cutoff_hz)))
     margin = min(int(rate_hz / signals.cutoff_hz), len(signals.effort) // 20)
-    return slice(margin, len(signals.effort) - margin, step)
+    part = np.arange(margin, len(signals.effort) - margin, step)
+    return part[signals.moving[part]]
 
 
 def solve(regressor: Array, effort: Array) -> Estimate:

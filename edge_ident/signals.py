@@ -27,6 +27,8 @@ _SAMPLES_PER_CUTOFF_PERIOD: Final = 20
 """Gautier's rule: sample at least 100 times faster than the dynamics, filter at 5 times."""
 _ACCELERATION_NOISE_SHARE: Final = 0.01
 """Encoder noise allowed in the acceleration: its square biases the inertia, 1e-4 here."""
+_STANDSTILL_NOISE: Final = 8.0
+"""Range of the position, in standard deviations of its noise, up to which the axis stands."""
 _JITTER_LIMIT: Final = 0.05
 """Deviation from an even grid, in sampling periods, above which samples are interpolated."""
 
@@ -41,17 +43,20 @@ class Signals:
         Sampling period of the even grid.
     cutoff_hz : float
         -6 dB frequency of the zero-phase filter.
-    velocity, acceleration, effort : (N,) arrays
+    effort : (N,) array
     regressor : (N, 4) array
         Columns of `edge_ident.model.regressor`, low-passed like the effort.
+    moving : (N,) array of bool
+        False where the axis stood still for longer than the filter can resolve. Friction is
+        not determined by the motion there; effort and regressor are bridged by straight lines,
+        alike, so that what is linear between them stays so.
     """
 
     period_s: float
     cutoff_hz: float
-    velocity: Array
-    acceleration: Array
     effort: Array
     regressor: Array
+    moving: NDArray[np.bool_]
 
 
 def condition(
@@ -76,7 +81,10 @@ def condition(
     smooth_effort = lowpass(effort, cutoff_hz, period_s, delay_s=effort_shift_s)
     columns = regressor(velocity, acceleration)
     columns[:, 2] = lowpass(columns[:, 2], cutoff_hz, period_s)
-    return Signals(period_s, cutoff_hz, velocity, acceleration, smooth_effort, columns)
+    moving = ~standing(position, cutoff_hz, period_s)
+    return Signals(
+        period_s, cutoff_hz, bridge(smooth_effort, moving), bridge(columns, moving), moving
+    )
 
 
 def choose_cutoff(position: Array, period_s: float) -> float:
@@ -104,6 +112,38 @@ def choose_cutoff(position: Array, period_s: float) -> float:
             break
         cutoff_hz = wanted_hz
     return max(cutoff_hz, 4.0 / (period_s * len(position)))
+
+
+def standing(position: Array, cutoff_hz: float, period_s: float) -> NDArray[np.bool_]:
+    """Samples in or near a standstill of at least one cut-off period.
+
+    A standstill is a stretch in which the encoder shows nothing but its own noise. It spoils
+    filtered signals one cut-off period to either side. A reversal shorter than that is left in:
+    there the filtered sign of the velocity describes what the filter leaves of the friction.
+
+    Returns
+    -------
+    (N,) array of bool
+    """
+    width = int(np.ceil(1.0 / (cutoff_hz * period_s)))
+    if width >= len(position):
+        return np.zeros(len(position), dtype=np.bool_)
+    windows = np.lib.stride_tricks.sliding_window_view(position, width)
+    still = np.ptp(windows, axis=1) <= _STANDSTILL_NOISE * position_noise(position)
+    # from the windows' first samples to all of their samples and the margins at both sides
+    spread = np.convolve(still, np.ones(3 * width))[width : width + len(position)]
+    return np.asarray(spread > 0.5)
+
+
+def bridge(signal: Array, moving: NDArray[np.bool_]) -> Array:
+    """Replace an (N, ...) signal by straight lines where the axis does not move."""
+    if moving.all() or not moving.any():
+        return signal
+    index = np.arange(len(signal))
+    bridged = signal.copy().reshape(len(signal), -1)
+    for column in bridged.T:
+        column[~moving] = np.interp(index[~moving], index[moving], column[moving])
+    return bridged.reshape(signal.shape)
 
 
 def position_noise(position: Array) -> float:
@@ -199,7 +239,7 @@ def subsample(signal: Array, points: int = POINTS) -> Array:
     """
     if len(signal) < points:
         raise ValueError(f"cannot subsample {len(signal)} samples to {points}")
-    return idct2(dct2(signal)[:points]) * np.sqrt(points / len(signal))
+    return np.asarray(idct2(dct2(signal)[:points]) * np.sqrt(points / len(signal)))
 
 
 def dct2(signal: Array) -> Array:

@@ -116,9 +116,7 @@ def registers(json: Json = False) -> None:
         return
     print(f"map version {MAP_VERSION}, CRC {MAP_CRC:08x}")
     for row in rows:
-        print(
-            "0x{address:04x}  {type:4} {access:2}  {name:40} {unit:12} {description}".format(**row)
-        )
+        print("\t".join(str(value) for value in row.values()))
 
 
 @guarded

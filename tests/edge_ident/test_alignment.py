@@ -16,14 +16,14 @@ def motion(phase: float, periods: float = 1.0) -> Signals:
     velocity, acceleration = np.cos(angle), -RATE * np.sin(angle)
     columns = regressor(velocity, acceleration)
     effort = columns @ np.array([0.4, 0.9, 1.4, 0.1])
-    return Signals(PERIOD_S, 3.0, velocity, acceleration, effort, columns)
+    return Signals(PERIOD_S, 3.0, effort, columns, np.ones(len(effort), dtype=bool))
 
 
 @pytest.mark.parametrize("phase", [0.0, np.pi / 2, -2.0])
 @pytest.mark.parametrize("periods", [1.0, 2.0, 2.6])
 def test_any_start_phase_gives_the_same_columns(phase: float, periods: float) -> None:
     trained = motion(0.0)
-    found = align(motion(phase, periods), subsample(trained.velocity), SAMPLES * PERIOD_S)
+    found = align(motion(phase, periods), subsample(trained.regressor[:, 1]), SAMPLES * PERIOD_S)
     assert found is not None
     smooth = slice(None), [0, 1, 3]
     expected = subsample(trained.regressor)
@@ -34,5 +34,5 @@ def test_any_start_phase_gives_the_same_columns(phase: float, periods: float) ->
 
 
 def test_less_than_a_period_is_not_aligned() -> None:
-    reference = subsample(motion(0.0).velocity)
+    reference = subsample(motion(0.0).regressor[:, 1])
     assert align(motion(0.0, 0.9), reference, SAMPLES * PERIOD_S) is None

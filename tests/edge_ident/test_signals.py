@@ -105,7 +105,7 @@ def test_uneven_sampling_is_interpolated() -> None:
     effort = 0.9 * velocity
     even = signals.condition(time, position, effort)
     expected = 2 * np.pi * 0.2875 * np.cos(0.2875 * (time[0] + even.period_s * np.arange(8742)))
-    np.testing.assert_allclose(even.velocity, expected, atol=2e-3)
+    np.testing.assert_allclose(even.regressor[:, 1], expected, atol=2e-3)
     np.testing.assert_allclose(even.effort[100:-100], 0.9 * expected[100:-100], atol=2e-3)
 
 
@@ -113,3 +113,34 @@ def test_friction_column_is_filtered_like_the_effort() -> None:
     position, velocity, _ = sine(0.0)
     smooth = signals.condition(PERIOD_S * np.arange(8742), position, 1.4 * np.sign(velocity))
     np.testing.assert_allclose(1.4 * smooth.regressor[:, 2], smooth.effort, atol=1e-9)
+
+
+def stick_slip() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """A sine that stands for 0.8 s at one reversal, as friction makes it, and then runs on."""
+    position, _, _ = sine(0.0)
+    reversal, held = 2186, 320
+    stuck = np.concatenate([position[:reversal], np.full(held, position[reversal - 1])])
+    stuck = np.concatenate([stuck, position[reversal:-held]])
+    return COUNT_RAD * np.round(stuck / COUNT_RAD), np.arange(reversal, reversal + held), position
+
+
+def test_a_standstill_is_found_and_a_quick_reversal_is_not() -> None:
+    stuck, where, free = stick_slip()
+    moving = ~signals.standing(stuck, 3.0, PERIOD_S)
+    assert not moving[where].any()
+    margin = int(1.5 / 3.0 / PERIOD_S) + 40
+    assert moving[: where[0] - margin].all()
+    assert moving[where[-1] + margin :].all()
+    assert not signals.standing(COUNT_RAD * np.round(free / COUNT_RAD), 3.0, PERIOD_S).any()
+
+
+def test_bridging_keeps_effort_and_regressor_in_proportion() -> None:
+    stuck, where, _ = stick_slip()
+    time = PERIOD_S * np.arange(len(stuck))
+    effort = 1.4 * np.sign(np.gradient(stuck)) + 0.9 * np.gradient(stuck, PERIOD_S)
+    effort[where] = np.linspace(1.4, -1.4, len(where))  # what a stuck axis holds is no friction law
+    smooth = signals.condition(time, stuck, effort)
+    model = smooth.regressor @ np.array([0.0, 0.9, 1.4, 0.0])
+    gap = where[0] - 200, where[-1] + 200
+    error = np.abs(smooth.effort - model)[gap[0] : gap[1]]
+    assert np.max(error) < 0.06
