@@ -27,6 +27,8 @@ _SAMPLES_PER_CUTOFF_PERIOD: Final = 20
 """Gautier's rule: sample at least 100 times faster than the dynamics, filter at 5 times."""
 _ACCELERATION_NOISE_SHARE: Final = 0.01
 """Encoder noise allowed in the acceleration: its square biases the inertia, 1e-4 here."""
+_DECAY_PERIODS: Final = 1.5
+"""Cut-off periods after which 3 % of the filter's response are left."""
 _STANDSTILL_NOISE: Final = 8.0
 """Range of the position, in standard deviations of its noise, up to which the axis stands."""
 _JITTER_LIMIT: Final = 0.05
@@ -118,7 +120,7 @@ def standing(position: Array, cutoff_hz: float, period_s: float) -> NDArray[np.b
     """Samples in or near a standstill of at least one cut-off period.
 
     A standstill is a stretch in which the encoder shows nothing but its own noise. It spoils
-    filtered signals one cut-off period to either side. A reversal shorter than that is left in:
+    filtered signals to either side, until the filter's response has decayed. A reversal shorter than that is left in:
     there the filtered sign of the velocity describes what the filter leaves of the friction.
 
     Returns
@@ -126,12 +128,13 @@ def standing(position: Array, cutoff_hz: float, period_s: float) -> NDArray[np.b
     (N,) array of bool
     """
     width = int(np.ceil(1.0 / (cutoff_hz * period_s)))
+    margin = int(np.ceil(_DECAY_PERIODS * width))
     if width >= len(position):
         return np.zeros(len(position), dtype=np.bool_)
     windows = np.lib.stride_tricks.sliding_window_view(position, width)
     still = np.ptp(windows, axis=1) <= _STANDSTILL_NOISE * position_noise(position)
     # from the windows' first samples to all of their samples and the margins at both sides
-    spread = np.convolve(still, np.ones(3 * width))[width : width + len(position)]
+    spread = np.convolve(still, np.ones(width + 2 * margin))[margin : margin + len(position)]
     return np.asarray(spread > 0.5)
 
 

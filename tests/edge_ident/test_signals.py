@@ -128,7 +128,7 @@ def test_a_standstill_is_found_and_a_quick_reversal_is_not() -> None:
     stuck, where, free = stick_slip()
     moving = ~signals.standing(stuck, 3.0, PERIOD_S)
     assert not moving[where].any()
-    margin = int(1.5 / 3.0 / PERIOD_S) + 40
+    margin = int(1.5 / 3.0 / PERIOD_S) + 60
     assert moving[: where[0] - margin].all()
     assert moving[where[-1] + margin :].all()
     assert not signals.standing(COUNT_RAD * np.round(free / COUNT_RAD), 3.0, PERIOD_S).any()
