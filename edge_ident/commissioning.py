@@ -96,6 +96,7 @@ class Outcome:
     conclusion : str
         One sentence.
     timing_ms : mapping of stage to milliseconds
+        `last_sample_to_verified` runs from the last page in hand to gains committed and read back.
     """
 
     capture: Capture
@@ -132,28 +133,33 @@ def commission(
     """
     check_drive(board, drive)
     watch = Stopwatch()
+    trajectory = named_trajectory(drive, plan.motion, plan.cycles)
     with left_safe(board):
         before = board.active_gains()
         backup_gains(before, folder / BACKUP_FILE)
         observer.stage("identification motion")
         with watch.stage("motion"):
-            capture = _move(board, drive, plan, folder / CAPTURE_FILE, observer)
+            capture = capture_motion(board, trajectory, observer.samples)
         observer.stage("identification")
-        with watch.stage("identification"):
+        with watch.stage("last_sample_to_verified"):
+            # the machine comes to rest meanwhile
             found = identify(capture.recording, network, seed=plan.seed)
-        log.info("identified: trusted=%s", found.trusted)
-        designs = design_gains(board, found, plan.bandwidth_rad_s) if found.trusted else {}
-        wanted = {axis: designed.gains for axis, designed in designs.items()}
-        if wanted:
-            check_gains(wanted, before, board.limits())
+            log.info("identified: trusted=%s", found.trusted)
+            designs = design_gains(board, found, plan.bandwidth_rad_s) if found.trusted else {}
+            wanted = {axis: designed.gains for axis, designed in designs.items()}
+            board.finish()
+            if wanted:
+                check_gains(wanted, before, board.limits())
+            if wanted and plan.write:
+                write_gains(board, wanted)
+        save_recording(capture.recording, folder / CAPTURE_FILE)
         verification, confirmed, stored = None, False, False
         if wanted and plan.write:
-            observer.stage("writing gains")
-            with watch.stage("write"):
-                write_gains(board, wanted)
             observer.stage("verification motion")
             with watch.stage("verification"):
-                verified = _move(board, drive, plan, folder / VERIFICATION_FILE, observer)
+                verified = capture_motion(board, trajectory, observer.samples)
+                board.finish()
+            save_recording(verified.recording, folder / VERIFICATION_FILE)
             verification = Verification(capture.tracking_rms_rad, verified.tracking_rms_rad)
             confirmed = _settle(board, verification)
             if confirmed and plan.store:
@@ -172,16 +178,6 @@ def commission(
         conclusion=conclusion,
         timing_ms=watch.timing_ms(),
     )
-
-
-def _move(
-    board: Board, drive: DriveDescription, plan: Plan, path: Path, observer: Observer
-) -> Capture:
-    trajectory = named_trajectory(drive, plan.motion, plan.cycles)
-    capture = capture_motion(board, trajectory, observer.samples)
-    board.finish()
-    save_recording(capture.recording, path)
-    return capture
 
 
 def design_gains(

@@ -146,6 +146,7 @@ def profile_document(profile: Profile) -> dict[str, Any]:
         "machine": profile.machine,
         "repetitions": profile.repetitions,
         "target_ms": TARGET_MS,
+        "stop_ms": profile.stop_ms,
         "runs": [
             {
                 "start": run.start,

@@ -4,7 +4,8 @@ One motion is captured; then the work that follows it is repeated: the last page
 (reads change nothing), the recording is identified, gains are designed, and the board's own active
 gains are staged, read back, committed and read again, then rolled back, so that the machine
 never runs other gains than before. Warm: in one process. Cold: a new process each time, from
-its start on.
+its start on. The stop that follows the last sample needs a motion: it is measured once, and
+counts in full although identification runs meanwhile.
 """
 
 import json
@@ -81,11 +82,18 @@ class ProfileRun:
 
 @dataclass(frozen=True)
 class Profile:
-    """All that was measured on one machine with one board."""
+    """All that was measured on one machine with one board.
+
+    Attributes
+    ----------
+    stop_ms : float
+        From the last page in hand to the machine at rest, after which gains may be committed.
+    """
 
     device: str
     machine: str
     repetitions: int
+    stop_ms: float
     runs: tuple[ProfileRun, ...]
 
     @property
@@ -103,10 +111,11 @@ class Profile:
         """One sentence against the target."""
         warm = [run for run in self.runs if run.start == "warm"]
         worst = max(spread(run.stages_ms["total"]).p99 for run in warm)
-        met = all(run.within_target for run in warm)
+        met = worst + self.stop_ms < TARGET_MS
         return (
-            f"sub-second target {'met' if met else 'missed'}: 99 % of warm repetitions "
-            f"within {worst:.0f} ms; {self.faster_precision} is the faster network here"
+            f"sub-second target {'met' if met else 'missed'}: 99 % of warm repetitions take "
+            f"at most {worst:.0f} ms, the stop before them {self.stop_ms:.0f} ms; "
+            f"{self.faster_precision} is the faster network here"
         )
 
 
@@ -135,25 +144,33 @@ def profile_device(
         link = open_link(url, baud_rate=baud_rate or 115200)
         try:
             board = Board.connect(link)
-            _record(board, file, observer)
+            stop_ms = _record(board, file, observer)
             recording = load_recording(file)
             runs = [_warm(board, recording, p, repetitions, observer) for p in PRECISIONS]
         finally:
             link.close()
         runs += [_cold(url, baud_rate, file, p, repetitions, observer) for p in PRECISIONS]
     return Profile(
-        device or "virtual board on a pseudo-terminal", _machine(), repetitions, tuple(runs)
+        device or "virtual board on a pseudo-terminal",
+        _machine(),
+        repetitions,
+        stop_ms,
+        tuple(runs),
     )
 
 
-def _record(board: Board, file: Path, observer: Observer) -> None:
+def _record(board: Board, file: Path, observer: Observer) -> float:
+    """Capture the motion to work on; returns the time of the stop, ms."""
     drive = load_drive()
     check_drive(board, drive)
     observer.stage("motion")
     with left_safe(board):
         capture = capture_motion(board, drive.trajectory(), observer.samples)
+        start_s = time.perf_counter()
         board.finish()
+        stop_ms = 1e3 * (time.perf_counter() - start_s)
     save_recording(capture.recording, file)
+    return stop_ms
 
 
 def _warm(
@@ -257,7 +274,7 @@ def _board_process(device: str | None) -> Iterator[str]:
         return
     command = [sys.executable, "-c", "from edge_ident.cli import main; main()"]
     process = subprocess.Popen(
-        [*command, "board", "--pty", "--speed", "max"],
+        [*command, "board", "--pty"],
         stdout=subprocess.PIPE,
         stderr=subprocess.DEVNULL,
         text=True,

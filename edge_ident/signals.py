@@ -120,8 +120,9 @@ def standing(position: Array, cutoff_hz: float, period_s: float) -> NDArray[np.b
     """Samples in or near a standstill of at least one cut-off period.
 
     A standstill is a stretch in which the encoder shows nothing but its own noise. It spoils
-    filtered signals to either side, until the filter's response has decayed. A reversal shorter than that is left in:
-    there the filtered sign of the velocity describes what the filter leaves of the friction.
+    filtered signals to either side, until the filter's response has decayed. A shorter reversal
+    is left in: there the filtered sign of the velocity describes what the filter leaves of the
+    friction.
 
     Returns
     -------

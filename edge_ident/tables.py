@@ -38,7 +38,7 @@ def _identification_table(name: str, axis: AxisIdentification) -> Table:
     table = Table(title=f"axis {name}", title_justify="left")
     table.add_column("parameter")
     for heading in ("best estimate", "network", "least squares"):
-        table.add_column(heading, justify="right")
+        table.add_column(heading, justify="right", no_wrap=True)
     table.add_column("unit")
     for i, parameter in enumerate(PARAMETERS):
         table.add_row(
@@ -81,7 +81,7 @@ def print_outcome(outcome: Outcome) -> None:
     if outcome.verification:
         table = Table(title="tracking error, rms", title_justify="left")
         for heading in ("axis", "before", "after", "smaller by"):
-            table.add_column(heading, justify="right")
+            table.add_column(heading, justify="right", no_wrap=True)
         for axis, before in outcome.verification.before_rad.items():
             table.add_row(
                 axis,
@@ -100,7 +100,7 @@ def print_profile(profile: Profile) -> None:
         table = Table(title=f"{run.start}, {run.precision} (ms)", title_justify="left")
         table.add_column("stage")
         for heading in ("p50", "p95", "p99", "max"):
-            table.add_column(heading, justify="right")
+            table.add_column(heading, justify="right", no_wrap=True)
         for stage, times in run.stages_ms.items():
             of_stage = spread(times)
             values = (of_stage.p50, of_stage.p95, of_stage.p99, of_stage.maximum)

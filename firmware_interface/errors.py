@@ -1,8 +1,9 @@
 """Errors that a user can act on, base of the tree drawn in `edge_ident.errors`.
 
 EdgeIdentError
-├── LinkError    the line between host and board failed (exit code 3)
-└── BoardError   the board refused a command or is in fault (exit code 4)
+├── LinkError         the line between host and board failed (exit code 3)
+│   └── NoReplyError  no answer in time; a write may or may not have reached the board
+└── BoardError        the board refused a command or is in fault (exit code 4)
 """
 
 
@@ -29,6 +30,10 @@ class LinkError(EdgeIdentError):
     """The link is at fault: no port, no answer, a broken frame, a lost page."""
 
     exit_code = 3
+
+
+class NoReplyError(LinkError):
+    """The link stayed silent: whether a write was carried out must be read back."""
 
 
 class BoardError(EdgeIdentError):

@@ -5,7 +5,8 @@ Data goes to stdout, messages and progress to stderr.
 
 import functools
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any, Final, ParamSpec
 
@@ -115,3 +116,49 @@ def built_in_or_given_network(path: Path | None, precision: str) -> Any:
     if precision not in ("fp32", "int8"):
         raise typer.BadParameter("choose fp32 or int8", param_hint="--precision")
     return load_network("int8" if precision == "int8" else "fp32", path)
+
+
+class ProgressBars:
+    """Stages and their counts as rich bars on stderr."""
+
+    def __init__(self, progress: Any) -> None:
+        self._progress = progress
+        self._task: Any = None
+
+    def stage(self, title: str) -> None:
+        """End the last stage, begin another."""
+        self.end()
+        self._task = self._progress.add_task(title, total=None, note="")
+
+    def samples(self, in_hand: int, expected: int) -> None:
+        """Show how far the stage is."""
+        self._progress.update(self._task, completed=in_hand, total=expected)
+
+    def note(self, text: str) -> None:
+        """Show a word beside the bar."""
+        self._progress.update(self._task, note=text)
+
+    def end(self) -> None:
+        """Complete the stage that is shown."""
+        for task in self._progress.tasks[-1:]:
+            total = task.total or 1
+            self._progress.update(task.id, total=total, completed=total)
+
+
+@contextmanager
+def shown_progress() -> Iterator[ProgressBars]:
+    """Progress on stderr while the body runs."""
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+    columns = (
+        TextColumn("{task.description:24}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeElapsedColumn(),
+        TextColumn("{task.fields[note]}"),
+    )
+    with Progress(*columns, console=Console(stderr=True)) as progress:
+        bars = ProgressBars(progress)
+        yield bars
+        bars.end()

@@ -23,6 +23,7 @@ from edge_ident.cli.common import (
     guarded,
     print_document,
     say,
+    shown_progress,
     write_document,
 )
 
@@ -77,7 +78,7 @@ def run(
     plan = Plan(_motion(motion), cycles, bandwidth, not dry_run, store, seed)
     with _session(device, baud_rate, drive, output) as session:
         loaded = built_in_or_given_network(network, precision)
-        with _shown_progress() as observer:
+        with shown_progress() as observer:
             outcome = commission(
                 session.board, session.drive, loaded, plan, session.folder, observer
             )
@@ -115,7 +116,7 @@ def capture(
     chosen = _motion(motion)
     with _session(device, baud_rate, drive, output) as session:
         check_drive(session.board, session.drive)
-        with _shown_progress() as observer, left_safe(session.board):
+        with shown_progress() as observer, left_safe(session.board):
             observer.stage(chosen)
             trajectory = named_trajectory(session.drive, chosen, cycles)
             found = capture_motion(session.board, trajectory, observer.samples)
@@ -156,7 +157,7 @@ def profile(
     from edge_ident.profiling import profile_device
     from edge_ident.tables import print_profile
 
-    with _shown_progress() as observer:
+    with shown_progress() as observer:
         profiled = profile_device(device, baud_rate, repetitions, observer)
     document = profile_document(profiled)
     if output:
@@ -222,37 +223,3 @@ def _log_file(path: Path) -> Iterator[None]:
         for logger in loggers:
             logger.removeHandler(handler)
         handler.close()
-
-
-class _ProgressBars:
-    """Stages and samples as rich bars on stderr."""
-
-    def __init__(self, progress: Any) -> None:
-        self._progress = progress
-        self._task: Any = None
-
-    def stage(self, title: str) -> None:
-        if self._task is not None:
-            task = self._progress.tasks[self._task]
-            self._progress.update(self._task, total=task.total or 1, completed=task.total or 1)
-        self._task = self._progress.add_task(title, total=None)
-
-    def samples(self, in_hand: int, expected: int) -> None:
-        self._progress.update(self._task, completed=in_hand, total=expected)
-
-
-@contextmanager
-def _shown_progress() -> Iterator[_ProgressBars]:
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
-
-    columns = (
-        TextColumn("{task.description:24}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeElapsedColumn(),
-    )
-    with Progress(*columns, console=Console(stderr=True)) as progress:
-        bars = _ProgressBars(progress)
-        yield bars
-        bars.stage("done")

@@ -1,0 +1,192 @@
+"""What a board tells of itself, in SI units."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firmware_interface.codec import RawPage, decode, decode_integer
+from firmware_interface.gains import AxisGains
+from firmware_interface.registers import REGISTERS, Fault, Result, State
+
+Array = NDArray[np.float64]
+ReadWords = Callable[[int, int], list[int]]
+
+
+@dataclass(frozen=True)
+class BoardIdentity:
+    """Who the board is, and the constants of its control loop.
+
+    Attributes
+    ----------
+    sample_period_s : float
+        Of control loop and capture.
+    control_delay_s : float
+        From the encoder latch to the PWM update, measured by the board.
+    counts_per_turn : int
+        Encoder counts per turn of the gearbox output.
+    effort_per_count_nm : float
+        Torque at the gearbox output of one PWM count.
+    """
+
+    firmware_version: str
+    serial_number: int
+    map_crc: int
+    sample_period_s: float
+    control_delay_s: float
+    counts_per_turn: int
+    effort_per_count_nm: float
+
+
+@dataclass(frozen=True)
+class BoardStatus:
+    """State of the board at one moment.
+
+    Attributes
+    ----------
+    fault_sample : int
+        Control sample of the fault, counted from power-up like `clock_samples`.
+    unconfirmed : bool
+        Committed gains wait for confirm; `confirm_remaining_s` until the board rolls back.
+    pages_written, samples_captured, overflows : int
+        Since the last start.
+    """
+
+    state: State
+    fault: Fault
+    fault_sample: int
+    sto_active: bool
+    last_token: int
+    last_result: Result
+    staged_crc_ok: bool
+    unconfirmed: bool
+    confirm_remaining_s: float
+    clock_samples: int
+    pages_written: int
+    samples_captured: int
+    overflows: int
+
+
+@dataclass(frozen=True)
+class AxisLimits:
+    """What the board enforces on one axis.
+
+    Attributes
+    ----------
+    gain_step : float
+        Largest change of a gain in one commit, as a share of its maximum.
+    gain_maximum : AxisGains
+        Largest value of each gain; the offset's holds for both signs.
+    """
+
+    travel_rad: float
+    speed_rad_s: float
+    effort_nm: float
+    following_error_rad: float
+    gain_step: float
+    gain_maximum: AxisGains
+
+
+@dataclass(frozen=True)
+class CapturePage:
+    """Consecutive samples; arrays are (samples, axes).
+
+    Row k: the position latched at sample k, the effort computed from it (in force from the
+    control delay after the latch, for one period), and reference - position.
+    """
+
+    first_sample: int
+    position_rad: Array
+    effort_nm: Array
+    following_error_rad: Array
+
+
+_STATUS_BASE = REGISTERS["status.state"].address
+_STATUS_WORDS = REGISTERS["capture.overflows"].address + 2 - _STATUS_BASE
+_IDENTITY_BASE = REGISTERS["identity.magic"].address
+_IDENTITY_WORDS = REGISTERS["identity.effort_per_count"].address + 2 - _IDENTITY_BASE
+_GAIN_LIMITS = (
+    "proportional",
+    "derivative",
+    "integral",
+    "velocity_filter",
+    "inertia_feedforward",
+    "viscous_feedforward",
+    "coulomb_feedforward",
+    "coulomb_smoothing",
+    "offset_feedforward",
+)
+
+
+def read_identity(read: ReadWords) -> BoardIdentity:
+    """One transfer."""
+    words = read(_IDENTITY_BASE, _IDENTITY_WORDS)
+
+    def value(name: str) -> float:
+        return decode(f"identity.{name}", words, _IDENTITY_BASE)
+
+    version = int(value("firmware_version"))
+    return BoardIdentity(
+        firmware_version=f"{version >> 8}.{version & 0xFF}",
+        serial_number=int(value("serial_number")),
+        map_crc=int(value("map_crc")),
+        sample_period_s=value("sample_period"),
+        control_delay_s=value("control_delay"),
+        counts_per_turn=int(value("counts_per_turn")),
+        effort_per_count_nm=value("effort_per_count"),
+    )
+
+
+def read_status(read: ReadWords) -> BoardStatus:
+    """One transfer, so that state, token and counters belong together."""
+    words = read(_STATUS_BASE, _STATUS_WORDS)
+
+    def integer(name: str) -> int:
+        return decode_integer(name, words, _STATUS_BASE)
+
+    return BoardStatus(
+        state=State(integer("status.state")),
+        fault=Fault(integer("status.fault_code")),
+        fault_sample=integer("status.fault_sample"),
+        sto_active=bool(integer("status.sto_active")),
+        last_token=integer("status.last_token"),
+        last_result=Result(integer("status.last_result")),
+        staged_crc_ok=bool(integer("status.staged_crc_ok")),
+        unconfirmed=bool(integer("status.unconfirmed")),
+        confirm_remaining_s=decode("status.confirm_remaining", words, _STATUS_BASE),
+        clock_samples=integer("status.board_clock"),
+        pages_written=integer("capture.pages_written"),
+        samples_captured=integer("capture.samples_captured"),
+        overflows=integer("capture.overflows"),
+    )
+
+
+def read_limits(read: ReadWords, axis: str) -> AxisLimits:
+    """One transfer."""
+    base = REGISTERS[f"limits.{axis}.travel"].address
+    last = REGISTERS[f"limits.{axis}.{_GAIN_LIMITS[-1]}"]
+    words = read(base, last.address + last.words - base)
+
+    def value(name: str) -> float:
+        return decode(f"limits.{axis}.{name}", words, base)
+
+    return AxisLimits(
+        travel_rad=value("travel"),
+        speed_rad_s=value("speed"),
+        effort_nm=value("effort"),
+        following_error_rad=value("following_error"),
+        gain_step=value("gain_step"),
+        gain_maximum=AxisGains(*(value(name) for name in _GAIN_LIMITS)),
+    )
+
+
+def page_in_si(page: RawPage, identity: BoardIdentity) -> CapturePage:
+    """Counts to rad and N*m."""
+    rad_per_count = 2.0 * np.pi / identity.counts_per_turn
+    return CapturePage(
+        first_sample=page.first_sample,
+        position_rad=np.multiply(page.position, rad_per_count, dtype=np.float64),
+        effort_nm=np.multiply(page.effort, identity.effort_per_count_nm, dtype=np.float64),
+        following_error_rad=np.multiply(page.following_error, rad_per_count, dtype=np.float64),
+    )

@@ -1,0 +1,234 @@
+"""Writes registers.py, registers.h and docs/registers.md from registers.toml.
+
+Run `python -m firmware_interface.generate`; with `--check` nothing is written, and the exit
+code is 1 when a file is out of date.
+"""
+
+import sys
+from collections.abc import Iterator
+from dataclasses import MISSING, fields
+from pathlib import Path
+from typing import Final
+
+from firmware_interface.register import Register
+from firmware_interface.register_map import Enumeration, RegisterMap, load_map
+
+_PACKAGE: Final = Path(__file__).parent
+_NOTE: Final = "Generated from registers.toml by firmware_interface/generate.py; do not edit."
+_C_TYPES: Final = {
+    "u16": "uint16_t",
+    "i16": "int16_t",
+    "u32": "uint32_t",
+    "i32": "int32_t",
+    "f32": "float",
+}
+
+
+def render(source: RegisterMap, package: Path = _PACKAGE) -> dict[Path, str]:
+    """The text of every generated file, by path."""
+    return {
+        package / "registers.py": "\n".join(_python(source)) + "\n",
+        package / "registers.h": "\n".join(_header(source)) + "\n",
+        package.parent / "docs" / "registers.md": "\n".join(_markdown(source)) + "\n",
+    }
+
+
+def out_of_date(files: dict[Path, str]) -> list[Path]:
+    """Files that differ from what the map says."""
+    return [
+        path
+        for path, text in files.items()
+        if not path.is_file() or path.read_text("utf-8") != text
+    ]
+
+
+def main(arguments: list[str]) -> int:
+    """Write the files, or check them."""
+    files = render(load_map())
+    stale = out_of_date(files)
+    if arguments == ["--check"]:
+        for path in stale:
+            print(f"{path.relative_to(_PACKAGE.parent)} is out of date", file=sys.stderr)
+        return 1 if stale else 0
+    if arguments:
+        print("usage: python -m firmware_interface.generate [--check]", file=sys.stderr)
+        return 2
+    for path in stale:
+        path.parent.mkdir(exist_ok=True)
+        path.write_text(files[path], "utf-8")
+    return 0
+
+
+def _python(source: RegisterMap) -> Iterator[str]:
+    yield '"""The register map as data.'
+    yield ""
+    yield _NOTE
+    yield '"""'
+    yield ""
+    yield "from enum import IntEnum"
+    yield "from typing import Final"
+    yield ""
+    yield "from firmware_interface.register import Register"
+    yield ""
+    page = source.page
+    yield f"MAGIC: Final = 0x{source.magic:08X}"
+    yield f"MAP_VERSION: Final = {source.version}"
+    yield f"MAP_CRC: Final = 0x{source.crc:08X}"
+    yield f"FLOAT_TEST: Final = {source.float_test}"
+    axes = ", ".join(f'"{axis}"' for axis in source.axes)
+    yield f"AXES: Final = ({axes})"
+    yield f"PAGE_ADDRESS: Final = {page.address:#06x}"
+    yield f"PAGE_SLOTS: Final = {page.slots}"
+    yield f"PAGE_SLOT_REGISTERS: Final = {page.slot_registers}"
+    yield f"PAGE_SAMPLES: Final = {page.samples}"
+    yield f"PAGE_WORDS: Final = {source.page_words}"
+    for enum in source.enums:
+        yield from ("", "")
+        yield f"class {enum.name}(IntEnum):"
+        yield f'    """{enum.description}"""'
+        yield ""
+        yield from (f"    {code.name} = {code.value}" for code in enum.codes)
+    yield ""
+    for enum in source.enums:
+        yield from _python_texts(enum)
+    yield ""
+    yield "_ALL = ("
+    for register in source.registers:
+        yield from _python_register(register)
+    yield ")"
+    yield "REGISTERS: Final = {register.name: register for register in _ALL}"
+
+
+def _python_texts(enum: Enumeration) -> Iterator[str]:
+    if any(code.next_step for code in enum.codes):
+        yield ""
+        yield f"{enum.name.upper()}_TEXTS: Final = {{"
+        for code in enum.codes:
+            yield f"    {enum.name}.{code.name}: ("
+            yield f'        "{code.meaning}",'
+            yield f'        "{code.next_step}",'
+            yield "    ),"
+        yield "}"
+
+
+def _python_register(register: Register) -> Iterator[str]:
+    yield "    Register("
+    for field in fields(register):
+        value = getattr(register, field.name)
+        if field.default is MISSING or value != field.default:
+            text = f'"{value}"' if isinstance(value, str) else repr(value)
+            yield f"        {field.name}={text},"
+    yield "    ),"
+
+
+def _c_name(register: Register) -> str:
+    return register.name.upper().replace(".", "_")
+
+
+def _header(source: RegisterMap) -> Iterator[str]:
+    page = source.page
+    yield f"/* The register map. {_NOTE} */"
+    yield "#ifndef FEED_DRIVE_REGISTERS_H"
+    yield "#define FEED_DRIVE_REGISTERS_H"
+    yield ""
+    yield "#include <stddef.h>"
+    yield "#include <stdint.h>"
+    yield ""
+    yield f"#define FD_MAGIC {source.magic:#010x}u"
+    yield f"#define FD_MAP_VERSION {source.version}u"
+    yield f"#define FD_MAP_CRC {source.crc:#010x}u"
+    yield f"#define FD_AXES {len(source.axes)}u"
+    yield f"#define FD_PAGE_ADDRESS {page.address:#06x}u"
+    yield f"#define FD_PAGE_SLOTS {page.slots}u"
+    yield f"#define FD_PAGE_SLOT_REGISTERS {page.slot_registers}u"
+    yield f"#define FD_PAGE_SAMPLES {page.samples}u"
+    yield f"#define FD_PAGE_WORDS {source.page_words}u"
+    for enum in source.enums:
+        yield ""
+        yield f"/* {enum.description} */"
+        yield f"enum fd_{enum.name.lower()} {{"
+        for code in enum.codes:
+            yield f"    FD_{enum.name.upper()}_{code.name} = {code.value}, /* {code.meaning} */"
+        yield "};"
+    yield ""
+    for register in source.registers:
+        yield f"#define FD_REG_{_c_name(register)} {register.address:#06x}u"
+    yield from _header_layout(source)
+    yield ""
+    yield "#endif"
+
+
+def _header_layout(source: RegisterMap) -> Iterator[str]:
+    """Word images of the structures that travel in one transfer."""
+    bank = [r for r in source.registers if r.name.startswith(f"active.{source.axes[0]}.")]
+    yield ""
+    yield "/* One axis of a gain bank. */"
+    yield "struct fd_gain_bank {"
+    yield from (f"    {_C_TYPES[r.type]} {r.name.split('.')[-1]};" for r in bank)
+    yield "};"
+    for register in bank:
+        offset = 2 * (register.address - bank[0].address)
+        yield (
+            f"_Static_assert(offsetof(struct fd_gain_bank, {register.name.split('.')[-1]}) == "
+            f'{offset}u, "layout");'
+        )
+    size = 2 * sum(r.words for r in bank)
+    yield f'_Static_assert(sizeof(struct fd_gain_bank) == {size}u, "layout");'
+    yield ""
+    yield "/* A capture page as words on the wire, high word first; short pages are zero-padded. */"
+    yield "struct fd_page {"
+    yield "    uint16_t index[2];"
+    yield "    uint16_t first_sample[2];"
+    yield "    uint16_t count;"
+    yield "    struct {"
+    yield "        uint16_t position[2]; /* int32_t counts */"
+    yield "        uint16_t effort; /* int16_t counts */"
+    yield "        uint16_t following_error; /* int16_t counts, saturating */"
+    yield "    } sample[FD_PAGE_SAMPLES][FD_AXES];"
+    yield "    uint16_t crc[2]; /* CRC-32 of the words before, big-endian */"
+    yield "};"
+    yield '_Static_assert(sizeof(struct fd_page) == 2u * FD_PAGE_WORDS, "layout");'
+    yield '_Static_assert(FD_PAGE_WORDS <= FD_PAGE_SLOT_REGISTERS, "a page fits its slot");'
+    yield '_Static_assert(FD_PAGE_WORDS <= 125u, "a page fits one Modbus read");'
+
+
+def _markdown(source: RegisterMap) -> Iterator[str]:
+    page = source.page
+    yield "# Registers of the board"
+    yield f"<!-- {_NOTE} -->"
+    yield (
+        f"Map version {source.version}, CRC-32 `{source.crc:#010x}`. Modbus holding registers, "
+        "device 1; 32-bit values have the high word first; value = raw × scale."
+    )
+    yield ""
+    yield "| address | name | type | scale | unit | access | range | what it is |"
+    yield "| --- | --- | --- | --- | --- | --- | --- | --- |"
+    for r in source.registers:
+        kind = r.type if r.count == 1 else f"{r.type}[{r.count}]"
+        limits = "" if r.minimum is None else f"{r.minimum:g} … {r.maximum:g}"
+        yield (
+            f"| `{r.address:#06x}` | {r.name} | {kind} | {r.scale:g} | {r.unit} | {r.access} "
+            f"| {limits} | {r.description} |"
+        )
+    yield ""
+    yield "## Capture pages"
+    yield (
+        f"Page n lies at `{page.address:#06x}` + (n mod {page.slots}) × {page.slot_registers}, "
+        f"{source.page_words} registers: index (u32), first sample (u32), count (u16), "
+        f"{page.samples} samples, CRC-32 of the words before (u32). A sample holds, for each of "
+        f"{', '.join(source.axes)}: position (i32, encoder counts), effort (i16, PWM counts), "
+        "following error (i16, encoder counts, saturating)."
+    )
+    for enum in source.enums:
+        yield ""
+        yield f"## {enum.name}"
+        yield enum.description
+        yield ""
+        yield "| code | name | meaning | next step |"
+        yield "| --- | --- | --- | --- |"
+        for code in enum.codes:
+            yield f"| {code.value} | {code.name} | {code.meaning} | {code.next_step or ''} |"
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

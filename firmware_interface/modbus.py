@@ -1,0 +1,261 @@
+"""Modbus RTU and TCP, client and server; the only file that knows pymodbus.
+
+RTU replies carry no number, so after a timeout the late reply to one request can pass for the
+reply to the next. Hence a link is dirty from the moment a request leaves until its reply is in
+hand. The next request on a dirty link first drains the line, keeps silent for the board's worst
+reply time and reads the nonce, which must be the one read at connect. Reads are repeated, writes
+never.
+"""
+
+import asyncio
+import errno
+import logging
+import time
+from collections.abc import Callable
+from typing import Final
+
+import serial
+from pymodbus.client import ModbusSerialClient, ModbusTcpClient
+from pymodbus.constants import ExcCodes
+from pymodbus.exceptions import ConnectionException, ModbusException
+from pymodbus.framer import FramerBase, FramerRTU, FramerSocket
+from pymodbus.pdu import DecodePDU, ExceptionResponse, ModbusPDU
+from pymodbus.pdu.register_message import (
+    ReadHoldingRegistersRequest,
+    ReadHoldingRegistersResponse,
+    WriteMultipleRegistersRequest,
+    WriteMultipleRegistersResponse,
+)
+
+from firmware_interface.errors import BoardError, LinkError, NoReplyError
+from firmware_interface.link import Link
+from firmware_interface.registers import REGISTERS
+
+DEVICE_ID: Final = 1
+_NONCE: Final = REGISTERS["identity.nonce"]
+_TRIES: Final = 3
+_FRAME_GAP_S: Final = 0.05
+
+# what pymodbus would print says less than the errors raised here
+logging.getLogger("pymodbus").addHandler(logging.NullHandler())
+
+
+class ModbusLink:
+    """A link through a pymodbus client.
+
+    Parameters
+    ----------
+    client : ModbusSerialClient or ModbusTcpClient
+        Open, with retries=0.
+    name : str
+        For messages.
+    silence_s : float
+        The board's worst reply time.
+
+    Raises
+    ------
+    LinkError
+        What is at the other end does not answer like the board.
+    """
+
+    def __init__(
+        self, client: ModbusSerialClient | ModbusTcpClient, name: str, silence_s: float
+    ) -> None:
+        self._client = client
+        self._name = name
+        self._silence_s = silence_s
+        self._dirty = False
+        try:
+            self._nonce = self._read_once(_NONCE.address, _NONCE.words)
+        except (NoReplyError, BoardError) as error:
+            client.close()  # type: ignore[no-untyped-call]
+            raise LinkError(
+                f"{name} is open, but what answers is no board: {error.cause}",
+                "check port and baud rate, that the board is on, and that nothing else talks to "
+                "it (ModemManager probes new ttyACM ports: stop it or exempt the port)",
+            ) from error
+
+    def read(self, address: int, count: int) -> list[int]:
+        """Words of consecutive registers; repeated when no reply comes."""
+        for _ in range(_TRIES - 1):
+            try:
+                return self._read_clean(address, count)
+            except NoReplyError:
+                continue
+        return self._read_clean(address, count)
+
+    def write(self, address: int, words: list[int]) -> None:
+        """Write consecutive registers in one transfer, once."""
+        self._clean()
+        reply = self._transact(
+            lambda: self._client.write_registers(address, words, device_id=DEVICE_ID)
+        )
+        if not isinstance(reply, WriteMultipleRegistersResponse) or (
+            (reply.address, reply.count) != (address, len(words))
+        ):
+            self._dirty = True
+            raise self._no_reply("a reply to something else came")
+
+    def close(self) -> None:
+        """Let go of the port."""
+        self._client.close()  # type: ignore[no-untyped-call]
+
+    def _read_clean(self, address: int, count: int) -> list[int]:
+        self._clean()
+        return self._read_once(address, count)
+
+    def _read_once(self, address: int, count: int) -> list[int]:
+        reply = self._transact(
+            lambda: self._client.read_holding_registers(address, count=count, device_id=DEVICE_ID)
+        )
+        if not isinstance(reply, ReadHoldingRegistersResponse) or len(reply.registers) != count:
+            self._dirty = True
+            raise self._no_reply("a reply to something else came")
+        return list(reply.registers)
+
+    def _transact(self, request: Callable[[], ModbusPDU]) -> ModbusPDU:
+        self._dirty = True
+        try:
+            reply = request()
+        except ConnectionException as error:
+            raise self._no_reply("the connection is lost") from error
+        except (ModbusException, OSError) as error:
+            raise self._no_reply(f"no reply within {self._silence_s:g} s") from error
+        self._dirty = False
+        if isinstance(reply, ExceptionResponse):
+            raise BoardError(
+                f"{self._name} refuses the request (Modbus exception {reply.exception_code})",
+                "bring firmware and host to the same release",
+            )
+        return reply
+
+    def _clean(self) -> None:
+        """Make sure that no late reply can pass for the next one."""
+        if not self._dirty:
+            return
+        if isinstance(self._client, ModbusTcpClient):
+            self._client.close()  # type: ignore[no-untyped-call] # a new connection knows nothing of old replies
+        else:
+            time.sleep(self._silence_s)
+            if self._client.socket:
+                self._client.socket.reset_input_buffer()
+        if self._read_once(_NONCE.address, _NONCE.words) != self._nonce:
+            self._dirty = True
+            raise LinkError(
+                f"{self._name} no longer answers as the board it was: it has restarted, or "
+                "another host is on the line",
+                "make sure that this host is alone, then connect again",
+            )
+
+    def _no_reply(self, cause: str) -> NoReplyError:
+        return NoReplyError(f"{self._name}: {cause}", "check cable and power of the board")
+
+
+class _PromptSerialClient(ModbusSerialClient):
+    """Waits for bytes in the kernel; pymodbus's own polling costs 2 ms a request."""
+
+    def recv(self, size: int | None) -> bytes:
+        if not self.socket:
+            raise ConnectionException(str(self))
+        try:
+            return bytes(self.socket.read(1) + self.socket.read(self.socket.in_waiting))
+        except OSError as error:
+            self.close()  # type: ignore[no-untyped-call]
+            raise ConnectionException(str(self)) from error
+
+
+def open_serial(url: str, baud_rate: int, timeout_s: float) -> ModbusLink:
+    """Open a serial device or pySerial URL; see `firmware_interface.link.open_link`."""
+    client = _PromptSerialClient(url, baudrate=baud_rate, timeout=timeout_s, retries=0)
+    try:
+        client.socket = serial.serial_for_url(
+            url, baudrate=baud_rate, timeout=timeout_s, write_timeout=timeout_s, exclusive=True
+        )
+    except (OSError, ValueError) as error:
+        raise LinkError(f"{url} cannot be opened: {error}", _serial_advice(error)) from error
+    return ModbusLink(client, url, timeout_s)
+
+
+def _serial_advice(error: Exception) -> str:
+    code = getattr(error, "errno", None)
+    if code == errno.ENOENT:
+        return "plug the board in and look for its name with `edge-ident ports`"
+    if code == errno.EACCES:
+        return "add your user to the group that owns the port (often dialout), then log in again"
+    if code in (errno.EBUSY, errno.EAGAIN):
+        return "close the program that holds the port; ModemManager grabs new ttyACM ports"
+    return "give a serial device, a pySerial URL, tcp://HOST:PORT or virtual"
+
+
+def open_tcp(host: str, port: int, timeout_s: float) -> ModbusLink:
+    """Connect to a Modbus TCP server; see `firmware_interface.link.open_link`."""
+    name = f"tcp://{host}:{port}"
+    client = ModbusTcpClient(host, port=port, timeout=timeout_s, retries=0)
+    if not client.connect():  # type: ignore[no-untyped-call]
+        raise LinkError(
+            f"{name} refuses the connection or cannot be reached",
+            "check address and port, and that the board (or `edge-ident board`) is running",
+        )
+    return ModbusLink(client, name, timeout_s)
+
+
+# ---- server
+
+
+class ServerSession(asyncio.Protocol):
+    """Answers requests out of a link's registers; one per connection.
+
+    Parameters
+    ----------
+    link : Link
+    send : callable, optional
+        Where replies go on a serial line, in RTU frames; without it the session is a TCP
+        connection's.
+    """
+
+    def __init__(self, link: Link, send: Callable[[bytes], object] | None = None) -> None:
+        self._link = link
+        self._serial = send is not None
+        framer = FramerRTU if self._serial else FramerSocket
+        self._framer: FramerBase = framer(DecodePDU(True))
+        self._send = send
+        self._buffer = b""
+        self._last_s = 0.0
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        """A TCP client connected."""
+        if isinstance(transport, asyncio.WriteTransport):
+            self._send = transport.write
+
+    def data_received(self, data: bytes) -> None:
+        """Answer every complete request."""
+        now_s = time.monotonic()
+        if self._serial and now_s - self._last_s > _FRAME_GAP_S:
+            self._buffer = b""  # a pause ends a frame, whatever came of it
+        self._last_s = now_s
+        self._buffer += data
+        while self._buffer:
+            try:
+                used, request = self._framer.handleFrame(self._buffer, 0, 0)
+            except ModbusException:
+                used, request = len(self._buffer), None
+            self._buffer = self._buffer[used:]
+            if request and self._send and (request.dev_id == DEVICE_ID or not self._serial):
+                reply = _answer(self._link, request)
+                reply.dev_id, reply.transaction_id = request.dev_id, request.transaction_id
+                self._send(self._framer.buildFrame(reply))
+            if not used:
+                return
+
+
+def _answer(link: Link, request: ModbusPDU) -> ModbusPDU:
+    try:
+        if type(request) is ReadHoldingRegistersRequest:
+            words = link.read(request.address, request.count)
+            return ReadHoldingRegistersResponse(registers=words)
+        if type(request) is WriteMultipleRegistersRequest:
+            link.write(request.address, list(request.registers))
+            return WriteMultipleRegistersResponse(address=request.address, count=request.count)
+    except BoardError:
+        return ExceptionResponse(request.function_code, ExcCodes.ILLEGAL_ADDRESS)
+    return ExceptionResponse(request.function_code, ExcCodes.ILLEGAL_FUNCTION)

@@ -1,0 +1,92 @@
+"""How board time passes: with the wall clock, or as fast as requests come."""
+
+import time
+from typing import Final, Protocol
+
+from firmware_interface.registers import State
+from firmware_interface.virtual.drive import SAMPLE_PERIOD_S
+from firmware_interface.virtual.machine import Machine
+
+_STRETCH: Final = 112
+_REQUEST_SHARE_S: Final = 0.001
+"""Longest work before a request: less than a page's worth, so that a host that asks page by
+page outruns a board that is behind."""
+_IDLE_SHARE_S: Final = 0.004
+_LARGEST_BACKLOG: Final = 100
+
+
+class Clock(Protocol):
+    """Lets board time pass before a request is served, and between requests."""
+
+    def now_s(self) -> float:
+        """Time of watchdog and confirm window."""
+
+    def advance(self, machine: Machine) -> None:
+        """Bring the machine to the present; called before every request."""
+
+    def idle(self, machine: Machine) -> None:
+        """The same, called every few milliseconds when there is no request."""
+
+
+class WallClock:
+    """Board time is wall time times a factor; watchdog and confirm window keep wall time.
+
+    Where the host cannot keep up, board time falls behind instead of blocking requests.
+
+    Parameters
+    ----------
+    speed : float
+        1 is real time.
+    """
+
+    def __init__(self, speed: float) -> None:
+        self._speed = speed
+        self._last_s = self.now_s()
+        self._due = 0.0
+
+    def now_s(self) -> float:
+        """Wall time."""
+        return time.monotonic()
+
+    def advance(self, machine: Machine) -> None:
+        """Catch up with the wall clock."""
+        self._catch_up(machine, _REQUEST_SHARE_S)
+
+    def idle(self, machine: Machine) -> None:
+        """Catch up with the wall clock."""
+        self._catch_up(machine, _IDLE_SHARE_S)
+
+    def _catch_up(self, machine: Machine, share_s: float) -> None:
+        now = self.now_s()
+        self._due += (now - self._last_s) * self._speed / SAMPLE_PERIOD_S
+        self._last_s = now
+        while self._due >= 1.0 and self.now_s() - now < share_s:
+            self._due -= 1.0
+            machine.sample()
+        self._due = min(self._due, _LARGEST_BACKLOG)
+
+
+class RequestClock:
+    """Every request lets a fixed stretch of board time pass: deterministic, and fast.
+
+    During a motion it is 0.28 s, but time stands still while the capture ring is full; at rest
+    it is one sample.
+    """
+
+    def __init__(self) -> None:
+        self._samples = 0
+
+    def now_s(self) -> float:
+        """Board time."""
+        return self._samples * SAMPLE_PERIOD_S
+
+    def advance(self, machine: Machine) -> None:
+        """Let the stretch pass."""
+        for _ in range(_STRETCH if machine.moving else 1):
+            if machine.state is State.MOVING and machine.capture.full:
+                return
+            self._samples += 1
+            machine.sample()
+
+    def idle(self, machine: Machine) -> None:
+        """Nothing happens without a request."""

@@ -1,0 +1,111 @@
+"""Plant, encoders, PWM and controllers: what happens in one control sample."""
+
+import math
+from collections import deque
+from collections.abc import Mapping, Sequence
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from firmware_interface.board_types import AxisLimits
+from firmware_interface.gains import AxisGains
+from firmware_interface.virtual.controller import AxisController, Setpoint
+from firmware_interface.virtual.feed_drive import COUNTS_PER_TURN, FEED_DRIVE, axis_model
+from firmware_interface.virtual.plant import Plant
+
+SAMPLE_PERIOD_S: Final = 0.0025
+CONTROL_DELAY_S: Final = 0.0005
+EFFORT_PER_COUNT_NM: Final = 0.004
+"""Torque at the gearbox output of one PWM count."""
+RAD_PER_COUNT: Final = 2.0 * math.pi / COUNTS_PER_TURN
+"""Encoder resolution at the gearbox output."""
+_SUBSTEPS: Final = 5
+_REST_SAMPLES: Final = 20
+_REST_COUNTS: Final = 2
+
+
+class DriveSample(NamedTuple):
+    """One control sample in counts, by axis; following error is reference - position."""
+
+    position: list[int]
+    effort: list[int]
+    following_error: list[int]
+
+
+class Drive:
+    """The machine behind the board.
+
+    Parameters
+    ----------
+    gains : mapping
+        In force at power-up, by axis.
+    limits : mapping
+        By axis.
+    """
+
+    def __init__(self, gains: Mapping[str, AxisGains], limits: Mapping[str, AxisLimits]) -> None:
+        models = [axis_model(mechanics) for mechanics in FEED_DRIVE.values()]
+        self.plant = Plant(models, CONTROL_DELAY_S, _SUBSTEPS)
+        self._controllers = [
+            AxisController(gains[axis], SAMPLE_PERIOD_S, limits[axis].effort_nm)
+            for axis in FEED_DRIVE
+        ]
+        self._effort_nm = np.zeros(len(FEED_DRIVE))
+        self._positions: deque[list[int]] = deque(maxlen=_REST_SAMPLES)
+        self.powered = False
+
+    @property
+    def at_rest(self) -> bool:
+        """The encoders stood still for the last 50 ms."""
+        if len(self._positions) < _REST_SAMPLES:
+            return False
+        columns = zip(*self._positions, strict=True)
+        return all(max(column) - min(column) <= _REST_COUNTS for column in columns)
+
+    @property
+    def position_rad(self) -> list[float]:
+        """What the encoders read, by axis."""
+        return [round(angle / RAD_PER_COUNT) * RAD_PER_COUNT for angle in self.plant.output_rad]
+
+    @property
+    def speed_rad_s(self) -> list[float]:
+        """Mean over the last 50 ms, by axis."""
+        if len(self._positions) < 2:
+            return [0.0] * len(self._controllers)
+        time_s = (len(self._positions) - 1) * SAMPLE_PERIOD_S
+        first, last = self._positions[0], self._positions[-1]
+        return [(b - a) * RAD_PER_COUNT / time_s for a, b in zip(first, last, strict=True)]
+
+    def set_gains(self, gains: Mapping[str, AxisGains]) -> None:
+        """Exchange the gains of all axes between two samples."""
+        for controller, axis in zip(self._controllers, FEED_DRIVE, strict=True):
+            controller.gains = gains[axis]
+
+    def power_on(self) -> None:
+        """Take up control where the axes stand."""
+        self.powered = True
+        for controller, position in zip(self._controllers, self.position_rad, strict=True):
+            controller.reset(position)
+
+    def power_off(self) -> None:
+        """No effort until the next power_on."""
+        self.powered = False
+
+    def sample(self, setpoints: Sequence[Setpoint]) -> DriveSample:
+        """Latch the encoders, compute the efforts, let one period pass."""
+        positions = [round(angle / RAD_PER_COUNT) for angle in self.plant.output_rad.tolist()]
+        self._positions.append(positions)
+        counts = [0] * len(positions)
+        if self.powered:
+            counts = [
+                round(c.effort_nm(s, p * RAD_PER_COUNT) / EFFORT_PER_COUNT_NM)
+                for c, s, p in zip(self._controllers, setpoints, positions, strict=True)
+            ]
+        effort = np.array(counts) * EFFORT_PER_COUNT_NM
+        self.plant.advance(self._effort_nm, effort)
+        self._effort_nm = effort
+        errors = [
+            round(s.position_rad / RAD_PER_COUNT) - p
+            for s, p in zip(setpoints, positions, strict=True)
+        ]
+        return DriveSample(positions, counts, errors)

@@ -1,0 +1,108 @@
+"""Active, shadow and previous gains: old or new, never a mixture."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import astuple
+from typing import Final
+
+from firmware_interface.board_types import AxisLimits
+from firmware_interface.codec import crc32, decode_gains, encode_gains
+from firmware_interface.gains import AxisGains
+from firmware_interface.registers import AXES, Result
+from firmware_interface.virtual.register_file import RegisterFile
+
+CONFIRM_WINDOW_S: Final = 120.0
+Bank = Mapping[str, AxisGains]
+
+
+class GainBanks:
+    """The banks and the window in which a commit must be confirmed.
+
+    Attributes
+    ----------
+    active : mapping
+        In force.
+    stored : mapping
+        What permanent memory holds.
+    """
+
+    def __init__(
+        self, registers: RegisterFile, gains: Bank, limits: Mapping[str, AxisLimits]
+    ) -> None:
+        self._registers = registers
+        self._limits = limits
+        self._shadow_address = registers.address(f"shadow.{AXES[0]}.proportional")
+        self._active_address = registers.address(f"active.{AXES[0]}.proportional")
+        self._size = len(encode_gains(gains))
+        self._previous: Bank | None = None
+        self._deadline_s = math.inf
+        self._put_active(gains)
+        self.stored = self.active
+
+    @property
+    def unconfirmed(self) -> bool:
+        """A commit waits for its confirmation."""
+        return self._previous is not None
+
+    @property
+    def staged_crc_ok(self) -> bool:
+        """The shadow bank matches its CRC."""
+        words = self._registers.words(self._shadow_address, self._size)
+        return crc32(words) == self._registers.integer("shadow.crc")
+
+    def remaining_s(self, now_s: float) -> float:
+        """Time left to confirm; 0 when there is nothing to."""
+        return max(self._deadline_s - now_s, 0.0) if self.unconfirmed else 0.0
+
+    def commit(self, now_s: float) -> Result:
+        """Swap the shadow bank in, if it may be."""
+        if self.unconfirmed:
+            return Result.UNCONFIRMED
+        if not self.staged_crc_ok:
+            return Result.GAIN_CRC
+        staged = decode_gains(self._registers.words(self._shadow_address, self._size))
+        if not all(self._allowed(axis, staged[axis]) for axis in AXES):
+            return Result.GAIN_LIMITS
+        self._previous = self.active
+        self._deadline_s = now_s + CONFIRM_WINDOW_S
+        self._put_active(staged)
+        return Result.DONE
+
+    def confirm(self) -> Result:
+        """Keep what was committed."""
+        if not self.unconfirmed:
+            return Result.NOTHING_COMMITTED
+        self._previous = None
+        return Result.DONE
+
+    def roll_back(self) -> Result:
+        """Return to the gains before the commit."""
+        if self._previous is None:
+            return Result.NOTHING_COMMITTED
+        self._put_active(self._previous)
+        self._previous = None
+        return Result.DONE
+
+    def store(self) -> Result:
+        """Write the active bank to permanent memory."""
+        if self.unconfirmed:
+            return Result.UNCONFIRMED
+        self.stored = self.active
+        return Result.DONE
+
+    def _put_active(self, gains: Bank) -> None:
+        words = encode_gains(gains)
+        self._registers.put_words(self._active_address, words)
+        self.active: Bank = decode_gains(words)
+
+    def _allowed(self, axis: str, gains: AxisGains) -> bool:
+        """Each gain within its maximum and not too far from the present one."""
+        limits = self._limits[axis]
+        maxima = astuple(limits.gain_maximum)
+        for value, maximum, now in zip(
+            astuple(gains), maxima, astuple(self.active[axis]), strict=True
+        ):
+            if not (abs(value) <= maximum and abs(value - now) <= limits.gain_step * maximum):
+                return False
+        *signed, _offset = astuple(gains)
+        return min(signed) >= 0.0 and gains.coulomb_smoothing_rad_s > 0.0

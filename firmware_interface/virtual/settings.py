@@ -1,0 +1,66 @@
+"""How a virtual board is set up at power-up."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Final
+
+from firmware_interface.board_types import AxisLimits
+from firmware_interface.gains import AxisGains
+from firmware_interface.registers import AXES, MAP_CRC, Fault
+
+CONSERVATIVE_GAINS: Final = AxisGains(
+    proportional=30.0,
+    derivative=4.0,
+    integral=0.0,
+    velocity_filter_s=0.010,
+    inertia_feedforward=0.0,
+    viscous_feedforward=0.0,
+    coulomb_feedforward=0.0,
+    coulomb_smoothing_rad_s=0.1,
+    offset_feedforward=0.0,
+)
+"""Soft feedback without feed-forward: safe on any drive of this size, and slow to follow."""
+
+DEFAULT_LIMITS: Final = AxisLimits(
+    travel_rad=10.0,
+    speed_rad_s=4.0,
+    effort_nm=12.0,
+    following_error_rad=0.6,
+    gain_step=0.6,
+    gain_maximum=AxisGains(
+        proportional=600.0,
+        derivative=60.0,
+        integral=2000.0,
+        velocity_filter_s=0.1,
+        inertia_feedforward=2.0,
+        viscous_feedforward=5.0,
+        coulomb_feedforward=5.0,
+        coulomb_smoothing_rad_s=5.0,
+        offset_feedforward=5.0,
+    ),
+)
+
+
+@dataclass(frozen=True)
+class BoardSettings:
+    """What differs from board to board.
+
+    Attributes
+    ----------
+    map_crc : int
+        Of the register map that the firmware claims to be built with.
+    fault : Fault
+        Latched at power-up unless NONE.
+    limits, gains : mapping
+        By axis.
+    """
+
+    map_crc: int = MAP_CRC
+    serial_number: int = 1
+    fault: Fault = Fault.NONE
+    limits: Mapping[str, AxisLimits] = field(
+        default_factory=lambda: dict.fromkeys(AXES, DEFAULT_LIMITS)
+    )
+    gains: Mapping[str, AxisGains] = field(
+        default_factory=lambda: dict.fromkeys(AXES, CONSERVATIVE_GAINS)
+    )
