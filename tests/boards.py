@@ -1,0 +1,43 @@
+"""Virtual boards in processes of their own, as a user starts them, with settings for trouble."""
+
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+_SERVE = """
+from dataclasses import replace
+from firmware_interface.registers import Fault
+from firmware_interface.virtual.server import serve
+from firmware_interface.virtual.settings import DEFAULT_LIMITS, BoardSettings
+tight = replace(
+    DEFAULT_LIMITS, gain_maximum=replace(DEFAULT_LIMITS.gain_maximum, proportional=60.0)
+)
+serve(on_ready=lambda device: print(device, flush=True), settings=BoardSettings({settings}),
+      speed={speed}, {where})
+"""
+
+
+@contextmanager
+def served_board(
+    where: str = "pty=True", speed: float | None = None, settings: str = ""
+) -> Iterator[str]:
+    """A virtual board in another process; yields its device URL.
+
+    Parameters
+    ----------
+    where : str
+        Keyword of `serve`: "pty=True" or "tcp_port=0".
+    speed : float or None
+        Of real time; None lets time pass with the requests.
+    settings : str
+        Arguments of `BoardSettings`, as source text.
+    """
+    source = _SERVE.format(settings=settings, speed=speed, where=where)
+    process = subprocess.Popen([sys.executable, "-c", source], stdout=subprocess.PIPE, text=True)
+    try:
+        assert process.stdout is not None
+        yield process.stdout.readline().strip()
+    finally:
+        process.terminate()
+        process.wait(timeout=10)

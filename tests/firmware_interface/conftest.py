@@ -1,0 +1,68 @@
+"""Boards behind real lines, motions short enough for tests."""
+
+import asyncio
+import math
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
+
+import pytest
+
+from firmware_interface.motion import Multisine, SineComponent, Trajectory
+from firmware_interface.virtual.board import VirtualBoard
+from firmware_interface.virtual.server import serve_pty, serve_tcp
+
+Serve = Callable[[VirtualBoard, str], AbstractContextManager[str]]
+
+
+@contextmanager
+def served(board: VirtualBoard, kind: str) -> Iterator[str]:
+    """Serve a board from a thread of its own; gives the device URL."""
+    urls: list[str] = []
+    ready = threading.Event()
+    loop = asyncio.new_event_loop()
+
+    def on_ready(url: str) -> None:
+        urls.append(url)
+        ready.set()
+
+    if kind == "pty":
+        serving = serve_pty(board, board.idle, on_ready)
+    else:
+        serving = serve_tcp(board, 0, board.idle, on_ready)
+    task = loop.create_task(serving)
+
+    def run() -> None:
+        with pytest.raises(asyncio.CancelledError):
+            loop.run_until_complete(task)
+        loop.run_until_complete(asyncio.sleep(0))
+        loop.close()
+
+    thread = threading.Thread(target=run)
+    thread.start()
+    assert ready.wait(5.0)
+    try:
+        yield urls[0]
+    finally:
+        loop.call_soon_threadsafe(task.cancel)
+        thread.join()
+
+
+@pytest.fixture(name="served")
+def served_fixture() -> Serve:
+    """`with served(board, "pty") as url`."""
+    return served
+
+
+@pytest.fixture
+def short_motion() -> Trajectory:
+    """Both axes, half a second of lead-in, 421 samples: 30 full pages and one of a single row."""
+    rate = 2.0
+    return Trajectory(
+        axes={
+            "x": Multisine((SineComponent(0.5, rate, 0.0),)),
+            "z": Multisine((SineComponent(0.4, rate, math.pi / 2),)),
+        },
+        duration_s=421 * 0.0025,
+        lead_in_s=0.5,
+    )

@@ -1,0 +1,335 @@
+"""The board's verbs over the in-memory board: what works, what is refused, and what is said."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from firmware_interface.board import Board
+from firmware_interface.errors import BoardError, LinkError, NoReplyError
+from firmware_interface.gains import AxisGains
+from firmware_interface.link import open_link
+from firmware_interface.motion import Multisine, SineComponent, Staircase, Trajectory
+from firmware_interface.registers import MAP_CRC, PAGE_ADDRESS, REGISTERS, Fault, Result, State
+from firmware_interface.virtual.board import VirtualBoard
+from firmware_interface.virtual.settings import CONSERVATIVE_GAINS, DEFAULT_LIMITS, BoardSettings
+
+BETTER = AxisGains(120.0, 15.0, 0.0, 0.008, 0.4, 0.8, 1.2, 0.5, 0.05)
+NEW = {"x": BETTER, "z": replace(BETTER, proportional=110.0)}
+
+
+def as_float32(gains: dict[str, AxisGains]) -> dict[str, AxisGains]:
+    return {
+        axis: AxisGains(*(float(np.float32(value)) for value in vars(g).values()))
+        for axis, g in gains.items()
+    }
+
+
+OLD = as_float32({"x": CONSERVATIVE_GAINS, "z": CONSERVATIVE_GAINS})
+
+
+def run(board: Board, motion: Trajectory) -> np.ndarray:
+    board.write_trajectory(motion)
+    board.arm()
+    board.start()
+    pages = list(board.capture_pages())
+    board.finish()
+    return np.vstack([page.position_rad for page in pages])
+
+
+def test_identity_comes_in_si_units() -> None:
+    identity = Board.connect(open_link("virtual")).identity
+    assert identity.map_crc == MAP_CRC
+    assert identity.sample_period_s == pytest.approx(0.0025)
+    assert identity.control_delay_s == pytest.approx(0.0005)
+    assert identity.counts_per_turn == 8400
+    assert identity.firmware_version == "1.0"
+
+
+def test_limits_come_by_axis() -> None:
+    limits = Board.connect(open_link("virtual")).limits()
+    assert set(limits) == {"x", "z"}
+    assert limits["z"].effort_nm == DEFAULT_LIMITS.effort_nm
+    assert vars(limits["x"].gain_maximum) == pytest.approx(vars(DEFAULT_LIMITS.gain_maximum))
+
+
+def test_wrong_map_crc_is_an_error_that_names_both() -> None:
+    with pytest.raises(BoardError) as caught:
+        Board.connect(VirtualBoard(BoardSettings(map_crc=0x1234ABCD)))
+    assert "0x1234abcd" in caught.value.cause
+    assert f"{MAP_CRC:#010x}" in caught.value.cause
+    assert caught.value.exit_code == 4
+
+
+def tampered(name: str, words: list[int]) -> VirtualBoard:
+    board, register = VirtualBoard(), REGISTERS[name]
+    read = board.read
+
+    def lying(address: int, count: int) -> list[int]:
+        return words if address == register.address and count == len(words) else read(address, count)
+
+    board.read = lying  # type: ignore[method-assign]
+    return board
+
+
+def test_another_device_and_swapped_words_are_told_apart() -> None:
+    with pytest.raises(BoardError, match="no such board"):
+        Board.connect(tampered("identity.magic", [0, 7]))
+    with pytest.raises(BoardError, match="float test"):
+        Board.connect(tampered("identity.float_test", [0x0FDB, 0x4049]))
+
+
+def test_a_capture_is_complete_and_follows_the_motion(short_motion: Trajectory) -> None:
+    board = Board.connect(VirtualBoard())
+    board.write_trajectory(short_motion)
+    board.arm()
+    board.start()
+    pages = list(board.capture_pages())
+    assert [page.first_sample for page in pages] == list(range(0, 421, 14))
+    assert len(pages[-1].position_rad) == 1  # 30 full pages and the rest
+    position = np.vstack([page.position_rad for page in pages])
+    error = np.vstack([page.following_error_rad for page in pages])
+    times = np.arange(421) * 0.0025
+    wanted = np.column_stack([0.5 * np.sin(2 * times), 0.4 * np.cos(2 * times)])
+    np.testing.assert_allclose(position + error, wanted, atol=2 * np.pi / 8400)
+    board.finish()
+    assert board.status().state is State.IDLE
+    assert board.read_last_page().first_sample == 420
+
+
+def test_the_machine_is_at_rest_after_a_motion(short_motion: Trajectory) -> None:
+    virtual = VirtualBoard()
+    run(Board.connect(virtual), short_motion)
+    assert np.all(np.abs(virtual.machine.drive.plant.output_rad_s) < 1e-3)
+
+
+def test_a_motion_repeats_from_where_the_last_one_ended(short_motion: Trajectory) -> None:
+    board = Board.connect(VirtualBoard())
+    first, second = run(board, short_motion), run(board, short_motion)
+    assert first.shape == second.shape
+    # soft feedback: the lag at the first sample depends on the start, the rest does not
+    np.testing.assert_allclose(first[200:], second[200:], atol=0.01)
+
+
+def test_staircase_runs_at_its_speeds() -> None:
+    stairs = {"x": Staircase((0.5, -0.5), 1.0, 2.0), "z": Staircase((-0.4, 0.8), 1.0, 2.0)}
+    position = run(Board.connect(VirtualBoard()), Trajectory(stairs, 2.4, 0.5))
+    speed = np.gradient(position, 0.0025, axis=0)
+    np.testing.assert_allclose(speed[200:380].mean(axis=0), [0.5, -0.4], atol=0.01)
+    np.testing.assert_allclose(speed[760:900].mean(axis=0), [-0.5, 0.8], atol=0.02)
+
+
+def test_gains_go_all_the_way_to_permanent_memory() -> None:
+    virtual = VirtualBoard()
+    board = Board.connect(virtual)
+    assert board.active_gains() == OLD
+    board.stage_gains(NEW)
+    assert board.staged_gains() == as_float32(NEW)
+    assert board.active_gains() == OLD
+    board.commit()
+    assert board.active_gains() == as_float32(NEW)
+    assert board.status().unconfirmed
+    board.confirm()
+    assert not board.status().unconfirmed
+    assert virtual.machine.banks.stored == OLD
+    board.store()
+    assert virtual.machine.banks.stored == as_float32(NEW)
+
+
+def test_roll_back_returns_the_old_gains() -> None:
+    board = Board.connect(VirtualBoard())
+    board.stage_gains(NEW)
+    board.commit()
+    board.roll_back()
+    assert board.active_gains() == OLD
+    with pytest.raises(BoardError, match="no unconfirmed gains"):
+        board.confirm()
+
+
+def test_commit_twice_without_confirm_is_refused() -> None:
+    board = Board.connect(VirtualBoard())
+    board.stage_gains(NEW)
+    board.commit()
+    with pytest.raises(BoardError, match="not confirmed yet"):
+        board.commit()
+
+
+def test_commit_and_store_of_unfinished_business_are_refused() -> None:
+    board = Board.connect(VirtualBoard())
+    with pytest.raises(BoardError, match="CRC"):
+        board.commit()  # nothing was staged
+    board.stage_gains(NEW)
+    board.commit()
+    with pytest.raises(BoardError, match="not confirmed yet"):
+        board.store()
+
+
+@pytest.mark.parametrize(
+    "bad",
+    [
+        {"proportional": 601.0},
+        {"derivative": -1.0},
+        {"coulomb_smoothing_rad_s": 0.0},
+        {"offset_feedforward": -5.1},
+        {"inertia_feedforward": float("nan")},
+        {"proportional": 30.0 + 0.61 * 600.0},  # within the maximum, but too much at once
+    ],
+)
+def test_gains_outside_the_boards_limits_are_refused(bad: dict[str, float]) -> None:
+    board = Board.connect(VirtualBoard())
+    gains = {"x": BETTER, "z": replace(BETTER, **bad)}
+    if np.isnan(next(iter(bad.values()))):
+        board._link.write(REGISTERS["shadow.x.proportional"].address, _bank(gains))
+    else:
+        board.stage_gains(gains)
+    with pytest.raises(BoardError, match="outside the board's limits"):
+        board.commit()
+    assert board.active_gains() == OLD
+
+
+def _bank(gains: dict[str, AxisGains]) -> list[int]:
+    from firmware_interface.codec import crc32, encode, encode_gains
+
+    words = encode_gains(gains)
+    return words + encode("shadow.crc", crc32(words))
+
+
+def test_a_board_with_tighter_limits_refuses_what_another_takes() -> None:
+    tight = replace(DEFAULT_LIMITS, gain_maximum=replace(DEFAULT_LIMITS.gain_maximum, derivative=9))
+    board = Board.connect(VirtualBoard(BoardSettings(limits={"x": tight, "z": DEFAULT_LIMITS})))
+    board.stage_gains(NEW)
+    with pytest.raises(BoardError, match="outside the board's limits"):
+        board.commit()
+
+
+def test_commands_in_the_wrong_state_are_refused(short_motion: Trajectory) -> None:
+    board = Board.connect(VirtualBoard())
+    with pytest.raises(BoardError, match="not allowed in the board's present state"):
+        board.start()
+    board.write_trajectory(short_motion)
+    board.arm()
+    board.stage_gains(NEW)
+    with pytest.raises(BoardError, match=r"present state \(board is ARMED\)"):
+        board.commit()
+    board.quick_stop()
+    assert board.status().state is State.IDLE
+
+
+@pytest.mark.parametrize(
+    ("amplitude_rad", "rate"), [(9.9, 0.2875), (2.0, 2.5), (float("inf"), 1.0)]
+)
+def test_motions_outside_travel_or_speed_are_not_armed(amplitude_rad: float, rate: float) -> None:
+    sine = Multisine((SineComponent(amplitude_rad, rate, 0.0),))
+    board = Board.connect(VirtualBoard())
+    board.write_trajectory(Trajectory({"x": sine, "z": sine}, 5.0, 5.0))
+    with pytest.raises(BoardError, match="travel or speed limits"):
+        board.arm()
+
+
+def test_a_motion_that_the_board_cannot_hold_is_refused_before_the_line() -> None:
+    sine = Multisine((SineComponent(0.1, 1.0, 0.0),) * 9)
+    with pytest.raises(BoardError, match="at most 8"):
+        Board.connect(VirtualBoard()).write_trajectory(Trajectory({"x": sine, "z": sine}, 1.0))
+
+
+def test_a_board_in_fault_says_which(short_motion: Trajectory) -> None:
+    board = Board.connect(VirtualBoard(BoardSettings(fault=Fault.STO)))
+    status = board.status()
+    assert (status.state, status.fault) == (State.FAULT, Fault.STO)
+    board.write_trajectory(short_motion)
+    with pytest.raises(BoardError, match="emergency stop cut the effort") as caught:
+        board.arm()
+    assert "release" in caught.value.next_step
+    for _ in range(30):
+        board.status()  # time passes; the board sees that the axes stand still
+    board.clear_fault()
+    run(board, short_motion)
+
+
+def test_a_lost_page_is_a_link_error(short_motion: Trajectory) -> None:
+    virtual = VirtualBoard()
+    board = Board.connect(virtual)
+    board.write_trajectory(short_motion)
+    board.arm()
+    board.start()
+    read = virtual.read
+
+    def broken(address: int, count: int) -> list[int]:
+        words = read(address, count)
+        return [*words[:-1], words[-1] ^ 1] if address == PAGE_ADDRESS + 5 * 128 else words
+
+    virtual.read = broken  # type: ignore[method-assign]
+    with pytest.raises(LinkError, match="page 5 is lost"):
+        list(board.capture_pages())
+
+
+def test_a_motion_that_somebody_stopped_ends_the_capture(short_motion: Trajectory) -> None:
+    board = Board.connect(VirtualBoard())
+    board.write_trajectory(short_motion)
+    board.arm()
+    board.start()
+    pages = board.capture_pages()
+    next(pages)
+    board.quick_stop()
+    with pytest.raises(BoardError, match="stopped before its end"):
+        list(pages)
+
+
+class LosingLink:
+    """Loses replies to writes, or the writes themselves, at will."""
+
+    def __init__(self, board: VirtualBoard) -> None:
+        self.board = board
+        self.lose = ""
+        self.writes: list[tuple[int, list[int]]] = []
+
+    def read(self, address: int, count: int) -> list[int]:
+        return self.board.read(address, count)
+
+    def write(self, address: int, words: list[int]) -> None:
+        self.writes.append((address, words))
+        if self.lose != "request":
+            self.board.write(address, words)
+        if self.lose:
+            raise NoReplyError("no reply", "check the cable")
+
+    def close(self) -> None:
+        self.board.close()
+
+
+def armed(motion: Trajectory) -> tuple[Board, LosingLink]:
+    link = LosingLink(VirtualBoard())
+    board = Board.connect(link)
+    board.write_trajectory(motion)
+    board.arm()
+    link.writes.clear()
+    return board, link
+
+
+def test_a_lost_reply_neither_repeats_nor_fails_a_command(short_motion: Trajectory) -> None:
+    board, link = armed(short_motion)
+    link.lose = "reply"
+    board.start()
+    assert len(link.writes) == 1
+    assert board.status().last_result is Result.DONE
+    assert sum(len(page.position_rad) for page in board.capture_pages()) == 421
+
+
+def test_a_lost_command_is_reported_and_not_sent_again(short_motion: Trajectory) -> None:
+    board, link = armed(short_motion)
+    link.lose = "request"
+    with pytest.raises(LinkError, match="nothing was carried out"):
+        board.start()
+    assert len(link.writes) == 1
+    assert board.status().state is State.ARMED
+
+
+def test_staging_survives_a_lost_reply_but_not_a_lost_write() -> None:
+    link = LosingLink(VirtualBoard())
+    board = Board.connect(link)
+    link.lose = "reply"
+    board.stage_gains(NEW)
+    assert board.staged_gains() == as_float32(NEW)
+    link.lose = "request"
+    with pytest.raises(LinkError, match="read back differently"):
+        board.stage_gains(OLD)

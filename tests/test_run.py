@@ -1,0 +1,196 @@
+"""The main job, end to end, through the command line: over memory, pseudo-terminal and TCP."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from edge_ident.recording import load_recording
+from firmware_interface.board import Board
+from firmware_interface.link import open_link
+from firmware_interface.registers import State
+from firmware_interface.virtual.feed_drive import FEED_DRIVE, reduced_truth
+from firmware_interface.virtual.settings import CONSERVATIVE_GAINS
+from tests.boards import served_board
+
+COMMAND = [sys.executable, "-c", "from edge_ident.cli import main; main()"]
+
+
+def edge_ident(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [*COMMAND, *map(str, arguments)], capture_output=True, text=True, timeout=120, check=False
+    )
+
+
+@pytest.fixture(scope="module")
+def virtual_run(tmp_path_factory: pytest.TempPathFactory) -> tuple[dict, Path]:
+    folder = tmp_path_factory.mktemp("run")
+    done = edge_ident("run", "--device", "virtual", "--json", "--output", folder)
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout), folder
+
+
+@pytest.mark.parametrize("axis", ["x", "z"])
+def test_parameters_agree_with_the_plants_truth(virtual_run: tuple[dict, Path], axis: str) -> None:
+    found = virtual_run[0]["identification"]["axes"][axis]
+    truth = reduced_truth(FEED_DRIVE[axis])
+    parameters = found["parameters"]
+    assert found["trusted"]
+    for name in ("viscous_friction", "coulomb_friction"):
+        assert parameters[name]["value"] == pytest.approx(getattr(truth, name), rel=0.03)
+    inertia = parameters["inertia"]
+    assert abs(inertia["value"] - truth.inertia) < 1.96 * inertia["std"]
+    assert inertia["std"] < 0.05 * truth.inertia
+    assert inertia["unit"] == "kg*m^2"
+
+
+def test_network_and_least_squares_stand_side_by_side(virtual_run: tuple[dict, Path]) -> None:
+    for axis in virtual_run[0]["identification"]["axes"].values():
+        assert axis["estimators"]["cnn"] is not None, axis["cnn_reason"]
+        for name, value in axis["estimators"]["least_squares"].items():
+            network = axis["estimators"]["cnn"][name]
+            combined = np.hypot(network["std"], value["std"])
+            assert abs(network["value"] - value["value"]) < 3 * combined
+
+
+def test_new_gains_follow_at_least_five_times_better(virtual_run: tuple[dict, Path]) -> None:
+    document, _ = virtual_run
+    assert document["confirmed"]
+    assert not document["stored"]
+    for axis in document["verification"].values():
+        assert axis["ratio"] > 5
+    for design in document["designs"].values():
+        assert design["phase_margin_deg"] >= 50
+        assert design["gain_margin"] >= 2.5
+
+
+def test_the_run_leaves_its_evidence(virtual_run: tuple[dict, Path]) -> None:
+    document, folder = virtual_run
+    assert json.loads((folder / "report.json").read_text()) == document
+    backup = json.loads((folder / "gains_before.json").read_text())
+    assert backup["axes"]["x"]["proportional"] == CONSERVATIVE_GAINS.proportional
+    capture = load_recording(folder / "capture.npz")
+    assert len(capture.time_s) == document["capture"]["samples"] == 8742
+    assert load_recording(folder / "verification.npz").axes.keys() == {"x", "z"}
+    assert "committed" in (folder / "log.txt").read_text()
+
+
+def test_a_recorded_capture_is_identified_alike(virtual_run: tuple[dict, Path]) -> None:
+    document, folder = virtual_run
+    done = edge_ident("identify", folder / "capture.npz", "--json")
+    assert done.returncode == 0, done.stderr
+    again = json.loads(done.stdout)
+    assert again["schema"] == "edge-ident/identification/1"
+    assert {"load", "signals", "cnn", "estimate", "total"} <= again["timing_ms"].keys()
+    for axis, found in document["identification"]["axes"].items():
+        for name, value in found["parameters"].items():
+            assert again["axes"][axis]["parameters"][name]["value"] == pytest.approx(value["value"])
+
+
+def test_a_run_repeats_to_the_last_bit(virtual_run: tuple[dict, Path], tmp_path: Path) -> None:
+    again = edge_ident("run", "--device", "virtual", "--dry-run", "--json", "--output", tmp_path)
+    first = virtual_run[0]["identification"]["axes"]
+    second = json.loads(again.stdout)["identification"]["axes"]
+    assert first["x"]["parameters"] == second["x"]["parameters"]
+
+
+@pytest.mark.parametrize("where", ["pty=True", "tcp_port=0"])
+def test_the_same_over_a_real_line(where: str, tmp_path: Path) -> None:
+    with served_board(where) as device:
+        done = edge_ident("run", "--device", device, "--json", "--output", tmp_path)
+        assert done.returncode == 0, done.stderr
+        document = json.loads(done.stdout)
+        assert document["confirmed"]
+        assert document["capture"]["samples"] == 8742
+        board = Board.connect(open_link(device))
+        designed = document["designs"]["x"]["gains"]["proportional"]
+        assert board.active_gains()["x"].proportional == np.float32(designed)
+        assert board.status().state is State.IDLE
+
+
+def test_dry_run_writes_nothing(tmp_path: Path) -> None:
+    with served_board() as device:
+        done = edge_ident("run", "--device", device, "--dry-run", "--json", "--output", tmp_path)
+        assert done.returncode == 0, done.stderr
+        document = json.loads(done.stdout)
+        assert document["designs"]["x"]["gains"]["proportional"] > 30
+        assert document["verification"] is None
+        board = Board.connect(open_link(device))
+        assert board.active_gains()["x"].proportional == CONSERVATIVE_GAINS.proportional
+
+
+def test_other_motions_and_cycles(tmp_path: Path) -> None:
+    done = edge_ident(
+        "run", "--device", "virtual", "--dry-run", "--motion", "multisine", "--json",
+        "--output", tmp_path,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    axis = json.loads(done.stdout)["identification"]["axes"]["x"]
+    truth = reduced_truth(FEED_DRIVE["x"])
+    assert axis["estimators"]["cnn"] is None
+    assert "no network was trained for that motion" in axis["cnn_reason"]
+    assert axis["parameters"]["inertia"]["value"] == pytest.approx(truth.inertia, rel=0.02)
+    for motion, cycles in (("staircase", "1"), ("sinusoid", "2")):
+        done = edge_ident(
+            "capture", "--device", "virtual", "--motion", motion, "--cycles", cycles,
+            "--output", tmp_path / motion,
+        )  # fmt: skip
+        assert done.returncode == 0, done.stderr
+    assert len(load_recording(tmp_path / "sinusoid" / "capture.npz").time_s) == 17484
+
+
+@pytest.mark.parametrize("progress", ["motion", "verification"])
+def test_interrupt_leaves_the_machine_stopped_and_the_gains_old(
+    progress: str, tmp_path: Path
+) -> None:
+    with served_board(speed=8.0) as device:
+        process = subprocess.Popen(
+            [*COMMAND, "run", "--device", device, "--output", str(tmp_path)],
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        wanted = {"motion": "motion started", "verification": "gains committed"}[progress]
+        log, deadline = tmp_path / "log.txt", time.monotonic() + 30
+        while not log.is_file() or wanted not in log.read_text():
+            assert time.monotonic() < deadline
+            time.sleep(0.02)
+        time.sleep(0.5)
+        process.send_signal(signal.SIGINT)
+        assert process.wait(timeout=20) == 130
+        board = Board.connect(open_link(device))
+        status = board.status()
+        assert status.state is State.IDLE
+        assert not status.unconfirmed
+        assert board.active_gains()["x"] == pytest.approx(CONSERVATIVE_GAINS, rel=1e-6)
+
+
+@pytest.mark.parametrize("command", [["identify", "capture.npz"], ["run", "--device", "virtual"]])
+def test_heavy_packages_stay_unimported(
+    command: list[str], virtual_run: tuple[dict, Path], tmp_path: Path
+) -> None:
+    heavy = ("torch", "onnx", "scipy", "matplotlib")
+    source = f"""
+import sys
+from edge_ident.cli import app
+try:
+    app({command!r} + ["--json", "--output", {str(tmp_path)!r}])
+except SystemExit as end:
+    assert end.code == 0, end.code
+print(sorted(set(sys.modules) & set({heavy!r})), file=sys.stderr)
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", source],
+        capture_output=True,
+        text=True,
+        check=True,
+        cwd=virtual_run[1],
+        env=os.environ | {"PYTHONPATH": str(Path(__file__).parents[1])},
+    )
+    assert done.stderr.splitlines()[-1] == "[]"
