@@ -11,6 +11,9 @@ from edge_ident.errors import DataError
 from edge_ident.recording import AxisRecord, Recording, load_recording
 from edge_ident.signals import condition
 
+_STRETCHES = 120
+"""The tracking error is drawn as its largest value in each of so many stretches."""
+
 
 def draw_run(folder: Path, picture: Path) -> Path:
     """Effort against model, what the model misses, and tracking before and after.
@@ -57,13 +60,15 @@ def _draw_effort(top: Any, middle: Any, name: str, recording: Recording, axis: A
     )
     part = least_squares.estimation_part(signals)
     found = least_squares.solve(signals.regressor[part], signals.effort[part])
-    model = signals.regressor @ found.parameters
-    top.plot(recording.time_s, signals.effort, label="measured, filtered", linewidth=1.5)
-    top.plot(recording.time_s, model, "--", label="least-squares model", linewidth=1)
+    shown = slice(part[0], part[-1])
+    time, effort = recording.time_s[shown], signals.effort[shown]
+    model = signals.regressor[shown] @ found.parameters
+    top.plot(time, effort, label="measured, filtered", linewidth=1.5)
+    top.plot(time, model, "--", label="least-squares model", linewidth=1)
     top.set_title(f"axis {name}")
     top.set_ylabel(f"effort ({axis.effort_unit})")
-    top.legend(loc="upper right", fontsize="small")
-    middle.plot(recording.time_s, signals.effort - model, color="tab:red", linewidth=1)
+    top.legend(fontsize="small")
+    middle.plot(time, effort - model, color="tab:red", linewidth=1)
     middle.set_ylabel(f"missed ({axis.effort_unit})")
 
 
@@ -73,7 +78,9 @@ def _draw_tracking(bottom: Any, name: str, before: Recording, after: Recording |
         if recording is None or axis is None or axis.reference is None:
             continue
         error = np.abs(axis.reference - axis.position)
-        bottom.semilogy(recording.time_s, np.maximum(error, 1e-5), label=label, linewidth=0.7)
-    bottom.set_ylabel(f"|tracking error| ({before.axes[name].position_unit})")
+        stretches = [np.max(part) for part in np.array_split(error, _STRETCHES)]
+        time = np.linspace(recording.time_s[0], recording.time_s[-1], _STRETCHES)
+        bottom.semilogy(time, stretches, label=label, linewidth=1)
+    bottom.set_ylabel(f"largest tracking error ({before.axes[name].position_unit})")
     bottom.set_xlabel("time (s)")
-    bottom.legend(loc="upper right", fontsize="small")
+    bottom.legend(fontsize="small")

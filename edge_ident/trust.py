@@ -25,6 +25,9 @@ TARGET: Final = 0.05
 """Relative standard deviation that a suggested motion should reach."""
 AGREEMENT: Final = 3.0
 """Combined standard deviations by which two estimators may differ: 0.3 % by chance."""
+_SAME_DIRECTION: Final = 1e-6
+"""Singular value over the largest, columns of unit length, that counts as zero."""
+_TINY: Final = np.finfo(float).tiny
 
 
 @dataclass(frozen=True)
@@ -71,11 +74,33 @@ def judge(
                 blocks=True,
             )
         )
+    findings += _inseparable(regressor)
     for index in range(len(PARAMETERS)):
         finding = _judge_parameter(index, estimate, rms_columns, rms_effort)
         if finding:
             findings.append(finding)
     return findings
+
+
+def _inseparable(regressor: Array) -> list[Finding]:
+    """Parameters whose columns are one and the same in this motion.
+
+    No standard deviation shows this: least squares splits such parameters evenly.
+    """
+    length = np.linalg.norm(regressor, axis=0)
+    _, singular, directions = np.linalg.svd(regressor / np.maximum(length, _TINY), False)
+    lost = directions[singular < _SAME_DIRECTION * singular[0]]
+    names = [name for i, name in enumerate(PARAMETERS) if np.any(np.abs(lost[:, i]) > 0.1)]
+    if not names:
+        return []
+    return [
+        Finding(
+            "inseparable",
+            f"{' and '.join(names)} cannot be told apart in this motion",
+            "record a motion that goes both ways at several speeds, such as --motion staircase",
+            blocks=True,
+        )
+    ]
 
 
 def _judge_parameter(
@@ -89,7 +114,7 @@ def _judge_parameter(
             "check the sign of the effort column and its units",
             blocks=True,
         )
-    moved = std * rms_columns[index] / max(rms_effort, np.finfo(float).tiny)
+    moved = std * rms_columns[index] / max(rms_effort, _TINY)
     if moved > UNCERTAIN_EFFORT_LIMIT or (POSITIVE[index] and value <= 0):
         return Finding(
             f"undetermined_{name}",

@@ -45,6 +45,15 @@ def test_reasons_to_refuse(values, std, residual: float, code: str) -> None:
     assert [finding.code for finding in findings if finding.blocks] == [code]
 
 
+def test_one_way_motion_cannot_tell_coulomb_friction_from_offset() -> None:
+    one_way = REGRESSOR.copy()
+    one_way[:, 1], one_way[:, 2] = 2.0 + VELOCITY, 1.0
+    [finding] = judge(estimate(), one_way, one_way @ VALUES, 0.03)
+    assert finding.code == "inseparable"
+    assert finding.blocks
+    assert finding.message.startswith("coulomb_friction and offset cannot be told apart")
+
+
 def test_a_negative_offset_is_physical() -> None:
     assert judge(estimate((0.4, 0.9, 1.4, -0.5)), REGRESSOR, EFFORT, 0.03) == []
 
