@@ -37,7 +37,6 @@ from firmware_interface.registers import (
     MAP_CRC,
     PAGE_ADDRESS,
     PAGE_SAMPLES,
-    PAGE_SAMPLES,
     PAGE_SLOT_REGISTERS,
     PAGE_SLOTS,
     PAGE_WORDS,
@@ -168,11 +167,6 @@ class Board:
         if not pages:
             raise BoardError("the board holds no capture", "run a motion first")
         return self._read_page(pages - 1)
-
-    def read_last_page(self) -> CapturePage:
-        """The capture's last page once more; reading it changes nothing."""
-        index = self.status().pages_written - 1
-        return self._read_page(index, index * PAGE_SAMPLES)
 
     def finish(self) -> None:
         """Wait until the machine is at rest after a capture, then leave the motion."""

@@ -82,7 +82,11 @@ class RequestClock:
 
     def advance(self, machine: Machine) -> None:
         """Let the stretch pass."""
-        for _ in range(_STRETCH if machine.moving else 1):
+        self.let_pass(machine, _STRETCH if machine.moving else 1)
+
+    def let_pass(self, machine: Machine, samples: int) -> None:
+        """Let so many samples pass without a request."""
+        for _ in range(samples):
             if machine.state is State.MOVING and machine.capture.full:
                 return
             self._samples += 1

@@ -4,14 +4,16 @@ Time comes from outside: `sample` lets one control period pass, and `now_s` is t
 watchdog and confirm window.
 """
 
+import math
 from collections import deque
 from collections.abc import Callable
+from dataclasses import astuple
 from typing import Final
 
 from firmware_interface.board import STORE_SIGNATURE
 from firmware_interface.board_types import AxisLimits
 from firmware_interface.codec import decode_trajectory
-from firmware_interface.motion import Multisine, Staircase, Trajectory
+from firmware_interface.motion import Multisine, Trajectory
 from firmware_interface.registers import (
     AXES,
     PAGE_ADDRESS,
@@ -271,12 +273,14 @@ class Machine:
 
 
 def _complete(trajectory: Trajectory) -> bool:
-    """Whether nothing is missing that the reference needs."""
+    """Whether every axis has a motion, with finite values."""
     for motion in trajectory.axes.values():
-        if isinstance(motion, Multisine) and not motion.components:
-            return False
-        if isinstance(motion, Staircase) and not (
-            motion.speeds_rad_s and motion.dwell_s >= 0.0 and motion.acceleration_rad_s2 > 0.0
-        ):
+        if isinstance(motion, Multisine):
+            values = [value for component in motion.components for value in astuple(component)]
+        else:
+            values = [*motion.speeds_rad_s, motion.dwell_s, motion.acceleration_rad_s2]
+            if not (motion.speeds_rad_s and values[-2] >= 0.0 and values[-1] > 0.0):
+                return False
+        if not values or not all(map(math.isfinite, values)):
             return False
     return trajectory.lead_in_s > 0.0 and trajectory.duration_s > 0.0

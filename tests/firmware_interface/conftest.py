@@ -7,10 +7,14 @@ from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 
 import pytest
+from hypothesis import settings
 
 from firmware_interface.motion import Multisine, SineComponent, Trajectory
 from firmware_interface.virtual.board import VirtualBoard
 from firmware_interface.virtual.server import serve_pty, serve_tcp
+
+settings.register_profile("seeded", derandomize=True, deadline=None)
+settings.load_profile("seeded")
 
 Serve = Callable[[VirtualBoard, str], AbstractContextManager[str]]
 

@@ -1,6 +1,7 @@
 """The plant against an independent integrator, energy, and what its parameters promise."""
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -154,7 +155,7 @@ def test_whole_samples_equal_their_substeps() -> None:
     """The shortcut for samples without a change between sliding and sticking is exact."""
     efforts = 2.5 * np.sin(np.arange(700)[:, None] * [0.02, 0.013])
     whole, single = plant(*AXES), Plant([axis_model(axis) for axis in AXES], STEP_S, 1)
-    for before, effort in zip(efforts[:-1], efforts[1:], strict=True):
+    for before, effort in pairwise(efforts):
         whole.advance(before, effort)
         for _ in range(SUBSTEPS):  # one sub-step a sample: the effort is always the old one
             single.advance(before, before)

@@ -1,0 +1,321 @@
+"""The board behind real lines: Modbus RTU on a pseudo-terminal, Modbus TCP, with real clients."""
+
+import os
+import socket
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable
+from contextlib import AbstractContextManager
+
+import pytest
+from pymodbus.client import ModbusSerialClient, ModbusTcpClient
+from pymodbus.exceptions import ModbusIOException
+
+from firmware_interface import modbus
+from firmware_interface.board import Board
+from firmware_interface.errors import BoardError, LinkError, NoReplyError
+from firmware_interface.link import open_link
+from firmware_interface.modbus import ModbusLink
+from firmware_interface.motion import Trajectory
+from firmware_interface.registers import MAP_CRC, REGISTERS, Opcode, State
+from firmware_interface.virtual.board import VirtualBoard
+from firmware_interface.virtual.clock import WallClock
+from firmware_interface.virtual.server import serve
+
+Served = Callable[[VirtualBoard, str], AbstractContextManager[str]]
+LINES = ["pty", "tcp"]
+COMMAND = REGISTERS["command.opcode"].address
+
+
+def capture(board: Board, motion: Trajectory) -> list[int]:
+    """First samples of all pages of one motion."""
+    board.write_trajectory(motion)
+    board.arm()
+    board.start()
+    first = [page.first_sample for page in board.capture_pages()]
+    board.finish()
+    return first
+
+
+@pytest.mark.parametrize("line", LINES)
+@pytest.mark.parametrize("speed", [None, 8.0])
+def test_capture_without_a_lost_or_repeated_sample(
+    served: Served, short_motion: Trajectory, line: str, speed: float | None
+) -> None:
+    virtual = VirtualBoard(clock=WallClock(speed) if speed else None)
+    with served(virtual, line) as url:
+        board = Board.connect(open_link(url))
+        assert capture(board, short_motion) == list(range(0, 421, 14))
+        assert board.status().overflows == 0
+        board.close()
+
+
+@pytest.mark.parametrize("line", LINES)
+def test_a_client_nobody_here_wrote_reads_the_identity(served: Served, line: str) -> None:
+    with served(VirtualBoard(), line) as url:
+        if line == "pty":
+            client = ModbusSerialClient(url, baudrate=115200, timeout=1.0)
+        else:
+            client = ModbusTcpClient("127.0.0.1", port=int(url.rpartition(":")[2]))
+        assert client.connect()
+        reply = client.read_holding_registers(REGISTERS["identity.map_crc"].address, count=2)
+        assert reply.registers == [MAP_CRC >> 16, MAP_CRC & 0xFFFF]
+        refused = client.read_holding_registers(0x0F00, count=1)
+        assert (refused.isError(), refused.exception_code) == (True, 2)
+        unknown = client.read_coils(0, count=1)
+        assert (unknown.isError(), unknown.exception_code) == (True, 1)
+        client.close()
+
+
+@pytest.mark.parametrize("line", LINES)
+def test_a_second_client_finds_the_board_after_the_first_left(served: Served, line: str) -> None:
+    with served(VirtualBoard(), line) as url:
+        for _ in range(2):
+            board = Board.connect(open_link(url))
+            assert board.status().state is State.IDLE
+            board.close()
+
+
+def test_a_refusal_of_an_address_is_a_board_error(served: Served) -> None:
+    with served(VirtualBoard(), "tcp") as url:
+        link = open_link(url)
+        with pytest.raises(BoardError, match="exception 2"):
+            link.read(0x0F00, 1)
+        assert link.read(REGISTERS["identity.map_crc"].address, 2)
+        link.close()
+
+
+class Lossy:
+    """A trace_packet hook: loses the request, or the reply to it, of the next command."""
+
+    def __init__(self) -> None:
+        self.lose = ""
+        self.commands = 0
+        self.pending = False
+
+    def __call__(self, sending: bool, data: bytes) -> bytes:
+        if sending:
+            head = bytes([0x10, COMMAND >> 8, COMMAND & 0xFF])  # write registers, at the command
+            self.pending = head in data[:10]
+            self.commands += self.pending
+            return b"" if self.pending and self.lose == "request" else data
+        return b"" if self.pending and self.lose == "reply" else data
+
+
+def lossy_link(url: str, line: str) -> tuple[ModbusLink, Lossy]:
+    hook = Lossy()
+    client: ModbusSerialClient | ModbusTcpClient
+    if line == "pty":
+        client = ModbusSerialClient(url, baudrate=115200, timeout=0.2, retries=0, trace_packet=hook)
+    else:
+        port = int(url.rpartition(":")[2])
+        client = ModbusTcpClient("127.0.0.1", port=port, timeout=0.2, retries=0, trace_packet=hook)
+    assert client.connect()
+    return ModbusLink(client, url, 0.2), hook
+
+
+@pytest.mark.parametrize("line", LINES)
+def test_a_lost_reply_to_start_moves_the_machine_once(
+    served: Served, short_motion: Trajectory, line: str
+) -> None:
+    with served(VirtualBoard(), line) as url:
+        link, hook = lossy_link(url, line)
+        board = Board.connect(link)
+        board.write_trajectory(short_motion)
+        board.arm()
+        hook.commands, hook.lose = 0, "reply"
+        board.start()
+        hook.lose = ""
+        assert hook.commands == 1
+        assert [page.first_sample for page in board.capture_pages()] == list(range(0, 421, 14))
+        board.close()
+
+
+@pytest.mark.parametrize("line", LINES)
+def test_a_lost_start_is_reported_and_not_repeated(
+    served: Served, short_motion: Trajectory, line: str
+) -> None:
+    with served(VirtualBoard(), line) as url:
+        link, hook = lossy_link(url, line)
+        board = Board.connect(link)
+        board.write_trajectory(short_motion)
+        board.arm()
+        hook.commands, hook.lose = 0, "request"
+        with pytest.raises(LinkError, match="nothing was carried out"):
+            board.start()
+        hook.lose = ""
+        assert hook.commands == 1
+        assert board.status().state is State.ARMED
+        board.close()
+
+
+class SlowBoard(VirtualBoard):
+    """Answers one request later than it may."""
+
+    delay_s = 0.0
+
+    def read(self, address: int, count: int) -> list[int]:
+        delay_s, self.delay_s = self.delay_s, 0.0
+        time.sleep(delay_s)
+        return super().read(address, count)
+
+
+def test_a_late_reply_does_not_pass_for_the_next_one(
+    served: Served, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """On RTU the late serial number would be taken for the map CRC: both are two words."""
+    monkeypatch.setattr(modbus, "_TRIES", 1)
+    virtual = SlowBoard()
+    with served(virtual, "pty") as url:
+        link = open_link(url, timeout_s=0.2)
+        virtual.delay_s = 0.3
+        with pytest.raises(NoReplyError):
+            link.read(REGISTERS["identity.serial_number"].address, 2)
+        crc = link.read(REGISTERS["identity.map_crc"].address, 2)
+        assert crc == [MAP_CRC >> 16, MAP_CRC & 0xFFFF]
+        link.close()
+
+
+def test_reads_are_repeated_after_a_silence(served: Served) -> None:
+    virtual = SlowBoard()
+    with served(virtual, "pty") as url:
+        link = open_link(url, timeout_s=0.2)
+        virtual.delay_s = 0.3
+        assert link.read(REGISTERS["identity.serial_number"].address, 2) == [0, 1]
+        link.close()
+
+
+@pytest.mark.parametrize("line", LINES)
+def test_a_restarted_board_is_noticed_after_a_timeout(served: Served, line: str) -> None:
+    virtual = SlowBoard()
+    with served(virtual, line) as url:
+        link = open_link(url, timeout_s=0.1)
+        virtual._registers.put("identity.nonce", 12345)
+        virtual.delay_s = 0.15
+        with pytest.raises(LinkError, match="restarted"):
+            link.read(REGISTERS["identity.serial_number"].address, 2)
+        link.close()
+
+
+def test_noise_on_the_line_does_not_deafen_the_board(served: Served) -> None:
+    with served(VirtualBoard(), "pty") as url:
+        line = os.open(url, os.O_RDWR | os.O_NOCTTY)
+        os.write(line, bytes(range(1, 40)))
+        time.sleep(0.1)
+        os.close(line)
+        board = Board.connect(open_link(url))
+        assert board.status().state is State.IDLE
+        board.close()
+
+
+def test_requests_to_another_device_on_the_line_are_left_alone(served: Served) -> None:
+    with served(VirtualBoard(), "pty") as url:
+        client = ModbusSerialClient(url, baudrate=115200, timeout=0.1, retries=0)
+        assert client.connect()
+        with pytest.raises(ModbusIOException):
+            client.read_holding_registers(0, count=2, device_id=2)
+        assert client.read_holding_registers(0, count=2, device_id=1).registers
+        client.close()
+
+
+def test_a_command_reaches_the_board_only_whole(served: Served) -> None:
+    with served(VirtualBoard(), "tcp") as url:
+        link = open_link(url)
+        with pytest.raises(BoardError):
+            link.write(COMMAND, [Opcode.ARM])
+        link.close()
+
+
+@pytest.mark.parametrize(
+    ("url", "cause", "advice"),
+    [
+        ("/dev/ttyNOTHERE", "cannot be opened", "plug the board in"),
+        ("nonsense://x", "cannot be opened", "pySerial URL"),
+        ("tcp://127.0.0.1", "no port given", "tcp://HOST:PORT"),
+        ("tcp://127.0.0.1:1", "refuses the connection", "check address and port"),
+    ],
+)
+def test_unknown_devices_say_what_to_do(url: str, cause: str, advice: str) -> None:
+    with pytest.raises(LinkError, match=cause) as caught:
+        open_link(url)
+    assert advice in caught.value.next_step
+    assert caught.value.exit_code == 3
+
+
+def test_a_port_without_permission_says_whom_to_ask(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refused(*_: object, **__: object) -> None:
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(modbus.serial, "serial_for_url", refused)
+    with pytest.raises(LinkError) as caught:
+        open_link("/dev/ttyACM0")
+    assert "dialout" in caught.value.next_step
+
+
+def test_a_serial_port_that_another_program_holds(served: Served) -> None:
+    with served(VirtualBoard(), "pty") as url:
+        first = open_link(url)
+        with pytest.raises(LinkError) as caught:
+            open_link(url)
+        assert "close the program that holds the port" in caught.value.next_step
+        first.close()
+
+
+def test_a_silent_line_is_no_board() -> None:
+    master, slave = os.openpty()
+    try:
+        with pytest.raises(LinkError, match="no board") as caught:
+            open_link(os.ttyname(slave), timeout_s=0.1)
+        assert "ModemManager" in caught.value.next_step
+    finally:
+        os.close(master)
+        os.close(slave)
+
+
+def test_a_server_that_speaks_something_else_is_no_board() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as server:
+
+        def greet() -> None:
+            connection, _ = server.accept()
+            with connection:
+                connection.sendall(b"220 mail.example ESMTP ready\r\n")
+                connection.recv(100)
+
+        thread = threading.Thread(target=greet)
+        thread.start()
+        with pytest.raises(LinkError, match="no board"):
+            open_link(f"tcp://127.0.0.1:{server.getsockname()[1]}", timeout_s=0.1)
+        thread.join()
+
+
+def test_a_tcp_port_in_use_is_a_link_error() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        with pytest.raises(LinkError, match=f"port {port}"):
+            serve(tcp_port=port, on_ready=lambda url: None)
+
+
+def test_serve_ends_with_ctrl_c() -> None:
+    script = (
+        "from firmware_interface.virtual.server import serve;"
+        "serve(pty=True, on_ready=lambda url: print(url, flush=True))"
+    )
+    process = subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True)
+    assert process.stdout is not None
+    assert process.stdout.readline().startswith("/dev/")
+    process.send_signal(2)
+    assert process.wait(5.0) == 0
+    process.stdout.close()
+
+
+def test_a_cut_connection_is_noticed_and_the_next_read_connects_again(served: Served) -> None:
+    with served(VirtualBoard(), "tcp") as url:
+        link = open_link(url)
+        assert isinstance(link, ModbusLink)
+        socket_in_use = link._client.socket
+        assert isinstance(socket_in_use, socket.socket)
+        socket_in_use.shutdown(socket.SHUT_RDWR)
+        assert link.read(REGISTERS["identity.serial_number"].address, 2) == [0, 1]
+        link.close()
