@@ -14,7 +14,7 @@ from edge_ident.gain_transfer import backup_gains, check_gains, write_gains
 from edge_ident.identification import Identification, identify
 from edge_ident.motions import MotionName, named_trajectory
 from edge_ident.network import Network
-from edge_ident.recording import save_recording
+from edge_ident.recording_files import save_recording
 from edge_ident.safety import left_safe
 from edge_ident.stopwatch import Stopwatch
 from firmware_interface.board import Board

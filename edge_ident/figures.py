@@ -8,7 +8,8 @@ import numpy as np
 from edge_ident import least_squares
 from edge_ident.commissioning import CAPTURE_FILE, VERIFICATION_FILE
 from edge_ident.errors import DataError
-from edge_ident.recording import AxisRecord, Recording, load_recording
+from edge_ident.recording import AxisRecord, Recording
+from edge_ident.recording_files import load_recording
 from edge_ident.signals import condition
 
 _STRETCHES = 120

@@ -29,7 +29,8 @@ from edge_ident.drive import load_drive
 from edge_ident.gain_transfer import compare_gains
 from edge_ident.identification import identify
 from edge_ident.network import Network, load_network
-from edge_ident.recording import Recording, load_recording, save_recording
+from edge_ident.recording import Recording
+from edge_ident.recording_files import load_recording, save_recording
 from edge_ident.safety import left_safe
 from edge_ident.stopwatch import Stopwatch
 from firmware_interface.board import Board

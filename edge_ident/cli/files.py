@@ -50,7 +50,7 @@ def identify(
     """
     from edge_ident.documents import identification_document
     from edge_ident.identification import identify as identify_recording
-    from edge_ident.recording import load_recording
+    from edge_ident.recording_files import load_recording
     from edge_ident.stopwatch import Stopwatch
     from edge_ident.tables import print_identification
 
@@ -94,7 +94,7 @@ def gains(
     from edge_ident.drive import load_drive
     from edge_ident.gain_design import LoopHardware, design
     from edge_ident.identification import identify as identify_recording
-    from edge_ident.recording import load_recording
+    from edge_ident.recording_files import load_recording
     from edge_ident.tables import print_designs, print_identification
 
     described = load_drive(drive)

@@ -110,7 +110,7 @@ def capture(
     from edge_ident.capture import capture_motion, check_drive
     from edge_ident.commissioning import CAPTURE_FILE
     from edge_ident.motions import named_trajectory
-    from edge_ident.recording import save_recording
+    from edge_ident.recording_files import save_recording
     from edge_ident.safety import left_safe
 
     chosen = _motion(motion)

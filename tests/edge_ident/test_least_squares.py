@@ -7,7 +7,7 @@ import pytest
 import scipy.signal
 
 from edge_ident import least_squares
-from edge_ident.recording import load_recording
+from edge_ident.recording_files import load_recording
 from edge_ident.signals import condition
 
 PERIOD_S = 0.0025
