@@ -14,7 +14,7 @@ from edge_ident.network import Network
 from edge_ident.recording import AxisRecord, Recording
 from edge_ident.signals import Signals, condition
 from edge_ident.stopwatch import Stopwatch
-from edge_ident.trust import Finding, compare_estimators, judge
+from edge_ident.trust import Finding, compare_estimators, describe_data, judge
 
 Array = NDArray[np.float64]
 
@@ -148,7 +148,8 @@ def _conclude(
     source, why = _choose(network, linear, regressor, effort)
     estimate = network if network is not None and source == "cnn" else linear
     metric = compare(effort, regressor @ estimate.parameters)
-    findings = judge(estimate, regressor, effort, metric.relative_residual)
+    findings = describe_data(signals)
+    findings += judge(estimate, regressor, effort, metric.relative_residual)
     if network is not None:
         findings += compare_estimators(network, linear)
     return AxisIdentification(

@@ -9,6 +9,27 @@ Array = NDArray[np.float64]
 Normalization = Literal["effort-scale", "min-max"]
 
 
+def effort_scale(measured_effort: Array, normalization: Normalization) -> Array:
+    """What efforts are divided by before they make an image.
+
+    An image shows guess and measurement only as a product, so the measurement's known scale is
+    what tells them apart. "min-max" takes the peak, as the paper does. "effort-scale" takes √2
+    times the root mean square (the peak of a sine): noise of 2 % of the effort raises the peak by
+    4 % and the root mean square by 0.02 %, and the residuals err by as much.
+
+    Parameters
+    ----------
+    measured_effort : (..., points) array
+
+    Returns
+    -------
+    (...) array
+    """
+    if normalization == "min-max":
+        return np.asarray(np.max(np.abs(measured_effort), axis=-1))
+    return np.asarray(np.sqrt(2.0 * np.mean(measured_effort**2, axis=-1)))
+
+
 def effort_image(
     model_effort: Array, measured_effort: Array, normalization: Normalization
 ) -> NDArray[np.float32]:
@@ -17,9 +38,9 @@ def effort_image(
     Parameters
     ----------
     model_effort : (n, points) array
-        Effort of the model at each of n guesses, over the measured peak.
+        Effort of the model at each of n guesses, over the measurement's `effort_scale`.
     measured_effort : (points,) or (n, points) array
-        Measured effort over its own peak.
+        Measured effort over its own `effort_scale`.
     normalization : {"effort-scale", "min-max"}
 
     Returns
@@ -37,8 +58,8 @@ def gain_and_bias(
 ) -> tuple[Array, Array]:
     """The normalization as an affine map of the image: gain·M + bias.
 
-    "effort-scale" changes nothing, since the measured effort comes over its own peak. "min-max"
-    maps each image to [0, 1] as the paper does, which hides the scale of both efforts.
+    "effort-scale" changes nothing, since the efforts come scaled. "min-max" maps each image to
+    [0, 1] as the paper does, which hides the scale of both efforts.
 
     Parameters
     ----------

@@ -52,6 +52,8 @@ class Signals:
         False where the axis stood still for longer than the filter can resolve. Friction is
         not determined by the motion there; effort and regressor are bridged by straight lines,
         alike, so that what is linear between them stays so.
+    jitter : float
+        Largest deviation of a time stamp from an even grid, in sampling periods.
     """
 
     period_s: float
@@ -59,6 +61,12 @@ class Signals:
     effort: Array
     regressor: Array
     moving: NDArray[np.bool_]
+    jitter: float
+
+    @property
+    def interpolated(self) -> bool:
+        """Whether the sampling was too uneven to be taken for even."""
+        return self.jitter > _JITTER_LIMIT
 
 
 def condition(
@@ -75,7 +83,8 @@ def condition(
     """
     period_s = float((time_s[-1] - time_s[0]) / (len(time_s) - 1))
     even = time_s[0] + period_s * np.arange(len(time_s))
-    if np.max(np.abs(time_s - even)) > _JITTER_LIMIT * period_s:
+    jitter = float(np.max(np.abs(time_s - even))) / period_s
+    if jitter > _JITTER_LIMIT:
         position = interpolate(even, time_s, position)
         effort = interpolate(even, time_s, effort)
     cutoff_hz = choose_cutoff(position, period_s)
@@ -85,7 +94,7 @@ def condition(
     columns[:, 2] = lowpass(columns[:, 2], cutoff_hz, period_s)
     moving = ~standing(position, cutoff_hz, period_s)
     return Signals(
-        period_s, cutoff_hz, bridge(smooth_effort, moving), bridge(columns, moving), moving
+        period_s, cutoff_hz, bridge(smooth_effort, moving), bridge(columns, moving), moving, jitter
     )
 
 

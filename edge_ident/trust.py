@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.model import PARAMETERS, POSITIVE, Estimate
+from edge_ident.signals import Signals
 
 Array = NDArray[np.float64]
 
@@ -79,6 +80,33 @@ def judge(
         finding = _judge_parameter(index, estimate, rms_columns, rms_effort)
         if finding:
             findings.append(finding)
+    return findings
+
+
+def describe_data(signals: Signals) -> list[Finding]:
+    """What was done to the data before anything was estimated."""
+    findings = []
+    if signals.interpolated:
+        findings.append(
+            Finding(
+                "uneven_sampling",
+                f"time stamps are up to {signals.jitter:.2g} sampling periods off an even grid; "
+                "samples were interpolated",
+                "record with the board's clock if results look noisy",
+                blocks=False,
+            )
+        )
+    standing = 1.0 - float(np.mean(signals.moving))
+    if standing > 0:
+        findings.append(
+            Finding(
+                "standstill",
+                f"in {standing:.1%} of the recording the axis stands still or is about to; "
+                "this part was left out",
+                "stiffer feedback or friction feed-forward shortens standstills at reversals",
+                blocks=False,
+            )
+        )
     return findings
 
 

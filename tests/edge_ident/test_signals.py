@@ -104,6 +104,8 @@ def test_uneven_sampling_is_interpolated() -> None:
     velocity = 2 * np.pi * 0.2875 * np.cos(0.2875 * time)
     effort = 0.9 * velocity
     even = signals.condition(time, position, effort)
+    assert even.interpolated
+    assert 0.35 < even.jitter < 0.45
     expected = 2 * np.pi * 0.2875 * np.cos(0.2875 * (time[0] + even.period_s * np.arange(8742)))
     np.testing.assert_allclose(even.regressor[:, 1], expected, atol=2e-3)
     np.testing.assert_allclose(even.effort[100:-100], 0.9 * expected[100:-100], atol=2e-3)

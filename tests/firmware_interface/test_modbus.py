@@ -2,9 +2,6 @@
 
 import os
 import socket
-import subprocess
-import sys
-import threading
 import time
 from collections.abc import Callable
 from contextlib import AbstractContextManager
@@ -22,7 +19,6 @@ from firmware_interface.motion import Trajectory
 from firmware_interface.registers import MAP_CRC, REGISTERS, Opcode, State
 from firmware_interface.virtual.board import VirtualBoard
 from firmware_interface.virtual.clock import WallClock
-from firmware_interface.virtual.server import serve
 
 Served = Callable[[VirtualBoard, str], AbstractContextManager[str]]
 LINES = ["pty", "tcp"]
@@ -88,7 +84,7 @@ def test_a_refusal_of_an_address_is_a_board_error(served: Served) -> None:
 
 
 class Lossy:
-    """A trace_packet hook: loses the request, or the reply to it, of the next command."""
+    """A trace_packet hook: loses commands or the replies to them, or brings Ctrl-C in between."""
 
     def __init__(self) -> None:
         self.lose = ""
@@ -101,6 +97,8 @@ class Lossy:
             self.pending = head in data[:10]
             self.commands += self.pending
             return b"" if self.pending and self.lose == "request" else data
+        if self.pending and self.lose == "interrupt":
+            raise KeyboardInterrupt
         return b"" if self.pending and self.lose == "reply" else data
 
 
@@ -188,6 +186,24 @@ def test_reads_are_repeated_after_a_silence(served: Served) -> None:
 
 
 @pytest.mark.parametrize("line", LINES)
+def test_ctrl_c_in_the_middle_of_a_request_leaves_the_link_usable(
+    served: Served, short_motion: Trajectory, line: str
+) -> None:
+    with served(VirtualBoard(), line) as url:
+        link, hook = lossy_link(url, line)
+        board = Board.connect(link)
+        board.write_trajectory(short_motion)
+        board.arm()
+        hook.lose = "interrupt"
+        with pytest.raises(KeyboardInterrupt):
+            board.start()
+        hook.lose = ""
+        board.quick_stop()
+        assert board.status().state is State.IDLE
+        board.close()
+
+
+@pytest.mark.parametrize("line", LINES)
 def test_a_restarted_board_is_noticed_after_a_timeout(served: Served, line: str) -> None:
     virtual = SlowBoard()
     with served(virtual, line) as url:
@@ -226,88 +242,6 @@ def test_a_command_reaches_the_board_only_whole(served: Served) -> None:
         with pytest.raises(BoardError):
             link.write(COMMAND, [Opcode.ARM])
         link.close()
-
-
-@pytest.mark.parametrize(
-    ("url", "cause", "advice"),
-    [
-        ("/dev/ttyNOTHERE", "cannot be opened", "plug the board in"),
-        ("nonsense://x", "cannot be opened", "pySerial URL"),
-        ("tcp://127.0.0.1", "no port given", "tcp://HOST:PORT"),
-        ("tcp://127.0.0.1:1", "refuses the connection", "check address and port"),
-    ],
-)
-def test_unknown_devices_say_what_to_do(url: str, cause: str, advice: str) -> None:
-    with pytest.raises(LinkError, match=cause) as caught:
-        open_link(url)
-    assert advice in caught.value.next_step
-    assert caught.value.exit_code == 3
-
-
-def test_a_port_without_permission_says_whom_to_ask(monkeypatch: pytest.MonkeyPatch) -> None:
-    def refused(*_: object, **__: object) -> None:
-        raise PermissionError(13, "Permission denied")
-
-    monkeypatch.setattr(modbus.serial, "serial_for_url", refused)
-    with pytest.raises(LinkError) as caught:
-        open_link("/dev/ttyACM0")
-    assert "dialout" in caught.value.next_step
-
-
-def test_a_serial_port_that_another_program_holds(served: Served) -> None:
-    with served(VirtualBoard(), "pty") as url:
-        first = open_link(url)
-        with pytest.raises(LinkError) as caught:
-            open_link(url)
-        assert "close the program that holds the port" in caught.value.next_step
-        first.close()
-
-
-def test_a_silent_line_is_no_board() -> None:
-    master, slave = os.openpty()
-    try:
-        with pytest.raises(LinkError, match="no board") as caught:
-            open_link(os.ttyname(slave), timeout_s=0.1)
-        assert "ModemManager" in caught.value.next_step
-    finally:
-        os.close(master)
-        os.close(slave)
-
-
-def test_a_server_that_speaks_something_else_is_no_board() -> None:
-    with socket.create_server(("127.0.0.1", 0)) as server:
-
-        def greet() -> None:
-            connection, _ = server.accept()
-            with connection:
-                connection.sendall(b"220 mail.example ESMTP ready\r\n")
-                connection.recv(100)
-
-        thread = threading.Thread(target=greet)
-        thread.start()
-        with pytest.raises(LinkError, match="no board"):
-            open_link(f"tcp://127.0.0.1:{server.getsockname()[1]}", timeout_s=0.1)
-        thread.join()
-
-
-def test_a_tcp_port_in_use_is_a_link_error() -> None:
-    with socket.create_server(("127.0.0.1", 0)) as taken:
-        port = taken.getsockname()[1]
-        with pytest.raises(LinkError, match=f"port {port}"):
-            serve(tcp_port=port, on_ready=lambda url: None)
-
-
-def test_serve_ends_with_ctrl_c() -> None:
-    script = (
-        "from firmware_interface.virtual.server import serve;"
-        "serve(pty=True, on_ready=lambda url: print(url, flush=True))"
-    )
-    process = subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True)
-    assert process.stdout is not None
-    assert process.stdout.readline().startswith("/dev/")
-    process.send_signal(2)
-    assert process.wait(5.0) == 0
-    process.stdout.close()
 
 
 def test_a_cut_connection_is_noticed_and_the_next_read_connects_again(served: Served) -> None:

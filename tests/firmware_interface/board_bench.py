@@ -1,0 +1,49 @@
+"""A board, the host's verbs for it, and time that passes without the host."""
+
+from dataclasses import replace
+
+from firmware_interface.board import Board
+from firmware_interface.codec import encode
+from firmware_interface.gains import AxisGains
+from firmware_interface.motion import Multisine, SineComponent, Trajectory
+from firmware_interface.registers import REGISTERS, Result
+from firmware_interface.virtual.board import VirtualBoard
+from firmware_interface.virtual.clock import RequestClock
+from firmware_interface.virtual.drive import SAMPLE_PERIOD_S
+from firmware_interface.virtual.settings import CONSERVATIVE_GAINS, BoardSettings
+
+# values that a 32-bit float holds exactly, so that what is read back can be compared
+BETTER = AxisGains(128.0, 16.0, 0.0, 0.0078125, 0.375, 0.75, 1.25, 0.5, 0.0625)
+OLD = dict.fromkeys(
+    "xz", replace(CONSERVATIVE_GAINS, velocity_filter_s=1 / 128, coulomb_smoothing_rad_s=0.125)
+)
+NEW = {"x": BETTER, "z": replace(BETTER, proportional=112.0)}
+
+
+class Bench:
+    """A board, the host's verbs for it, and time that passes without the host."""
+
+    def __init__(self, **changed: object) -> None:
+        self.clock = RequestClock()
+        self.virtual = VirtualBoard(BoardSettings(gains=OLD, **changed), self.clock)  # type: ignore[arg-type]
+        self.board = Board.connect(self.virtual)
+
+    def wait(self, seconds: float) -> None:
+        """Nobody asks the board anything for so long."""
+        self.clock.let_pass(self.virtual.machine, round(seconds / SAMPLE_PERIOD_S))
+
+    def start(self, motion: Trajectory) -> None:
+        self.board.write_trajectory(motion)
+        self.board.arm()
+        self.board.start()
+
+    def command(self, opcode: int, token: int, argument: int = 0) -> Result:
+        words = encode("command.opcode", opcode) + encode("command.token", token)
+        words += encode("command.argument", argument)
+        self.virtual.write(REGISTERS["command.opcode"].address, words)
+        return self.board.status().last_result
+
+
+def long_motion(amplitude_rad: float = 1.0) -> Trajectory:
+    sine = Multisine((SineComponent(amplitude_rad, 0.5, 0.0),))
+    return Trajectory({"x": sine, "z": sine}, duration_s=60.0, lead_in_s=0.5)

@@ -1,0 +1,94 @@
+"""Safe writes: staged, committed, confirmed or rolled back, and what is refused."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from board_bench import BETTER, NEW, OLD, Bench
+
+from firmware_interface.codec import crc32, encode, encode_gains
+from firmware_interface.errors import BoardError
+from firmware_interface.gains import AxisGains
+from firmware_interface.registers import REGISTERS
+from firmware_interface.virtual.settings import DEFAULT_LIMITS
+
+
+def test_gains_go_all_the_way_to_permanent_memory() -> None:
+    bench = Bench()
+    board, banks = bench.board, bench.virtual.machine.banks
+    assert board.active_gains() == OLD
+    board.stage_gains(NEW)
+    assert board.staged_gains() == NEW
+    assert board.active_gains() == OLD
+    board.commit()
+    assert board.active_gains() == NEW
+    assert board.status().unconfirmed
+    board.confirm()
+    assert not board.status().unconfirmed
+    assert banks.stored == OLD
+    board.store()
+    assert banks.stored == NEW
+
+
+def test_roll_back_returns_the_old_gains() -> None:
+    board = Bench().board
+    board.stage_gains(NEW)
+    board.commit()
+    board.roll_back()
+    assert board.active_gains() == OLD
+    with pytest.raises(BoardError, match="no unconfirmed gains"):
+        board.confirm()
+
+
+def test_commit_twice_without_confirm_is_refused() -> None:
+    board = Bench().board
+    board.stage_gains(NEW)
+    board.commit()
+    with pytest.raises(BoardError, match="not confirmed yet"):
+        board.commit()
+
+
+def test_commit_and_store_of_unfinished_business_are_refused() -> None:
+    board = Bench().board
+    with pytest.raises(BoardError, match="CRC"):
+        board.commit()  # nothing was staged
+    board.stage_gains(NEW)
+    board.commit()
+    with pytest.raises(BoardError, match="not confirmed yet"):
+        board.store()
+
+
+@pytest.mark.parametrize(
+    "bad",
+    [
+        {"proportional": 601.0},
+        {"derivative": -1.0},
+        {"coulomb_smoothing_rad_s": 0.0},
+        {"offset_feedforward": -5.1},
+        {"inertia_feedforward": float("nan")},
+        {"proportional": 30.0 + 0.61 * 600.0},  # within the maximum, but too much at once
+    ],
+)
+def test_gains_outside_the_boards_limits_are_refused(bad: dict[str, float]) -> None:
+    board = Bench().board
+    gains = {"x": BETTER, "z": replace(BETTER, **bad)}
+    if np.isnan(next(iter(bad.values()))):
+        board._link.write(REGISTERS["shadow.x.proportional"].address, _bank(gains))
+    else:
+        board.stage_gains(gains)
+    with pytest.raises(BoardError, match="outside the board's limits"):
+        board.commit()
+    assert board.active_gains() == OLD
+
+
+def _bank(gains: dict[str, AxisGains]) -> list[int]:
+    words = encode_gains(gains)
+    return words + encode("shadow.crc", crc32(words))
+
+
+def test_a_board_with_tighter_limits_refuses_what_another_takes() -> None:
+    tight = replace(DEFAULT_LIMITS, gain_maximum=replace(DEFAULT_LIMITS.gain_maximum, derivative=9))
+    board = Bench(limits={"x": tight, "z": DEFAULT_LIMITS}).board
+    board.stage_gains(NEW)
+    with pytest.raises(BoardError, match="outside the board's limits"):
+        board.commit()
