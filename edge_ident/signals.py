@@ -83,7 +83,8 @@ def condition(
     """
     period_s = float((time_s[-1] - time_s[0]) / (len(time_s) - 1))
     even = time_s[0] + period_s * np.arange(len(time_s))
-    jitter = float(np.max(np.abs(time_s - even))) / period_s
+    deviation = time_s - even
+    jitter = float(np.max(np.abs(deviation - np.mean(deviation)))) / period_s
     if jitter > _JITTER_LIMIT:
         position = interpolate(even, time_s, position)
         effort = interpolate(even, time_s, effort)
