@@ -34,7 +34,7 @@ from edge_ident.recording_files import load_recording, save_recording
 from edge_ident.safety import left_safe
 from edge_ident.stopwatch import Stopwatch
 from firmware_interface.board import Board
-from firmware_interface.link import open_link
+from firmware_interface.connection import open_link
 
 TARGET_MS: Final = 1000.0
 Precision = Literal["fp32", "int8"]

@@ -41,6 +41,7 @@ from firmware_interface.registers import (
     PAGE_SLOTS,
     PAGE_WORDS,
     REGISTERS,
+    STORE_SIGNATURE,
     Opcode,
     Result,
     State,
@@ -48,8 +49,6 @@ from firmware_interface.registers import (
 
 __all__ = ["AxisLimits", "Board", "BoardIdentity", "BoardStatus", "CapturePage"]
 
-STORE_SIGNATURE: Final = 0x65766173
-"""The word 'save', so that nothing is stored by accident."""
 _POLL_S: Final = 0.005
 _COMMAND_TIMEOUT_S: Final = 0.5
 _REST_TIMEOUT_S: Final = 10.0

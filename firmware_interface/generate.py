@@ -75,6 +75,7 @@ def _python(source: RegisterMap) -> Iterator[str]:
     yield f"MAP_VERSION: Final = {source.version}"
     yield f"MAP_CRC: Final = 0x{source.crc:08X}"
     yield f"FLOAT_TEST: Final = {source.float_test}"
+    yield f"STORE_SIGNATURE: Final = 0x{source.store_signature:08X}"
     axes = ", ".join(f'"{axis}"' for axis in source.axes)
     yield f"AXES: Final = ({axes})"
     yield f"PAGE_ADDRESS: Final = {page.address:#06x}"
@@ -137,6 +138,7 @@ def _header(source: RegisterMap) -> Iterator[str]:
     yield f"#define FD_MAGIC {source.magic:#010x}u"
     yield f"#define FD_MAP_VERSION {source.version}u"
     yield f"#define FD_MAP_CRC {source.crc:#010x}u"
+    yield f"#define FD_STORE_SIGNATURE {source.store_signature:#010x}u"
     yield f"#define FD_AXES {len(source.axes)}u"
     yield f"#define FD_PAGE_ADDRESS {page.address:#06x}u"
     yield f"#define FD_PAGE_SLOTS {page.slots}u"

@@ -165,7 +165,7 @@ class _PromptSerialClient(ModbusSerialClient):
 
 
 def open_serial(url: str, baud_rate: int, timeout_s: float) -> ModbusLink:
-    """Open a serial device or pySerial URL; see `firmware_interface.link.open_link`."""
+    """Open a serial device or pySerial URL; see `firmware_interface.connection.open_link`."""
     client = _PromptSerialClient(url, baudrate=baud_rate, timeout=timeout_s, retries=0)
     try:
         client.socket = serial.serial_for_url(
@@ -188,7 +188,7 @@ def _serial_advice(error: Exception) -> str:
 
 
 def open_tcp(host: str, port: int, timeout_s: float) -> ModbusLink:
-    """Connect to a Modbus TCP server; see `firmware_interface.link.open_link`."""
+    """Connect to a Modbus TCP server; see `firmware_interface.connection.open_link`."""
     name = f"tcp://{host}:{port}"
     client = ModbusTcpClient(host, port=port, timeout=timeout_s, retries=0)
     if not client.connect():  # type: ignore[no-untyped-call]

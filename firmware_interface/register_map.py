@@ -51,6 +51,7 @@ class RegisterMap:
     magic: int
     version: int
     float_test: float
+    store_signature: int
     axes: tuple[str, ...]
     page: PageLayout
     enums: tuple[Enumeration, ...]
@@ -91,6 +92,7 @@ def load_map(path: Path = SOURCE) -> RegisterMap:
         magic=data["magic"],
         version=data["version"],
         float_test=data["float_test"],
+        store_signature=data["store_signature"],
         axes=tuple(data["axes"]),
         page=PageLayout(**data["page"]),
         enums=tuple(

@@ -8,6 +8,7 @@
 #define FD_MAGIC 0x4d464453u
 #define FD_MAP_VERSION 1u
 #define FD_MAP_CRC 0x26483636u
+#define FD_STORE_SIGNATURE 0x65766173u
 #define FD_AXES 2u
 #define FD_PAGE_ADDRESS 0x1000u
 #define FD_PAGE_SLOTS 256u

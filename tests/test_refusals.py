@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 
 from edge_ident.cli import app
 from firmware_interface.board import Board
-from firmware_interface.link import open_link
+from firmware_interface.connection import open_link
 from tests.boards import served_board
 
 USAGE, LINK, BOARD, DATA = 2, 3, 4, 5

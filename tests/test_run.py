@@ -13,7 +13,7 @@ import pytest
 
 from edge_ident.recording_files import load_recording
 from firmware_interface.board import Board
-from firmware_interface.link import open_link
+from firmware_interface.connection import open_link
 from firmware_interface.registers import State
 from firmware_interface.virtual.feed_drive import FEED_DRIVE, reduced_truth
 from firmware_interface.virtual.settings import CONSERVATIVE_GAINS

@@ -189,7 +189,7 @@ def _session(
 ) -> Iterator[_Session]:
     from edge_ident.drive import load_drive
     from firmware_interface.board import Board
-    from firmware_interface.link import open_link
+    from firmware_interface.connection import open_link
 
     described = load_drive(drive)
     url = device or described.device

@@ -10,13 +10,13 @@ from collections.abc import Callable
 from dataclasses import astuple
 from typing import Final
 
-from firmware_interface.board import STORE_SIGNATURE
 from firmware_interface.board_types import AxisLimits
 from firmware_interface.codec import decode_trajectory
 from firmware_interface.motion import Multisine, Trajectory
 from firmware_interface.registers import (
     AXES,
     PAGE_ADDRESS,
+    STORE_SIGNATURE,
     Fault,
     Opcode,
     Result,

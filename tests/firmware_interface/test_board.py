@@ -5,8 +5,8 @@ import pytest
 from board_bench import NEW, OLD
 
 from firmware_interface.board import Board
+from firmware_interface.connection import open_link
 from firmware_interface.errors import BoardError, LinkError, NoReplyError
-from firmware_interface.link import open_link
 from firmware_interface.motion import Multisine, SineComponent, Staircase, Trajectory
 from firmware_interface.registers import MAP_CRC, PAGE_ADDRESS, REGISTERS, Fault, Result, State
 from firmware_interface.virtual.board import VirtualBoard

@@ -13,8 +13,8 @@ import pytest
 
 from firmware_interface import modbus
 from firmware_interface.board import Board
+from firmware_interface.connection import open_link
 from firmware_interface.errors import LinkError
-from firmware_interface.link import open_link
 from firmware_interface.registers import State
 from firmware_interface.virtual.board import VirtualBoard
 from firmware_interface.virtual.server import serve

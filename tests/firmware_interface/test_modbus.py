@@ -12,8 +12,8 @@ from pymodbus.exceptions import ModbusIOException
 
 from firmware_interface import modbus
 from firmware_interface.board import Board
+from firmware_interface.connection import open_link
 from firmware_interface.errors import BoardError, LinkError, NoReplyError
-from firmware_interface.link import open_link
 from firmware_interface.modbus import ModbusLink
 from firmware_interface.motion import Trajectory
 from firmware_interface.registers import MAP_CRC, REGISTERS, Opcode, State

@@ -1,0 +1,162 @@
+"""The paper's loop: guess, image, network, residual, better guess.
+
+Reconstruction of the paper's identification, with a guard that it does not mention: the network
+is applied to its own answer, which sharpens the answer and sometimes spoils it, so a step counts
+only if the model's effort comes closer to the measured one.
+"""
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from edge_ident.image import effort_image, effort_scale
+from edge_ident.metrics import compare, relative_residual
+from edge_ident.model import PARAMETERS, POSITIVE
+from edge_ident.network import Network
+from edge_ident.trust import RESIDUAL_LIMIT
+
+Array = NDArray[np.float64]
+
+GOOD_ENOUGH: Final = 0.002
+"""Relative residual at which the loop stops: below what any recording resolves."""
+STEPS: Final = (1.0, 0.5, 0.25)
+"""Parts of the network's residual that are tried; they cost no pass."""
+
+
+@dataclass(frozen=True)
+class CnnIdentification:
+    """Outcome of the loop.
+
+    Attributes
+    ----------
+    parameters, std : (4,) arrays
+        SI, in the order of `PARAMETERS`.
+    relative_residual, time_spectral : float
+        Of the subsampled effort; see `edge_ident.metrics.Metric`.
+    passes : int
+        Images that the network saw.
+    trusted : bool
+        Whether the parameters are physical and describe the effort.
+    reason : str
+        Why, or why not, in one sentence.
+    """
+
+    parameters: Array
+    std: Array
+    relative_residual: float
+    time_spectral: float
+    passes: int
+    trusted: bool
+    reason: str
+
+
+@dataclass(frozen=True)
+class _Candidate:
+    shares: Array
+    residual: float
+    physical: bool
+
+    def better_than(self, other: "_Candidate") -> bool:
+        """Physical before unphysical, then the smaller residual."""
+        return (self.physical, -self.residual) > (other.physical, -other.residual)
+
+
+def identify(
+    columns: Array, effort: Array, network: Network, *, seed: int = 0, passes: int = 8
+) -> CnnIdentification:
+    """Identify the parameters behind one subsampled recording.
+
+    Parameters
+    ----------
+    columns : (100, 4) array
+        Subsampled regressor, SI, at the phase of the network's motion.
+    effort : (100,) array
+        Subsampled effort, SI.
+    network : Network
+    seed : int
+        Of the random starting points.
+    passes : int
+        Images in all, restarts included.
+    """
+    manifest = network.manifest
+    scale = float(effort_scale(effort, manifest.normalization)) or 1.0
+    share_scales = manifest.motion.column_scales
+    shapes, measured = columns / share_scales, effort / scale
+    best, done = _search(shapes, measured, network, seed, passes)
+    std = np.hypot(manifest.parameter_std, manifest.parameter_std_per_residual * best.residual)
+    trusted, reason = _judge(best, done)
+    return CnnIdentification(
+        parameters=best.shares * scale / share_scales,
+        std=std * scale / share_scales,
+        relative_residual=best.residual,
+        time_spectral=compare(measured, shapes @ best.shares).time_spectral,
+        passes=done,
+        trusted=trusted,
+        reason=reason,
+    )
+
+
+def motion_mismatch(columns: Array, network: Network) -> float:
+    """How far a recording's motion is from the one the network was trained for.
+
+    Parameters
+    ----------
+    columns : (100, 4) array
+        Subsampled regressor, SI.
+
+    Returns
+    -------
+    float
+        Largest ‖difference‖/‖column‖ among the columns.
+    """
+    known = network.manifest.motion.columns
+    difference = np.linalg.norm(columns - known, axis=0)
+    return float(np.max(difference / np.linalg.norm(known, axis=0)))
+
+
+def _search(
+    shapes: Array, measured: Array, network: Network, seed: int, passes: int
+) -> tuple[_Candidate, int]:
+    """Best candidate within the passes, and the passes used."""
+    rng = np.random.default_rng(seed)
+
+    def scored(shares: Array) -> _Candidate:
+        physical = bool(np.all(shares[POSITIVE] > 0.0))
+        return _Candidate(shares, relative_residual(measured, shapes @ shares), physical)
+
+    here = best = scored(_random_start(rng))
+    for done in range(1, passes + 1):
+        image = effort_image((shapes @ here.shares)[None], measured, network.manifest.normalization)
+        residual = network.residual_shares(image)[0]
+        reached = min(
+            (scored(here.shares - step * residual) for step in STEPS),
+            key=lambda candidate: candidate.residual,
+        )
+        if reached.better_than(best):
+            best = reached
+        if best.physical and best.residual <= GOOD_ENOUGH:
+            return best, done
+        here = reached if reached.residual < here.residual else scored(_random_start(rng))
+    return best, passes
+
+
+def _random_start(rng: np.random.Generator) -> Array:
+    """The paper's: in [0, 1], and [-1, 1] where either sign is physical."""
+    return rng.uniform(np.where(POSITIVE, 0.0, -1.0), 1.0)
+
+
+def _judge(best: _Candidate, passes: int) -> tuple[bool, str]:
+    if not best.physical:
+        index = int(np.argmin(np.where(POSITIVE, best.shares, np.inf)))
+        return False, (
+            f"{PARAMETERS[index]} came out at {best.shares[index]:.2%} of the effort, "
+            "which physics forbids"
+        )
+    if best.residual > RESIDUAL_LIMIT:
+        return False, (
+            f"the best of {passes} passes misses {best.residual:.1%} of the effort "
+            f"(limit {RESIDUAL_LIMIT:.0%})"
+        )
+    return True, f"the network misses {best.residual:.2%} of the effort after {passes} passes"

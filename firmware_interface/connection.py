@@ -1,0 +1,34 @@
+"""From a device's name to an open link."""
+
+from firmware_interface.errors import LinkError
+from firmware_interface.link import Link
+from firmware_interface.modbus import open_serial, open_tcp
+from firmware_interface.virtual.board import VirtualBoard
+
+
+def open_link(url: str, *, baud_rate: int = 115200, timeout_s: float = 0.3) -> Link:
+    """Open the way to a board.
+
+    Parameters
+    ----------
+    url : str
+        `/dev/ttyACM0` or any pySerial URL (Modbus RTU), `tcp://HOST:PORT` (Modbus TCP), or
+        `virtual`: a board of its own, in this process, as fast as it can.
+    baud_rate : int
+        Of a serial line.
+    timeout_s : float
+        The board's worst reply time.
+
+    Raises
+    ------
+    LinkError
+        No such device, no permission, connection refused, no Modbus device at the other end.
+    """
+    if url == "virtual":
+        return VirtualBoard()
+    if not url.startswith("tcp://"):
+        return open_serial(url, baud_rate, timeout_s)
+    host, colon, port = url.removeprefix("tcp://").rpartition(":")
+    if not colon or not host or not port.isdigit():
+        raise LinkError(f"{url}: no port given", "write it as tcp://HOST:PORT")
+    return open_tcp(host, int(port), timeout_s)
