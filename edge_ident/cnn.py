@@ -15,6 +15,7 @@ from edge_ident.image import effort_image, effort_scale
 from edge_ident.metrics import compare, relative_residual
 from edge_ident.model import PARAMETERS, POSITIVE
 from edge_ident.network import Network
+from edge_ident.stopwatch import Stopwatch
 from edge_ident.trust import RESIDUAL_LIMIT
 
 Array = NDArray[np.float64]
@@ -64,7 +65,13 @@ class _Candidate:
 
 
 def identify(
-    columns: Array, effort: Array, network: Network, *, seed: int = 0, passes: int = 8
+    columns: Array,
+    effort: Array,
+    network: Network,
+    *,
+    seed: int = 0,
+    passes: int = 8,
+    stopwatch: Stopwatch | None = None,
 ) -> CnnIdentification:
     """Identify the parameters behind one subsampled recording.
 
@@ -79,12 +86,15 @@ def identify(
         Of the random starting points.
     passes : int
         Images in all, restarts included.
+    stopwatch : Stopwatch, optional
+        Gets the stages "image" and "network".
     """
     manifest = network.manifest
     scale = float(effort_scale(effort, manifest.normalization)) or 1.0
     share_scales = manifest.motion.column_scales
     shapes, measured = columns / share_scales, effort / scale
-    best, done = _search(shapes, measured, network, seed, passes)
+    watch = stopwatch or Stopwatch()
+    best, done = _search(shapes, measured, network, np.random.default_rng(seed), passes, watch)
     std = np.hypot(manifest.parameter_std, manifest.parameter_std_per_residual * best.residual)
     trusted, reason = _judge(best, done)
     return CnnIdentification(
@@ -117,10 +127,15 @@ def motion_mismatch(columns: Array, network: Network) -> float:
 
 
 def _search(
-    shapes: Array, measured: Array, network: Network, seed: int, passes: int
+    shapes: Array,
+    measured: Array,
+    network: Network,
+    rng: np.random.Generator,
+    passes: int,
+    watch: Stopwatch,
 ) -> tuple[_Candidate, int]:
     """Best candidate within the passes, and the passes used."""
-    rng = np.random.default_rng(seed)
+    normalization = network.manifest.normalization
 
     def scored(shares: Array) -> _Candidate:
         physical = bool(np.all(shares[POSITIVE] > 0.0))
@@ -128,8 +143,10 @@ def _search(
 
     here = best = scored(_random_start(rng))
     for done in range(1, passes + 1):
-        image = effort_image((shapes @ here.shares)[None], measured, network.manifest.normalization)
-        residual = network.residual_shares(image)[0]
+        with watch.stage("image"):
+            image = effort_image((shapes @ here.shares)[None], measured, normalization)
+        with watch.stage("network"):
+            residual = network.residual_shares(image)[0]
         reached = min(
             (scored(here.shares - step * residual) for step in STEPS),
             key=lambda candidate: candidate.residual,

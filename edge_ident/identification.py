@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident import cnn, least_squares
-from edge_ident.alignment import Subsampled, align
+from edge_ident.alignment import align
 from edge_ident.metrics import Metric, compare
 from edge_ident.model import Estimate
 from edge_ident.network import Network
@@ -101,14 +101,14 @@ def identify(
                 effort_shift_s=recording.effort_shift_s,
             )
         with watch.stage("cnn"):
-            estimate, reason = _run_network(signals, axis, network, seed)
+            estimate, reason = _run_network(signals, axis, network, seed, watch)
         with watch.stage("estimate"):
             axes[name] = _conclude(signals, axis, estimate, reason)
     return Identification(axes, watch.timing_ms())
 
 
 def _run_network(
-    signals: Signals, axis: AxisRecord, network: Network | None, seed: int
+    signals: Signals, axis: AxisRecord, network: Network | None, seed: int, watch: Stopwatch
 ) -> tuple[Estimate | None, str]:
     """The network's estimate, or none and why."""
     if network is None:
@@ -127,13 +127,7 @@ def _run_network(
         return None, f"no network was trained for that motion: it differs by {mismatch:.1%} " + (
             f"(limit {limit:.1%})"
         )
-    return _network_estimate(found, network, seed)
-
-
-def _network_estimate(
-    found: Subsampled, network: Network, seed: int
-) -> tuple[Estimate | None, str]:
-    result = cnn.identify(found.columns, found.effort, network, seed=seed)
+    result = cnn.identify(found.columns, found.effort, network, seed=seed, stopwatch=watch)
     if not result.trusted:
         return None, result.reason
     return Estimate(result.parameters, result.std), result.reason

@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
@@ -168,7 +169,9 @@ def test_interrupt_leaves_the_machine_stopped_and_the_gains_old(
         status = board.status()
         assert status.state is State.IDLE
         assert not status.unconfirmed
-        assert board.active_gains()["x"] == pytest.approx(CONSERVATIVE_GAINS, rel=1e-6)
+        assert asdict(board.active_gains()["x"]) == pytest.approx(
+            asdict(CONSERVATIVE_GAINS), rel=1e-6
+        )
 
 
 @pytest.mark.parametrize("command", [["identify", "capture.npz"], ["run", "--device", "virtual"]])
