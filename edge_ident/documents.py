@@ -2,7 +2,6 @@
 
 import dataclasses
 import hashlib
-import json
 import math
 from collections.abc import Mapping
 from importlib.metadata import version
@@ -17,11 +16,6 @@ from edge_ident.network import Network
 from edge_ident.profiling import TARGET_MS, Profile, spread
 from edge_ident.trust import Finding
 from firmware_interface.board import BoardIdentity
-
-
-def to_json(document: Mapping[str, Any]) -> str:
-    """One document, readable and with numbers that any parser takes (no NaN)."""
-    return json.dumps(document, indent=2, allow_nan=False, ensure_ascii=False)
 
 
 def identification_document(identification: Identification) -> dict[str, Any]:

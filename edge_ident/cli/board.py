@@ -1,10 +1,11 @@
 """Commands about boards: board (the virtual one), ports, registers, doctor."""
 
+from dataclasses import asdict
 from typing import Annotated
 
 import typer
 
-from edge_ident.cli.common import Json, guarded, print_document, say
+from edge_ident.cli.common import Json, Output, deliver, guarded, say
 
 Speed = Annotated[
     str,
@@ -28,9 +29,13 @@ def register(app: typer.Typer) -> None:
 def board(
     pty: Annotated[bool, typer.Option("--pty", help="Serve on a pseudo-terminal.")] = False,
     tcp: Annotated[
-        int | None, typer.Option("--tcp", metavar="PORT", help="Serve Modbus TCP on 127.0.0.1.")
+        int | None,
+        typer.Option(
+            "--tcp", metavar="PORT", min=0, max=65535, help="Serve Modbus TCP on 127.0.0.1."
+        ),
     ] = None,
     speed: Speed = "1",
+    output: Output = None,
     json: Json = False,
 ) -> None:
     """Serve a virtual board with a flexible feed drive behind it, until Ctrl-C.
@@ -43,9 +48,8 @@ def board(
         raise typer.BadParameter("choose one of --pty and --tcp PORT")
 
     def ready(device: str) -> None:
-        if json:
-            print_document({"schema": "edge-ident/board/1", "device": device})
-        else:
+        deliver({"schema": "edge-ident/board/1", "device": device}, "board.json", output, json)
+        if not json:
             print(device, flush=True)
         say(f"serving; connect with: edge-ident run --device {device}   (Ctrl-C ends)")
 
@@ -66,7 +70,7 @@ def _parse_speed(text: str) -> float | None:
 
 
 @guarded
-def ports(json: Json = False) -> None:
+def ports(output: Output = None, json: Json = False) -> None:
     """List serial ports that a board may be on.
 
     Example: `edge-ident ports`
@@ -77,16 +81,15 @@ def ports(json: Json = False) -> None:
         {"device": port.device, "description": port.description, "hardware_id": port.hwid}
         for port in sorted(list_ports.comports())
     ]
-    if json:
-        print_document({"schema": "edge-ident/ports/1", "ports": found})
-    elif not found:
+    deliver({"schema": "edge-ident/ports/1", "ports": found}, "ports.json", output, json)
+    if not found:
         say("no serial port found; try --device virtual, or edge-ident board --pty")
     for port in found if not json else []:
         print(f"{port['device']}\t{port['description']}\t{port['hardware_id']}")
 
 
 @guarded
-def registers(json: Json = False) -> None:
+def registers(output: Output = None, json: Json = False) -> None:
     """Print the register map that host and board share.
 
     Example: `edge-ident registers | less`
@@ -104,23 +107,21 @@ def registers(json: Json = False) -> None:
         }
         for register in REGISTERS.values()
     ]
-    if json:
-        print_document(
-            {
-                "schema": "edge-ident/registers/1",
-                "map_version": MAP_VERSION,
-                "map_crc": MAP_CRC,
-                "registers": rows,
-            }
-        )
-        return
-    print(f"map version {MAP_VERSION}, CRC {MAP_CRC:08x}")
-    for row in rows:
+    document = {
+        "schema": "edge-ident/registers/1",
+        "map_version": MAP_VERSION,
+        "map_crc": MAP_CRC,
+        "registers": rows,
+    }
+    deliver(document, "registers.json", output, json)
+    if not json:
+        print(f"map version {MAP_VERSION}, CRC {MAP_CRC:08x}")
+    for row in rows if not json else []:
         print("\t".join(str(value) for value in row.values()))
 
 
 @guarded
-def doctor(json: Json = False) -> None:
+def doctor(output: Output = None, json: Json = False) -> None:
     """Check this machine: packages, the built-in networks, serial ports and rights to them.
 
     Example: `edge-ident doctor`
@@ -128,16 +129,8 @@ def doctor(json: Json = False) -> None:
     from edge_ident.doctor import examine
 
     checks = examine()
-    if json:
-        print_document(
-            {
-                "schema": "edge-ident/doctor/1",
-                "checks": [
-                    {"what": c.what, "good": c.good, "detail": c.detail, "next_step": c.next_step}
-                    for c in checks
-                ],
-            }
-        )
+    document = {"schema": "edge-ident/doctor/1", "checks": [asdict(check) for check in checks]}
+    deliver(document, "doctor.json", output, json)
     for check in checks if not json else []:
         print(f"{'ok ' if check.good else 'BAD'}  {check.what}: {check.detail}")
         if not check.good:

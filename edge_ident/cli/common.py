@@ -17,6 +17,7 @@ from edge_ident.errors import EdgeIdentError
 P = ParamSpec("P")
 
 UNTRUSTED: Final = 1
+USAGE: Final = 2
 INTERRUPTED: Final = 130
 
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON document on stdout.")]
@@ -40,7 +41,7 @@ Device = Annotated[
 ]
 BaudRate = Annotated[
     int | None,
-    typer.Option("--baud-rate", envvar="EDGE_IDENT_BAUD_RATE", help="Of a serial device."),
+    typer.Option("--baud-rate", min=50, envvar="EDGE_IDENT_BAUD_RATE", help="Of a serial device."),
 ]
 NetworkFile = Annotated[
     Path | None,
@@ -79,6 +80,10 @@ def guarded(command: Callable[P, None]) -> Callable[P, None]:
                     }
                 )
             raise typer.Exit(error.exit_code) from error
+        except OSError as error:
+            say(f"error: {error}")
+            say("next:  check that the path exists and may be written")
+            raise typer.Exit(USAGE) from error
         except KeyboardInterrupt:
             say("interrupted")
             raise typer.Exit(INTERRUPTED) from None
@@ -91,16 +96,24 @@ def say(message: str) -> None:
     print(message, file=sys.stderr, flush=True)
 
 
+def deliver(document: dict[str, Any], name: str, output: Path | None, as_json: bool) -> None:
+    """Put a command's document where the options say: a file in the folder, stdout, or nowhere."""
+    if output:
+        write_document(document, output, name)
+    if as_json:
+        print_document(document)
+
+
 def print_document(document: dict[str, Any]) -> None:
     """The one JSON document, on stdout."""
-    from edge_ident.documents import to_json
+    from edge_ident.json_text import to_json
 
     print(to_json(document), flush=True)
 
 
 def write_document(document: dict[str, Any], folder: Path, name: str) -> Path:
     """Write a JSON document whole or not at all."""
-    from edge_ident.documents import to_json
+    from edge_ident.json_text import to_json
 
     folder.mkdir(parents=True, exist_ok=True)
     path, partial = folder / name, folder / f".{name}.partial"

@@ -14,9 +14,9 @@ from edge_ident.cli.common import (
     Precision,
     Seed,
     built_in_or_given_network,
+    deliver,
     guarded,
     print_document,
-    write_document,
 )
 from edge_ident.errors import DataError
 
@@ -60,11 +60,8 @@ def identify(
         loaded = built_in_or_given_network(network, precision)
     found = identify_recording(recording, loaded, seed=seed, stopwatch=watch)
     document = identification_document(found)
-    if output:
-        write_document(document, output, "identification.json")
-    if json:
-        print_document(document)
-    else:
+    deliver(document, "identification.json", output, json)
+    if not json:
         print_identification(found)
     if not found.trusted:
         raise typer.Exit(UNTRUSTED)
@@ -76,10 +73,11 @@ def gains(
     column: Columns = None,
     drive: DriveFile = None,
     bandwidth: Annotated[
-        float | None, typer.Option("--bandwidth", help="Closed loop, rad/s; default: the highest.")
+        float | None,
+        typer.Option("--bandwidth", min=0.1, help="Closed loop, rad/s; default: the highest."),
     ] = None,
     control_delay: Annotated[
-        float, typer.Option("--control-delay", help="Encoder latch to effort, seconds.")
+        float, typer.Option("--control-delay", min=0.0, help="Encoder latch to effort, seconds.")
     ] = 0.0005,
     network: NetworkFile = None,
     precision: Precision = "fp32",
@@ -103,8 +101,7 @@ def gains(
     if not json:
         print_identification(found)
     if not found.trusted:
-        if json:
-            print_document(gains_document(found, {}))
+        deliver(gains_document(found, {}), "gains.json", output, json)
         raise typer.Exit(UNTRUSTED)
     designs = {}
     for name, axis in found.axes.items():
@@ -122,12 +119,8 @@ def gains(
         designs[name] = design(
             axis.estimate.parameters, float(axis.estimate.std[0]), hardware, bandwidth
         )
-    document = gains_document(found, designs)
-    if output:
-        write_document(document, output, "gains.json")
-    if json:
-        print_document(document)
-    else:
+    deliver(gains_document(found, designs), "gains.json", output, json)
+    if not json:
         print_designs(designs)
 
 

@@ -20,11 +20,10 @@ from edge_ident.cli.common import (
     Precision,
     Seed,
     built_in_or_given_network,
+    deliver,
     guarded,
-    print_document,
     say,
     shown_progress,
-    write_document,
 )
 
 Cycles = Annotated[
@@ -53,7 +52,9 @@ def run(
     cycles: Cycles = None,
     bandwidth: Annotated[
         float | None,
-        typer.Option("--bandwidth", envvar="EDGE_IDENT_BANDWIDTH", help="Closed loop, rad/s."),
+        typer.Option(
+            "--bandwidth", min=0.1, envvar="EDGE_IDENT_BANDWIDTH", help="Closed loop, rad/s."
+        ),
     ] = None,
     dry_run: Annotated[
         bool, typer.Option("--dry-run", help="Do everything but write gains.")
@@ -83,10 +84,8 @@ def run(
                 session.board, session.drive, loaded, plan, session.folder, observer
             )
     document = run_document(outcome, session.board.identity, loaded, session.folder)
-    write_document(document, session.folder, "report.json")
-    if json:
-        print_document(document)
-    else:
+    deliver(document, "report.json", session.folder, json)
+    if not json:
         print_outcome(outcome)
         say(f"written: {session.folder}")
     if not outcome.identification.trusted or (outcome.verification and not outcome.confirmed):
@@ -123,17 +122,16 @@ def capture(
             session.board.finish()
     path = session.folder / CAPTURE_FILE
     save_recording(found.recording, path)
-    if json:
-        print_document(
-            {
-                "schema": "edge-ident/capture/1",
-                "file": str(path),
-                "samples": len(found.recording.time_s),
-                "pages": found.pages,
-                "tracking_rms_rad": found.tracking_rms_rad,
-            }
-        )
-    else:
+    document = {
+        "schema": "edge-ident/capture/1",
+        "file": str(path),
+        "samples": len(found.recording.time_s),
+        "pages": found.pages,
+        "tail_s": found.tail_s,
+        "tracking_rms_rad": found.tracking_rms_rad,
+    }
+    deliver(document, "capture.json", session.folder, json)
+    if not json:
         print(path)
 
 
@@ -160,11 +158,8 @@ def profile(
     with shown_progress() as observer:
         profiled = profile_device(device, baud_rate, repetitions, observer)
     document = profile_document(profiled)
-    if output:
-        write_document(document, output, "profile.json")
-    if json:
-        print_document(document)
-    else:
+    deliver(document, "profile.json", output, json)
+    if not json:
         print_profile(profiled)
 
 

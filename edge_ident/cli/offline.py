@@ -2,12 +2,14 @@
 
 import importlib
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Final
 
 import typer
 
 from edge_ident.cli.common import Json, guarded, print_document, shown_progress
 from edge_ident.errors import ModelError
+
+CHECKPOINT: Final = "checkpoint.pt"
 
 
 def register(app: typer.Typer) -> None:
@@ -19,8 +21,8 @@ def register(app: typer.Typer) -> None:
 @guarded
 def train(
     output: Annotated[
-        Path, typer.Option("--output", envvar="EDGE_IDENT_OUTPUT", help="Checkpoint to write.")
-    ] = Path("runs/feed_drive.pt"),
+        Path, typer.Option("--output", envvar="EDGE_IDENT_OUTPUT", help="Folder of the checkpoint.")
+    ] = Path("runs/feed_drive"),
     configuration: Annotated[
         str,
         typer.Option(
@@ -38,7 +40,7 @@ def train(
 ) -> None:
     """Train a network on simulated drives; Ctrl-C keeps the checkpoint, --resume goes on.
 
-    Example: `edge-ident train --output runs/mine.pt`
+    Example: `edge-ident train --output runs/mine`
     """
     chosen = _offline("export.configuration").configuration(configuration)
     trainer = _offline("export.train")
@@ -54,7 +56,7 @@ def train(
             observer.note(f"loss {progress.loss:.3g}")
 
         path = trainer.train(
-            chosen, output, resume=resume, accelerator=accelerator, on_progress=show
+            chosen, output / CHECKPOINT, resume=resume, accelerator=accelerator, on_progress=show
         )
     if json:
         print_document({"schema": "edge-ident/training/1", "checkpoint": str(path)})
@@ -65,7 +67,7 @@ def train(
 @guarded
 def export(
     checkpoint: Annotated[Path, typer.Argument(help="What `train` left.")] = Path(
-        "runs/feed_drive.pt"
+        "runs/feed_drive/checkpoint.pt"
     ),
     output: Annotated[
         Path, typer.Option("--output", envvar="EDGE_IDENT_OUTPUT", help="Folder of networks.")
@@ -74,7 +76,7 @@ def export(
 ) -> None:
     """Turn a checkpoint into ONNX, fp32 and int8, with parity checks and a manifest.
 
-    Example: `edge-ident export runs/mine.pt --output networks`
+    Example: `edge-ident export runs/mine/checkpoint.pt --output networks`
     """
     exporter = _offline("export.onnx_export")
     with shown_progress() as observer:
