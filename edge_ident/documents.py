@@ -111,6 +111,7 @@ def run_document(
             "sha256": hashlib.sha256(capture.read_bytes()).hexdigest(),
             "samples": len(outcome.capture.recording.time_s),
             "pages": outcome.capture.pages,
+            "tail_s": outcome.capture.tail_s,
         },
         "network_sha256": network.sha256,
         "board": dataclasses.asdict(identity),
@@ -140,6 +141,7 @@ def profile_document(profile: Profile) -> dict[str, Any]:
         "machine": profile.machine,
         "repetitions": profile.repetitions,
         "target_ms": TARGET_MS,
+        "tail_ms": profile.tail_ms,
         "stop_ms": profile.stop_ms,
         "runs": [
             {

@@ -1,0 +1,110 @@
+"""The result of identification as a whole: which estimate, why, and the warnings."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import scipy.signal
+
+from edge_ident.documents import identification_document
+from edge_ident.identification import identify
+from edge_ident.network import Network, load_network
+from edge_ident.recording import AxisRecord, Recording
+from edge_ident.recording_files import load_recording
+
+PERIOD_S = 0.0025
+COUNT_RAD = 2 * np.pi / 8400
+TRUTH = {"inertia": 0.5, "viscous_friction": 0.8, "coulomb_friction": 1.2, "offset": -0.1}
+
+
+@pytest.fixture(scope="module")
+def network() -> Network:
+    return load_network()
+
+
+def recording(noise: float = 0.0, rate: float = 0.2875, phase: float = 0.0) -> Recording:
+    """An ideal drive on a sine, its encoder quantized, its effort noisy and coloured."""
+    time = PERIOD_S * np.arange(8742)
+    angle = rate * time + phase
+    position = 2 * np.pi * np.sin(angle)
+    velocity, acceleration = np.gradient(position, time), -(rate**2) * position
+    effort = (
+        TRUTH["inertia"] * acceleration
+        + TRUTH["viscous_friction"] * velocity
+        + TRUTH["coulomb_friction"] * np.sign(velocity)
+        + TRUTH["offset"]
+    )
+    colour = scipy.signal.lfilter([1], [1, -0.98], np.random.default_rng(4).normal(size=8742))
+    effort += noise * np.std(effort) * colour / np.std(colour)
+    axis = AxisRecord(COUNT_RAD * np.round(position / COUNT_RAD), effort, "rad", "N*m")
+    return Recording(time, {"x": axis}, "test")
+
+
+@pytest.mark.parametrize("phase", [0.0, np.pi / 2])
+def test_both_estimators_find_a_clean_drive(network: Network, phase: float) -> None:
+    axis = identify(recording(phase=phase), network).axes["x"]
+    truth = np.array(list(TRUTH.values()))
+    assert axis.trusted
+    np.testing.assert_allclose(axis.estimate.parameters, truth, rtol=0.02)
+    assert axis.network is not None, axis.network_reason
+    assert np.all(np.abs(axis.network.parameters - truth) < 3 * axis.network.std)
+    assert axis.source in ("cnn", "least_squares")
+    assert "moves the effort by" in axis.reason
+
+
+def test_weak_inertia_is_warned_of_with_number_and_motion(network: Network) -> None:
+    axis = identify(recording(noise=0.3), network).axes["x"]
+    [weak] = [finding for finding in axis.findings if finding.code.endswith("_inertia")]
+    assert "±" in weak.message
+    assert "rms acceleration" in weak.next_step
+
+
+def test_another_motion_has_no_network_and_says_so(network: Network) -> None:
+    axis = identify(recording(rate=0.8), network).axes["x"]
+    assert axis.network is None
+    assert "no network was trained for that motion" in axis.network_reason
+    assert axis.source == "least_squares"
+    assert axis.trusted
+
+
+def test_less_than_a_period_has_no_network(network: Network) -> None:
+    whole = recording()
+    half = Recording(
+        whole.time_s[:4000],
+        {
+            "x": AxisRecord(
+                whole.axes["x"].position[:4000], whole.axes["x"].effort[:4000], "rad", "N*m"
+            )
+        },
+        "test",
+    )
+    assert "shorter than" in identify(half, network).axes["x"].network_reason
+
+
+def test_units_that_the_network_does_not_know(network: Network, measured_data: Path) -> None:
+    found = identify(load_recording(measured_data / "emps_train.csv"), network)
+    document = identification_document(found)["axes"]["q"]
+    assert document["estimators"]["cnn"] is None
+    assert "N*m" in document["cnn_reason"]
+    assert document["parameters"]["inertia"] == {
+        "value": pytest.approx(95.1089, rel=0.01),  # Janot, Gautier, Brunot 2019
+        "std": pytest.approx(0.24, rel=0.2),
+        "unit": "kg",
+    }
+    assert document["trusted"]
+
+
+@pytest.mark.parametrize(
+    ("file", "codes"),
+    [
+        ("laas_motor_speed.csv", {"undetermined_viscous_friction"}),
+        ("double_pendulum_154220.csv", {"poor_fit"}),
+    ],
+)
+def test_drives_that_the_model_cannot_describe_are_not_trusted(
+    network: Network, measured_data: Path, file: str, codes: set[str]
+) -> None:
+    found = identify(load_recording(measured_data / file), network)
+    assert not found.trusted
+    for axis in found.axes.values():
+        assert codes <= {finding.code for finding in axis.findings if finding.blocks}
