@@ -87,6 +87,8 @@ class Profile:
 
     Attributes
     ----------
+    tail_ms : float
+        Board time from the last captured sample to the last page in hand.
     stop_ms : float
         From the last page in hand to the machine at rest, after which gains may be committed.
     """
@@ -94,6 +96,7 @@ class Profile:
     device: str
     machine: str
     repetitions: int
+    tail_ms: float
     stop_ms: float
     runs: tuple[ProfileRun, ...]
 
@@ -112,10 +115,11 @@ class Profile:
         """One sentence against the target."""
         warm = [run for run in self.runs if run.start == "warm"]
         worst = max(spread(run.stages_ms["total"]).p99 for run in warm)
-        met = worst + self.stop_ms < TARGET_MS
+        met = self.tail_ms + self.stop_ms + worst < TARGET_MS
         return (
             f"sub-second target {'met' if met else 'missed'}: 99 % of warm repetitions take "
-            f"at most {worst:.0f} ms, the stop before them {self.stop_ms:.0f} ms; "
+            f"at most {worst:.0f} ms, the tail of the capture before them {self.tail_ms:.0f} ms "
+            f"and the stop {self.stop_ms:.0f} ms; "
             f"{self.faster_precision} is the faster network here"
         )
 
@@ -145,7 +149,7 @@ def profile_device(
         link = open_link(url, baud_rate=baud_rate or 115200)
         try:
             board = Board.connect(link)
-            stop_ms = _record(board, file, observer)
+            tail_ms, stop_ms = _record(board, file, observer)
             recording = load_recording(file)
             runs = [_warm(board, recording, p, repetitions, observer) for p in PRECISIONS]
         finally:
@@ -155,13 +159,14 @@ def profile_device(
         device or "virtual board on a pseudo-terminal",
         _machine(),
         repetitions,
+        tail_ms,
         stop_ms,
         tuple(runs),
     )
 
 
-def _record(board: Board, file: Path, observer: Observer) -> float:
-    """Capture the motion to work on; returns the time of the stop, ms."""
+def _record(board: Board, file: Path, observer: Observer) -> tuple[float, float]:
+    """Capture the motion to work on; returns the times of tail and stop, ms."""
     drive = load_drive()
     check_drive(board, drive)
     observer.stage("motion")
@@ -171,7 +176,7 @@ def _record(board: Board, file: Path, observer: Observer) -> float:
         board.finish()
         stop_ms = 1e3 * (time.perf_counter() - start_s)
     save_recording(capture.recording, file)
-    return stop_ms
+    return 1e3 * capture.tail_s, stop_ms
 
 
 def _warm(
