@@ -2,7 +2,9 @@
 
 Reconstruction of the paper's identification, with a guard that it does not mention: the network
 is applied to its own answer, which sharpens the answer and sometimes spoils it, so a step counts
-only if the model's effort comes closer to the measured one.
+only if the model's effort comes closer to the measured one. What physics forbids, inertia or
+friction below zero, is set to next to nothing before it is scored, so that it counts only where
+the effort agrees.
 """
 
 from dataclasses import dataclass
@@ -11,9 +13,10 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from edge_ident.errors import DataError
 from edge_ident.image import effort_image, effort_scale
 from edge_ident.metrics import compare, relative_residual
-from edge_ident.model import PARAMETERS, POSITIVE
+from edge_ident.model import POSITIVE
 from edge_ident.network import Network
 from edge_ident.stopwatch import Stopwatch
 from edge_ident.trust import RESIDUAL_LIMIT
@@ -24,6 +27,8 @@ GOOD_ENOUGH: Final = 0.002
 """Relative residual at which the loop stops: below what any recording resolves."""
 STEPS: Final = (1.0, 0.5, 0.25)
 """Parts of the network's residual that are tried; they cost no pass."""
+SMALLEST: Final = 1e-4
+"""Share that stands for zero where physics requires a positive parameter."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +44,7 @@ class CnnIdentification:
     passes : int
         Images that the network saw.
     trusted : bool
-        Whether the parameters are physical and describe the effort.
+        Whether the parameters describe the effort; they are physical in any case.
     reason : str
         Why, or why not, in one sentence.
     """
@@ -57,11 +62,6 @@ class CnnIdentification:
 class _Candidate:
     shares: Array
     residual: float
-    physical: bool
-
-    def better_than(self, other: "_Candidate") -> bool:
-        """Physical before unphysical, then the smaller residual."""
-        return (self.physical, -self.residual) > (other.physical, -other.residual)
 
 
 def identify(
@@ -88,14 +88,22 @@ def identify(
         Images in all, restarts included.
     stopwatch : Stopwatch, optional
         Gets the stages "image" and "network".
+
+    Raises
+    ------
+    DataError
+        If the effort is zero throughout.
     """
     manifest = network.manifest
-    scale = float(effort_scale(effort, manifest.normalization)) or 1.0
+    scale = float(effort_scale(effort, manifest.normalization))
+    if scale == 0.0:
+        raise DataError("the effort is zero throughout", "check the column that holds the effort")
     share_scales = manifest.motion.column_scales
     shapes, measured = columns / share_scales, effort / scale
     watch = stopwatch or Stopwatch()
     best, done = _search(shapes, measured, network, np.random.default_rng(seed), passes, watch)
-    std = np.hypot(manifest.parameter_std, manifest.parameter_std_per_residual * best.residual)
+    unexplained = manifest.parameter_std_per_residual * best.residual
+    std = np.hypot(manifest.parameter_std[network.variant], unexplained)
     trusted, reason = _judge(best, done)
     return CnnIdentification(
         parameters=best.shares * scale / share_scales,
@@ -137,25 +145,24 @@ def _search(
     """Best candidate within the passes, and the passes used."""
     normalization = network.manifest.normalization
 
-    def scored(shares: Array) -> _Candidate:
-        physical = bool(np.all(shares[POSITIVE] > 0.0))
-        return _Candidate(shares, relative_residual(measured, shapes @ shares), physical)
+    def physical(shares: Array) -> _Candidate:
+        shares = np.where(POSITIVE, np.maximum(shares, SMALLEST), shares)
+        return _Candidate(shares, relative_residual(measured, shapes @ shares))
 
-    here = best = scored(_random_start(rng))
+    here = best = physical(_random_start(rng))
     for done in range(1, passes + 1):
         with watch.stage("image"):
             image = effort_image((shapes @ here.shares)[None], measured, normalization)
         with watch.stage("network"):
             residual = network.residual_shares(image)[0]
         reached = min(
-            (scored(here.shares - step * residual) for step in STEPS),
+            (physical(here.shares - step * residual) for step in STEPS),
             key=lambda candidate: candidate.residual,
         )
-        if reached.better_than(best):
-            best = reached
-        if best.physical and best.residual <= GOOD_ENOUGH:
+        best = min(best, reached, key=lambda candidate: candidate.residual)
+        if best.residual <= GOOD_ENOUGH:
             return best, done
-        here = reached if reached.residual < here.residual else scored(_random_start(rng))
+        here = reached if reached.residual < here.residual else physical(_random_start(rng))
     return best, passes
 
 
@@ -165,12 +172,6 @@ def _random_start(rng: np.random.Generator) -> Array:
 
 
 def _judge(best: _Candidate, passes: int) -> tuple[bool, str]:
-    if not best.physical:
-        index = int(np.argmin(np.where(POSITIVE, best.shares, np.inf)))
-        return False, (
-            f"{PARAMETERS[index]} came out at {best.shares[index]:.2%} of the effort, "
-            "which physics forbids"
-        )
     if best.residual > RESIDUAL_LIMIT:
         return False, (
             f"the best of {passes} passes misses {best.residual:.1%} of the effort "

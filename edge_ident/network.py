@@ -84,8 +84,8 @@ class Manifest:
         Largest `edge_ident.cnn.motion_mismatch` at which the network keeps its accuracy.
     guess_range, share_range : (low, high)
         Of the guesses and true shares seen in training.
-    parameter_std : (4,) array
-        Standard deviation of the shares on drives that the model describes.
+    parameter_std : mapping of (4,) arrays
+        Of each variant: standard deviation of the shares on drives that the model describes.
     parameter_std_per_residual : (4,) array
         What the relative residual adds to it, times the relative residual.
     evaluation : tuple of Evaluation
@@ -98,7 +98,7 @@ class Manifest:
     mismatch_limit: float
     guess_range: tuple[float, float]
     share_range: tuple[float, float]
-    parameter_std: Array
+    parameter_std: Mapping[str, Array]
     parameter_std_per_residual: Array
     evaluation: tuple[Evaluation, ...]
 
@@ -192,7 +192,7 @@ def load_manifest(path: Path) -> Manifest:
 
 
 def _manifest(fields: dict[str, Any]) -> Manifest:
-    motion, deviation = fields["motion"], fields["parameter_std"]
+    motion = fields["motion"]
     if fields["normalization"] not in ("effort-scale", "min-max"):
         raise ValueError(f"unknown normalization '{fields['normalization']}'")
     return Manifest(
@@ -207,7 +207,10 @@ def _manifest(fields: dict[str, Any]) -> Manifest:
         mismatch_limit=float(fields["mismatch_limit"]),
         guess_range=_pair(fields["guess_range"]),
         share_range=_pair(fields["share_range"]),
-        parameter_std=_array(deviation, (len(PARAMETERS),)),
+        parameter_std={
+            variant: _array(fields["parameter_std"][variant], (len(PARAMETERS),))
+            for variant in VARIANTS
+        },
         parameter_std_per_residual=_array(fields["parameter_std_per_residual"], (len(PARAMETERS),)),
         evaluation=tuple(
             Evaluation(**{**entry, "share_error_rms": np.array(entry["share_error_rms"])})

@@ -1,0 +1,1 @@
+"""Offline, in torch: data sets, network, training, ONNX export, quantization, evaluation."""

@@ -1,0 +1,92 @@
+"""State of a training run on disk."""
+
+import os
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import torch
+
+from edge_ident.errors import ModelError
+from export.configuration import Configuration
+from export.network import ResidualNetwork
+
+Weights = dict[str, torch.Tensor]
+
+
+@dataclass(frozen=True)
+class Checkpoint:
+    """All that a run needs to go on exactly as if it had never stopped.
+
+    Attributes
+    ----------
+    configuration : Configuration
+    stage : {"head", "network"}
+    step : int
+        Steps done in this stage.
+    elapsed_s : float
+        Time spent so far, over all sessions.
+    network, head : dict
+        Weights; `head` is empty once it has become part of the network.
+    optimizer : dict
+        Of this stage; empty before its first step.
+    """
+
+    configuration: Configuration
+    stage: str
+    step: int
+    elapsed_s: float
+    network: Weights
+    head: Weights
+    optimizer: dict[str, Any]
+
+    @property
+    def complete(self) -> bool:
+        """Whether nothing is left to train."""
+        return self.stage == "network" and self.step >= self.configuration.steps
+
+
+def save(checkpoint: Checkpoint, path: Path) -> None:
+    """Write a checkpoint so that the file is always whole, the old one or the new one."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    beside = path.with_name(path.name + ".part")
+    content = {**vars(checkpoint), "configuration": asdict(checkpoint.configuration)}
+    torch.save(content, beside)
+    os.replace(beside, path)
+
+
+def load(path: Path) -> Checkpoint:
+    """Read a checkpoint.
+
+    Raises
+    ------
+    ModelError
+        If it is missing, damaged or no checkpoint.
+    """
+    try:
+        content = torch.load(path, map_location="cpu", weights_only=True)
+        configuration = Configuration(**content.pop("configuration"))
+        return Checkpoint(configuration=configuration, **content)
+    except FileNotFoundError as error:
+        raise ModelError(f"{path}: no such checkpoint", "train a network first") from error
+    except Exception as error:  # torch raises whatever the broken file provokes
+        raise ModelError(f"{path}: not a checkpoint ({error})", "train again") from error
+
+
+def trained_network(path: Path) -> tuple[ResidualNetwork, Checkpoint]:
+    """The network of a finished run.
+
+    Raises
+    ------
+    ModelError
+        If the checkpoint cannot be read or its run is not finished.
+    """
+    checkpoint = load(path)
+    if not checkpoint.complete:
+        raise ModelError(
+            f"{path}: stopped in stage '{checkpoint.stage}' at step {checkpoint.step}",
+            "resume the training until it is finished",
+        )
+    network = ResidualNetwork()
+    network.load_state_dict(checkpoint.network)
+    return network.eval(), checkpoint

@@ -1,0 +1,89 @@
+"""The paper's network in torch: 375,640 weights, 29,384 neurons, 210 kernels."""
+
+import torch
+from torch import Tensor, nn
+from torch.nn import functional
+
+from edge_ident.model import PARAMETERS
+from edge_ident.signals import POINTS
+
+MAPS = 10
+DENSE = 100
+FEATURES = MAPS * 19 * 19
+
+
+class ResidualNetwork(nn.Module):
+    """From the image of two efforts to the sigmoid of the parameters' residuals.
+
+    Three convolutions (9x9, 5x5, 3x3) of ten maps, 2x2 maximum pooling after the first two,
+    ReLU, three dense layers without biases, sigmoid. The text fixes kernels, counts and order;
+    ten maps, 100 dense units and where the biases are follow from the counts (reconstruction).
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.first = nn.Conv2d(1, MAPS, 9)
+        self.second = nn.Conv2d(MAPS, MAPS, 5)
+        self.third = nn.Conv2d(MAPS, MAPS, 3)
+        sizes = ((FEATURES, DENSE), (DENSE, DENSE), (DENSE, len(PARAMETERS)))
+        self.dense = nn.ModuleList(nn.Linear(*size, bias=False) for size in sizes)
+
+    def forward(self, image: Tensor) -> Tensor:
+        """Sigmoid of the residuals, (n, 4), from images (n, 1, 100, 100)."""
+        maps = self.pooled_layers(functional.max_pool2d(self.first(image), 2))
+        return torch.sigmoid(self.dense_layers(maps[-1])[-1])
+
+    def features(self, model_effort: Tensor, measured_effort: Tensor, bias: Tensor) -> Tensor:
+        """What the convolutions put out (n, 10, 19, 19), from the two factors of the image.
+
+        The first convolution of ψαᵀ + b is Σ_q (Σ_p K_pq ψ_(i+p)) α_(j+q) + b·ΣK: two small
+        matrix products in place of a two-dimensional convolution.
+
+        Parameters
+        ----------
+        model_effort, measured_effort : (n, 100) tensors
+            The first multiplied by the normalization's gain.
+        bias : (n,) tensor
+            The normalization's constant.
+        """
+        kernel = self.first.weight[:, 0]
+        maps, height, width = kernel.shape
+        rows = POINTS - height + 1
+        model = model_effort.unfold(1, height, 1).reshape(-1, height)
+        left = (model @ kernel.permute(1, 0, 2).reshape(height, -1)).view(-1, rows, maps, width)
+        left = left.permute(0, 2, 1, 3).reshape(-1, maps * rows, width)
+        right = measured_effort.unfold(1, width, 1).transpose(1, 2)
+        product = torch.bmm(left, right).view(-1, maps, rows, rows)
+        constant = self.first.bias + bias[:, None] * kernel.sum(dim=(1, 2))
+        pooled = functional.max_pool2d(product, 2) + constant[:, :, None, None]
+        # this order of memory makes the second convolution a fifth faster
+        return self.pooled_layers(pooled.contiguous(memory_format=torch.channels_last))[-1]
+
+    def residuals(self, model_effort: Tensor, measured_effort: Tensor, bias: Tensor) -> Tensor:
+        """Residuals (n, 4) from the two factors of the image; see `features`."""
+        return self.dense_layers(self.features(model_effort, measured_effort, bias))[-1]
+
+    def pooled_layers(self, first: Tensor) -> list[Tensor]:
+        """Outputs of the three convolutional layers, from the first's before its ReLU."""
+        one = functional.relu(first)
+        two = functional.relu(functional.max_pool2d(self.second(one), 2))
+        return [one, two, functional.relu(self.third(two))]
+
+    def dense_layers(self, features: Tensor) -> list[Tensor]:
+        """Outputs of the three dense layers, the last before its sigmoid."""
+        one = functional.relu(self.dense[0](features.flatten(1)))
+        two = functional.relu(self.dense[1](one))
+        return [one, two, self.dense[2](two)]
+
+
+def count_weights(network: ResidualNetwork) -> int:
+    """Weights of the network, convolution biases included."""
+    return sum(parameter.numel() for parameter in network.parameters())
+
+
+def count_neurons(network: ResidualNetwork) -> int:
+    """Outputs of every layer, after pooling where there is any (reconstruction)."""
+    image = torch.zeros(1, 1, POINTS, POINTS)
+    with torch.no_grad():
+        maps = network.pooled_layers(functional.max_pool2d(network.first(image), 2))
+        return sum(output.numel() for output in maps + network.dense_layers(maps[-1]))
