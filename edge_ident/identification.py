@@ -138,7 +138,7 @@ def _conclude(
 ) -> AxisIdentification:
     part = least_squares.estimation_part(signals)
     regressor, effort = signals.regressor[part], signals.effort[part]
-    linear = least_squares.solve(regressor, effort)
+    linear = least_squares.fit(signals)
     source, why = _choose(network, linear, regressor, effort)
     estimate = network if network is not None and source == "cnn" else linear
     metric = compare(effort, regressor @ estimate.parameters)

@@ -19,6 +19,19 @@ _SAMPLES_PER_CUTOFF_PERIOD: Final = 2.5
 """Rate after decimation, in cut-offs: what the filter passes is kept, no more."""
 
 
+def fit(signals: Signals) -> Estimate:
+    """Estimate the base model's parameters.
+
+    The inertia's deviation includes its bias by encoder noise in the acceleration.
+    """
+    part = estimation_part(signals)
+    found = solve(signals.regressor[part], signals.effort[part])
+    bias = signals.acceleration_noise**2 * abs(found.parameters[0])
+    std = found.std.copy()
+    std[0] = np.hypot(std[0], bias)
+    return Estimate(found.parameters, std)
+
+
 def estimation_part(signals: Signals) -> NDArray[np.intp]:
     """Samples to estimate from: moving, and decimated to what the filter passes.
 

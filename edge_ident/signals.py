@@ -25,8 +25,9 @@ _SETTLING_PERIODS: Final = 6
 """Cut-off periods after which the filter's impulse response is below 1e-6."""
 _SAMPLES_PER_CUTOFF_PERIOD: Final = 20
 """Gautier's rule: sample at least 100 times faster than the dynamics, filter at 5 times."""
-_ACCELERATION_NOISE_SHARE: Final = 0.01
-"""Encoder noise allowed in the acceleration: its square biases the inertia, 1e-4 here."""
+_ACCELERATION_NOISE_SHARE: Final = 0.05
+"""Encoder noise allowed in the acceleration; its square biases the inertia, by 0.25 %."""
+_TINY: Final = float(np.finfo(float).tiny)
 _DECAY_PERIODS: Final = 1.5
 """Cut-off periods after which 3 % of the filter's response are left."""
 _STANDSTILL_NOISE: Final = 8.0
@@ -52,6 +53,9 @@ class Signals:
         False where the axis stood still for longer than the filter can resolve. Friction is
         not determined by the motion there; effort and regressor are bridged by straight lines,
         alike, so that what is linear between them stays so.
+    acceleration_noise : float
+        Encoder noise in the acceleration over its rms value; the square of it is the share by
+        which least squares underestimates the inertia (errors in variables).
     jitter : float
         Largest deviation of a time stamp from an even grid, in sampling periods.
     """
@@ -61,6 +65,7 @@ class Signals:
     effort: Array
     regressor: Array
     moving: NDArray[np.bool_]
+    acceleration_noise: float
     jitter: float
 
     @property
@@ -94,17 +99,24 @@ def condition(
     columns = regressor(velocity, acceleration)
     columns[:, 2] = lowpass(columns[:, 2], cutoff_hz, period_s)
     moving = ~standing(position, cutoff_hz, period_s)
+    noise = acceleration_noise(position_noise(position), cutoff_hz, period_s)
     return Signals(
-        period_s, cutoff_hz, bridge(smooth_effort, moving), bridge(columns, moving), moving, jitter
+        period_s=period_s,
+        cutoff_hz=cutoff_hz,
+        effort=bridge(smooth_effort, moving),
+        regressor=bridge(columns, moving),
+        moving=moving,
+        acceleration_noise=noise / max(float(np.std(acceleration)), _TINY),
+        jitter=jitter,
     )
 
 
 def choose_cutoff(position: Array, period_s: float) -> float:
-    """Widest cut-off at which encoder noise leaves the acceleration clean.
+    """Widest cut-off at which encoder noise spoils the acceleration little.
 
-    White position noise of deviation s, sampled at f_s, passes into the acceleration below f_c
-    with variance (2π)⁴·f_c⁵/5 · 2s²/f_s. The cut-off is where this reaches 1 % of the rms
-    acceleration, and never above a twentieth of the sampling rate.
+    The narrower the filter, the longer every reversal and standstill is smeared; the wider, the
+    more noise. It ends where the noise reaches 5 % of the rms acceleration, and never above a
+    twentieth of the sampling rate.
 
     Returns
     -------
@@ -117,13 +129,22 @@ def choose_cutoff(position: Array, period_s: float) -> float:
     for _ in range(8):  # the rms acceleration itself depends, weakly, on the cut-off
         _, _, acceleration = differentiate(position, cutoff_hz, period_s)
         allowed = _ACCELERATION_NOISE_SHARE * float(np.std(acceleration))
-        density = 2.0 * noise**2 * period_s
-        quantity = 5.0 * allowed**2 / ((2.0 * np.pi) ** 4 * max(density, 1e-300))
-        wanted_hz = min(ceiling_hz, float(quantity**0.2))
+        excess = acceleration_noise(noise, cutoff_hz, period_s) / max(allowed, _TINY)
+        wanted_hz = min(ceiling_hz, cutoff_hz * float(max(excess, _TINY) ** -0.4))
         if abs(wanted_hz - cutoff_hz) < 0.01 * cutoff_hz:
             break
         cutoff_hz = wanted_hz
     return max(cutoff_hz, 4.0 / (period_s * len(position)))
+
+
+def acceleration_noise(position_noise: float, cutoff_hz: float, period_s: float) -> float:
+    """Standard deviation that white position noise has in the filtered second derivative.
+
+    Noise of deviation s, sampled at f_s, has density 2s²/f_s; differentiated twice and cut off
+    at f_c its variance is (2π)⁴·f_c⁵/5 · 2s²/f_s.
+    """
+    variance = (2.0 * np.pi) ** 4 * cutoff_hz**5 / 5.0 * 2.0 * position_noise**2 * period_s
+    return float(np.sqrt(variance))
 
 
 def standing(position: Array, cutoff_hz: float, period_s: float) -> NDArray[np.bool_]:

@@ -16,7 +16,7 @@ def motion(phase: float, periods: float = 1.0) -> Signals:
     velocity, acceleration = np.cos(angle), -RATE * np.sin(angle)
     columns = regressor(velocity, acceleration)
     effort = columns @ np.array([0.4, 0.9, 1.4, 0.1])
-    return Signals(PERIOD_S, 3.0, effort, columns, np.ones(len(effort), dtype=bool), 0.0)
+    return Signals(PERIOD_S, 3.0, effort, columns, np.ones(len(effort), dtype=bool), 0.0, 0.0)
 
 
 @pytest.mark.parametrize("phase", [0.0, np.pi / 2, -2.0])

@@ -97,7 +97,7 @@ def test_units_that_the_network_does_not_know(network: Network, measured_data: P
 @pytest.mark.parametrize(
     ("file", "codes"),
     [
-        ("laas_motor_speed.csv", {"undetermined_viscous_friction"}),
+        ("laas_motor_speed.csv", {"inseparable"}),
         ("double_pendulum_154220.csv", {"poor_fit"}),
     ],
 )
