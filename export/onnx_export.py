@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Final
 
 import numpy as np
@@ -61,18 +62,22 @@ def export(checkpoint: Path, output: Path, on_progress: Callable[[str], None]) -
     on_progress("quantizing")
     models = {"fp32": float_model, "int8": clean(quantize(float_model, images, features))}
     output.mkdir(parents=True, exist_ok=True)
-    contents = {variant: model.SerializeToString() for variant, model in models.items()}
-    for variant, content in contents.items():
-        (output / f"{NAME}_{variant}.onnx").write_bytes(content)
-    manifest = output / f"{NAME}.json"
-    described = describe(configuration, contents)
-    write(described, manifest)
-    fp32, int8 = (load_network(path=output / f"{NAME}_{variant}.onnx") for variant in VARIANTS)
-    check_parity(network, fp32, images)
-    on_progress("evaluating")
-    check_quantization(fp32, int8)
-    write(with_figures(described, evaluate_all(fp32, int8)), manifest)
-    return manifest
+    with TemporaryDirectory(dir=output) as folder:  # nothing is replaced before all checks pass
+        draft = Path(folder)
+        contents = {variant: model.SerializeToString() for variant, model in models.items()}
+        for variant, content in contents.items():
+            (draft / f"{NAME}_{variant}.onnx").write_bytes(content)
+        manifest = draft / f"{NAME}.json"
+        described = describe(configuration, contents)
+        write(described, manifest)
+        fp32, int8 = (load_network(path=draft / f"{NAME}_{variant}.onnx") for variant in VARIANTS)
+        check_parity(network, fp32, images)
+        on_progress("evaluating")
+        check_quantization(fp32, int8)
+        write(with_figures(described, evaluate_all(fp32, int8)), manifest)
+        for file in draft.iterdir():
+            file.replace(output / file.name)
+    return output / manifest.name
 
 
 def to_onnx(network: ResidualNetwork) -> onnx.ModelProto:
