@@ -11,7 +11,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.signals import Signals, dct2, idct2, subsample
+from edge_ident.dct import dct2, idct2, subsample
+from edge_ident.signals import Signals
 
 Array = NDArray[np.float64]
 
@@ -76,7 +77,7 @@ def _circular_shift(signal: Array, reference: Array) -> int:
 
 
 def _upsample(signal: Array, samples: int) -> Array:
-    """Inverse of `edge_ident.signals.subsample` for a signal without higher coefficients."""
+    """Inverse of `edge_ident.dct.subsample` for a signal without higher coefficients."""
     coefficients = np.zeros(samples)
     coefficients[: len(signal)] = dct2(signal)
     return np.asarray(idct2(coefficients) * np.sqrt(samples / len(signal)))

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.signals import dct2
+from edge_ident.dct import dct2
 
 Array = NDArray[np.float64]
 

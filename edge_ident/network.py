@@ -11,10 +11,10 @@ import numpy as np
 import onnxruntime
 from numpy.typing import NDArray
 
+from edge_ident.dct import POINTS
 from edge_ident.errors import ModelError
 from edge_ident.image import Normalization
 from edge_ident.model import PARAMETERS
-from edge_ident.signals import POINTS
 
 Array = NDArray[np.float64]
 Variant = Literal["fp32", "int8"]

@@ -7,10 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident import cnn
+from edge_ident.dct import POINTS
 from edge_ident.image import Normalization, effort_scale
 from edge_ident.metrics import relative_residual
 from edge_ident.network import Evaluation, Network
-from edge_ident.signals import POINTS
 from export.data import nominal_shapes
 from export.drives import FAMILIES, as_shares, efforts, random_starts
 from export.motion import SAMPLES, column_scales, perturbed_motions

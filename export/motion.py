@@ -5,8 +5,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from edge_ident.dct import subsample
 from edge_ident.model import regressor
-from edge_ident.signals import condition, subsample
+from edge_ident.signals import condition
 
 Array = NDArray[np.float64]
 

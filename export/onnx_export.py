@@ -10,10 +10,10 @@ import onnx
 import torch
 from numpy.typing import NDArray
 
+from edge_ident.dct import POINTS
 from edge_ident.errors import ModelError
 from edge_ident.image import effort_image
 from edge_ident.network import VARIANTS, Network, load_network
-from edge_ident.signals import POINTS
 from export.checkpoint import trained_network
 from export.configuration import Configuration
 from export.data import Batches, tensor

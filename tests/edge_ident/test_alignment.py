@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from edge_ident.alignment import align
+from edge_ident.dct import subsample
 from edge_ident.model import regressor
-from edge_ident.signals import Signals, subsample
+from edge_ident.signals import Signals
 
 PERIOD_S, SAMPLES = 0.0025, 8742
 RATE = 2 * np.pi / (SAMPLES * PERIOD_S)
