@@ -15,7 +15,7 @@ from edge_ident.identification import Identification, identify
 from edge_ident.motions import MotionName, named_trajectory
 from edge_ident.network import Network
 from edge_ident.recording_files import save_recording
-from edge_ident.safety import left_safe
+from edge_ident.safety import left_safe, make_ready
 from edge_ident.stopwatch import Stopwatch
 from firmware_interface.board import Board
 from firmware_interface.gains import AxisGains
@@ -132,6 +132,7 @@ def commission(
     LinkError, BoardError, DataError, ModelError, GainError
     """
     check_drive(board, drive)
+    make_ready(board)
     watch = Stopwatch()
     trajectory = named_trajectory(drive, plan.motion, plan.cycles)
     with left_safe(board):

@@ -31,7 +31,7 @@ from edge_ident.identification import identify
 from edge_ident.network import Network, load_network
 from edge_ident.recording import Recording
 from edge_ident.recording_files import load_recording, save_recording
-from edge_ident.safety import left_safe
+from edge_ident.safety import left_safe, make_ready
 from edge_ident.stopwatch import Stopwatch
 from firmware_interface.board import Board
 from firmware_interface.connection import open_link
@@ -169,6 +169,7 @@ def _record(board: Board, file: Path, observer: Observer) -> tuple[float, float]
     """Capture the motion to work on; returns the times of tail and stop, ms."""
     drive = load_drive()
     check_drive(board, drive)
+    make_ready(board)
     observer.stage("motion")
     with left_safe(board):
         capture = capture_motion(board, drive.trajectory(), observer.samples)

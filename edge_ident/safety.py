@@ -10,10 +10,33 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from edge_ident.errors import EdgeIdentError
+from edge_ident.errors import BoardError, EdgeIdentError
 from firmware_interface.board import Board
+from firmware_interface.board_checks import check_capture
+from firmware_interface.registers import State
 
 log = logging.getLogger(__name__)
+
+
+def make_ready(board: Board) -> None:
+    """Bring a board that an earlier host left behind back to IDLE with confirmed gains.
+
+    Raises
+    ------
+    BoardError
+        It is in fault, or moving for somebody else.
+    """
+    status = board.status()
+    if status.state is State.FAULT:
+        check_capture(status)
+    if status.state in (State.MOVING, State.STOPPING):
+        raise BoardError(
+            f"the board is {status.state.name}: another host moves it",
+            "wait for its end, or stop it with edge-ident stop",
+        )
+    if status.state is not State.IDLE or status.unconfirmed:
+        log.warning("an earlier host left the board %s: cleaning up", status.state.name)
+        board.quick_stop()
 
 
 @contextmanager

@@ -6,7 +6,7 @@ import signal
 import subprocess
 import sys
 import time
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import numpy as np
@@ -197,3 +197,26 @@ print(sorted(set(sys.modules) & set({heavy!r})), file=sys.stderr)
         env=os.environ | {"PYTHONPATH": str(Path(__file__).parents[1])},
     )
     assert done.stderr.splitlines()[-1] == "[]"
+
+
+def test_stop_and_clear_fault() -> None:
+    with served_board(settings="fault=Fault.FOLLOWING_ERROR") as device:
+        cleared = edge_ident("clear-fault", "--device", device)
+        assert cleared.returncode == 0, cleared.stderr
+        assert cleared.stdout.strip() == "IDLE"
+        assert "FOLLOWING_ERROR" in cleared.stderr
+        assert edge_ident("clear-fault", "--device", device).returncode == 4
+        stopped = edge_ident("stop", "--device", device, "--json")
+        assert json.loads(stopped.stdout)["state"] == "IDLE"
+
+
+def test_a_run_cleans_up_after_a_host_that_died(tmp_path: Path) -> None:
+    with served_board() as device:
+        link = open_link(device)
+        board = Board.connect(link)
+        board.stage_gains(dict.fromkeys(("x", "z"), replace(CONSERVATIVE_GAINS, proportional=35.0)))
+        board.commit()
+        link.close()  # neither confirmed nor rolled back
+        done = edge_ident("run", "--device", device, "--dry-run", "--json", "--output", tmp_path)
+        assert done.returncode == 0, done.stderr
+        assert json.loads(done.stdout)["gains_before"]["x"]["proportional"] == 30.0

@@ -41,6 +41,8 @@ def register(app: typer.Typer) -> None:
     app.command()(run)
     app.command()(capture)
     app.command()(profile)
+    app.command()(stop)
+    app.command("clear-fault")(clear_fault)
 
 
 @guarded
@@ -110,11 +112,12 @@ def capture(
     from edge_ident.commissioning import CAPTURE_FILE
     from edge_ident.motions import named_trajectory
     from edge_ident.recording_files import save_recording
-    from edge_ident.safety import left_safe
+    from edge_ident.safety import left_safe, make_ready
 
     chosen = _motion(motion)
     with _session(device, baud_rate, drive, output) as session:
         check_drive(session.board, session.drive)
+        make_ready(session.board)
         with shown_progress() as observer, left_safe(session.board):
             observer.stage(chosen)
             trajectory = named_trajectory(session.drive, chosen, cycles)
@@ -163,6 +166,48 @@ def profile(
         print_profile(profiled)
 
 
+@guarded
+def stop(
+    device: Device = None,
+    baud_rate: BaudRate = None,
+    drive: DriveFile = None,
+    output: Output = None,
+    json: Json = False,
+) -> None:
+    """Bring the machine to rest; unconfirmed gains are rolled back. Not an emergency stop.
+
+    Example: `edge-ident stop --device /dev/ttyACM0`
+    """
+    with _connected(device, baud_rate, drive) as (board, _):
+        board.quick_stop()
+        _report_state(board, output, json)
+
+
+@guarded
+def clear_fault(
+    device: Device = None,
+    baud_rate: BaudRate = None,
+    drive: DriveFile = None,
+    output: Output = None,
+    json: Json = False,
+) -> None:
+    """Leave a latched fault once its cause is gone and the machine is at rest.
+
+    Example: `edge-ident clear-fault --device /dev/ttyACM0`
+    """
+    with _connected(device, baud_rate, drive) as (board, _):
+        say(f"fault: {board.status().fault.name}")
+        board.clear_fault()
+        _report_state(board, output, json)
+
+
+def _report_state(board: Any, output: Path | None, json: bool) -> None:
+    state = board.status().state.name
+    deliver({"schema": "edge-ident/state/1", "state": state}, "state.json", output, json)
+    if not json:
+        print(state)
+
+
 def _motion(name: str) -> Any:
     from edge_ident.motions import MOTIONS
 
@@ -179,9 +224,10 @@ class _Session:
 
 
 @contextmanager
-def _session(
-    device: str | None, baud_rate: int | None, drive: Path | None, output: Path | None
-) -> Iterator[_Session]:
+def _connected(
+    device: str | None, baud_rate: int | None, drive: Path | None
+) -> Iterator[tuple[Any, Any]]:
+    """The board that the options name, and its drive's description."""
     from edge_ident.drive import load_drive
     from firmware_interface.board import Board
     from firmware_interface.connection import open_link
@@ -194,14 +240,23 @@ def _session(
             "(edge-ident ports lists candidates)",
             param_hint="--device",
         )
-    folder = output or Path("edge-ident-runs") / datetime.now().strftime("%Y-%m-%dT%H-%M-%S")
-    folder.mkdir(parents=True, exist_ok=True)
     link = open_link(url, baud_rate=baud_rate or described.baud_rate or 115200)
     try:
-        with _log_file(folder / "log.txt"):
-            yield _Session(Board.connect(link), described, folder)
+        yield Board.connect(link), described
     finally:
         link.close()
+
+
+@contextmanager
+def _session(
+    device: str | None, baud_rate: int | None, drive: Path | None, output: Path | None
+) -> Iterator[_Session]:
+    """A connected board with a folder for results and a log in it."""
+    with _connected(device, baud_rate, drive) as (board, described):
+        folder = output or Path("edge-ident-runs") / datetime.now().strftime("%Y-%m-%dT%H-%M-%S")
+        folder.mkdir(parents=True, exist_ok=True)
+        with _log_file(folder / "log.txt"):
+            yield _Session(board, described, folder)
 
 
 @contextmanager
