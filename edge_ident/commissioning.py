@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Final, Protocol
 
 from edge_ident.capture import Capture, capture_motion, check_drive
+from edge_ident.data_checks import check_recording
 from edge_ident.drive import DriveDescription
 from edge_ident.gain_design import GainDesign, LoopHardware, design
 from edge_ident.gain_transfer import backup_gains, check_gains, write_gains
@@ -143,30 +144,23 @@ def commission(
             capture = capture_motion(board, trajectory, observer.samples)
         observer.stage("identification")
         with watch.stage("last_sample_to_verified"):
-            # the machine comes to rest meanwhile
+            save_recording(capture.recording, folder / CAPTURE_FILE)
+            check_recording(capture.recording)
             found = identify(capture.recording, network, seed=plan.seed)
-            log.info("identified: trusted=%s", found.trusted)
             designs = design_gains(board, found, plan.bandwidth_rad_s) if found.trusted else {}
-            wanted = {axis: designed.gains for axis, designed in designs.items()}
-            board.finish()
-            if wanted:
-                check_gains(wanted, before, board.limits())
-            if wanted and plan.write:
-                write_gains(board, wanted)
-        save_recording(capture.recording, folder / CAPTURE_FILE)
-        verification, confirmed, stored = None, False, False
-        if wanted and plan.write:
+            board.finish()  # the machine came to rest meanwhile
+            written = _write(board, designs, before, plan)
+        verification = None
+        if written:
             observer.stage("verification motion")
             with watch.stage("verification"):
                 verified = capture_motion(board, trajectory, observer.samples)
                 board.finish()
             save_recording(verified.recording, folder / VERIFICATION_FILE)
             verification = Verification(capture.tracking_rms_rad, verified.tracking_rms_rad)
-            confirmed = _settle(board, verification)
-            if confirmed and plan.store:
-                board.store()
-                stored = True
-    conclusion = _conclude(found, plan, verification)
+            _settle(board, verification, plan)
+    confirmed = verification is not None and verification.improved
+    conclusion = _conclude(found, verification)
     log.info(conclusion)
     return Outcome(
         capture=capture,
@@ -175,7 +169,7 @@ def commission(
         gains_before=before,
         verification=verification,
         confirmed=confirmed,
-        stored=stored,
+        stored=confirmed and plan.store,
         conclusion=conclusion,
         timing_ms=watch.timing_ms(),
     )
@@ -202,16 +196,33 @@ def design_gains(
     }
 
 
-def _settle(board: Board, verification: Verification) -> bool:
-    """Confirm gains that follow no worse; take the others back."""
-    if verification.improved:
-        board.confirm()
-    else:
+def _write(
+    board: Board,
+    designs: Mapping[str, GainDesign],
+    before: Mapping[str, AxisGains],
+    plan: Plan,
+) -> bool:
+    """Check the designed gains and, unless this is a dry run, put them in force, unconfirmed."""
+    if not designs:
+        return False
+    wanted = {axis: designed.gains for axis, designed in designs.items()}
+    check_gains(wanted, before, board.limits())
+    if plan.write:
+        write_gains(board, wanted)
+    return plan.write
+
+
+def _settle(board: Board, verification: Verification, plan: Plan) -> None:
+    """Confirm gains that follow no worse, and store them if asked to; take the others back."""
+    if not verification.improved:
         board.roll_back()
-    return verification.improved
+        return
+    board.confirm()
+    if plan.store:
+        board.store()
 
 
-def _conclude(found: Identification, plan: Plan, verification: Verification | None) -> str:
+def _conclude(found: Identification, verification: Verification | None) -> str:
     if not found.trusted:
         axes = ", ".join(name for name, axis in found.axes.items() if not axis.trusted)
         return f"axis {axes} is not trusted; nothing was written"

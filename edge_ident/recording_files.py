@@ -79,7 +79,7 @@ def save_recording(recording: Recording, path: Path) -> None:
     for name, axis in recording.axes.items():
         columns |= _axis_columns(name, axis)
     if path.suffix == ".npz":
-        np.savez_compressed(
+        np.savez(
             path, allow_pickle=False, **columns, **{_SHIFT: np.array(recording.effort_shift_s)}
         )
         return
