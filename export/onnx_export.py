@@ -1,5 +1,6 @@
 """From a checkpoint to the files that ship: two ONNX networks and their manifest."""
 
+import logging
 from collections.abc import Callable
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -82,6 +83,8 @@ def export(checkpoint: Path, output: Path, on_progress: Callable[[str], None]) -
 
 def to_onnx(network: ResidualNetwork) -> onnx.ModelProto:
     """The plain network, image in, sigmoid out, any number of images."""
+    # the exporter warns of every optional package that is not there
+    logging.getLogger("torch.onnx").setLevel(logging.ERROR)
     program = torch.onnx.export(
         network,
         (torch.zeros(2, 1, POINTS, POINTS),),
