@@ -228,6 +228,17 @@ class Board:
             )
 
     def _command(self, opcode: Opcode, argument: int = 0) -> None:
+        """Have a command carried out; one refused because an axis still settles, once it stands."""
+        deadline = time.monotonic() + _REST_TIMEOUT_S
+        while (status := self._send(opcode, argument)).last_result is Result.NOT_AT_REST:
+            if time.monotonic() > deadline:
+                break
+            time.sleep(_POLL_S)
+        if status.last_result is not Result.DONE:
+            raise refusal(opcode, status)
+
+    def _send(self, opcode: Opcode, argument: int) -> BoardStatus:
+        """Write a command once and wait until the board has taken it."""
         self._token = self._token % 0xFFFF + 1
         words = encode("command.opcode", opcode) + encode("command.token", self._token)
         words += encode("command.argument", argument)
@@ -241,8 +252,7 @@ class Board:
                     "check the cable, then try again",
                 )
             time.sleep(_POLL_S)
-        if status.last_result is not Result.DONE:
-            raise refusal(opcode, status)
+        return status
 
     def _wait_for(self, states: set[State], what: str) -> BoardStatus:
         deadline = time.monotonic() + _REST_TIMEOUT_S

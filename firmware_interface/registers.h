@@ -46,7 +46,7 @@ enum fd_opcode {
     FD_OPCODE_QUICK_STOP = 3, /* decelerate to rest; no safety function */
     FD_OPCODE_FINISH = 4, /* leave DONE for IDLE */
     FD_OPCODE_CLEAR_FAULT = 5, /* leave FAULT for IDLE, at rest only */
-    FD_OPCODE_COMMIT = 6, /* swap the shadow bank into the active one, keep the old one */
+    FD_OPCODE_COMMIT = 6, /* swap the shadow bank into the active one where the axes stand, keep the old one */
     FD_OPCODE_CONFIRM = 7, /* keep the committed gains */
     FD_OPCODE_ROLL_BACK = 8, /* return to the gains before the last COMMIT */
     FD_OPCODE_STORE = 9, /* write confirmed gains to permanent memory; argument: 0x65766173 */

@@ -98,8 +98,16 @@ class Machine:
         """Put the previous gains back."""
         self._roll_back_due = False
         result = self.banks.roll_back()
-        self.drive.set_gains(self.banks.active)
+        self._exchange_gains()
         return result
+
+    def _exchange_gains(self) -> None:
+        """Put the active bank in force where the axes stand.
+
+        Friction holds a resting axis off its setpoint; stiffer gains would pull it there at once.
+        """
+        self.drive.set_gains(self.banks.active)
+        self._setpoints.hold(self.drive.position_rad)
 
     def _capture_sample(self, measured: DriveSample) -> None:
         if self._until_capture > 0:
@@ -263,7 +271,8 @@ class Machine:
             return Result.NOT_AT_REST
         if opcode == Opcode.COMMIT:
             result = self.banks.commit(self._now_s())
-            self.drive.set_gains(self.banks.active)
+            if result is Result.DONE:
+                self._exchange_gains()
             return result
         if opcode == Opcode.CONFIRM:
             return self.banks.confirm()

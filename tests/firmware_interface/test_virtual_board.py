@@ -23,6 +23,7 @@ from firmware_interface.registers import (
 from firmware_interface.virtual import gain_banks
 from firmware_interface.virtual.board import VirtualBoard
 from firmware_interface.virtual.clock import WallClock
+from firmware_interface.virtual.drive import RAD_PER_COUNT
 from firmware_interface.virtual.settings import DEFAULT_LIMITS
 
 
@@ -171,6 +172,20 @@ def test_committed_gains_are_those_that_the_controllers_use() -> None:
         page = next(islice(bench.board.capture_pages(), 30, None))
         lags.append(page.following_error_rad[0])
     assert lags[1] == pytest.approx(lags[0] / 2.0, rel=0.1)
+
+
+def test_a_commit_at_rest_moves_nothing() -> None:
+    """Friction holds the axis off its setpoint; ten times the stiffness must not pull it there."""
+    bench = Bench()
+    bench.start(long_motion())
+    list(bench.board.capture_pages())
+    bench.board.finish()
+    before = bench.virtual.machine.drive.position_rad
+    stiffer = replace(OLD["x"], proportional=300.0, derivative=25.0)
+    bench.board.stage_gains(dict.fromkeys("xz", stiffer))
+    bench.board.commit()
+    bench.wait(1.0)
+    assert bench.virtual.machine.drive.position_rad == pytest.approx(before, abs=2 * RAD_PER_COUNT)
 
 
 def test_a_token_seen_before_is_ignored_even_if_not_the_last() -> None:
