@@ -118,7 +118,8 @@ def _run_network(
             f"and {axis.effort_unit}"
         )
     motion = network.manifest.motion
-    found = align(signals, motion.columns[:, 1], motion.period_s)
+    with watch.stage("align"):
+        found = align(signals, motion.columns[:, 1], motion.period_s)
     if found is None:
         return None, f"the recording is shorter than the {motion.period_s:.4g} s of its motion"
     mismatch = cnn.motion_mismatch(found.columns, network)
