@@ -146,9 +146,17 @@ def test_other_motions_and_cycles(tmp_path: Path) -> None:
     assert len(load_recording(tmp_path / "sinusoid" / "capture.npz").time_s) == 17484
 
 
-@pytest.mark.parametrize("progress", ["motion", "verification"])
+@pytest.mark.parametrize(
+    ("progress", "ending"),
+    [
+        ("motion", signal.SIGINT),
+        ("motion", signal.SIGTERM),
+        ("verification", signal.SIGINT),
+        ("verification", signal.SIGHUP),
+    ],
+)
 def test_interrupt_leaves_the_machine_stopped_and_the_gains_old(
-    progress: str, tmp_path: Path
+    progress: str, ending: signal.Signals, tmp_path: Path
 ) -> None:
     with served_board(speed=8.0) as device:
         process = subprocess.Popen(
@@ -163,7 +171,7 @@ def test_interrupt_leaves_the_machine_stopped_and_the_gains_old(
             assert time.monotonic() < deadline
             time.sleep(0.02)
         time.sleep(0.5)
-        process.send_signal(signal.SIGINT)
+        process.send_signal(ending)
         assert process.wait(timeout=20) == 130
         board = Board.connect(open_link(device))
         status = board.status()
@@ -220,3 +228,20 @@ def test_a_run_cleans_up_after_a_host_that_died(tmp_path: Path) -> None:
         done = edge_ident("run", "--device", device, "--dry-run", "--json", "--output", tmp_path)
         assert done.returncode == 0, done.stderr
         assert json.loads(done.stdout)["gains_before"]["x"]["proportional"] == 30.0
+
+
+@pytest.mark.parametrize("where", [["--pty"], ["--tcp", "0"]])
+def test_the_board_command_serves_until_interrupted(where: list[str]) -> None:
+    process = subprocess.Popen(
+        [*COMMAND, "board", *where, "--speed", "max"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert process.stdout is not None
+    device = process.stdout.readline().strip()
+    assert Board.connect(open_link(device)).status().state is State.IDLE
+    process.send_signal(signal.SIGINT)
+    _, errors = process.communicate(timeout=10)
+    assert process.returncode == 0, errors
+    assert "Traceback" not in errors

@@ -1,5 +1,7 @@
 """The command line: thin commands over the library, one file for each family."""
 
+import signal
+
 import typer
 
 from edge_ident.cli import board, files, motion, offline
@@ -18,4 +20,7 @@ for commands in (motion, files, board, offline):
 
 def main() -> None:
     """Entry point of the `edge-ident` script."""
+    for ending in {"SIGTERM", "SIGHUP"} & {known.name for known in signal.Signals}:
+        # end as by Ctrl-C: the machine is stopped
+        signal.signal(signal.Signals[ending], signal.default_int_handler)
     app()
