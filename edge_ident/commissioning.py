@@ -10,6 +10,7 @@ from typing import Final, Protocol
 from edge_ident.capture import Capture, capture_motion, check_drive
 from edge_ident.data_checks import check_recording
 from edge_ident.drive import DriveDescription
+from edge_ident.errors import BoardError
 from edge_ident.gain_design import GainDesign, LoopHardware, design
 from edge_ident.gain_transfer import backup_gains, check_gains, write_gains
 from edge_ident.identification import Identification, identify
@@ -20,12 +21,15 @@ from edge_ident.safety import left_safe, make_ready
 from edge_ident.stopwatch import Stopwatch
 from firmware_interface.board import Board
 from firmware_interface.gains import AxisGains
+from firmware_interface.motion import Trajectory
 
 log = logging.getLogger(__name__)
 
 CAPTURE_FILE: Final = "capture.npz"
 VERIFICATION_FILE: Final = "verification.npz"
 BACKUP_FILE: Final = "gains_before.json"
+_STOPPING_S: Final = 2.0
+"""Allowance for coming to rest and for the commands around a motion."""
 
 
 class Observer(Protocol):
@@ -46,7 +50,7 @@ class Plan:
     ----------
     motion : {"sinusoid", "multisine", "staircase"}
     cycles : int or None
-        Periods of the motion; None takes the drive description's.
+        Periods of the identification motion; None takes the drive description's.
     bandwidth_rad_s : float or None
         Of the closed loop; None takes the highest that keeps the margins.
     write : bool
@@ -154,8 +158,7 @@ def commission(
         if written:
             observer.stage("verification motion")
             with watch.stage("verification"):
-                verified = capture_motion(board, trajectory, observer.samples)
-                board.finish()
+                verified = _verify(board, named_trajectory(drive, plan.motion, 1), observer)
             save_recording(verified.recording, folder / VERIFICATION_FILE)
             verification = Verification(capture.tracking_rms_rad, verified.tracking_rms_rad)
             _settle(board, verification, plan)
@@ -210,6 +213,21 @@ def _write(
     if plan.write:
         write_gains(board, wanted)
     return plan.write
+
+
+def _verify(board: Board, trajectory: Trajectory, observer: Observer) -> Capture:
+    """Repeat one period of the motion with the new gains, inside the window to confirm them."""
+    needed_s = trajectory.lead_in_s + trajectory.duration_s + _STOPPING_S
+    window_s = board.status().confirm_remaining_s
+    if needed_s > window_s:
+        raise BoardError(
+            f"the verification motion takes {needed_s:.0f} s, the board waits {window_s:.0f} s "
+            "for the new gains to be confirmed",
+            "describe a quicker motion in the drive description",
+        )
+    capture = capture_motion(board, trajectory, observer.samples)
+    board.finish()
+    return capture
 
 
 def _settle(board: Board, verification: Verification, plan: Plan) -> None:

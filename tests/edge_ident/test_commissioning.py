@@ -137,3 +137,16 @@ def test_a_difference_in_the_last_bit_is_seen() -> None:
     gain_transfer.compare_gains("staged", written, written)
     with pytest.raises(BoardError, match="staged inertia_feedforward reads back"):
         gain_transfer.compare_gains("staged", written, got)
+
+
+def test_many_cycles_do_not_outlast_the_window_to_confirm(board: Board, tmp_path: Path) -> None:
+    outcome = run(board, tmp_path, cycles=5)
+    assert len(outcome.capture.recording.time_s) == 43709
+    assert outcome.confirmed
+
+
+def test_a_verification_longer_than_the_window_is_refused(board: Board, tmp_path: Path) -> None:
+    slow = replace(drive(), angular_frequency_rad_s=0.05)
+    with pytest.raises(BoardError, match="verification motion takes 133 s"):
+        commission(board, slow, None, Plan(), tmp_path, Silent())
+    assert_old_gains_at_rest(board)
