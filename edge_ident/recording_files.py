@@ -120,7 +120,7 @@ def _read_npz(path: Path) -> _Table:
 
 def _read_csv(path: Path) -> _Table:
     shift, header_row = 0.0, 1
-    with path.open(newline="", encoding="utf-8", errors="replace") as file:
+    with path.open(newline="", encoding="utf-8-sig", errors="replace") as file:
         line = file.readline()
         while line.startswith("#"):
             key, _, value = line.lstrip("# ").partition("=")
@@ -146,7 +146,7 @@ def _read_csv(path: Path) -> _Table:
 
 def _bad_cell(path: Path, header_row: int, names: list[str]) -> DataError:
     """Find the first cell that is no number; loadtxt does not say where in words that help."""
-    with path.open(newline="", encoding="utf-8", errors="replace") as file:
+    with path.open(newline="", encoding="utf-8-sig", errors="replace") as file:
         for row, cells in enumerate(csv.reader(file), start=1):
             if row <= header_row:
                 continue

@@ -115,6 +115,16 @@ def test_the_same_over_a_real_line(where: str, tmp_path: Path) -> None:
         assert board.status().state is State.IDLE
 
 
+def test_one_period_in_real_time_arrives_whole(tmp_path: Path) -> None:
+    with served_board(speed=1.0) as device:
+        done = edge_ident("capture", "--device", device, "--json", "--output", tmp_path)
+    assert done.returncode == 0, done.stderr
+    document = json.loads(done.stdout)
+    assert (document["samples"], document["pages"]) == (8742, 625)
+    steps = np.diff(load_recording(Path(document["file"])).axes["x"].position)
+    assert np.max(np.abs(steps)) < 2.5 * 1.806 * 0.0025  # no gap: nowhere faster than the motion
+
+
 def test_dry_run_writes_nothing(tmp_path: Path) -> None:
     with served_board() as device:
         done = edge_ident("run", "--device", device, "--dry-run", "--json", "--output", tmp_path)
@@ -158,7 +168,7 @@ def test_other_motions_and_cycles(tmp_path: Path) -> None:
 def test_interrupt_leaves_the_machine_stopped_and_the_gains_old(
     progress: str, ending: signal.Signals, tmp_path: Path
 ) -> None:
-    with served_board(speed=8.0) as device:
+    with served_board(speed=5.0) as device:
         process = subprocess.Popen(
             [*COMMAND, "run", "--device", device, "--output", str(tmp_path)],
             stdout=subprocess.DEVNULL,

@@ -55,6 +55,13 @@ def test_round_trip(tmp_path: Path, suffix: str) -> None:
     assert again.axes["q"].reference is None
 
 
+def test_files_from_a_spreadsheet_are_read(tmp_path: Path) -> None:
+    path = write(tmp_path / "a.csv", columns())
+    text = path.read_text().replace("\n", "\r\n")
+    path.write_bytes(b"\xef\xbb\xbf" + text.encode())
+    assert list(load_recording(path).axes) == ["x"]
+
+
 def test_foreign_column_names_are_renamed(tmp_path: Path) -> None:
     table = columns()
     table = {"t": table["time_s"], "pos": table["x_position_rad"], "tau": table["x_torque_nm"]}
