@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from edge_ident.errors import DataError
 from edge_ident.recording import Recording
+from edge_ident.signals import position_noise
 
 Array = NDArray[np.float64]
 
@@ -18,6 +19,8 @@ MINIMUM_SAMPLES: Final = 200
 """Twice the points that every signal is subsampled to."""
 _MINIMUM_COUNTS: Final = 50
 """Travel, in encoder counts, below which a motion cannot be told from quantization."""
+_MINIMUM_NOISES: Final = 20.0
+"""Travel, in standard deviations of white position noise, below which there is no motion."""
 _STUCK_SHARE: Final = 0.25
 """Share of a record that may pass without a count while the drive is told to move."""
 _JUMP_RATIO: Final = 8.0
@@ -87,6 +90,11 @@ def check_recording(recording: Recording, first_row: int = 0) -> None:
                 f"{_MINIMUM_COUNTS} encoder counts; check that the drive was enabled",
             )
         driver = axis.effort if axis.reference is None else axis.reference
+        if np.ptp(position) < _MINIMUM_NOISES * position_noise(position):
+            raise DataError(
+                f"{where}: nothing but noise, {np.ptp(position):.3g} {axis.position_unit} in all",
+                "check the sensor and that the drive was enabled",
+            )
         _check_stuck(where, driver, position, first_row)
         _check_jump(where, steps, first_row)
 

@@ -41,10 +41,15 @@ def _axis(axis: AxisIdentification) -> dict[str, Any]:
             "relative_residual": axis.metric.relative_residual,
         },
         "cutoff_hz": axis.cutoff_hz,
-        "condition_number": axis.condition_number,
+        "condition_number": _finite(axis.condition_number),
         "trusted": axis.trusted,
         "warnings": [finding_document(finding) for finding in axis.findings],
     }
+
+
+def _finite(value: float) -> float | None:
+    """JSON has no infinity."""
+    return value if math.isfinite(value) else None
 
 
 def _estimate(estimate: Estimate, units: tuple[str, ...]) -> dict[str, Any]:
@@ -85,7 +90,7 @@ def design_document(design: GainDesign) -> dict[str, Any]:
         "gains": dataclasses.asdict(design.gains),
         "bandwidth_rad_s": design.bandwidth_rad_s,
         "phase_margin_deg": design.phase_margin_deg,
-        "gain_margin": design.gain_margin if math.isfinite(design.gain_margin) else None,
+        "gain_margin": _finite(design.gain_margin),
         "quantization_effort_nm": design.quantization_effort_nm,
     }
 

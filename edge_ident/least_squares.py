@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.covariance import coloured_std
+from edge_ident.errors import DataError
 from edge_ident.model import Estimate
 from edge_ident.signals import Signals
 
@@ -17,6 +18,8 @@ Array = NDArray[np.float64]
 
 _SAMPLES_PER_CUTOFF_PERIOD: Final = 2.5
 """Rate after decimation, in cut-offs: what the filter passes is kept, no more."""
+_FEWEST_SAMPLES: Final = 12
+"""Three for each parameter."""
 
 
 def fit(signals: Signals) -> Estimate:
@@ -37,12 +40,23 @@ def estimation_part(signals: Signals) -> NDArray[np.intp]:
 
     One filter's settling time is left out at both ends, where effort and position are
     continued differently.
+
+    Raises
+    ------
+    DataError
+        Hardly any sample is left.
     """
     rate_hz = 1.0 / signals.period_s
     step = max(1, int(rate_hz / (_SAMPLES_PER_CUTOFF_PERIOD * signals.cutoff_hz)))
     margin = min(int(rate_hz / signals.cutoff_hz), len(signals.effort) // 20)
     part = np.arange(margin, len(signals.effort) - margin, step)
-    return part[signals.moving[part]]
+    moving: NDArray[np.intp] = part[signals.moving[part]]
+    if len(moving) < _FEWEST_SAMPLES:
+        raise DataError(
+            f"only {len(moving)} independent samples show the axis in motion",
+            "record a longer motion, or one that stands still less",
+        )
+    return moving
 
 
 def solve(regressor: Array, effort: Array) -> Estimate:

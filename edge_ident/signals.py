@@ -16,6 +16,8 @@ Array = NDArray[np.float64]
 
 _SAMPLES_PER_CUTOFF_PERIOD: Final = 20
 """Gautier's rule: sample at least 100 times faster than the dynamics, filter at 5 times."""
+_FEWEST_CUTOFF_PERIODS: Final = 10.0
+"""In a record; a motion without acceleration would ask for none."""
 _ACCELERATION_NOISE_SHARE: Final = 0.05
 """Encoder noise allowed in the acceleration; its square biases the inertia, by 0.25 %."""
 _TINY: Final = float(np.finfo(float).tiny)
@@ -106,8 +108,8 @@ def choose_cutoff(position: Array, period_s: float) -> float:
     """Widest cut-off at which encoder noise spoils the acceleration little.
 
     The narrower the filter, the longer every reversal and standstill is smeared; the wider, the
-    more noise. It ends where the noise reaches 5 % of the rms acceleration, and never above a
-    twentieth of the sampling rate.
+    more noise. It ends where the noise reaches 5 % of the rms acceleration, but not above a
+    twentieth of the sampling rate, nor so low that the record is but a few cut-off periods long.
 
     Returns
     -------
@@ -115,17 +117,19 @@ def choose_cutoff(position: Array, period_s: float) -> float:
         In Hz.
     """
     ceiling_hz = 1.0 / (_SAMPLES_PER_CUTOFF_PERIOD * period_s)
+    floor_hz = _FEWEST_CUTOFF_PERIODS / (period_s * len(position))
     noise = position_noise(position)
     cutoff_hz = ceiling_hz
     for _ in range(8):  # the rms acceleration itself depends, weakly, on the cut-off
         _, _, acceleration = differentiate(position, cutoff_hz, period_s)
         allowed = _ACCELERATION_NOISE_SHARE * float(np.std(acceleration))
         excess = acceleration_noise(noise, cutoff_hz, period_s) / max(allowed, _TINY)
-        wanted_hz = min(ceiling_hz, cutoff_hz * float(max(excess, _TINY) ** -0.4))
+        wanted_hz = cutoff_hz * float(max(excess, _TINY) ** -0.4)
+        wanted_hz = max(floor_hz, min(ceiling_hz, wanted_hz))
         if abs(wanted_hz - cutoff_hz) < 0.01 * cutoff_hz:
             break
         cutoff_hz = wanted_hz
-    return max(cutoff_hz, 4.0 / (period_s * len(position)))
+    return cutoff_hz
 
 
 def acceleration_noise(position_noise: float, cutoff_hz: float, period_s: float) -> float:

@@ -26,6 +26,8 @@ TARGET: Final = 0.05
 """Relative standard deviation that a suggested motion should reach."""
 AGREEMENT: Final = 3.0
 """Combined standard deviations by which two estimators may differ: 0.3 % by chance."""
+_HOPELESS: Final = 100.0
+"""Relative standard deviation beyond which more of the same motion is no advice."""
 _SAME_DIRECTION: Final = 1e-6
 """Singular value over the largest, columns of unit length, that counts as zero."""
 _TINY: Final = np.finfo(float).tiny
@@ -148,7 +150,7 @@ def _judge_parameter(
             f"undetermined_{name}",
             f"{name} is not determined: {value:.4g} ± {std:.2g}, which alone "
             f"moves the effort by {moved:.1%}",
-            _better_motion(index, max(std / max(abs(value), std), TARGET), rms_columns),
+            _better_motion(index, max(std / max(abs(value), _TINY), TARGET), rms_columns),
             blocks=True,
         )
     if POSITIVE[index] and std > WEAK_LIMIT * value:
@@ -165,6 +167,8 @@ def _judge_parameter(
 def _better_motion(index: int, relative_std: float, rms_columns: Array) -> str:
     """The motion that would determine a parameter; its share grows with its column."""
     name = PARAMETERS[index]
+    if name == "inertia" and relative_std > _HOPELESS:
+        return "record a motion that accelerates, such as --motion multisine"
     if name == "inertia":
         wanted = rms_columns[0] * relative_std / TARGET
         return (

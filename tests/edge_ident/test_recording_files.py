@@ -72,11 +72,14 @@ def test_foreign_column_names_are_renamed(tmp_path: Path) -> None:
         load_recording(path, {"velocity": "y_velocity_rad_s"})
 
 
+NOISE = np.random.default_rng(8).normal(size=400)
+
+
 def drop(name: str) -> Callable[[Columns], Columns]:
     return lambda table: {key: values for key, values in table.items() if key != name}
 
 
-def change(name: str, row: int | slice, value: float) -> Callable[[Columns], Columns]:
+def change(name: str, row: int | slice, value: float | np.ndarray) -> Callable[[Columns], Columns]:
     def apply(table: Columns) -> Columns:
         table[name][row] = value
         return table
@@ -102,6 +105,7 @@ def offset(row: int, value: float) -> Callable[[Columns], Columns]:
         (change("time_s", 30, 0.1), r"row 32, column time_s: time goes from 0.29 to 0.1 s"),
         (change("time_s", 30, 0.29), r"row 32, column time_s: time goes from 0.29 to 0.29 s"),
         (change("x_position_rad", slice(None), 1.0), "no motion"),
+        (change("x_position_rad", slice(None), NOISE), "nothing but noise"),
         (change("x_position_rad", slice(250, None), 0.3), r"stuck from row 252 to row 401"),
         (offset(200, 3.0), r"row 202: jumps by"),
         (lambda table: {k: v[:50] for k, v in table.items()}, "50 samples are too few"),

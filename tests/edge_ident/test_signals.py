@@ -90,3 +90,10 @@ def test_bridging_keeps_effort_and_regressor_in_proportion() -> None:
     gap = where[0] - 200, where[-1] + 200
     error = np.abs(smooth.effort - model)[gap[0] : gap[1]]
     assert np.max(error) < 0.06
+
+
+def test_a_motion_without_acceleration_still_has_a_cutoff() -> None:
+    time = PERIOD_S * np.arange(8742)
+    smooth = signals.condition(time, COUNT_RAD * np.round(time / COUNT_RAD), np.ones(8742))
+    assert smooth.cutoff_hz == pytest.approx(10.0 / (PERIOD_S * 8742))
+    np.testing.assert_allclose(smooth.regressor[500:-500, 1], 1.0, atol=1e-3)
