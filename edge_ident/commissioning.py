@@ -1,7 +1,6 @@
 """The whole job on a board: move, identify, design, write, verify, confirm or roll back."""
 
 import logging
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -190,7 +189,7 @@ def design_gains(
             LoopHardware(
                 identity.sample_period_s,
                 identity.control_delay_s,
-                2.0 * math.pi / identity.counts_per_turn,
+                identity.encoder_resolution_rad,
                 limits[name].effort_nm,
             ),
             bandwidth_rad_s,

@@ -10,7 +10,7 @@ from pathlib import Path
 from serial.tools import list_ports
 
 from edge_ident.errors import EdgeIdentError
-from edge_ident.network import load_network
+from edge_ident.network import VARIANTS, Variant, load_network
 
 _LATENCY_TIMER_MS = 4
 
@@ -32,8 +32,7 @@ def examine() -> list[Check]:
             "python", sys.version_info >= (3, 11), platform.python_version(), "use 3.11 or later"
         ),
         *(_package(name) for name in ("numpy", "onnxruntime", "pyserial", "pymodbus", "typer")),
-        _network("fp32"),
-        _network("int8"),
+        *(_network(variant) for variant in VARIANTS),
         *(check for port in list_ports.comports() for check in _port(port.device)),
     ]
 
@@ -45,9 +44,9 @@ def _package(name: str) -> Check:
         return Check(name, False, "not installed", "install edge-ident again")
 
 
-def _network(variant: str) -> Check:
+def _network(variant: Variant) -> Check:
     try:
-        network = load_network("int8" if variant == "int8" else "fp32")
+        network = load_network(variant)
     except EdgeIdentError as error:
         return Check(f"network {variant}", False, error.cause, error.next_step)
     return Check(f"network {variant}", True, f"{network.manifest.normalization}, hash matches")

@@ -156,7 +156,7 @@ def profile_document(profile: Profile) -> dict[str, Any]:
                     stage: dataclasses.asdict(spread(times))
                     for stage, times in run.stages_ms.items()
                 },
-                "within_target": run.within_target,
+                "within_target": profile.within_target(run),
             }
             for run in profile.runs
         ],

@@ -1,7 +1,6 @@
 """Gains on their way to the board: backed up, checked, read back, never half written."""
 
 import dataclasses
-import json
 import logging
 from collections.abc import Mapping
 from pathlib import Path
@@ -9,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from edge_ident.errors import BoardError, GainError
+from edge_ident.json_text import write_json
 from firmware_interface.board import AxisLimits, Board
 from firmware_interface.gains import AxisGains
 
@@ -21,7 +21,7 @@ def backup_gains(gains: Mapping[str, AxisGains], path: Path) -> None:
         "schema": "edge-ident/gain-backup/1",
         "axes": {axis: dataclasses.asdict(values) for axis, values in gains.items()},
     }
-    path.write_text(json.dumps(document, indent=2) + "\n", encoding="utf-8")
+    write_json(document, path)
 
 
 def check_gains(

@@ -2,9 +2,18 @@
 
 import json
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 
 def to_json(document: Mapping[str, Any]) -> str:
     """One document, readable and with numbers that any parser takes (no NaN)."""
     return json.dumps(document, indent=2, allow_nan=False, ensure_ascii=False)
+
+
+def write_json(document: Mapping[str, Any], path: Path) -> None:
+    """Write a document whole or not at all, with the folders that lead to it."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    partial = path.with_name(f".{path.name}.partial")
+    partial.write_text(to_json(document) + "\n", encoding="utf-8")
+    partial.replace(path)

@@ -231,6 +231,20 @@ def _array(values: list[Any], shape: tuple[int, ...]) -> Array:
     return array
 
 
+def variant_named(name: str) -> Variant:
+    """The variant of that name.
+
+    Raises
+    ------
+    ModelError
+        If there is none.
+    """
+    for variant in VARIANTS:
+        if variant == name:
+            return variant
+    raise ModelError(f"there is no variant {name}", f"choose {' or '.join(VARIANTS)}")
+
+
 def _variant_of(path: Path) -> Variant:
     for variant in VARIANTS:
         if path.stem.endswith(f"_{variant}"):

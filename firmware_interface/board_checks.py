@@ -45,13 +45,18 @@ def check_map(link: Link) -> None:
         )
 
 
+def fault_error(status: BoardStatus) -> BoardError:
+    """What a latched fault means, and what to do."""
+    meaning, next_step = FAULT_TEXTS[status.fault]
+    return BoardError(
+        f"fault {status.fault.name} at sample {status.fault_sample}: {meaning}", next_step
+    )
+
+
 def check_capture(status: BoardStatus) -> None:
     """Make sure that the motion still runs, or ran to its end, and that no page was lost."""
     if status.state is State.FAULT:
-        meaning, next_step = FAULT_TEXTS[status.fault]
-        raise BoardError(
-            f"fault {status.fault.name} at sample {status.fault_sample}: {meaning}", next_step
-        )
+        raise fault_error(status)
     if status.state not in (State.MOVING, State.DRAINING, State.DONE):
         meaning, next_step = FAULT_TEXTS[status.fault]
         raise BoardError(

@@ -38,6 +38,11 @@ class BoardIdentity:
     counts_per_turn: int
     effort_per_count_nm: float
 
+    @property
+    def encoder_resolution_rad(self) -> float:
+        """Angle of one count at the gearbox output."""
+        return 2.0 * np.pi / self.counts_per_turn
+
 
 @dataclass(frozen=True)
 class BoardStatus:
@@ -183,7 +188,7 @@ def read_limits(read: ReadWords, axis: str) -> AxisLimits:
 
 def page_in_si(page: RawPage, identity: BoardIdentity) -> CapturePage:
     """Counts to rad and N*m."""
-    rad_per_count = 2.0 * np.pi / identity.counts_per_turn
+    rad_per_count = identity.encoder_resolution_rad
     return CapturePage(
         first_sample=page.first_sample,
         position_rad=np.multiply(page.position, rad_per_count, dtype=np.float64),

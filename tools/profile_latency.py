@@ -7,10 +7,10 @@ batches: pass several devices to compare them.
 """
 
 import argparse
-import json
 from pathlib import Path
 
 from edge_ident.documents import profile_document
+from edge_ident.json_text import write_json
 from edge_ident.profiling import profile_device
 from edge_ident.tables import print_profile
 
@@ -33,12 +33,11 @@ def main() -> None:
     parser.add_argument("--baud-rate", type=int)
     parser.add_argument("--output", type=Path, default=Path("runs/latency"))
     given = parser.parse_args()
-    given.output.mkdir(parents=True, exist_ok=True)
     for number, device in enumerate(given.devices):
         profile = profile_device(device, given.baud_rate, given.repetitions, _Lines())
         print_profile(profile)
         path = given.output / f"profile_{number}.json"
-        path.write_text(json.dumps(profile_document(profile), indent=2) + "\n", encoding="utf-8")
+        write_json(profile_document(profile), path)
         print(f"written: {path}")
 
 

@@ -99,7 +99,9 @@ def say(message: str) -> None:
 def deliver(document: dict[str, Any], name: str, output: Path | None, as_json: bool) -> None:
     """Put a command's document where the options say: a file in the folder, stdout, or nowhere."""
     if output:
-        write_document(document, output, name)
+        from edge_ident.json_text import write_json
+
+        write_json(document, output / name)
     if as_json:
         print_document(document)
 
@@ -111,24 +113,13 @@ def print_document(document: dict[str, Any]) -> None:
     print(to_json(document), flush=True)
 
 
-def write_document(document: dict[str, Any], folder: Path, name: str) -> Path:
-    """Write a JSON document whole or not at all."""
-    from edge_ident.json_text import to_json
-
-    folder.mkdir(parents=True, exist_ok=True)
-    path, partial = folder / name, folder / f".{name}.partial"
-    partial.write_text(to_json(document) + "\n", encoding="utf-8")
-    partial.replace(path)
-    return path
-
-
 def built_in_or_given_network(path: Path | None, precision: str) -> Any:
     """Load the network that the options name."""
-    from edge_ident.network import load_network
+    from edge_ident.network import VARIANTS, load_network, variant_named
 
-    if precision not in ("fp32", "int8"):
-        raise typer.BadParameter("choose fp32 or int8", param_hint="--precision")
-    return load_network("int8" if precision == "int8" else "fp32", path)
+    if precision not in VARIANTS:
+        raise typer.BadParameter(f"choose {' or '.join(VARIANTS)}", param_hint="--precision")
+    return load_network(variant_named(precision), path)
 
 
 class ProgressBars:
