@@ -5,14 +5,13 @@ when the host is gone.
 """
 
 import logging
-import signal
-import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from edge_ident.errors import BoardError, EdgeIdentError
+from edge_ident.interrupts import deaf_to_interrupts
 from firmware_interface.board import Board
-from firmware_interface.board_checks import check_capture
+from firmware_interface.board_checks import fault_error
 from firmware_interface.registers import State
 
 log = logging.getLogger(__name__)
@@ -28,7 +27,7 @@ def make_ready(board: Board) -> None:
     """
     status = board.status()
     if status.state is State.FAULT:
-        check_capture(status)
+        raise fault_error(status)
     if status.state in (State.MOVING, State.STOPPING):
         raise BoardError(
             f"the board is {status.state.name}: another host moves it",
@@ -46,7 +45,7 @@ def left_safe(board: Board) -> Iterator[None]:
         yield
     except BaseException as reason:
         log.warning("ended early (%s): stopping the machine", type(reason).__name__)
-        with _deaf_to_interrupts():
+        with deaf_to_interrupts():  # a second Ctrl-C must not cut the stop short
             _attempt("stop", board.quick_stop)
             _attempt("roll back", lambda: _roll_back_unconfirmed(board))
         raise
@@ -64,16 +63,3 @@ def _attempt(what: str, action: Callable[[], None]) -> None:
     except EdgeIdentError as error:
         # a second error must not hide the first; the board's own watchdog is behind this
         log.error("%s: %s", what, error.cause)
-
-
-@contextmanager
-def _deaf_to_interrupts() -> Iterator[None]:
-    """A second Ctrl-C must not cut the stop short; the link's time-outs bound the wait."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    previous = signal.signal(signal.SIGINT, signal.SIG_IGN)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, previous)

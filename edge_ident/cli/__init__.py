@@ -1,10 +1,9 @@
 """The command line: thin commands over the library, one file for each family."""
 
-import signal
-
 import typer
 
 from edge_ident.cli import board, files, motion, offline
+from edge_ident.interrupts import end_as_by_ctrl_c
 
 app = typer.Typer(
     name="edge-ident",
@@ -20,7 +19,5 @@ for commands in (motion, files, board, offline):
 
 def main() -> None:
     """Entry point of the `edge-ident` script."""
-    for ending in {"SIGTERM", "SIGHUP"} & {known.name for known in signal.Signals}:
-        # end as by Ctrl-C: the machine is stopped
-        signal.signal(signal.Signals[ending], signal.default_int_handler)
+    end_as_by_ctrl_c()
     app()
