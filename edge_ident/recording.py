@@ -6,6 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from edge_ident.model import inertia_unit
+
 Array = NDArray[np.float64]
 
 
@@ -34,10 +36,7 @@ class AxisRecord:
     def parameter_units(self) -> tuple[str, str, str, str]:
         """Units of inertia, viscous friction, Coulomb friction and offset."""
         effort, position = self.effort_unit, self.position_unit
-        inertia = {("N*m", "rad"): "kg*m^2", ("N", "m"): "kg"}.get(
-            (effort, position), f"{effort}*s^2/{position}"
-        )
-        return inertia, f"{effort}*s/{position}", effort, effort
+        return inertia_unit(position, effort), f"{effort}*s/{position}", effort, effort
 
 
 @dataclass(frozen=True)

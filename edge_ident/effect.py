@@ -1,0 +1,193 @@
+"""What a physical effect is: parameters, and how it acts on an axis.
+
+An axis resists its motion with the sum of what its terms contribute; the drive must supply that
+sum. A term says what it contributes by overriding the hooks that its physics needs, and each hook
+serves both directions: along a known motion, where the sum is the effort (the inverse direction,
+`edge_ident.inverse`), and inside the equations of motion (`edge_ident.simulation`)::
+
+    command ─▶ torque ─▶ (inertia) acceleration = torque - load - friction · direction ─▶ position
+       │     actuator                                                                       │
+       └─ recorded ─▶ effort column                          position column ◀─ reading ────┘
+
+All hooks broadcast: values of shape (1,) or (D, 1) along a motion of (N,) samples, values of
+shape (D,) at one instant of D drives.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from edge_ident.strengths import Draws, Scale
+
+Array = NDArray[np.float64]
+Values = Mapping[str, Array]
+"""Values of an effect's parameters by name, each of the shape of the drives."""
+
+_NOTHING = np.zeros(())
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One number that an effect needs.
+
+    Attributes
+    ----------
+    name : str
+    unit : str
+        Template over {effort}, {position} and {inertia}: the units of an axis.
+    low, high : float
+        Physical bounds, both allowed.
+    description : str
+        One line.
+    """
+
+    name: str
+    unit: str
+    low: float
+    high: float
+    description: str
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Where an axis is, along time or at one instant.
+
+    Attributes
+    ----------
+    time_s, position, velocity, acceleration : arrays
+        (N,) along a motion, evenly sampled; (D,) at one instant of D drives. Time zero is the
+        first captured sample. At an instant, only `rates` may ask for the acceleration.
+    direction : array
+        -1, 0 or 1: where the axis slides to; 0 while it sticks.
+    transmitted : array
+        Effort that passes through the transmission to inertia and constant load.
+    memory : (M, ...) array
+        States of the effect that is asked, at an instant.
+    source : Motion or None
+        The axis that acts on this one, for effects with `needs_source`.
+    """
+
+    time_s: Array
+    position: Array
+    velocity: Array
+    acceleration: Array
+    direction: Array
+    transmitted: Array = field(default_factory=lambda: _NOTHING)
+    memory: Array = field(default_factory=lambda: _NOTHING)
+    source: "Motion | None" = None
+
+    @classmethod
+    def known(
+        cls, time_s: Array, position: Array, velocity: Array, acceleration: Array
+    ) -> "Motion":
+        """A motion of which everything is known; it slides wherever it moves."""
+        return cls(time_s, position, velocity, acceleration, np.sign(velocity))
+
+    @property
+    def partner(self) -> "Motion":
+        """The axis that acts on this one; the model makes sure that there is one."""
+        assert self.source is not None
+        return self.source
+
+
+class Effect:
+    """One physical effect; a subclass overrides the hooks that its physics needs.
+
+    The first line of its module's docstring is its title.
+    """
+
+    parameters: ClassVar[tuple[Parameter, ...]]
+    memory_size: ClassVar[int] = 0
+    """States that the effect brings into the equations of motion."""
+    needs_source: ClassVar[bool] = False
+    """Whether another axis must be named."""
+
+    @property
+    def name(self) -> str:
+        """The name in model files: that of the module."""
+        return type(self).__module__.rpartition(".")[2]
+
+    def overrides(self, hook: str) -> bool:
+        """Whether the effect acts through this hook."""
+        return getattr(type(self), hook) is not getattr(Effect, hook)
+
+    def draw(self, draws: Draws, scale: Scale) -> dict[str, Array]:
+        """Random values, from hardly visible to a machine that needs repair."""
+        raise NotImplementedError
+
+    # ---- what the axis resists with
+
+    def load(self, at: Motion, values: Values) -> Array:
+        """Resisting effort that does not depend on the direction of sliding."""
+        return _NOTHING
+
+    def friction(self, at: Motion, values: Values) -> Array:
+        """Level of dry friction; it acts against the direction, and holds an axis at rest."""
+        return _NOTHING
+
+    def inertia(self, at: Motion, values: Values) -> Array:
+        """Inertia that takes part in the axis's own motion, on the encoder's side."""
+        return _NOTHING
+
+    def cross_inertia(self, values: Values) -> Array:
+        """Effort per acceleration of the source axis."""
+        return _NOTHING
+
+    def resistance(self, motion: Motion, values: Values) -> Array:
+        """All of the above along a known motion; effects with memory integrate it here."""
+        effort = (
+            self.load(motion, values)
+            + self.friction(motion, values) * motion.direction
+            + self.inertia(motion, values) * motion.acceleration
+        )
+        if motion.source is not None:
+            effort = effort + self.cross_inertia(values) * motion.source.acceleration
+        return effort
+
+    # ---- states of their own, in the equations of motion
+
+    def start(self, at: Motion, values: Values) -> Array:
+        """States (M, D) of an axis that has stood still."""
+        return np.zeros((self.memory_size, *np.shape(at.position)))
+
+    def rates(self, at: Motion, values: Values) -> Array:
+        """Time derivatives (M, D) of the states."""
+        raise NotImplementedError
+
+    def fastest_rate(self, values: Values, inertia: Array, speed: float) -> Array:
+        """Fastest rate (1/s) that the effect brings into the equations of motion.
+
+        Parameters
+        ----------
+        values : Values
+        inertia : (D,) array
+            On the encoder's side.
+        speed : float
+            Top speed of the motion.
+        """
+        return _NOTHING
+
+    # ---- between effort column, actuator, encoder and position column
+
+    def true_motion(self, motion: Motion, values: Values) -> Motion:
+        """The motion of the axis, from the one that the encoder reads."""
+        return motion
+
+    def reading(self, position: Array, values: Values) -> Array:
+        """What the encoder reads at a position."""
+        return position
+
+    def command(self, torque: Array, time_s: Array, values: Values) -> Array:
+        """Commanded effort that makes the actuator give this much."""
+        return torque
+
+    def torque(self, command: Array, time_s: Array, values: Values) -> Array:
+        """What the actuator makes of a commanded effort."""
+        return command
+
+    def recorded(self, effort: Array, time_s: Array, values: Values) -> Array:
+        """The effort column (..., N), from the commanded effort at its time stamps."""
+        return effort

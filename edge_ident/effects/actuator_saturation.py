@@ -1,0 +1,36 @@
+"""Actuator saturation: the drive gives no more than a limit.
+
+torque = clip(command, -limit, limit). In a simulation the motion falls behind and the command,
+which is what is recorded, exceeds what the motion needs. Along a motion that is taken as given,
+the effort stops at the limit.
+Source: Tao and Kokotović, Adaptive Control of Systems with Actuator and Sensor Nonlinearities
+(1996), ch. 2.
+"""
+
+from typing import Final
+
+import numpy as np
+
+from edge_ident.effect import Array, Effect, Parameter, Values
+from edge_ident.strengths import Draws, Scale
+
+
+class ActuatorSaturation(Effect):
+    """A ceiling for the effort."""
+
+    parameters = (Parameter("limit", "{effort}", 1e-9, 1e9, "most that the actuator gives"),)
+
+    def command(self, torque: Array, time_s: Array, values: Values) -> Array:
+        """Nothing above the limit."""
+        return np.clip(torque, -values["limit"], values["limit"])
+
+    def torque(self, command: Array, time_s: Array, values: Values) -> Array:
+        """Nothing above the limit."""
+        return np.clip(command, -values["limit"], values["limit"])
+
+    def draw(self, draws: Draws, scale: Scale) -> dict[str, Array]:
+        """The highest 2 % to 40 % of the peak effort are missing."""
+        return {"limit": (1.0 - draws.log_uniform(0.02, 0.4)) * scale.peak_effort}
+
+
+EFFECT: Final = ActuatorSaturation()

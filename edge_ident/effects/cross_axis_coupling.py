@@ -1,0 +1,43 @@
+"""Cross-axis coupling: the motion of another axis costs effort on this one.
+
+f = inertia·a₂ + viscous_friction·v₂ + coulomb_friction·sign(v₂), where 2 is the source axis: a
+carried axis that accelerates, guides out of square, a shared cable chain.
+Source: off-diagonal elements of a multi-body inertia matrix; skewed guides.
+"""
+
+from typing import Final
+
+from edge_ident.effect import Array, Effect, Motion, Parameter, Values
+from edge_ident.strengths import Draws, Scale
+
+
+class CrossAxisCoupling(Effect):
+    """Effort in proportion to another axis's acceleration, velocity and friction."""
+
+    parameters = (
+        Parameter("inertia", "{inertia}", -1e9, 1e9, "per acceleration of the source"),
+        Parameter("viscous_friction", "{effort}*s/{position}", -1e9, 1e9, "per its velocity"),
+        Parameter("coulomb_friction", "{effort}", -1e9, 1e9, "with the sign of its velocity"),
+    )
+    needs_source = True
+
+    def load(self, at: Motion, values: Values) -> Array:
+        """By velocity and its sign."""
+        viscous = values["viscous_friction"] * at.partner.velocity
+        return viscous + values["coulomb_friction"] * at.partner.direction
+
+    def cross_inertia(self, values: Values) -> Array:
+        """An element of the inertia matrix."""
+        return values["inertia"]
+
+    def draw(self, draws: Draws, scale: Scale) -> dict[str, Array]:
+        """5 % to 50 % of the axis's own coefficients, any mixture, either sign."""
+        share = draws.log_uniform(0.05, 0.5)
+        return {
+            "inertia": draws.uniform(-1.0, 1.0) * share * scale.inertia,
+            "viscous_friction": draws.uniform(-1.0, 1.0) * share * scale.viscous_friction,
+            "coulomb_friction": draws.uniform(-1.0, 1.0) * share * scale.coulomb_friction,
+        }
+
+
+EFFECT: Final = CrossAxisCoupling()

@@ -1,0 +1,43 @@
+"""Disturbance event: a push or a collision, effort during one short stretch of time.
+
+f = level·sin²(π·(t - time)/duration) from time on, for its duration.
+Source: none needed; the shape is the shortest smooth pulse.
+"""
+
+from typing import Final
+
+import numpy as np
+
+from edge_ident.effect import Array, Effect, Motion, Parameter, Values
+from edge_ident.strengths import Draws, Scale
+
+
+class DisturbanceEvent(Effect):
+    """One pulse that does not repeat."""
+
+    parameters = (
+        Parameter("time", "s", -1e9, 1e9, "of its beginning, from the start of the record"),
+        Parameter("duration", "s", 1e-6, 1e9, "from beginning to end"),
+        Parameter("level", "{effort}", -1e9, 1e9, "peak of the resisting effort"),
+    )
+
+    def load(self, at: Motion, values: Values) -> Array:
+        """A pulse in time."""
+        share = np.clip((at.time_s - values["time"]) / values["duration"], 0.0, 1.0)
+        return np.asarray(values["level"] * np.sin(np.pi * share) ** 2)
+
+    def fastest_rate(self, values: Values, inertia: Array, speed: float) -> Array:
+        """Of the pulse itself."""
+        return 2.0 * np.pi / values["duration"]
+
+    def draw(self, draws: Draws, scale: Scale) -> dict[str, Array]:
+        """Half to five times the effort's rms, for 0.5 % to 5 % of the record."""
+        duration = draws.log_uniform(0.005, 0.05) * scale.duration_s
+        return {
+            "time": draws.uniform(0.05, 0.9) * scale.duration_s,
+            "duration": duration,
+            "level": draws.sign() * draws.log_uniform(0.25, 2.5) * scale.effort,
+        }
+
+
+EFFECT: Final = DisturbanceEvent()

@@ -1,0 +1,45 @@
+"""Nonlinear viscous friction: churning oil, air, a lubricant that thins; a power of the speed.
+
+f = level·|v|^exponent·sign(v) with the speed in units of one per second, beside the linear
+viscous friction; an exponent of two is v·|v|.
+Source: Makkar et al., IEEE/ASME AIM 2005, 555 (continuous friction models); Waiboer, Aarts and
+Jonker 2005 for exponents below one in grease-lubricated joints.
+"""
+
+from typing import Final
+
+import numpy as np
+
+from edge_ident.effect import Array, Effect, Motion, Parameter, Values
+from edge_ident.strengths import Draws, Scale
+
+
+class NonlinearViscous(Effect):
+    """Friction that bends with speed."""
+
+    parameters = (
+        Parameter("level", "{effort}", -1e9, 1e9, "at a speed of one per second"),
+        Parameter("exponent", "1", 0.2, 4.0, "power of the speed"),
+    )
+
+    def load(self, at: Motion, values: Values) -> Array:
+        """Against the motion where the level is positive."""
+        power = np.abs(at.velocity) ** values["exponent"]
+        return values["level"] * power * np.sign(at.velocity)
+
+    def fastest_rate(self, values: Values, inertia: Array, speed: float) -> Array:
+        """Its slope at top speed, or at a hundredth of it for powers below one."""
+        exponent = values["exponent"]
+        at_speed = np.where(exponent < 1.0, 0.01 * speed, speed)
+        return np.abs(values["level"]) * exponent * at_speed ** (exponent - 1.0) / inertia
+
+    def draw(self, draws: Draws, scale: Scale) -> dict[str, Array]:
+        """2 % to 30 % of the effort; powers of a half or of two, seldom negative."""
+        thins = draws.sign() > 0
+        exponent = np.where(thins, draws.uniform(0.3, 0.7), draws.uniform(1.7, 2.3))
+        rms_power = 0.65 * scale.speed**exponent
+        sign = np.where(draws.uniform(0.0, 1.0) < 0.25, -0.5, 1.0)
+        return {"level": sign * draws.strength() * scale.effort / rms_power, "exponent": exponent}
+
+
+EFFECT: Final = NonlinearViscous()

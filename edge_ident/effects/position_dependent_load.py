@@ -1,0 +1,59 @@
+"""A load that depends on position: a spring, a cable chain, weight over the angle of an arm.
+
+f = stiffness·x + curvature·x² + cosine·cos(2π·x/period) + sine·sin(2π·x/period); an arm that
+hangs has a period of 2π rad. It is half the sum of the maps of the residual forward and backward.
+On a purely sinusoidal motion the stiffness looks like inertia, since a is proportional to x there.
+Source: statics.
+"""
+
+from typing import Final
+
+import numpy as np
+
+from edge_ident.effect import Array, Effect, Motion, Parameter, Values
+from edge_ident.strengths import Draws, Scale
+
+
+class PositionDependentLoad(Effect):
+    """A conservative load along the stroke."""
+
+    parameters = (
+        Parameter("stiffness", "{effort}/{position}", -1e9, 1e9, "of a spring about zero"),
+        Parameter("curvature", "{effort}/{position}^2", -1e9, 1e9, "rise of the stiffness, half"),
+        Parameter("cosine", "{effort}", -1e9, 1e9, "of the position's angle"),
+        Parameter("sine", "{effort}", -1e9, 1e9, "of the position's angle"),
+        Parameter("period", "{position}", 1e-9, 1e9, "travel of one turn of that angle"),
+    )
+
+    def load(self, at: Motion, values: Values) -> Array:
+        """Parabola and sinusoid."""
+        x = at.position
+        angle = 2.0 * np.pi / values["period"] * x
+        wave = values["cosine"] * np.cos(angle) + values["sine"] * np.sin(angle)
+        return (values["stiffness"] + values["curvature"] * x) * x + wave
+
+    def fastest_rate(self, values: Values, inertia: Array, speed: float) -> Array:
+        """Resonance on the steepest slope, at most ten seconds of travel away."""
+        rate = 2.0 * np.pi / values["period"]
+        wave = np.hypot(values["cosine"], values["sine"]) * rate
+        bend = 20.0 * np.abs(values["curvature"]) * speed
+        return np.sqrt((np.abs(values["stiffness"]) + bend + wave) / inertia)
+
+    def draw(self, draws: Draws, scale: Scale) -> dict[str, Array]:
+        """2 % to 30 % of the effort: of spring, bend and one to three slow waves, any mixture."""
+        effort = draws.strength() * scale.effort
+        spring, bend, wave = draws.rng.dirichlet(np.ones(3), draws.shape).transpose(
+            -1, *range(len(draws.shape))
+        )
+        half = 0.5 * scale.travel
+        cosine, sine = draws.phase()
+        return {
+            "stiffness": draws.sign() * 1.4 * spring * effort / half,
+            "curvature": draws.sign() * 2.2 * bend * effort / half**2,
+            "cosine": 1.4 * wave * effort * cosine,
+            "sine": 1.4 * wave * effort * sine,
+            "period": scale.travel / draws.uniform(1.0, 3.0),
+        }
+
+
+EFFECT: Final = PositionDependentLoad()

@@ -1,0 +1,47 @@
+"""Torque ripple: cogging, gear mesh, a bent screw; periodic in position, whatever the speed.
+
+f = cosine·cos(2π·x/period) + sine·sin(2π·x/period), the same in both directions. Several
+orders are several terms.
+Source: Holtz and Springob, IEEE Trans. Industrial Electronics 43 (1996) 694.
+"""
+
+from typing import Final
+
+import numpy as np
+
+from edge_ident.effect import Array, Effect, Motion, Parameter, Values
+from edge_ident.strengths import Draws, Scale
+
+
+class TorqueRipple(Effect):
+    """One order of a load that repeats with the position."""
+
+    parameters = (
+        Parameter("cosine", "{effort}", -1e9, 1e9, "amplitude in phase with position zero"),
+        Parameter("sine", "{effort}", -1e9, 1e9, "amplitude a quarter period later"),
+        Parameter("period", "{position}", 1e-9, 1e9, "travel after which it repeats"),
+    )
+
+    def load(self, at: Motion, values: Values) -> Array:
+        """A sinusoid of position."""
+        angle = 2.0 * np.pi / values["period"] * at.position
+        return values["cosine"] * np.cos(angle) + values["sine"] * np.sin(angle)
+
+    def fastest_rate(self, values: Values, inertia: Array, speed: float) -> Array:
+        """Resonance on its steepest slope, or passing its periods at top speed."""
+        rate = 2.0 * np.pi / values["period"]
+        slope = np.hypot(values["cosine"], values["sine"]) * rate
+        return np.maximum(np.sqrt(slope / inertia), rate * speed)
+
+    def draw(self, draws: Draws, scale: Scale) -> dict[str, Array]:
+        """2 % to 30 % of the effort, 2 to 400 periods in the travel, any phase."""
+        amplitude = np.sqrt(2.0) * draws.strength() * scale.effort
+        cosine, sine = draws.phase()
+        return {
+            "cosine": amplitude * cosine,
+            "sine": amplitude * sine,
+            "period": scale.travel / draws.log_uniform(2.0, 400.0),
+        }
+
+
+EFFECT: Final = TorqueRipple()

@@ -1,0 +1,78 @@
+"""The inverse direction: the effort column that belongs to a known motion, for any model."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from types import MappingProxyType
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from edge_ident.effect import Effect, Motion, Values
+from edge_ident.effects import named
+from edge_ident.errors import ModelError
+from edge_ident.model import AxisModel, Term
+
+Array = NDArray[np.float64]
+
+_ALONE: Final[Mapping[str, Motion]] = MappingProxyType({})
+
+
+def inverse_effort(axis: AxisModel, motion: Motion, others: Mapping[str, Motion] = _ALONE) -> Array:
+    """Effort of one axis along its motion as the encoder reads it.
+
+    In physical order: the encoder's errors are taken out of the motion, the resistances of all
+    terms add up, the actuator's faults say what must be commanded for that sum, and the record's
+    delay shifts it.
+
+    Parameters
+    ----------
+    axis : AxisModel
+        With values for one drive, or arrays (D,) for D of them.
+    motion : Motion
+        Smooth, (N,), evenly sampled.
+    others : mapping of axis name to Motion
+        Motions of the other axes, for effects that couple them.
+
+    Returns
+    -------
+    (N,) or (D, N) array
+
+    Raises
+    ------
+    ModelError
+        An effect is unknown, or the axis that acts on this one is not among the others.
+    """
+    terms = [(named(term.effect), along_motion(term), term.source_axis) for term in axis.terms]
+    for effect, values, _ in terms:
+        motion = effect.true_motion(motion, values)
+    base = terms[0][1]
+    motion = replace(motion, transmitted=base["inertia"] * motion.acceleration + base["offset"])
+    effort: Array = np.zeros(())
+    for effect, values, source in terms:
+        effort = effort + effect.resistance(_with_source(motion, effect, source, others), values)
+    for effect, values, _ in terms:
+        effort = effect.command(effort, motion.time_s, values)
+    for effect, values, _ in terms:
+        effort = effect.recorded(effort, motion.time_s, values)
+    return effort
+
+
+def along_motion(term: Term) -> Values:
+    """A term's values with an axis for the motion's samples behind that of the drives."""
+    return {
+        name: np.asarray(value, dtype=np.float64)[..., None] for name, value in term.values.items()
+    }
+
+
+def _with_source(
+    motion: Motion, effect: Effect, source: str | None, others: Mapping[str, Motion]
+) -> Motion:
+    if not effect.needs_source:
+        return motion
+    if source is None or source not in others:
+        raise ModelError(
+            f"{effect.name} needs the motion of axis {source}",
+            f"name one of {', '.join(others) or 'several axes'}, and give its motion",
+        )
+    return replace(motion, source=others[source])
