@@ -1,0 +1,141 @@
+"""Run the methods on every axis of a recording, and measure all answers alike."""
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from edge_ident.baselines.methods import Method, all_methods
+from edge_ident.baselines.problem import Problem, pose
+from edge_ident.errors import EdgeIdentError
+from edge_ident.metrics import Metric
+from edge_ident.metrics import compare as measure
+from edge_ident.model import Estimate
+from edge_ident.network import Network
+from edge_ident.recording import Recording
+from edge_ident.trust import Finding, judge
+
+
+@dataclass(frozen=True)
+class Row:
+    """What one method made of one axis.
+
+    Attributes
+    ----------
+    method : str
+    estimate : Estimate or None
+    metric : Metric or None
+        Of the estimate, on the samples that all methods share.
+    reason : str
+        Why there is no estimate; empty where there is one.
+    findings : tuple of Finding
+        What speaks against acting on the estimate.
+    time_ms : float
+        Without the filtering that all methods share.
+    """
+
+    method: str
+    estimate: Estimate | None
+    metric: Metric | None
+    reason: str
+    findings: tuple[Finding, ...]
+    time_ms: float
+
+
+@dataclass(frozen=True)
+class AxisComparison:
+    """All methods on one axis.
+
+    Attributes
+    ----------
+    rows : tuple of Row
+    units : tuple of str
+        Of the four parameters.
+    samples : int
+        On which every row's metric is computed.
+    cutoff_hz : float
+        Of the zero-phase filter.
+    """
+
+    rows: tuple[Row, ...]
+    units: tuple[str, str, str, str]
+    samples: int
+    cutoff_hz: float
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """All axes of a recording."""
+
+    axes: Mapping[str, AxisComparison]
+
+
+def compare(
+    recording: Recording,
+    network: Network | None,
+    *,
+    methods: Sequence[str] = (),
+    tries: int = 8,
+    seed: int = 0,
+    on_stage: Callable[[str], None] = lambda title: None,
+    on_note: Callable[[str], None] = lambda note: None,
+) -> Comparison:
+    """Identify every axis by every method.
+
+    Parameters
+    ----------
+    recording : Recording
+    network : Network or None
+    methods : sequence of str
+        Names from `all_methods`; none stands for all.
+    tries : int
+        Of random search.
+    seed : int
+    on_stage, on_note : callables
+        Told which method begins, and how far it is.
+
+    Raises
+    ------
+    DataError
+        Hardly any sample shows an axis in motion.
+    """
+    known = all_methods()
+    axes = {}
+    for name, axis in recording.axes.items():
+        problem = pose(recording, name, network=network, tries=tries, seed=seed, note=on_note)
+        rows = []
+        for method in methods or known:
+            on_stage(f"axis {name}, {method.replace('_', ' ')}")
+            rows.append(_run(method, known[method], problem))
+        axes[name] = AxisComparison(
+            tuple(rows), axis.parameter_units, len(problem.effort), problem.signals.cutoff_hz
+        )
+    return Comparison(axes)
+
+
+def _run(name: str, method: Method, problem: Problem) -> Row:
+    start_s = time.perf_counter()
+    estimate, reason = _attempt(method, problem)
+    time_ms = 1e3 * (time.perf_counter() - start_s)
+    if estimate is None:
+        return Row(name, None, None, reason, (), time_ms)
+    metric = measure(problem.effort, problem.regressor @ estimate.parameters)
+    findings = judge(estimate, problem.regressor, problem.effort, metric.relative_residual)
+    for finding in findings:
+        if finding.code == "inseparable":  # then any number is one of infinitely many
+            return Row(name, None, None, finding.message, (), time_ms)
+    return Row(name, estimate, metric, "", tuple(findings), time_ms)
+
+
+def _attempt(method: Method, problem: Problem) -> tuple[Estimate | None, str]:
+    """The estimate, or none and why; one method's failure must not cost the others' answers."""
+    try:
+        estimate = method(problem)
+    except EdgeIdentError as error:
+        return None, error.cause
+    except (ArithmeticError, ValueError) as error:  # LinAlgError is a ValueError
+        return None, f"the computation failed: {error}"
+    if not (np.isfinite(estimate.parameters).all() and np.isfinite(estimate.std).all()):
+        return None, "the computation ended in numbers that are not finite"
+    return estimate, ""
