@@ -51,14 +51,15 @@ def lowpass(signal: Array, cutoff_hz: float, period_s: float, *, delay_s: float 
 
     Parameters
     ----------
-    signal : (N,) array
+    signal : (..., N) array
     delay_s : float
         Moves the signal to later times by this much, a fraction of a sample included.
     """
     padded, start = _pad(signal, cutoff_hz, period_s, reflect_type="even")
     spectrum, frequency = _filtered_spectrum(padded, cutoff_hz, period_s)
     spectrum = spectrum * np.exp(-2j * np.pi * frequency * delay_s)
-    return np.asarray(np.fft.irfft(spectrum, len(padded))[start : start + len(signal)])
+    samples = slice(start, start + signal.shape[-1])
+    return np.asarray(np.fft.irfft(spectrum, padded.shape[-1])[..., samples])
 
 
 def interpolate(at: Array, time: Array, signal: Array) -> Array:
@@ -84,7 +85,7 @@ def interpolate(at: Array, time: Array, signal: Array) -> Array:
 def _filtered_spectrum(
     padded: Array, cutoff_hz: float, period_s: float
 ) -> tuple[NDArray[np.complex128], Array]:
-    frequency = np.asarray(np.fft.rfftfreq(len(padded), period_s), dtype=np.float64)
+    frequency = np.asarray(np.fft.rfftfreq(padded.shape[-1], period_s), dtype=np.float64)
     gain = 1.0 / (1.0 + (frequency / cutoff_hz) ** (2 * _ORDER))
     return np.fft.rfft(padded) * gain, frequency
 
@@ -92,10 +93,11 @@ def _filtered_spectrum(
 def _pad(
     signal: Array, cutoff_hz: float, period_s: float, *, reflect_type: Literal["even", "odd"]
 ) -> tuple[Array, int]:
-    """Reflect both ends until the wrap-around cannot be felt; a length that the FFT likes."""
+    """Reflect both ends of (..., N) signals until the wrap-around cannot be felt; a length that the FFT likes."""
     margin = int(np.ceil(_SETTLING_PERIODS / (cutoff_hz * period_s)))
-    total = _fast_length(len(signal) + 2 * margin)
-    widths = (margin, total - len(signal) - margin)
+    samples = signal.shape[-1]
+    total = _fast_length(samples + 2 * margin)
+    widths = [(0, 0)] * (signal.ndim - 1) + [(margin, total - samples - margin)]
     return np.pad(signal, widths, mode="reflect", reflect_type=reflect_type), margin
 
 

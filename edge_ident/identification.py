@@ -113,11 +113,12 @@ def _run_network(
     """The network's estimate, or none and why."""
     if network is None:
         return None, "no network was given"
-    if (axis.position_unit, axis.effort_unit) != ("rad", "N*m"):
-        return None, f"the network was trained for rad and N*m, not {axis.position_unit} " + (
-            f"and {axis.effort_unit}"
-        )
     motion = network.manifest.motion
+    if (axis.position_unit, axis.effort_unit) != (motion.position_unit, motion.effort_unit):
+        return None, (
+            f"the network was trained for {motion.position_unit} and {motion.effort_unit}, "
+            f"not {axis.position_unit} and {axis.effort_unit}"
+        )
     with watch.stage("align"):
         found = align(signals, motion.columns[:, 1], motion.period_s)
     if found is None:

@@ -19,7 +19,7 @@ from edge_ident.model import PARAMETERS
 Array = NDArray[np.float64]
 Variant = Literal["fp32", "int8"]
 
-SCHEMA: Final = "edge-ident/network/1"
+SCHEMA: Final = "edge-ident/network/2"
 VARIANTS: Final[tuple[Variant, ...]] = ("fp32", "int8")
 BUILT_IN: Final = Path(__file__).parent / "networks" / "feed_drive.json"
 
@@ -40,11 +40,14 @@ class NetworkMotion:
     column_scales : (4,) array
         Peaks of the full-rate columns: a parameter times its scale over the effort's scale is
         its share.
+    position_unit, effort_unit : str
     """
 
     period_s: float
     columns: Array
     column_scales: Array
+    position_unit: str
+    effort_unit: str
 
 
 @dataclass(frozen=True)
@@ -57,8 +60,8 @@ class Evaluation:
     drives : int
     residual_median, residual_p90 : float
         Torque of the result against the noise-free torque, ‖error‖/‖torque‖.
-    share_error_rms : (4,) array
-        Of the shares, in the order of `PARAMETERS`.
+    share_error_rms, share_error_median, share_error_p95 : (4,) arrays
+        Errors of the shares, in the order of `PARAMETERS`.
     """
 
     name: str
@@ -66,6 +69,8 @@ class Evaluation:
     residual_median: float
     residual_p90: float
     share_error_rms: Array
+    share_error_median: Array
+    share_error_p95: Array
 
 
 @dataclass(frozen=True)
@@ -82,8 +87,8 @@ class Manifest:
     motion : NetworkMotion
     mismatch_limit : float
         Largest `edge_ident.cnn.motion_mismatch` at which the network keeps its accuracy.
-    guess_range, share_range : (low, high)
-        Of the guesses and true shares seen in training.
+    start_shares : (4,) array or None
+        The one guess that the network was trained for; None are random ones.
     parameter_std : mapping of (4,) arrays
         Of each variant: standard deviation of the shares on drives that the model describes.
     parameter_std_per_residual : (4,) array
@@ -93,11 +98,10 @@ class Manifest:
 
     normalization: Normalization
     sha256: Mapping[str, str]
-    configuration: Mapping[str, str | int | float]
+    configuration: Mapping[str, Any]
     motion: NetworkMotion
     mismatch_limit: float
-    guess_range: tuple[float, float]
-    share_range: tuple[float, float]
+    start_shares: Array | None
     parameter_std: Mapping[str, Array]
     parameter_std_per_residual: Array
     evaluation: tuple[Evaluation, ...]
@@ -192,7 +196,7 @@ def load_manifest(path: Path) -> Manifest:
 
 
 def _manifest(fields: dict[str, Any]) -> Manifest:
-    motion = fields["motion"]
+    motion, start = fields["motion"], fields["start_shares"]
     if fields["normalization"] not in ("effort-scale", "min-max"):
         raise ValueError(f"unknown normalization '{fields['normalization']}'")
     return Manifest(
@@ -203,25 +207,23 @@ def _manifest(fields: dict[str, Any]) -> Manifest:
             period_s=float(motion["period_s"]),
             columns=_array(motion["columns"], (POINTS, len(PARAMETERS))),
             column_scales=_array(motion["column_scales"], (len(PARAMETERS),)),
+            position_unit=str(motion["position_unit"]),
+            effort_unit=str(motion["effort_unit"]),
         ),
         mismatch_limit=float(fields["mismatch_limit"]),
-        guess_range=_pair(fields["guess_range"]),
-        share_range=_pair(fields["share_range"]),
+        start_shares=None if start is None else _array(start, (len(PARAMETERS),)),
         parameter_std={
             variant: _array(fields["parameter_std"][variant], (len(PARAMETERS),))
             for variant in VARIANTS
         },
         parameter_std_per_residual=_array(fields["parameter_std_per_residual"], (len(PARAMETERS),)),
-        evaluation=tuple(
-            Evaluation(**{**entry, "share_error_rms": np.array(entry["share_error_rms"])})
-            for entry in fields["evaluation"]
-        ),
+        evaluation=tuple(_evaluation(entry) for entry in fields["evaluation"]),
     )
 
 
-def _pair(values: list[float]) -> tuple[float, float]:
-    low, high = values
-    return float(low), float(high)
+def _evaluation(fields: dict[str, Any]) -> Evaluation:
+    arrays = {name: np.array(value) for name, value in fields.items() if isinstance(value, list)}
+    return Evaluation(**{**fields, **arrays})
 
 
 def _array(values: list[Any], shape: tuple[int, ...]) -> Array:

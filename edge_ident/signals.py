@@ -40,6 +40,7 @@ class Signals:
     cutoff_hz : float
         -6 dB frequency of the zero-phase filter.
     effort : (N,) array
+        (D, N) where several efforts were given.
     regressor : (N, 4) array
         Columns of `edge_ident.model.regressor`, low-passed like the effort.
     moving : (N,) array of bool
@@ -74,8 +75,10 @@ def condition(
 
     Parameters
     ----------
-    time_s, position, effort : (N,) arrays
+    time_s, position : (N,) arrays
         Uneven sampling is interpolated to an even grid of the mean period.
+    effort : (N,) array, or (D, N) on an even grid
+        Several efforts may share one motion.
     effort_shift_s : float
         Time from a row's stamp to the middle of the interval in which its effort acted.
     """
@@ -97,7 +100,7 @@ def condition(
         period_s=period_s,
         cutoff_hz=cutoff_hz,
         effort=bridge(smooth_effort, moving),
-        regressor=bridge(columns, moving),
+        regressor=bridge(columns.T, moving).T,
         moving=moving,
         acceleration_noise=noise / max(float(np.std(acceleration)), _TINY),
         jitter=jitter,
@@ -166,14 +169,14 @@ def standing(position: Array, cutoff_hz: float, period_s: float) -> NDArray[np.b
 
 
 def bridge(signal: Array, moving: NDArray[np.bool_]) -> Array:
-    """Replace an (N, ...) signal by straight lines where the axis does not move."""
+    """Replace (..., N) signals by straight lines where the axis does not move."""
     if moving.all() or not moving.any():
         return signal
-    index = np.arange(len(signal))
-    bridged = signal.copy().reshape(len(signal), -1)
-    for column in bridged.T:
-        column[~moving] = np.interp(index[~moving], index[moving], column[moving])
-    return bridged.reshape(signal.shape)
+    index = np.arange(signal.shape[-1])
+    bridged = signal.copy()
+    for row in bridged.reshape(-1, len(index)):
+        row[~moving] = np.interp(index[~moving], index[moving], row[moving])
+    return bridged
 
 
 def position_noise(position: Array) -> float:
@@ -182,7 +185,12 @@ def position_noise(position: Array) -> float:
     Third differences remove the motion and multiply white noise by √20.
     """
     third = np.diff(position, 3)
+    quantization = encoder_count(position) / np.sqrt(12.0)
+    return float(max(np.sqrt(np.mean(third**2) / 20.0), quantization))
+
+
+def encoder_count(position: Array) -> float:
+    """Smallest step between values that a position takes, 0 where it takes but one."""
     steps = np.diff(np.unique(position))
     count = float(np.min(steps, initial=np.inf, where=steps > 1e-9 * np.ptp(position)))
-    quantization = count / np.sqrt(12.0) if np.isfinite(count) else 0.0
-    return max(float(np.sqrt(np.mean(third**2) / 20.0)), quantization)
+    return count if count < np.inf else 0.0

@@ -3,15 +3,26 @@
 import os
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
+import numpy as np
 import torch
 
 from edge_ident.errors import ModelError
 from export.configuration import Configuration
+from export.motion import TrainingMotion
 from export.network import ResidualNetwork
 
 Weights = dict[str, torch.Tensor]
+
+
+class Loss(NamedTuple):
+    """One point of the loss curves; `train` is the mean since the point before."""
+
+    stage: str
+    step: int
+    train: float
+    test: float
 
 
 @dataclass(frozen=True)
@@ -21,7 +32,8 @@ class Checkpoint:
     Attributes
     ----------
     configuration : Configuration
-    stage : {"head", "network"}
+    motion : TrainingMotion
+    stage : {"head", "dense", "network"}
     step : int
         Steps done in this stage.
     elapsed_s : float
@@ -30,15 +42,19 @@ class Checkpoint:
         Weights; `head` is empty once it has become part of the network.
     optimizer : dict
         Of this stage; empty before its first step.
+    losses : tuple of Loss
+        So far.
     """
 
     configuration: Configuration
+    motion: TrainingMotion
     stage: str
     step: int
     elapsed_s: float
     network: Weights
     head: Weights
     optimizer: dict[str, Any]
+    losses: tuple[Loss, ...]
 
     @property
     def complete(self) -> bool:
@@ -50,7 +66,12 @@ def save(checkpoint: Checkpoint, path: Path) -> None:
     """Write a checkpoint so that the file is always whole, the old one or the new one."""
     path.parent.mkdir(parents=True, exist_ok=True)
     beside = path.with_name(path.name + ".part")
-    content = {**vars(checkpoint), "configuration": asdict(checkpoint.configuration)}
+    content = {
+        **vars(checkpoint),
+        "configuration": asdict(checkpoint.configuration),
+        "motion": {key: _stored(value) for key, value in vars(checkpoint.motion).items()},
+        "losses": [tuple(loss) for loss in checkpoint.losses],
+    }
     torch.save(content, beside)
     os.replace(beside, path)
 
@@ -65,8 +86,12 @@ def load(path: Path) -> Checkpoint:
     """
     try:
         content = torch.load(path, map_location="cpu", weights_only=True)
-        configuration = Configuration(**content.pop("configuration"))
-        return Checkpoint(configuration=configuration, **content)
+        described = {
+            "configuration": Configuration(**content.pop("configuration")),
+            "motion": TrainingMotion(**{k: _restored(v) for k, v in content.pop("motion").items()}),
+            "losses": tuple(Loss(*loss) for loss in content.pop("losses")),
+        }
+        return Checkpoint(**described, **content)
     except FileNotFoundError as error:
         raise ModelError(f"{path}: no such checkpoint", "train a network first") from error
     except Exception as error:  # torch raises whatever the broken file provokes
@@ -87,6 +112,14 @@ def trained_network(path: Path) -> tuple[ResidualNetwork, Checkpoint]:
             f"{path}: stopped in stage '{checkpoint.stage}' at step {checkpoint.step}",
             "resume the training until it is finished",
         )
-    network = ResidualNetwork()
+    network = ResidualNetwork(checkpoint.configuration.points)
     network.load_state_dict(checkpoint.network)
     return network.eval(), checkpoint
+
+
+def _stored(value: Any) -> Any:
+    return torch.from_numpy(value) if isinstance(value, np.ndarray) else value
+
+
+def _restored(value: Any) -> Any:
+    return value.numpy() if isinstance(value, torch.Tensor) else value

@@ -1,7 +1,7 @@
-"""Training batches, made as they are needed and fixed by seed and step."""
+"""Training batches, made as they are needed and fixed by seed and number."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache
 from typing import Final
 
 import numpy as np
@@ -12,15 +12,36 @@ from torch import Tensor
 from edge_ident.image import effort_scale, gain_and_bias
 from export.configuration import Configuration
 from export.drives import as_shares, efforts, guesses, mixture, random_starts
-from export.motion import column_scales, motion_columns, perturbed_motions
+from export.motion import TrainingMotion
+from export.recordings import Recordings, make_recordings
 
 Array = NDArray[np.float64]
 
-MOTIONS: Final = 256
-"""Recordings of the motion that the mixture draws from."""
-NOISE: Final = (0.0002, 0.02)
+NOISE: Final = (0.0002, 0.01)
 """Effort noise after subsampling over the effort's scale. White noise comes through reduced by
-√(100/8742), so 2 % of it is 0.002 here; the rest stands for what the model does not explain."""
+√(100/8742), so 2 % of it is 0.002 here."""
+EFFECTS: Final = (0.3, 0.5, 0.2)
+"""Parts of the drives that have no effect, one, and two."""
+DETAILS: Final = 32
+"""Principal components of what efforts hold beside the four parameters."""
+BASIS_EXAMPLES: Final = 20_000
+
+
+@dataclass(frozen=True)
+class Examples:
+    """Recordings of random drives, all in shares of the measured effort's scale.
+
+    Attributes
+    ----------
+    columns : (n, points, 4) array
+        Measured regressor over the motion's scales.
+    measured : (n, points) array
+    truth : (n, 4) array
+    """
+
+    columns: Array
+    measured: Array
+    truth: Array
 
 
 @dataclass(frozen=True)
@@ -29,75 +50,178 @@ class Batch:
 
     Attributes
     ----------
-    model_effort, measured_effort : (n, 100) arrays
+    model_effort, measured_effort : (n, points) arrays
         The image's two factors; the first with the normalization's gain.
     bias : (n,) array
         The normalization's constant.
-    residual : (n, 4) array
-        Guess minus truth in shares, as seen through the nominal motion.
+    guess, residual : (n, 4) arrays
+        Guess, and guess minus truth, in shares as seen through the nominal motion.
     """
 
     model_effort: Array
     measured_effort: Array
     bias: Array
+    guess: Array
     residual: Array
 
 
 class Batches:
-    """The stream of batches of a configuration.
+    """The stream of examples of a configuration on a motion.
 
-    A batch is a function of the configuration's seed and its own number, so a resumed run
-    goes on with exactly the examples that it would have seen.
+    A batch is a function of the configuration's seed, the stream's and its own number, so a
+    resumed run goes on with exactly the examples that it would have seen.
+
+    Parameters
+    ----------
+    configuration : Configuration
+    motion : TrainingMotion
+    held_out : bool
+        Other motions, drives and effects than those of training.
+    on_progress : callable
+        Called with the motions recorded and their number.
     """
 
-    def __init__(self, configuration: Configuration) -> None:
-        self._configuration = configuration
-        self._inverse = np.linalg.pinv(nominal_shapes())
-        if configuration.drives == "mixture":
-            self._motions = perturbed_motions(np.random.default_rng(configuration.seed), MOTIONS)
+    def __init__(
+        self,
+        configuration: Configuration,
+        motion: TrainingMotion,
+        *,
+        held_out: bool = False,
+        on_progress: Callable[[int, int], None] = lambda done, total: None,
+    ) -> None:
+        self.configuration = configuration
+        self.nominal = motion.shapes(configuration.points)
+        """Columns (points, 4) of the nominal motion over their scales."""
+        self.inverse = np.linalg.pinv(self.nominal)
+        self._held_out = held_out
+        self._recordings = self._record(motion, on_progress)
+
+    def _record(
+        self, motion: TrainingMotion, on_progress: Callable[[int, int], None]
+    ) -> Recordings:
+        configuration = self.configuration
+        if configuration.drives == "halves":
+            exact, nothing = self.nominal[None], np.zeros(0)
+            return Recordings(exact, exact, (), nothing, nothing)
+        motions = configuration.motions // 4 if self._held_out else configuration.motions
+        return make_recordings(
+            motion,
+            configuration.points,
+            self._generator(0),
+            motions=max(1, motions),
+            drives=configuration.drives_with_effect,
+            on_progress=on_progress,
+        )
+
+    def batch(self, stream: str, number: int, count: int) -> Batch:
+        """The examples of one gradient step.
+
+        Parameters
+        ----------
+        stream : str
+            What they are for; other names give other examples.
+        number : int
+        count : int
+        """
+        rng = self._generator(number, *stream.encode())
+        examples = self.examples(rng, count)
+        return self._with_guesses(examples, rng)
+
+    def examples(self, rng: np.random.Generator, count: int) -> Examples:
+        """Random drives, as they are measured."""
+        configuration, recordings = self.configuration, self._recordings
+        index = rng.integers(len(recordings.measured), size=count)
+        truth, added = self._drives(rng, index)
+        effort = efforts(recordings.true[index], truth) + added
+        effort = effort + self._noise(rng, effort)
+        # the loop scales by what it measures, noise and effects included
+        scale = effort_scale(effort, configuration.normalization)[:, None]
+        return Examples(recordings.measured[index], effort / scale, truth / scale)
+
+    def _drives(self, rng: np.random.Generator, index: Array) -> tuple[Array, Array]:
+        """Base parameters, and what the effects of each drive add to its effort."""
+        recordings, count = self._recordings, len(index)
+        normalization = self.configuration.normalization
+        columns = recordings.true[index]
+        if self.configuration.drives == "halves":
+            raw = random_starts(rng, count)
         else:
-            self._motions = nominal_shapes()[None]
+            raw = mixture(rng, count)
+        truth = as_shares(columns, raw, normalization)
+        added = np.zeros(columns.shape[:2])
+        if not recordings.effects:
+            return truth, added
+        number = rng.choice(len(EFFECTS), p=EFFECTS, size=count)
+        for rank in range(1, len(EFFECTS)):
+            chosen = number >= rank
+            effect = rng.integers(len(recordings.effects), size=count)
+            drive = rng.integers(recordings.parameters.shape[2], size=count)
+            which = (index[chosen], effect[chosen], drive[chosen])
+            added[chosen] += recordings.added[which]
+            if rank == 1:
+                # the drive that the effect was made for, for one half with another one on top
+                more = rng.uniform(-1.0, 1.0, (np.count_nonzero(chosen), 1)).clip(min=0.0)
+                truth[chosen] = recordings.parameters[which] + more * truth[chosen]
+        return truth, added
 
-    def batch(self, number: int) -> Batch:
-        """One batch; negative numbers are for purposes other than gradient steps."""
-        configuration = self._configuration
-        normalization = configuration.normalization
-        rng = np.random.default_rng((configuration.seed, abs(number), int(number < 0)))
-        columns, truth, guess = self.examples(rng, configuration.batch)
-        clean, model = efforts(columns, truth), efforts(columns, guess)
-        measured = clean + self._noise(rng, clean.shape)
-        # the loop scales by what it measures, noise included
-        scale = effort_scale(measured, normalization)[:, None]
-        gain, bias = gain_and_bias(model, measured / scale, normalization)
-        # what a wrong amplitude does to guess and truth alike, an image cannot show
-        residual = (model - clean / scale) @ self._inverse.T
-        return Batch(gain[:, None] * model, measured / scale, bias, residual)
+    def _with_guesses(self, examples: Examples, rng: np.random.Generator) -> Batch:
+        configuration, truth, columns = self.configuration, examples.truth, examples.columns
+        # the truth as seen through the nominal motion: what an image can show
+        seen = efforts(columns, truth) @ self.inverse.T
+        start = configuration.start_shares
+        if start is not None:
+            guess = np.broadcast_to(start, seen.shape)
+        else:
+            raw = self._random_guesses(rng, truth)
+            guess = efforts(columns, raw) @ self.inverse.T
+        model = guess @ self.nominal.T
+        gain, bias = gain_and_bias(model, examples.measured, configuration.normalization)
+        factors = gain[:, None] * model, examples.measured
+        if configuration.rotations:
+            factors = rotate(*factors, rng.integers(4, size=len(seen)))
+        return Batch(*factors, bias, guess, guess - seen)
 
-    def examples(self, rng: np.random.Generator, count: int) -> tuple[Array, Array, Array]:
-        """Columns (n, 100, 4), true shares (n, 4) and guesses (n, 4)."""
-        configuration = self._configuration
-        columns = self._motions[rng.integers(len(self._motions), size=count)]
-        if configuration.drives == "mixture":
-            truth = as_shares(columns, mixture(rng, count), configuration.normalization)
-            return columns, truth, guesses(rng, truth)
-        truth = as_shares(columns, random_starts(rng, count), configuration.normalization)
-        matching = rng.integers(0, 2, (count, 1)) == 1
-        return columns, truth, np.where(matching, truth, random_starts(rng, count))
+    def _random_guesses(self, rng: np.random.Generator, truth: Array) -> Array:
+        if self.configuration.drives == "mixture":
+            return guesses(rng, truth)
+        matching = rng.integers(0, 2, (len(truth), 1)) == 1
+        return np.where(matching, truth, random_starts(rng, len(truth)))
 
-    def _noise(self, rng: np.random.Generator, shape: tuple[int, ...]) -> Array:
-        if self._configuration.drives == "halves":
-            return np.zeros(shape)
-        noisy = rng.integers(0, 2, (shape[0], 1))
-        level = noisy * np.exp(rng.uniform(*np.log(NOISE), (shape[0], 1)))
-        return np.asarray(level * rng.normal(size=shape))
+    def _noise(self, rng: np.random.Generator, effort: Array) -> Array:
+        if self.configuration.drives == "halves":
+            return np.zeros_like(effort)
+        noisy = rng.uniform(size=(len(effort), 1)) < 0.7
+        level = noisy * np.exp(rng.uniform(*np.log(NOISE), (len(effort), 1)))
+        return np.asarray(level * rng.normal(size=effort.shape))
+
+    def basis(self) -> Array:
+        """What an effort is described by: four parameters, then details, (K, points)."""
+        if not self.configuration.drives_with_effect:
+            return self.inverse
+        examples = self.examples(self._generator(0, *b"basis"), BASIS_EXAMPLES)
+        rest = examples.measured - examples.measured @ self.inverse.T @ self.nominal.T
+        _, size, details = np.linalg.svd(rest - rest.mean(axis=0), full_matrices=False)
+        deviation = size[:DETAILS, None] / np.sqrt(len(rest))
+        return np.vstack([self.inverse, 0.3 * details[:DETAILS] / deviation])
+
+    def _generator(self, number: int, *key: int) -> np.random.Generator:
+        seed = (self.configuration.seed, int(self._held_out), number, *key)
+        return np.random.default_rng(seed)
 
 
-@cache
-def nominal_shapes() -> Array:
-    """Columns (100, 4) of the nominal motion over their scales."""
-    return motion_columns(1.0, 0.0) / column_scales()
+def rotate(model: Array, measured: Array, turns: Array) -> tuple[Array, Array]:
+    """Factors (n, points) of images turned by quarters, counter-clockwise.
+
+    Turning ψαᵀ once gives (α reversed)ψᵀ: the factors change places, one of them reversed.
+    """
+    left, right = model.copy(), measured.copy()
+    for _ in range(3):
+        turned = turns > 0
+        left[turned], right[turned] = right[turned][:, ::-1], left[turned]
+        turns = turns - 1
+    return left, right
 
 
 def tensor(array: Array) -> Tensor:
     """Single precision tensor of an array."""
-    return torch.as_tensor(array, dtype=torch.float32)
+    return torch.as_tensor(np.ascontiguousarray(array), dtype=torch.float32)

@@ -7,13 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident import cnn
-from edge_ident.dct import POINTS
-from edge_ident.image import Normalization, effort_scale
+from edge_ident.image import effort_scale
 from edge_ident.metrics import relative_residual
 from edge_ident.network import Evaluation, Network
-from export.data import nominal_shapes
-from export.drives import FAMILIES, as_shares, efforts, random_starts
-from export.motion import SAMPLES, column_scales, perturbed_motions
+from export.drives import FAMILIES, as_shares, efforts, mixture, random_starts
+from export.motion import TrainingMotion
+from export.recordings import Recordings, make_recordings
 
 Array = NDArray[np.float64]
 
@@ -22,11 +21,10 @@ PASSES: Final = 8
 SEED: Final = 20_261_121
 """Of evaluation alone: no training configuration and no choice of one was made with it."""
 NOISE: Final = 0.02
-"""Effort noise over the effort's scale."""
-CORRELATED_POINTS: Final = 9
-"""Of the noise that stands for what the model does not explain."""
-UNEXPLAINED_RESIDUAL: Final = NOISE * np.sqrt(2.0)
-"""Relative residual of a perfect answer there: the effort's scale is √2 times its rms."""
+"""White effort noise over the effort's scale, before subsampling."""
+MOTIONS: Final = 20
+DRIVES_WITH_EFFECT: Final = 2
+"""With each effect on each of these motions."""
 
 
 @dataclass(frozen=True)
@@ -35,57 +33,109 @@ class DriveSet:
 
     Attributes
     ----------
-    columns : (n, 100, 4) array
-    effort, clean_effort : (n, 100) arrays
-        With and without noise.
+    columns : (n, points, 4) array
+    effort, base_effort : (n, points) arrays
+        Measured, and what the base model makes of the drive's parameters.
     parameters : (n, 4) array
         The truth.
+    column_scales : (4,) array
     """
 
     columns: Array
     effort: Array
-    clean_effort: Array
+    base_effort: Array
     parameters: Array
+    column_scales: Array
+
+    def shares(self, parameters: Array) -> Array:
+        """Parameters (n, 4) in SI as shares of their recordings' effort."""
+        scale = effort_scale(self.effort, "effort-scale")[:, None]
+        return parameters * self.column_scales / scale
 
 
-def clean_drives(families: tuple[str, ...] = tuple(FAMILIES)) -> DriveSet:
-    """Noise-free drives on the nominal motion, as many of each family."""
-    return _drives(np.broadcast_to(nominal_shapes(), (DRIVES, POINTS, 4)), families, np.zeros(1))
+@dataclass(frozen=True)
+class EvaluationDrives:
+    """The sets that a network is judged by, all on one motion.
+
+    Attributes
+    ----------
+    clean : DriveSet
+        The model's effort without noise, as many drives of each family.
+    noisy : DriveSet
+        Recordings by the encoder, with 2 % white effort noise.
+    disturbed : DriveSet
+        The same with one effect of the catalogue each.
+    """
+
+    clean: DriveSet
+    noisy: DriveSet
+    disturbed: DriveSet
 
 
-def noisy_drives() -> DriveSet:
-    """Recordings of perturbed motions by the encoder, with 2 % white effort noise."""
-    rng = np.random.default_rng((SEED, 1))
-    measured = perturbed_motions(rng, 64)[1::2]
-    level = NOISE * np.sqrt(POINTS / SAMPLES)
-    return _drives(measured[rng.integers(len(measured), size=DRIVES)], tuple(FAMILIES), level)
+def evaluation_drives(motion: TrainingMotion, points: int) -> EvaluationDrives:
+    """Draw and record all sets."""
+    rng = np.random.default_rng(SEED)
+    recordings = make_recordings(motion, points, rng, motions=MOTIONS, drives=DRIVES_WITH_EFFECT)
+    level = NOISE * np.sqrt(points / len(motion.position))
+    sizes = [len(part) for part in np.array_split(np.arange(DRIVES), len(FAMILIES))]
+    raw = np.vstack([family(rng, n) for family, n in zip(FAMILIES.values(), sizes, strict=True)])
+    nominal = np.broadcast_to(motion.shapes(points), (DRIVES, points, 4))
+    truth = as_shares(nominal, raw, "effort-scale")
+    clean = _in_si(motion, rng, nominal, efforts(nominal, truth), efforts(nominal, truth), truth)
+    index = rng.integers(MOTIONS, size=DRIVES)
+    columns = recordings.true[index]
+    truth = as_shares(columns, mixture(rng, DRIVES), "effort-scale")
+    base = efforts(columns, truth)
+    noise = level * rng.normal(size=base.shape)
+    noisy = _in_si(motion, rng, recordings.measured[index], base + noise, base, truth)
+    return EvaluationDrives(clean, noisy, _disturbed(motion, rng, recordings, level))
 
 
-def unexplained_drives() -> DriveSet:
-    """Drives on the nominal motion with 2 % of effort that the model does not explain."""
-    average = np.ones(CORRELATED_POINTS) / np.sqrt(CORRELATED_POINTS)
-    shapes = np.broadcast_to(nominal_shapes(), (DRIVES, POINTS, 4))
-    return _drives(shapes, tuple(FAMILIES), NOISE * average)
+def _disturbed(
+    motion: TrainingMotion, rng: np.random.Generator, recordings: Recordings, level: float
+) -> DriveSet:
+    """Every drive that the recordings have."""
+    index = np.repeat(np.arange(MOTIONS), recordings.parameters[0, ..., 0].size)
+    truth = recordings.parameters.reshape(-1, 4)
+    base = efforts(recordings.true[index], truth)
+    effort = base + recordings.added.reshape(base.shape) + level * rng.normal(size=base.shape)
+    return _in_si(motion, rng, recordings.measured[index], effort, base, truth)
 
 
-def evaluate_all(fp32: Network, int8: Network) -> tuple[Evaluation, ...]:
-    """All figures of a network."""
-    clean, noisy = clean_drives(), noisy_drives()
+def _in_si(
+    motion: TrainingMotion,
+    rng: np.random.Generator,
+    shapes: Array,
+    effort: Array,
+    base: Array,
+    truth: Array,
+) -> DriveSet:
+    """Give drives efforts over two decades."""
+    unit = np.exp(rng.uniform(np.log(0.1), np.log(10.0), (len(truth), 1)))
+    scales = motion.column_scales
+    return DriveSet(shapes * scales, unit * effort, unit * base, unit * truth / scales, scales)
+
+
+def evaluate_all(fp32: Network, int8: Network, drives: EvaluationDrives) -> tuple[Evaluation, ...]:
+    """All figures of a network, and those of least squares and of guessing."""
     return (
-        evaluate("clean", fp32, clean),
-        *(evaluate(f"clean_{family}", fp32, clean_drives((family,))) for family in FAMILIES),
-        evaluate("clean_int8", int8, clean),
-        evaluate("noisy", fp32, noisy),
-        evaluate("noisy_int8", int8, noisy),
-        evaluate("unexplained", fp32, unexplained_drives()),
-        random_search("random_search", clean, fp32.manifest.normalization),
+        evaluate("clean", fp32, drives.clean),
+        evaluate("clean_int8", int8, drives.clean),
+        evaluate("noisy", fp32, drives.noisy),
+        evaluate("noisy_int8", int8, drives.noisy),
+        evaluate("one_effect", fp32, drives.disturbed),
+        evaluate("one_effect_int8", int8, drives.disturbed),
+        *(
+            figures(f"{name}_{kind}", some, method(some))
+            for name, some in (("noisy", drives.noisy), ("one_effect", drives.disturbed))
+            for kind, method in (("least_squares", solved), ("random_search", guessed))
+        ),
     )
 
 
 def evaluate(name: str, network: Network, drives: DriveSet) -> Evaluation:
     """Identify every drive."""
-    found = identified(network, drives)
-    return _figures(name, drives, found, network.manifest.normalization)
+    return figures(name, drives, identified(network, drives))
 
 
 def identified(network: Network, drives: DriveSet) -> Array:
@@ -99,55 +149,54 @@ def identified(network: Network, drives: DriveSet) -> Array:
     )
 
 
-def random_search(name: str, drives: DriveSet, normalization: Normalization) -> Evaluation:
-    """The same number of random guesses without any network, the best by relative residual."""
+def solved(drives: DriveSet) -> Array:
+    """Parameters (n, 4) by least squares on the same subsampled signals."""
+    pairs = zip(drives.columns, drives.effort, strict=True)
+    return np.array([np.linalg.lstsq(columns, effort, rcond=None)[0] for columns, effort in pairs])
+
+
+def guessed(drives: DriveSet) -> Array:
+    """As many random guesses as there are passes, without any network: the best by residual."""
     rng = np.random.default_rng((SEED, 2))
     found = np.empty_like(drives.parameters)
     for index, (columns, effort) in enumerate(zip(drives.columns, drives.effort, strict=True)):
-        unit = effort_scale(effort, normalization) / column_scales()
+        unit = effort_scale(effort, "effort-scale") / drives.column_scales
         tries = random_starts(rng, PASSES) * unit
         scores = [relative_residual(effort, columns @ guess) for guess in tries]
         found[index] = tries[int(np.argmin(scores))]
-    return _figures(name, drives, found, normalization)
+    return found
 
 
-def shares(drives: DriveSet, parameters: Array, normalization: Normalization) -> Array:
-    """Parameters (n, 4) in SI as shares of their recordings' effort."""
-    return parameters * column_scales() / effort_scale(drives.effort, normalization)[:, None]
-
-
-def _drives(shapes: Array, families: tuple[str, ...], filtered_noise: Array | float) -> DriveSet:
-    """Drives of several families on (n, 100, 4) shapes, effort scales over two decades.
-
-    `filtered_noise` is the impulse response that white noise is filtered by.
-    """
-    rng = np.random.default_rng((SEED, 3))
-    sizes = [len(part) for part in np.array_split(np.arange(DRIVES), len(families))]
-    raw = np.vstack([FAMILIES[f](rng, n) for f, n in zip(families, sizes, strict=True)])
-    unit_nm = np.exp(rng.uniform(np.log(0.1), np.log(10.0), (DRIVES, 1)))
-    true_shares = as_shares(shapes, raw, "effort-scale")
-    response = np.atleast_1d(filtered_noise)
-    white = rng.normal(size=(DRIVES, POINTS + len(response) - 1))
-    noise = np.array([np.convolve(row, response, mode="valid") for row in white])
-    clean = efforts(shapes, true_shares)
-    scales = column_scales()
-    return DriveSet(
-        columns=shapes * scales,
-        effort=unit_nm * (clean + noise),
-        clean_effort=unit_nm * clean,
-        parameters=unit_nm * true_shares / scales,
-    )
-
-
-def _figures(name: str, drives: DriveSet, found: Array, normalization: Normalization) -> Evaluation:
-    modelled = efforts(drives.columns, found)
-    pairs = zip(drives.clean_effort, modelled, strict=True)
-    errors = [relative_residual(clean, model) for clean, model in pairs]
-    difference = shares(drives, found - drives.parameters, normalization)
+def figures(name: str, drives: DriveSet, found: Array) -> Evaluation:
+    """Compare found parameters (n, 4) with the truth."""
+    pairs = zip(drives.base_effort, efforts(drives.columns, found), strict=True)
+    residuals = [relative_residual(base, model) for base, model in pairs]
+    error = np.abs(drives.shares(found - drives.parameters))
     return Evaluation(
         name=name,
-        drives=len(errors),
-        residual_median=float(np.median(errors)),
-        residual_p90=float(np.quantile(errors, 0.9)),
-        share_error_rms=np.sqrt(np.mean(difference**2, axis=0)),
+        drives=len(residuals),
+        residual_median=float(np.median(residuals)),
+        residual_p90=float(np.quantile(residuals, 0.9)),
+        share_error_rms=np.sqrt(np.mean(error**2, axis=0)),
+        share_error_median=np.median(error, axis=0),
+        share_error_p95=np.quantile(error, 0.95, axis=0),
     )
+
+
+def error_per_residual(network: Network, drives: DriveSet, base: Array) -> Array:
+    """How the shares' errors grow with what an effect leaves unexplained, (4,).
+
+    Parameters
+    ----------
+    network : Network
+    drives : DriveSet
+        With effects.
+    base : (4,) array
+        Rms error without.
+    """
+    found = identified(network, drives)
+    error = drives.shares(found - drives.parameters)
+    pairs = zip(drives.effort, efforts(drives.columns, found), strict=True)
+    residual = np.array([relative_residual(effort, model) for effort, model in pairs])
+    added = np.maximum(np.mean(error**2, axis=0) - base**2, 0.0)
+    return np.asarray(np.sqrt(added / np.mean(residual**2)))

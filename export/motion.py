@@ -1,91 +1,243 @@
-"""The paper's motion, as it is and as recordings show it."""
+"""The motion that a network is trained for: the paper's, or that of a recording."""
 
+from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.dct import subsample
+from edge_ident.effect import Motion
+from edge_ident.errors import DataError
+from edge_ident.filters import differentiate
 from edge_ident.model import regressor
-from edge_ident.signals import condition
+from edge_ident.recording import Recording
+from edge_ident.signals import choose_cutoff, encoder_count, position_noise
 
 Array = NDArray[np.float64]
 
-PERIOD_S: Final = 0.0025
-SAMPLES: Final = 8742
-AMPLITUDE_RAD: Final = 2.0 * np.pi
-RATE_RAD_S: Final = 0.2875
-COUNT_RAD: Final = 2.0 * np.pi / 8400.0
-"""One count of the encoder on the gearbox output."""
+AMPLITUDE_SPREAD: Final = 0.03
+SHIFT_SPREAD_S: Final = 0.02
+"""By which recordings of one motion differ from each other, at most."""
 RISE_TIME_S: Final = 0.2
 """Of a soft controller."""
+_REPEATS: Final = 0.02
+"""Mean square change from lap to lap over that between unrelated times: below it, laps repeat."""
+_FRESH: Final = 0.2
+"""The same between times that have nothing to do with each other, at least."""
 
 
-def column_scales() -> Array:
-    """Peaks (4,) of the nominal acceleration, velocity, sign and one."""
-    return np.array([AMPLITUDE_RAD * RATE_RAD_S**2, AMPLITUDE_RAD * RATE_RAD_S, 1.0, 1.0])
+@dataclass(frozen=True)
+class TrainingMotion:
+    """One period of a periodic motion, or the whole of another one.
+
+    Attributes
+    ----------
+    name : str
+        Of the network's files.
+    position_unit, effort_unit : str
+    period_s : float
+        Between samples.
+    position, velocity, acceleration : (N,) arrays
+        Free of noise.
+    count : float
+        Resolution of the encoder.
+    noise : float
+        Standard deviation of the position's noise, quantization included.
+    largest_lag : float
+        Distance by which friction behind soft gains lets the axis fall behind, at most: it then
+        stands still after each reversal. Zero for a motion that was measured.
+    partner : (2, N) array or None
+        Velocity and acceleration of the other axis, where its motion is known.
+    """
+
+    name: str
+    position_unit: str
+    effort_unit: str
+    period_s: float
+    position: Array
+    velocity: Array
+    acceleration: Array
+    count: float
+    noise: float
+    largest_lag: float
+    partner: Array | None
+
+    @property
+    def time_s(self) -> Array:
+        """Time stamps (N,) from zero."""
+        return self.period_s * np.arange(len(self.position))
+
+    @property
+    def column_scales(self) -> Array:
+        """Peaks (4,) of acceleration, velocity, sign and one."""
+        peaks = [np.max(np.abs(signal)) for signal in (self.acceleration, self.velocity)]
+        return np.array([*peaks, 1.0, 1.0])
+
+    def shapes(self, points: int) -> Array:
+        """Subsampled regressor over `column_scales`, (points, 4)."""
+        columns = regressor(self.velocity, self.acceleration)
+        return subsample(columns, points) / self.column_scales
 
 
-def motion_columns(
-    amplitude: float, shift_s: float, *, measured: bool = False, lag_rad: float = 0.0
-) -> Array:
-    """Subsampled regressor of a motion near the nominal one.
+def paper_motion() -> TrainingMotion:
+    """2π·sin(0.2875 t) sampled every 2.5 ms for one period, encoder of 8400 counts a turn.
+
+    The other axis moves a quarter of a period ahead, as a cosine.
+    """
+    amplitude, rate, period_s, samples = 2.0 * np.pi, 0.2875, 0.0025, 8742
+    angle = rate * period_s * np.arange(samples)
+    sine, cosine = amplitude * np.sin(angle), amplitude * np.cos(angle)
+    count = 2.0 * np.pi / 8400.0
+    return TrainingMotion(
+        name="feed_drive",
+        position_unit="rad",
+        effort_unit="N*m",
+        period_s=period_s,
+        position=sine,
+        velocity=rate * cosine,
+        acceleration=-(rate**2) * sine,
+        count=count,
+        noise=count / np.sqrt(12.0),
+        largest_lag=0.08,
+        partner=np.stack([-rate * sine, -(rate**2) * cosine]),
+    )
+
+
+def motion_from(recording: Recording, axis: str | None, name: str) -> TrainingMotion:
+    """The motion of a recording's axis: one lap, averaged over all, if it repeats.
 
     Parameters
     ----------
-    amplitude : float
-        Over the nominal one.
-    shift_s : float
-        Time by which the motion is ahead.
-    measured : bool
-        Quantize the position as the encoder does, then filter and differentiate it as a
-        recording is; otherwise differentiate exactly.
-    lag_rad : float
-        Of a measured motion: distance by which friction lets a soft controller fall behind,
-        so that the axis stands still after each reversal until the reference is that far ahead.
+    recording : Recording
+    axis : str or None
+        None where there is but one.
+    name : str
+        Of the network's files.
 
-    Returns
-    -------
-    (100, 4) array
-        In SI.
+    Raises
+    ------
+    DataError
+        The axis is not in the recording, or it has to be named.
     """
-    time = PERIOD_S * np.arange(SAMPLES)
-    phase = RATE_RAD_S * (time + shift_s)
-    position = amplitude * AMPLITUDE_RAD * np.sin(phase)
-    if measured:
-        counted = COUNT_RAD * np.round(_lagging(position, lag_rad) / COUNT_RAD)
-        return subsample(condition(time, counted, np.zeros_like(time)).regressor)
-    velocity = amplitude * AMPLITUDE_RAD * RATE_RAD_S * np.cos(phase)
-    return subsample(regressor(velocity, -(RATE_RAD_S**2) * position))
+    if axis is None and len(recording.axes) == 1:
+        axis = next(iter(recording.axes))
+    if axis not in recording.axes:
+        raise DataError(
+            f"{recording.source}: a network is trained for one axis; there are "
+            + ", ".join(recording.axes),
+            "name one with --axis",
+        )
+    record, time_s = recording.axes[axis], recording.time_s
+    period_s = float((time_s[-1] - time_s[0]) / (len(time_s) - 1))
+    cutoff_hz = choose_cutoff(record.position, period_s)
+    smooth = np.stack(differentiate(record.position, cutoff_hz, period_s))
+    position, velocity, acceleration = _average_lap(smooth)
+    return TrainingMotion(
+        name=name,
+        position_unit=record.position_unit,
+        effort_unit=record.effort_unit,
+        period_s=period_s,
+        position=position,
+        velocity=velocity,
+        acceleration=acceleration,
+        count=encoder_count(record.position),
+        noise=position_noise(record.position),
+        largest_lag=0.0,
+        partner=None,
+    )
 
 
-def _lagging(reference: Array, lag_rad: float) -> Array:
+def _average_lap(smooth: Array) -> Array:
+    """Mean over whole laps of (3, N) position, velocity and acceleration, or all as it is."""
+    samples = lap_samples(smooth[0])
+    if samples is None:
+        return smooth
+    laps = smooth.shape[1] // samples
+    return np.asarray(smooth[:, : laps * samples].reshape(3, laps, samples).mean(axis=1))
+
+
+def lap_samples(position: Array) -> int | None:
+    """Samples after which a motion repeats, at least twice in the record; None if it does not.
+
+    The first minimum of the normalized difference function of the pitch detector YIN
+    (de Cheveigné and Kawahara 2002) that is small enough, once the motion has left its start.
+    """
+    samples = len(position)
+    lags = np.arange(samples // 2 + 1)
+    length = samples - lags
+    squares = np.concatenate([[0.0], np.cumsum(position**2)])
+    spectrum = np.abs(np.fft.rfft(position, 2 * samples)) ** 2
+    product = np.fft.irfft(spectrum)[lags]
+    change = (squares[length] + squares[samples] - squares[lags] - 2.0 * product) / length
+    change /= 2.0 * np.var(position)
+    left = np.argmax(change > _FRESH)
+    below = np.flatnonzero(change[left:] < _REPEATS)
+    if change[left] <= _FRESH or not len(below):
+        return None
+    first = left + below[0]
+    back = np.flatnonzero(change[first:] > _REPEATS)
+    end = first + back[0] if len(back) else len(change)
+    return int(first + np.argmin(change[first:end]))
+
+
+def perturbed(motion: TrainingMotion, rng: np.random.Generator, count: int) -> Iterator[Motion]:
+    """Motions near the nominal one: other amplitude and start, half of them behind by a lag.
+
+    Yields
+    ------
+    Motion
+        Free of noise; with the other axis as its source, where that is known.
+    """
+    for _ in range(count):
+        amplitude = 1.0 + rng.uniform(-AMPLITUDE_SPREAD, AMPLITUDE_SPREAD)
+        shift = round(rng.uniform(-SHIFT_SPREAD_S, SHIFT_SPREAD_S) / motion.period_s)
+        lag = max(0.0, rng.uniform(-motion.largest_lag, motion.largest_lag))
+        signals = amplitude * np.stack([motion.position, motion.velocity, motion.acceleration])
+        if motion.largest_lag:  # periodic, so that it can start elsewhere
+            signals = np.roll(signals, -shift, axis=1)
+        if lag:
+            signals = _lagging(signals[0], lag, motion.period_s)
+        yield _with_partner(motion, *signals)
+
+
+def measured_position(motion: TrainingMotion, position: Array, rng: np.random.Generator) -> Array:
+    """What the encoder reads of a true position (N,): noise, and whole counts."""
+    quantization = motion.count / np.sqrt(12.0)
+    noise = np.sqrt(max(motion.noise**2 - quantization**2, 0.0))
+    read = position + noise * rng.normal(size=position.shape)
+    return np.asarray(motion.count * np.round(read / motion.count)) if motion.count else read
+
+
+def _with_partner(
+    motion: TrainingMotion, position: Array, velocity: Array, acceleration: Array
+) -> Motion:
+    own = Motion.known(motion.time_s, position, velocity, acceleration)
+    if motion.partner is None:
+        return own
+    other = Motion.known(motion.time_s, np.zeros_like(position), *motion.partner)
+    return Motion(**{**vars(own), "source": other})
+
+
+def _lagging(reference: Array, lag: float, period_s: float) -> Array:
     """Follow a periodic reference as far behind as friction makes it: the play operator, smoothed.
 
     The mean over the rise time of a soft controller stands for the speed that it takes up.
+
+    Returns
+    -------
+    (3, N) array
+        Position, velocity and acceleration.
     """
     position, followed = float(reference[0]), []
     for wanted in np.tile(reference, 2).tolist():  # the first period settles
-        position = min(max(position, wanted - lag_rad), wanted + lag_rad)
+        position = min(max(position, wanted - lag), wanted + lag)
         followed.append(position)
-    width = round(RISE_TIME_S / PERIOD_S)
-    padded = np.pad(followed[len(reference) :], width // 2, mode="wrap")
-    return np.convolve(padded, np.full(width + 1, 1.0 / (width + 1)), mode="valid")
-
-
-def perturbed_motions(rng: np.random.Generator, count: int) -> Array:
-    """Columns of recordings of the motion over `column_scales`, (count, 100, 4).
-
-    Amplitude within 3 %, time within 20 ms; every second one as the encoder shows it, half of
-    these with a friction lag of up to 0.08 rad (standstills of up to 0.8 s).
-    """
-    amplitudes = 1.0 + rng.uniform(-0.03, 0.03, count)
-    shifts_s = rng.uniform(-0.02, 0.02, count)
-    lags_rad = np.maximum(0.0, rng.uniform(-0.08, 0.08, count))
-    columns = [
-        motion_columns(amplitude, shift_s, measured=index % 2 == 1, lag_rad=lag_rad)
-        for index, (amplitude, shift_s, lag_rad) in enumerate(
-            zip(amplitudes, shifts_s, lags_rad, strict=True)
-        )
-    ]
-    return np.stack(columns) / column_scales()
+    width = round(RISE_TIME_S / period_s)
+    padded = np.pad(followed[len(reference) :], width // 2 + 1, mode="wrap")
+    smooth = np.convolve(padded, np.full(width + 1, 1.0 / (width + 1)), mode="valid")
+    step = np.diff(smooth) / period_s
+    velocity = 0.5 * (step[1:] + step[:-1])
+    velocity[np.abs(velocity) < 1e-9 * np.max(np.abs(velocity))] = 0.0  # rounding is no motion
+    return np.stack([smooth[1:-1], velocity, np.diff(step) / period_s])

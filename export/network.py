@@ -9,7 +9,11 @@ from edge_ident.model import PARAMETERS
 
 MAPS = 10
 DENSE = 100
-FEATURES = MAPS * 19 * 19
+
+
+def features(points: int) -> int:
+    """Outputs of the convolutions for images of so many rows: 3610 for the paper's 100."""
+    return MAPS * (((points - 8) // 2 - 4) // 2 - 2) ** 2
 
 
 class ResidualNetwork(nn.Module):
@@ -18,44 +22,52 @@ class ResidualNetwork(nn.Module):
     Three convolutions (9x9, 5x5, 3x3) of ten maps, 2x2 maximum pooling after the first two,
     ReLU, three dense layers without biases, sigmoid. The text fixes kernels, counts and order;
     ten maps, 100 dense units and where the biases are follow from the counts (reconstruction).
+
+    Parameters
+    ----------
+    points : int
+        Rows and columns of the image.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, points: int = POINTS) -> None:
         super().__init__()
+        self.points = points
         self.first = nn.Conv2d(1, MAPS, 9)
         self.second = nn.Conv2d(MAPS, MAPS, 5)
         self.third = nn.Conv2d(MAPS, MAPS, 3)
-        sizes = ((FEATURES, DENSE), (DENSE, DENSE), (DENSE, len(PARAMETERS)))
+        sizes = ((features(points), DENSE), (DENSE, DENSE), (DENSE, len(PARAMETERS)))
         self.dense = nn.ModuleList(nn.Linear(*size, bias=False) for size in sizes)
 
     def forward(self, image: Tensor) -> Tensor:
-        """Sigmoid of the residuals, (n, 4), from images (n, 1, 100, 100)."""
+        """Sigmoid of the residuals, (n, 4), from images (n, 1, points, points)."""
         maps = self.pooled_layers(functional.max_pool2d(self.first(image), 2))
         return torch.sigmoid(self.dense_layers(maps[-1])[-1])
 
     def features(self, model_effort: Tensor, measured_effort: Tensor, bias: Tensor) -> Tensor:
-        """What the convolutions put out (n, 10, 19, 19), from the two factors of the image.
+        """What the convolutions put out, (n, 10, 19, 19) for 100 points, from the image's factors.
 
         The first convolution of ψαᵀ + b is Σ_q (Σ_p K_pq ψ_(i+p)) α_(j+q) + b·ΣK: two small
         matrix products in place of a two-dimensional convolution.
 
         Parameters
         ----------
-        model_effort, measured_effort : (n, 100) tensors
+        model_effort, measured_effort : (n, points) tensors
             The first multiplied by the normalization's gain.
         bias : (n,) tensor
             The normalization's constant.
         """
         kernel = self.first.weight[:, 0]
         maps, height, width = kernel.shape
-        rows = POINTS - height + 1
+        rows = self.points - height + 1
         model = model_effort.unfold(1, height, 1).reshape(-1, height)
         left = (model @ kernel.permute(1, 0, 2).reshape(height, -1)).view(-1, rows, maps, width)
         left = left.permute(0, 2, 1, 3).reshape(-1, maps * rows, width)
         right = measured_effort.unfold(1, width, 1).transpose(1, 2)
-        product = torch.bmm(left, right).view(-1, maps, rows, rows)
+        # maximum over neighbouring columns, then rows: five times faster than pooling the product
+        columns = torch.maximum(torch.bmm(left, right[..., ::2]), torch.bmm(left, right[..., 1::2]))
+        pairs = columns.view(-1, maps, rows // 2, 2, columns.shape[-1])
         constant = self.first.bias + bias[:, None] * kernel.sum(dim=(1, 2))
-        pooled = functional.max_pool2d(product, 2) + constant[:, :, None, None]
+        pooled = torch.maximum(pairs[:, :, :, 0], pairs[:, :, :, 1]) + constant[:, :, None, None]
         # this order of memory makes the second convolution a fifth faster
         return self.pooled_layers(pooled.contiguous(memory_format=torch.channels_last))[-1]
 
@@ -83,7 +95,7 @@ def count_weights(network: ResidualNetwork) -> int:
 
 def count_neurons(network: ResidualNetwork) -> int:
     """Outputs of every layer, after pooling where there is any (reconstruction)."""
-    image = torch.zeros(1, 1, POINTS, POINTS)
+    image = torch.zeros(1, 1, network.points, network.points)
     with torch.no_grad():
         maps = network.pooled_layers(functional.max_pool2d(network.first(image), 2))
         return sum(output.numel() for output in maps + network.dense_layers(maps[-1]))

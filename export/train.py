@@ -1,6 +1,9 @@
-"""Training: the warm start's head, then the whole network."""
+"""Training: the warm start's head, the dense layers, then the whole network."""
 
+import csv
+import io
 import math
+import os
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -11,16 +14,27 @@ import torch
 from torch import Tensor, nn
 
 from edge_ident.errors import ModelError
-from export.checkpoint import Checkpoint, load, save
+from export.checkpoint import Checkpoint, Loss, load, save
 from export.configuration import Configuration
-from export.data import Batches, tensor
+from export.data import Array, Batch, Batches, tensor
+from export.motion import TrainingMotion
 from export.network import ResidualNetwork
-from export.warm_start import HEAD_BATCH, HEAD_LEARNING_RATE, Head, head_batch, join, look_linear
+from export.warm_start import Features, Head, compute_features, join, look_linear
 
-SAVE_EVERY_S: Final = 30.0
+SAVE_EVERY_S: Final = 10.0
 REPORT_EVERY_S: Final = 0.5
+CURVE_POINTS: Final = 100
+"""Of the loss curves, per stage."""
+TEST_EXAMPLES: Final = 512
+HEAD_BATCH: Final = 512
+DENSE_BATCH: Final = 512
+HEAD_RATE: Final = 3e-3
+DENSE_RATE: Final = 5e-4
+"""Learning rates of those stages, for layers with 100 inputs."""
 SMALL: Final = 0.02
 """Residual below which the relative loss counts the error itself."""
+BLUNT: Final = 0.001
+"""Error below which the absolute loss is a square, so that it has a slope of zero at zero."""
 WARM_UP: Final = 0.05
 """Part of a stage in which the learning rate rises."""
 LAST_RATE: Final = 0.01
@@ -35,13 +49,11 @@ class TrainingProgress:
 
     Attributes
     ----------
-    stage : {"head", "network"}
+    stage : {"recordings", "head", "features", "dense", "network"}
     step, steps : int
         Of this stage.
-    loss : float
-        Of the last step.
-    examples : int
-        Seen in this stage.
+    loss : float or None
+        Of the last step, where there is one.
     elapsed_s : float
         Over all sessions of the run.
     """
@@ -49,51 +61,48 @@ class TrainingProgress:
     stage: str
     step: int
     steps: int
-    loss: float
-    examples: int
+    loss: float | None
     elapsed_s: float
 
 
 def train(
     configuration: Configuration,
+    motion: TrainingMotion,
     output: Path,
     *,
     resume: bool,
     accelerator: str | None,
     on_progress: Callable[[TrainingProgress], None],
 ) -> Path:
-    """Train a network and leave its checkpoint at `output`.
+    """Train a network and leave its checkpoint at `output`, with the loss curves beside it.
 
-    The checkpoint is written every half minute and at the end of each stage, always whole; an
+    The checkpoint is written every ten seconds and at the end of each stage, always whole; an
     interrupted run loses what came after the last one, and resumed gives the same network as one
     that was never interrupted.
 
     Parameters
     ----------
     configuration : Configuration
+    motion : TrainingMotion
+        A resumed run goes on with its own.
     output : Path
     resume : bool
         Go on from the checkpoint at `output`.
     accelerator : str or None
-        Torch device; None is the processor.
+        Torch device; None is a GPU where there is one, else the processor.
 
     Raises
     ------
     ModelError
         If there is a checkpoint and the run is not to resume, or it is another configuration's.
     """
-    return _Run(configuration, output, accelerator or "cpu", on_progress).finish(resume)
-
-
-def _start(configuration: Configuration) -> Checkpoint:
-    torch.manual_seed(configuration.seed)
-    network = ResidualNetwork()
-    head = {}
-    if configuration.head_steps > 0:
-        head = Head(network).state_dict()
-        look_linear(network)
-    stage = "head" if head else "network"
-    return Checkpoint(configuration, stage, 0, 0.0, network.state_dict(), head, {})
+    if not resume and output.exists():
+        raise ModelError(f"{output}: exists already", "resume it or name another file")
+    device = accelerator or ("cuda" if torch.cuda.is_available() else "cpu")
+    checkpoint = _resumed(configuration, output) if resume else None
+    if checkpoint:
+        motion = checkpoint.motion
+    return _Run(configuration, motion, output, device, on_progress).finish(checkpoint)
 
 
 def _resumed(configuration: Configuration, path: Path) -> Checkpoint:
@@ -112,71 +121,121 @@ class _Run:
     def __init__(
         self,
         configuration: Configuration,
+        motion: TrainingMotion,
         output: Path,
         device: str,
         on_progress: Callable[[TrainingProgress], None],
     ) -> None:
+        self.began_s = time.perf_counter()
         self.configuration = configuration
+        self.motion = motion
         self.output = output
         self.device = device
         self.on_progress = on_progress
-        self.network = ResidualNetwork()
-        self.head = Head(self.network)
+        torch.manual_seed(configuration.seed)
+        self.network = ResidualNetwork(configuration.points)
+        self.batches = Batches(configuration, motion, on_progress=self._made("recordings"))
+        held_out = Batches(configuration, motion, held_out=True)
+        self.test = held_out.batch("test", 0, TEST_EXAMPLES)
+        if configuration.head_steps:
+            self.head = Head(self.network, self.batches, self.batches.basis())
+            look_linear(self.network)
+            # its kernels only have to pass the image on, and half of a step's time would be theirs
+            self.network.first.requires_grad_(False)
 
-    def finish(self, resume: bool) -> Path:
-        if not resume and self.output.exists():
-            raise ModelError(f"{self.output}: exists already", "resume it or name another file")
-        configuration, started_s = self.configuration, time.perf_counter()
-        state = _resumed(configuration, self.output) if resume else _start(configuration)
-        self.began_s = started_s - state.elapsed_s
+    def finish(self, checkpoint: Checkpoint | None) -> Path:
+        """Go through the stages that are left."""
+        configuration = self.configuration
+        state = checkpoint or self._start()
+        self.began_s -= state.elapsed_s
         self.network.load_state_dict(state.network)
-        batches = Batches(configuration)
         if state.stage == "head":
             self.head.load_state_dict(state.head)
-            self._descend(state, self.head, configuration.head_steps, self._head_loss)
-            join(self.network, self.head, batches)
-            state = replace(state, stage="network", step=0, optimizer={}, head={})
+            state = self._descend(state, self.head, configuration.head_steps, self._head_output)
+            state = replace(state, stage="dense", step=0, optimizer={}, head={})
+        if state.stage == "dense":
+            state = self._train_dense(state)
+            state = replace(state, stage="network", step=0, optimizer={})
         self.network.to(self.device)
-        self._descend(
-            state, self.network, configuration.steps, lambda step: self._loss(batches, step)
-        )
+        self._descend(state, self.network, configuration.steps, self._output)
         return self.output
 
+    def _start(self) -> Checkpoint:
+        first = "head" if self.configuration.head_steps else "network"
+        head = self.head.state_dict() if first == "head" else {}
+        weights = self.network.state_dict()
+        return Checkpoint(self.configuration, self.motion, first, 0, 0.0, weights, head, {}, ())
+
+    def _train_dense(self, state: Checkpoint) -> Checkpoint:
+        """The dense layers on stored features, which the convolutions do not change."""
+        count = self.configuration.dense_examples
+        made = self._made("features")
+        features = compute_features(self.network, self.head, self.batches, count, made)
+        if state.step == 0:
+            join(self.network, self.head, features)
+        dense = self.network.dense
+
+        def output(step: int | None) -> tuple[Tensor, Tensor]:
+            if step is None:
+                return self._output(None)
+            chosen = _chosen(features, self.configuration.seed, step)
+            return self.network.dense_layers(features.values[chosen])[-1], features.residual[chosen]
+
+        return self._descend(state, dense, self.configuration.dense_steps, output)
+
     def _descend(
-        self, state: Checkpoint, module: nn.Module, steps: int, loss_at: Callable[[int], Tensor]
-    ) -> None:
-        """Take the stage's remaining gradient steps."""
+        self,
+        state: Checkpoint,
+        module: nn.Module,
+        steps: int,
+        output: Callable[[int | None], tuple[Tensor, Tensor]],
+    ) -> Checkpoint:
+        """Take the stage's remaining gradient steps.
+
+        `output` gives what was found and what was wanted in a step, or of the test examples.
+        """
         optimizer = self._optimizer(module, state.stage)
         if state.optimizer:
             optimizer.load_state_dict(state.optimizer)
         saved_s = reported_s = time.perf_counter()
+        losses, since, every = list(state.losses), [0.0, 0], max(1, steps // CURVE_POINTS)
         for step in range(state.step, steps):
             for group in optimizer.param_groups:
                 group["lr"] = group["peak"] * self._rate(step / steps)
-            loss = loss_at(step)
+            loss = self._loss(*output(step))
             optimizer.zero_grad()
             loss.backward()
             nn.utils.clip_grad_norm_(module.parameters(), CLIP)
             optimizer.step()
+            since = [since[0] + loss.item(), since[1] + 1]
             now_s, last = time.perf_counter(), step + 1 == steps
+            if last or (step + 1) % every == 0:
+                with torch.no_grad():
+                    test = self._loss(*output(None)).item()
+                losses.append(Loss(state.stage, step + 1, since[0] / since[1], test))
+                since = [0.0, 0]
             if last or now_s - reported_s > REPORT_EVERY_S:
                 reported_s = now_s
                 self._report(state.stage, step + 1, steps, loss.item())
             if last or now_s - saved_s > SAVE_EVERY_S:
                 saved_s = now_s
-                self._save(state, step + 1, optimizer)
+                state = self._save(state, step + 1, optimizer, losses)
+        return state
 
     def _optimizer(self, module: nn.Module, stage: str) -> torch.optim.Optimizer:
         rate = self.configuration.learning_rate
+        trained = [parameter for parameter in module.parameters() if parameter.requires_grad]
         if self.configuration.optimizer == "sgd":
-            return torch.optim.SGD([{"params": list(module.parameters()), "peak": rate}], lr=rate)
+            return torch.optim.SGD([{"params": trained, "peak": rate}], lr=rate)
         if stage == "head":
-            group = {"params": list(module.parameters()), "peak": HEAD_LEARNING_RATE}
+            group = {"params": trained, "peak": HEAD_RATE}
             return torch.optim.Adam([group], betas=(0.9, 0.99))
+        if stage == "dense":
+            rate = DENSE_RATE
         # Adam moves every weight alike, so a unit's output moves by the number of its inputs
         groups = [
             {"params": [p], "peak": rate * (100.0 / p[0].numel() if p.ndim > 1 else 1.0)}
-            for p in module.parameters()
+            for p in trained
         ]
         return torch.optim.Adam(groups)
 
@@ -187,36 +246,67 @@ class _Run:
         cosine = 0.5 * (1.0 + math.cos(math.pi * done))
         return min(1.0, done / WARM_UP) * (LAST_RATE + (1.0 - LAST_RATE) * cosine)
 
-    def _head_loss(self, step: int) -> Tensor:
-        known, residual = head_batch(self.configuration.seed, step)
-        return relative_loss(self.head(known), residual)
+    def _head_output(self, step: int | None) -> tuple[Tensor, Tensor]:
+        batch = self.test if step is None else self.batches.batch("head", step, HEAD_BATCH)
+        return self.head(self.head.known(batch)), tensor(batch.residual)
 
-    def _loss(self, batches: Batches, step: int) -> Tensor:
-        batch = batches.batch(step)
-        arrays = (batch.model_effort, batch.measured_effort, batch.bias, batch.residual)
-        model, measured, bias, residual = (tensor(array).to(self.device) for array in arrays)
-        found = self.network.residuals(model, measured, bias)
-        if self.configuration.loss == "sigmoid":
-            return sigmoid_loss(found, residual)
-        return relative_loss(found, residual)
+    def _output(self, step: int | None) -> tuple[Tensor, Tensor]:
+        size = self.configuration.batch
+        batch = self.test if step is None else self.batches.batch("network", step, size)
+        return self.network.residuals(*self._factors(batch)), self._to_device(batch.residual)
 
-    def _report(self, stage: str, step: int, steps: int, loss: float) -> None:
-        batch = HEAD_BATCH if stage == "head" else self.configuration.batch
-        elapsed_s = time.perf_counter() - self.began_s
-        self.on_progress(TrainingProgress(stage, step, steps, loss, step * batch, elapsed_s))
-
-    def _save(self, state: Checkpoint, step: int, optimizer: torch.optim.Optimizer) -> None:
-        save(
-            replace(
-                state,
-                step=step,
-                elapsed_s=time.perf_counter() - self.began_s,
-                network=self.network.state_dict(),
-                head=self.head.state_dict() if state.stage == "head" else {},
-                optimizer=optimizer.state_dict(),
-            ),
-            self.output,
+    def _factors(self, batch: Batch) -> tuple[Tensor, Tensor, Tensor]:
+        model, measured = (
+            self._to_device(batch.model_effort),
+            self._to_device(batch.measured_effort),
         )
+        return model, measured, self._to_device(batch.bias)
+
+    def _to_device(self, array: Array) -> Tensor:
+        return tensor(array).to(next(self.network.parameters()).device)
+
+    def _loss(self, found: Tensor, wanted: Tensor) -> Tensor:
+        return LOSSES[self.configuration.loss](found, wanted)
+
+    def _made(self, stage: str) -> Callable[[int, int], None]:
+        return lambda done, total: self._report(stage, min(done, total), total, None)
+
+    def _report(self, stage: str, step: int, steps: int, loss: float | None) -> None:
+        elapsed_s = time.perf_counter() - self.began_s
+        self.on_progress(TrainingProgress(stage, step, steps, loss, elapsed_s))
+
+    def _save(
+        self, state: Checkpoint, step: int, optimizer: torch.optim.Optimizer, losses: list[Loss]
+    ) -> Checkpoint:
+        state = replace(
+            state,
+            step=step,
+            elapsed_s=time.perf_counter() - self.began_s,
+            network=self.network.state_dict(),
+            head=self.head.state_dict() if state.stage == "head" else {},
+            optimizer=optimizer.state_dict(),
+            losses=tuple(losses),
+        )
+        save(state, self.output)
+        write_losses(state.losses, self.output.with_name("losses.csv"))
+        return state
+
+
+def _chosen(features: Features, seed: int, step: int) -> Tensor:
+    """The examples of a step."""
+    generator = torch.Generator().manual_seed(hash((seed, step)))
+    return torch.randint(len(features.values), (DENSE_BATCH,), generator=generator)
+
+
+def write_losses(losses: tuple[Loss, ...], path: Path) -> None:
+    """Loss curves as a table: stage, step, train and test."""
+    text = io.StringIO()
+    writer = csv.writer(text)
+    writer.writerow(Loss._fields)
+    writer.writerows(losses)
+    beside = path.with_name(path.name + ".part")
+    beside.write_text(text.getvalue())
+    os.replace(beside, path)
 
 
 def sigmoid_loss(found: Tensor, residual: Tensor) -> Tensor:
@@ -229,3 +319,11 @@ def relative_loss(found: Tensor, residual: Tensor) -> Tensor:
     """Σ(found - residual)² / (Σresidual² + small²), mean over the batch."""
     size = residual.square().sum(dim=1) + SMALL**2
     return ((found - residual).square().sum(dim=1) / size).mean()
+
+
+def absolute_loss(found: Tensor, residual: Tensor) -> Tensor:
+    """|found - residual|, rounded at zero, mean over batch and parameters."""
+    return ((found - residual).square() + BLUNT**2).sqrt().mean()
+
+
+LOSSES: Final = {"sigmoid": sigmoid_loss, "relative": relative_loss, "absolute": absolute_loss}

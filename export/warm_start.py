@@ -1,70 +1,93 @@
-"""A starting point for training: layers that read the image linearly, a head that solves it.
+"""A starting point for training: layers that read the image linearly, dense layers that solve it.
 
-The image is ψαᵀ = C·(guess·truthᵀ)·Cᵀ with the motion's columns C: sixteen products of parameters.
-From those and a constant the three dense layers alone learn the residual, hundreds of times
-faster than from images. The convolutions start 'looks-linear': pairs of opposite kernels whose
-ReLUs add up to a linear map (Balduzzi et al., The shattered gradients problem, 2017). So linear
-regression finds the products in what they put out, and regression and head together are the
-first dense layer. Training then goes on with the whole network and images of recordings.
+The convolutions start 'looks-linear': pairs of opposite kernels whose ReLUs add up to a linear map
+(Balduzzi et al., The shattered gradients problem, 2017). So linear regression finds in what they
+put out whatever is linear in the image: the measured effort's description by a few numbers
+(`Batches.basis`) where the guess is always the same, its products with the guess where it is not.
+From those numbers the dense layers alone learn the residual, hundreds of times faster than from
+images. Where they start with the linear answer, they have but to learn how it errs.
+
+Then regression and first layer are joined, the dense layers are trained on what the convolutions
+put out, and at last the whole network on images.
 
 Not the paper's: it starts from random weights.
 """
 
+from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Final
 
-import numpy as np
 import torch
-from numpy.typing import NDArray
 from torch import Tensor, nn
 
 from edge_ident.model import PARAMETERS
-from export.data import Batches, nominal_shapes, tensor
-from export.drives import as_shares, guesses, mixture
-from export.network import FEATURES, ResidualNetwork
+from export.data import Array, Batch, Batches, tensor
+from export.network import ResidualNetwork
 
-Array = NDArray[np.float64]
-
-HEAD_BATCH: Final = 512
-HEAD_LEARNING_RATE: Final = 3e-3
-READ_IMAGES: Final = 20_000
-"""Images that the regression is fitted to, several for each of its features."""
+CHUNK: Final = 500
+"""Images whose features are computed at once."""
 RIDGE: Final = 1e-6
 """Of the mean square feature: keeps the regression from reading rounding errors."""
 
-_PRODUCTS: Final = len(PARAMETERS) ** 2
+_SMALL: Final = 0.02
+"""Weights of the last layer behind units that start with no part in the answer."""
 
 
 class Head(nn.Module):
-    """The network's dense layers, with products and a constant in place of features."""
+    """The network's dense layers, with the known numbers and a constant in place of features.
 
-    def __init__(self, network: ResidualNetwork) -> None:
+    Parameters
+    ----------
+    network : ResidualNetwork
+        Whose second and third dense layer are the head's.
+    batches : Batches
+    basis : (K, points) array
+        Its first four rows give the parameters that least squares finds.
+    """
+
+    def __init__(self, network: ResidualNetwork, batches: Batches, basis: Array) -> None:
         super().__init__()
+        self._start = batches.configuration.start_shares
+        self._basis = basis
+        inputs = len(basis) * (1 if self._start is not None else len(PARAMETERS)) + 1
         self.layers = nn.Sequential(
-            nn.Linear(_PRODUCTS + 1, network.dense[0].out_features, bias=False),
+            nn.Linear(inputs, network.dense[0].out_features, bias=False),
             nn.ReLU(),
             network.dense[1],
             nn.ReLU(),
             network.dense[2],
         )
+        if self._start is not None:
+            self._answer_linearly(self._start)
 
     def forward(self, known: Tensor) -> Tensor:
-        """Residuals (n, 4) from products (n, 17)."""
+        """Residuals (n, 4) from known numbers (n, K + 1) or (n, 4K + 1)."""
         result: Tensor = self.layers(known)
         return result
 
+    def known(self, batch: Batch) -> Tensor:
+        """The numbers that the head sees, in place of images."""
+        described = tensor(batch.measured_effort @ self._basis.T)
+        if self._start is None:
+            described = (tensor(batch.guess)[:, :, None] * described[:, None, :]).flatten(1)
+        return torch.cat([described, torch.ones(len(described), 1)], dim=1)
 
-def head_batch(seed: int, step: int) -> tuple[Tensor, Tensor]:
-    """Products (n, 17) and residuals (n, 4) of random drives on the nominal motion."""
-    rng = np.random.default_rng((seed, step, 1))
-    truth = as_shares(nominal_shapes(), mixture(rng, HEAD_BATCH), "effort-scale")
-    guess = guesses(rng, truth)
-    return products(guess, truth), tensor(guess - truth)
-
-
-def products(guess: Array, truth: Array) -> Tensor:
-    """Products guess_i·truth_j and a one, (n, 17)."""
-    outer = (guess[:, :, None] * truth[:, None, :]).reshape(-1, _PRODUCTS)
-    return tensor(np.hstack([outer, np.ones((len(outer), 1))]))
+    def _answer_linearly(self, start: tuple[float, ...]) -> None:
+        """Let pairs of opposite units carry start minus the parameters of least squares."""
+        first, second, third = (self.layers[index].weight for index in (0, 2, 4))
+        carried = 2 * len(PARAMETERS)
+        with torch.no_grad():
+            for weight in (first, second):
+                weight[:carried] = 0.0
+            third *= _SMALL
+            third[:, :carried] = 0.0
+            for parameter, value in enumerate(start):
+                plus, minus = 2 * parameter, 2 * parameter + 1
+                first[plus, parameter], first[plus, -1] = -1.0, value
+                first[minus] = -first[plus]
+                second[plus, plus], second[plus, minus] = 1.0, -1.0
+                second[minus] = -second[plus]
+                third[parameter, plus], third[parameter, minus] = 1.0, -1.0
 
 
 def look_linear(network: ResidualNetwork) -> None:
@@ -80,31 +103,53 @@ def look_linear(network: ResidualNetwork) -> None:
         network.third.bias[-2:].fill_(1.0)
 
 
-def join(network: ResidualNetwork, head: Head, batches: Batches) -> None:
-    """Make the first dense layer from the head and a regression of products on features.
+@dataclass(frozen=True)
+class Features:
+    """What the convolutions put out for many images, and the answers wanted.
 
-    Parameters
+    Attributes
     ----------
-    network : ResidualNetwork
-        After `look_linear`; its other dense layers are the head's.
-    head : Head
-        Trained.
-    batches : Batches
-        Images in "effort-scale" normalization.
+    values : (n, F) tensor
+    residual : (n, 4) tensor
+    known : (n, K) tensor
+        What a head would see.
     """
-    inverse = np.linalg.pinv(nominal_shapes())
-    gram = torch.zeros(FEATURES, FEATURES, dtype=torch.float64)
-    moment = torch.zeros(FEATURES, _PRODUCTS + 1, dtype=torch.float64)
-    seen = 0
-    while seen < READ_IMAGES:
-        batch = batches.batch(-1 - seen)
-        guess = batch.model_effort @ inverse.T
+
+    values: Tensor
+    residual: Tensor
+    known: Tensor
+
+
+def compute_features(
+    network: ResidualNetwork,
+    head: Head,
+    batches: Batches,
+    count: int,
+    on_progress: Callable[[int, int], None],
+) -> Features:
+    """Features of `count` training examples, by the network as it is."""
+    values, residual, known = [], [], []
+    for number in range(-(-count // CHUNK)):
+        batch = batches.batch("dense", number, min(CHUNK, count))
+        factors = tensor(batch.model_effort), tensor(batch.measured_effort), tensor(batch.bias)
         with torch.no_grad():
-            factors = tensor(batch.model_effort), tensor(batch.measured_effort), tensor(batch.bias)
-            features = network.features(*factors).flatten(1).double()
-        gram += features.T @ features
-        moment += features.T @ products(guess, guess - batch.residual).double()
-        seen += len(guess)
+            values.append(network.features(*factors).flatten(1))
+        residual.append(tensor(batch.residual))
+        known.append(head.known(batch))
+        on_progress((number + 1) * CHUNK, count)
+    return Features(torch.cat(values), torch.cat(residual), torch.cat(known))
+
+
+def join(network: ResidualNetwork, head: Head, features: Features) -> None:
+    """Make the first dense layer from the head and a regression of known numbers on features."""
+    size = features.values.shape[1]
+    gram = torch.zeros(size, size, dtype=torch.float64)
+    moment = torch.zeros(size, features.known.shape[1], dtype=torch.float64)
+    for values, known in zip(
+        features.values.split(4 * CHUNK), features.known.split(4 * CHUNK), strict=True
+    ):
+        gram += values.T.double() @ values.double()
+        moment += values.T.double() @ known.double()
     gram.diagonal().add_(RIDGE * gram.diagonal().mean())
     reader = torch.linalg.solve(gram, moment)
     with torch.no_grad():

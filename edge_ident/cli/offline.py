@@ -7,6 +7,7 @@ from typing import Annotated, Any, Final
 import typer
 
 from edge_ident.cli.common import Json, guarded, print_document, shown_progress
+from edge_ident.cli.files import Columns, parse_renames
 from edge_ident.errors import ModelError
 
 CHECKPOINT: Final = "checkpoint.pt"
@@ -31,18 +32,46 @@ def train(
             help="improved, or paper for the paper's recipe.",
         ),
     ] = "improved",
+    motion_from: Annotated[
+        Path | None,
+        typer.Option(
+            "--motion-from",
+            metavar="RECORDING",
+            help="Train for the motion of this recording instead of the paper's.",
+        ),
+    ] = None,
+    axis: Annotated[
+        str | None, typer.Option("--axis", help="Of that recording, where it has several.")
+    ] = None,
+    column: Columns = None,
+    name: Annotated[
+        str | None,
+        typer.Option("--name", help="Of the network's files; default: that of the recording."),
+    ] = None,
     resume: Annotated[bool, typer.Option("--resume", help="Go on with the checkpoint.")] = False,
     accelerator: Annotated[
         str | None,
-        typer.Option("--accelerator", envvar="EDGE_IDENT_ACCELERATOR", help="Such as cuda."),
+        typer.Option(
+            "--accelerator",
+            envvar="EDGE_IDENT_ACCELERATOR",
+            help="Torch device; default: a GPU where there is one.",
+        ),
     ] = None,
     json: Json = False,
 ) -> None:
     """Train a network on simulated drives; Ctrl-C keeps the checkpoint, --resume goes on.
 
-    Example: `edge-ident train --output runs/mine`
+    Example: `edge-ident train --output runs/mine --motion-from recording.csv`
     """
     chosen = _offline("export.configuration").configuration(configuration)
+    motions = _offline("export.motion")
+    if motion_from is None:
+        motion = motions.paper_motion()
+    else:
+        from edge_ident.recording_files import load_recording
+
+        recording = load_recording(motion_from, parse_renames(column))
+        motion = motions.motion_from(recording, axis, name or motion_from.stem)
     trainer = _offline("export.train")
     with shown_progress() as observer:
         stage = ""
@@ -53,13 +82,22 @@ def train(
                 stage = progress.stage
                 observer.stage(f"training, {stage}")
             observer.samples(progress.step, progress.steps)
-            observer.note(f"loss {progress.loss:.3g}")
+            if progress.loss is not None:
+                observer.note(f"loss {progress.loss:.3g}")
 
         path = trainer.train(
-            chosen, output / CHECKPOINT, resume=resume, accelerator=accelerator, on_progress=show
+            chosen,
+            motion,
+            output / CHECKPOINT,
+            resume=resume,
+            accelerator=accelerator,
+            on_progress=show,
         )
     if json:
-        print_document({"schema": "edge-ident/training/1", "checkpoint": str(path)})
+        losses = path.with_name("losses.csv")
+        print_document(
+            {"schema": "edge-ident/training/1", "checkpoint": str(path), "losses": str(losses)}
+        )
     else:
         print(path)
 

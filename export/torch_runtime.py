@@ -1,0 +1,33 @@
+"""A network in torch behind the interface of `edge_ident.network.Network`, for measurements."""
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+from edge_ident.network import Manifest
+from export.checkpoint import Checkpoint
+from export.manifest import describe
+from export.network import ResidualNetwork
+
+
+class TorchNetwork:
+    """What has been trained, as the loop would run it, without export and quantization.
+
+    Attributes
+    ----------
+    manifest : Manifest
+        Without figures: standard deviations are zero.
+    variant : "fp32"
+    """
+
+    def __init__(self, network: ResidualNetwork, checkpoint: Checkpoint) -> None:
+        self._network = network
+        contents = {"fp32": b"", "int8": b""}
+        self.manifest: Manifest = describe(checkpoint.configuration, checkpoint.motion, contents)
+        self.variant = "fp32"
+
+    def residual_shares(self, images: NDArray[np.float32]) -> NDArray[np.float64]:
+        """Guess minus truth in shares, (n, 4), from images (n, 1, points, points)."""
+        with torch.no_grad():
+            output = torch.logit(self._network(torch.from_numpy(images)), eps=1e-6)
+        return output.numpy().astype(np.float64)
