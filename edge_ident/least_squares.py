@@ -1,7 +1,8 @@
-"""Ordinary least squares on the filtered regressor, with deviations that hold when residuals
-are coloured.
+"""Ordinary least squares on the filtered regressor, corrected for encoder noise, with deviations
+that hold when residuals are coloured.
 
-Source: IDIM-LS with parallel filtering and decimation (Gautier 1997; Janot et al. 2014).
+Source: IDIM-LS with parallel filtering and decimation (Gautier 1997; Janot et al. 2014); the
+correction is that of errors in variables with known variance (Fuller 1987), to first order.
 """
 
 from typing import Final
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 
 from edge_ident.covariance import coloured_std
 from edge_ident.errors import DataError
+from edge_ident.filters import lowpass
 from edge_ident.model import Estimate
 from edge_ident.signals import Signals
 
@@ -20,19 +22,31 @@ _SAMPLES_PER_CUTOFF_PERIOD: Final = 2.5
 """Rate after decimation, in cut-offs: what the filter passes is kept, no more."""
 _FEWEST_SAMPLES: Final = 12
 """Three for each parameter."""
+_NOISE_DOUBT: Final = 0.5
+"""Relative deviation of the encoder noise's power from that predicted for white noise: at constant
+speed quantization makes tones, most of them outside the band."""
+_RANK: Final = 1e-10
+"""Singular value over the largest that counts as zero."""
+_TINY: Final = float(np.finfo(float).tiny)
 
 
 def fit(signals: Signals) -> Estimate:
     """Estimate the base model's parameters.
 
-    The inertia's deviation includes its bias by encoder noise in the acceleration.
+    Corrected for the bias by encoder noise and by reversals that the filter moves. The deviations
+    hold the noise in effort and regressor, and the doubt about both corrections.
     """
     part = estimation_part(signals)
-    found = solve(signals.regressor[part], signals.effort[part])
-    bias = signals.acceleration_noise**2 * abs(found.parameters[0])
-    std = found.std.copy()
-    std[0] = np.hypot(std[0], bias)
-    return Estimate(found.parameters, std)
+    effort = signals.effort[part]
+    unit, length = _unit_columns(signals.regressor[part])
+    pseudo = np.asarray(np.linalg.pinv(unit, rcond=_RANK), dtype=np.float64)
+    plain, inverse = pseudo @ effort, pseudo @ pseudo.T
+    noise_shift, noise_doubt = _encoder_noise_bias(signals, inverse, plain, len(part), length)
+    turn_shift, turn_doubt = _reversal_bias(signals, part, inverse, plain, length)
+    normalized = plain + noise_shift + turn_shift
+    std = coloured_std(unit, effort - unit @ normalized)
+    std = np.sqrt(std**2 + noise_doubt**2 + turn_doubt**2)
+    return Estimate(normalized / length, std / length)
 
 
 def estimation_part(signals: Signals) -> NDArray[np.intp]:
@@ -47,9 +61,8 @@ def estimation_part(signals: Signals) -> NDArray[np.intp]:
         Hardly any sample is left.
     """
     rate_hz = 1.0 / signals.period_s
-    step = max(1, int(rate_hz / (_SAMPLES_PER_CUTOFF_PERIOD * signals.cutoff_hz)))
     margin = min(int(rate_hz / signals.cutoff_hz), len(signals.effort) // 20)
-    part = np.arange(margin, len(signals.effort) - margin, step)
+    part = np.arange(margin, len(signals.effort) - margin, _decimation(signals))
     moving: NDArray[np.intp] = part[signals.moving[part]]
     if len(moving) < _FEWEST_SAMPLES:
         raise DataError(
@@ -60,7 +73,7 @@ def estimation_part(signals: Signals) -> NDArray[np.intp]:
 
 
 def solve(regressor: Array, effort: Array) -> Estimate:
-    """Ordinary least squares.
+    """Ordinary least squares, of a regressor taken for free of noise.
 
     Parameters
     ----------
@@ -76,6 +89,56 @@ def solve(regressor: Array, effort: Array) -> Estimate:
 def condition_number(regressor: Array) -> float:
     """Condition number of an (N, 4) regressor with columns of unit length."""
     return float(np.linalg.cond(_unit_columns(regressor)[0]))
+
+
+def _encoder_noise_bias(
+    signals: Signals, inverse: Array, plain: Array, samples: int, length: Array
+) -> tuple[Array, Array]:
+    """What to add to the plain estimate for noise in its regressor, and how doubtful that is.
+
+    Noise of covariance S in N rows takes (XᵀX)⁻¹·N·S·β off the parameters β. Where that is not
+    small the motion shows mostly noise: the correction is held back, the doubt is not.
+    """
+    deviation = np.array([*_motion_noise(signals), 0.0, 0.0])
+    power = samples * (deviation / length) ** 2
+    bias = inverse @ (power * plain)
+    share = float(np.diag(inverse) @ power)
+    return bias / (1.0 + share), (_NOISE_DOUBT + share) * np.abs(bias)
+
+
+def _motion_noise(signals: Signals) -> tuple[float, float]:
+    """Deviation of the encoder's noise in acceleration and velocity, spectra as f⁴ and f²."""
+    acceleration = signals.acceleration_noise * float(np.std(signals.regressor[:, 0]))
+    return acceleration, acceleration * np.sqrt(5.0 / 3.0) / (2.0 * np.pi * signals.cutoff_hz)
+
+
+def _reversal_bias(
+    signals: Signals, part: NDArray[np.intp], inverse: Array, plain: Array, length: Array
+) -> tuple[Array, Array]:
+    """What to add to the plain estimate for reversals seen too early or late, and the doubt.
+
+    Where the filtered velocity passes zero, the true one is still off by what the filter cannot
+    show, and for as long Coulomb friction acts the other way. What it cannot show is about what
+    half its bandwidth would cost once more; as far as that exceeds the encoder's noise, it is
+    corrected, and doubted all of it.
+    """
+    acceleration, velocity = signals.regressor[:, 0], signals.regressor[:, 1]
+    turns = np.flatnonzero((velocity[1:] * velocity[:-1] <= 0.0) & signals.moving[1:])
+    turns = turns[(turns >= part[0]) & (turns <= part[-1])]
+    lost = lowpass(velocity, 0.5 * signals.cutoff_hz, signals.period_s)[turns] - velocity[turns]
+    _, noise = _motion_noise(signals)
+    significant = 1.0 - np.minimum(1.0, (noise / np.maximum(np.abs(lost), _TINY)) ** 2)
+    early_s = lost / np.maximum(np.abs(acceleration[turns]), _TINY)
+    early_s = np.clip(early_s, -1.0 / signals.cutoff_hz, 1.0 / signals.cutoff_hz)
+    samples = early_s / (_decimation(signals) * signals.period_s)
+    pulses = (
+        inverse @ (signals.regressor[turns] / length).T * (2.0 * plain[2] / length[2] * samples)
+    )
+    return pulses @ significant, np.linalg.norm(pulses, axis=1)
+
+
+def _decimation(signals: Signals) -> int:
+    return max(1, int(1.0 / (_SAMPLES_PER_CUTOFF_PERIOD * signals.cutoff_hz * signals.period_s)))
 
 
 def _unit_columns(regressor: Array) -> tuple[Array, Array]:
