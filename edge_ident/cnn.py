@@ -6,10 +6,12 @@ only if the model's effort comes closer to the measured one. What physics forbid
 friction below zero, is set to next to nothing before it is scored, so that it counts only where
 the effort agrees.
 
-A network may know one guess alone. Then the loop is a single pass from there: the image is linear
-in the measured effort, so the network reads parameters from it with a tenth of the error, and
-an effect that the model lacks shows in it whole. The guard would not do here: the parameters that
-come closest to a disturbed effort are not those of the drive.
+A network may be made to read from what a guess leaves of the effort, the remainder, instead of the
+effort. Then the first factor of the image stays that of the start, so the image is linear in the
+remainder, and the residual comes in shares of the remainder's scale: each pass sharpens the
+answer, and what the model lacks shows in the remainder without the model's part. The guard above
+would not do here: the parameters that come closest to a disturbed effort are not those of the
+drive. The loop ends where a pass moves the answer no less than the one before it.
 """
 
 from dataclasses import dataclass
@@ -32,6 +34,8 @@ GOOD_ENOUGH: Final = 0.002
 """Relative residual at which the loop stops: below what any recording resolves."""
 STEPS: Final = (1.0, 0.5, 0.25)
 """Parts of the network's residual that are tried; they cost no pass."""
+SETTLED: Final = 1e-5
+"""Change of the shares at which refinement stops."""
 SMALLEST: Final = 1e-4
 """Share that stands for zero where physics requires a positive parameter."""
 
@@ -107,7 +111,8 @@ def identify(
     shapes, measured = columns / share_scales, effort / scale
     watch = stopwatch or Stopwatch()
     if manifest.start_shares is not None:
-        best, done = _single_pass(shapes, measured, network, manifest.start_shares, watch), 1
+        start = manifest.start_shares
+        best, done = _refine(shapes, measured, network, start, passes, watch)
     else:
         rng = np.random.default_rng(seed)
         best, done = _search(shapes, measured, network, rng, passes, watch)
@@ -143,22 +148,33 @@ def motion_mismatch(columns: Array, network: Network) -> float:
     return float(np.max(difference / np.linalg.norm(known, axis=0)))
 
 
-def _single_pass(
-    shapes: Array, measured: Array, network: Network, start: Array, watch: Stopwatch
-) -> _Candidate:
-    """The answer from the network's own guess.
+def _refine(
+    shapes: Array, measured: Array, network: Network, start: Array, passes: int, watch: Stopwatch
+) -> tuple[_Candidate, int]:
+    """Read from what the guess leaves of the effort, until a pass changes the answer no more.
 
-    Guess and residual belong to the network's motion. What they say of the effort is seen through
-    the recording's own motion in the end, whose amplitude may be another.
+    The network knows residuals in shares of the remainder's scale, so each pass adds as many
+    digits as the first one had. They belong to the network's motion, and are seen through the
+    recording's own in the end, whose amplitude may be another.
     """
     manifest = network.manifest
     nominal = manifest.motion.columns / manifest.motion.column_scales
-    with watch.stage("image"):
-        image = effort_image((nominal @ start)[None], measured, manifest.normalization)
-    with watch.stage("network"):
-        residual = network.residual_shares(image)[0]
     seen = np.linalg.lstsq(nominal, shapes, rcond=None)[0]
-    return _physical(np.linalg.solve(seen, start - residual), shapes, measured)
+    here, change = start, np.inf
+    for done in range(1, passes + 1):
+        with watch.stage("image"):
+            remainder = measured - shapes @ here
+            scale = float(effort_scale(remainder, manifest.normalization))
+            image = effort_image((nominal @ start)[None], remainder / scale, manifest.normalization)
+        with watch.stage("network"):
+            residual = scale * network.residual_shares(image)[0]
+        step = np.linalg.solve(seen, residual)
+        if np.linalg.norm(step) > change:  # the answer moves about what the network can resolve
+            return _physical(here, shapes, measured), done
+        here, change = here - step, float(np.linalg.norm(step))
+        if change <= SETTLED:
+            break
+    return _physical(here, shapes, measured), done
 
 
 def _physical(shares: Array, shapes: Array, measured: Array) -> _Candidate:

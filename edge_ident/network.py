@@ -88,7 +88,8 @@ class Manifest:
     mismatch_limit : float
         Largest `edge_ident.cnn.motion_mismatch` at which the network keeps its accuracy.
     start_shares : (4,) array or None
-        The one guess that the network was trained for; None are random ones.
+        Where the loop starts, if the network reads from remainders (`edge_ident.cnn`); None are
+        random starts, and images of guess and measurement.
     parameter_std : mapping of (4,) arrays
         Of each variant: standard deviation of the shares on drives that the model describes.
     parameter_std_per_residual : (4,) array

@@ -118,6 +118,8 @@ def trained_network(path: Path) -> tuple[ResidualNetwork, Checkpoint]:
 
 
 def _stored(value: Any) -> Any:
+    if isinstance(value, np.generic):
+        return value.item()
     return torch.from_numpy(value) if isinstance(value, np.ndarray) else value
 
 

@@ -29,7 +29,9 @@ class Configuration:
     drives_with_effect : int
         Recorded with each effect of the catalogue on each of the motions; 0 leaves effects out.
     start_shares : tuple of float or None
-        The one guess that the loop starts from; None are random starts and repeated passes.
+        The guess that every loop starts from, and whose effort makes every image with what later
+        guesses leave of the measured effort; None are the paper's random starts, and images of
+        guess and measurement.
     loss : {"sigmoid", "relative", "absolute"}
         Squared error of the sigmoid (reconstruction of the paper's); squared error of the
         residual relative to its size, because repeated passes have to shrink small residuals

@@ -22,6 +22,10 @@ NOISE: Final = (0.0002, 0.01)
 √(100/8742), so 2 % of it is 0.002 here."""
 EFFECTS: Final = (0.3, 0.5, 0.2)
 """Parts of the drives that have no effect, one, and two."""
+GUESSES: Final = (0.3, 0.35, 0.35)
+"""Parts of the guesses that are the start, near the truth, and near what least squares finds."""
+DISTANCES: Final = (0.0003, 0.3)
+"""Of these from the other two, in shares."""
 DETAILS: Final = 32
 """Principal components of what efforts hold beside the four parameters."""
 BASIS_EXAMPLES: Final = 20_000
@@ -165,21 +169,41 @@ class Batches:
         return truth, added
 
     def _with_guesses(self, examples: Examples, rng: np.random.Generator) -> Batch:
+        if self.configuration.start_shares is not None:
+            return self._remainders(examples, self.configuration.start_shares, rng)
         configuration, truth, columns = self.configuration, examples.truth, examples.columns
-        # the truth as seen through the nominal motion: what an image can show
-        seen = efforts(columns, truth) @ self.inverse.T
-        start = configuration.start_shares
-        if start is not None:
-            guess = np.broadcast_to(start, seen.shape)
-        else:
-            raw = self._random_guesses(rng, truth)
-            guess = efforts(columns, raw) @ self.inverse.T
+        guess = self._random_guesses(rng, truth)
+        # guess and truth as seen through the nominal motion: what an image can show
+        guess, seen = (efforts(columns, shares) @ self.inverse.T for shares in (guess, truth))
         model = guess @ self.nominal.T
         gain, bias = gain_and_bias(model, examples.measured, configuration.normalization)
         factors = gain[:, None] * model, examples.measured
         if configuration.rotations:
             factors = rotate(*factors, rng.integers(4, size=len(seen)))
         return Batch(*factors, bias, guess, guess - seen)
+
+    def _remainders(
+        self, examples: Examples, start: tuple[float, ...], rng: np.random.Generator
+    ) -> Batch:
+        """Images of what guesses leave of the effort, in shares of its scale.
+
+        The guesses are those that passes meet: the start, answers at any distance from the truth,
+        and what least squares makes of the effort.
+        """
+        truth, columns, count = examples.truth, examples.columns, len(examples.truth)
+        direction = rng.normal(size=truth.shape)
+        direction /= np.linalg.norm(direction, axis=1, keepdims=True)
+        distance = np.exp(rng.uniform(*np.log(DISTANCES), (count, 1)))
+        fitted = (np.linalg.pinv(columns) @ examples.measured[:, :, None])[:, :, 0]
+        kind = rng.choice(3, size=(count, 1), p=GUESSES)
+        near = np.where(kind == 1, truth, fitted) + distance * direction
+        guess = np.where(kind == 0, np.array(start), near)
+        remainder = examples.measured - efforts(columns, guess)
+        scale = effort_scale(remainder, self.configuration.normalization)[:, None]
+        residual = efforts(columns, guess - truth) @ self.inverse.T / scale
+        model = np.broadcast_to(self.nominal @ np.array(start), remainder.shape)
+        gain, bias = gain_and_bias(model, remainder / scale, self.configuration.normalization)
+        return Batch(gain[:, None] * model, remainder / scale, bias, guess, residual)
 
     def _random_guesses(self, rng: np.random.Generator, truth: Array) -> Array:
         if self.configuration.drives == "mixture":
@@ -198,8 +222,8 @@ class Batches:
         """What an effort is described by: four parameters, then details, (K, points)."""
         if not self.configuration.drives_with_effect:
             return self.inverse
-        examples = self.examples(self._generator(0, *b"basis"), BASIS_EXAMPLES)
-        rest = examples.measured - examples.measured @ self.inverse.T @ self.nominal.T
+        measured = self.batch("basis", 0, BASIS_EXAMPLES).measured_effort
+        rest = measured - measured @ self.inverse.T @ self.nominal.T
         _, size, details = np.linalg.svd(rest - rest.mean(axis=0), full_matrices=False)
         deviation = size[:DETAILS, None] / np.sqrt(len(rest))
         return np.vstack([self.inverse, 0.3 * details[:DETAILS] / deviation])

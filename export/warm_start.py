@@ -47,9 +47,9 @@ class Head(nn.Module):
 
     def __init__(self, network: ResidualNetwork, batches: Batches, basis: Array) -> None:
         super().__init__()
-        self._start = batches.configuration.start_shares
+        self._products = batches.configuration.start_shares is None
         self._basis = basis
-        inputs = len(basis) * (1 if self._start is not None else len(PARAMETERS)) + 1
+        inputs = len(basis) * (len(PARAMETERS) if self._products else 1) + 1
         self.layers = nn.Sequential(
             nn.Linear(inputs, network.dense[0].out_features, bias=False),
             nn.ReLU(),
@@ -57,8 +57,8 @@ class Head(nn.Module):
             nn.ReLU(),
             network.dense[2],
         )
-        if self._start is not None:
-            self._answer_linearly(self._start)
+        if not self._products:
+            self._answer_linearly()
 
     def forward(self, known: Tensor) -> Tensor:
         """Residuals (n, 4) from known numbers (n, K + 1) or (n, 4K + 1)."""
@@ -68,12 +68,12 @@ class Head(nn.Module):
     def known(self, batch: Batch) -> Tensor:
         """The numbers that the head sees, in place of images."""
         described = tensor(batch.measured_effort @ self._basis.T)
-        if self._start is None:
+        if self._products:
             described = (tensor(batch.guess)[:, :, None] * described[:, None, :]).flatten(1)
         return torch.cat([described, torch.ones(len(described), 1)], dim=1)
 
-    def _answer_linearly(self, start: tuple[float, ...]) -> None:
-        """Let pairs of opposite units carry start minus the parameters of least squares."""
+    def _answer_linearly(self) -> None:
+        """Let pairs of opposite units carry minus the parameters of least squares."""
         first, second, third = (self.layers[index].weight for index in (0, 2, 4))
         carried = 2 * len(PARAMETERS)
         with torch.no_grad():
@@ -81,9 +81,9 @@ class Head(nn.Module):
                 weight[:carried] = 0.0
             third *= _SMALL
             third[:, :carried] = 0.0
-            for parameter, value in enumerate(start):
+            for parameter in range(len(PARAMETERS)):
                 plus, minus = 2 * parameter, 2 * parameter + 1
-                first[plus, parameter], first[plus, -1] = -1.0, value
+                first[plus, parameter] = -1.0
                 first[minus] = -first[plus]
                 second[plus, plus], second[plus, minus] = 1.0, -1.0
                 second[minus] = -second[plus]
