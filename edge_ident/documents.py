@@ -8,12 +8,16 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from edge_ident.commissioning import CAPTURE_FILE, Outcome, Verification
 from edge_ident.gain_design import GainDesign
 from edge_ident.identification import AxisIdentification, Identification
 from edge_ident.model import PARAMETERS, Estimate
 from edge_ident.network import Network
 from edge_ident.profiling import TARGET_MS, Profile, spread
+from edge_ident.recording import Recording
 from edge_ident.trust import Finding
 from firmware_interface.board import BoardIdentity
 
@@ -163,3 +167,34 @@ def profile_document(profile: Profile) -> dict[str, Any]:
         "faster_precision": profile.faster_precision,
         "verdict": profile.verdict,
     }
+
+
+def simulation_document(
+    recording: Recording, file: Path, model: str, motion: str, seed: int
+) -> dict[str, Any]:
+    """Schema edge-ident/simulation/1: what was simulated and where it lies."""
+    return {
+        "schema": "edge-ident/simulation/1",
+        "file": str(file),
+        "sha256": hashlib.sha256(file.read_bytes()).hexdigest(),
+        "model": model,
+        "motion": motion,
+        "seed": seed,
+        "samples": len(recording.time_s),
+        "period_s": float(np.mean(np.diff(recording.time_s))),
+        "axes": {
+            name: {
+                "tracking_rms": _rms(axis.position - axis.reference),
+                "effort_rms": _rms(axis.effort),
+                "position_unit": axis.position_unit,
+                "effort_unit": axis.effort_unit,
+            }
+            for name, axis in recording.axes.items()
+            if axis.reference is not None
+        },
+        "version": version("edge-ident"),
+    }
+
+
+def _rms(signal: NDArray[np.float64]) -> float:
+    return float(np.sqrt(np.mean(signal**2)))

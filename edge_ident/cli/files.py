@@ -61,6 +61,11 @@ def identify(
     found = identify_recording(recording, loaded, seed=seed, stopwatch=watch)
     document = identification_document(found)
     deliver(document, "identification.json", output, json)
+    if output:
+        from edge_ident.model_files import MODEL_FILE, identified_model, save_model
+
+        estimates = {name: axis.estimate for name, axis in found.axes.items()}
+        save_model(identified_model(estimates, recording, file), output / MODEL_FILE)
     if not json:
         print_identification(found)
     if not found.trusted:

@@ -74,8 +74,9 @@ def run(
 
     Example: `edge-ident run --device /dev/ttyACM0 --dry-run`
     """
-    from edge_ident.commissioning import Plan, commission
+    from edge_ident.commissioning import CAPTURE_FILE, Plan, commission
     from edge_ident.documents import run_document
+    from edge_ident.model_files import MODEL_FILE, identified_model, save_model
     from edge_ident.tables import print_outcome
 
     plan = Plan(_motion(motion), cycles, bandwidth, not dry_run, store, seed)
@@ -87,6 +88,9 @@ def run(
             )
     document = run_document(outcome, session.board.identity, loaded, session.folder)
     deliver(document, "report.json", session.folder, json)
+    estimates = {name: axis.estimate for name, axis in outcome.identification.axes.items()}
+    recording, file = outcome.capture.recording, session.folder / CAPTURE_FILE
+    save_model(identified_model(estimates, recording, file), session.folder / MODEL_FILE)
     if not json:
         print_outcome(outcome)
         say(f"written: {session.folder}")

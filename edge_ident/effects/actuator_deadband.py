@@ -3,7 +3,7 @@
 torque = command - clip(command, -width, width): dead time of a bridge, a valve's overlap.
 It flips with the sign of the effort, not of the velocity.
 Source: Tao and Kokotović, Adaptive Control of Systems with Actuator and Sensor Nonlinearities
-(1996), ch. 2.
+(1996).
 """
 
 from typing import Final

@@ -4,7 +4,7 @@ torque = clip(command, -limit, limit). In a simulation the motion falls behind a
 which is what is recorded, exceeds what the motion needs. Along a motion that is taken as given,
 the effort stops at the limit.
 Source: Tao and Kokotović, Adaptive Control of Systems with Actuator and Sensor Nonlinearities
-(1996), ch. 2.
+(1996).
 """
 
 from typing import Final

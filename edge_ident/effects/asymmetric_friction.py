@@ -1,4 +1,4 @@
-"""Friction that differs by direction: a preloaded nut, a skewed seal, a worm-out guide.
+"""Friction that differs by direction: a preloaded nut, a skewed seal, a worn guide.
 
 f = difference·|v|: viscous friction is larger by the difference forward, smaller by it backward.
 Coulomb friction by direction is not part of it: (C₊ - C₋)/2 adds the same effort both ways, which

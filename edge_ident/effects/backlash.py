@@ -31,7 +31,8 @@ class Backlash(Effect):
     def load(self, at: Motion, values: Values) -> Array:
         """Contact, which pushes and never pulls."""
         behind = at.position - at.memory[0]
-        depth = behind - np.clip(behind, -0.5 * values["gap"], 0.5 * values["gap"])
+        half = 0.5 * values["gap"]
+        depth = behind - np.minimum(np.maximum(behind, -half), half)
         pull = _CONTACT_RATE * (depth * _CONTACT_RATE + at.velocity - at.memory[1])
         return np.where(pull * depth > 0.0, values["load_inertia"] * pull, 0.0)
 
@@ -45,14 +46,14 @@ class Backlash(Effect):
 
     def start(self, at: Motion, values: Values) -> Array:
         """In the middle of the gap, at rest."""
-        return np.stack([at.position, np.zeros_like(at.position)])
+        return np.array([at.position, np.zeros_like(at.position)])
 
     def rates(self, at: Motion, values: Values) -> Array:
         """Of the load; its friction is smoothed where it would stop within a contact's time."""
         speed = at.memory[1]
         deceleration = values["load_friction"] / values["load_inertia"]
-        smoothed = np.clip(_CONTACT_RATE * speed, -deceleration, deceleration)
-        return np.stack([speed, self.load(at, values) / values["load_inertia"] - smoothed])
+        smoothed = np.minimum(np.maximum(_CONTACT_RATE * speed, -deceleration), deceleration)
+        return np.array([speed, self.load(at, values) / values["load_inertia"] - smoothed])
 
     def fastest_rate(self, values: Values, inertia: Array, speed: float) -> Array:
         """Of the contact, with both sides moving."""

@@ -44,7 +44,7 @@ class CouplingCompliance(Effect):
     def rates(self, at: Motion, values: Values) -> Array:
         """In the lag's coordinates, with the axis's own acceleration."""
         lag, lag_speed = at.memory
-        return np.stack([lag_speed, at.acceleration - _pull(lag, lag_speed, values)])
+        return np.array([lag_speed, at.acceleration - _pull(lag, lag_speed, values)])
 
     def fastest_rate(self, values: Values, inertia: Array, speed: float) -> Array:
         """Resonance with both sides free."""

@@ -2,8 +2,8 @@
 
 f = level·|v|^exponent·sign(v) with the speed in units of one per second, beside the linear
 viscous friction; an exponent of two is v·|v|.
-Source: Makkar et al., IEEE/ASME AIM 2005, 555 (continuous friction models); Waiboer, Aarts and
-Jonker 2005 for exponents below one in grease-lubricated joints.
+Source: Waiboer, Aarts and Jonker, Velocity dependence of joint friction in robotic manipulators
+with gear transmissions (2005), for powers of the speed in lubricated joints.
 """
 
 from typing import Final

@@ -2,7 +2,7 @@
 
 f = level·exp(-(v/speed)²)·sign(v), on top of Coulomb friction. The bump below the Stribeck speed is
 the same accelerating and decelerating, and the same both ways.
-Source: Armstrong-Hélouvry, Dupont and Canudas de Wit, Automatica 30 (1994) 1083, eq. 5.
+Source: Armstrong-Hélouvry, Dupont and Canudas de Wit, Automatica 30 (1994) 1083.
 """
 
 from typing import Final

@@ -2,7 +2,7 @@
 
 f = cosine·cos(2π·x/period) + sine·sin(2π·x/period), the same in both directions. Several
 orders are several terms.
-Source: Holtz and Springob, IEEE Trans. Industrial Electronics 43 (1996) 694.
+Source: Holtz and Springob, IEEE Trans. Industrial Electronics 43 (1996) 309.
 """
 
 from typing import Final

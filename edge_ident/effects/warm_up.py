@@ -1,8 +1,8 @@
 """Warm-up: viscous friction that falls as the lubricant warms.
 
 f = excess·exp(-t/time_constant)·v from the start of the record; before it, as cold as at its start.
-Source: Simoni et al., IEEE/ASME Trans. Mechatronics 2015 (friction against temperature), with
-first-order heating.
+Source: Simoni, Beschi, Legnani and Visioli, IEEE/RSJ IROS 2015 (friction with temperature effects),
+with first-order heating.
 """
 
 from typing import Final
