@@ -1,0 +1,65 @@
+"""The built-in drive: its full flexible model as a plant of the loop, and its reduced model."""
+
+from dataclasses import asdict
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from edge_ident.model import BASE, AxisModel, Model, Term
+from firmware_interface.virtual.feed_drive import FEED_DRIVE, axis_model, reduced_truth
+from firmware_interface.virtual.plant import Plant
+
+Array = NDArray[np.float64]
+
+DELAY_SHARE: Final = 0.2
+"""Of a sampling period, from reading the encoders to the new effort; 0.5 ms of the board's 2.5."""
+
+
+class FlexibleMachine:
+    """One drive, stepped exactly; its control delay is `DELAY_SHARE` of the sampling period.
+
+    Parameters
+    ----------
+    period_s : float
+    """
+
+    def __init__(self, period_s: float) -> None:
+        models = [axis_model(mechanics) for mechanics in FEED_DRIVE.values()]
+        self._plant = Plant(models, DELAY_SHARE * period_s, round(1.0 / DELAY_SHARE))
+
+    @property
+    def position(self) -> Array:
+        """At the gearbox output, (A, 1)."""
+        return self._plant.output_rad[:, None]
+
+    @property
+    def velocity(self) -> Array:
+        """At the gearbox output, (A, 1)."""
+        return self._plant.output_rad_s[:, None]
+
+    @property
+    def reading(self) -> Array:
+        """The encoders are true."""
+        return self.position
+
+    def set_time(self, time_s: float) -> None:
+        """Nothing in it depends on time."""
+
+    def advance(self, before: Array, command: Array) -> None:
+        """Let a sample pass."""
+        self._plant.advance(before[:, 0], command[:, 0])
+
+    def recorded(self, command: Array, time_s: Array) -> Array:
+        """The board records what it commands."""
+        return command
+
+
+def reduced_model() -> Model:
+    """The built-in drive when nothing deforms: the paper's four parameters an axis."""
+    return Model(
+        {
+            name: AxisModel((Term(BASE, asdict(reduced_truth(mechanics))),))
+            for name, mechanics in FEED_DRIVE.items()
+        }
+    )

@@ -1,0 +1,142 @@
+"""Closed loop of sampled control and a continuous machine."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Final, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from edge_ident.simulation.control import Controllers
+from edge_ident.simulation.references import References
+from firmware_interface.gains import AxisGains
+
+Array = NDArray[np.float64]
+
+_PROGRESS_SAMPLES: Final = 200
+
+
+class Plant(Protocol):
+    """What is controlled: A axes of D drives."""
+
+    @property
+    def position(self) -> Array:
+        """True positions (A, D)."""
+
+    @property
+    def velocity(self) -> Array:
+        """True velocities (A, D)."""
+
+    @property
+    def reading(self) -> Array:
+        """What the encoders read (A, D), before they count."""
+
+    def set_time(self, time_s: float) -> None:
+        """Set the clock."""
+
+    def advance(self, before: Array, command: Array) -> None:
+        """Let a sample pass: first under the command (A, D) before, then under the new one."""
+
+    def recorded(self, command: Array, time_s: Array) -> Array:
+        """Effort columns (A, D, N) of the commands."""
+
+
+@dataclass(frozen=True)
+class Sampling:
+    """What lies between machine and record.
+
+    Attributes
+    ----------
+    encoder_resolution : (A,) array
+        Position of one count, 0 for an exact encoder.
+    effort_resolution : (A,) array
+        Effort of one count, 0 for an exact one.
+    noise : float
+        White noise of the effort column over its rms value.
+    """
+
+    encoder_resolution: Array
+    effort_resolution: Array
+    noise: float = 0.0
+
+
+@dataclass(frozen=True)
+class Simulation:
+    """What was recorded, and what truly happened; time zero is the first sample.
+
+    Attributes
+    ----------
+    time_s : (N,) array
+    position, effort : (A, D, N) arrays
+        Columns as a board records them. The effort is the command, which acts from the control
+        delay after its sample to that after the next, and its noise.
+    true_position, true_velocity : (A, D, N) arrays
+    """
+
+    time_s: Array
+    position: Array
+    effort: Array
+    true_position: Array
+    true_velocity: Array
+
+
+def simulate(
+    plant: Plant,
+    references: References,
+    gains: Mapping[str, Sequence[AxisGains]],
+    sampling: Sampling,
+    *,
+    seed: int = 0,
+    on_progress: Callable[[int, int], None] = lambda done, total: None,
+) -> Simulation:
+    """Let drives follow a motion.
+
+    Parameters
+    ----------
+    plant : Plant
+        Standing where the references begin.
+    references : References
+    gains : mapping of axis name to sequence of AxisGains
+        One for all drives, or one for each.
+    sampling : Sampling
+    seed : int
+        Of the noise.
+    on_progress : callable
+        Called with samples done and samples in all.
+    """
+    period_s, total = references.period_s, len(references.time_s)
+    encoder, resolution = (
+        r[:, None] for r in (sampling.encoder_resolution, sampling.effort_resolution)
+    )
+    controllers = Controllers(gains, period_s, counted(plant.reading, encoder))
+    rows = np.empty((total, 4, *plant.position.shape))
+    command = np.zeros(plant.position.shape)
+    plant.set_time(float(references.time_s[0]))
+    for k in range(total):
+        read = counted(plant.reading, encoder)
+        before, wanted = command, controllers.effort(references.at(k), read)
+        command = counted(wanted, resolution)
+        rows[k] = read, plant.position, plant.velocity, command
+        plant.advance(before, command)
+        if k % _PROGRESS_SAMPLES == 0:
+            on_progress(k, total)
+    on_progress(total, total)
+    columns = np.ascontiguousarray(np.moveaxis(rows, 0, -1))
+    recorded = references.time_s > -0.5 * period_s
+    effort = plant.recorded(columns[3], references.time_s)[..., recorded]
+    rms = np.sqrt(np.mean(effort**2, axis=-1, keepdims=True))
+    noise = np.random.default_rng(seed).normal(size=effort.shape)
+    read, position, velocity = columns[:3, ..., recorded]
+    return Simulation(
+        time_s=references.time_s[recorded],
+        position=read,
+        effort=effort + sampling.noise * rms * noise,
+        true_position=position,
+        true_velocity=velocity,
+    )
+
+
+def counted(values: Array, resolution: Array) -> Array:
+    """Round to whole counts; a resolution of zero leaves a value as it is."""
+    step = np.where(resolution > 0.0, resolution, 1.0)
+    return np.where(resolution > 0.0, np.round(values / step) * step, values)

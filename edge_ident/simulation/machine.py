@@ -1,0 +1,244 @@
+"""Equations of motion of any model, for many drives at once.
+
+Classic fourth-order Runge-Kutta. Dry friction needs no smoothing: over a step every axis either
+slides in one direction or sticks. Where a sliding axis comes to rest within a step, the step is
+cut there, and the rest of it is spent sliding on, back, or at rest, as the balance of effort and
+friction has it; an axis at rest stays where it is until the effort exceeds the friction.
+
+Step: no longer than `STEP` over the fastest rate that any term of any drive brings in, a fifth of
+the stability limit of the method (2.8).
+"""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from itertools import compress
+from typing import Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from edge_ident.effect import Motion
+from edge_ident.model import AxisModel
+from edge_ident.rigid_body import RIGID_BODY
+from edge_ident.simulation.parts import Parts
+
+Array = NDArray[np.float64]
+
+STEP: Final = 0.5
+"""Longest step times fastest rate."""
+
+
+class _Balance(NamedTuple):
+    """What acts on the axes at an instant, (A, D) each; the push is all but dry friction.
+
+    What every effect sees is kept beside it.
+    """
+
+    seen: list[Motion]
+    push: Array
+    friction: Array
+    inertia: Array
+
+
+class Machine:
+    """All axes of D drives of one structure.
+
+    Parameters
+    ----------
+    axes : mapping of axis name to AxisModel
+        Values are floats, or arrays (D,).
+    position : (A, D) array
+        Where the axes stand.
+    top_speed : (A,) array
+        To be expected; the step follows from it.
+    period_s, delay_s : float
+        Between control samples, and from a sample to its new effort, at most a period.
+    longest_step_s : float, optional
+        Beyond the rule of the module.
+
+    Raises
+    ------
+    ModelError
+        Effects take more inertia than there is, or need an axis that there is not.
+    """
+
+    def __init__(
+        self,
+        axes: Mapping[str, AxisModel],
+        position: Array,
+        top_speed: Array,
+        period_s: float,
+        delay_s: float,
+        longest_step_s: float = np.inf,
+    ) -> None:
+        self._count = len(position)
+        self._parts = parts = Parts(axes, position.shape[1])
+        self.longest_step_s = min(longest_step_s, STEP / parts.fastest_rate(top_speed))
+        self._holds_s = (delay_s, period_s - delay_s)
+        self._loads, self._frictions, self._inertias, self._memories = (
+            [part.effect.overrides(hook) for part in parts.all]
+            for hook in ("load", "friction", "inertia", "rates")
+        )
+        self._crossings = parts.through("cross_inertia")
+        self._time_s = 0.0
+        self._zero = np.zeros(position.shape)
+        self._direction = self._zero
+        self._state = np.zeros((parts.states, position.shape[1]))
+        self._state[: self._count] = position
+        at = self._instant(self._state, self._direction)
+        for part in parts.through("start"):
+            self._state[part.memory] = part.effect.start(part.at(at, self._state), part.values)
+
+    # ---- seen from outside
+
+    @property
+    def position(self) -> Array:
+        """Of the encoder's side, (A, D)."""
+        return self._state[: self._count]
+
+    @property
+    def velocity(self) -> Array:
+        """Of the encoder's side, (A, D)."""
+        return self._state[self._count : 2 * self._count]
+
+    @property
+    def reading(self) -> Array:
+        """What the encoders read, (A, D), before they count."""
+        read = self.position.copy()
+        for part in self._parts.through("reading"):
+            read[part.axis] = part.effect.reading(read[part.axis], part.values)
+        return read
+
+    def set_time(self, time_s: float) -> None:
+        """Set the clock; zero is the start of the record."""
+        self._time_s = time_s
+
+    def advance(self, before: Array, command: Array) -> None:
+        """Let a sample pass: the delay under the command (A, D) before, the rest under the new."""
+        for held, duration_s in zip((before, command), self._holds_s, strict=True):
+            torque = self._torque(held)
+            needed = int(np.ceil(duration_s / self.longest_step_s - 1e-9))
+            steps = max(1, needed) if duration_s > 0.0 else 0
+            for _ in range(steps):
+                self._step(torque, duration_s / steps)
+
+    def recorded(self, command: Array, time_s: Array) -> Array:
+        """Effort columns (A, D, N) of the commands at their time stamps (N,)."""
+        effort = command.copy()
+        for part in self._parts.through("recorded"):
+            values = {name: value[:, None] for name, value in part.values.items()}
+            effort[part.axis] = part.effect.recorded(effort[part.axis], time_s, values)
+        return effort
+
+    def _torque(self, command: Array) -> Array:
+        """What the actuators make of a command, (A, D)."""
+        torque = command.copy()
+        for part in reversed(self._parts.through("torque")):
+            torque[part.axis] = part.effect.torque(
+                torque[part.axis], np.asarray(self._time_s), part.values
+            )
+        return torque
+
+    # ---- a step
+
+    def _step(self, torque: Array, step_s: float) -> None:
+        if not self._direction.all():
+            self._direction, _ = self._leave_rest(self._state, self._direction, torque)
+        state, count = self._state, self._count
+        k1 = self._rates(state, torque, 0.0)
+        k2 = self._rates(state + 0.5 * step_s * k1, torque, 0.5 * step_s)
+        k3 = self._rates(state + 0.5 * step_s * k2, torque, 0.5 * step_s)
+        k4 = self._rates(state + step_s * k3, torque, step_s)
+        new = state + step_s / 6.0 * (k1 + 2.0 * (k2 + k3) + k4)
+        self._time_s += step_s
+        turned = self._direction * new[count : 2 * count] < 0.0
+        if turned.any():
+            self._turn(new, turned, torque, step_s)
+        self._state = new
+
+    def _turn(self, new: Array, turned: NDArray[np.bool_], torque: Array, step_s: float) -> None:
+        """Bring axes to rest where they came to it, and let the rest of the step pass."""
+        position, velocity = new[: self._count], new[self._count : 2 * self._count]
+        before = self.velocity[turned]
+        share = before / (before - velocity[turned])
+        position[turned] = self.position[turned] + 0.5 * share * step_s * before
+        velocity[turned] = 0.0
+        direction = np.where(turned, 0.0, self._direction)
+        self._direction, acceleration = self._leave_rest(new, direction, torque)
+        left_s = (1.0 - share) * step_s
+        velocity[turned] = acceleration[turned] * left_s
+        position[turned] += 0.5 * left_s * velocity[turned]
+
+    def _leave_rest(self, state: Array, direction: Array, torque: Array) -> tuple[Array, Array]:
+        """Directions and accelerations, axes at rest having given way to a push above friction."""
+        balance = self._balance(state, direction, torque)
+        acceleration = self._accelerate(balance, direction)
+        push = balance.push - self._cross_effort(acceleration)
+        leaves = (direction == 0.0) & (np.abs(push) > balance.friction)
+        if not leaves.any():
+            return direction, acceleration
+        moving = np.where(leaves, np.sign(push), direction)
+        return moving, self._accelerate(self._balance(state, moving, torque), moving)
+
+    def _rates(self, state: Array, torque: Array, since_s: float) -> Array:
+        balance = self._balance(state, self._direction, torque, since_s)
+        acceleration = self._accelerate(balance, self._direction)
+        rates = np.empty_like(state)
+        rates[: self._count] = state[self._count : 2 * self._count]
+        rates[self._count : 2 * self._count] = acceleration
+        for part, at in compress(zip(self._parts.all, balance.seen, strict=True), self._memories):
+            at = replace(at, acceleration=acceleration[part.axis])
+            rates[part.memory] = part.effect.rates(at, part.values)
+        return rates
+
+    # ---- forces
+
+    def _balance(
+        self, state: Array, direction: Array, torque: Array, since_s: float = 0.0
+    ) -> _Balance:
+        at, base = self._instant(state, direction, since_s), self._parts.base
+        push = torque - RIGID_BODY.load(at, base)
+        inertia, friction = base["inertia"], base["coulomb_friction"]
+        seen = [part.at(at, state) for part in self._parts.all]
+        of_parts = list(zip(self._parts.all, seen, strict=True))
+        for part, one in compress(of_parts, self._loads):
+            push[part.axis] -= part.effect.load(one, part.values)
+        if any(self._inertias):
+            inertia = inertia.copy()
+        for part, one in compress(of_parts, self._inertias):
+            inertia[part.axis] += part.effect.inertia(one, part.values)
+        if any(self._frictions):
+            transmitted = push + base["offset"] - direction * friction
+            friction = friction.copy()
+        for part, one in compress(of_parts, self._frictions):
+            one = replace(one, transmitted=transmitted[part.axis])
+            friction[part.axis] += part.effect.friction(one, part.values)
+        return _Balance(seen, push, np.maximum(friction, 0.0), inertia)
+
+    def _accelerate(self, balance: _Balance, direction: Array) -> Array:
+        slides = direction != 0.0
+        free = balance.push - direction * balance.friction
+        if not self._crossings:
+            return np.where(slides, free / balance.inertia, 0.0)
+        matrix = np.zeros((free.shape[1], self._count, self._count))
+        for i in range(self._count):
+            matrix[:, i, i] = np.where(slides[i], balance.inertia[i], 1.0)
+        for part in self._crossings:
+            coupling = part.effect.cross_inertia(part.values)
+            matrix[:, part.axis, part.source] += np.where(slides[part.axis], coupling, 0.0)
+        free = np.where(slides, free, 0.0)
+        return np.asarray(np.linalg.solve(matrix, free.T[..., None])[..., 0].T)
+
+    def _cross_effort(self, acceleration: Array) -> Array:
+        """Effort on each axis that the accelerations of others cost."""
+        effort = self._zero
+        for part in self._crossings:
+            effort = effort.copy()
+            effort[part.axis] += part.effect.cross_inertia(part.values) * acceleration[part.source]
+        return effort
+
+    def _instant(self, state: Array, direction: Array, since_s: float = 0.0) -> Motion:
+        """Of all axes, (A, D)."""
+        position, velocity = state[: self._count], state[self._count : 2 * self._count]
+        now = np.asarray(self._time_s + since_s)
+        return Motion(now, position, velocity, self._zero, direction)

@@ -1,0 +1,128 @@
+"""The terms of a model, laid out for simulation: who acts through what, where its states lie."""
+
+from collections.abc import Mapping
+from typing import Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from edge_ident.effect import Effect, Motion, Values
+from edge_ident.effects import named
+from edge_ident.errors import ModelError
+from edge_ident.model import PARAMETERS, AxisModel, Term
+
+Array = NDArray[np.float64]
+
+_EVER: Final = 1e12
+"""Time in s before and after everything."""
+
+
+class Part(NamedTuple):
+    """One effect on one axis, with values (D,), its source's number and the rows of its states."""
+
+    axis: int
+    effect: Effect
+    values: Values
+    source: int | None
+    memory: slice
+
+    def at(self, all_axes: Motion, state: Array) -> Motion:
+        """The motion (A, D) and state of all, as this effect sees it."""
+        return Motion(
+            all_axes.time_s,
+            all_axes.position[self.axis],
+            all_axes.velocity[self.axis],
+            all_axes.acceleration[self.axis],
+            all_axes.direction[self.axis],
+            memory=state[self.memory],
+            source=None if self.source is None else _row(all_axes, self.source),
+        )
+
+
+class Parts:
+    """All terms of D drives of one structure.
+
+    Attributes
+    ----------
+    base : Values
+        Of the base terms, (A, D) each.
+    all : list of Part
+        Axis by axis, in the order of their terms.
+    states : int
+        Positions and velocities of all axes, and what effects remember.
+    """
+
+    def __init__(self, axes: Mapping[str, AxisModel], drives: int) -> None:
+        self.names = list(axes)
+        terms = [[(term, _values(term, drives)) for term in axis.terms] for axis in axes.values()]
+        self.base: Values = {
+            name: np.stack([of_axis[0][1][name] for of_axis in terms]) for name in PARAMETERS
+        }
+        self.all: list[Part] = []
+        self.states = 2 * len(axes)
+        for i, of_axis in enumerate(terms):
+            for term, values in of_axis[1:]:
+                effect = named(term.effect)
+                memory = slice(self.states, self.states + effect.memory_size)
+                self.states = memory.stop
+                self.all.append(Part(i, effect, values, self._source(i, term), memory))
+
+    def through(self, hook: str) -> list[Part]:
+        """Those that act through a hook."""
+        return [part for part in self.all if part.effect.overrides(hook)]
+
+    def fastest_rate(self, top_speed: Array) -> float:
+        """Fastest rate (1/s) of all drives in the equations of motion; infinitesimal if none is.
+
+        Raises
+        ------
+        ModelError
+            Effects take more inertia than there is.
+        """
+        inertia = np.minimum(self._inertia(-_EVER), self._inertia(_EVER))
+        for name, least in zip(self.names, inertia.min(axis=1), strict=True):
+            if least <= 0.0:
+                raise ModelError(
+                    f"axis {name}: its terms leave an inertia of {least:.3g}",
+                    "raise the inertia of rigid_body, or lower what effects take from it",
+                )
+        rate = self.base["viscous_friction"] / inertia
+        for part in self.all:
+            i = part.axis
+            rate[i] += part.effect.fastest_rate(part.values, inertia[i], float(top_speed[i]))
+        return max(float(np.max(rate)), float(np.finfo(float).tiny))
+
+    def _inertia(self, time_s: float) -> Array:
+        inertia = self.base["inertia"].copy()
+        zero = np.zeros(inertia.shape[1])
+        at = Motion.known(np.asarray(time_s), zero, zero, zero)
+        for part in self.all:
+            inertia[part.axis] += part.effect.inertia(at, part.values)
+        return inertia
+
+    def _source(self, axis: int, term: Term) -> int | None:
+        if not named(term.effect).needs_source:
+            return None
+        if term.source_axis not in self.names or term.source_axis == self.names[axis]:
+            raise ModelError(
+                f"axis {self.names[axis]}, {term.effect}: no other axis is {term.source_axis}",
+                f"the axes are {', '.join(self.names)}",
+            )
+        return self.names.index(term.source_axis)
+
+
+def _row(motion: Motion, axis: int) -> Motion:
+    return Motion(
+        motion.time_s,
+        motion.position[axis],
+        motion.velocity[axis],
+        motion.acceleration[axis],
+        motion.direction[axis],
+    )
+
+
+def _values(term: Term, drives: int) -> dict[str, Array]:
+    return {
+        name: np.broadcast_to(np.asarray(value, dtype=np.float64), (drives,))
+        for name, value in term.values.items()
+    }
