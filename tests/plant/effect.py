@@ -1,0 +1,138 @@
+"""What an effect may do to a drive, and the scales that its size is drawn on."""
+
+from dataclasses import dataclass, replace
+from typing import ClassVar, Protocol, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tests.plant.drives import Array, Chain, Drives
+from tests.plant.motions import Motion
+
+
+class State(Protocol):
+    """What an effect may look at while the drive moves; arrays are (masses, B, A) or (B, A)."""
+
+    time_s: float
+    angle: Array
+    velocity: Array
+    load: Array  # torque from the screw to the table
+    table_acceleration: Array
+
+
+@dataclass(frozen=True)
+class Scales:
+    """What a drive needs for a motion: the measure of every effect; (B, A) arrays.
+
+    They follow from the reference and the rigid body. Those of effort are of its amount; `travel`
+    is half of it, about `centre`, and includes the lead-in.
+    """
+
+    drives: Drives
+    motion: Motion
+    rigid: Array
+    effort_rms: Array
+    effort_median: Array
+    effort_peak: Array
+    peak_speed: Array
+    peak_acceleration: Array
+    travel: Array
+    centre: Array
+    duration_s: float
+
+    @classmethod
+    def of(cls, drives: Drives, motion: Motion) -> Self:
+        """Scales of drives on a motion."""
+        part = motion.recorded
+        velocity, acceleration = motion.velocity[part], motion.acceleration[part]
+        rigid = drives.chain.rigid_body
+        inertia, viscous, coulomb, offset = np.moveaxis(rigid, -1, 0)
+        effort = inertia * acceleration + viscous * velocity + coulomb * np.sign(velocity) + offset
+        high, low = motion.position.max(axis=0), motion.position.min(axis=0)
+        whole = np.ones(drives.shape)
+        return cls(
+            drives,
+            motion,
+            rigid,
+            effort_rms=np.sqrt((effort**2).mean(axis=0)),
+            effort_median=np.median(abs(effort), axis=0),
+            effort_peak=abs(effort).max(axis=0),
+            peak_speed=abs(velocity).max(axis=0) * whole,
+            peak_acceleration=abs(acceleration).max(axis=0) * whole,
+            travel=(high - low) / 2 * whole,
+            centre=(high + low) / 2 * whole,
+            duration_s=float(motion.clock_s[part][-1]),
+        )
+
+
+@dataclass(frozen=True)
+class Effect:
+    """Something wrong with some axes of some drives.
+
+    Attributes
+    ----------
+    size : (B, A) array
+        Its magnitude in the unit that each effect names; 0 leaves an axis sound. May be negative
+        where both signs are physical.
+
+    Class attributes: `name`; `span`, the faintest and the strongest relative strength;
+    `signed`, whether both signs are drawn; `one_way`, whether it can hit one axis only.
+    """
+
+    name: ClassVar[str]
+    span: ClassVar[tuple[float, float]]
+    signed: ClassVar[bool] = False
+    one_way: ClassVar[bool] = False
+
+    size: Array
+
+    @classmethod
+    def draw(cls, strength: Array, rng: np.random.Generator, scales: Scales) -> Self:
+        """Make the effect from its strength, (B, A), relative to the drive and motion."""
+        raise NotImplementedError
+
+    def scaled(self, factor: float) -> Self:
+        """The same fault, larger or smaller."""
+        return replace(self, size=factor * self.size)
+
+    @property
+    def hit(self) -> NDArray[np.bool_]:
+        """Which axes have it, (B, A)."""
+        return self.size != 0
+
+    # How it acts; a drive without the effect does what is written here.
+    def chain(self, chain: Chain) -> Chain:
+        """Change the mechanics."""
+        return chain
+
+    def motor_torque(self, state: State) -> Array:
+        """Torque against the motor, (B, A)."""
+        raise NotImplementedError
+
+    def table_torque(self, state: State) -> Array:
+        """Torque against the table, (B, A)."""
+        raise NotImplementedError
+
+    def table_friction(self, state: State, direction: Array) -> Array:
+        """Added level of dry friction at the table, (B, A); `direction` is ±1 or 0."""
+        raise NotImplementedError
+
+    def table_inertia(self, time_s: float) -> Array:
+        """Added inertia of the table, (B, A)."""
+        raise NotImplementedError
+
+    def applied(self, command: Array, time_s: float) -> Array:
+        """Torque that the motor makes of a command."""
+        raise NotImplementedError
+
+    def encoder(self, angle: Array) -> Array:
+        """Angle that the encoder shows."""
+        raise NotImplementedError
+
+    def recorded(self, command: Array) -> Array:
+        """Effort that is recorded of the commands, (LEAD + N + TAIL, B, A)."""
+        raise NotImplementedError
+
+    def truth(self, rigid: Array, scales: Scales) -> Array:
+        """Rigid-body parameters that a perfect base model would have, (B, A, 4)."""
+        return rigid

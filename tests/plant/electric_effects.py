@@ -1,0 +1,135 @@
+"""Amplifier, recorder and encoder: what was commanded is not what acted or what is shown."""
+
+from dataclasses import dataclass
+from typing import ClassVar, Self
+
+import numpy as np
+
+from tests.plant.drives import COUNT_RAD, Array
+from tests.plant.effect import Effect, Scales
+from tests.plant.motions import SAMPLE_S
+
+
+@dataclass(frozen=True)
+class GainDrift(Effect):
+    """The amplifier's gain falls (or rises) to 1 − `size` (no unit) by the recording's end.
+
+    The truth has the mean of what has to be commanded.
+    """
+
+    name: ClassVar[str] = "gain_drift"
+    span: ClassVar[tuple[float, float]] = (0.005, 0.4)
+    signed: ClassVar[bool] = True
+
+    bend: Array  # 0: a straight line in time; larger: most of it early
+    duration_s: float
+
+    @classmethod
+    def draw(cls, strength: Array, rng: np.random.Generator, scales: Scales) -> Self:
+        """Size is the strength itself."""
+        return cls(strength, rng.uniform(0.01, 4.0, strength.shape), scales.duration_s)
+
+    def gain(self, time_s: float) -> Array:
+        """Torque per commanded torque, (B, A)."""
+        part = min(max(time_s / self.duration_s, 0.0), 1.0)
+        return 1 - self.size * np.expm1(-self.bend * part) / np.expm1(-self.bend)
+
+    def applied(self, command: Array, time_s: float) -> Array:
+        """Torque of a warm amplifier."""
+        return command * self.gain(time_s)
+
+    def truth(self, rigid: Array, scales: Scales) -> Array:
+        """Everything over the gain, on average."""
+        times = np.linspace(0, self.duration_s, 201)
+        return rigid * np.mean([1 / self.gain(t) for t in times], axis=0)[..., None]
+
+
+@dataclass(frozen=True)
+class RecordDelay(Effect):
+    """Effort stands in the record `size` (s) after it acted; before it, where negative."""
+
+    name: ClassVar[str] = "time_delay"
+    span: ClassVar[tuple[float, float]] = (2e-4, 0.015)
+    signed: ClassVar[bool] = True
+
+    @classmethod
+    def draw(cls, strength: Array, rng: np.random.Generator, scales: Scales) -> Self:
+        """Size is the strength itself, in s."""
+        return cls(strength)
+
+    def recorded(self, command: Array) -> Array:
+        """Mean torque over one period, as long ago: exact, as the torque is held in between."""
+        late = self.size / SAMPLE_S
+        whole = np.floor(late).astype(int)
+        row = np.arange(len(command))[:, None, None]
+        newer = np.take_along_axis(command, np.clip(row - whole, 0, len(command) - 1), axis=0)
+        older = np.take_along_axis(command, np.clip(row - whole - 1, 0, len(command) - 1), axis=0)
+        return newer + (late - whole) * (older - newer)
+
+
+@dataclass(frozen=True)
+class Deadband(Effect):
+    """Of every command, the first `size` (N·m) makes no torque."""
+
+    name: ClassVar[str] = "actuator_deadband"
+    span: ClassVar[tuple[float, float]] = (0.01, 0.5)
+
+    @classmethod
+    def draw(cls, strength: Array, rng: np.random.Generator, scales: Scales) -> Self:
+        """Size in shares of the effort's rms."""
+        return cls(strength * scales.effort_rms)
+
+    def applied(self, command: Array, time_s: float) -> Array:
+        """What gets through."""
+        return command - np.minimum(np.maximum(command, -self.size), self.size)
+
+
+@dataclass(frozen=True)
+class Saturation(Effect):
+    """Torque stops `size` (N·m) short of the peak that is commanded; the record does not.
+
+    The drive falls behind there, and the controller commands more and more.
+    """
+
+    name: ClassVar[str] = "actuator_saturation"
+    span: ClassVar[tuple[float, float]] = (0.05, 0.6)
+
+    peak: Array
+
+    @classmethod
+    def draw(cls, strength: Array, rng: np.random.Generator, scales: Scales) -> Self:
+        """Size in shares of what the peak has above the median: the drive must still get there."""
+        control = scales.drives.control
+        # one encoder count more or less shows in the command by so much
+        jitter = control.velocity_gain * COUNT_RAD / (SAMPLE_S + control.filter_s)
+        peak = scales.effort_peak + jitter
+        return cls(strength * (peak - scales.effort_median), peak)
+
+    @property
+    def limit(self) -> Array:
+        """Largest torque, (B, A); infinite on a sound axis."""
+        return np.where(self.hit, self.peak - self.size, np.inf)
+
+    def applied(self, command: Array, time_s: float) -> Array:
+        """What the current limit leaves."""
+        limit = self.limit
+        return np.minimum(np.maximum(command, -limit), limit)
+
+
+@dataclass(frozen=True)
+class Eccentricity(Effect):
+    """The encoder's disc runs out: the shown angle is off by `size` (rad) once per turn."""
+
+    name: ClassVar[str] = "encoder_eccentricity"
+    span: ClassVar[tuple[float, float]] = (5e-4, 0.1)
+
+    phase_rad: Array
+
+    @classmethod
+    def draw(cls, strength: Array, rng: np.random.Generator, scales: Scales) -> Self:
+        """Size is the strength itself, in rad."""
+        return cls(strength, rng.uniform(0, 2 * np.pi, strength.shape))
+
+    def encoder(self, angle: Array) -> Array:
+        """Angle with the disc's error."""
+        return angle + self.size * np.sin(angle + self.phase_rad)

@@ -1,0 +1,116 @@
+"""Reference motions: the paper's sinusoid, a random-phase multisine, a staircase of speeds.
+
+Each begins `LEAD` samples before the recording does, so that the recording starts in full swing,
+and goes on for `TAIL` samples after it.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tests.plant.drives import Array
+
+SAMPLE_S = 2.5e-3
+LEAD, TAIL = 800, 20
+_PAPER_RATE = 0.2875
+PAPER_SAMPLES = 8742
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Reference of every axis, the same for all drives or one for each.
+
+    Attributes
+    ----------
+    name : str
+    position, velocity, acceleration : (LEAD + N + TAIL, 1 or B, A) arrays
+        rad, rad/s, rad/s².
+    """
+
+    name: str
+    position: Array
+    velocity: Array
+    acceleration: Array
+
+    @property
+    def samples(self) -> int:
+        """Length of the recording, N."""
+        return len(self.position) - LEAD - TAIL
+
+    @property
+    def clock_s(self) -> Array:
+        """Time of every reference sample; 0 is where the recording starts."""
+        return SAMPLE_S * np.arange(-LEAD, self.samples + TAIL)
+
+    @property
+    def recorded(self) -> slice:
+        """The part of the reference that is recorded."""
+        return slice(LEAD, LEAD + self.samples)
+
+
+def _clock(samples: int) -> Array:
+    return SAMPLE_S * np.arange(-LEAD, samples + TAIL)[:, None, None]
+
+
+def paper(samples: int = PAPER_SAMPLES, phase_rad: float | Array = 0.0) -> Motion:
+    """x = 2π·sin(0.2875 t), z = 2π·cos(0.2875 t): the method paper's trajectory.
+
+    Parameters
+    ----------
+    samples : int
+        A quarter period has 2186.
+    phase_rad : float or (B,) array
+        Where in the period the recording starts.
+    """
+    start = np.reshape(phase_rad, (1, -1, 1)) + np.array([0.0, np.pi / 2])
+    angle = _PAPER_RATE * _clock(samples) + start
+    swing = 2 * np.pi * np.sin(angle)
+    speed = 2 * np.pi * _PAPER_RATE * np.cos(angle)
+    return Motion("paper", swing, speed, -(_PAPER_RATE**2) * swing)
+
+
+def multisine(samples: int = 8000, seed: int = 0, period_s: float = 10.0) -> Motion:
+    """Sinusoids of random phase, 0.1 to 2.5 Hz, speeds as 1/√frequency; 2 rad/s at the peak."""
+    rng = np.random.default_rng([seed, 2])
+    order = np.arange(1, round(2.5 * period_s) + 1)
+    rate = 2 * np.pi * order / period_s
+    phase = rng.uniform(0, 2 * np.pi, (2, len(order)))
+    whole_period = np.linspace(0, period_s, 2000)[:, None, None] * rate + phase
+    peak = abs((order**-0.5 * np.cos(whole_period)).sum(-1)).max(axis=0)
+    scale = 2.0 / peak[:, None] * order**-0.5
+    angle = rate * _clock(samples)[..., None] + phase
+    return Motion(
+        "multisine",
+        (scale / rate * np.sin(angle)).sum(-1),
+        (scale * np.cos(angle)).sum(-1),
+        (-scale * rate * np.sin(angle)).sum(-1),
+    )
+
+
+def staircase(samples: int = 8000, levels: int = 5, top_speed: float = 2.0) -> Motion:
+    """Constant speeds, to and fro, each faster than the one before; z starts half a step later."""
+    hold = samples // (2 * levels)
+    ramp = hold // 2
+    speeds = np.repeat(top_speed * np.arange(1, levels + 1) / levels, 2)
+    speeds[1::2] *= -1
+    axes = [_stairs(speeds, hold, ramp, samples, late) for late in (0, hold // 2)]
+    velocity, acceleration = (np.stack(part, axis=-1)[:, None] for part in zip(*axes, strict=True))
+    position = SAMPLE_S * np.cumsum(velocity, axis=0)
+    return Motion("staircase", position, velocity, acceleration)
+
+
+def _stairs(
+    speeds: Array, hold: int, ramp: int, samples: int, late: int
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Speed and acceleration of one axis; raised-cosine ramps between the levels."""
+    at = np.arange(-LEAD, samples + TAIL) - late + ramp
+    level = np.clip(at // hold, -1, len(speeds) - 1)
+    padded = np.append(speeds, [0.0])  # index -1: at rest before the first step
+    before = np.where(level >= 0, padded[level - 1], 0.0)
+    before[level == 0] = 0.0
+    share = np.clip((at - level * hold) / ramp, 0, 1)
+    rise = padded[level] - before
+    speed = before + rise * (1 - np.cos(np.pi * share)) / 2
+    acceleration = rise * np.pi / (2 * ramp * SAMPLE_S) * np.sin(np.pi * share)
+    return speed, np.where((share > 0) & (share < 1), acceleration, 0.0)
