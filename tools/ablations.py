@@ -169,8 +169,9 @@ class Ablations:
                 self._add(name, title, kind, judge(some, answer(some)), minutes)
 
     def _add(self, name: str, title: str, kind: str, found: Judged, minutes: float) -> None:
-        row = (name, title, kind, f"{found.error_median:.2%}", f"{found.error_p95:.2%}",
-               f"{found.residual_median:.2%}", f"{found.metric_passed:.1%}", f"{minutes:.1f}")  # fmt: skip
+        shares = (found.error_median, found.error_p95, found.residual_median)
+        row = [name, title, kind, *(f"{share:.2%}" for share in shares)]
+        row += [f"{found.metric_passed:.1%}", f"{minutes:.1f}"]
         self.table.add_row(*row)
         self._console.print(" | ".join(row))
 

@@ -1,4 +1,4 @@
-"""What the network is worth on drives of a simulation that neither it nor its training knows.
+r"""What the network is worth on drives of a simulation that neither it nor its training knows.
 
 Flexible two-axis drives (`tests.plant`) in closed loop, encoder of 8400 counts, through the signal
 chain of `identify`: the network alone, least squares, and random search with as many tries as the
@@ -6,7 +6,14 @@ loop may have passes.
 
     python tools/network_figures.py clean                    1,000 axes, 2 % effort noise
     python tools/network_figures.py effects                  one hidden effect each, by effect
-    python tools/network_figures.py effects --network FILE --quarter --noise 0.05
+
+A quarter of a period, as short as a record can be that turns, needs a network of its own:
+
+    python tools/network_figures.py motion runs/quarter.csv --quarter
+    edge-ident train --motion-from runs/quarter.csv --output runs/quarter
+    edge-ident export runs/quarter/checkpoint.pt --output runs/quarter
+    python tools/network_figures.py effects --quarter --noise 0.05 \
+        --network runs/quarter/quarter_fp32.onnx
 """
 
 import argparse
@@ -28,6 +35,8 @@ from edge_ident.image import effort_scale
 from edge_ident.metrics import Metric, compare
 from edge_ident.model import PARAMETERS
 from edge_ident.network import Network, load_network
+from edge_ident.recording import AxisRecord, Recording
+from edge_ident.recording_files import save_recording
 from edge_ident.signals import condition
 from tests.plant import EFFECTS, Motion, Noise, draw, draw_drives, paper, simulate
 
@@ -41,7 +50,8 @@ PASSES: Final = 10
 NO_EFFECT: Final = "none"
 QUARTER_SAMPLES: Final = 2186
 QUARTER_PHASE_RAD: Final = np.pi / 4.0
-"""Of the sine of x at the start: a quarter of a period around a reversal of each axis."""
+"""Of the sine of x at the start: a quarter of a period around its reversal. The other axis, a
+cosine, does not turn in that time, so its friction and offset are one."""
 
 
 @dataclass(frozen=True)
@@ -81,23 +91,25 @@ class Case:
 
 @dataclass(frozen=True)
 class Setting:
-    """Network, motion and noise of a run of this tool."""
+    """Network, motion, noise and how many axes of each drive are looked at."""
 
     network: Network
     motion: Motion
     noise: float
+    axes: int
 
     def cases(self, effect: str | None, axes: int, seed: int) -> Iterator[Case]:
         """Simulate and identify axes of random drives, all with the effect."""
-        for first in range(0, axes // 2, BATCH):
-            count = min(BATCH, axes // 2 - first)
+        wanted = axes // self.axes
+        for first in range(0, wanted, BATCH):
+            count = min(BATCH, wanted - first)
             drives = draw_drives(count, seed=seed + first)
             effects = draw([effect] if effect else [], drives, self.motion, seed=seed + first + 1)
             made = simulate(
                 drives, self.motion, effects=effects, noise=Noise(self.noise), seed=seed + first + 2
             )
             hit = effects[0].hit if effects else np.ones((count, 2), dtype=bool)
-            for drive, axis in np.argwhere(hit):
+            for drive, axis in np.argwhere(hit[:, : self.axes]):
                 case = self.case(
                     made.time_s,
                     made.position[drive, axis],
@@ -205,10 +217,19 @@ def _pair(errors: Array) -> str:
     return f"{np.median(errors):.2%} / {np.quantile(errors, 0.95):.2%}"
 
 
+def save_motion(motion: Motion, path: Path) -> None:
+    """Record the x axis of one drive, for `edge-ident train --motion-from`."""
+    made = simulate(draw_drives(1, seed=SEED), motion, noise=None)
+    axis = AxisRecord(made.position[0, 0], made.effort[0, 0], "rad", "N*m")
+    path.parent.mkdir(parents=True, exist_ok=True)
+    save_recording(Recording(made.time_s, {"x": axis}, str(path)), path)
+
+
 def main() -> None:
-    """Print one table."""
+    """Print one table, or write a motion."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("table", choices=["clean", "effects"])
+    parser.add_argument("what", choices=["clean", "effects", "motion"])
+    parser.add_argument("file", nargs="?", type=Path, help="recording that `motion` writes")
     parser.add_argument("--network", type=Path, help="default: the package's")
     parser.add_argument("--quarter", action="store_true", help="a quarter of a period")
     parser.add_argument("--noise", type=float, default=0.02, help="share of the rms effort")
@@ -218,9 +239,15 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=SEED)
     given = parser.parse_args()
     motion = paper(QUARTER_SAMPLES, phase_rad=QUARTER_PHASE_RAD) if given.quarter else paper()
-    setting = Setting(load_network(path=given.network), motion, given.noise)
+    if given.what == "motion":
+        if given.file is None:
+            parser.error("name the recording to write")
+        save_motion(motion, given.file)
+        return
+    network = load_network(path=given.network)
+    setting = Setting(network, motion, given.noise, axes=1 if given.quarter else 2)
     console = Console(width=120)
-    if given.table == "clean":
+    if given.what == "clean":
         cases = track(setting.cases(None, given.axes, given.seed), "axes", given.axes)
         console.print(clean_table(list(cases)))
         return
