@@ -101,16 +101,28 @@ def identify(
                 effort_shift_s=recording.effort_shift_s,
             )
         with watch.stage("cnn"):
-            estimate, reason = _run_network(signals, axis, network, seed, watch)
+            estimate, reason = run_network(signals, axis, network, seed, watch)
         with watch.stage("estimate"):
             axes[name] = _conclude(signals, axis, estimate, reason)
     return Identification(axes, watch.timing_ms())
 
 
-def _run_network(
+def run_network(
     signals: Signals, axis: AxisRecord, network: Network | None, seed: int, watch: Stopwatch
 ) -> tuple[Estimate | None, str]:
-    """The network's estimate, or none and why."""
+    """The network's estimate, or none and why.
+
+    Parameters
+    ----------
+    signals : Signals
+    axis : AxisRecord
+        Tells the units.
+    network : Network or None
+    seed : int
+        Of random starting points.
+    watch : Stopwatch
+        Gets the stages "align", "image" and "network".
+    """
     if network is None:
         return None, "no network was given"
     motion = network.manifest.motion

@@ -2,25 +2,22 @@
 
 from edge_ident.baselines.problem import Problem
 from edge_ident.errors import DataError
-from edge_ident.identification import identify
+from edge_ident.identification import run_network
 from edge_ident.model import Estimate
-from edge_ident.recording import Recording
+from edge_ident.stopwatch import Stopwatch
 
 
 def estimate(problem: Problem) -> Estimate:
-    """See `edge_ident.cnn`. Its time includes filtering, which it does not share.
+    """See `edge_ident.cnn`.
 
     Raises
     ------
     DataError
         No network applies to this recording, or its answer misses too much of the effort.
     """
-    recording = Recording(
-        problem.time_s, {"axis": problem.axis}, "the recording", problem.effort_shift_s
+    found, reason = run_network(
+        problem.signals, problem.axis, problem.network, problem.seed, Stopwatch()
     )
-    axis = identify(recording, problem.network, seed=problem.seed).axes["axis"]
-    if axis.network is None:
-        raise DataError(
-            axis.network_reason, "name a network for this motion with --network, or train one"
-        )
-    return axis.network
+    if found is None:
+        raise DataError(reason, "name a network for this motion with --network, or train one")
+    return found
