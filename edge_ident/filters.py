@@ -93,7 +93,7 @@ def _filtered_spectrum(
 def _pad(
     signal: Array, cutoff_hz: float, period_s: float, *, reflect_type: Literal["even", "odd"]
 ) -> tuple[Array, int]:
-    """Reflect both ends of (..., N) signals until the wrap-around cannot be felt; a length that the FFT likes."""
+    """Reflect both ends until the wrap-around cannot be felt, to a length that the FFT likes."""
     margin = int(np.ceil(_SETTLING_PERIODS / (cutoff_hz * period_s)))
     samples = signal.shape[-1]
     total = _fast_length(samples + 2 * margin)

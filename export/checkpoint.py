@@ -17,7 +17,7 @@ Weights = dict[str, torch.Tensor]
 
 
 class Loss(NamedTuple):
-    """One point of the loss curves; `train` is the mean since the point before."""
+    """One point of the loss curves; `train` is the mean since the point before, or a resume."""
 
     stage: str
     step: int

@@ -1,6 +1,6 @@
 """What a training run is made of, under a name."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from edge_ident.errors import ModelError
@@ -104,7 +104,17 @@ IMPROVED = Configuration(
     batch=64,
     seed=1,
 )
-CONFIGURATIONS = {configuration.name: configuration for configuration in (PAPER, IMPROVED)}
+PLAIN = replace(
+    IMPROVED,
+    name="plain",
+    drives_with_effect=0,
+    head_steps=2_000,
+    dense_steps=2_000,
+    dense_examples=30_000,
+    steps=1_000,
+)
+"""Without effects: the answer comes as close to the effort as that of least squares."""
+CONFIGURATIONS = {configuration.name: configuration for configuration in (PAPER, IMPROVED, PLAIN)}
 
 
 def configuration(name: str) -> Configuration:
@@ -116,6 +126,6 @@ def configuration(name: str) -> Configuration:
         If there is none of that name.
     """
     if name not in CONFIGURATIONS:
-        known = " or ".join(CONFIGURATIONS)
+        known = ", ".join(CONFIGURATIONS)
         raise ModelError(f"no training configuration is called '{name}'", f"choose {known}")
     return CONFIGURATIONS[name]

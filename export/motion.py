@@ -7,10 +7,10 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.dct import subsample
+from edge_ident.dct import POINTS, subsample
 from edge_ident.effect import Motion
 from edge_ident.errors import DataError
-from edge_ident.filters import differentiate
+from edge_ident.filters import differentiate, interpolate
 from edge_ident.model import regressor
 from edge_ident.recording import Recording
 from edge_ident.signals import choose_cutoff, encoder_count, position_noise
@@ -119,7 +119,7 @@ def motion_from(recording: Recording, axis: str | None, name: str) -> TrainingMo
     Raises
     ------
     DataError
-        The axis is not in the recording, or it has to be named.
+        The axis is not in the recording, it has to be named, or its laps have too few samples.
     """
     if axis is None and len(recording.axes) == 1:
         axis = next(iter(recording.axes))
@@ -131,9 +131,14 @@ def motion_from(recording: Recording, axis: str | None, name: str) -> TrainingMo
         )
     record, time_s = recording.axes[axis], recording.time_s
     period_s = float((time_s[-1] - time_s[0]) / (len(time_s) - 1))
-    cutoff_hz = choose_cutoff(record.position, period_s)
-    smooth = np.stack(differentiate(record.position, cutoff_hz, period_s))
+    read = interpolate(time_s[0] + period_s * np.arange(len(time_s)), time_s, record.position)
+    smooth = np.stack(differentiate(read, choose_cutoff(read, period_s), period_s))
     position, velocity, acceleration = _average_lap(smooth)
+    if len(position) < POINTS:
+        raise DataError(
+            f"{recording.source}: a lap has {len(position)} samples, fewer than {POINTS}",
+            "sample faster or move more slowly",
+        )
     return TrainingMotion(
         name=name,
         position_unit=record.position_unit,
@@ -143,7 +148,7 @@ def motion_from(recording: Recording, axis: str | None, name: str) -> TrainingMo
         velocity=velocity,
         acceleration=acceleration,
         count=encoder_count(record.position),
-        noise=position_noise(record.position),
+        noise=position_noise(read),
         largest_lag=0.0,
         partner=None,
     )

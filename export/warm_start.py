@@ -130,13 +130,13 @@ def compute_features(
     """Features of `count` training examples, by the network as it is."""
     values, residual, known = [], [], []
     for number in range(-(-count // CHUNK)):
-        batch = batches.batch("dense", number, min(CHUNK, count))
+        batch = batches.batch("dense", number, min(CHUNK, count - number * CHUNK))
         factors = tensor(batch.model_effort), tensor(batch.measured_effort), tensor(batch.bias)
         with torch.no_grad():
             values.append(network.features(*factors).flatten(1))
         residual.append(tensor(batch.residual))
         known.append(head.known(batch))
-        on_progress((number + 1) * CHUNK, count)
+        on_progress(min((number + 1) * CHUNK, count), count)
     return Features(torch.cat(values), torch.cat(residual), torch.cat(known))
 
 

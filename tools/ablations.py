@@ -46,7 +46,7 @@ SCRATCH: Final = replace(
     head_steps=0,
     dense_steps=0,
     dense_examples=0,
-    steps=1500,
+    steps=1000,
     batch=32,
 )
 """The paper's image and loss, from random weights, with Adam."""

@@ -29,7 +29,7 @@ def train(
         typer.Option(
             "--configuration",
             envvar="EDGE_IDENT_CONFIGURATION",
-            help="improved, or paper for the paper's recipe.",
+            help="improved; plain, without effects; or paper, the paper's recipe.",
         ),
     ] = "improved",
     motion_from: Annotated[

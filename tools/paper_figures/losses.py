@@ -90,7 +90,7 @@ def section(sources: Sources) -> Section:
         f"sees.\n\n{table(heading, rows)}\n\n{picture}",
         "The loss of *paper* is half the squared error of the sigmoids (reconstruction); an answer "
         f"that is always the same has {constant:.3g} on its test drives. Two things keep it from "
-        "zero: min-max images hide the scale, and turned ones keep a label that is no longer theirs. "
+        "zero: min-max images hide the scale, and turned ones keep a label that is not theirs. "
         "The loss of *improved* is the mean absolute error of the residual itself, and its stages "
         "train different things: the dense layers on known numbers, then on stored features, then "
         "the whole network ([training](training.md)); levels compare within a panel, not between "
