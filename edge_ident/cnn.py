@@ -36,6 +36,7 @@ STEPS: Final = (1.0, 0.5, 0.25)
 """Parts of the network's residual that are tried; they cost no pass."""
 SETTLED: Final = 1e-5
 """Change of the shares at which refinement stops."""
+_TINY: Final = float(np.finfo(float).tiny)
 SMALLEST: Final = 1e-4
 """Share that stands for zero where physics requires a positive parameter."""
 
@@ -164,7 +165,7 @@ def _refine(
     for done in range(1, passes + 1):
         with watch.stage("image"):
             remainder = measured - shapes @ here
-            scale = float(effort_scale(remainder, manifest.normalization))
+            scale = max(float(effort_scale(remainder, manifest.normalization)), _TINY)
             image = effort_image((nominal @ start)[None], remainder / scale, manifest.normalization)
         with watch.stage("network"):
             residual = scale * network.residual_shares(image)[0]
@@ -217,9 +218,10 @@ def _random_start(rng: np.random.Generator) -> Array:
 
 
 def _judge(best: _Candidate, passes: int) -> tuple[bool, str]:
-    if best.residual > RESIDUAL_LIMIT:
+    after = f"{passes} pass" if passes == 1 else f"{passes} passes"
+    if not best.residual <= RESIDUAL_LIMIT:
         return False, (
-            f"the best of {passes} passes misses {best.residual:.1%} of the effort "
+            f"the network misses {best.residual:.1%} of the effort after {after} "
             f"(limit {RESIDUAL_LIMIT:.0%})"
         )
-    return True, f"the network misses {best.residual:.2%} of the effort after {passes} passes"
+    return True, f"the network misses {best.residual:.2%} of the effort after {after}"

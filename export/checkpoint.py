@@ -1,5 +1,7 @@
 """State of a training run on disk."""
 
+import csv
+import io
 import os
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -73,6 +75,17 @@ def save(checkpoint: Checkpoint, path: Path) -> None:
         "losses": [tuple(loss) for loss in checkpoint.losses],
     }
     torch.save(content, beside)
+    os.replace(beside, path)
+
+
+def write_losses(losses: tuple[Loss, ...], path: Path) -> None:
+    """Loss curves as a table: stage, step, train and test."""
+    text = io.StringIO()
+    writer = csv.writer(text)
+    writer.writerow(Loss._fields)
+    writer.writerows(losses)
+    beside = path.with_name(path.name + ".part")
+    beside.write_text(text.getvalue())
     os.replace(beside, path)
 
 

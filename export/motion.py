@@ -188,7 +188,8 @@ def lap_samples(position: Array) -> int | None:
 
 
 def perturbed(motion: TrainingMotion, rng: np.random.Generator, count: int) -> Iterator[Motion]:
-    """Motions near the nominal one: other amplitude and start, half of them behind by a lag.
+    """Motions near the nominal one: of other amplitude, and where friction may let the axis fall
+    behind, of another start, half of them behind by a lag.
 
     Yields
     ------

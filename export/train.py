@@ -1,9 +1,6 @@
 """Training: the warm start's head, the dense layers, then the whole network."""
 
-import csv
-import io
 import math
-import os
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -14,9 +11,10 @@ import torch
 from torch import Tensor, nn
 
 from edge_ident.errors import ModelError
-from export.checkpoint import Checkpoint, Loss, load, save
+from export.checkpoint import Checkpoint, Loss, load, save, write_losses
 from export.configuration import Configuration
 from export.data import Array, Batch, Batches, tensor
+from export.losses import LOSSES
 from export.motion import TrainingMotion
 from export.network import ResidualNetwork
 from export.warm_start import Features, Head, compute_features, join, look_linear
@@ -31,10 +29,6 @@ DENSE_BATCH: Final = 512
 HEAD_RATE: Final = 3e-3
 DENSE_RATE: Final = 5e-4
 """Learning rates of those stages, for layers with 100 inputs."""
-SMALL: Final = 0.02
-"""Residual below which the relative loss counts the error itself."""
-BLUNT: Final = 0.001
-"""Error below which the absolute loss is a square, so that it has a slope of zero at zero."""
 WARM_UP: Final = 0.05
 """Part of a stage in which the learning rate rises."""
 LAST_RATE: Final = 0.01
@@ -296,34 +290,3 @@ def _chosen(features: Features, seed: int, step: int) -> Tensor:
     """The examples of a step."""
     generator = torch.Generator().manual_seed(hash((seed, step)))
     return torch.randint(len(features.values), (DENSE_BATCH,), generator=generator)
-
-
-def write_losses(losses: tuple[Loss, ...], path: Path) -> None:
-    """Loss curves as a table: stage, step, train and test."""
-    text = io.StringIO()
-    writer = csv.writer(text)
-    writer.writerow(Loss._fields)
-    writer.writerows(losses)
-    beside = path.with_name(path.name + ".part")
-    beside.write_text(text.getvalue())
-    os.replace(beside, path)
-
-
-def sigmoid_loss(found: Tensor, residual: Tensor) -> Tensor:
-    """½·Σ(target - output)² of the residuals' sigmoids (reconstruction of the paper's)."""
-    error = torch.sigmoid(found) - torch.sigmoid(residual)
-    return 0.5 * error.square().sum(dim=1).mean()
-
-
-def relative_loss(found: Tensor, residual: Tensor) -> Tensor:
-    """Σ(found - residual)² / (Σresidual² + small²), mean over the batch."""
-    size = residual.square().sum(dim=1) + SMALL**2
-    return ((found - residual).square().sum(dim=1) / size).mean()
-
-
-def absolute_loss(found: Tensor, residual: Tensor) -> Tensor:
-    """|found - residual|, rounded at zero, mean over batch and parameters."""
-    return ((found - residual).square() + BLUNT**2).sqrt().mean()
-
-
-LOSSES: Final = {"sigmoid": sigmoid_loss, "relative": relative_loss, "absolute": absolute_loss}

@@ -27,9 +27,9 @@ FEED_DRIVE = np.array([0.12, 0.27, 0.45, 0.03])
 
 
 def identify(
-    network: Network | StandIn, effort: Array, columns: Array = COLUMNS, **options: int
+    network: Network, effort: Array, columns: Array = COLUMNS, **options: int
 ) -> CnnIdentification:
-    return cnn.identify(columns, effort, network, **options)  # type: ignore[arg-type]
+    return cnn.identify(columns, effort, network, **options)
 
 
 # ---- from one start, reading what the guess leaves of the effort
@@ -45,10 +45,11 @@ def test_an_exact_reader_needs_one_pass_and_another_to_see_that_nothing_moves(un
 
 
 @pytest.mark.parametrize("amplitude", [0.97, 1.03])
-def test_a_recording_of_another_amplitude_is_seen_through_its_own_motion(amplitude: float) -> None:
-    """Answers belong to the network's motion: read as they are, they would be 3 % off."""
+def test_a_recording_of_another_amplitude_takes_no_more_passes(amplitude: float) -> None:
+    """Answers belong to the network's motion, and are seen through the recording's own."""
     columns = COLUMNS * [amplitude, amplitude, 1.0, 1.0]
     found = identify(StandIn(reader(), START), columns @ FEED_DRIVE, columns)
+    assert found.passes == 2
     np.testing.assert_allclose(found.parameters, FEED_DRIVE, rtol=1e-5)
 
 
@@ -88,11 +89,11 @@ def test_steps_that_grow_end_the_loop_before_they_count() -> None:
     np.testing.assert_array_equal(found.parameters, once.parameters)
 
 
-def test_a_drive_that_is_the_start_leaves_no_remainder_to_read() -> None:
-    effort = SHAPES @ np.array(START)
-    effort /= effort_scale(effort, "effort-scale")
-    found = identify(StandIn(reader(), START), effort)
-    np.testing.assert_allclose(SHAPES @ (found.parameters * SCALES), effort, atol=1e-5)
+def test_a_drive_that_is_the_start_leaves_nothing_to_read() -> None:
+    """Its remainder is zero, which has no scale."""
+    shares = np.array(START) / effort_scale(SHAPES @ np.array(START), "effort-scale")
+    found = identify(StandIn(reader(), tuple(shares)), SHAPES @ shares)
+    np.testing.assert_allclose(found.parameters, np.maximum(shares, 0.0) / SCALES, atol=1e-3)
 
 
 # ---- from random starts, reading guess and measurement
@@ -173,11 +174,11 @@ def test_deviations_grow_with_what_is_left_unexplained() -> None:
 def test_mismatch_is_zero_for_its_own_motion_and_large_for_another() -> None:
     network = StandIn(nothing, START)
     limit = network.manifest.mismatch_limit
-    assert motion_mismatch(COLUMNS, network) == 0.0  # type: ignore[arg-type]
+    assert motion_mismatch(COLUMNS, network) == 0.0
     slightly_larger = COLUMNS * [1.02, 1.02, 1.0, 1.0]
-    assert motion_mismatch(slightly_larger, network) == pytest.approx(0.02)  # type: ignore[arg-type]
+    assert motion_mismatch(slightly_larger, network) == pytest.approx(0.02)
     quarter_period_late = np.roll(COLUMNS, 25, axis=0)
-    assert motion_mismatch(quarter_period_late, network) > limit  # type: ignore[arg-type]
+    assert motion_mismatch(quarter_period_late, network) > limit
 
 
 # ---- the network of the package
@@ -198,11 +199,11 @@ def test_the_packages_network_identifies_drives_at_any_scale(variant: Variant, u
         effort = COLUMNS @ truth
         found = identify(network, effort)
         error = (found.parameters - truth) * SCALES / effort_scale(effort, "effort-scale")
-        assert np.max(np.abs(error)) < 0.02
+        assert np.max(np.abs(error)) < 1e-3
         assert found.trusted
         assert found.passes <= 8
-        assert found.relative_residual < 0.02
-        assert found.time_spectral > 0.99
+        assert found.relative_residual < 1e-3
+        assert found.time_spectral > 0.999
 
 
 def test_errors_of_the_packages_network_agree_with_its_deviations() -> None:
@@ -211,4 +212,4 @@ def test_errors_of_the_packages_network_agree_with_its_deviations() -> None:
         effort = COLUMNS @ truth
         found = identify(network, effort + 0.002 * rng.normal(size=100))
         ratios.append((found.parameters - truth) / found.std)
-    assert 0.1 < np.sqrt(np.mean(np.square(ratios))) < 2.0
+    assert 0.2 < np.sqrt(np.mean(np.square(ratios))) < 1.5

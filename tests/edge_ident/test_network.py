@@ -175,13 +175,10 @@ def test_the_manifest_says_how_the_network_was_made_and_what_it_can_do() -> None
     assert manifest.start_shares is not None
     figures = {entry.name: entry for entry in manifest.evaluation}
     assert figures["clean"].drives == 500
-    assert figures["clean"].residual_median < 0.01
-    assert figures["clean"].residual_p90 < 0.02
-    assert np.all(figures["clean"].share_error_p95 < 0.02)
-    assert np.all(figures["clean_int8"].share_error_p95 < 0.02)
-    for kind in ("least_squares", "random_search"):
-        beside = figures[f"one_effect_{kind}"]
-        assert np.mean(figures["one_effect"].share_error_median) < np.mean(
-            beside.share_error_median
-        )
+    for name in ("clean", "clean_int8"):
+        assert figures[name].residual_p90 < 1e-3
+        assert np.all(figures[name].share_error_p95 < 1e-3)
+    disturbed = np.mean(figures["one_effect"].share_error_median)
+    assert disturbed < 0.6 * np.mean(figures["one_effect_least_squares"].share_error_median)
+    assert disturbed < 0.05 * np.mean(figures["one_effect_random_search"].share_error_median)
     assert all(np.all(manifest.parameter_std[variant] > 0.0) for variant in VARIANTS)

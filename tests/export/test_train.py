@@ -1,5 +1,6 @@
 """Training: a run that was interrupted gives the network of one that was not."""
 
+import csv
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -9,27 +10,57 @@ import pytest
 torch = pytest.importorskip("torch")
 
 from edge_ident.errors import ModelError  # noqa: E402
-from export import data, train, warm_start  # noqa: E402
-from export.checkpoint import load, trained_network  # noqa: E402
-from export.configuration import CONFIGURATIONS, IMPROVED, PAPER, configuration  # noqa: E402
-from export.train import TrainingProgress, relative_loss, sigmoid_loss  # noqa: E402
+from export import data, train  # noqa: E402
+from export.checkpoint import Loss, load, trained_network  # noqa: E402
+from export.configuration import IMPROVED, PAPER, Configuration  # noqa: E402
+from export.losses import (  # noqa: E402
+    absolute_loss,
+)
+from export.motion import TrainingMotion, paper_motion  # noqa: E402
+from export.train import TrainingProgress  # noqa: E402
 
-TINY = replace(IMPROVED, head_steps=4, steps=4, batch=8)
+TINY = replace(
+    IMPROVED,
+    points=40,
+    motions=2,
+    drives_with_effect=2,
+    head_steps=4,
+    dense_steps=4,
+    dense_examples=500,
+    steps=4,
+    batch=8,
+)
+WITHOUT_EFFECTS = replace(TINY, drives_with_effect=0)
+STAGES = ("recordings", "head", "features", "dense", "network")
+
+Observer = Callable[[TrainingProgress], None]
 
 
 @pytest.fixture(autouse=True)
-def _small_and_talkative(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(data, "MOTIONS", 2)
-    monkeypatch.setattr(warm_start, "READ_IMAGES", 16)
+def _small_and_talkative(few_effects: None, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(data, "BASIS_EXAMPLES", 200)
+    monkeypatch.setattr(train, "TEST_EXAMPLES", 32)
+    monkeypatch.setattr(train, "HEAD_BATCH", 128)
+    monkeypatch.setattr(train, "CURVE_POINTS", 2)
     monkeypatch.setattr(train, "REPORT_EVERY_S", 0.0)
     monkeypatch.setattr(train, "SAVE_EVERY_S", 0.0)
 
 
-def run(path: Path, on_progress: Callable[[TrainingProgress], None], *, resume: bool) -> Path:
-    return train.train(TINY, path, resume=resume, accelerator=None, on_progress=on_progress)
+def run(
+    path: Path,
+    on_progress: Observer = lambda _: None,
+    *,
+    resume: bool = False,
+    recipe: Configuration = WITHOUT_EFFECTS,
+    motion: TrainingMotion | None = None,
+) -> Path:
+    motion = motion or paper_motion()
+    return train.train(
+        recipe, motion, path, resume=resume, accelerator="cpu", on_progress=on_progress
+    )
 
 
-def interrupt_at(stage: str, step: int) -> Callable[[TrainingProgress], None]:
+def interrupt_at(stage: str, step: int) -> Observer:
     def on_progress(progress: TrainingProgress) -> None:
         if (progress.stage, progress.step) == (stage, step):
             raise KeyboardInterrupt
@@ -37,76 +68,124 @@ def interrupt_at(stage: str, step: int) -> Callable[[TrainingProgress], None]:
     return on_progress
 
 
-def test_resumed_run_equals_an_uninterrupted_one(tmp_path: Path) -> None:
-    whole = run(tmp_path / "whole.pt", lambda _: None, resume=False)
-    parts = tmp_path / "parts.pt"
-    with pytest.raises(KeyboardInterrupt):
-        run(parts, interrupt_at("head", 3), resume=False)
-    assert load(parts).step == 2
-    with pytest.raises(KeyboardInterrupt):
-        run(parts, interrupt_at("network", 3), resume=True)
-    assert (load(parts).stage, load(parts).step) == ("network", 2)
-    run(parts, lambda _: None, resume=True)
-    expected, found = load(whole).network, load(parts).network
-    for name, weights in expected.items():
+def curves(folder: Path) -> list[dict[str, str]]:
+    with (folder / "losses.csv").open() as file:
+        return list(csv.DictReader(file))
+
+
+@pytest.mark.parametrize(
+    "recipe", [TINY, replace(WITHOUT_EFFECTS, start_shares=None)], ids=["start", "random starts"]
+)
+def test_resumed_run_equals_an_uninterrupted_one(tmp_path: Path, recipe: Configuration) -> None:
+    whole = run(tmp_path / "whole" / "run.pt", recipe=recipe)
+    parts = tmp_path / "parts" / "run.pt"
+    stops = [("head", 3), ("features", 500), ("dense", 3), ("network", 3)]
+    left = [("head", 2), ("head", 4), ("dense", 2), ("network", 2)]
+    for (stage, step), expected in zip(stops, left, strict=True):
+        with pytest.raises(KeyboardInterrupt):
+            run(parts, interrupt_at(stage, step), resume=parts.exists(), recipe=recipe)
+        assert (load(parts).stage, load(parts).step) == expected
+    run(parts, resume=True, recipe=recipe)
+    expected_weights, found = load(whole).network, load(parts).network
+    for name, weights in expected_weights.items():
         torch.testing.assert_close(found[name], weights, rtol=0.0, atol=0.0)
+    assert load(parts).losses == load(whole).losses
+
+
+def test_loss_curves_have_train_and_test_of_every_stage(tmp_path: Path) -> None:
+    path = run(tmp_path / "run.pt")
+    rows = curves(tmp_path)
+    assert [(row["stage"], row["step"]) for row in rows] == [
+        (stage, step) for stage in ("head", "dense", "network") for step in ("2", "4")
+    ]
+    assert all(float(row["train"]) > 0.0 and float(row["test"]) > 0.0 for row in rows)
+    assert tuple(rows[0]) == Loss._fields
+    assert [loss.test for loss in load(path).losses] == [float(row["test"]) for row in rows]
+
+
+def test_the_test_loss_is_that_of_held_out_drives(tmp_path: Path) -> None:
+    network, trained = trained_network(run(tmp_path / "run.pt"))
+    held_out = data.Batches(WITHOUT_EFFECTS, trained.motion, held_out=True).batch("test", 0, 32)
+    factors = (held_out.model_effort, held_out.measured_effort, held_out.bias)
+    with torch.no_grad():
+        found = network.residuals(*(data.tensor(factor) for factor in factors))
+        loss = absolute_loss(found, data.tensor(held_out.residual))
+    assert trained.losses[-1].test == pytest.approx(float(loss), rel=1e-5)
+
+
+def test_dense_layers_and_network_go_on_where_the_head_ended(tmp_path: Path) -> None:
+    """Linear regression passes the head's answer on: its loss does not start again."""
+    recipe = replace(WITHOUT_EFFECTS, head_steps=30, dense_steps=2, dense_examples=1000, steps=2)
+    run(tmp_path / "run.pt", recipe=recipe)
+    test = {(row["stage"], int(row["step"])): float(row["test"]) for row in curves(tmp_path)}
+    plain = run(tmp_path / "plain" / "run.pt", recipe=replace(recipe, head_steps=0))
+    from_random_weights = load(plain).losses[-1].test
+    assert test["dense", 2] < 2.0 * test["head", 30]
+    assert test["network", 2] < 2.0 * test["head", 30]
+    assert test["network", 2] < 0.5 * from_random_weights
+
+
+def test_training_lowers_the_loss_on_held_out_drives(tmp_path: Path) -> None:
+    recipe = replace(WITHOUT_EFFECTS, head_steps=60, dense_steps=1, steps=1)
+    run(tmp_path / "run.pt", recipe=recipe)
+    head = [float(row["test"]) for row in curves(tmp_path) if row["stage"] == "head"]
+    assert head[-1] < head[0]
 
 
 def test_progress_counts_up_in_every_stage(tmp_path: Path) -> None:
     seen: list[TrainingProgress] = []
-    run(tmp_path / "run.pt", seen.append, resume=False)
-    assert [(p.stage, p.step) for p in seen] == [
-        (stage, step) for stage in ("head", "network") for step in (1, 2, 3, 4)
-    ]
-    assert seen[-1].examples == 32
-    assert seen[-1].elapsed_s > 0.0
+    run(tmp_path / "run.pt", seen.append)
+    assert tuple(dict.fromkeys(progress.stage for progress in seen)) == STAGES
+    for stage in STAGES:
+        steps = [progress.step for progress in seen if progress.stage == stage]
+        assert steps == sorted(set(steps))
+        assert steps[-1] == next(p.steps for p in seen if p.stage == stage)
+    elapsed = [progress.elapsed_s for progress in seen]
+    assert elapsed == sorted(elapsed)
+
+
+def test_elapsed_time_goes_on_over_sessions(tmp_path: Path) -> None:
+    path = tmp_path / "run.pt"
+    with pytest.raises(KeyboardInterrupt):
+        run(path, interrupt_at("head", 3))
+    before = load(path).elapsed_s
+    seen: list[TrainingProgress] = []
+    run(path, seen.append, resume=True)
+    assert load(path).elapsed_s > before > 0.0
+    assert next(p for p in seen if p.stage == "head").elapsed_s > before
+
+
+def test_a_resumed_run_goes_on_with_its_own_motion(tmp_path: Path) -> None:
+    own = replace(paper_motion(), name="carriage", largest_lag=0.5)
+    whole = run(tmp_path / "whole" / "run.pt", motion=own)
+    parts = tmp_path / "parts" / "run.pt"
+    with pytest.raises(KeyboardInterrupt):
+        run(parts, interrupt_at("head", 3), motion=own)
+    run(parts, resume=True, motion=paper_motion())
+    assert load(parts).motion.name == "carriage"
+    assert load(parts).losses == load(whole).losses
 
 
 def test_an_unfinished_run_is_not_exported(tmp_path: Path) -> None:
     with pytest.raises(KeyboardInterrupt):
-        run(tmp_path / "run.pt", interrupt_at("head", 2), resume=False)
+        run(tmp_path / "run.pt", interrupt_at("head", 2))
     with pytest.raises(ModelError, match="stopped in stage 'head'"):
         trained_network(tmp_path / "run.pt")
 
 
 def test_a_checkpoint_is_neither_overwritten_nor_resumed_by_another_run(tmp_path: Path) -> None:
-    path = run(tmp_path / "run.pt", lambda _: None, resume=False)
+    path = run(tmp_path / "run.pt")
     with pytest.raises(ModelError, match="exists already"):
-        run(path, lambda _: None, resume=False)
+        run(path)
     with pytest.raises(ModelError, match="belongs to configuration"):
-        train.train(PAPER, path, resume=True, accelerator=None, on_progress=lambda _: None)
-
-
-def test_a_damaged_checkpoint_is_an_error(tmp_path: Path) -> None:
-    (tmp_path / "run.pt").write_bytes(b"no checkpoint")
-    with pytest.raises(ModelError, match="not a checkpoint"):
-        load(tmp_path / "run.pt")
+        run(path, resume=True, recipe=PAPER)
     with pytest.raises(ModelError, match="no such checkpoint"):
-        load(tmp_path / "none.pt")
+        run(tmp_path / "none.pt", resume=True)
 
 
 def test_the_papers_recipe_trains_from_random_weights(tmp_path: Path) -> None:
-    recipe = replace(PAPER, steps=3)
     seen: list[TrainingProgress] = []
-    path = train.train(
-        recipe, tmp_path / "p.pt", resume=False, accelerator=None, on_progress=seen.append
-    )
+    path = run(tmp_path / "run.pt", seen.append, recipe=replace(PAPER, points=40, steps=3))
     assert {progress.stage for progress in seen} == {"network"}
     assert load(path).complete
-
-
-def test_losses_vanish_at_the_truth_and_small_residuals_count() -> None:
-    residual = torch.tensor([[0.5, 0.0, 0.0, 0.0], [0.01, 0.0, 0.0, 0.0]])
-    for loss in (sigmoid_loss, relative_loss):
-        assert loss(residual, residual) == 0.0
-    error = torch.tensor([[0.01, 0.0, 0.0, 0.0]])
-    large, small = (relative_loss(r[None] + error, r[None]) for r in residual)
-    assert small > 100 * large
-
-
-def test_configurations_are_found_by_name() -> None:
-    assert configuration("paper") is PAPER
-    assert configuration("improved") is IMPROVED
-    with pytest.raises(ModelError, match="no training configuration"):
-        configuration("other")
-    assert all(name == entry.name for name, entry in CONFIGURATIONS.items())
+    assert {row["stage"] for row in curves(tmp_path)} == {"network"}
