@@ -36,9 +36,9 @@ STEPS: Final = (1.0, 0.5, 0.25)
 """Parts of the network's residual that are tried; they cost no pass."""
 SETTLED: Final = 1e-5
 """Change of the shares at which refinement stops."""
-_TINY: Final = float(np.finfo(float).tiny)
 SMALLEST: Final = 1e-4
 """Share that stands for zero where physics requires a positive parameter."""
+_TINY: Final = float(np.finfo(float).tiny)
 
 
 @dataclass(frozen=True)

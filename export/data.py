@@ -55,11 +55,13 @@ class Batch:
     Attributes
     ----------
     model_effort, measured_effort : (n, points) arrays
-        The image's two factors; the first with the normalization's gain.
+        The image's two factors; the first with the normalization's gain. With a fixed start the
+        second is what the guess leaves of the effort, over its own scale.
     bias : (n,) array
         The normalization's constant.
     guess, residual : (n, 4) arrays
-        Guess, and guess minus truth, in shares as seen through the nominal motion.
+        Guess, and guess minus truth as seen through the nominal motion, in shares of the scale
+        that the second factor was divided by.
     """
 
     model_effort: Array
