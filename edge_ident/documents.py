@@ -36,7 +36,7 @@ def _axis(axis: AxisIdentification) -> dict[str, Any]:
     network = None if axis.network is None else _estimate(axis.network, axis.units)
     return {
         "parameters": _estimate(axis.estimate, axis.units),
-        "parameters_from": {"estimator": axis.source, "reason": axis.reason},
+        "parameters_from": {"estimator": "least_squares", "reason": axis.reason},
         "estimators": {"cnn": network, "least_squares": _estimate(axis.least_squares, axis.units)},
         "cnn_reason": axis.network_reason,
         "metric": {

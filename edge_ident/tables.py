@@ -20,7 +20,7 @@ def print_identification(identification: Identification) -> None:
         _console.print(_identification_table(name, axis))
         verdict = "[green]trusted[/]" if axis.trusted else "[red]not trusted[/]"
         _console.print(
-            f"  {verdict}; {axis.source.replace('_', ' ')} used: {axis.reason}\n"
+            f"  {verdict}; least squares used: {axis.reason}\n"
             f"  relative residual {axis.metric.relative_residual:.2%}, "
             f"fit {axis.metric.fit:.3f}, time-spectral {axis.metric.time_spectral:.4f}"
         )
@@ -37,10 +37,8 @@ def print_identification(identification: Identification) -> None:
 def _identification_table(name: str, axis: AxisIdentification) -> Table:
     table = Table(title=f"axis {name}", title_justify="left")
     table.add_column("parameter", no_wrap=True)
-    for estimator in ("cnn", "least_squares"):
-        heading = {"cnn": "network", "least_squares": "least squares"}[estimator]
-        chosen = " (used)" if estimator == axis.source else ""
-        table.add_column(heading + chosen, justify="right", no_wrap=True)
+    for estimator in ("network", "least squares (used)"):
+        table.add_column(estimator, justify="right", no_wrap=True)
     table.add_column("unit", no_wrap=True)
     for i, parameter in enumerate(PARAMETERS):
         table.add_row(

@@ -6,14 +6,12 @@ of 8400 counts and effort noise of many colours. Each figure comes with its own 
 
     python tools/interval_coverage.py                 the whole table
     python tools/interval_coverage.py --only sinusoid --drives 100
-    python tools/interval_coverage.py --network       with the built-in network beside it
 """
 
 import argparse
 import math
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
-from functools import cache
 from itertools import repeat
 
 import numpy as np
@@ -24,7 +22,6 @@ from edge_ident.drive import load_drive
 from edge_ident.identification import identify
 from edge_ident.model import PARAMETERS
 from edge_ident.motions import named_trajectory
-from edge_ident.network import Network, load_network
 from edge_ident.recording import AxisRecord, Recording
 from firmware_interface.motion import reference
 
@@ -75,11 +72,10 @@ CASES = (
 
 @dataclass(frozen=True)
 class Outcome:
-    """One drive: (4,) error and standard deviation of each parameter, and whose estimate it is."""
+    """One drive: (4,) error and standard deviation of each parameter."""
 
     error: Array
     std: Array
-    source: str
 
 
 def main() -> None:
@@ -88,7 +84,6 @@ def main() -> None:
     parser.add_argument("--drives", type=int, default=500)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--only", default="", help="cases whose line contains this")
-    parser.add_argument("--network", action="store_true")
     parser.add_argument("--processes", type=int, default=2)
     given = parser.parse_args()
     print("covered % (its interval), mean |z|, root of mean square of std over that of error")
@@ -97,7 +92,7 @@ def main() -> None:
         for case in CASES:
             if given.only in str(case):
                 seeds = [(given.seed, CASES.index(case), drive) for drive in range(given.drives)]
-                found = pool.map(outcome, repeat(case), seeds, repeat(given.network), chunksize=10)
+                found = pool.map(outcome, repeat(case), seeds, chunksize=10)
                 print(row(case, [one for one in found if one is not None]), flush=True)
 
 
@@ -114,8 +109,7 @@ def row(case: Case, outcomes: list[Outcome]) -> str:
     ):
         low, high = wilson(float(covered), len(outcomes))
         cells.append(f"{covered:5.1%} ({low:.0%}-{high:.0%}) {mean:4.2f} {ratio:5.2f}   ")
-    by_network = sum(o.source == "cnn" for o in outcomes)
-    return f"{case}  {''.join(cells)}{len(outcomes)} drives, {by_network} by the network"
+    return f"{case}  {''.join(cells)}{len(outcomes)} drives"
 
 
 def wilson(share: float, count: int) -> tuple[float, float]:
@@ -126,7 +120,7 @@ def wilson(share: float, count: int) -> tuple[float, float]:
     return middle - half, middle + half
 
 
-def outcome(case: Case, seed: tuple[int, ...], with_network: bool) -> Outcome | None:
+def outcome(case: Case, seed: tuple[int, ...]) -> Outcome | None:
     """Simulate and identify one drive; None if the motion cannot tell its parameters apart."""
     rng = np.random.default_rng(seed)
     truth = rng.uniform(LOWEST, HIGHEST)
@@ -138,10 +132,10 @@ def outcome(case: Case, seed: tuple[int, ...], with_network: bool) -> Outcome | 
     count = load_drive().axes["x"].encoder_resolution_rad
     counted = count * np.round(position / count + rng.uniform())
     recording = Recording(time_s, {"x": AxisRecord(counted, effort, "rad", "N*m")}, "simulated")
-    found = identify(recording, network() if with_network else None).axes["x"]
+    found = identify(recording, None).axes["x"]
     if any(finding.code == "inseparable" for finding in found.findings):
         return None
-    return Outcome(found.estimate.parameters - truth, found.estimate.std, found.source)
+    return Outcome(found.estimate.parameters - truth, found.estimate.std)
 
 
 def move(name: str, rng: np.random.Generator) -> tuple[Array, Array, Array]:
@@ -184,12 +178,6 @@ def noise(colour: str, samples: int, rng: np.random.Generator) -> Array:
     settling = 6000
     white = rng.normal(size=samples + settling) / math.sqrt(float(np.mean(response)))
     return np.asarray(scipy.signal.lfilter([1.0], denominator, white)[settling:])
-
-
-@cache
-def network() -> Network:
-    """The built-in network, opened once in each process."""
-    return load_network()
 
 
 if __name__ == "__main__":
