@@ -62,6 +62,12 @@ def lowpass(signal: Array, cutoff_hz: float, period_s: float, *, delay_s: float 
     return np.asarray(np.fft.irfft(spectrum, padded.shape[-1])[..., samples])
 
 
+def even_grid(time: Array) -> tuple[Array, float]:
+    """Grid (N,) from the first to the last of N times, and its period, the mean one."""
+    period_s = float((time[-1] - time[0]) / (len(time) - 1))
+    return time[0] + period_s * np.arange(len(time)), period_s
+
+
 def interpolate(at: Array, time: Array, signal: Array) -> Array:
     """Cubic Lagrange interpolation on an uneven grid.
 

@@ -4,7 +4,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from edge_ident import cnn, least_squares
 from edge_ident.alignment import align
@@ -15,8 +14,6 @@ from edge_ident.recording import AxisRecord, Recording
 from edge_ident.signals import Signals, condition
 from edge_ident.stopwatch import Stopwatch
 from edge_ident.trust import Finding, compare_estimators, describe_data, judge
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

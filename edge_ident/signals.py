@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.filters import differentiate, interpolate, lowpass
+from edge_ident.filters import differentiate, even_grid, interpolate, lowpass
 from edge_ident.model import regressor
 
 Array = NDArray[np.float64]
@@ -82,18 +82,15 @@ def condition(
     effort_shift_s : float
         Time from a row's stamp to the middle of the interval in which its effort acted.
     """
-    period_s = float((time_s[-1] - time_s[0]) / (len(time_s) - 1))
-    even = time_s[0] + period_s * np.arange(len(time_s))
+    even, period_s = even_grid(time_s)
     deviation = time_s - even
     jitter = float(np.max(np.abs(deviation - np.mean(deviation)))) / period_s
     if jitter > _JITTER_LIMIT:
         position = interpolate(even, time_s, position)
         effort = interpolate(even, time_s, effort)
     cutoff_hz = choose_cutoff(position, period_s)
-    _, velocity, acceleration = differentiate(position, cutoff_hz, period_s)
     smooth_effort = lowpass(effort, cutoff_hz, period_s, delay_s=effort_shift_s)
-    columns = regressor(velocity, acceleration)
-    columns[:, 2] = lowpass(columns[:, 2], cutoff_hz, period_s)
+    columns = filtered_regressor(position, cutoff_hz, period_s)
     moving = ~standing(position, cutoff_hz, period_s)
     noise = acceleration_noise(position_noise(position), cutoff_hz, period_s)
     return Signals(
@@ -102,9 +99,17 @@ def condition(
         effort=bridge(smooth_effort, moving),
         regressor=bridge(columns.T, moving).T,
         moving=moving,
-        acceleration_noise=noise / max(float(np.std(acceleration)), _TINY),
+        acceleration_noise=noise / max(float(np.std(columns[:, 0])), _TINY),
         jitter=jitter,
     )
+
+
+def filtered_regressor(position: Array, cutoff_hz: float, period_s: float) -> Array:
+    """Regressor (N, 4) of a position (N,), all columns filtered alike, the velocity's sign too."""
+    _, velocity, acceleration = differentiate(position, cutoff_hz, period_s)
+    columns = regressor(velocity, acceleration)
+    columns[:, 2] = lowpass(columns[:, 2], cutoff_hz, period_s)
+    return columns
 
 
 def choose_cutoff(position: Array, period_s: float) -> float:

@@ -70,6 +70,11 @@ class Batch:
     guess: Array
     residual: Array
 
+    @property
+    def factors(self) -> tuple[Tensor, Tensor, Tensor]:
+        """What `ResidualNetwork.features` takes, in single precision."""
+        return tensor(self.model_effort), tensor(self.measured_effort), tensor(self.bias)
+
 
 class Batches:
     """The stream of examples of a configuration on a motion.

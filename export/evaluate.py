@@ -81,7 +81,8 @@ def evaluation_drives(motion: TrainingMotion, points: int) -> EvaluationDrives:
     raw = np.vstack([family(rng, n) for family, n in zip(FAMILIES.values(), sizes, strict=True)])
     nominal = np.broadcast_to(motion.shapes(points), (DRIVES, points, 4))
     truth = as_shares(nominal, raw, "effort-scale")
-    clean = _in_si(motion, rng, nominal, efforts(nominal, truth), efforts(nominal, truth), truth)
+    base = efforts(nominal, truth)
+    clean = _in_si(motion, rng, nominal, base, base, truth)
     index = rng.integers(MOTIONS, size=DRIVES)
     columns = recordings.true[index]
     truth = as_shares(columns, mixture(rng, DRIVES), "effort-scale")
@@ -138,12 +139,12 @@ def evaluate(name: str, network: Network, drives: DriveSet) -> Evaluation:
     return figures(name, drives, identified(network, drives))
 
 
-def identified(network: Network, drives: DriveSet) -> Array:
-    """Parameters (n, 4) of every drive, SI, after at most `PASSES` passes each."""
+def identified(network: Network, drives: DriveSet, passes: int = PASSES) -> Array:
+    """Parameters (n, 4) of every drive, SI, after at most so many passes each."""
     pairs = zip(drives.columns, drives.effort, strict=True)
     return np.array(
         [
-            cnn.identify(columns, effort, network, seed=index, passes=PASSES).parameters
+            cnn.identify(columns, effort, network, seed=index, passes=passes).parameters
             for index, (columns, effort) in enumerate(pairs)
         ]
     )

@@ -10,10 +10,11 @@ from numpy.typing import NDArray
 from edge_ident.dct import POINTS, subsample
 from edge_ident.effect import Motion
 from edge_ident.errors import DataError
-from edge_ident.filters import differentiate, interpolate
+from edge_ident.filters import differentiate, even_grid, interpolate
 from edge_ident.model import regressor
 from edge_ident.recording import Recording
 from edge_ident.signals import choose_cutoff, encoder_count, position_noise
+from edge_ident.simulation.loop import counted
 
 Array = NDArray[np.float64]
 
@@ -130,8 +131,8 @@ def motion_from(recording: Recording, axis: str | None, name: str) -> TrainingMo
             "name one with --axis",
         )
     record, time_s = recording.axes[axis], recording.time_s
-    period_s = float((time_s[-1] - time_s[0]) / (len(time_s) - 1))
-    read = interpolate(time_s[0] + period_s * np.arange(len(time_s)), time_s, record.position)
+    even, period_s = even_grid(time_s)
+    read = interpolate(even, time_s, record.position)
     smooth = np.stack(differentiate(read, choose_cutoff(read, period_s), period_s))
     position, velocity, acceleration = _average_lap(smooth)
     if len(position) < POINTS:
@@ -213,7 +214,7 @@ def measured_position(motion: TrainingMotion, position: Array, rng: np.random.Ge
     quantization = motion.count / np.sqrt(12.0)
     noise = np.sqrt(max(motion.noise**2 - quantization**2, 0.0))
     read = position + noise * rng.normal(size=position.shape)
-    return np.asarray(motion.count * np.round(read / motion.count)) if motion.count else read
+    return counted(read, np.array(motion.count))
 
 
 def _with_partner(

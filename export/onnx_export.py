@@ -17,7 +17,7 @@ from edge_ident.image import effort_image
 from edge_ident.model import PARAMETERS
 from edge_ident.network import VARIANTS, Network, load_network
 from export.checkpoint import trained_network
-from export.data import Batches, tensor
+from export.data import Batches
 from export.evaluate import (
     DriveSet,
     error_per_residual,
@@ -174,9 +174,8 @@ def _calibration(
     images, features = [], []
     for number in range(ROUNDING_IMAGES // BATCH):
         batch = batches.batch("calibration", number, BATCH)
-        factors = tensor(batch.model_effort), tensor(batch.measured_effort), tensor(batch.bias)
         with torch.no_grad():
-            features.append(network.features(*factors).flatten(1).numpy().astype(np.float64))
+            features.append(network.features(*batch.factors).flatten(1).numpy().astype(np.float64))
         if number < CALIBRATION_IMAGES // BATCH:
             # the gain is in the factor already; the constant is what is left to add
             product = effort_image(batch.model_effort, batch.measured_effort, "effort-scale")

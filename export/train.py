@@ -13,7 +13,7 @@ from torch import Tensor, nn
 from edge_ident.errors import ModelError
 from export.checkpoint import Checkpoint, Loss, load, save, write_losses
 from export.configuration import Configuration
-from export.data import Array, Batch, Batches, tensor
+from export.data import Batches, tensor
 from export.losses import LOSSES
 from export.motion import TrainingMotion
 from export.network import ResidualNetwork
@@ -247,17 +247,9 @@ class _Run:
     def _output(self, step: int | None) -> tuple[Tensor, Tensor]:
         size = self.configuration.batch
         batch = self.test if step is None else self.batches.batch("network", step, size)
-        return self.network.residuals(*self._factors(batch)), self._to_device(batch.residual)
-
-    def _factors(self, batch: Batch) -> tuple[Tensor, Tensor, Tensor]:
-        model, measured = (
-            self._to_device(batch.model_effort),
-            self._to_device(batch.measured_effort),
-        )
-        return model, measured, self._to_device(batch.bias)
-
-    def _to_device(self, array: Array) -> Tensor:
-        return tensor(array).to(next(self.network.parameters()).device)
+        device = next(self.network.parameters()).device
+        factors = (factor.to(device) for factor in batch.factors)
+        return self.network.residuals(*factors), tensor(batch.residual).to(device)
 
     def _loss(self, found: Tensor, wanted: Tensor) -> Tensor:
         return LOSSES[self.configuration.loss](found, wanted)

@@ -131,9 +131,8 @@ def compute_features(
     values, residual, known = [], [], []
     for number in range(-(-count // CHUNK)):
         batch = batches.batch("dense", number, min(CHUNK, count - number * CHUNK))
-        factors = tensor(batch.model_effort), tensor(batch.measured_effort), tensor(batch.bias)
         with torch.no_grad():
-            values.append(network.features(*factors).flatten(1))
+            values.append(network.features(*batch.factors).flatten(1))
         residual.append(tensor(batch.residual))
         known.append(head.known(batch))
         on_progress(min((number + 1) * CHUNK, count), count)

@@ -21,13 +21,19 @@ from numpy.typing import NDArray
 from rich.console import Console
 from rich.table import Table
 
-from edge_ident import cnn
 from edge_ident.image import effort_image, effort_scale
 from edge_ident.metrics import compare
-from edge_ident.network import load_network
+from edge_ident.network import Network, load_network
 from export.checkpoint import trained_network
 from export.configuration import IMPROVED, Configuration
-from export.evaluate import DriveSet, EvaluationDrives, evaluation_drives, guessed, solved
+from export.evaluate import (
+    DriveSet,
+    EvaluationDrives,
+    evaluation_drives,
+    guessed,
+    identified,
+    solved,
+)
 from export.motion import paper_motion
 from export.torch_runtime import TorchNetwork
 from export.train import TrainingProgress, train
@@ -100,19 +106,9 @@ def judge(drives: DriveSet, found: Array) -> Judged:
     )
 
 
-def loop(network: TorchNetwork, passes: int) -> Answer:
+def loop(network: TorchNetwork | Network, passes: int) -> Answer:
     """The loop of the runtime, guard included."""
-
-    def answer(drives: DriveSet) -> Array:
-        pairs = zip(drives.columns, drives.effort, strict=True)
-        return np.array(
-            [
-                cnn.identify(columns, effort, network, seed=index, passes=passes).parameters
-                for index, (columns, effort) in enumerate(pairs)
-            ]
-        )
-
-    return answer
+    return lambda drives: identified(network, drives, passes)
 
 
 def unguarded(network: TorchNetwork, passes: int) -> Answer:

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident import least_squares
-from edge_ident.filters import interpolate
+from edge_ident.filters import even_grid, interpolate
 from edge_ident.model import Estimate
 from edge_ident.network import Network
 from edge_ident.recording import AxisRecord, Recording
@@ -94,7 +94,7 @@ def pose(
     axis, time_s = recording.axes[name], recording.time_s
     signals = condition(time_s, axis.position, axis.effort, effort_shift_s=recording.effort_shift_s)
     part = least_squares.estimation_part(signals)
-    even_s = time_s[0] + signals.period_s * np.arange(len(time_s))
+    even_s, _ = even_grid(time_s)
     return Problem(
         signals=signals,
         part=part,

@@ -113,6 +113,14 @@ def print_document(document: dict[str, Any]) -> None:
     print(to_json(document), flush=True)
 
 
+def leave_model(found: Any, recording: Any, file: Path, folder: Path) -> None:
+    """Leave what an identification found of the recording in a file as a model file."""
+    from edge_ident.model_files import MODEL_FILE, identified_model, save_model
+
+    estimates = {name: axis.estimate for name, axis in found.axes.items()}
+    save_model(identified_model(estimates, recording, file), folder / MODEL_FILE)
+
+
 def built_in_or_given_network(path: Path | None, precision: str) -> Any:
     """Load the network that the options name."""
     from edge_ident.network import VARIANTS, load_network, variant_named

@@ -16,6 +16,7 @@ from edge_ident.cli.common import (
     built_in_or_given_network,
     deliver,
     guarded,
+    leave_model,
     print_document,
 )
 from edge_ident.errors import DataError
@@ -62,10 +63,7 @@ def identify(
     document = identification_document(found)
     deliver(document, "identification.json", output, json)
     if output:
-        from edge_ident.model_files import MODEL_FILE, identified_model, save_model
-
-        estimates = {name: axis.estimate for name, axis in found.axes.items()}
-        save_model(identified_model(estimates, recording, file), output / MODEL_FILE)
+        leave_model(found, recording, file, output)
     if not json:
         print_identification(found)
     if not found.trusted:

@@ -22,6 +22,7 @@ from edge_ident.cli.common import (
     built_in_or_given_network,
     deliver,
     guarded,
+    leave_model,
     say,
     shown_progress,
 )
@@ -76,7 +77,6 @@ def run(
     """
     from edge_ident.commissioning import CAPTURE_FILE, Plan, commission
     from edge_ident.documents import run_document
-    from edge_ident.model_files import MODEL_FILE, identified_model, save_model
     from edge_ident.tables import print_outcome
 
     plan = Plan(_motion(motion), cycles, bandwidth, not dry_run, store, seed)
@@ -88,9 +88,8 @@ def run(
             )
     document = run_document(outcome, session.board.identity, loaded, session.folder)
     deliver(document, "report.json", session.folder, json)
-    estimates = {name: axis.estimate for name, axis in outcome.identification.axes.items()}
-    recording, file = outcome.capture.recording, session.folder / CAPTURE_FILE
-    save_model(identified_model(estimates, recording, file), session.folder / MODEL_FILE)
+    captured = session.folder / CAPTURE_FILE
+    leave_model(outcome.identification, outcome.capture.recording, captured, session.folder)
     if not json:
         print_outcome(outcome)
         say(f"written: {session.folder}")

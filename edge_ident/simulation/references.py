@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from edge_ident.drive import load_drive
 from edge_ident.errors import DataError
-from edge_ident.filters import differentiate, interpolate
+from edge_ident.filters import differentiate, even_grid, interpolate
 from edge_ident.motions import MotionName, named_trajectory
 from edge_ident.recording import Recording
 from edge_ident.signals import choose_cutoff
@@ -111,8 +111,7 @@ def recorded_references(recording: Recording, axes: Mapping[str, str]) -> Refere
         The recording lacks an axis, or has it in another unit.
     """
     time_s = recording.time_s - recording.time_s[0]
-    period_s = float(time_s[-1]) / (len(time_s) - 1)
-    even = period_s * np.arange(len(time_s), dtype=np.float64)
+    even, period_s = even_grid(time_s)
     lead_in = period_s * np.arange(-round(_LEAD_IN_S / period_s), 0, dtype=np.float64)
     rows = []
     for name, unit in axes.items():

@@ -19,8 +19,8 @@ from edge_ident.baselines.closed_loop import Course, course_along, simulate
 from edge_ident.baselines.problem import Problem, fit
 from edge_ident.covariance import coloured_std
 from edge_ident.errors import DataError
-from edge_ident.filters import differentiate, lowpass
-from edge_ident.model import Estimate, regressor
+from edge_ident.model import Estimate
+from edge_ident.signals import filtered_regressor
 
 Array = NDArray[np.float64]
 
@@ -75,7 +75,4 @@ def _instruments(problem: Problem, parameters: Array, course: Course) -> Array:
     """The simulated regressor, filtered as the measured one is, at the same samples."""
     cutoff_hz, period_s = problem.signals.cutoff_hz, problem.signals.period_s
     response = simulate(parameters, course, period_s)
-    _, velocity, acceleration = differentiate(response.position, cutoff_hz, period_s)
-    columns = regressor(velocity, acceleration)
-    columns[:, 2] = lowpass(columns[:, 2], cutoff_hz, period_s)
-    return columns[problem.part]
+    return filtered_regressor(response.position, cutoff_hz, period_s)[problem.part]
