@@ -2,7 +2,6 @@
 
 import dataclasses
 import hashlib
-import math
 from collections.abc import Mapping
 from importlib.metadata import version
 from pathlib import Path
@@ -14,6 +13,7 @@ from numpy.typing import NDArray
 from edge_ident.commissioning import CAPTURE_FILE, Outcome, Verification
 from edge_ident.gain_design import GainDesign
 from edge_ident.identification import AxisIdentification, Identification
+from edge_ident.json_text import finite
 from edge_ident.model import PARAMETERS, Estimate
 from edge_ident.network import Network
 from edge_ident.profiling import TARGET_MS, Profile, spread
@@ -44,16 +44,12 @@ def _axis(axis: AxisIdentification) -> dict[str, Any]:
             "fit": axis.metric.fit,
             "relative_residual": axis.metric.relative_residual,
         },
+        "assumed_effects": list(axis.assumed_effects),
         "cutoff_hz": axis.cutoff_hz,
-        "condition_number": _finite(axis.condition_number),
+        "condition_number": finite(axis.condition_number),
         "trusted": axis.trusted,
         "warnings": [finding_document(finding) for finding in axis.findings],
     }
-
-
-def _finite(value: float) -> float | None:
-    """JSON has no infinity."""
-    return value if math.isfinite(value) else None
 
 
 def _estimate(estimate: Estimate, units: tuple[str, ...]) -> dict[str, Any]:
@@ -94,8 +90,9 @@ def design_document(design: GainDesign) -> dict[str, Any]:
         "gains": dataclasses.asdict(design.gains),
         "bandwidth_rad_s": design.bandwidth_rad_s,
         "phase_margin_deg": design.phase_margin_deg,
-        "gain_margin": _finite(design.gain_margin),
+        "gain_margin": finite(design.gain_margin),
         "quantization_effort_nm": design.quantization_effort_nm,
+        "not_used": [dataclasses.asdict(unused) for unused in design.unused],
     }
 
 

@@ -52,6 +52,59 @@ class Parameter:
 
 
 @dataclass(frozen=True)
+class Form:
+    """A way in which an effect may befall a drive: the parameters that it then has.
+
+    Attributes
+    ----------
+    amplitudes : tuple of parameter names
+        The effort is proportional to them, or nearly so while they are small; those of other
+        forms are zero.
+    shapes : tuple of parameter names
+        The others that matter, found by search (`Effect.grid`).
+    """
+
+    amplitudes: tuple[str, ...]
+    shapes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Extent:
+    """What a recording reaches: the measure of what can be searched for in it.
+
+    Attributes
+    ----------
+    travel : float
+        From the lowest to the highest position.
+    speed, acceleration, effort : float
+        Peak, rms, peak.
+    typical_speed : float
+        Rms.
+    resolution : float
+        Of the encoder.
+    duration_s, cutoff_hz : float
+    base : (4,) array
+        Base parameters, fitted without any effect.
+    """
+
+    travel: float
+    speed: float
+    typical_speed: float
+    acceleration: float
+    effort: float
+    resolution: float
+    duration_s: float
+    cutoff_hz: float
+    base: Array
+
+    def orders(self, lowest: float, highest: float, step: float = 0.5) -> Array:
+        """Periods of position whose waves the filter lets through, `step` apart over the travel."""
+        passed = 2.0 * self.cutoff_hz * self.travel / self.typical_speed
+        count = max(2, int((min(highest, passed) - lowest) / step) + 1)
+        return self.travel / (lowest + step * np.arange(count))
+
+
+@dataclass(frozen=True)
 class Motion:
     """Where an axis is, along time or at one instant.
 
@@ -100,6 +153,19 @@ class Effect:
     """
 
     parameters: ClassVar[tuple[Parameter, ...]]
+    forms: ClassVar[tuple[Form, ...]] = ()
+    """As what the diagnosis looks for it, the simplest first."""
+    signature: ClassVar[str] = ""
+    """What sets it apart."""
+    rivals: ClassVar[tuple[str, ...]] = ()
+    """Effects that look like it."""
+    experiment: ClassVar[str] = ""
+    """The motion that shows it, and tells it from its rivals."""
+    discrepancy: ClassVar[float] = 0.03
+    """Share of its effort by which the formula may be off on a machine that has the effect: what
+    is left within that is no evidence of another one. A judgement, not a measurement."""
+    repeats: ClassVar[bool] = False
+    """Whether a drive may have several of it at once."""
     memory_size: ClassVar[int] = 0
     """States that the effect brings into the equations of motion."""
     needs_source: ClassVar[bool] = False
@@ -117,6 +183,10 @@ class Effect:
     def draw(self, draws: Draws, scale: Scale) -> dict[str, Array]:
         """Random values, from hardly visible to a machine that needs repair."""
         raise NotImplementedError
+
+    def grid(self, extent: Extent) -> dict[str, Array]:
+        """Values of the shape parameters to search through, arrays of one length."""
+        return {}
 
     # ---- what the axis resists with
 
@@ -187,6 +257,10 @@ class Effect:
     def torque(self, command: Array, time_s: Array, values: Values) -> Array:
         """What the actuator makes of a commanded effort."""
         return command
+
+    def withheld(self, effort: Array, values: Values) -> Array:
+        """Part of a recorded effort that the actuator did not give."""
+        return np.zeros_like(effort)
 
     def recorded(self, effort: Array, time_s: Array, values: Values) -> Array:
         """The effort column (..., N), from the commanded effort at its time stamps."""

@@ -1,6 +1,7 @@
 """JSON as every document of this project is written."""
 
 import json
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -17,3 +18,8 @@ def write_json(document: Mapping[str, Any], path: Path) -> None:
     partial = path.with_name(f".{path.name}.partial")
     partial.write_text(to_json(document) + "\n", encoding="utf-8")
     partial.replace(path)
+
+
+def finite(value: float) -> float | None:
+    """JSON has no infinity."""
+    return value if math.isfinite(value) else None

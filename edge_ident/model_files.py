@@ -3,7 +3,7 @@
 import hashlib
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Final
@@ -13,18 +13,15 @@ import numpy as np
 from edge_ident.effect import Effect, Motion, Parameter
 from edge_ident.effects import named
 from edge_ident.errors import ModelError
-from edge_ident.json_text import write_json
+from edge_ident.json_text import finite, write_json
 from edge_ident.model import (
     BASE,
     AxisModel,
-    Estimate,
     Model,
     SourceFile,
     Term,
-    base_axis,
     inertia_unit,
 )
-from edge_ident.recording import Recording
 
 MODEL_FILE: Final = "model.json"
 """Its name beside an identification."""
@@ -66,14 +63,19 @@ def _term_document(term: Term, axis: AxisModel) -> dict[str, Any]:
     return {
         "effect": term.effect,
         **source,
-        "parameters": {
-            parameter.name: {
-                "value": float(term.values[parameter.name]),
-                "std": term.std.get(parameter.name),
-                "unit": unit_of(parameter, axis.position_unit, axis.effort_unit),
-            }
-            for parameter in named(term.effect).parameters
-        },
+        "parameters": values_document(term, axis),
+    }
+
+
+def values_document(term: Term, axis: AxisModel) -> dict[str, Any]:
+    """Value, standard deviation (null where unknown) and unit of each of a term's parameters."""
+    return {
+        parameter.name: {
+            "value": float(term.values[parameter.name]),
+            "std": finite(term.std.get(parameter.name, math.inf)),
+            "unit": unit_of(parameter, axis.position_unit, axis.effort_unit),
+        }
+        for parameter in named(term.effect).parameters
     }
 
 
@@ -86,24 +88,24 @@ def unit_of(parameter: Parameter, position_unit: str, effort_unit: str) -> str:
     )
 
 
-def identified_model(estimates: Mapping[str, Estimate], recording: Recording, file: Path) -> Model:
-    """What an identification found, with where it was found.
+def sourced_model(
+    axes: Mapping[str, AxisModel], files: Sequence[Path], known: Model | None = None
+) -> Model:
+    """A model with the recordings that it was made from, and this version.
 
     Parameters
     ----------
-    estimates : mapping of axis name to Estimate
-    recording : Recording
-    file : Path
-        In which the recording lies.
+    axes : mapping of axis name to AxisModel
+    files : sequence of Path
+        The recordings.
+    known : Model, optional
+        That the axes' effects were taken from; its recordings are sources as well.
     """
-    axes = {
-        name: base_axis(
-            estimate, recording.axes[name].position_unit, recording.axes[name].effort_unit
-        )
-        for name, estimate in estimates.items()
-    }
-    source = SourceFile(file.name, hashlib.sha256(file.read_bytes()).hexdigest())
-    return Model(axes, (source,), {"edge-ident": version("edge-ident")})
+    sources = [
+        SourceFile(file.name, hashlib.sha256(file.read_bytes()).hexdigest()) for file in files
+    ]
+    older = [source for source in known.recordings if source not in sources] if known else []
+    return Model(axes, (*sources, *older), {"edge-ident": version("edge-ident")})
 
 
 def load_model(path: Path) -> Model:
@@ -124,7 +126,24 @@ def load_model(path: Path) -> Model:
         raise ModelError(
             f"{path}: not a JSON file ({error})", "write it again with identify --output DIR"
         ) from error
-    return _Reader(str(path)).model(document)
+    return model_of(document, str(path))
+
+
+def model_of(document: Any, source: str) -> Model:
+    """Check what `model_document` made.
+
+    Parameters
+    ----------
+    document : Any
+    source : str
+        Where it comes from, for messages.
+
+    Raises
+    ------
+    ModelError
+        As `load_model`.
+    """
+    return _Reader(source).model(document)
 
 
 class _Reader:

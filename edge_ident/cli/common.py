@@ -49,6 +49,12 @@ NetworkFile = Annotated[
         "--network", envvar="EDGE_IDENT_NETWORK", help="Network (.onnx) with its manifest beside."
     ),
 ]
+ModelFile = Annotated[
+    Path | None,
+    typer.Option(
+        "--model", envvar="EDGE_IDENT_MODEL", help="Model file (.json) with effects to start from."
+    ),
+]
 Precision = Annotated[
     str,
     typer.Option(
@@ -113,12 +119,21 @@ def print_document(document: dict[str, Any]) -> None:
     print(to_json(document), flush=True)
 
 
-def leave_model(found: Any, recording: Any, file: Path, folder: Path) -> None:
-    """Leave what an identification found of the recording in a file as a model file."""
-    from edge_ident.model_files import MODEL_FILE, identified_model, save_model
+def given_model(path: Path | None) -> Any:
+    """Load the model that an option names."""
+    if path is None:
+        return None
+    from edge_ident.model_files import load_model
 
-    estimates = {name: axis.estimate for name, axis in found.axes.items()}
-    save_model(identified_model(estimates, recording, file), folder / MODEL_FILE)
+    return load_model(path)
+
+
+def leave_model(found: Any, file: Path, known: Any, folder: Path) -> None:
+    """Leave what was identified in a recording's file, with the effects that were assumed."""
+    from edge_ident.model_files import MODEL_FILE, save_model, sourced_model
+
+    axes = {name: axis.model for name, axis in found.axes.items()}
+    save_model(sourced_model(axes, [file], known), folder / MODEL_FILE)
 
 
 def built_in_or_given_network(path: Path | None, precision: str) -> Any:

@@ -10,7 +10,7 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.effect import Array, Effect, Parameter, Values
+from edge_ident.effect import Array, Effect, Form, Parameter, Values
 from edge_ident.strengths import Draws, Scale
 
 
@@ -18,6 +18,14 @@ class ActuatorDeadband(Effect):
     """Effort that is commanded and never arrives."""
 
     parameters = (Parameter("width", "{effort}", 0.0, 1e9, "half of the band without torque"),)
+    discrepancy = 0.1
+    forms = (Form(("width",)),)
+    signature = "flips with the sign of the effort, not of the velocity"
+    rivals = ("load_dependent_friction", "asymmetric_friction", "stribeck_friction")
+    experiment = (
+        "a motion that brakes hard enough for the effort to change its sign while "
+        "moving: --motion multisine"
+    )
 
     def command(self, torque: Array, time_s: Array, values: Values) -> Array:
         """The band on top of what is needed."""

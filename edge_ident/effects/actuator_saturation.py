@@ -11,7 +11,7 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.effect import Array, Effect, Parameter, Values
+from edge_ident.effect import Array, Effect, Extent, Form, Parameter, Values
 from edge_ident.strengths import Draws, Scale
 
 
@@ -19,6 +19,11 @@ class ActuatorSaturation(Effect):
     """A ceiling for the effort."""
 
     parameters = (Parameter("limit", "{effort}", 1e-9, 1e9, "most that the actuator gives"),)
+    discrepancy = 0.1
+    forms = (Form((), ("limit",)),)
+    signature = "nothing is wrong below the limit; above it the command is not obeyed"
+    rivals = ("disturbance_event", "load_dependent_friction")
+    experiment = "the same motion slower, which stays below the limit"
 
     def command(self, torque: Array, time_s: Array, values: Values) -> Array:
         """Nothing above the limit."""
@@ -27,6 +32,14 @@ class ActuatorSaturation(Effect):
     def torque(self, command: Array, time_s: Array, values: Values) -> Array:
         """Nothing above the limit."""
         return np.clip(command, -values["limit"], values["limit"])
+
+    def grid(self, extent: Extent) -> dict[str, Array]:
+        """Below the peak."""
+        return {"limit": extent.effort * np.linspace(0.4, 0.98, 30)}
+
+    def withheld(self, effort: Array, values: Values) -> Array:
+        """What was commanded above the limit."""
+        return effort - np.clip(effort, -values["limit"], values["limit"])
 
     def draw(self, draws: Draws, scale: Scale) -> dict[str, Array]:
         """The highest 2 % to 40 % of the peak effort are missing."""

@@ -10,7 +10,7 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.effect import Array, Effect, Motion, Parameter, Values
+from edge_ident.effect import Array, Effect, Form, Motion, Parameter, Values
 from edge_ident.strengths import Draws, Scale
 
 
@@ -22,6 +22,10 @@ class AsymmetricFriction(Effect):
             "difference", "{effort}*s/{position}", -1e9, 1e9, "viscous friction, forward over mean"
         ),
     )
+    forms = (Form(("difference",)),)
+    signature = "grows with speed and does not change its sign with the direction"
+    rivals = ("position_dependent_friction", "nonlinear_viscous", "actuator_deadband")
+    experiment = "constant speeds both ways over the same stroke: --motion staircase"
 
     def load(self, at: Motion, values: Values) -> Array:
         """The same sign both ways."""

@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.effect import Array, Effect, Motion, Parameter, Values
+from edge_ident.effect import Array, Effect, Extent, Form, Motion, Parameter, Values
 from edge_ident.strengths import Draws, Scale
 
 Complex = NDArray[np.complex128]
@@ -27,6 +27,11 @@ class CouplingCompliance(Effect):
         Parameter("rate", "rad/s", 1e-3, 1e6, "the load's resonance, encoder's side held"),
         Parameter("damping_ratio", "1", 0.0, 0.99, "of that resonance"),
     )
+    discrepancy = 0.1
+    forms = (Form(("load_inertia",), ("rate", "damping_ratio")),)
+    signature = "ringing of one frequency, whatever the amplitude, where the acceleration jumps"
+    rivals = ("time_delay", "backlash", "presliding_hysteresis")
+    experiment = "a motion with content up to the resonance: --motion multisine"
     memory_size = 2
 
     def load(self, at: Motion, values: Values) -> Array:
@@ -61,6 +66,14 @@ class CouplingCompliance(Effect):
         pull = _pull(lag, lag_speed, values)
         return values["load_inertia"] * (pull - motion.acceleration)
 
+    def grid(self, extent: Extent) -> dict[str, Array]:
+        """Resonances that the filter passes, and those beyond, of which a trace is left."""
+        highest = 2.0 * np.pi * extent.cutoff_hz
+        rates, ratios = np.meshgrid(
+            np.geomspace(highest / 20.0, 4.0 * highest, 16), np.array([0.02, 0.08, 0.3])
+        )
+        return {"rate": rates.ravel(), "damping_ratio": ratios.ravel()}
+
     def draw(self, draws: Draws, scale: Scale) -> dict[str, Array]:
         """20 % to 80 % of the inertia at 2 to 30 Hz, hardly to well damped."""
         return {
@@ -87,8 +100,13 @@ def _one_pole(pole: Complex, motion: Motion) -> Complex:
     forcing = falling * acceleration[..., :-1] + rising * acceleration[..., 1:]
     u = np.empty((*forcing.shape[:-1], forcing.shape[-1] + 1), dtype=np.complex128)
     u[..., 0] = -acceleration[..., 0] / pole[..., 0]
-    for k in range(forcing.shape[-1]):
-        u[..., k + 1] = decay[..., 0] * u[..., k] + forcing[..., k]
+    u[..., 1:] = forcing
+    # u[k] += decay·u[k-1], by doubling the span that each sample has summed up
+    span = 1
+    while span < u.shape[-1]:
+        u[..., span:] += decay * u[..., :-span]
+        decay = decay**2
+        span *= 2
     return u
 
 

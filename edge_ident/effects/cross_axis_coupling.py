@@ -7,7 +7,7 @@ Source: off-diagonal elements of a multi-body inertia matrix; skewed guides.
 
 from typing import Final
 
-from edge_ident.effect import Array, Effect, Motion, Parameter, Values
+from edge_ident.effect import Array, Effect, Form, Motion, Parameter, Values
 from edge_ident.strengths import Draws, Scale
 
 
@@ -19,6 +19,16 @@ class CrossAxisCoupling(Effect):
         Parameter("viscous_friction", "{effort}*s/{position}", -1e9, 1e9, "per its velocity"),
         Parameter("coulomb_friction", "{effort}", -1e9, 1e9, "with the sign of its velocity"),
     )
+    discrepancy = 0.05
+    forms = (
+        Form(("inertia",)),
+        Form(("viscous_friction",)),
+        Form(("coulomb_friction",)),
+        Form(("inertia", "viscous_friction", "coulomb_friction")),
+    )
+    signature = "follows the other axis, and is gone when that one rests"
+    rivals = ("position_dependent_load", "offset_drift")
+    experiment = "both axes at different frequencies, then one at rest: --motion multisine"
     needs_source = True
 
     def load(self, at: Motion, values: Values) -> Array:

@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.effect import Array, Effect, Motion, Parameter, Values
+from edge_ident.effect import Array, Effect, Extent, Form, Motion, Parameter, Values
 from edge_ident.strengths import Draws, Scale
 
 
@@ -20,6 +20,12 @@ class DisturbanceEvent(Effect):
         Parameter("duration", "s", 1e-6, 1e9, "from beginning to end"),
         Parameter("level", "{effort}", -1e9, 1e9, "peak of the resisting effort"),
     )
+    repeats = True
+    discrepancy = 0.1
+    forms = (Form(("level",), ("time", "duration")),)
+    signature = "one short stretch of time, and not again where the motion repeats"
+    rivals = ("payload_change", "actuator_saturation", "backlash")
+    experiment = "the same motion again"
 
     def load(self, at: Motion, values: Values) -> Array:
         """A pulse in time."""
@@ -29,6 +35,18 @@ class DisturbanceEvent(Effect):
     def fastest_rate(self, values: Values, inertia: Array, speed: float) -> Array:
         """Of the pulse itself."""
         return 2.0 * np.pi / values["duration"]
+
+    def grid(self, extent: Extent) -> dict[str, Array]:
+        """From the shortest pulse that the filter shows to a tenth of the record."""
+        durations, times = [], []
+        longest = 0.1 * extent.duration_s
+        duration = min(0.7 / extent.cutoff_hz, longest)
+        while duration <= longest:
+            starts = np.arange(-0.5 * duration, extent.duration_s - 0.5 * duration, duration / 2.0)
+            times.append(starts)
+            durations.append(np.full(len(starts), duration))
+            duration *= 2.0
+        return {"time": np.concatenate(times), "duration": np.concatenate(durations)}
 
     def draw(self, draws: Draws, scale: Scale) -> dict[str, Array]:
         """Half to five times the effort's rms, for 0.5 % to 5 % of the record."""

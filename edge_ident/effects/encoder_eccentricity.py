@@ -10,11 +10,12 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.effect import Array, Effect, Motion, Parameter, Values
+from edge_ident.effect import Array, Effect, Extent, Form, Motion, Parameter, Values
 from edge_ident.strengths import Draws, Scale
 
 _ITERATIONS: Final = 5
-"""Of Newton's method; for errors that keep the reading increasing it converges in fewer."""
+"""Of Newton's method, at most; for errors that keep the reading increasing it needs fewer."""
+_CONVERGED: Final = 1e-13
 
 
 class EncoderEccentricity(Effect):
@@ -25,6 +26,10 @@ class EncoderEccentricity(Effect):
         Parameter("sine", "{position}", -1e9, 1e9, "error a quarter turn later"),
         Parameter("period", "{position}", 1e-9, 1e9, "travel of one turn of the encoder"),
     )
+    forms = (Form(("cosine", "sine"), ("period",)),)
+    signature = "repeats every turn and grows with the square of the speed"
+    rivals = ("torque_ripple", "position_dependent_load")
+    experiment = "several speeds over whole turns: --motion staircase"
 
     def reading(self, position: Array, values: Values) -> Array:
         """Position and its error."""
@@ -35,11 +40,18 @@ class EncoderEccentricity(Effect):
         position = motion.position
         for _ in range(_ITERATIONS):
             error, slope, _ = _error(position, values)
-            position = position - (position + error - motion.position) / (1.0 + slope)
+            step = (position + error - motion.position) / (1.0 + slope)
+            position = position - step
+            if np.max(np.abs(step)) < _CONVERGED * np.max(np.abs(motion.position)):
+                break
         _, slope, bend = _error(position, values)
         velocity = motion.velocity / (1.0 + slope)
         acceleration = (motion.acceleration - bend * velocity**2) / (1.0 + slope)
         return replace(motion, position=position, velocity=velocity, acceleration=acceleration)
+
+    def grid(self, extent: Extent) -> dict[str, Array]:
+        """Turns of an encoder that sees from half a turn to many."""
+        return {"period": extent.orders(0.5, 40.0, step=0.25)}
 
     def draw(self, draws: Draws, scale: Scale) -> dict[str, Array]:
         """One to 20 turns in the travel; the acceleration doubles at most, or errs by 3 %."""

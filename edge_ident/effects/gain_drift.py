@@ -1,15 +1,15 @@
 """Gain drift: the effort column's scale changes, and every coefficient with it.
 
-command = torque·(1 + rate·t): a magnet that warms, an amplifier that drifts. Before the record
-starts the scale is that at its start.
-Source: first-order expansion; NdFeB magnets lose about 0.1 % of their torque constant per kelvin.
+command = torque·(1 + rate·t + curvature·t²): a magnet that warms, an amplifier that drifts. Before
+the record starts the scale is that at its start.
+Source: Taylor expansion; NdFeB magnets lose about 0.1 % of their torque constant per kelvin.
 """
 
 from typing import Final
 
 import numpy as np
 
-from edge_ident.effect import Array, Effect, Parameter, Values
+from edge_ident.effect import Array, Effect, Form, Parameter, Values
 from edge_ident.strengths import Draws, Scale
 
 _SMALLEST: Final = 0.05
@@ -17,9 +17,16 @@ _SMALLEST: Final = 0.05
 
 
 class GainDrift(Effect):
-    """A factor on the whole effort, linear in time."""
+    """A factor on the whole effort, a parabola of time."""
 
-    parameters = (Parameter("rate", "1/s", -1.0, 1.0, "relative growth of the effort"),)
+    parameters = (
+        Parameter("rate", "1/s", -10.0, 10.0, "relative growth of the effort at the start"),
+        Parameter("curvature", "1/s^2", -10.0, 10.0, "half the growth of the rate"),
+    )
+    forms = (Form(("rate",)), Form(("rate", "curvature")))
+    signature = "all coefficients move together"
+    rivals = ("warm_up", "payload_change", "offset_drift")
+    experiment = "the same motion at the beginning and at the end of a long record"
 
     def command(self, torque: Array, time_s: Array, values: Values) -> Array:
         """More command for the same torque."""
@@ -31,11 +38,14 @@ class GainDrift(Effect):
 
     def draw(self, draws: Draws, scale: Scale) -> dict[str, Array]:
         """4 % to 50 % over the record, up or down."""
-        return {"rate": draws.sign() * draws.log_uniform(0.04, 0.5) / scale.duration_s}
+        drift = draws.sign() * draws.log_uniform(0.04, 0.5) / scale.duration_s
+        bend = draws.uniform(-0.5, 0.5)
+        return {"rate": drift * (1.0 - bend), "curvature": drift * bend / scale.duration_s}
 
 
 def _scale(time_s: Array, values: Values) -> Array:
-    return np.maximum(1.0 + values["rate"] * np.maximum(time_s, 0.0), _SMALLEST)
+    since = np.maximum(time_s, 0.0)
+    return np.maximum(1.0 + (values["rate"] + values["curvature"] * since) * since, _SMALLEST)
 
 
 EFFECT: Final = GainDrift()

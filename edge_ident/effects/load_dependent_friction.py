@@ -11,7 +11,7 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.effect import Array, Effect, Motion, Parameter, Values
+from edge_ident.effect import Array, Effect, Form, Motion, Parameter, Values
 from edge_ident.strengths import Draws, Scale
 
 
@@ -19,6 +19,11 @@ class LoadDependentFriction(Effect):
     """Dry friction in proportion to the transmitted effort."""
 
     parameters = (Parameter("share", "1", 0.0, 0.9, "of the transmitted effort that is lost"),)
+    discrepancy = 0.1
+    forms = (Form(("share",)),)
+    signature = "friction that follows the transmitted effort, not the speed"
+    rivals = ("actuator_deadband", "nonlinear_viscous", "payload_change")
+    experiment = "two payloads, or accelerations that change at one speed: --motion multisine"
 
     def friction(self, at: Motion, values: Values) -> Array:
         """At one instant the transmitted effort is known at the input."""

@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.effect import Array, Effect, Motion, Parameter, Values
+from edge_ident.effect import Array, Effect, Form, Motion, Parameter, Values
 from edge_ident.strengths import Draws, Scale
 
 
@@ -19,6 +19,10 @@ class OffsetDrift(Effect):
         Parameter("rate", "{effort}/s", -1e9, 1e9, "growth at the start"),
         Parameter("curvature", "{effort}/s^2", -1e9, 1e9, "half the growth of the rate"),
     )
+    forms = (Form(("rate",)), Form(("rate", "curvature")))
+    signature = "the mean effort moves with time, whatever the motion"
+    rivals = ("position_dependent_load", "gain_drift", "payload_change")
+    experiment = "the same motion several times over"
 
     def load(self, at: Motion, values: Values) -> Array:
         """A parabola of time."""

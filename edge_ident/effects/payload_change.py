@@ -7,7 +7,9 @@ Source: rigid-body dynamics.
 
 from typing import Final
 
-from edge_ident.effect import Array, Effect, Motion, Parameter, Values
+import numpy as np
+
+from edge_ident.effect import Array, Effect, Extent, Form, Motion, Parameter, Values
 from edge_ident.strengths import Draws, Scale
 
 
@@ -20,6 +22,14 @@ class PayloadChange(Effect):
         Parameter("coulomb_friction", "{effort}", -1e9, 1e9, "added with it"),
         Parameter("offset", "{effort}", -1e9, 1e9, "its weight"),
     )
+    discrepancy = 0.05
+    forms = (
+        Form(("inertia", "coulomb_friction"), ("time",)),
+        Form(("inertia", "coulomb_friction", "offset"), ("time",)),
+    )
+    signature = "coefficients before a moment and after it differ"
+    rivals = ("gain_drift", "warm_up", "offset_drift", "disturbance_event")
+    experiment = "accelerations throughout the record: --motion multisine"
 
     def load(self, at: Motion, values: Values) -> Array:
         """Weight."""
@@ -32,6 +42,10 @@ class PayloadChange(Effect):
     def inertia(self, at: Motion, values: Values) -> Array:
         """Mass of the payload."""
         return values["inertia"] * (at.time_s >= values["time"])
+
+    def grid(self, extent: Extent) -> dict[str, Array]:
+        """Anywhere but at the ends."""
+        return {"time": extent.duration_s * np.linspace(0.04, 0.96, 70)}
 
     def draw(self, draws: Draws, scale: Scale) -> dict[str, Array]:
         """5 % to 60 % of inertia, up to that of Coulomb friction, weight a tenth of it."""

@@ -11,7 +11,7 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.effect import Array, Effect, Motion, Parameter, Values
+from edge_ident.effect import Array, Effect, Extent, Form, Motion, Parameter, Values
 from edge_ident.strengths import Draws, Scale
 
 
@@ -24,6 +24,12 @@ class PositionDependentFriction(Effect):
         Parameter("sine", "{effort}", -1e9, 1e9, "amplitude a quarter period later"),
         Parameter("period", "{position}", 1e-9, 1e9, "travel after which the wave repeats"),
     )
+    repeats = True
+    discrepancy = 0.05
+    forms = (Form(("gradient",)), Form(("cosine", "sine"), ("period",)))
+    signature = "differs along the stroke and changes its sign with the direction"
+    rivals = ("torque_ripple", "position_dependent_load", "asymmetric_friction")
+    experiment = "the whole stroke both ways at several speeds: --motion staircase"
 
     def friction(self, at: Motion, values: Values) -> Array:
         """Level above Coulomb friction, or below."""
@@ -34,6 +40,10 @@ class PositionDependentFriction(Effect):
     def fastest_rate(self, values: Values, inertia: Array, speed: float) -> Array:
         """Passing the waves at top speed."""
         return 2.0 * np.pi / values["period"] * speed
+
+    def grid(self, extent: Extent) -> dict[str, Array]:
+        """From a quarter of a wave over the travel to twenty."""
+        return {"period": extent.orders(0.25, 20.0, step=0.25)}
 
     def draw(self, draws: Draws, scale: Scale) -> dict[str, Array]:
         """Slope and wave 4 % to 80 % of Coulomb friction; one to 20 waves in the travel."""

@@ -10,7 +10,7 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.effect import Array, Effect, Motion, Parameter, Values
+from edge_ident.effect import Array, Effect, Extent, Form, Motion, Parameter, Values
 from edge_ident.strengths import Draws, Scale
 
 
@@ -24,6 +24,14 @@ class PositionDependentLoad(Effect):
         Parameter("sine", "{effort}", -1e9, 1e9, "of the position's angle"),
         Parameter("period", "{position}", 1e-9, 1e9, "travel of one turn of that angle"),
     )
+    forms = (
+        Form(("stiffness",)),
+        Form(("stiffness", "curvature")),
+        Form(("cosine", "sine"), ("period",)),
+    )
+    signature = "differs along the stroke and is the same both ways"
+    rivals = ("torque_ripple", "position_dependent_friction", "offset_drift", "cross_axis_coupling")
+    experiment = "the whole stroke at several accelerations: --motion multisine"
 
     def load(self, at: Motion, values: Values) -> Array:
         """Parabola and sinusoid."""
@@ -38,6 +46,10 @@ class PositionDependentLoad(Effect):
         wave = np.hypot(values["cosine"], values["sine"]) * rate
         bend = 20.0 * np.abs(values["curvature"]) * speed
         return np.sqrt((np.abs(values["stiffness"]) + bend + wave) / inertia)
+
+    def grid(self, extent: Extent) -> dict[str, Array]:
+        """From a tenth of a wave over the travel to two; what repeats more often is called ripple."""
+        return {"period": extent.orders(0.1, 2.0, step=0.1)}
 
     def draw(self, draws: Draws, scale: Scale) -> dict[str, Array]:
         """2 % to 30 % of the effort: of spring, bend and one to three slow waves, any mixture."""

@@ -10,7 +10,7 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.effect import Array, Effect, Motion, Parameter, Values
+from edge_ident.effect import Array, Effect, Extent, Form, Motion, Parameter, Values
 from edge_ident.strengths import Draws, Scale
 
 
@@ -21,6 +21,11 @@ class PreslidingHysteresis(Effect):
         Parameter("level", "{effort}", 0.0, 1e9, "part of the Coulomb friction that builds up"),
         Parameter("distance", "{position}", 1e-9, 1e9, "in which 63 % of it is built up"),
     )
+    discrepancy = 0.1
+    forms = (Form(("level",), ("distance",)),)
+    signature = "depends on the distance since the reversal, not on speed or time"
+    rivals = ("backlash", "stribeck_friction", "coupling_compliance")
+    experiment = "small reversals of several sizes: --motion multisine"
     memory_size = 1
 
     def load(self, at: Motion, values: Values) -> Array:
@@ -54,6 +59,10 @@ class PreslidingHysteresis(Effect):
             state[..., first:last] = towards + (start - towards) * np.exp(-travelled / distance)
             start = state[..., last - 1 : last].copy()
         return values["level"] * (state - direction)
+
+    def grid(self, extent: Extent) -> dict[str, Array]:
+        """From what the encoder just resolves to a tenth of the travel."""
+        return {"distance": np.geomspace(2.0 * extent.resolution, 0.1 * extent.travel, 16)}
 
     def draw(self, draws: Draws, scale: Scale) -> dict[str, Array]:
         """20 % to all of the Coulomb friction, within 0.02 % to 2 % of the travel."""

@@ -9,7 +9,7 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.effect import Array, Effect, Motion, Parameter, Values
+from edge_ident.effect import Array, Effect, Extent, Form, Motion, Parameter, Values
 from edge_ident.strengths import Draws, Scale
 
 
@@ -20,6 +20,11 @@ class StribeckFriction(Effect):
         Parameter("level", "{effort}", 0.0, 1e9, "static friction less Coulomb friction"),
         Parameter("speed", "{position}/s", 1e-9, 1e9, "at which 1/e of it is left"),
     )
+    discrepancy = 0.05
+    forms = (Form(("level",), ("speed",)),)
+    signature = "friction is higher at low speed, the same accelerating and decelerating"
+    rivals = ("nonlinear_viscous", "presliding_hysteresis")
+    experiment = "slow speeds held for long, both ways: --motion staircase"
 
     def friction(self, at: Motion, values: Values) -> Array:
         """The bump."""
@@ -28,6 +33,10 @@ class StribeckFriction(Effect):
     def fastest_rate(self, values: Values, inertia: Array, speed: float) -> Array:
         """Steepest slope of the bump, √(2/e)·level/speed, over the inertia."""
         return 0.86 * values["level"] / (values["speed"] * inertia)
+
+    def grid(self, extent: Extent) -> dict[str, Array]:
+        """From a hundredth of the top speed to where it would look viscous."""
+        return {"speed": extent.speed * np.geomspace(0.01, 0.6, 16)}
 
     def draw(self, draws: Draws, scale: Scale) -> dict[str, Array]:
         """Static friction 5 % to 100 % above Coulomb's, gone at 2 % to 30 % of the top speed."""

@@ -9,7 +9,7 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.effect import Array, Effect, Parameter, Values
+from edge_ident.effect import Array, Effect, Form, Parameter, Values
 from edge_ident.strengths import Draws, Scale
 
 
@@ -17,6 +17,10 @@ class TimeDelay(Effect):
     """Shift of the whole effort in time."""
 
     parameters = (Parameter("delay", "s", -1.0, 1.0, "by which the effort is recorded late"),)
+    forms = (Form(("delay",)),)
+    signature = "the whole effort is shifted, the same at all amplitudes"
+    rivals = ("coupling_compliance", "presliding_hysteresis")
+    experiment = "quick changes of acceleration: --motion multisine"
 
     def recorded(self, effort: Array, time_s: Array, values: Values) -> Array:
         """Linear between samples; the ends stay as they are."""

@@ -9,7 +9,7 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.effect import Array, Effect, Motion, Parameter, Values
+from edge_ident.effect import Array, Effect, Extent, Form, Motion, Parameter, Values
 from edge_ident.strengths import Draws, Scale
 
 
@@ -21,6 +21,11 @@ class TorqueRipple(Effect):
         Parameter("sine", "{effort}", -1e9, 1e9, "amplitude a quarter period later"),
         Parameter("period", "{position}", 1e-9, 1e9, "travel after which it repeats"),
     )
+    repeats = True
+    forms = (Form(("cosine", "sine"), ("period",)),)
+    signature = "repeats with the position, the same at all speeds and in both directions"
+    rivals = ("encoder_eccentricity", "position_dependent_load", "position_dependent_friction")
+    experiment = "several speeds over the same stroke: --motion staircase"
 
     def load(self, at: Motion, values: Values) -> Array:
         """A sinusoid of position."""
@@ -32,6 +37,11 @@ class TorqueRipple(Effect):
         rate = 2.0 * np.pi / values["period"]
         slope = np.hypot(values["cosine"], values["sine"]) * rate
         return np.maximum(np.sqrt(slope / inertia), rate * speed)
+
+    def grid(self, extent: Extent) -> dict[str, Array]:
+        """From one wave over the travel, which no repetition tells from a load along it, up to what
+        the filter lets through."""
+        return {"period": extent.orders(0.75, 2000.0)}
 
     def draw(self, draws: Draws, scale: Scale) -> dict[str, Array]:
         """2 % to 30 % of the effort, 2 to 400 periods in the travel, any phase."""

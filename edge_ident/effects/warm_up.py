@@ -9,7 +9,7 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.effect import Array, Effect, Motion, Parameter, Values
+from edge_ident.effect import Array, Effect, Extent, Form, Motion, Parameter, Values
 from edge_ident.strengths import Draws, Scale
 
 
@@ -20,6 +20,10 @@ class WarmUp(Effect):
         Parameter("excess", "{effort}*s/{position}", -1e9, 1e9, "viscous friction at the start"),
         Parameter("time_constant", "s", 1e-3, 1e9, "in which 63 % of it is gone"),
     )
+    forms = (Form(("excess",), ("time_constant",)),)
+    signature = "viscous friction falls from repeat to repeat, and inertia does not"
+    rivals = ("gain_drift", "nonlinear_viscous", "payload_change")
+    experiment = "the same motion for longer than the machine takes to warm"
 
     def load(self, at: Motion, values: Values) -> Array:
         """Viscous, fading."""
@@ -29,6 +33,10 @@ class WarmUp(Effect):
     def fastest_rate(self, values: Values, inertia: Array, speed: float) -> Array:
         """That of viscous friction when cold."""
         return np.abs(values["excess"]) / inertia
+
+    def grid(self, extent: Extent) -> dict[str, Array]:
+        """From an instant to where it looks like a straight line."""
+        return {"time_constant": extent.duration_s * np.geomspace(0.03, 3.0, 12)}
 
     def draw(self, draws: Draws, scale: Scale) -> dict[str, Array]:
         """5 % to 100 % more viscous friction, gone in a tenth to twice the record."""

@@ -55,6 +55,8 @@ class Machine:
         Between control samples, and from a sample to its new effort, at most a period.
     longest_step_s : float, optional
         Beyond the rule of the module.
+    velocity : (A, D) array or float, optional
+        How fast they move; they stand unless told otherwise.
 
     Raises
     ------
@@ -70,6 +72,7 @@ class Machine:
         period_s: float,
         delay_s: float,
         longest_step_s: float = np.inf,
+        velocity: Array | float = 0.0,
     ) -> None:
         self._count = len(position)
         self._parts = parts = Parts(axes, position.shape[1])
@@ -80,11 +83,12 @@ class Machine:
             for hook in ("load", "friction", "inertia", "rates")
         )
         self._crossings = parts.through("cross_inertia")
-        self._time_s = 0.0
+        self._time_s: float | Array = 0.0
         self._zero = np.zeros(position.shape)
-        self._direction = self._zero
         self._state = np.zeros((parts.states, position.shape[1]))
         self._state[: self._count] = position
+        self._state[self._count : 2 * self._count] = velocity
+        self._direction = np.sign(self.velocity)
         at = self._instant(self._state, self._direction)
         for part in parts.through("start"):
             self._state[part.memory] = part.effect.start(part.at(at, self._state), part.values)
@@ -109,8 +113,8 @@ class Machine:
             read[part.axis] = part.effect.reading(read[part.axis], part.values)
         return read
 
-    def set_time(self, time_s: float) -> None:
-        """Set the clock; zero is the start of the record."""
+    def set_time(self, time_s: float | Array) -> None:
+        """Set the clock of all drives, or those (D,) of each; zero is the start of the record."""
         self._time_s = time_s
 
     def advance(self, before: Array, command: Array) -> None:
@@ -150,7 +154,7 @@ class Machine:
         k3 = self._rates(state + 0.5 * step_s * k2, torque, 0.5 * step_s)
         k4 = self._rates(state + step_s * k3, torque, step_s)
         new = state + step_s / 6.0 * (k1 + 2.0 * (k2 + k3) + k4)
-        self._time_s += step_s
+        self._time_s = self._time_s + step_s
         turned = self._direction * new[count : 2 * count] < 0.0
         if turned.any():
             self._turn(new, turned, torque, step_s)

@@ -10,9 +10,17 @@ import pytest
 
 from edge_ident.effects import catalogue, random_term
 from edge_ident.errors import ModelError
-from edge_ident.model import BASE, PARAMETERS, AxisModel, Estimate, Model, SourceFile, Term
-from edge_ident.model_files import identified_model, load_model, save_model
-from edge_ident.recording import AxisRecord, Recording
+from edge_ident.model import (
+    BASE,
+    PARAMETERS,
+    AxisModel,
+    Estimate,
+    Model,
+    SourceFile,
+    Term,
+    base_axis,
+)
+from edge_ident.model_files import load_model, save_model, sourced_model
 from edge_ident.strengths import scale_of
 
 
@@ -148,7 +156,9 @@ CASES: dict[str, tuple[Callable[[dict[str, Any]], object], str, str]] = {
                 "parameters": {
                     "gap": {"value": 0.1},
                     "load_inertia": {"value": 0.5},
-                    "load_friction": {"value": 0.2},
+                    "deceleration": {"value": 0.2},
+                    "damping_rate": {"value": 0.0},
+                    "weight": {"value": 0.0},
                 },
             }
         ),
@@ -189,13 +199,15 @@ def test_a_file_that_is_no_json_or_not_there_is_refused(tmp_path: Path) -> None:
 def test_an_identification_leaves_its_numbers_and_the_recordings_hash(tmp_path: Path) -> None:
     file = tmp_path / "laps.csv"
     file.write_bytes(b"laps")
-    time = 0.01 * np.arange(10)
-    recording = Recording(time, {"q": AxisRecord(time, time, "m", "N")}, str(file))
     found = Estimate(np.array([95.0, 203.0, 20.0, -3.0]), np.array([0.1, 1.0, 0.2, 0.1]))
-    left = identified_model({"q": found}, recording, file)
+    left = sourced_model({"q": base_axis(found, "m", "N")}, [file])
     np.testing.assert_array_equal(left.axes["q"].parameters, found.parameters)
     assert left.axes["q"].terms[0].std["viscous_friction"] == 1.0
     assert (left.axes["q"].position_unit, left.axes["q"].effort_unit) == ("m", "N")
     [source] = left.recordings
     assert source.file == "laps.csv"
     assert len(source.sha256) == 64
+    again = tmp_path / "again.csv"
+    again.write_bytes(b"more laps")
+    later = sourced_model(left.axes, [again, file], left)
+    assert [source.file for source in later.recordings] == ["again.csv", "laps.csv"]

@@ -81,7 +81,9 @@ def test_presliding_solves_dahls_equation() -> None:
 
 
 def test_backlash_leaves_only_the_near_side_for_the_width_of_the_gap() -> None:
-    gap = {"gap": 0.1, "load_inertia": 0.2, "load_friction": 0.9}
+    gap = {
+        "gap": 0.1, "load_inertia": 0.2, "deceleration": 4.5, "damping_rate": 0.0, "weight": 0.0
+    }
     motion = sine(rate=0.5, samples=6000)
     effort = added(motion, ("backlash", gap))
     turn = int(np.argmax(motion.velocity < 0))
@@ -95,7 +97,9 @@ def test_backlash_leaves_only_the_near_side_for_the_width_of_the_gap() -> None:
 
 def test_the_impact_at_the_end_of_the_gap_passes_the_loads_momentum() -> None:
     motion = sine(rate=0.5, samples=6000)
-    effort = added(motion, ("backlash", {"gap": 0.1, "load_inertia": 0.2, "load_friction": 0.9}))
+    effort = added(motion, ("backlash", {
+        "gap": 0.1, "load_inertia": 0.2, "deceleration": 4.5, "damping_rate": 0.0, "weight": 0.0
+    }))
     turn = int(np.argmax(motion.velocity < 0))
     hit = turn + int(np.argmax(np.abs(effort[turn + 5 :]))) + 5
     contact = effort + 0.2 * motion.acceleration + 0.9 * np.sign(motion.velocity)
@@ -108,7 +112,9 @@ def test_the_impact_at_the_end_of_the_gap_passes_the_loads_momentum() -> None:
 
 def test_a_motion_smaller_than_the_gap_does_not_move_the_load() -> None:
     motion = sine(amplitude=0.02, rate=4.0)
-    effort = added(motion, ("backlash", {"gap": 0.1, "load_inertia": 0.2, "load_friction": 0.9}))
+    effort = added(motion, ("backlash", {
+        "gap": 0.1, "load_inertia": 0.2, "deceleration": 4.5, "damping_rate": 0.0, "weight": 0.0
+    }))
     bare = 0.2 * motion.acceleration + 0.9 * np.sign(motion.velocity)
     np.testing.assert_allclose(effort[1500:], -bare[1500:], atol=1e-3)
 
@@ -232,7 +238,7 @@ def test_gain_drift_scales_all_that_acts_and_the_delay_comes_last() -> None:
     motion = sine()
     terms = [
         ("time_delay", {"delay": 2 * PERIOD_S}),
-        ("gain_drift", {"rate": 0.05}),
+        ("gain_drift", {"rate": 0.05, "curvature": 0.0}),
         ("stribeck_friction", {"level": 0.5, "speed": 0.1}),
     ]
     stribeck = inverse_effort(AxisModel((BASE_TERM, Term(*terms[2]))), motion)

@@ -150,6 +150,29 @@ def test_constant_speed_takes_viscous_coulomb_and_offset(direction: float) -> No
     assert run(skewed, [effort] * 2500)[-1, 1] == pytest.approx(speed, rel=1e-4)
 
 
+def test_drives_that_start_at_speed_coast_to_rest_against_their_friction() -> None:
+    """Without viscous friction v²/2 = friction/inertia·way, each from its own speed."""
+    speed = np.array([[1.0, -2.0]])
+    base = Term(BASE, {**axis(offset=0.0).terms[0].values, "viscous_friction": 0.0})
+    plant = Machine(
+        {"x": AxisModel((base,))}, np.zeros((1, 2)), np.array([2.0]), PERIOD_S, 0.0, velocity=speed
+    )
+    run(plant, [0.0] * 300)
+    assert np.all(plant.velocity == 0.0)
+    way = speed * np.abs(speed) * INERTIA / (2.0 * COULOMB)
+    assert plant.position == pytest.approx(way, rel=1e-6)
+
+
+def test_each_drive_may_have_a_time_of_its_own() -> None:
+    """A payload comes when a drive's own clock says so, and brings its weight."""
+    values = {"time": 5.0, "inertia": 0.0, "coulomb_friction": 0.0, "offset": 1.0}
+    plant = machine(axis(Term("payload_change", values)), drives=2)
+    plant.set_time(np.array([4.0, 4.99]))
+    run(plant, [COULOMB + OFFSET + 0.5] * 100)
+    assert plant.velocity[0, 0] > 0.1
+    assert plant.velocity[0, 1] == 0.0
+
+
 def test_axes_coupled_both_ways_follow_the_joint_inertia_matrix() -> None:
     """Each pulls the other; at first the accelerations are those of M⁻¹·f."""
     coupling = {"inertia": 0.15, "viscous_friction": 0.0, "coulomb_friction": 0.0}

@@ -1,0 +1,179 @@
+"""Fitting a model with several terms to a view, and how well it does on stretches left out."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from edge_ident.diagnosis.candidates import Candidate, term
+from edge_ident.diagnosis.view import View
+from edge_ident.effects import named
+from edge_ident.model import BASE, PARAMETERS, AxisModel, Term
+
+Array = NDArray[np.float64]
+
+_ITERATIONS: Final = 4
+"""Of Gauss and Newton; all but a few amplitudes are linear."""
+_DERIVATIVE: Final = 1e-3
+"""Relative step for derivatives by shapes, coarse enough for effects that act in jumps."""
+_LINEAR: Final = 1e-3
+"""Share of the residual by which a step may miss what it foresaw."""
+_SMALL: Final = 1e-6
+_RANK: Final = 1e-9
+_FOLDS: Final = 5
+
+
+@dataclass(frozen=True)
+class Found:
+    """A candidate with its shapes and amplitudes."""
+
+    candidate: Candidate
+    shapes: dict[str, float]
+    amplitudes: dict[str, float]
+
+    @property
+    def term(self) -> Term:
+        """As part of a model."""
+        return term(self.candidate, {k: np.float64(v) for k, v in self.shapes.items()}, self.amplitudes)
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """A model fitted to the clear samples of a view.
+
+    Attributes
+    ----------
+    base : (4,) array
+    found : tuple of Found
+    predicted : (n,) array
+        At all picks.
+    jacobian : (n, P) array
+        By base parameters, then each term's amplitudes, then what standstills leave.
+    """
+
+    axis: AxisModel
+    base: Array
+    found: tuple[Found, ...]
+    predicted: Array
+    jacobian: Array
+    error: float
+    """Sum of squares over the clear samples."""
+
+
+def fit(view: View, template: AxisModel, base: Array, found: Sequence[Found]) -> Fitted:
+    """Fit base parameters and all amplitudes, with the shapes as they are."""
+    found = tuple(found)
+    axis = build(template, base, found)
+    predicted = view.predicted(axis)
+    for _ in range(_ITERATIONS):
+        jacobian = _jacobian(view, axis, predicted, found)
+        residual = (view.effort - predicted)[view.clear]
+        step = solve(jacobian[view.clear], residual)
+        base, found = _moved(base, found, step)
+        axis = build(template, base, found)
+        reached = view.predicted(axis)
+        foreseen = predicted + jacobian[:, : _count(found)] @ step[: _count(found)]
+        predicted = reached
+        if np.max(np.abs(reached - foreseen)) < _LINEAR * np.std(residual):
+            break
+    if view.standstills.shape[1]:
+        predicted = predicted + view.standstills @ step[-view.standstills.shape[1] :]
+    residual = (view.effort - predicted)[view.clear]
+    return Fitted(axis, base, found, predicted, jacobian, float(residual @ residual))
+
+
+def _count(found: Sequence[Found]) -> int:
+    """Base parameters and amplitudes."""
+    return 4 + sum(len(f.amplitudes) for f in found)
+
+
+def build(template: AxisModel, base: Array, found: Sequence[Found]) -> AxisModel:
+    """The model of base parameters and terms found, after those that the template brings."""
+    values = dict(zip(PARAMETERS, base, strict=True))
+    kept = template.terms[1:]
+    return replace(template, terms=(Term(BASE, values), *kept, *(f.term for f in found)))
+
+
+def solve(jacobian: Array, residual: Array) -> Array:
+    """Least squares with columns of unit length; directions that are not seen stay at zero."""
+    length = np.linalg.norm(jacobian, axis=0)
+    length = np.where(length > 0, length, 1.0)
+    unit = np.linalg.lstsq(jacobian / length, residual, rcond=_RANK)[0]
+    return np.asarray((unit.T / length).T)
+
+
+def _moved(base: Array, found: tuple[Found, ...], step: Array) -> tuple[Array, tuple[Found, ...]]:
+    at = 4
+    moved = []
+    for f in found:
+        amplitudes = {}
+        for name, value in f.amplitudes.items():
+            amplitudes[name] = _bounded(f.candidate.effect, name, value + float(step[at]))
+            at += 1
+        moved.append(replace(f, amplitudes=amplitudes))
+    return base + step[:4], tuple(moved)
+
+
+def _bounded(effect: str, name: str, value: float) -> float:
+    for parameter in named(effect).parameters:
+        if parameter.name == name:
+            return min(max(value, parameter.low), parameter.high)
+    raise KeyError(name)
+
+
+def _jacobian(view: View, axis: AxisModel, predicted: Array, found: tuple[Found, ...]) -> Array:
+    """By base parameters and amplitudes, (n, P), all differences in one batch."""
+    places = [(0, name) for name in PARAMETERS]
+    first = len(axis.terms) - len(found)
+    for k, f in enumerate(found):
+        places += [(first + k, name) for name in f.amplitudes]
+    terms = list(axis.terms)
+    for row, (index, name) in enumerate(places):
+        values = dict(terms[index].values)
+        array = np.asarray(values[name], dtype=np.float64) * np.ones(len(places))
+        array[row] += _SMALL
+        terms[index] = replace(terms[index], values={**values, name: array})
+    rows = view.predicted(replace(axis, terms=tuple(terms)))
+    return np.hstack([((rows - predicted) / _SMALL).T, view.standstills])
+
+
+def jacobian_of(view: View, fitted: Fitted) -> Array:
+    """The jacobian of a fitted model on another view of the same samples."""
+    return _jacobian(view, fitted.axis, view.predicted(fitted.axis), fitted.found)
+
+
+def shape_derivatives(view: View, fitted: Fitted) -> Array:
+    """Derivatives of the prediction by every shape, (n, S)."""
+    rows = []
+    first = len(fitted.axis.terms) - len(fitted.found)
+    for k, f in enumerate(fitted.found):
+        for name in f.candidate.form.shapes:
+            step = _DERIVATIVE * abs(f.shapes[name])
+            term_ = fitted.axis.terms[first + k]
+            values = {**term_.values, name: f.shapes[name] + np.array([-step, step])}
+            terms = list(fitted.axis.terms)
+            terms[first + k] = replace(term_, values=values)
+            low, high = view.predicted(replace(fitted.axis, terms=tuple(terms)))
+            rows.append((high - low) / (2.0 * step))
+    return np.array(rows).reshape(len(rows), len(view.effort)).T
+
+
+def held_out(view: View, fitted: Fitted, derivatives: Array) -> Array:
+    """Residuals (n,) of samples that did not take part in the fit that predicts them.
+
+    Every fifth block is left out in turn. The fit is repeated to first order: amplitudes anew,
+    shapes by their derivatives.
+    """
+    amplitudes = [*fitted.base, *(v for f in fitted.found for v in f.amplitudes.values())]
+    columns = np.hstack([fitted.jacobian, derivatives])
+    start = np.zeros(columns.shape[1])
+    start[: len(amplitudes)] = amplitudes
+    target = view.effort - fitted.predicted + columns @ start
+    residual = np.empty_like(target)
+    for fold in range(_FOLDS):
+        out = view.block % _FOLDS == fold
+        train = view.clear & ~out
+        residual[out] = target[out] - columns[out] @ solve(columns[train], target[train])
+    return residual

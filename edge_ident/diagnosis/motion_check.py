@@ -1,0 +1,213 @@
+"""The residual in motion: how far a model's axes stray from the measured ones.
+
+A residual in effort says what a model misses, not what that does to the motion. So the model is
+simulated through the recorded motion, all axes together: its actuators get the measured efforts,
+and a soft feedback from the measured positions keeps it near, for in open loop a drive drifts away
+from any recording. The rms difference of position is the residual in motion.
+
+No recording says which controller made it, so the feedback is a stated one: both poles of an axis
+lie at a fifth of the bandwidth in which its efforts are compared (Gautier's rule, a filter five
+times above the dynamics, read backwards), with the inertia of the extended model. A residual r of
+effort that is slow against the poles shows as r/(inertia·pole²) of position.
+
+The recording is cut into overlapping stretches that are simulated side by side, as in multiple
+shooting (Bock 1981). Each starts with the measured motion; what effects remember settles in a
+lead-in, which is not judged.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from edge_ident.diagnosis.result import Diagnosis
+from edge_ident.effects import named
+from edge_ident.errors import ModelError
+from edge_ident.filters import differentiate, even_grid, interpolate
+from edge_ident.inverse import along_motion
+from edge_ident.model import AxisModel, base_axis
+from edge_ident.recording import Recording
+from edge_ident.simulation.machine import Machine
+
+Array = NDArray[np.float64]
+
+_POLE_SHARE: Final = 0.2
+"""Poles of the feedback over the bandwidth."""
+_LEAD_IN: Final = 5.0
+"""Times the slowest pole's time constant: 4 % of a wrong start are left."""
+_STEPS_PER_PERIOD: Final = 20.0
+"""Of the widest bandwidth, for which efforts are held."""
+_MOST_STEPS: Final = 1500
+"""Of integration, about a second; a model that needs more is not simulated."""
+_CORRECTIONS: Final = 3
+"""Fixed-point steps that take a record's delay out of its effort."""
+
+
+def with_motion_errors(diagnosis: Diagnosis, recordings: Sequence[Recording]) -> Diagnosis:
+    """The diagnosis with the residuals in motion of base and extended model filled in.
+
+    They stay None where a model cannot be simulated: its parameters are not physical, it runs
+    away, or its effects are so fast that it would take long.
+
+    Parameters
+    ----------
+    diagnosis : Diagnosis
+    recordings : sequence of Recording
+        From which it was made.
+    """
+    base = {
+        name: base_axis(axis.base.estimate, axis.model.position_unit, axis.model.effort_unit)
+        for name, axis in diagnosis.axes.items()
+    }
+    extended = {name: axis.model for name, axis in diagnosis.axes.items()}
+    bandwidth_hz = np.array([[axis.cutoff_hz] for axis in diagnosis.axes.values()])
+    inertia = np.array([[axis.extended.estimate.parameters[0]] for axis in diagnosis.axes.values()])
+    course = _course(recordings, tuple(extended), bandwidth_hz)
+    before, after = (course.errors(axes, inertia) for axes in (base, extended))
+    return replace(
+        diagnosis,
+        axes={
+            name: replace(
+                axis,
+                base=replace(axis.base, motion_error=before.get(name)),
+                extended=replace(axis.extended, motion_error=after.get(name)),
+            )
+            for name, axis in diagnosis.axes.items()
+        },
+    )
+
+
+@dataclass(frozen=True)
+class _Course:
+    """What was measured in D stretches, of K steps each, on A axes.
+
+    Attributes
+    ----------
+    recordings : tuple of Recording
+        Evenly sampled, time from the first sample.
+    instants_s : tuple of (K + 1, d) arrays
+        Ends of the steps in the d stretches of each recording; all d add up to D.
+    position, velocity : (K + 1, A, D) arrays
+        Smooth.
+    poles : (A, 1) array
+        Of the feedback, in rad/s.
+    step_s : float
+    """
+
+    recordings: tuple[Recording, ...]
+    instants_s: tuple[Array, ...]
+    position: Array
+    velocity: Array
+    poles: Array
+    step_s: float
+
+    def errors(self, axes: Mapping[str, AxisModel], inertia: Array) -> Mapping[str, float]:
+        """Rms position error of each axis; nothing where the model cannot be simulated."""
+        try:
+            machine = Machine(
+                axes,
+                self.position[0],
+                np.max(np.abs(self.velocity), axis=(0, 2)),
+                self.step_s,
+                delay_s=0.0,
+                velocity=self.velocity[0],
+            )
+        except ModelError:
+            return {}
+        steps = len(self.position) - 1
+        if steps * math.ceil(self.step_s / machine.longest_step_s) > _MOST_STEPS:
+            return {}
+        with np.errstate(all="ignore"):  # what runs away is told by its error
+            error = self._followed(machine, self._efforts(axes), inertia)[steps // 2 :]
+            rms = np.sqrt(np.mean(error**2, axis=(0, 2)))
+        stays = rms < np.ptp(self.position, axis=(0, 2))
+        return {name: float(rms[i]) for i, name in enumerate(axes) if stays[i]}
+
+    def _followed(self, machine: Machine, efforts: Array, inertia: Array) -> Array:
+        """Position errors (K, A, D) under efforts (K, A, D) and the feedback."""
+        stiffness, damping = inertia * self.poles**2, 2.0 * inertia * self.poles
+        machine.set_time(np.concatenate([instants[0] for instants in self.instants_s]))
+        errors = np.empty_like(efforts)
+        for k, effort in enumerate(efforts):
+            behind = self.position[k] - machine.reading
+            command = effort + stiffness * behind + damping * (self.velocity[k] - machine.velocity)
+            machine.advance(command, command)
+            errors[k] = machine.reading - self.position[k + 1]
+        return errors
+
+    def _efforts(self, axes: Mapping[str, AxisModel]) -> Array:
+        """Mean commanded efforts (K, A, D) over the steps."""
+        stretches = []
+        for recording, instants in zip(self.recordings, self.instants_s, strict=True):
+            period_s = recording.time_s[1] - recording.time_s[0]
+            first_s = recording.effort_shift_s - 0.5 * period_s
+            edges_s = first_s + period_s * np.arange(len(recording.time_s) + 1)
+            held = []
+            for name, axis in axes.items():
+                effort = _commanded(axis, recording.axes[name].effort, recording.time_s)
+                integral = np.concatenate([[0.0], np.cumsum(effort)]) * period_s
+                held.append(np.diff(np.interp(instants, edges_s, integral), axis=0) / self.step_s)
+            stretches.append(np.stack(held, axis=1))
+        return np.concatenate(stretches, axis=2)
+
+
+def _course(
+    recordings: Sequence[Recording], names: tuple[str, ...], bandwidth_hz: Array
+) -> _Course:
+    """Cut the recordings; a stretch is two lead-ins long, and the next begins a lead-in later."""
+    even = tuple(_even(recording, names) for recording in recordings)
+    poles = 2.0 * np.pi * _POLE_SHARE * bandwidth_hz
+    shortest_s = min(float(recording.time_s[-1]) for recording in even)
+    lead_in_s = min(_LEAD_IN / float(np.min(poles)), 0.5 * shortest_s)
+    lead_in = math.ceil(lead_in_s * _STEPS_PER_PERIOD * float(np.max(bandwidth_hz)))
+    step_s = lead_in_s / lead_in
+    instants_s, motions = [], []
+    for recording in even:
+        last_s = float(recording.time_s[-1]) - 2.0 * lead_in_s
+        starts = np.linspace(0.0, last_s, math.ceil(last_s / lead_in_s) + 1)
+        instants_s.append(starts + step_s * np.arange(2 * lead_in + 1)[:, None])
+        motions.append(_motion(recording, instants_s[-1], bandwidth_hz))
+    position, velocity = np.concatenate(motions, axis=-1)
+    return _Course(even, tuple(instants_s), position, velocity, poles, step_s)
+
+
+def _even(recording: Recording, names: tuple[str, ...]) -> Recording:
+    """On an even grid from time zero, with the axes of these names."""
+    time_s, _ = even_grid(recording.time_s)
+    axes = {
+        name: replace(
+            recording.axes[name],
+            position=interpolate(time_s, recording.time_s, recording.axes[name].position),
+            effort=interpolate(time_s, recording.time_s, recording.axes[name].effort),
+        )
+        for name in names
+    }
+    return replace(recording, time_s=time_s - time_s[0], axes=axes)
+
+
+def _motion(recording: Recording, instants_s: Array, bandwidth_hz: Array) -> Array:
+    """Smooth position and velocity (2, K + 1, A, d) at the instants (K + 1, d)."""
+    period_s = float(recording.time_s[1])
+    columns = []
+    for axis, (cutoff_hz,) in zip(recording.axes.values(), bandwidth_hz, strict=True):
+        position, velocity, _ = differentiate(axis.position, float(cutoff_hz), period_s)
+        columns.append([np.interp(instants_s, recording.time_s, s) for s in (position, velocity)])
+    return np.moveaxis(np.array(columns), 0, 2)
+
+
+def _commanded(axis: AxisModel, effort: Array, time_s: Array) -> Array:
+    """The effort column (N,) before the axis's effects on the record, such as its delay.
+
+    What recording does to a command is undone by fixed-point steps, each of which takes off what
+    recording the last would show too much; for delays short against the effort's periods.
+    """
+    command = effort
+    for _ in range(_CORRECTIONS):
+        recorded = command
+        for term in axis.terms:
+            recorded = named(term.effect).recorded(recorded, time_s, along_motion(term))
+        command = command + (effort - recorded.reshape(effort.shape))
+    return command

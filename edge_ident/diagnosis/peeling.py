@@ -1,0 +1,81 @@
+"""The set of causes: peeled one after the other, several ways at once, refitted together, pruned.
+
+A greedy choice can be wrong when two causes act together: a few of the best first choices are
+followed to their ends, and the criterion decides between the finished models.
+"""
+
+from collections.abc import Iterable
+from typing import Final
+
+from edge_ident.diagnosis.fitting import Fitted, Found
+from edge_ident.diagnosis.search import Search
+from edge_ident.effects import named
+
+_WIDTH: Final = 3
+"""Models that are followed at once."""
+_FOLLOWED: Final = 2.5
+"""Error over the least at which a model, or a trial, is still followed."""
+_DEEPEST: Final = 6
+"""Terms that may be added."""
+DECISIVE: Final = 10.0
+"""Difference of the criterion that counts as decisive (Kass and Raftery 1995)."""
+
+
+def peel(search: Search, start: Fitted) -> Fitted:
+    """Add causes until none explains more than it costs."""
+    best = start
+    beam = [start]
+    for _ in range(_DEEPEST):
+        grown = _distinct(model for parent in beam for model in _children(search, parent))
+        if not grown:
+            break
+        leader = min(model.error for model in grown)
+        grown = [model for model in grown if model.error < _FOLLOWED * leader]
+        beam = [search.polished(m) for m in sorted(grown, key=search.criterion)[:_WIDTH]]
+        beam.sort(key=search.criterion)
+        if search.criterion(beam[0]) < search.criterion(best):
+            best = beam[0]
+    return prune(search, best)
+
+
+def _children(search: Search, parent: Fitted) -> Iterable[Fitted]:
+    limit = search.criterion(parent) - DECISIVE
+    trials = [t for t in search.trials(parent, present(parent)) if not t.on_edge]
+    least = min((trial.error for trial in trials), default=0.0)
+    for trial in [t for t in trials if t.error < _FOLLOWED * least][:_WIDTH]:
+        if search.value(trial, parent) < limit:
+            child = search.fit(parent.base, (*parent.found, trial.found))
+            if search.criterion(child) < limit:
+                yield child
+
+
+def prune(search: Search, model: Fitted) -> Fitted:
+    """Take out what the others make superfluous."""
+    while model.found:
+        smaller = [search.fit(model.base, without(model, k)) for k in range(len(model.found))]
+        best = min(smaller, key=search.criterion)
+        if search.criterion(best) > search.criterion(model) + DECISIVE:
+            return model
+        model = best
+    return model
+
+
+def present(model: Fitted) -> frozenset[str]:
+    """Effects of a model that a drive can have but once."""
+    names = {term.effect for term in model.axis.terms[1:]}
+    return frozenset(name for name in names if not named(name).repeats)
+
+
+def without(model: Fitted, index: int) -> tuple[Found, ...]:
+    """All that was found but one."""
+    return model.found[:index] + model.found[index + 1 :]
+
+
+def _distinct(models: Iterable[Fitted]) -> list[Fitted]:
+    """One model for each set of effects, the best."""
+    kept: dict[tuple[str, ...], Fitted] = {}
+    for model in models:
+        key = tuple(sorted(f.candidate.effect for f in model.found))
+        if key not in kept or model.error < kept[key].error:
+            kept[key] = model
+    return list(kept.values())

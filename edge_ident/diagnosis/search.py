@@ -1,0 +1,303 @@
+"""Which effects are in the data: one after the other, each time the one that explains most.
+
+Every candidate is tried at every shape of its grid, on what the present model cannot explain and
+after projection on what it can (variable projection: Golub and Pereyra 1973). The best few are
+refined between the points of their grids, and compared by the extended Bayesian information
+criterion (Chen and Chen, Biometrika 95 (2008) 759), which makes a candidate pay for its parameters
+and for the number of others that were tried.
+"""
+
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from edge_ident.diagnosis.candidates import Candidate, candidates, columns, grid
+from edge_ident.diagnosis.fitting import Fitted, Found, fit, jacobian_of, solve
+from edge_ident.diagnosis.view import View
+from edge_ident.effects import catalogue, named
+from edge_ident.model import AxisModel
+
+Array = NDArray[np.float64]
+
+_REFINED: Final = 6
+"""Candidates that are refined before one is chosen."""
+_HOPELESS: Final = 4.0
+"""Error over the least beyond which no refinement brings a candidate back."""
+_ROUNDS: Final = 3
+_POINTS: Final = {1: 9, 2: 5}
+"""Per shape parameter and round."""
+_OWN_SHARE: Final = 0.02
+"""Of a column's length, below which it is another name for what the model has already."""
+_CLARITY: Final = 0.75
+"""Least share of motion in what is a candidate's own."""
+_MOST_WITHHELD: Final = 0.3
+"""Share of the samples; an actuator that gives less than that much obeys nothing."""
+_TINY: Final = float(np.finfo(float).tiny)
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A candidate at its best shapes: what adding it would leave."""
+
+    found: Found
+    error: float
+    """Sum of squares that would be left over the clear samples."""
+    doubt: float
+    """Sum of squares by which the formulas of the model and the candidate may be off."""
+    penalty: float
+    on_edge: bool
+
+
+class Search:
+    """Candidates and their columns for one view, kept while the model grows."""
+
+    def __init__(self, view: View, template: AxisModel, start: Fitted) -> None:
+        self.view = view
+        self.template = template
+        self.shaken = view.shaken
+        self.extent = view.extent(start.base)
+        self.candidates = candidates(view)
+        self.grids = {c: grid(c, self.extent) for c in self.candidates}
+        self.library = {
+            c: columns(view, start.axis, c, self.grids[c])[..., view.clear] for c in self.candidates
+        }
+
+    def penalty(self, candidate: Candidate) -> float:
+        """What a candidate has to pay, in the unit of n·log(error)."""
+        samples = np.count_nonzero(self.view.clear)
+        tried = len(catalogue()) * _count(self.grids[candidate])
+        return float(candidate.size * np.log(samples) + 2.0 * np.log(tried))
+
+    def criterion(self, fitted: Fitted) -> float:
+        """Extended Bayesian information of a model, the smaller the better."""
+        samples = np.count_nonzero(self.view.clear)
+        penalty = sum(self.penalty(f.candidate) for f in fitted.found)
+        for f in fitted.found:
+            if not f.candidate.form.amplitudes:
+                penalty += samples * np.log(surcharge(self._contribution(f, fitted)))
+        return float(samples * np.log(max(fitted.error + self._doubt(fitted), _TINY)) + penalty)
+
+    def _doubt(self, fitted: Fitted) -> float:
+        """Sum of squares by which the formulas of a model may be off."""
+        clear = self.view.clear
+        basis = _orthonormal(np.hstack([fitted.jacobian[:, :4], self.view.standstills])[clear])
+        doubt, at = 0.0, 4
+        for f in fitted.found:
+            size = len(f.amplitudes)
+            if size:
+                effort = fitted.jacobian[clear, at : at + size] @ list(f.amplitudes.values())
+            else:
+                effort = self._contribution(f, fitted)
+            own = effort - basis @ (basis.T @ effort)
+            doubt += named(f.candidate.effect).discrepancy ** 2 * float(own @ own)
+            at += size
+        return doubt
+
+    def _contribution(self, found: Found, fitted: Fitted) -> Array:
+        shapes = {name: np.array([value]) for name, value in found.shapes.items()}
+        rows = columns(self.view, fitted.axis, found.candidate, shapes)
+        return np.asarray(rows[0, 0, self.view.clear])
+
+    def trials(self, fitted: Fitted, without: frozenset[str] = frozenset()) -> list[Trial]:
+        """Every candidate on top of a model, the best first, the first few refined."""
+        residual = (self.view.effort - fitted.predicted)[self.view.clear]
+        basis = _orthonormal(fitted.jacobian[self.view.clear])
+        doubt = self._doubt(fitted)
+        shaken = jacobian_of(self.shaken, fitted)[self.view.clear]
+        coarse = []
+        for candidate in self.candidates:
+            if candidate.effect in without:
+                continue
+            errors, amplitudes = _explained(
+                candidate, self.library[candidate], residual, basis
+            )
+            best = int(np.argmin(errors))
+            if not np.isfinite(errors[best]):
+                continue
+            trial = self._trial(candidate, self.grids[candidate], best, errors, amplitudes)
+            coarse.append(self._doubted(trial, fitted, doubt))
+        coarse.sort(key=self._gain)
+        refined: list[Trial] = []
+        for trial in coarse:
+            if len(refined) == _REFINED or trial.error > _HOPELESS * coarse[0].error:
+                break
+            better = self._refined(trial, fitted, residual, basis)
+            if self._clarity(better.found, fitted, shaken) > _CLARITY:
+                refined.append(self._doubted(better, fitted, doubt))
+        return sorted(refined, key=self._gain)
+
+    def _doubted(self, trial: Trial, fitted: Fitted, doubt: float) -> Trial:
+        own = max(fitted.error - trial.error, 0.0)
+        added = named(trial.found.candidate.effect).discrepancy ** 2 * own
+        return replace(trial, doubt=doubt + added)
+
+    def _clarity(self, found: Found, fitted: Fitted, shaken_jacobian: Array) -> float:
+        """Share of what is a candidate's own that is motion, and not noise of the encoders.
+
+        The least of its columns counts. What the model's columns do not explain of a candidate's is all that tells them apart. On
+        slow motions that can be noise of the model's columns.
+        """
+        shapes = {name: np.array([value]) for name, value in found.shapes.items()}
+        clear = self.view.clear
+        seen, shaken = (
+            columns(view, fitted.axis, found.candidate, shapes)[0][:, clear]
+            for view in (self.view, self.shaken)
+        )
+        jacobian = fitted.jacobian[clear]
+        noise = shaken_jacobian - jacobian
+        worst = 1.0
+        for k in range(len(seen)):
+            others = np.hstack([jacobian, np.delete(seen, k, axis=0).T])
+            weights = solve(others, seen[k])
+            own = seen[k] - others @ weights
+            moved = np.hstack([noise, np.delete(shaken - seen, k, axis=0).T])
+            spoiled = (shaken - seen)[k] - moved @ weights
+            worst = min(worst, 1.0 - float(spoiled @ spoiled) / max(float(own @ own), _TINY))
+        return worst
+
+    def value(self, trial: Trial, fitted: Fitted) -> float:
+        """Criterion of a model with a trial added."""
+        samples = np.count_nonzero(self.view.clear)
+        left = max(fitted.error + self._doubt(fitted), _TINY)
+        had = self.criterion(fitted) - samples * np.log(left)
+        return float(had + self._gain(trial))
+
+    def _gain(self, trial: Trial) -> float:
+        samples = np.count_nonzero(self.view.clear)
+        return float(samples * np.log(max(trial.error + trial.doubt, _TINY)) + trial.penalty)
+
+    def polished(self, fitted: Fitted) -> Fitted:
+        """Search the shapes of each term once more, beside all the others."""
+        if len(fitted.found) < 2:
+            return fitted
+        for k, f in enumerate(fitted.found):
+            if not f.candidate.form.shapes:
+                continue
+            rest = self.fit(fitted.base, fitted.found[:k] + fitted.found[k + 1 :])
+            residual = (self.view.effort - rest.predicted)[self.view.clear]
+            basis = _orthonormal(rest.jacobian[self.view.clear])
+            start = Trial(f, np.inf, 0.0, 0.0, False)
+            better = self._refined(start, rest, residual, basis).found
+            found = (*fitted.found[:k], better, *fitted.found[k + 1 :])
+            candidate = self.fit(fitted.base, found)
+            if candidate.error < fitted.error:
+                fitted = candidate
+        return fitted
+
+    def fit(self, base: Array, found: tuple[Found, ...]) -> Fitted:
+        """Fit a model to the view."""
+        return fit(self.view, self.template, base, found)
+
+    def _trial(
+        self,
+        candidate: Candidate,
+        shapes: dict[str, Array],
+        best: int,
+        errors: Array,
+        amplitudes: Array,
+    ) -> Trial:
+        at = {name: float(array[best]) for name, array in shapes.items()}
+        named_ = dict(zip(candidate.form.amplitudes, amplitudes[best].tolist(), strict=False))
+        edge = any(
+            at[name] in (float(np.min(array)), float(np.max(array)))
+            for name, array in self.grids[candidate].items()
+            if name in candidate.form.shapes and np.ptp(array) > 0.0
+        )
+        penalty = self.penalty(candidate)
+        return Trial(Found(candidate, at, named_), float(errors[best]), 0.0, penalty, edge)
+
+    def _refined(self, trial: Trial, fitted: Fitted, residual: Array, basis: Array) -> Trial:
+        """Close in on the best shapes: the first two together, any others one by one."""
+        candidate = trial.found.candidate
+        names = candidate.form.shapes
+        whole = self.grids[candidate]
+        width = {name: _spacing(whole[name], trial.found.shapes[name]) for name in names}
+        groups = [names[:2], *((name,) for name in names[2:])]
+        for _ in range(_ROUNDS if names else 0):
+            for group in groups:
+                points = np.linspace(-1.0, 1.0, _POINTS[len(group)])
+                mesh = np.meshgrid(*(points for _ in group), indexing="ij")
+                shapes = {k: np.full(mesh[0].size, v) for k, v in trial.found.shapes.items()}
+                for name, offsets in zip(group, mesh, strict=True):
+                    shapes[name] = self._within(candidate, name, shapes[name], width, offsets)
+                    width[name] *= 2.0 / (len(points) - 1)
+                rows = columns(self.view, fitted.axis, candidate, shapes)[..., self.view.clear]
+                errors, amplitudes = _explained(candidate, rows, residual, basis)
+                best = int(np.argmin(errors))
+                if np.isfinite(errors[best]) and errors[best] <= trial.error:
+                    trial = self._trial(candidate, shapes, best, errors, amplitudes)
+        return trial
+
+    def _within(
+        self, candidate: Candidate, name: str, centre: Array, width: dict[str, float], at: Array
+    ) -> Array:
+        """Points around a shape, inside the grid where that has an extent."""
+        low, high = np.min(self.grids[candidate][name]), np.max(self.grids[candidate][name])
+        points = centre + width[name] * at.ravel()
+        if low < high:
+            return np.clip(points, low, high)
+        bounds = {p.name: (p.low, p.high) for p in named(candidate.effect).parameters}
+        return np.clip(points, *bounds[name])
+
+
+def _explained(
+    candidate: Candidate, rows: Array, residual: Array, basis: Array
+) -> tuple[Array, Array]:
+    """Errors (D,) left by columns (D, k, n) at their best amplitudes (D, k); infinite where an
+    amplitude is unphysical or the columns are nothing new."""
+    own = rows - (rows @ basis) @ basis.T
+    residual = residual - basis @ (basis.T @ residual)
+    total = float(residual @ residual)
+    if not candidate.form.amplitudes:
+        left = residual - own[:, 0]
+        errors = np.einsum("dn,dn->d", left, left)
+        return errors * surcharge(rows[:, 0]), np.ones((len(rows), 0))
+    length, whole = np.linalg.norm(own, axis=2), np.linalg.norm(rows, axis=2)
+    new = np.all(length > _OWN_SHARE * whole, axis=1) & np.all(length > 0.0, axis=1)
+    unit = own / np.where(length > 0.0, length, 1.0)[..., None]
+    gram = unit @ unit.transpose(0, 2, 1)
+    right = unit @ residual
+    gram[~new] = np.eye(gram.shape[-1])
+    new &= np.linalg.cond(gram) < _OWN_SHARE**-2
+    gram[~new] = np.eye(gram.shape[-1])
+    normalized = np.linalg.solve(gram, right[..., None])[..., 0]
+    errors = total - np.einsum("dk,dk->d", normalized, right)
+    amplitudes = normalized / np.where(length > 0.0, length, 1.0)
+    bounds = {p.name: (p.low, p.high) for p in named(candidate.effect).parameters}
+    low, high = np.array([bounds[name] for name in candidate.form.amplitudes]).T
+    physical = np.all((amplitudes >= low) & (amplitudes <= high), axis=1)
+    return np.where(new & physical, np.maximum(errors, _TINY), np.inf), amplitudes
+
+
+def surcharge(withheld: Array) -> Array:
+    """Factor on the error of a model that withholds (..., n) of the effort.
+
+    What an actuator withholds is read from the effort itself and follows from no motion: every
+    sample of it is a free parameter, and pays for it.
+    """
+    samples = withheld.shape[-1]
+    peak = np.max(np.abs(withheld), axis=-1, keepdims=True)
+    free = np.count_nonzero(np.abs(withheld) > 0.01 * peak, axis=-1)
+    factor = np.exp(free * np.log(samples) / samples)
+    return np.asarray(np.where(free < _MOST_WITHHELD * samples, factor, np.inf))
+
+
+def _orthonormal(jacobian: Array) -> Array:
+    length = np.linalg.norm(jacobian, axis=0)
+    unit = jacobian / np.where(length > 0.0, length, 1.0)
+    left, singular, _ = np.linalg.svd(unit, full_matrices=False)
+    return np.asarray(left[:, singular > 1e-7 * singular[0]])
+
+
+def _spacing(values: Array, at: float) -> float:
+    """Distance to the neighbouring value of a grid, the larger of the two."""
+    distinct = np.unique(values)
+    index = int(np.argmin(np.abs(distinct - at)))
+    near = distinct[max(index - 1, 0) : index + 2]
+    return float(np.max(np.abs(near - at))) if len(near) > 1 else abs(at)
+
+
+def _count(shapes: dict[str, Array]) -> int:
+    return max((len(array) for array in shapes.values()), default=1)

@@ -1,0 +1,127 @@
+"""A diagnosis made by hand: one axis explained, one adequate, one unexplained."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from edge_ident.diagnosis.result import (
+    AxisDiagnosis,
+    Cause,
+    DataFinding,
+    Diagnosis,
+    Fit,
+    NotTestable,
+    Rival,
+    Traces,
+    Validation,
+    Verdict,
+)
+from edge_ident.effect import Motion
+from edge_ident.inverse import inverse_effort
+from edge_ident.metrics import compare
+from edge_ident.model import AxisModel, Estimate, Term, base_axis
+
+PERIOD_S = 0.0025
+TRUTH = np.array([0.5, 0.8, 1.2, 0.1])
+BIASED = np.array([0.42, 0.95, 1.1, 0.13])
+STD = np.array([0.01, 0.005, 0.008, 0.004])
+RIPPLE = Term(
+    "torque_ripple",
+    {"cosine": 0.2, "sine": -0.1, "period": 0.9},
+    {"cosine": 0.01, "sine": 0.01, "period": 0.0005},
+)
+DIRECTION = Term("asymmetric_friction", {"difference": 0.1}, {"difference": 0.006})
+
+
+def traces(axis: AxisModel, samples: int = 4000, noise: float = 0.02) -> Traces:
+    """A sum of two sines, along which the axis's own terms and noise make the effort."""
+    time = PERIOD_S * np.arange(samples)
+    position, velocity, acceleration = np.zeros((3, samples))
+    for amplitude, rate, phase in ((3.0, 0.9, 0.3), (1.0, 3.1, 1.1)):
+        angle = rate * time + phase
+        position += amplitude * np.sin(angle)
+        velocity += amplitude * rate * np.cos(angle)
+        acceleration -= amplitude * rate**2 * np.sin(angle)
+    motion = Motion.known(time, position, velocity, acceleration)
+    extended = inverse_effort(axis, motion)
+    shares = {
+        term.effect: inverse_effort(AxisModel((axis.terms[0], term)), motion)
+        - inverse_effort(AxisModel(axis.terms[:1]), motion)
+        for term in axis.terms[1:]
+    }
+    parameters = BIASED if shares else TRUTH
+    turns = np.flatnonzero(np.diff(np.sign(velocity))) + 1
+    last = np.concatenate([[0], turns])[np.searchsorted(turns, np.arange(samples), side="right")]
+    travelled = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(position)))])
+    return Traces(
+        time_s=time,
+        position=position,
+        velocity=velocity,
+        acceleration=acceleration,
+        effort=extended + np.random.default_rng(1).normal(0.0, noise, samples),
+        base_effort=inverse_effort(base_axis(Estimate(parameters, STD)), motion),
+        extended_effort=extended,
+        shares=shares,
+        since_reversal=travelled - travelled[last],
+        clear=np.abs(velocity) > 0.15,
+        file=np.zeros(samples, dtype=np.intp),
+    )
+
+
+def axis(verdict: Verdict, *causes: Cause, samples: int = 4000) -> AxisDiagnosis:
+    base_term = base_axis(Estimate(TRUTH, STD)).terms[0]
+    model = AxisModel((base_term, *(cause.term for cause in causes)))
+    seen = traces(model, samples)
+    before, after = (
+        compare(seen.effort, seen.base_effort),
+        compare(seen.effort, seen.extended_effort),
+    )
+    return AxisDiagnosis(
+        verdict=verdict,
+        causes=causes,
+        not_testable=(
+            NotTestable("backlash", "too few reversals", "a staircase of short moves"),
+            NotTestable("presliding_hysteresis", "too few reversals", "a staircase of short moves"),
+            NotTestable("load_dependent_friction", "the load is constant", "two payloads"),
+        ),
+        base=Fit(
+            Estimate(BIASED if causes else TRUTH, STD),
+            before.relative_residual, 1.05 * before.relative_residual, before,
+        ),
+        extended=Fit(
+            Estimate(TRUTH, STD), after.relative_residual, 1.05 * after.relative_residual, after
+        ),
+        noise_floor=0.9 * after.relative_residual,
+        noise_floor_source="from the motion's repetition",
+        model=model,
+        cutoff_hz=6.5,
+        traces=seen,
+    )  # fmt: skip
+
+
+def ripple() -> Cause:
+    return Cause(
+        RIPPLE, 0.31, (0.27, 0.35), 0.12,
+        (Rival("encoder_eccentricity", True, "it would grow with speed squared", "two speeds"),),
+        "effort rises and falls 6.98 times per turn, at all speeds alike",
+    )  # fmt: skip
+
+
+def friction_by_direction() -> Cause:
+    return Cause(
+        DIRECTION, 0.12, (0.08, 0.17), 0.05,
+        (Rival("nonlinear_viscous", False, "0.97 alike [on this motion]", "a faster multisine"),),
+        "viscous friction is 12 % larger forward than backward",
+    )  # fmt: skip
+
+
+def diagnosis(*, doubtful: bool = False, unexplained: bool = False) -> Diagnosis:
+    """Axis x explained by two causes, z adequate, and y unexplained where a test asks for it."""
+    axes = {
+        "x": axis(Verdict.EXPLAINED, ripple(), friction_by_direction()),
+        "z": axis(Verdict.ADEQUATE),
+    }
+    if unexplained:
+        axes["y"] = replace(axis(Verdict.UNEXPLAINED, ripple()), noise_floor=0.002)
+    finding = DataFinding("uneven_sampling", "x", "stamps stray by 0.3 sampling periods")
+    return Diagnosis(axes, (finding,) if doubtful else (), {"x": Validation(0.12, 0.04)})

@@ -1,0 +1,149 @@
+"""`edge-ident diagnose` from end to end, with a diagnosis made by hand in place of the search."""
+
+import hashlib
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner, Result
+
+from edge_ident.cli import app
+from edge_ident.diagnosis import diagnose as engine
+from edge_ident.diagnosis import page
+from edge_ident.diagnosis.result import Diagnosis
+from edge_ident.model import Model
+from edge_ident.model_files import load_model, save_model
+from edge_ident.recording import AxisRecord, Recording
+from edge_ident.recording_files import save_recording
+from tests.edge_ident.diagnosis import hand_made
+
+
+class Engine:
+    """Answers with a diagnosis that it was given, and remembers what it was asked."""
+
+    def __init__(self, answer: Diagnosis) -> None:
+        self.answer = answer
+        self.asked: dict = {}
+
+    def __call__(
+        self,
+        recordings: list[Recording],
+        *,
+        model: Model | None,
+        validate: Recording | None,
+        on_progress: Callable[[str, int, int], None],
+    ) -> Diagnosis:
+        self.asked = {"recordings": recordings, "model": model, "validate": validate}
+        on_progress("timing", 1, 2)
+        on_progress("causes", 2, 2)
+        return self.answer
+
+
+@pytest.fixture
+def answered(monkeypatch: pytest.MonkeyPatch) -> Callable[[Diagnosis], Engine]:
+    def answer(diagnosis: Diagnosis) -> Engine:
+        stand_in = Engine(diagnosis)
+        monkeypatch.setattr(engine, "diagnose", stand_in)
+        return stand_in
+
+    return answer
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    time = hand_made.PERIOD_S * np.arange(400)
+    axis = AxisRecord(np.sin(3.0 * time), np.cos(3.0 * time), "rad", "N*m")
+    path = tmp_path / "recording.csv"
+    save_recording(Recording(time, {"x": axis, "y": axis, "z": axis}, "test"), path)
+    return path
+
+
+def diagnose(*arguments: str | Path) -> Result:
+    return CliRunner().invoke(app, ["diagnose", *map(str, arguments)])
+
+
+def test_an_understood_machine_ends_with_0_and_json_alone_on_stdout(answered, file) -> None:
+    answered(hand_made.diagnosis())
+    done = diagnose(file, "--json")
+    assert done.exit_code == 0, done.stderr
+    document = json.loads(done.stdout)
+    assert document["schema"] == "edge-ident/diagnosis/1"
+    assert document["model"] is None
+    assert "timing" in done.stderr
+
+
+@pytest.mark.parametrize("flaw", ["doubtful", "unexplained"])
+def test_what_is_not_understood_ends_with_1(answered, file, flaw: str) -> None:
+    answered(hand_made.diagnosis(**{flaw: True}))
+    assert diagnose(file).exit_code == 1
+
+
+def test_bad_input_ends_with_5(answered, file, tmp_path) -> None:
+    answered(hand_made.diagnosis())
+    assert diagnose(tmp_path / "missing.csv").exit_code == 5
+    assert diagnose(file, "--model", tmp_path / "missing.json").exit_code == 5
+    assert diagnose(file, "--validate", tmp_path / "missing.csv").exit_code == 5
+
+
+def test_several_recordings_a_model_and_a_validation_reach_the_search(
+    answered, file, tmp_path
+) -> None:
+    stand_in = answered(hand_made.diagnosis())
+    model = Model({"x": hand_made.diagnosis().axes["x"].model})
+    save_model(model, tmp_path / "known.json")
+    done = diagnose(file, file, "--validate", file, "--model", tmp_path / "known.json")
+    assert done.exit_code == 0, done.stderr
+    assert len(stand_in.asked["recordings"]) == 2
+    assert stand_in.asked["validate"].axes["x"].position_unit == "rad"
+    assert stand_in.asked["model"] == model
+
+
+def test_columns_are_renamed(answered, file, tmp_path) -> None:
+    stand_in = answered(hand_made.diagnosis())
+    text = file.read_text().replace("y_position_rad", "angle")
+    (tmp_path / "renamed.csv").write_text(text)
+    assert diagnose(tmp_path / "renamed.csv").exit_code == 5
+    done = diagnose(tmp_path / "renamed.csv", "--column", "angle=y_position_rad")
+    assert done.exit_code == 0, done.stderr
+    assert list(stand_in.asked["recordings"][0].axes) == ["x", "y", "z"]
+
+
+def test_the_folder_holds_document_model_with_its_recordings_and_page(
+    answered, file, tmp_path, monkeypatch
+) -> None:
+    monkeypatch.setattr(page, "find_spec", lambda name: None)  # figures have tests of their own
+    answered(hand_made.diagnosis())
+    folder = tmp_path / "diagnosis"
+    done = diagnose(file, "--output", folder, "--json")
+    assert done.exit_code == 0, done.stderr
+    assert json.loads((folder / "diagnosis.json").read_text()) == json.loads(done.stdout)
+    assert json.loads(done.stdout)["model"] == str(folder / "model.json")
+    model = load_model(folder / "model.json")
+    assert [term.effect for term in model.axes["x"].terms[1:]] == [
+        "torque_ripple",
+        "asymmetric_friction",
+    ]
+    assert model.recordings[0].sha256 == hashlib.sha256(file.read_bytes()).hexdigest()
+    assert (folder / "report.md").is_file()
+
+
+def test_tables_say_verdict_causes_rivals_and_what_no_motion_showed(answered, file) -> None:
+    answered(hand_made.diagnosis(unexplained=True))
+    text = " ".join(diagnose(file).stdout.split())
+    assert "axis x explained by torque ripple and asymmetric friction" in text
+    assert "torque ripple 31 % 12.0 %" in text
+    assert "27 to 35 %" in text
+    assert "period 0.9 ± 0.0005 rad" in text
+    assert "nonlinear viscous cannot be told apart from it by this motion" in text
+    assert "0.97 alike [on this motion]" in text
+    assert "record a faster multisine" in text
+    assert "axis z the base model is adequate" in text
+    assert "axis y unexplained: torque ripple found, but" in text
+    assert "not testable: backlash, presliding hysteresis" in text
+
+
+def test_help_has_an_example() -> None:
+    text = " ".join(diagnose("--help").stdout.split())
+    assert "Example: edge-ident diagnose" in text

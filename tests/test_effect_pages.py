@@ -1,0 +1,57 @@
+"""docs/effects.md says what the effects' files say, of every effect."""
+
+from pathlib import Path
+
+import pytest
+
+from edge_ident.effects import catalogue
+from edge_ident.effects.backlash import EFFECT as BACKLASH
+from tools import effect_pages
+
+
+def section(name: str) -> str:
+    return effect_pages.render().split(f"\n## {name}\n")[1].split("\n## ")[0]
+
+
+def test_the_page_in_the_docs_is_up_to_date() -> None:
+    assert effect_pages.main(["--check"]) == 0
+
+
+def test_check_tells_an_old_page_and_leaves_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    page = tmp_path / "effects.md"
+    page.write_text("old")
+    monkeypatch.setattr(effect_pages, "PAGE", page)
+    assert effect_pages.main(["--check"]) == 1
+    assert "effects.md is out of date" in capsys.readouterr().err
+    assert page.read_text() == "old"
+    assert effect_pages.main([]) == 0
+    assert effect_pages.main(["--check"]) == 0
+
+
+@pytest.mark.parametrize("name", catalogue())
+def test_every_effect_has_its_physics_parameters_rivals_and_motion(name: str) -> None:
+    text, effect = section(name), catalogue()[name]
+    assert "Source:" in text
+    for parameter in effect.parameters:
+        assert f"| `{parameter.name}` | {parameter.description} |" in text
+    assert effect.signature in text
+    assert effect.experiment in text
+    assert effect.rivals
+    for rival in effect.rivals:
+        assert rival in catalogue()
+        assert f"[{rival}](#{rival})" in text
+
+
+def test_units_and_ranges_are_those_of_a_rotary_axis() -> None:
+    assert BACKLASH.parameters[0].name == "gap"
+    assert "| rad | 0 or more | searched |" in section("backlash")
+    assert "| kg·m^2 | above 0 | fitted |" in section("backlash")
+    assert "| N·m·s/rad | any | fitted |" in section("asymmetric_friction")
+    assert "| s | -1 to 1 | fitted |" in section("time_delay")
+
+
+def test_another_argument_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    assert effect_pages.main(["--chek"]) == 2
+    assert "usage" in capsys.readouterr().err

@@ -1,0 +1,131 @@
+"""How often `diagnose` names what hides in a drive of a simulation that it does not know.
+
+Two-axis flexible drives (`tests.plant`) in closed loop, encoder of 8400 counts, effort in steps
+and with 2 % noise; one axis has the fault, the other is left alone. Every drive has a multisine,
+or a phase of the paper's motion, of its own. A case counts in the headline when its effect shows:
+the base model leaves at least twice the variance outside reversals that it leaves of the same
+drive with the same noise without the effect.
+
+    python -m tools.diagnosis_benchmark single --drives 5
+    python -m tools.diagnosis_benchmark single --scale 0.4      what showed at full size, smaller
+    python -m tools.diagnosis_benchmark clean pairs unknown --motion multisine
+    python -m tools.diagnosis_benchmark speed                   44 s of two axes on one core
+    python -m tools.diagnosis_benchmark --case single/multisine/1/0/37/1/0.02
+    python -m tools.diagnosis_benchmark --read FILE             the tables of a former run
+
+Simulations are kept in runs/diagnosis_benchmark and used again. Seeds 1 to 99 are for development;
+the figures in docs/diagnosis.md are of seed 1001, which no development has seen.
+"""
+
+import os
+
+# one thread for each process; before numpy is loaded
+os.environ["OMP_NUM_THREADS"] = os.environ["OPENBLAS_NUM_THREADS"] = "1"
+
+import argparse
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Final
+
+from rich.console import Console
+
+from tests.plant import EFFECTS
+from tools.diagnosis_benchmark.cases import KINDS, MOTIONS, Case, plan
+from tools.diagnosis_benchmark.hiding import FOLDER
+from tools.diagnosis_benchmark.looking import print_case
+from tools.diagnosis_benchmark.outcome import Outcome
+from tools.diagnosis_benchmark.running import Workers, select
+from tools.diagnosis_benchmark.speed import print_speed
+from tools.diagnosis_benchmark.tables import print_tables
+
+DEVELOPMENT_SEED: Final = 1
+REPORTING_SEED: Final = 1001
+SPEED: Final = "speed"
+
+
+def main() -> int:
+    """Run what is asked for and print its tables; 130 if it was interrupted."""
+    given = _arguments()
+    console = Console(width=180, highlight=False)
+    if given.case:
+        print_case(Case.parse(given.case), console)
+        return 0
+    if given.read:
+        lines = given.read.read_text("utf-8").splitlines()
+        print_tables([Outcome.read(line) for line in lines], console)
+        return 0
+    code = 0
+    if kinds := [kind for kind in KINDS if kind in given.what]:
+        code = _benchmark(given, kinds, console)
+    if SPEED in given.what and not code:
+        print_speed(console)
+    return code
+
+
+def _benchmark(given: argparse.Namespace, kinds: list[str], console: Console) -> int:
+    """Diagnose the cases; every outcome is in the file as soon as it is known."""
+    cases = [
+        case
+        for kind in kinds
+        for motion in given.motion
+        for case in plan(kind, motion, given.drives, given.effects, given.seed, given.noise)
+    ]
+    outcomes, code = [], 0
+    given.output.parent.mkdir(parents=True, exist_ok=True)
+    with given.output.open("w", encoding="utf-8") as file, Workers(given.jobs) as workers:
+        try:
+            for outcome in workers.diagnose(select(cases, given.scale, workers)):
+                outcomes.append(outcome)
+                print(outcome.line(), file=file, flush=True)
+        except KeyboardInterrupt:
+            code = 130
+    print_tables(outcomes, console)
+    console.print(f"every case: {given.output}")
+    return code
+
+
+def _arguments() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("what", nargs="*", help=", ".join((*KINDS, SPEED)))
+    parser.add_argument(
+        "--drives", type=int, default=5, help="for each effect; ten times as many of other kinds"
+    )
+    parser.add_argument("--motion", type=_names(MOTIONS), default=MOTIONS, metavar="A,B")
+    parser.add_argument("--effects", type=_names(EFFECTS), default=EFFECTS, metavar="A,B")
+    parser.add_argument("--scale", type=float, default=1.0, help="of the effects' sizes")
+    parser.add_argument("--noise", type=float, default=0.02, help="share of the rms effort")
+    parser.add_argument(
+        "--seed",
+        type=int,
+        default=DEVELOPMENT_SEED,
+        help=f"{DEVELOPMENT_SEED} for development (default), {REPORTING_SEED} for the docs",
+    )
+    parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--output", type=Path, default=FOLDER / "outcomes.jsonl")
+    parser.add_argument("--case", help="diagnose this one and print all about it")
+    parser.add_argument("--read", type=Path, metavar="FILE", help="print its tables again")
+    given = parser.parse_args()
+    if unknown := set(given.what) - {*KINDS, SPEED}:
+        parser.error(f"what is {min(unknown)}? Known: {', '.join((*KINDS, SPEED))}")
+    if not (given.what or given.case or given.read):
+        parser.error("say what to run")
+    return given
+
+
+def _names(known: tuple[str, ...]) -> Callable[[str], tuple[str, ...]]:
+    """Parser of a list with commas."""
+
+    def parse(text: str) -> tuple[str, ...]:
+        names = tuple(text.split(","))
+        if unknown := set(names) - set(known):
+            raise argparse.ArgumentTypeError(f"{min(unknown)}; known: {', '.join(known)}")
+        return names
+
+    return parse
+
+
+if __name__ == "__main__":
+    sys.exit(main())

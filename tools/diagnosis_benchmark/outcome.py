@@ -1,0 +1,217 @@
+"""What a diagnosis said of a case, held against what was hidden."""
+
+import json
+from dataclasses import asdict, dataclass, replace
+from itertools import permutations
+from typing import Final, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from edge_ident.diagnosis.result import AxisDiagnosis, Diagnosis, Verdict
+from edge_ident.effect import Motion
+from edge_ident.effects import named
+from edge_ident.model import AxisModel
+from tools.diagnosis_benchmark.cases import Case
+from tools.diagnosis_benchmark.hiding import AXES, load_batch
+
+Array = NDArray[np.float64]
+
+SHOWS: Final = 2.0
+"""Variance ratio from which a fault counts in the headline."""
+JUDGED: Final = ("inertia", "viscous_friction", "coulomb_friction")
+"""Parameters whose bias is judged; the offset may be anything."""
+
+
+@dataclass(frozen=True)
+class Named:
+    """A cause: its effect, and the rivals that it says the motion cannot tell from it."""
+
+    effect: str
+    inseparable: tuple[str, ...]
+
+    def meets(self, hidden: str) -> bool:
+        """Whether it names the hidden effect; of two at most that it cannot tell apart."""
+        return len(self.inseparable) < 2 and hidden in (self.effect, *self.inseparable)
+
+    @property
+    def confident(self) -> bool:
+        """Whether nothing else could be it."""
+        return not self.inseparable
+
+    def __str__(self) -> str:
+        return "~".join((self.effect, *self.inseparable))
+
+
+def causes_of(axis: AxisDiagnosis) -> tuple[Named, ...]:
+    """What is named on an axis, strongest first."""
+    return tuple(
+        Named(cause.term.effect, tuple(r.effect for r in cause.rivals if not r.separable))
+        for cause in axis.causes
+    )
+
+
+def all_named(hidden: tuple[str, ...], causes: tuple[Named, ...]) -> bool:
+    """Whether each hidden effect has a cause of its own that names it."""
+    return any(
+        all(cause.meets(name) for cause, name in zip(chosen, hidden, strict=True))
+        for chosen in permutations(causes, len(hidden))
+    )
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """One case.
+
+    Attributes
+    ----------
+    case, kind, motion : str
+    scale : float
+    hidden : tuple of str
+    shows, shows_full : tuple of float
+        Variance ratio of each hidden effect alone, at this scale and at full size.
+    verdict : str
+    causes : tuple of Named
+        On the axis with the fault; on x where there is none.
+    sound_verdict, sound_causes
+        Of the other axis.
+    error_before, error_after : tuple of float
+        Relative, of `JUDGED`, with the base model and with the extended one.
+    held_out_before, held_out_after, noise_floor : float
+        Relative residuals.
+    cutoff_hz : float
+    wall_s : float
+        For both axes.
+    failure : str
+        Of a diagnosis that ended with an error; all else is empty then.
+    """
+
+    case: str
+    kind: str
+    motion: str
+    scale: float
+    hidden: tuple[str, ...]
+    shows: tuple[float, ...]
+    shows_full: tuple[float, ...]
+    verdict: str = ""
+    causes: tuple[Named, ...] = ()
+    sound_verdict: str = ""
+    sound_causes: tuple[Named, ...] = ()
+    error_before: tuple[float, ...] = ()
+    error_after: tuple[float, ...] = ()
+    held_out_before: float = 0.0
+    held_out_after: float = 0.0
+    noise_floor: float = 0.0
+    cutoff_hz: float = 0.0
+    wall_s: float = 0.0
+    failure: str = ""
+
+    @property
+    def counts(self) -> bool:
+        """Whether every hidden effect shows at full size."""
+        return all(ratio >= SHOWS for ratio in self.shows_full)
+
+    @property
+    def right(self) -> bool:
+        """Whether the first cause is one that was hidden."""
+        return bool(self.causes) and any(self.causes[0].meets(name) for name in self.hidden)
+
+    @property
+    def found_all(self) -> bool:
+        """Whether each hidden effect has a cause of its own that names it."""
+        return all_named(self.hidden, self.causes)
+
+    @property
+    def exact(self) -> bool:
+        """Whether it found all that was hidden, named nothing else, and says it is explained."""
+        complete = len(self.causes) == len(self.hidden) and self.found_all
+        return complete and self.verdict == (Verdict.EXPLAINED if self.hidden else Verdict.ADEQUATE)
+
+    @property
+    def undecided(self) -> bool:
+        """Whether the first cause has a rival that this motion cannot tell from it."""
+        return bool(self.causes) and bool(self.causes[0].inseparable)
+
+    @property
+    def confident(self) -> bool:
+        """Whether it names a cause without such a rival."""
+        return any(cause.confident for cause in self.causes)
+
+    def line(self) -> str:
+        """As one line of JSON."""
+        return json.dumps(asdict(self))
+
+    @classmethod
+    def read(cls, line: str) -> Self:
+        """From one line of JSON."""
+        values = json.loads(line)
+        for key in ("causes", "sound_causes"):
+            values[key] = tuple(Named(c["effect"], tuple(c["inseparable"])) for c in values[key])
+        return cls(**{k: tuple(v) if isinstance(v, list) else v for k, v in values.items()})
+
+
+def unjudged(case: Case, failure: str = "") -> Outcome:
+    """An outcome that holds nothing but what was hidden."""
+    shows, shows_full = (load_batch(b).shows[case.row] for b in (case.batch, case.batch.full_size))
+    return Outcome(
+        case=str(case),
+        kind=case.batch.kind,
+        motion=case.batch.motion,
+        scale=case.batch.scale,
+        hidden=case.hidden,
+        shows=tuple(shows.tolist()),
+        shows_full=tuple(shows_full.tolist()),
+        failure=failure,
+    )
+
+
+def judge(case: Case, diagnosis: Diagnosis, wall_s: float) -> Outcome:
+    """Hold a diagnosis against the truth."""
+    hidden = load_batch(case.batch)
+    hit = int(hidden.axis[case.row])
+    axis, sound = diagnosis.axes[AXES[hit]], diagnosis.axes[AXES[1 - hit]]
+    truth = hidden.truth[case.row, hit]
+    before = axis.base.estimate.parameters
+    after = mean_parameters(axis.model, float(hidden.time_s[-1]))
+    return replace(
+        unjudged(case),
+        verdict=str(axis.verdict),
+        causes=causes_of(axis),
+        sound_verdict=str(sound.verdict),
+        sound_causes=causes_of(sound),
+        error_before=_relative(before, truth),
+        error_after=_relative(after, truth),
+        held_out_before=float(axis.base.held_out),
+        held_out_after=float(axis.extended.held_out),
+        noise_floor=float(axis.noise_floor),
+        cutoff_hz=float(axis.cutoff_hz),
+        wall_s=wall_s,
+    )
+
+
+def mean_parameters(model: AxisModel, duration_s: float) -> Array:
+    """Base parameters (4,) with what effects that change them in time add on average.
+
+    The truth of the plant is such a mean. An extended model has the parameters of the start of the
+    record and, for warm-up, of its end.
+    """
+    time_s = np.linspace(0.0, duration_s, 2001)
+    ones = np.ones_like(time_s)
+    motion = Motion.known(time_s, ones, ones, ones)
+    values, gain = model.parameters.astype(np.float64), ones
+    for term in model.terms[1:]:
+        effect, of = named(term.effect), {n: np.atleast_1d(v) for n, v in term.values.items()}
+        if term.effect == "payload_change":
+            values[0] += np.mean(effect.inertia(motion, of))
+            values[2] += np.mean(effect.friction(motion, of))
+            values[3] += np.mean(effect.load(motion, of))
+        elif term.effect == "warm_up":
+            values[1] += np.mean(effect.load(motion, of))
+        elif term.effect == "gain_drift":
+            gain = effect.command(ones, time_s, of)
+    return np.asarray(values * np.mean(gain))
+
+
+def _relative(found: Array, truth: Array) -> tuple[float, ...]:
+    part = slice(len(JUDGED))
+    return tuple((np.abs(found - truth)[part] / np.abs(truth[part])).tolist())

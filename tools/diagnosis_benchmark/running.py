@@ -1,0 +1,79 @@
+"""Diagnoses cases in several processes."""
+
+import multiprocessing
+import signal
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import Self
+
+from rich.console import Console
+from rich.progress import track
+
+from edge_ident.diagnosis import diagnose as engine
+from tools.diagnosis_benchmark.cases import CLEAN, SINGLE, Batch, Case
+from tools.diagnosis_benchmark.hiding import load_batch, simulate_batch
+from tools.diagnosis_benchmark.outcome import SHOWS, Outcome, judge, unjudged
+
+
+class Workers:
+    """Processes that simulate and diagnose; an interrupt ends them at once."""
+
+    def __init__(self, jobs: int) -> None:
+        self._pool = multiprocessing.get_context("fork").Pool(jobs, _leave_interrupts_alone)
+        self._progress = Console(stderr=True)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self._pool.terminate()
+
+    def simulate(self, batches: Sequence[Batch]) -> None:
+        """Make what is not in the folder yet."""
+        made = self._pool.imap_unordered(simulate_batch, batches)
+        for _ in track(made, "simulate", len(batches), console=self._progress):
+            pass
+
+    def diagnose(self, cases: Sequence[Case]) -> Iterator[Outcome]:
+        """Outcomes in the order of the cases."""
+        done = self._pool.imap(diagnose_case, cases)
+        yield from track(done, "diagnose", len(cases), console=self._progress)
+
+
+def select(cases: Sequence[Case], scale: float, workers: Workers) -> list[Case]:
+    """Cases that are worth a diagnosis, simulated.
+
+    At full size: all single effects and clean drives, and of the others those in which every
+    fault shows. At another scale: what shows at full size.
+    """
+    workers.simulate(_batches(cases))
+    always = {CLEAN, SINGLE} if scale == 1.0 else set()
+    cases = [case for case in cases if case.batch.kind in always or _shows(case)]
+    scaled = [replace(case, batch=replace(case.batch, scale=scale)) for case in cases]
+    workers.simulate(_batches(scaled))
+    return scaled
+
+
+def diagnose_case(case: Case) -> Outcome:
+    """Diagnose one case; an error of the engine is an outcome, too."""
+    recording = load_batch(case.batch).recording(case.row)
+    began_s = time.perf_counter()
+    try:
+        diagnosis = engine.diagnose([recording])
+    except Exception as error:
+        return unjudged(case, f"{type(error).__name__}: {error}")
+    return judge(case, diagnosis, time.perf_counter() - began_s)
+
+
+def _shows(case: Case) -> bool:
+    ratios = load_batch(case.batch).shows[case.row]
+    return len(ratios) > 0 and bool((ratios >= SHOWS).all())
+
+
+def _batches(cases: Sequence[Case]) -> list[Batch]:
+    return list(dict.fromkeys(case.batch for case in cases))
+
+
+def _leave_interrupts_alone() -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)

@@ -1,0 +1,210 @@
+"""The benchmark's figures as tables."""
+
+from collections import Counter
+from collections.abc import Callable, Iterable, Sequence
+from typing import Final
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from tests.plant import EFFECTS
+from tools.diagnosis_benchmark.cases import CLEAN, MOTIONS, PAIRS, SINGLE, UNKNOWN_KIND
+from tools.diagnosis_benchmark.outcome import JUDGED, Outcome
+from tools.interval_coverage import wilson
+
+_STRENGTH_BINS: Final = 8
+_TEXTS: Final = ("", "case", "hidden", "kind", "verdict", "named", "accused of")
+"""Columns that do not hold numbers."""
+_MOST_FAILURES: Final = 60
+"""Rows of the list of cases that went wrong; the file has them all."""
+
+
+def print_tables(outcomes: Sequence[Outcome], console: Console) -> None:
+    """Everything that the outcomes have something to say on."""
+    single = [o for o in outcomes if o.kind == SINGLE]
+    shown = [o for o in single if o.counts]
+    pairs = [o for o in outcomes if o.kind == PAIRS and o.counts]
+    unknown = [o for o in outcomes if o.kind == UNKNOWN_KIND and o.counts]
+    clean = [o for o in outcomes if o.kind == CLEAN]
+    tables = [headline(shown, pairs, unknown, clean), false_alarms(outcomes)]
+    if shown:
+        tables += [by_effect(shown), confusion(shown), bias(shown, clean)]
+    if single:
+        tables.append(by_strength(single))
+    tables += [wall_time(outcomes), failures([*shown, *pairs, *unknown, *clean])]
+    for table in tables:
+        console.print(table)
+
+
+def headline(
+    shown: Sequence[Outcome],
+    pairs: Sequence[Outcome],
+    unknown: Sequence[Outcome],
+    clean: Sequence[Outcome],
+) -> Table:
+    """What the whole benchmark comes to, by motion."""
+    scales = sorted({o.scale for o in (*shown, *pairs, *unknown, *clean)})
+    sizes = " and ".join(f"{scale:g}" for scale in scales)
+    title = f"faults that show, at {sizes} of their size; 95 % intervals"
+    table = _table(title, "", "all")
+    for motion in MOTIONS:
+        table.add_column(motion, justify="right")
+    rows: list[tuple[str, Sequence[Outcome], Callable[[Outcome], bool]]] = [
+        ("single: first cause right", shown, lambda o: o.right),
+        ("single: verdict exact", shown, lambda o: o.exact),
+        ("single: first cause 'not separable'", shown, lambda o: o.undecided),
+        ("pairs: both found", pairs, lambda o: o.found_all),
+        ("pairs: verdict exact", pairs, lambda o: o.exact),
+        ("unknown: 'unexplained'", unknown, lambda o: o.verdict == "unexplained"),
+        ("unknown: a confident name", unknown, lambda o: o.confident),
+        ("clean: any cause", clean, lambda o: bool(o.causes)),
+        ("clean: 'adequate'", clean, lambda o: o.verdict == "adequate"),
+        ("ended with an error", [*shown, *pairs, *unknown, *clean], lambda o: bool(o.failure)),
+    ]
+    for title, some, holds in rows:
+        if some:
+            groups = [some, *([o for o in some if o.motion == m] for m in MOTIONS)]
+            table.add_row(title, *(_share(map(holds, group)) for group in groups))
+    return table
+
+
+def false_alarms(outcomes: Sequence[Outcome]) -> Table:
+    """How often an axis that was left alone gets a cause or a verdict other than adequate."""
+    table = _table("axes left alone", "", "axes", "accused", "not adequate", "accused of")
+    for kind in (CLEAN, SINGLE, PAIRS, UNKNOWN_KIND):
+        some = [o for o in outcomes if o.kind == kind and not o.failure]
+        axes = [(o.sound_causes, o.sound_verdict) for o in some]
+        if kind == CLEAN:
+            axes += [(o.causes, o.verdict) for o in some]
+        if axes:
+            names = Counter(cause.effect for causes, _ in axes for cause in causes)
+            table.add_row(
+                "both of clean drives" if kind == CLEAN else f"the other, {kind}",
+                str(len(axes)),
+                _share(bool(causes) for causes, _ in axes),
+                _share(verdict != "adequate" for _, verdict in axes),
+                ", ".join(f"{count} {name}" for name, count in names.most_common()),
+            )
+    return table
+
+
+def by_effect(shown: Sequence[Outcome]) -> Table:
+    """Right and exact by effect and motion."""
+    table = _table("right / exact of the cases that show", "hidden")
+    for motion in MOTIONS:
+        for column in (motion, "right", "exact"):
+            table.add_column(column, justify="right")
+    for name in EFFECTS:
+        cells = []
+        for motion in MOTIONS:
+            some = [o for o in shown if o.hidden == (name,) and o.motion == motion]
+            cells += [str(len(some)), _share(o.right for o in some), _share(o.exact for o in some)]
+        table.add_row(name, *cells)
+    return table
+
+
+def confusion(shown: Sequence[Outcome]) -> Table:
+    """Hidden effects in rows, first-named causes in columns."""
+    named = [*EFFECTS, "nothing"]
+    table = _table("hidden (rows) and named first (columns), cases that show", "")
+    for column in (*(str(n) for n in range(1, len(EFFECTS) + 1)), "nothing"):
+        table.add_column(column, justify="right")
+    for number, name in enumerate(EFFECTS, 1):
+        firsts = [
+            o.causes[0].effect if o.causes else "nothing" for o in shown if o.hidden == (name,)
+        ]
+        counts = [firsts.count(other) for other in named]
+        table.add_row(f"{number} {name}", *(str(count) if count else "·" for count in counts))
+    return table
+
+
+def by_strength(single: Sequence[Outcome]) -> Table:
+    """Detection against the variance ratio, over all cases."""
+    table = _table(
+        "single effects by how far they show", "variance ratio", "cases", "any cause", "right",
+        "exact", "'adequate'",
+    )  # fmt: skip
+    for some in np.array_split(sorted(single, key=lambda o: o.shows[0]), _STRENGTH_BINS):
+        if len(some):
+            table.add_row(
+                f"{some[0].shows[0]:.3g} to {some[-1].shows[0]:.3g}",
+                str(len(some)),
+                _share(bool(o.causes) for o in some),
+                _share(o.right for o in some),
+                _share(o.exact for o in some),
+                _share(o.verdict == "adequate" for o in some),
+            )
+    return table
+
+
+def bias(shown: Sequence[Outcome], clean: Sequence[Outcome]) -> Table:
+    """Median errors of the base parameters before and after the extension.
+
+    Those of clean drives are what noise alone makes.
+    """
+    table = _table("median relative error, before → after extension (share left)", "", "cases")
+    for name in JUDGED:
+        table.add_column(name.replace("_", " "), justify="right")
+    judged = [o for o in shown if not o.failure]
+    groups = {name: [o for o in judged if o.hidden == (name,)] for name in EFFECTS}
+    groups |= {f"all, {m}": [o for o in judged if o.motion == m] for m in MOTIONS}
+    groups |= {"all": judged, "clean drives": [o for o in clean if not o.failure]}
+    for title, some in groups.items():
+        if some:
+            before, after = (
+                np.median([getattr(o, f"error_{when}") for o in some], axis=0)
+                for when in ("before", "after")
+            )
+            cells = [f"{b:.2%} → {a:.2%} ({a / b:.2f})" for b, a in zip(before, after, strict=True)]
+            table.add_row(title, str(len(some)), *cells)
+    return table
+
+
+def wall_time(outcomes: Sequence[Outcome]) -> Table:
+    """Wall time of one recording of two axes."""
+    table = _table("wall time of a recording, s", "kind", "recordings", "median", "95 %", "longest")
+    for kind in dict.fromkeys(o.kind for o in outcomes):
+        times = [o.wall_s for o in outcomes if o.kind == kind and not o.failure]
+        if times:
+            figures = (np.median(times), np.quantile(times, 0.95), max(times))
+            table.add_row(kind, str(len(times)), *(f"{figure:.2f}" for figure in figures))
+    return table
+
+
+def failures(outcomes: Iterable[Outcome]) -> Table:
+    """Cases to look at again."""
+    wrong = [
+        o
+        for o in outcomes
+        if not (o.verdict == "unexplained" if o.kind == UNKNOWN_KIND else o.exact)
+    ]
+    table = _table(
+        f"{len(wrong)} cases that went wrong, {_MOST_FAILURES} at most",
+        "case", "hidden", "shows", "verdict", "named",
+    )  # fmt: skip
+    for o in wrong[:_MOST_FAILURES]:
+        table.add_row(
+            o.case,
+            " + ".join(o.hidden),
+            " ".join(f"{ratio:.3g}" for ratio in o.shows),
+            o.failure or o.verdict,
+            " + ".join(map(str, o.causes)),
+        )
+    return table
+
+
+def _share(holds: Iterable[bool]) -> str:
+    """Percentage and Wilson's 95 % interval."""
+    values = list(holds)
+    if not values:
+        return "–"
+    low, high = wilson(float(np.mean(values)), len(values))
+    return f"{np.mean(values):.1%} ({100 * low:.0f}–{100 * high:.0f})"
+
+
+def _table(title: str, *columns: str) -> Table:
+    table = Table(title=title, title_justify="left")
+    for column in columns:
+        table.add_column(column, justify="left" if column in _TEXTS else "right")
+    return table

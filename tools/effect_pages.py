@@ -1,0 +1,104 @@
+"""Writes docs/effects.md, the catalogue of effects, from the effects' own files.
+
+python -m tools.effect_pages            write the page
+python -m tools.effect_pages --check    write nothing; exit code 1 when the page is out of date
+"""
+
+import inspect
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Final
+
+from edge_ident.effect import Effect, Parameter
+from edge_ident.effects import catalogue
+from edge_ident.model_files import unit_of
+
+PAGE: Final = Path(__file__).parents[1] / "docs" / "effects.md"
+_UNBOUNDED: Final = 1e6
+"""Bounds from here on say no more than that a number is finite."""
+_TINY: Final = 1e-6
+_INTRODUCTION: Final = """\
+<!-- Generated from edge_ident/effects/*.py by tools/effect_pages.py; do not edit. -->
+# The catalogue of effects
+
+The base model of an axis is effort = inertia·a + viscous_friction·v + coulomb_friction·sign(v) +
+offset. Each effect below adds to it; each is one file under `edge_ident/effects`, which holds all
+that is known about it, this text included. Position x, velocity v, acceleration a and effort are
+those of the axis; units are shown for an axis in rad and N·m. Of an effect's parameters,
+`edge-ident diagnose` fits the amplitudes, to which the effort is proportional or nearly so, and
+searches for the others.
+"""
+
+
+def main(arguments: list[str]) -> int:
+    """Write the page, or check it."""
+    if arguments not in ([], ["--check"]):
+        print("usage: python -m tools.effect_pages [--check]", file=sys.stderr)
+        return 2
+    text = render()
+    stale = not PAGE.is_file() or PAGE.read_text("utf-8") != text
+    if arguments and stale:
+        print(f"docs/{PAGE.name} is out of date", file=sys.stderr)
+        return 1
+    if stale:
+        PAGE.write_text(text, encoding="utf-8")
+    return 0
+
+
+def render() -> str:
+    """The page's text."""
+    return "\n".join([_INTRODUCTION, *_overview(), *_sections()]) + "\n"
+
+
+def _overview() -> Iterator[str]:
+    yield "| effect | what sets it apart |"
+    yield "| --- | --- |"
+    for name, effect in catalogue().items():
+        yield f"| {_link(name)} | {effect.signature} |"
+    yield ""
+
+
+def _sections() -> Iterator[str]:
+    for name, effect in catalogue().items():
+        title, _, physics = (inspect.getdoc(inspect.getmodule(type(effect))) or "").partition("\n")
+        yield f"## {name}"
+        yield ""
+        yield f"**{title}**"
+        yield ""
+        yield physics.strip().replace("\nSource:", "\n\nSource:")
+        yield ""
+        yield from _parameters(effect)
+        yield f"- What sets it apart: {effect.signature}."
+        yield f"- Looks like: {', '.join(_link(rival) for rival in effect.rivals)}."
+        yield f"- What shows it: {effect.experiment}."
+        yield ""
+
+
+def _parameters(effect: Effect) -> Iterator[str]:
+    amplitudes = {name for form in effect.forms for name in form.amplitudes}
+    yield "| parameter | meaning | unit | range | diagnosis |"
+    yield "| --- | --- | --- | --- | --- |"
+    for parameter in effect.parameters:
+        unit = unit_of(parameter, "rad", "N*m").replace("*", "·")
+        found = "fitted" if parameter.name in amplitudes else "searched"
+        cells = (f"`{parameter.name}`", parameter.description, unit, _range(parameter), found)
+        yield f"| {' | '.join(cells)} |"
+    yield ""
+
+
+def _range(parameter: Parameter) -> str:
+    low, high = parameter.low, parameter.high
+    if low <= -_UNBOUNDED and high >= _UNBOUNDED:
+        return "any"
+    if high >= _UNBOUNDED:
+        return "above 0" if 0.0 < low <= _TINY else f"{low:g} or more"
+    return f"{low:g} to {high:g}"
+
+
+def _link(name: str) -> str:
+    return f"[{name}](#{name})"
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
