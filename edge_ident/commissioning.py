@@ -10,11 +10,13 @@ from edge_ident.capture import Capture, capture_motion, check_drive
 from edge_ident.data_checks import check_recording
 from edge_ident.drive import DriveDescription
 from edge_ident.errors import BoardError
-from edge_ident.gain_design import GainDesign, LoopHardware, design
+from edge_ident.gain_design import GainDesign, design
 from edge_ident.gain_transfer import backup_gains, check_gains, write_gains
 from edge_ident.identification import Identification, identify
+from edge_ident.model import Model
 from edge_ident.motions import MotionName, named_trajectory
 from edge_ident.network import Network
+from edge_ident.position_loop import LoopHardware
 from edge_ident.recording_files import save_recording
 from edge_ident.safety import left_safe, make_ready
 from edge_ident.stopwatch import Stopwatch
@@ -57,6 +59,8 @@ class Plan:
     store : bool
         Keep confirmed gains over a power cycle.
     seed : int
+    model : Model or None
+        Effects that are known of the drive.
     """
 
     motion: MotionName = "sinusoid"
@@ -65,6 +69,7 @@ class Plan:
     write: bool = True
     store: bool = False
     seed: int = 0
+    model: Model | None = None
 
 
 @dataclass(frozen=True)
@@ -149,7 +154,7 @@ def commission(
         with watch.stage("last_sample_to_verified"):
             save_recording(capture.recording, folder / CAPTURE_FILE)
             check_recording(capture.recording)
-            found = identify(capture.recording, network, seed=plan.seed)
+            found = identify(capture.recording, network, model=plan.model, seed=plan.seed)
             designs = design_gains(board, found, plan.bandwidth_rad_s) if found.trusted else {}
             board.finish()  # the machine came to rest meanwhile
             written = _write(board, designs, before, plan)
@@ -184,8 +189,7 @@ def design_gains(
     identity, limits = board.identity, board.limits()
     return {
         name: design(
-            axis.estimate.parameters,
-            float(axis.estimate.std[0]),
+            axis.model,
             LoopHardware(
                 identity.sample_period_s,
                 identity.control_delay_s,

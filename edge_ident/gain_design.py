@@ -6,22 +6,27 @@ which the loop, with sampling, hold, velocity filter and the board's measured de
 phase and gain margin over the interval of the inertia, and at which encoder quantization stays
 a small part of the effort limit. There is no integral action: constant loads are fed forward,
 and an integrator hunts around Coulomb friction at rest.
-Sources: Åström and Murray, Feedback Systems, ch. 10 (margins); Franklin, Powell and Workman,
-Digital Control of Dynamic Systems, ch. 4 (hold and delay); Ellis, Control System Design Guide
+What the model knows of effects goes into feed-forward and margins as `edge_ident.known_effects`
+says.
+Sources: Åström and Murray, Feedback Systems, ch. 10 (margins); Ellis, Control System Design Guide
 (feed-forward and quantization).
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
-import numpy as np
-from numpy.typing import NDArray
-
 from edge_ident.errors import GainError
+from edge_ident.known_effects import (
+    Unused,
+    loop_delay_s,
+    plant_of,
+    unused_effects,
+    with_feedforward,
+)
+from edge_ident.model import AxisModel
+from edge_ident.position_loop import LoopHardware, margins_of, quantization_effort_nm
 from firmware_interface.gains import AxisGains
-
-Array = NDArray[np.float64]
 
 PHASE_MARGIN_RAD: Final = math.radians(50.0)
 GAIN_MARGIN: Final = 2.5
@@ -31,30 +36,10 @@ _FILTER_RATIO: Final = 5.0
 """The velocity filter's corner, in bandwidths."""
 _INTERVAL: Final = 2.0
 """Standard deviations of the inertia over which margins must hold."""
-_FREQUENCIES: Final = 400
-_ALIASES: Final = np.arange(-2, 3)
 _RESOLUTION: Final = 1.02
 """Ratio to which the bandwidth is narrowed down."""
 _SMOOTHING_COUNTS_PER_SAMPLE: Final = 0.1
 """Coulomb feed-forward is smoothed below the speed of one count in ten samples."""
-
-
-@dataclass(frozen=True)
-class LoopHardware:
-    """What the board and its encoder do to the loop.
-
-    Attributes
-    ----------
-    sample_period_s, control_delay_s : float
-        The delay is measured by the board, encoder latch to effort.
-    encoder_resolution_rad : float
-    effort_limit_nm : float
-    """
-
-    sample_period_s: float
-    control_delay_s: float
-    encoder_resolution_rad: float
-    effort_limit_nm: float
 
 
 @dataclass(frozen=True)
@@ -70,6 +55,8 @@ class GainDesign:
         Smallest over the interval of the inertia.
     quantization_effort_nm : float
         Rms effort caused by encoder quantization.
+    unused : tuple of Unused
+        Effects of the model that the gains make no use of.
     """
 
     gains: AxisGains
@@ -77,6 +64,7 @@ class GainDesign:
     phase_margin_rad: float
     gain_margin: float
     quantization_effort_nm: float
+    unused: tuple[Unused, ...] = ()
 
     @property
     def phase_margin_deg(self) -> float:
@@ -90,18 +78,14 @@ class GainDesign:
 
 
 def design(
-    parameters: Array,
-    inertia_std: float,
-    hardware: LoopHardware,
-    bandwidth_rad_s: float | None = None,
+    axis: AxisModel, hardware: LoopHardware, bandwidth_rad_s: float | None = None
 ) -> GainDesign:
     """Design the gains of one axis.
 
     Parameters
     ----------
-    parameters : (4,) array
-        Inertia, viscous friction, Coulomb friction and offset at the gearbox output.
-    inertia_std : float
+    axis : AxisModel
+        At the gearbox output; an inertia without standard deviation is taken for exact.
     hardware : LoopHardware
     bandwidth_rad_s : float, optional
         Without it, the highest that keeps the margins.
@@ -112,15 +96,16 @@ def design(
         Unphysical parameters, an inertia known too poorly, or a wanted bandwidth that does not
         keep the margins.
     """
-    inertia = float(parameters[0])
-    if np.any(parameters[:3] <= 0) or inertia <= _INTERVAL * inertia_std:
+    inertia, viscous, coulomb, _ = (float(value) for value in axis.parameters)
+    inertia_std = _inertia_std(axis)
+    if min(inertia, viscous, coulomb) <= 0 or inertia <= _INTERVAL * inertia_std:
         raise GainError(
             f"no gains follow from inertia {inertia:.3g} ± {inertia_std:.2g} "
-            f"and friction {parameters[1]:.3g}, {parameters[2]:.3g}",
+            f"and friction {viscous:.3g}, {coulomb:.3g}",
             "identify again with a motion that excites every parameter",
         )
     if bandwidth_rad_s is not None:
-        wanted = _place(parameters, inertia_std, hardware, bandwidth_rad_s)
+        wanted = _place(axis, hardware, bandwidth_rad_s)
         if not wanted.sound:
             raise GainError(
                 f"a bandwidth of {bandwidth_rad_s:.3g} rad/s leaves a phase margin of "
@@ -130,9 +115,9 @@ def design(
             )
         return wanted
     # below the axis's own corner the derivative gain would turn negative
-    lowest = max(1.0, float(parameters[1]) / inertia)
+    lowest = max(1.0, viscous / inertia)
     highest = 0.5 / hardware.sample_period_s
-    best = _place(parameters, inertia_std, hardware, lowest)
+    best = _place(axis, hardware, lowest)
     if not _acceptable(best, hardware):
         raise GainError(
             f"no bandwidth above {lowest:.3g} rad/s keeps the margins",
@@ -140,7 +125,7 @@ def design(
         )
     while highest / lowest > _RESOLUTION:  # margins shrink and noise grows with bandwidth
         middle = math.sqrt(lowest * highest)
-        candidate = _place(parameters, inertia_std, hardware, middle)
+        candidate = _place(axis, hardware, middle)
         if _acceptable(candidate, hardware):
             lowest, best = middle, candidate
         else:
@@ -153,10 +138,8 @@ def _acceptable(candidate: GainDesign, hardware: LoopHardware) -> bool:
     return candidate.sound and not loud
 
 
-def _place(
-    parameters: Array, inertia_std: float, hardware: LoopHardware, bandwidth: float
-) -> GainDesign:
-    inertia, viscous, coulomb, offset = (float(p) for p in parameters)
+def _place(axis: AxisModel, hardware: LoopHardware, bandwidth: float) -> GainDesign:
+    inertia, viscous, coulomb, offset = (float(value) for value in axis.parameters)
     gains = AxisGains(
         proportional=inertia * bandwidth**2,
         derivative=max(2.0 * inertia * bandwidth - viscous, 0.0),
@@ -170,63 +153,23 @@ def _place(
         / hardware.sample_period_s,
         offset_feedforward=offset,
     )
-    spread = _INTERVAL * inertia_std
+    spread = _INTERVAL * _inertia_std(axis)
+    delay_s = hardware.control_delay_s + loop_delay_s(axis)
     margins = [
-        margins_of(gains, actual, viscous, hardware)
+        margins_of(
+            gains, plant_of(axis).with_inertia(actual), replace(hardware, control_delay_s=delay_s)
+        )
         for actual in (inertia - spread, inertia, inertia + spread)
     ]
     return GainDesign(
-        gains=gains,
+        gains=with_feedforward(gains, axis),
         bandwidth_rad_s=bandwidth,
         phase_margin_rad=min(phase for phase, _ in margins),
         gain_margin=min(gain for _, gain in margins),
-        quantization_effort_nm=_quantization_effort(gains, hardware),
+        quantization_effort_nm=quantization_effort_nm(gains, hardware),
+        unused=unused_effects(axis),
     )
 
 
-def margins_of(
-    gains: AxisGains, inertia: float, viscous_friction: float, hardware: LoopHardware
-) -> tuple[float, float]:
-    """Phase margin (rad) and gain margin (factor) of a loop.
-
-    Zero phase margin stands for an unstable loop; an infinite gain margin for a phase that
-    never reaches -180° below the Nyquist frequency.
-    """
-    period = hardware.sample_period_s
-    omega = np.geomspace(1e-2, 0.999 * np.pi / period, _FREQUENCIES)
-    # what the sampler sees is the sum over its aliases
-    s = 1j * (omega + 2.0 * np.pi / period * _ALIASES[:, None])
-    hold = (1.0 - np.exp(-s * period)) / (s * period)
-    delay = np.exp(-s * hardware.control_delay_s)
-    axis = np.sum(hold * delay / (s * (inertia * s + viscous_friction)), axis=0)
-    loop = _controller(gains, omega, period) * axis
-    magnitude, phase = np.abs(loop), np.unwrap(np.angle(loop))
-    crossing = np.flatnonzero((magnitude[:-1] >= 1.0) & (magnitude[1:] < 1.0))
-    if not len(crossing):
-        return 0.0, 0.0
-    around = slice(crossing[-1], crossing[-1] + 2)
-    at_one = float(np.interp(0.0, -np.log(magnitude[around]), phase[around]))
-    past = np.flatnonzero(phase <= -np.pi)
-    past = past[past > 0]
-    gain_margin = float(1.0 / magnitude[past[0]]) if len(past) else math.inf
-    return max(at_one + np.pi, 0.0), gain_margin
-
-
-def _controller(gains: AxisGains, omega: Array, period: float) -> NDArray[np.complex128]:
-    """Frequency response of the board's law from position error to effort."""
-    back = np.exp(-1j * omega * period)
-    smoothing = period / (gains.velocity_filter_s + period)
-    filtered = smoothing / (1.0 - (1.0 - smoothing) * back)
-    return np.asarray(
-        gains.proportional
-        + gains.derivative * (1.0 - back) / period * filtered
-        + gains.integral * period / (1.0 - back)
-    )
-
-
-def _quantization_effort(gains: AxisGains, hardware: LoopHardware) -> float:
-    """Rms effort from white quantization noise of one twelfth of a count squared."""
-    omega = np.linspace(1e-3, np.pi, _FREQUENCIES) / hardware.sample_period_s
-    response = np.abs(_controller(gains, omega, hardware.sample_period_s))
-    noise = hardware.encoder_resolution_rad / math.sqrt(12.0)
-    return float(noise * np.sqrt(np.mean(response**2)))
+def _inertia_std(axis: AxisModel) -> float:
+    return axis.terms[0].std.get("inertia", 0.0)

@@ -10,7 +10,7 @@ import numpy as np
 from edge_ident.errors import BoardError, GainError
 from edge_ident.json_text import write_json
 from firmware_interface.board import AxisLimits, Board
-from firmware_interface.gains import AxisGains
+from firmware_interface.gains import POSITIVE, SIGNED, AxisGains
 
 log = logging.getLogger(__name__)
 
@@ -37,25 +37,26 @@ def check_gains(
         Names the gain, its value and the limit.
     """
     for axis, gains in wanted.items():
-        for field in dataclasses.fields(AxisGains):
-            _check_gain(axis, field.name, gains, active[axis], limits[axis])
+        now, largest = active[axis].numbers(), limits[axis].gain_maximum.numbers()
+        for name, value in gains.numbers().items():
+            step = limits[axis].gain_step * largest[name]
+            _check_gain(axis, name, value, now[name], largest[name], step)
 
 
 def _check_gain(
-    axis: str, name: str, wanted: AxisGains, active: AxisGains, limits: AxisLimits
+    axis: str, name: str, value: float, now: float, bound: float, largest: float
 ) -> None:
-    value, bound = getattr(wanted, name), getattr(limits.gain_maximum, name)
-    lowest = -bound if name == "offset_feedforward" else 0.0
-    if not lowest <= value <= bound:
+    lowest = -bound if name in SIGNED else 0.0
+    if not lowest <= value <= bound or (name in POSITIVE and value == 0.0):
         raise GainError(
             f"axis {axis}: {name} {value:.4g} is outside the board's limits "
             f"{lowest:.4g} to {bound:.4g}",
-            "ask for a lower --bandwidth, or raise the limit in the board's firmware",
+            "ask for a lower --bandwidth, take the effect out of the model file, "
+            "or raise the limit in the board's firmware",
         )
-    step, largest = abs(value - getattr(active, name)), limits.gain_step * bound
-    if step > largest:
+    if abs(value - now) > largest:
         raise GainError(
-            f"axis {axis}: {name} would change by {step:.4g} at once; the board allows "
+            f"axis {axis}: {name} would change by {abs(value - now):.4g} at once; the board allows "
             f"{largest:.4g}",
             "approach the goal in steps with --bandwidth",
         )
@@ -84,10 +85,11 @@ def compare_gains(what: str, wanted: Mapping[str, AxisGains], got: Mapping[str, 
     BoardError
     """
     for axis, gains in wanted.items():
-        for field in dataclasses.fields(AxisGains):
-            value, read = getattr(gains, field.name), getattr(got[axis], field.name)
+        back = got[axis].numbers()
+        for name, value in gains.numbers().items():
+            read = back[name]
             if np.float32(value) != np.float32(read):
                 raise BoardError(
-                    f"axis {axis}: {what} {field.name} reads back as {read!r}, not {value!r}",
+                    f"axis {axis}: {what} {name} reads back as {read!r}, not {value!r}",
                     "nothing was confirmed; check the link and try again",
                 )

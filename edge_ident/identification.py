@@ -1,19 +1,26 @@
 """From a recording to parameters: network and least squares side by side, and which to trust."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from edge_ident import cnn, least_squares
 from edge_ident.alignment import align
+from edge_ident.assumed_effects import Remainder, without_effects
 from edge_ident.metrics import Metric, compare
-from edge_ident.model import Estimate
+from edge_ident.model import AxisModel, Estimate, Model, base_axis, effect_names
 from edge_ident.network import Network
 from edge_ident.recording import AxisRecord, Recording
-from edge_ident.signals import Signals, condition
+from edge_ident.signals import Signals
 from edge_ident.stopwatch import Stopwatch
-from edge_ident.trust import Finding, compare_estimators, describe_data, judge
+from edge_ident.trust import (
+    Finding,
+    assumed_in_time,
+    compare_estimators,
+    describe_data,
+    judge,
+)
 
 
 @dataclass(frozen=True)
@@ -27,8 +34,10 @@ class AxisIdentification:
     network : Estimate or None
         None where no network applies; `network_reason` says why, or how it ended.
     least_squares : Estimate
+    model : AxisModel
+        `estimate` as the base term, and the effects that were taken off the effort before.
     metric : Metric
-        Of `estimate`, on the filtered effort.
+        Of `model`, on the filtered effort.
     units : tuple of str
     cutoff_hz : float
         Of the zero-phase filter.
@@ -41,6 +50,7 @@ class AxisIdentification:
     network: Estimate | None
     network_reason: str
     least_squares: Estimate
+    model: AxisModel
     metric: Metric
     units: tuple[str, str, str, str]
     cutoff_hz: float
@@ -51,6 +61,11 @@ class AxisIdentification:
     def estimate(self) -> Estimate:
         """What is reported and acted on: least squares; the network is its witness."""
         return self.least_squares
+
+    @property
+    def assumed_effects(self) -> tuple[str, ...]:
+        """Names of the effects that were taken for known."""
+        return effect_names(self.model)
 
     @property
     def trusted(self) -> bool:
@@ -75,6 +90,7 @@ def identify(
     recording: Recording,
     network: Network | None,
     *,
+    model: Model | None = None,
     seed: int = 0,
     stopwatch: Stopwatch | None = None,
 ) -> Identification:
@@ -85,25 +101,30 @@ def identify(
     recording : Recording
     network : Network or None
         Without one, least squares alone.
+    model : Model, optional
+        Its effects are taken off the effort before the base parameters are estimated.
     seed : int
         Of the network's random starting points.
     stopwatch : Stopwatch, optional
         Continued if given, so that the caller's stages are reported too.
+
+    Raises
+    ------
+    ModelError
+        The model does not fit the recording.
     """
     watch = stopwatch or Stopwatch()
     axes = {}
     for name, axis in recording.axes.items():
         with watch.stage("signals"):
-            signals = condition(
-                recording.time_s,
-                axis.position,
-                axis.effort,
-                effort_shift_s=recording.effort_shift_s,
-            )
+            remainder = without_effects(recording, name, model)
+            legible = remainder
+            if network is not None and network.manifest.motion.effects:
+                legible = without_effects(recording, name, None)
         with watch.stage("cnn"):
-            estimate, reason = run_network(signals, axis, network, seed, watch)
+            estimate, reason = run_network(legible.signals, axis, network, seed, watch)
         with watch.stage("estimate"):
-            axes[name] = _conclude(signals, axis, estimate, reason)
+            axes[name] = _conclude(remainder, axis, estimate, reason)
     return Identification(axes, watch.timing_ms())
 
 
@@ -148,17 +169,21 @@ def run_network(
 
 
 def _conclude(
-    signals: Signals, axis: AxisRecord, network: Estimate | None, reason: str
+    remainder: Remainder, axis: AxisRecord, network: Estimate | None, reason: str
 ) -> AxisIdentification:
+    signals = remainder.signals
     part = least_squares.estimation_part(signals)
-    regressor, effort = signals.regressor[part], signals.effort[part]
+    regressor, effects = signals.regressor[part], remainder.taken_off[part]
+    measured = signals.effort[part] + effects
     linear = least_squares.fit(signals)
     if network is not None:
         # slow noise moves both answers alike; the network's own figures know white noise alone
         network = Estimate(network.parameters, np.hypot(network.std, linear.std))
-    metric = compare(effort, regressor @ linear.parameters)
+    metric = compare(measured, regressor @ linear.parameters + effects)
+    base = base_axis(linear, axis.position_unit, axis.effort_unit)
     findings = describe_data(signals)
-    findings += judge(linear, regressor, effort, metric.relative_residual)
+    findings += assumed_in_time(remainder.tied_to_time)
+    findings += judge(linear, regressor, measured, metric.relative_residual)
     if network is not None:
         findings += compare_estimators(network, linear)
     return AxisIdentification(
@@ -166,6 +191,7 @@ def _conclude(
         network=network,
         network_reason=reason,
         least_squares=linear,
+        model=replace(base, terms=(*base.terms, *remainder.effects)),
         metric=metric,
         units=axis.parameter_units,
         cutoff_hz=signals.cutoff_hz,

@@ -123,6 +123,11 @@ def base_axis(
     return AxisModel((Term(BASE, values, std),), position_unit, effort_unit)
 
 
+def effect_names(axis: AxisModel) -> tuple[str, ...]:
+    """Names of an axis's effects, in the order of its terms."""
+    return tuple(term.effect for term in axis.terms[1:])
+
+
 def inertia_unit(position_unit: str, effort_unit: str) -> str:
     """Effort per acceleration, by its usual name where it has one."""
     usual = {("rad", "N*m"): "kg*m^2", ("m", "N"): "kg"}

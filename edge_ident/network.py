@@ -41,6 +41,8 @@ class NetworkMotion:
         Peaks of the full-rate columns: a parameter times its scale over the effort's scale is
         its share.
     position_unit, effort_unit : str
+    effects : tuple of str
+        That all drives of training had: the network takes no effort from which they were taken.
     """
 
     period_s: float
@@ -48,6 +50,7 @@ class NetworkMotion:
     column_scales: Array
     position_unit: str
     effort_unit: str
+    effects: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -210,6 +213,7 @@ def _manifest(fields: dict[str, Any]) -> Manifest:
             column_scales=_array(motion["column_scales"], (len(PARAMETERS),)),
             position_unit=str(motion["position_unit"]),
             effort_unit=str(motion["effort_unit"]),
+            effects=tuple(str(name) for name in motion.get("effects", ())),
         ),
         mismatch_limit=float(fields["mismatch_limit"]),
         start_shares=None if start is None else _array(start, (len(PARAMETERS),)),

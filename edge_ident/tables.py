@@ -1,5 +1,6 @@
 """Results as tables for a person, by rich."""
 
+import math
 from collections.abc import Mapping
 
 from rich.console import Console
@@ -10,6 +11,7 @@ from edge_ident.gain_design import GainDesign
 from edge_ident.identification import AxisIdentification, Identification
 from edge_ident.model import PARAMETERS, Estimate
 from edge_ident.profiling import TARGET_MS, Profile, spread
+from firmware_interface.gains import RIPPLES, AxisGains
 
 _console = Console(highlight=False)
 
@@ -24,6 +26,8 @@ def print_identification(identification: Identification) -> None:
             f"  relative residual {axis.metric.relative_residual:.2%}, "
             f"fit {axis.metric.fit:.3f}, time-spectral {axis.metric.time_spectral:.4f}"
         )
+        if axis.assumed_effects:
+            _console.print(f"  taken off first: {', '.join(axis.assumed_effects)}")
         if axis.network is None:
             _console.print(f"  network: {axis.network_reason}")
         for finding in axis.findings:
@@ -65,11 +69,25 @@ def print_designs(designs: Mapping[str, GainDesign]) -> None:
         "phase margin °": [d.phase_margin_deg for d in designs.values()],
         "gain margin": [d.gain_margin for d in designs.values()],
     }
-    for field in next(iter(designs.values())).gains.__dataclass_fields__:
-        rows[field.replace("_", " ")] = [getattr(d.gains, field) for d in designs.values()]
+    numbers = [d.gains.numbers() for d in designs.values()]
+    for name in numbers[0]:
+        if not name.startswith("ripple"):
+            rows[name.replace("_", " ")] = [of_axis[name] for of_axis in numbers]
     for label, values in rows.items():
         table.add_row(label, *(f"{value:.4g}" for value in values))
+    for k in range(RIPPLES):
+        ripples = [_ripple(d.gains, k) for d in designs.values()]
+        if any(ripples):
+            table.add_row(f"ripple {k + 1}", *ripples)
     _console.print(table)
+    for name, design in designs.items():
+        for unused in design.unused:
+            _console.print(f"  axis {name}: {unused.effect} is not used: {unused.reason}")
+
+
+def _ripple(gains: AxisGains, k: int) -> str:
+    amplitude = math.hypot(gains.ripple_cosine[k], gains.ripple_sine[k])
+    return f"{amplitude:.3g} N·m every {gains.ripple_period_rad[k]:.4g} rad" if amplitude else ""
 
 
 def print_outcome(outcome: Outcome) -> None:

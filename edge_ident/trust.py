@@ -180,6 +180,20 @@ def _better_motion(index: int, relative_std: float, rms_columns: Array) -> str:
     return "record several speeds both ways, such as --motion staircase"
 
 
+def assumed_in_time(effects: tuple[str, ...]) -> list[Finding]:
+    """Known effects that hold for the recording that they were found in, and hardly for others."""
+    return [
+        Finding(
+            f"tied_to_time_{effect}",
+            f"{effect} was taken off at the times that the model gives, counted from the first "
+            "sample",
+            "take it out of the model file, unless this is the recording that it was found in",
+            blocks=False,
+        )
+        for effect in effects
+    ]
+
+
 def compare_estimators(network: Estimate, least_squares: Estimate) -> list[Finding]:
     """Where the network and least squares contradict each other."""
     combined = np.hypot(network.std, least_squares.std)

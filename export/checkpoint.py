@@ -5,17 +5,22 @@ import io
 import os
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 import torch
 
 from edge_ident.errors import ModelError
+from edge_ident.model import AxisModel, Model
+from edge_ident.model_files import model_document, model_of
 from export.configuration import Configuration
 from export.motion import TrainingMotion
 from export.network import ResidualNetwork
 
 Weights = dict[str, torch.Tensor]
+
+_KNOWN: Final = "known"
+"""Name of the machine's axis in a checkpoint."""
 
 
 class Loss(NamedTuple):
@@ -133,8 +138,12 @@ def trained_network(path: Path) -> tuple[ResidualNetwork, Checkpoint]:
 def _stored(value: Any) -> Any:
     if isinstance(value, np.generic):
         return value.item()
+    if isinstance(value, AxisModel):
+        return model_document(Model({_KNOWN: value}))
     return torch.from_numpy(value) if isinstance(value, np.ndarray) else value
 
 
 def _restored(value: Any) -> Any:
+    if isinstance(value, dict):
+        return model_of(value, "checkpoint").axes[_KNOWN]
     return value.numpy() if isinstance(value, torch.Tensor) else value

@@ -9,6 +9,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
+from edge_ident.errors import ModelError
 from edge_ident.image import effort_scale, gain_and_bias
 from export.configuration import Configuration
 from export.drives import as_shares, efforts, guesses, mixture, random_starts
@@ -112,6 +113,10 @@ class Batches:
     ) -> Recordings:
         configuration = self.configuration
         if configuration.drives == "halves":
+            if motion.known is not None:
+                raise ModelError(
+                    "the paper's recipe knows no effects", "train another configuration"
+                )
             exact, nothing = self.nominal[None], np.zeros(0)
             return Recordings(exact, exact, (), nothing, nothing)
         motions = configuration.motions // 4 if self._held_out else configuration.motions
@@ -160,6 +165,10 @@ class Batches:
             raw = mixture(rng, count)
         truth = as_shares(columns, raw, normalization)
         added = np.zeros(columns.shape[:2])
+        known = recordings.known_drives(rng, index)
+        if known is not None:
+            made_for, added = known
+            truth = made_for + _more(rng, count) * truth
         if not recordings.effects:
             return truth, added
         number = rng.choice(len(EFFECTS), p=EFFECTS, size=count)
@@ -169,9 +178,8 @@ class Batches:
             drive = rng.integers(recordings.parameters.shape[2], size=count)
             which = (index[chosen], effect[chosen], drive[chosen])
             added[chosen] += recordings.added[which]
-            if rank == 1:
-                # the drive that the effect was made for, for one half with another one on top
-                more = rng.uniform(-1.0, 1.0, (np.count_nonzero(chosen), 1)).clip(min=0.0)
+            if rank == 1 and known is None:
+                more = _more(rng, np.count_nonzero(chosen))
                 truth[chosen] = recordings.parameters[which] + more * truth[chosen]
         return truth, added
 
@@ -238,6 +246,12 @@ class Batches:
     def _generator(self, number: int, *key: int) -> np.random.Generator:
         seed = (self.configuration.seed, int(self._held_out), number, *key)
         return np.random.default_rng(seed)
+
+
+def _more(rng: np.random.Generator, count: int) -> Array:
+    """How much of another drive (count, 1) to put on top of the one that an effect was made for:
+    up to as much, and for one half nothing."""
+    return rng.uniform(-1.0, 1.0, (count, 1)).clip(min=0.0)
 
 
 def rotate(model: Array, measured: Array, turns: Array) -> tuple[Array, Array]:

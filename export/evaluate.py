@@ -65,6 +65,8 @@ class EvaluationDrives:
         Recordings by the encoder, with 2 % white effort noise.
     disturbed : DriveSet
         The same with one effect of the catalogue each.
+
+    Where effects are known of the machine, all drives have them.
     """
 
     clean: DriveSet
@@ -86,9 +88,15 @@ def evaluation_drives(motion: TrainingMotion, points: int) -> EvaluationDrives:
     index = rng.integers(MOTIONS, size=DRIVES)
     columns = recordings.true[index]
     truth = as_shares(columns, mixture(rng, DRIVES), "effort-scale")
-    base = efforts(columns, truth)
+    effort = base = efforts(columns, truth)
+    known = recordings.known_drives(rng, index)
+    if known is not None:
+        truth, added = known
+        base = efforts(columns, truth)
+        effort = base + added
+        clean = _in_si(motion, rng, columns, effort, base, truth)
     noise = level * rng.normal(size=base.shape)
-    noisy = _in_si(motion, rng, recordings.measured[index], base + noise, base, truth)
+    noisy = _in_si(motion, rng, recordings.measured[index], effort + noise, base, truth)
     return EvaluationDrives(clean, noisy, _disturbed(motion, rng, recordings, level))
 
 
@@ -100,6 +108,9 @@ def _disturbed(
     truth = recordings.parameters.reshape(-1, 4)
     base = efforts(recordings.true[index], truth)
     effort = base + recordings.added.reshape(base.shape) + level * rng.normal(size=base.shape)
+    known = recordings.known_drives(rng, index)
+    if known is not None:
+        effort = effort + known[1]
     return _in_si(motion, rng, recordings.measured[index], effort, base, truth)
 
 

@@ -9,7 +9,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from edge_ident.model import PARAMETERS
+from edge_ident.model import PARAMETERS, effect_names
 from edge_ident.network import SCHEMA, Evaluation, Manifest, NetworkMotion
 from export.configuration import Configuration
 from export.motion import TrainingMotion
@@ -42,6 +42,7 @@ def describe(
             column_scales=motion.column_scales,
             position_unit=motion.position_unit,
             effort_unit=motion.effort_unit,
+            effects=() if motion.known is None else effect_names(motion.known),
         ),
         mismatch_limit=MISMATCH_LIMIT,
         start_shares=None if start is None else np.array(start),

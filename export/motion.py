@@ -1,7 +1,7 @@
 """The motion that a network is trained for: the paper's, or that of a recording."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -9,9 +9,10 @@ from numpy.typing import NDArray
 
 from edge_ident.dct import POINTS, subsample
 from edge_ident.effect import Motion
-from edge_ident.errors import DataError
+from edge_ident.effects import named
+from edge_ident.errors import DataError, ModelError
 from edge_ident.filters import differentiate, even_grid, interpolate
-from edge_ident.model import regressor
+from edge_ident.model import AxisModel, Model, regressor
 from edge_ident.recording import Recording
 from edge_ident.signals import choose_cutoff, encoder_count, position_noise
 from edge_ident.simulation.loop import counted
@@ -51,6 +52,8 @@ class TrainingMotion:
         stands still after each reversal. Zero for a motion that was measured.
     partner : (2, N) array or None
         Velocity and acceleration of the other axis, where its motion is known.
+    known : AxisModel or None
+        What is known of the machine, if that includes effects: every drive then has them.
     """
 
     name: str
@@ -64,6 +67,7 @@ class TrainingMotion:
     noise: float
     largest_lag: float
     partner: Array | None
+    known: AxisModel | None = None
 
     @property
     def time_s(self) -> Array:
@@ -153,6 +157,48 @@ def motion_from(recording: Recording, axis: str | None, name: str) -> TrainingMo
         largest_lag=0.0,
         partner=None,
     )
+
+
+def with_effects(motion: TrainingMotion, model: Model, axis: str | None) -> TrainingMotion:
+    """The same motion, of a machine whose effects are known.
+
+    Parameters
+    ----------
+    motion : TrainingMotion
+    model : Model
+    axis : str or None
+        None where there is but one.
+
+    Raises
+    ------
+    ModelError
+        The axis is not in the model, has to be named, is in other units, has no effects, or is
+        coupled to another one whose motion is not known.
+    """
+    if axis is None and len(model.axes) == 1:
+        axis = next(iter(model.axes))
+    if axis not in model.axes:
+        raise ModelError(
+            f"a network is trained for one axis; the model has {', '.join(model.axes)}",
+            "name one with --axis",
+        )
+    known = model.axes[axis]
+    units = (known.position_unit, known.effort_unit)
+    if units != (motion.position_unit, motion.effort_unit):
+        raise ModelError(
+            f"axis {axis} of the model is in {' and '.join(units)}, the motion in "
+            f"{motion.position_unit} and {motion.effort_unit}",
+            "give a model in the motion's units",
+        )
+    if len(known.terms) == 1:
+        raise ModelError(f"axis {axis} of the model has no effects", "train without --model")
+    coupled = [term.effect for term in known.terms if named(term.effect).needs_source]
+    if coupled and motion.partner is None:
+        raise ModelError(
+            f"{coupled[0]} needs the other axis, whose motion is not known here",
+            "take the effect out of the model file, or train for the paper's motion",
+        )
+    return replace(motion, known=known)
 
 
 def _average_lap(smooth: Array) -> Array:

@@ -5,8 +5,8 @@ encoder reads them, and mixes its examples from them: any drive on any of these 
 efforts that the effects of the catalogue add to drives of their own.
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
 from typing import Final
 
 import numpy as np
@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from edge_ident.dct import subsample
 from edge_ident.effect import Motion
-from edge_ident.effects import catalogue, random_term
+from edge_ident.effects import catalogue, named, random_term
+from edge_ident.image import effort_scale
 from edge_ident.inverse import inverse_effort
 from edge_ident.model import BASE, PARAMETERS, AxisModel, Term, regressor
 from edge_ident.signals import condition
@@ -24,6 +25,8 @@ from export.motion import TrainingMotion, measured_position, perturbed
 
 Array = NDArray[np.float64]
 
+KNOWN_DRIVES: Final = 48
+"""With the effects that are known of the machine, on each motion."""
 _SOURCE: Final = "other"
 """Name of the axis that may act on the one that is identified."""
 
@@ -43,6 +46,11 @@ class Recordings:
         Base parameters of the drives that have an effect; their efforts have scale one.
     added : (M, E, D, points) array
         What the effect adds to the effort.
+    known_parameters : (M, K, 4) array
+        Base parameters of drives with the effects that are known of the machine, as above; K is
+        zero where none are.
+    known_added : (M, K, points) array
+        What these add.
     """
 
     measured: Array
@@ -50,6 +58,23 @@ class Recordings:
     effects: tuple[str, ...]
     parameters: Array
     added: Array
+    known_parameters: Array = field(default_factory=lambda: np.empty((0, 0)))
+    known_added: Array = field(default_factory=lambda: np.empty((0, 0)))
+
+    def known_drives(
+        self, rng: np.random.Generator, index: NDArray[np.intp]
+    ) -> tuple[Array, Array] | None:
+        """Random drives with the known effects, on the motions (n,), if there are any.
+
+        Returns
+        -------
+        parameters, added : (n, 4) and (n, points) arrays
+        """
+        count = self.known_parameters.shape[1]
+        if not count:
+            return None
+        drive = rng.integers(count, size=len(index))
+        return self.known_parameters[index, drive], self.known_added[index, drive]
 
 
 def make_recordings(
@@ -80,8 +105,8 @@ def make_recordings(
     for number, true in enumerate(perturbed(motion, rng, motions)):
         made.append(_record(motion, true, points, rng, names, drives))
         on_progress(number + 1, motions)
-    measured, columns, parameters, added = (np.stack(part) for part in zip(*made, strict=True))
-    return Recordings(measured, columns, names, parameters, added)
+    measured, columns, *drives_made = (np.stack(part) for part in zip(*made, strict=True))
+    return Recordings(measured, columns, names, *drives_made)
 
 
 def _testable_effects(motion: TrainingMotion) -> tuple[str, ...]:
@@ -99,37 +124,78 @@ def _record(
     rng: np.random.Generator,
     names: tuple[str, ...],
     drives: int,
-) -> tuple[Array, Array, Array, Array]:
-    """Measured and true columns, parameters and added efforts of one motion."""
+) -> tuple[Array, ...]:
+    """What `Recordings` holds of one motion, its arrays in their order."""
     columns = regressor(true.velocity, true.acceleration) / motion.column_scales
     shares, added = [], []
     for name in names:
         raw = mixture(rng, drives)
         shares.append(as_shares(columns, raw, "effort-scale"))
         added.append(_added_effort(name, shares[-1] / motion.column_scales, true, rng))
+    known_shares, known_added = _known_drives(motion, true, columns, rng)
     signals = condition(
         motion.time_s,
         measured_position(motion, true.position, rng),
-        np.vstack([columns.T, *added]),
+        np.vstack([columns.T, *added, known_added]),
     )
     filtered = subsample(signals.effort.T, points)
     measured = subsample(signals.regressor, points) / motion.column_scales
+    random, known = np.split(filtered[:, 4:].T, [len(names) * drives])
     return (
         measured,
         filtered[:, :4],
         np.reshape(shares, (len(names), drives, len(PARAMETERS))),
-        filtered[:, 4:].T.reshape(len(names), drives, points),
+        random.reshape(len(names), drives, points),
+        known_shares,
+        known,
     )
+
+
+def _known_drives(
+    motion: TrainingMotion, true: Motion, columns: Array, rng: np.random.Generator
+) -> tuple[Array, Array]:
+    """Shares (K, 4) of random drives of the known machine's size, and what its effects add (K, N).
+
+    The effects have the model's values, each within its standard deviation; the drives need an
+    effort of the same scale as the model's base term does.
+    """
+    if motion.known is None:
+        return np.empty((0, len(PARAMETERS))), np.empty((0, len(columns)))
+    effort = motion.known.parameters * motion.column_scales @ columns.T
+    scale = float(effort_scale(effort[None], "effort-scale")[0])
+    shares = as_shares(columns, mixture(rng, KNOWN_DRIVES), "effort-scale")
+    terms = [_varied(term, rng) for term in motion.known.terms[1:]]
+    parameters = scale * shares / motion.column_scales
+    return shares, _effort_of(terms, parameters, true) / scale
+
+
+def _varied(term: Term, rng: np.random.Generator) -> Term:
+    """An effect of each known drive: its values within their deviations and physical bounds."""
+    effect = named(term.effect)
+    values = {
+        p.name: np.clip(
+            rng.normal(float(term.values[p.name]), term.std.get(p.name, 0.0), KNOWN_DRIVES),
+            p.low,
+            p.high,
+        )
+        for p in effect.parameters
+    }
+    return Term(term.effect, values, source_axis=_SOURCE if effect.needs_source else None)
 
 
 def _added_effort(name: str, parameters: Array, true: Motion, rng: np.random.Generator) -> Array:
     """What an effect of random strength adds to the efforts of drives, (D, N)."""
     arrays = (true.time_s, true.position, true.velocity, true.acceleration)
-    base = Term(BASE, dict(zip(PARAMETERS, parameters.T, strict=True)))
     term = random_term(name, rng, scale_of(parameters, *arrays), source_axis=_SOURCE)
     values = {key: np.reshape(value, -1) for key, value in term.values.items()}
-    changed = AxisModel((base, Term(name, values, source_axis=term.source_axis)))
+    return _effort_of([Term(name, values, source_axis=term.source_axis)], parameters, true)
+
+
+def _effort_of(terms: Sequence[Term], parameters: Array, true: Motion) -> Array:
+    """What effects add to the efforts of drives with these base parameters (D, 4), (D, N)."""
+    base = Term(BASE, dict(zip(PARAMETERS, parameters.T, strict=True)))
+    changed = AxisModel((base, *terms))
     others = {} if true.source is None else {_SOURCE: true.source}
-    bare = Motion.known(*arrays)
+    bare = Motion.known(true.time_s, true.position, true.velocity, true.acceleration)
     total = inverse_effort(changed, bare, others)
     return np.asarray(total - efforts(regressor(true.velocity, true.acceleration), parameters))

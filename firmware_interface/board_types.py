@@ -6,7 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from firmware_interface.codec import RawPage, decode, decode_integer
+from firmware_interface.codec import (
+    GAIN_WORDS,
+    RawPage,
+    decode,
+    decode_axis_gains,
+    decode_integer,
+)
 from firmware_interface.gains import AxisGains
 from firmware_interface.registers import REGISTERS, Fault, Result, State
 
@@ -82,7 +88,7 @@ class AxisLimits:
     gain_step : float
         Largest change of a gain in one commit, as a share of its maximum.
     gain_maximum : AxisGains
-        Largest value of each gain; the offset's holds for both signs.
+        Largest value of each number, either sign where it may be negative.
     """
 
     travel_rad: float
@@ -111,17 +117,6 @@ _STATUS_BASE = REGISTERS["status.state"].address
 _STATUS_WORDS = REGISTERS["capture.overflows"].address + 2 - _STATUS_BASE
 _IDENTITY_BASE = REGISTERS["identity.magic"].address
 _IDENTITY_WORDS = REGISTERS["identity.effort_per_count"].address + 2 - _IDENTITY_BASE
-_GAIN_LIMITS = (
-    "proportional",
-    "derivative",
-    "integral",
-    "velocity_filter",
-    "inertia_feedforward",
-    "viscous_feedforward",
-    "coulomb_feedforward",
-    "coulomb_smoothing",
-    "offset_feedforward",
-)
 
 
 def read_identity(read: ReadWords) -> BoardIdentity:
@@ -170,8 +165,8 @@ def read_status(read: ReadWords) -> BoardStatus:
 def read_limits(read: ReadWords, axis: str) -> AxisLimits:
     """One transfer."""
     base = REGISTERS[f"limits.{axis}.travel"].address
-    last = REGISTERS[f"limits.{axis}.{_GAIN_LIMITS[-1]}"]
-    words = read(base, last.address + last.words - base)
+    maxima = REGISTERS[f"gain_maximum.{axis}.proportional"].address - base
+    words = read(base, maxima + GAIN_WORDS)
 
     def value(name: str) -> float:
         return decode(f"limits.{axis}.{name}", words, base)
@@ -182,7 +177,7 @@ def read_limits(read: ReadWords, axis: str) -> AxisLimits:
         effort_nm=value("effort"),
         following_error_rad=value("following_error"),
         gain_step=value("gain_step"),
-        gain_maximum=AxisGains(*(value(name) for name in _GAIN_LIMITS)),
+        gain_maximum=decode_axis_gains(words[maxima:]),
     )
 
 

@@ -29,7 +29,8 @@ from firmware_interface.registers import (
 Counts = NDArray[np.int64]
 
 _FORMATS: Final = {"u16": "H", "i16": "h", "u32": "I", "i32": "i", "f32": "f"}
-_GAIN_WORDS: Final = 2 * len(AxisGains.__dataclass_fields__)
+GAIN_WORDS: Final = sum(r.words for r in REGISTERS.values() if r.name.startswith("active.x."))
+"""Words of one axis in a gain bank."""
 _PAGE_HEADER: Final = struct.Struct(">IIH")
 _SAMPLE: Final = np.dtype([("position", ">i4"), ("effort", ">i2"), ("following_error", ">i2")])
 
@@ -102,21 +103,25 @@ def crc32(words: Sequence[int]) -> int:
 
 def encode_gains(gains: Mapping[str, AxisGains]) -> list[int]:
     """Words of a gain bank, all axes in the map's order, without CRC."""
-    values = [value for axis in AXES for value in astuple(gains[axis])]
-    return bytes_to_words(struct.pack(f">{len(values)}f", *values))
+    return [word for axis in AXES for word in encode_axis_gains(gains[axis])]
 
 
 def decode_gains(words: Sequence[int]) -> dict[str, AxisGains]:
     """Gains of all axes from a bank's words."""
     return {
-        axis: AxisGains(
-            *struct.unpack(
-                f">{_GAIN_WORDS // 2}f",
-                words_to_bytes(words[n * _GAIN_WORDS : (n + 1) * _GAIN_WORDS]),
-            )
-        )
+        axis: decode_axis_gains(words[n * GAIN_WORDS : (n + 1) * GAIN_WORDS])
         for n, axis in enumerate(AXES)
     }
+
+
+def encode_axis_gains(gains: AxisGains) -> list[int]:
+    """Words of one axis in a gain bank."""
+    return bytes_to_words(struct.pack(f">{GAIN_WORDS // 2}f", *gains.numbers().values()))
+
+
+def decode_axis_gains(words: Sequence[int]) -> AxisGains:
+    """Gains from the words of one axis."""
+    return AxisGains.of_numbers(struct.unpack(f">{GAIN_WORDS // 2}f", words_to_bytes(words)))
 
 
 # ---- capture pages

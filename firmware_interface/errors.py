@@ -4,6 +4,7 @@ EdgeIdentError
 ├── LinkError         the line between host and board failed (exit code 3)
 │   └── NoReplyError  no answer in time; a write may or may not have reached the board
 └── BoardError        the board refused a command or is in fault (exit code 4)
+    └── ValueRefusedError   a value is outside its register's range
 """
 
 
@@ -40,3 +41,7 @@ class BoardError(EdgeIdentError):
     """The board is at fault, or right to refuse: wrong map, wrong state, latched fault."""
 
     exit_code = 4
+
+
+class ValueRefusedError(BoardError):
+    """A value is outside its register's range."""

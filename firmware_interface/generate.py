@@ -126,6 +126,11 @@ def _c_name(register: Register) -> str:
     return register.name.upper().replace(".", "_")
 
 
+def _c_member(register: Register) -> str:
+    length = "" if register.count == 1 else f"[{register.count}]"
+    return f"{_C_TYPES[register.type]} {register.name.split('.')[-1]}{length}"
+
+
 def _header(source: RegisterMap) -> Iterator[str]:
     page = source.page
     yield f"/* The register map. {_NOTE} */"
@@ -138,6 +143,7 @@ def _header(source: RegisterMap) -> Iterator[str]:
     yield f"#define FD_MAGIC {source.magic:#010x}u"
     yield f"#define FD_MAP_VERSION {source.version}u"
     yield f"#define FD_MAP_CRC {source.crc:#010x}u"
+    yield f"#define FD_FLOAT_TEST {source.float_test}f"
     yield f"#define FD_STORE_SIGNATURE {source.store_signature:#010x}u"
     yield f"#define FD_AXES {len(source.axes)}u"
     yield f"#define FD_PAGE_ADDRESS {page.address:#06x}u"
@@ -155,27 +161,48 @@ def _header(source: RegisterMap) -> Iterator[str]:
     yield ""
     for register in source.registers:
         yield f"#define FD_REG_{_c_name(register)} {register.address:#06x}u"
+    yield from _header_table(source)
     yield from _header_layout(source)
     yield ""
     yield "#endif"
+
+
+def _header_table(source: RegisterMap) -> Iterator[str]:
+    """Access and ranges of all registers, as an X-macro."""
+    last = source.registers[-1]
+    yield f"#define FD_REG_END {last.address + last.words:#06x}u"
+    yield ""
+    yield "/* Every register, by address: FD_REGISTERS(X) expands to"
+    yield " * X(address, words of a value, values, writable, smallest, largest raw value). */"
+    yield "#define FD_REGISTERS(X) \\"
+    for r in source.registers:
+        lowest, highest = "0u", "0xffffffffu"
+        if r.minimum is not None and r.maximum is not None:
+            lowest, highest = (f"{round(limit / r.scale)}u" for limit in (r.minimum, r.maximum))
+        tail = "" if r is last else " \\"
+        yield (
+            f"    X({r.address:#06x}u, {r.words // r.count}u, {r.count}u, {r.access == 'rw':d}u, "
+            f"{lowest}, {highest}){tail}"
+        )
 
 
 def _header_layout(source: RegisterMap) -> Iterator[str]:
     """Word images of the structures that travel in one transfer."""
     bank = [r for r in source.registers if r.name.startswith(f"active.{source.axes[0]}.")]
     yield ""
+    yield "/* Fails to compile where a condition does not hold (C99 has no _Static_assert). */"
+    yield "#define FD_ASSERT(name, condition) typedef char fd_assert_##name[(condition) ? 1 : -1]"
+    yield ""
     yield "/* One axis of a gain bank. */"
     yield "struct fd_gain_bank {"
-    yield from (f"    {_C_TYPES[r.type]} {r.name.split('.')[-1]};" for r in bank)
+    yield from (f"    {_c_member(r)};" for r in bank)
     yield "};"
     for register in bank:
         offset = 2 * (register.address - bank[0].address)
-        yield (
-            f"_Static_assert(offsetof(struct fd_gain_bank, {register.name.split('.')[-1]}) == "
-            f'{offset}u, "layout");'
-        )
+        name = register.name.split(".")[-1]
+        yield f"FD_ASSERT({name}, offsetof(struct fd_gain_bank, {name}) == {offset}u);"
     size = 2 * sum(r.words for r in bank)
-    yield f'_Static_assert(sizeof(struct fd_gain_bank) == {size}u, "layout");'
+    yield f"FD_ASSERT(gain_bank, sizeof(struct fd_gain_bank) == {size}u);"
     yield ""
     yield "/* A capture page as words on the wire, high word first; short pages are zero-padded. */"
     yield "struct fd_page {"
@@ -189,9 +216,9 @@ def _header_layout(source: RegisterMap) -> Iterator[str]:
     yield "    } sample[FD_PAGE_SAMPLES][FD_AXES];"
     yield "    uint16_t crc[2]; /* CRC-32 of the words before, big-endian */"
     yield "};"
-    yield '_Static_assert(sizeof(struct fd_page) == 2u * FD_PAGE_WORDS, "layout");'
-    yield '_Static_assert(FD_PAGE_WORDS <= FD_PAGE_SLOT_REGISTERS, "a page fits its slot");'
-    yield '_Static_assert(FD_PAGE_WORDS <= 125u, "a page fits one Modbus read");'
+    yield "FD_ASSERT(page, sizeof(struct fd_page) == 2u * FD_PAGE_WORDS);"
+    yield "FD_ASSERT(page_fits_its_slot, FD_PAGE_WORDS <= FD_PAGE_SLOT_REGISTERS);"
+    yield "FD_ASSERT(page_fits_one_read, FD_PAGE_WORDS <= 125u);"
 
 
 def _markdown(source: RegisterMap) -> Iterator[str]:

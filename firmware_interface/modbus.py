@@ -10,6 +10,7 @@ never.
 import asyncio
 import errno
 import logging
+import struct
 import time
 from collections.abc import Callable
 from typing import Final
@@ -25,15 +26,19 @@ from pymodbus.pdu.register_message import (
     ReadHoldingRegistersResponse,
     WriteMultipleRegistersRequest,
     WriteMultipleRegistersResponse,
+    WriteSingleRegisterRequest,
+    WriteSingleRegisterResponse,
 )
 
-from firmware_interface.errors import BoardError, LinkError, NoReplyError
+from firmware_interface.errors import BoardError, LinkError, NoReplyError, ValueRefusedError
 from firmware_interface.link import Link
 from firmware_interface.registers import REGISTERS
 
 DEVICE_ID: Final = 1
 _NONCE: Final = REGISTERS["identity.nonce"]
 _TRIES: Final = 3
+_READ_LIMIT: Final = 125
+_WRITE_LIMIT: Final = 123
 _FRAME_GAP_S: Final = 0.05
 
 # what pymodbus would print says less than the errors raised here
@@ -217,7 +222,9 @@ class ServerSession(asyncio.Protocol):
         self._link = link
         self._serial = send is not None
         framer = FramerRTU if self._serial else FramerSocket
-        self._framer: FramerBase = framer(DecodePDU(True))
+        decoder = DecodePDU(True)
+        decoder.register(_ReadRequest)
+        self._framer: FramerBase = framer(decoder)
         self._send = send
         self._buffer = b""
         self._last_s = 0.0
@@ -248,14 +255,30 @@ class ServerSession(asyncio.Protocol):
                 return
 
 
+class _ReadRequest(ReadHoldingRegistersRequest):
+    """Leaves a wrong count to the answer, an exception; pymodbus would keep silent."""
+
+    def decode(self, data: bytes) -> None:
+        self.address, self.count = struct.unpack(">HH", data[:4])
+
+
 def _answer(link: Link, request: ModbusPDU) -> ModbusPDU:
     try:
-        if type(request) is ReadHoldingRegistersRequest:
+        if isinstance(request, _ReadRequest) and 1 <= request.count <= _READ_LIMIT:
             words = link.read(request.address, request.count)
             return ReadHoldingRegistersResponse(registers=words)
-        if type(request) is WriteMultipleRegistersRequest:
+        if type(request) is WriteSingleRegisterRequest:
+            link.write(request.address, list(request.registers))
+            return WriteSingleRegisterResponse(address=request.address, registers=request.registers)
+        if type(request) is WriteMultipleRegistersRequest and (
+            1 <= request.count <= _WRITE_LIMIT and request.byte_count == 2 * request.count
+        ):
             link.write(request.address, list(request.registers))
             return WriteMultipleRegistersResponse(address=request.address, count=request.count)
+    except ValueRefusedError:
+        return ExceptionResponse(request.function_code, ExcCodes.ILLEGAL_VALUE)
     except BoardError:
         return ExceptionResponse(request.function_code, ExcCodes.ILLEGAL_ADDRESS)
-    return ExceptionResponse(request.function_code, ExcCodes.ILLEGAL_FUNCTION)
+    known = isinstance(request, (_ReadRequest, WriteMultipleRegistersRequest))
+    code = ExcCodes.ILLEGAL_VALUE if known else ExcCodes.ILLEGAL_FUNCTION
+    return ExceptionResponse(request.function_code, code)

@@ -6,8 +6,9 @@
 #include <stdint.h>
 
 #define FD_MAGIC 0x4d464453u
-#define FD_MAP_VERSION 1u
-#define FD_MAP_CRC 0x26483636u
+#define FD_MAP_VERSION 2u
+#define FD_MAP_CRC 0x0c2cbe4fu
+#define FD_FLOAT_TEST 3.1415927f
 #define FD_STORE_SIGNATURE 0x65766173u
 #define FD_AXES 2u
 #define FD_PAGE_ADDRESS 0x1000u
@@ -67,6 +68,7 @@ enum fd_result {
     FD_RESULT_NOTHING_COMMITTED = 10, /* there are no unconfirmed gains; the window may have expired */
     FD_RESULT_STO_ACTIVE = 11, /* the wired emergency stop is active */
     FD_RESULT_NOT_AT_REST = 12, /* an axis still moves */
+    FD_RESULT_STORE_FAILED = 13, /* permanent memory did not take the gains */
 };
 
 /* Which of the two tables the board follows. */
@@ -135,29 +137,41 @@ enum fd_watchdogaction {
 #define FD_REG_LIMITS_X_EFFORT 0x0204u
 #define FD_REG_LIMITS_X_FOLLOWING_ERROR 0x0206u
 #define FD_REG_LIMITS_X_GAIN_STEP 0x0208u
-#define FD_REG_LIMITS_X_PROPORTIONAL 0x020au
-#define FD_REG_LIMITS_X_DERIVATIVE 0x020cu
-#define FD_REG_LIMITS_X_INTEGRAL 0x020eu
-#define FD_REG_LIMITS_X_VELOCITY_FILTER 0x0210u
-#define FD_REG_LIMITS_X_INERTIA_FEEDFORWARD 0x0212u
-#define FD_REG_LIMITS_X_VISCOUS_FEEDFORWARD 0x0214u
-#define FD_REG_LIMITS_X_COULOMB_FEEDFORWARD 0x0216u
-#define FD_REG_LIMITS_X_COULOMB_SMOOTHING 0x0218u
-#define FD_REG_LIMITS_X_OFFSET_FEEDFORWARD 0x021au
-#define FD_REG_LIMITS_Z_TRAVEL 0x0220u
-#define FD_REG_LIMITS_Z_SPEED 0x0222u
-#define FD_REG_LIMITS_Z_EFFORT 0x0224u
-#define FD_REG_LIMITS_Z_FOLLOWING_ERROR 0x0226u
-#define FD_REG_LIMITS_Z_GAIN_STEP 0x0228u
-#define FD_REG_LIMITS_Z_PROPORTIONAL 0x022au
-#define FD_REG_LIMITS_Z_DERIVATIVE 0x022cu
-#define FD_REG_LIMITS_Z_INTEGRAL 0x022eu
-#define FD_REG_LIMITS_Z_VELOCITY_FILTER 0x0230u
-#define FD_REG_LIMITS_Z_INERTIA_FEEDFORWARD 0x0232u
-#define FD_REG_LIMITS_Z_VISCOUS_FEEDFORWARD 0x0234u
-#define FD_REG_LIMITS_Z_COULOMB_FEEDFORWARD 0x0236u
-#define FD_REG_LIMITS_Z_COULOMB_SMOOTHING 0x0238u
-#define FD_REG_LIMITS_Z_OFFSET_FEEDFORWARD 0x023au
+#define FD_REG_GAIN_MAXIMUM_X_PROPORTIONAL 0x020au
+#define FD_REG_GAIN_MAXIMUM_X_DERIVATIVE 0x020cu
+#define FD_REG_GAIN_MAXIMUM_X_INTEGRAL 0x020eu
+#define FD_REG_GAIN_MAXIMUM_X_VELOCITY_FILTER 0x0210u
+#define FD_REG_GAIN_MAXIMUM_X_INERTIA_FEEDFORWARD 0x0212u
+#define FD_REG_GAIN_MAXIMUM_X_VISCOUS_FEEDFORWARD 0x0214u
+#define FD_REG_GAIN_MAXIMUM_X_COULOMB_FEEDFORWARD 0x0216u
+#define FD_REG_GAIN_MAXIMUM_X_COULOMB_SMOOTHING 0x0218u
+#define FD_REG_GAIN_MAXIMUM_X_OFFSET_FEEDFORWARD 0x021au
+#define FD_REG_GAIN_MAXIMUM_X_STRIBECK_FEEDFORWARD 0x021cu
+#define FD_REG_GAIN_MAXIMUM_X_STRIBECK_SPEED 0x021eu
+#define FD_REG_GAIN_MAXIMUM_X_VISCOUS_DIFFERENCE_FEEDFORWARD 0x0220u
+#define FD_REG_GAIN_MAXIMUM_X_RIPPLE_COSINE 0x0222u
+#define FD_REG_GAIN_MAXIMUM_X_RIPPLE_SINE 0x022au
+#define FD_REG_GAIN_MAXIMUM_X_RIPPLE_PERIOD 0x0232u
+#define FD_REG_LIMITS_Z_TRAVEL 0x0240u
+#define FD_REG_LIMITS_Z_SPEED 0x0242u
+#define FD_REG_LIMITS_Z_EFFORT 0x0244u
+#define FD_REG_LIMITS_Z_FOLLOWING_ERROR 0x0246u
+#define FD_REG_LIMITS_Z_GAIN_STEP 0x0248u
+#define FD_REG_GAIN_MAXIMUM_Z_PROPORTIONAL 0x024au
+#define FD_REG_GAIN_MAXIMUM_Z_DERIVATIVE 0x024cu
+#define FD_REG_GAIN_MAXIMUM_Z_INTEGRAL 0x024eu
+#define FD_REG_GAIN_MAXIMUM_Z_VELOCITY_FILTER 0x0250u
+#define FD_REG_GAIN_MAXIMUM_Z_INERTIA_FEEDFORWARD 0x0252u
+#define FD_REG_GAIN_MAXIMUM_Z_VISCOUS_FEEDFORWARD 0x0254u
+#define FD_REG_GAIN_MAXIMUM_Z_COULOMB_FEEDFORWARD 0x0256u
+#define FD_REG_GAIN_MAXIMUM_Z_COULOMB_SMOOTHING 0x0258u
+#define FD_REG_GAIN_MAXIMUM_Z_OFFSET_FEEDFORWARD 0x025au
+#define FD_REG_GAIN_MAXIMUM_Z_STRIBECK_FEEDFORWARD 0x025cu
+#define FD_REG_GAIN_MAXIMUM_Z_STRIBECK_SPEED 0x025eu
+#define FD_REG_GAIN_MAXIMUM_Z_VISCOUS_DIFFERENCE_FEEDFORWARD 0x0260u
+#define FD_REG_GAIN_MAXIMUM_Z_RIPPLE_COSINE 0x0262u
+#define FD_REG_GAIN_MAXIMUM_Z_RIPPLE_SINE 0x026au
+#define FD_REG_GAIN_MAXIMUM_Z_RIPPLE_PERIOD 0x0272u
 #define FD_REG_ACTIVE_X_PROPORTIONAL 0x0300u
 #define FD_REG_ACTIVE_X_DERIVATIVE 0x0302u
 #define FD_REG_ACTIVE_X_INTEGRAL 0x0304u
@@ -167,34 +181,216 @@ enum fd_watchdogaction {
 #define FD_REG_ACTIVE_X_COULOMB_FEEDFORWARD 0x030cu
 #define FD_REG_ACTIVE_X_COULOMB_SMOOTHING 0x030eu
 #define FD_REG_ACTIVE_X_OFFSET_FEEDFORWARD 0x0310u
-#define FD_REG_ACTIVE_Z_PROPORTIONAL 0x0312u
-#define FD_REG_ACTIVE_Z_DERIVATIVE 0x0314u
-#define FD_REG_ACTIVE_Z_INTEGRAL 0x0316u
-#define FD_REG_ACTIVE_Z_VELOCITY_FILTER 0x0318u
-#define FD_REG_ACTIVE_Z_INERTIA_FEEDFORWARD 0x031au
-#define FD_REG_ACTIVE_Z_VISCOUS_FEEDFORWARD 0x031cu
-#define FD_REG_ACTIVE_Z_COULOMB_FEEDFORWARD 0x031eu
-#define FD_REG_ACTIVE_Z_COULOMB_SMOOTHING 0x0320u
-#define FD_REG_ACTIVE_Z_OFFSET_FEEDFORWARD 0x0322u
-#define FD_REG_SHADOW_X_PROPORTIONAL 0x0340u
-#define FD_REG_SHADOW_X_DERIVATIVE 0x0342u
-#define FD_REG_SHADOW_X_INTEGRAL 0x0344u
-#define FD_REG_SHADOW_X_VELOCITY_FILTER 0x0346u
-#define FD_REG_SHADOW_X_INERTIA_FEEDFORWARD 0x0348u
-#define FD_REG_SHADOW_X_VISCOUS_FEEDFORWARD 0x034au
-#define FD_REG_SHADOW_X_COULOMB_FEEDFORWARD 0x034cu
-#define FD_REG_SHADOW_X_COULOMB_SMOOTHING 0x034eu
-#define FD_REG_SHADOW_X_OFFSET_FEEDFORWARD 0x0350u
-#define FD_REG_SHADOW_Z_PROPORTIONAL 0x0352u
-#define FD_REG_SHADOW_Z_DERIVATIVE 0x0354u
-#define FD_REG_SHADOW_Z_INTEGRAL 0x0356u
-#define FD_REG_SHADOW_Z_VELOCITY_FILTER 0x0358u
-#define FD_REG_SHADOW_Z_INERTIA_FEEDFORWARD 0x035au
-#define FD_REG_SHADOW_Z_VISCOUS_FEEDFORWARD 0x035cu
-#define FD_REG_SHADOW_Z_COULOMB_FEEDFORWARD 0x035eu
-#define FD_REG_SHADOW_Z_COULOMB_SMOOTHING 0x0360u
-#define FD_REG_SHADOW_Z_OFFSET_FEEDFORWARD 0x0362u
-#define FD_REG_SHADOW_CRC 0x0364u
+#define FD_REG_ACTIVE_X_STRIBECK_FEEDFORWARD 0x0312u
+#define FD_REG_ACTIVE_X_STRIBECK_SPEED 0x0314u
+#define FD_REG_ACTIVE_X_VISCOUS_DIFFERENCE_FEEDFORWARD 0x0316u
+#define FD_REG_ACTIVE_X_RIPPLE_COSINE 0x0318u
+#define FD_REG_ACTIVE_X_RIPPLE_SINE 0x0320u
+#define FD_REG_ACTIVE_X_RIPPLE_PERIOD 0x0328u
+#define FD_REG_ACTIVE_Z_PROPORTIONAL 0x0330u
+#define FD_REG_ACTIVE_Z_DERIVATIVE 0x0332u
+#define FD_REG_ACTIVE_Z_INTEGRAL 0x0334u
+#define FD_REG_ACTIVE_Z_VELOCITY_FILTER 0x0336u
+#define FD_REG_ACTIVE_Z_INERTIA_FEEDFORWARD 0x0338u
+#define FD_REG_ACTIVE_Z_VISCOUS_FEEDFORWARD 0x033au
+#define FD_REG_ACTIVE_Z_COULOMB_FEEDFORWARD 0x033cu
+#define FD_REG_ACTIVE_Z_COULOMB_SMOOTHING 0x033eu
+#define FD_REG_ACTIVE_Z_OFFSET_FEEDFORWARD 0x0340u
+#define FD_REG_ACTIVE_Z_STRIBECK_FEEDFORWARD 0x0342u
+#define FD_REG_ACTIVE_Z_STRIBECK_SPEED 0x0344u
+#define FD_REG_ACTIVE_Z_VISCOUS_DIFFERENCE_FEEDFORWARD 0x0346u
+#define FD_REG_ACTIVE_Z_RIPPLE_COSINE 0x0348u
+#define FD_REG_ACTIVE_Z_RIPPLE_SINE 0x0350u
+#define FD_REG_ACTIVE_Z_RIPPLE_PERIOD 0x0358u
+#define FD_REG_SHADOW_X_PROPORTIONAL 0x0380u
+#define FD_REG_SHADOW_X_DERIVATIVE 0x0382u
+#define FD_REG_SHADOW_X_INTEGRAL 0x0384u
+#define FD_REG_SHADOW_X_VELOCITY_FILTER 0x0386u
+#define FD_REG_SHADOW_X_INERTIA_FEEDFORWARD 0x0388u
+#define FD_REG_SHADOW_X_VISCOUS_FEEDFORWARD 0x038au
+#define FD_REG_SHADOW_X_COULOMB_FEEDFORWARD 0x038cu
+#define FD_REG_SHADOW_X_COULOMB_SMOOTHING 0x038eu
+#define FD_REG_SHADOW_X_OFFSET_FEEDFORWARD 0x0390u
+#define FD_REG_SHADOW_X_STRIBECK_FEEDFORWARD 0x0392u
+#define FD_REG_SHADOW_X_STRIBECK_SPEED 0x0394u
+#define FD_REG_SHADOW_X_VISCOUS_DIFFERENCE_FEEDFORWARD 0x0396u
+#define FD_REG_SHADOW_X_RIPPLE_COSINE 0x0398u
+#define FD_REG_SHADOW_X_RIPPLE_SINE 0x03a0u
+#define FD_REG_SHADOW_X_RIPPLE_PERIOD 0x03a8u
+#define FD_REG_SHADOW_Z_PROPORTIONAL 0x03b0u
+#define FD_REG_SHADOW_Z_DERIVATIVE 0x03b2u
+#define FD_REG_SHADOW_Z_INTEGRAL 0x03b4u
+#define FD_REG_SHADOW_Z_VELOCITY_FILTER 0x03b6u
+#define FD_REG_SHADOW_Z_INERTIA_FEEDFORWARD 0x03b8u
+#define FD_REG_SHADOW_Z_VISCOUS_FEEDFORWARD 0x03bau
+#define FD_REG_SHADOW_Z_COULOMB_FEEDFORWARD 0x03bcu
+#define FD_REG_SHADOW_Z_COULOMB_SMOOTHING 0x03beu
+#define FD_REG_SHADOW_Z_OFFSET_FEEDFORWARD 0x03c0u
+#define FD_REG_SHADOW_Z_STRIBECK_FEEDFORWARD 0x03c2u
+#define FD_REG_SHADOW_Z_STRIBECK_SPEED 0x03c4u
+#define FD_REG_SHADOW_Z_VISCOUS_DIFFERENCE_FEEDFORWARD 0x03c6u
+#define FD_REG_SHADOW_Z_RIPPLE_COSINE 0x03c8u
+#define FD_REG_SHADOW_Z_RIPPLE_SINE 0x03d0u
+#define FD_REG_SHADOW_Z_RIPPLE_PERIOD 0x03d8u
+#define FD_REG_SHADOW_CRC 0x03e0u
+#define FD_REG_END 0x03e2u
+
+/* Every register, by address: FD_REGISTERS(X) expands to
+ * X(address, words of a value, values, writable, smallest, largest raw value). */
+#define FD_REGISTERS(X) \
+    X(0x0000u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0002u, 1u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0003u, 1u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0004u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0006u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0008u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x000au, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x000cu, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x000eu, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0010u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0012u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0040u, 1u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0041u, 1u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0042u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0044u, 1u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0045u, 1u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0046u, 1u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0047u, 1u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0048u, 1u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0049u, 1u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x004au, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x004cu, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x004eu, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0050u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0080u, 1u, 1u, 1u, 0u, 0xffffffffu) \
+    X(0x0081u, 1u, 1u, 1u, 0u, 0xffffffffu) \
+    X(0x0082u, 2u, 1u, 1u, 0u, 0xffffffffu) \
+    X(0x0090u, 2u, 1u, 1u, 0u, 0xffffffffu) \
+    X(0x00a0u, 1u, 1u, 1u, 100u, 5000u) \
+    X(0x00a1u, 1u, 1u, 1u, 0u, 0xffffffffu) \
+    X(0x0100u, 1u, 1u, 1u, 0u, 0xffffffffu) \
+    X(0x0101u, 2u, 1u, 1u, 40u, 24000u) \
+    X(0x0103u, 2u, 1u, 1u, 1u, 8640000u) \
+    X(0x0110u, 1u, 1u, 1u, 0u, 8u) \
+    X(0x0111u, 1u, 1u, 1u, 0u, 12u) \
+    X(0x0112u, 2u, 8u, 1u, 0u, 0xffffffffu) \
+    X(0x0122u, 2u, 8u, 1u, 0u, 0xffffffffu) \
+    X(0x0132u, 2u, 8u, 1u, 0u, 0xffffffffu) \
+    X(0x0142u, 2u, 12u, 1u, 0u, 0xffffffffu) \
+    X(0x015au, 2u, 1u, 1u, 0u, 0xffffffffu) \
+    X(0x015cu, 2u, 1u, 1u, 0u, 0xffffffffu) \
+    X(0x0170u, 1u, 1u, 1u, 0u, 8u) \
+    X(0x0171u, 1u, 1u, 1u, 0u, 12u) \
+    X(0x0172u, 2u, 8u, 1u, 0u, 0xffffffffu) \
+    X(0x0182u, 2u, 8u, 1u, 0u, 0xffffffffu) \
+    X(0x0192u, 2u, 8u, 1u, 0u, 0xffffffffu) \
+    X(0x01a2u, 2u, 12u, 1u, 0u, 0xffffffffu) \
+    X(0x01bau, 2u, 1u, 1u, 0u, 0xffffffffu) \
+    X(0x01bcu, 2u, 1u, 1u, 0u, 0xffffffffu) \
+    X(0x0200u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0202u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0204u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0206u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0208u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x020au, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x020cu, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x020eu, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0210u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0212u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0214u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0216u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0218u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x021au, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x021cu, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x021eu, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0220u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0222u, 2u, 4u, 0u, 0u, 0xffffffffu) \
+    X(0x022au, 2u, 4u, 0u, 0u, 0xffffffffu) \
+    X(0x0232u, 2u, 4u, 0u, 0u, 0xffffffffu) \
+    X(0x0240u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0242u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0244u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0246u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0248u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x024au, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x024cu, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x024eu, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0250u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0252u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0254u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0256u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0258u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x025au, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x025cu, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x025eu, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0260u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0262u, 2u, 4u, 0u, 0u, 0xffffffffu) \
+    X(0x026au, 2u, 4u, 0u, 0u, 0xffffffffu) \
+    X(0x0272u, 2u, 4u, 0u, 0u, 0xffffffffu) \
+    X(0x0300u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0302u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0304u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0306u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0308u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x030au, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x030cu, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x030eu, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0310u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0312u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0314u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0316u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0318u, 2u, 4u, 0u, 0u, 0xffffffffu) \
+    X(0x0320u, 2u, 4u, 0u, 0u, 0xffffffffu) \
+    X(0x0328u, 2u, 4u, 0u, 0u, 0xffffffffu) \
+    X(0x0330u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0332u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0334u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0336u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0338u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x033au, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x033cu, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x033eu, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0340u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0342u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0344u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0346u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0348u, 2u, 4u, 0u, 0u, 0xffffffffu) \
+    X(0x0350u, 2u, 4u, 0u, 0u, 0xffffffffu) \
+    X(0x0358u, 2u, 4u, 0u, 0u, 0xffffffffu) \
+    X(0x0380u, 2u, 1u, 1u, 0u, 0xffffffffu) \
+    X(0x0382u, 2u, 1u, 1u, 0u, 0xffffffffu) \
+    X(0x0384u, 2u, 1u, 1u, 0u, 0xffffffffu) \
+    X(0x0386u, 2u, 1u, 1u, 0u, 0xffffffffu) \
+    X(0x0388u, 2u, 1u, 1u, 0u, 0xffffffffu) \
+    X(0x038au, 2u, 1u, 1u, 0u, 0xffffffffu) \
+    X(0x038cu, 2u, 1u, 1u, 0u, 0xffffffffu) \
+    X(0x038eu, 2u, 1u, 1u, 0u, 0xffffffffu) \
+    X(0x0390u, 2u, 1u, 1u, 0u, 0xffffffffu) \
+    X(0x0392u, 2u, 1u, 1u, 0u, 0xffffffffu) \
+    X(0x0394u, 2u, 1u, 1u, 0u, 0xffffffffu) \
+    X(0x0396u, 2u, 1u, 1u, 0u, 0xffffffffu) \
+    X(0x0398u, 2u, 4u, 1u, 0u, 0xffffffffu) \
+    X(0x03a0u, 2u, 4u, 1u, 0u, 0xffffffffu) \
+    X(0x03a8u, 2u, 4u, 1u, 0u, 0xffffffffu) \
+    X(0x03b0u, 2u, 1u, 1u, 0u, 0xffffffffu) \
+    X(0x03b2u, 2u, 1u, 1u, 0u, 0xffffffffu) \
+    X(0x03b4u, 2u, 1u, 1u, 0u, 0xffffffffu) \
+    X(0x03b6u, 2u, 1u, 1u, 0u, 0xffffffffu) \
+    X(0x03b8u, 2u, 1u, 1u, 0u, 0xffffffffu) \
+    X(0x03bau, 2u, 1u, 1u, 0u, 0xffffffffu) \
+    X(0x03bcu, 2u, 1u, 1u, 0u, 0xffffffffu) \
+    X(0x03beu, 2u, 1u, 1u, 0u, 0xffffffffu) \
+    X(0x03c0u, 2u, 1u, 1u, 0u, 0xffffffffu) \
+    X(0x03c2u, 2u, 1u, 1u, 0u, 0xffffffffu) \
+    X(0x03c4u, 2u, 1u, 1u, 0u, 0xffffffffu) \
+    X(0x03c6u, 2u, 1u, 1u, 0u, 0xffffffffu) \
+    X(0x03c8u, 2u, 4u, 1u, 0u, 0xffffffffu) \
+    X(0x03d0u, 2u, 4u, 1u, 0u, 0xffffffffu) \
+    X(0x03d8u, 2u, 4u, 1u, 0u, 0xffffffffu) \
+    X(0x03e0u, 2u, 1u, 1u, 0u, 0xffffffffu)
+
+/* Fails to compile where a condition does not hold (C99 has no _Static_assert). */
+#define FD_ASSERT(name, condition) typedef char fd_assert_##name[(condition) ? 1 : -1]
 
 /* One axis of a gain bank. */
 struct fd_gain_bank {
@@ -207,17 +403,29 @@ struct fd_gain_bank {
     float coulomb_feedforward;
     float coulomb_smoothing;
     float offset_feedforward;
+    float stribeck_feedforward;
+    float stribeck_speed;
+    float viscous_difference_feedforward;
+    float ripple_cosine[4];
+    float ripple_sine[4];
+    float ripple_period[4];
 };
-_Static_assert(offsetof(struct fd_gain_bank, proportional) == 0u, "layout");
-_Static_assert(offsetof(struct fd_gain_bank, derivative) == 4u, "layout");
-_Static_assert(offsetof(struct fd_gain_bank, integral) == 8u, "layout");
-_Static_assert(offsetof(struct fd_gain_bank, velocity_filter) == 12u, "layout");
-_Static_assert(offsetof(struct fd_gain_bank, inertia_feedforward) == 16u, "layout");
-_Static_assert(offsetof(struct fd_gain_bank, viscous_feedforward) == 20u, "layout");
-_Static_assert(offsetof(struct fd_gain_bank, coulomb_feedforward) == 24u, "layout");
-_Static_assert(offsetof(struct fd_gain_bank, coulomb_smoothing) == 28u, "layout");
-_Static_assert(offsetof(struct fd_gain_bank, offset_feedforward) == 32u, "layout");
-_Static_assert(sizeof(struct fd_gain_bank) == 36u, "layout");
+FD_ASSERT(proportional, offsetof(struct fd_gain_bank, proportional) == 0u);
+FD_ASSERT(derivative, offsetof(struct fd_gain_bank, derivative) == 4u);
+FD_ASSERT(integral, offsetof(struct fd_gain_bank, integral) == 8u);
+FD_ASSERT(velocity_filter, offsetof(struct fd_gain_bank, velocity_filter) == 12u);
+FD_ASSERT(inertia_feedforward, offsetof(struct fd_gain_bank, inertia_feedforward) == 16u);
+FD_ASSERT(viscous_feedforward, offsetof(struct fd_gain_bank, viscous_feedforward) == 20u);
+FD_ASSERT(coulomb_feedforward, offsetof(struct fd_gain_bank, coulomb_feedforward) == 24u);
+FD_ASSERT(coulomb_smoothing, offsetof(struct fd_gain_bank, coulomb_smoothing) == 28u);
+FD_ASSERT(offset_feedforward, offsetof(struct fd_gain_bank, offset_feedforward) == 32u);
+FD_ASSERT(stribeck_feedforward, offsetof(struct fd_gain_bank, stribeck_feedforward) == 36u);
+FD_ASSERT(stribeck_speed, offsetof(struct fd_gain_bank, stribeck_speed) == 40u);
+FD_ASSERT(viscous_difference_feedforward, offsetof(struct fd_gain_bank, viscous_difference_feedforward) == 44u);
+FD_ASSERT(ripple_cosine, offsetof(struct fd_gain_bank, ripple_cosine) == 48u);
+FD_ASSERT(ripple_sine, offsetof(struct fd_gain_bank, ripple_sine) == 64u);
+FD_ASSERT(ripple_period, offsetof(struct fd_gain_bank, ripple_period) == 80u);
+FD_ASSERT(gain_bank, sizeof(struct fd_gain_bank) == 96u);
 
 /* A capture page as words on the wire, high word first; short pages are zero-padded. */
 struct fd_page {
@@ -231,8 +439,8 @@ struct fd_page {
     } sample[FD_PAGE_SAMPLES][FD_AXES];
     uint16_t crc[2]; /* CRC-32 of the words before, big-endian */
 };
-_Static_assert(sizeof(struct fd_page) == 2u * FD_PAGE_WORDS, "layout");
-_Static_assert(FD_PAGE_WORDS <= FD_PAGE_SLOT_REGISTERS, "a page fits its slot");
-_Static_assert(FD_PAGE_WORDS <= 125u, "a page fits one Modbus read");
+FD_ASSERT(page, sizeof(struct fd_page) == 2u * FD_PAGE_WORDS);
+FD_ASSERT(page_fits_its_slot, FD_PAGE_WORDS <= FD_PAGE_SLOT_REGISTERS);
+FD_ASSERT(page_fits_one_read, FD_PAGE_WORDS <= 125u);
 
 #endif

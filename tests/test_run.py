@@ -6,7 +6,7 @@ import signal
 import subprocess
 import sys
 import time
-from dataclasses import asdict, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -187,8 +187,8 @@ def test_interrupt_leaves_the_machine_stopped_and_the_gains_old(
         status = board.status()
         assert status.state is State.IDLE
         assert not status.unconfirmed
-        assert asdict(board.active_gains()["x"]) == pytest.approx(
-            asdict(CONSERVATIVE_GAINS), rel=1e-6
+        assert board.active_gains()["x"].numbers() == pytest.approx(
+            CONSERVATIVE_GAINS.numbers(), rel=1e-6
         )
 
 

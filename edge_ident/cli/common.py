@@ -52,7 +52,9 @@ NetworkFile = Annotated[
 ModelFile = Annotated[
     Path | None,
     typer.Option(
-        "--model", envvar="EDGE_IDENT_MODEL", help="Model file (.json) with effects to start from."
+        "--model",
+        envvar="EDGE_IDENT_MODEL",
+        help="Model file (.json): effects that are known of the drive.",
     ),
 ]
 Precision = Annotated[

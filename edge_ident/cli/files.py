@@ -9,12 +9,14 @@ from edge_ident.cli.common import (
     UNTRUSTED,
     DriveFile,
     Json,
+    ModelFile,
     NetworkFile,
     Output,
     Precision,
     Seed,
     built_in_or_given_network,
     deliver,
+    given_model,
     guarded,
     leave_model,
     print_document,
@@ -41,11 +43,12 @@ def identify(
     column: Columns = None,
     network: NetworkFile = None,
     precision: Precision = "fp32",
+    model: ModelFile = None,
     seed: Seed = 0,
     output: Output = None,
     json: Json = False,
 ) -> None:
-    """Identify the parameters of every axis in a recording.
+    """Identify the parameters of every axis in a recording, the model's effects taken off first.
 
     Example: `edge-ident identify recording.csv --column pos=x_position_rad --json`
     """
@@ -59,11 +62,12 @@ def identify(
     with watch.stage("load"):
         recording = load_recording(file, parse_renames(column))
         loaded = built_in_or_given_network(network, precision)
-    found = identify_recording(recording, loaded, seed=seed, stopwatch=watch)
+        known = given_model(model)
+    found = identify_recording(recording, loaded, model=known, seed=seed, stopwatch=watch)
     document = identification_document(found)
     deliver(document, "identification.json", output, json)
     if output:
-        leave_model(found, recording, file, output)
+        leave_model(found, file, known, output)
     if not json:
         print_identification(found)
     if not found.trusted:
@@ -84,6 +88,7 @@ def gains(
     ] = 0.0005,
     network: NetworkFile = None,
     precision: Precision = "fp32",
+    model: ModelFile = None,
     output: Output = None,
     json: Json = False,
 ) -> None:
@@ -93,14 +98,16 @@ def gains(
     """
     from edge_ident.documents import gains_document
     from edge_ident.drive import load_drive
-    from edge_ident.gain_design import LoopHardware, design
+    from edge_ident.gain_design import design
     from edge_ident.identification import identify as identify_recording
+    from edge_ident.position_loop import LoopHardware
     from edge_ident.recording_files import load_recording
     from edge_ident.tables import print_designs, print_identification
 
     described = load_drive(drive)
     recording = load_recording(file, parse_renames(column))
-    found = identify_recording(recording, built_in_or_given_network(network, precision))
+    loaded = built_in_or_given_network(network, precision)
+    found = identify_recording(recording, loaded, model=given_model(model))
     if not json:
         print_identification(found)
     if not found.trusted:
@@ -119,9 +126,7 @@ def gains(
             axis_description.encoder_resolution_rad,
             axis_description.effort_limit_nm,
         )
-        designs[name] = design(
-            axis.estimate.parameters, float(axis.estimate.std[0]), hardware, bandwidth
-        )
+        designs[name] = design(axis.model, hardware, bandwidth)
     deliver(gains_document(found, designs), "gains.json", output, json)
     if not json:
         print_designs(designs)

@@ -15,12 +15,14 @@ from edge_ident.cli.common import (
     Device,
     DriveFile,
     Json,
+    ModelFile,
     NetworkFile,
     Output,
     Precision,
     Seed,
     built_in_or_given_network,
     deliver,
+    given_model,
     guarded,
     leave_model,
     say,
@@ -67,6 +69,7 @@ def run(
     ] = False,
     network: NetworkFile = None,
     precision: Precision = "fp32",
+    model: ModelFile = None,
     seed: Seed = 0,
     output: Output = None,
     json: Json = False,
@@ -79,7 +82,8 @@ def run(
     from edge_ident.documents import run_document
     from edge_ident.tables import print_outcome
 
-    plan = Plan(_motion(motion), cycles, bandwidth, not dry_run, store, seed)
+    known = given_model(model)
+    plan = Plan(_motion(motion), cycles, bandwidth, not dry_run, store, seed, known)
     with _session(device, baud_rate, drive, output) as session:
         loaded = built_in_or_given_network(network, precision)
         with shown_progress() as observer:
@@ -88,8 +92,7 @@ def run(
             )
     document = run_document(outcome, session.board.identity, loaded, session.folder)
     deliver(document, "report.json", session.folder, json)
-    captured = session.folder / CAPTURE_FILE
-    leave_model(outcome.identification, outcome.capture.recording, captured, session.folder)
+    leave_model(outcome.identification, session.folder / CAPTURE_FILE, known, session.folder)
     if not json:
         print_outcome(outcome)
         say(f"written: {session.folder}")

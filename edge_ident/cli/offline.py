@@ -6,7 +6,14 @@ from typing import Annotated, Any, Final
 
 import typer
 
-from edge_ident.cli.common import Json, guarded, print_document, shown_progress
+from edge_ident.cli.common import (
+    Json,
+    ModelFile,
+    given_model,
+    guarded,
+    print_document,
+    shown_progress,
+)
 from edge_ident.cli.files import Columns, parse_renames
 from edge_ident.errors import ModelError
 
@@ -41,9 +48,11 @@ def train(
         ),
     ] = None,
     axis: Annotated[
-        str | None, typer.Option("--axis", help="Of that recording, where it has several.")
+        str | None,
+        typer.Option("--axis", help="Of that recording or model, where it has several."),
     ] = None,
     column: Columns = None,
+    model: ModelFile = None,
     name: Annotated[
         str | None,
         typer.Option("--name", help="Of the network's files; default: that of the recording."),
@@ -61,6 +70,8 @@ def train(
 ) -> None:
     """Train a network on simulated drives; Ctrl-C keeps the checkpoint, --resume goes on.
 
+    With --model, every drive has the effects of that model.
+
     Example: `edge-ident train --output runs/mine --motion-from recording.csv`
     """
     chosen = _offline("export.configuration").configuration(configuration)
@@ -72,6 +83,9 @@ def train(
 
         recording = load_recording(motion_from, parse_renames(column))
         motion = motions.motion_from(recording, axis, name or motion_from.stem)
+    known = given_model(model)
+    if known is not None:
+        motion = motions.with_effects(motion, known, axis)
     trainer = _offline("export.train")
     with shown_progress() as observer:
         stage = ""

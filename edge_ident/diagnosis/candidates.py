@@ -55,7 +55,9 @@ def grid(candidate: Candidate, extent: Extent) -> dict[str, Array]:
     return values
 
 
-def term(candidate: Candidate, shapes: Mapping[str, Array], amplitudes: Mapping[str, float]) -> Term:
+def term(
+    candidate: Candidate, shapes: Mapping[str, Array], amplitudes: Mapping[str, float]
+) -> Term:
     """A term of the model: its shapes, its amplitudes, and zero for those of other forms."""
     effect = catalogue()[candidate.effect]
     values = {p.name: amplitudes.get(p.name, shapes.get(p.name, 0.0)) for p in effect.parameters}

@@ -1,10 +1,44 @@
 """Diagnose recordings of one machine: the whole procedure."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Final
 
-from edge_ident.diagnosis.result import Diagnosis
-from edge_ident.model import Model
+import numpy as np
+from numpy.typing import NDArray
+
+from edge_ident.covariance import coloured_std
+from edge_ident.diagnosis.fitting import Fitted, build, fit, shape_derivatives
+from edge_ident.diagnosis.judging import Gain, contest, gain, residuals_held_out
+from edge_ident.diagnosis.noise_floor import noise_floor
+from edge_ident.diagnosis.peeling import peel, without
+from edge_ident.diagnosis.quality import data_findings
+from edge_ident.diagnosis.result import (
+    AxisDiagnosis,
+    Cause,
+    Diagnosis,
+    Fit,
+    Rival,
+    Traces,
+    Validation,
+    Verdict,
+)
+from edge_ident.diagnosis.search import Search
+from edge_ident.diagnosis.testability import not_testable
+from edge_ident.diagnosis.view import View, view_of
+from edge_ident.effects import named
+from edge_ident.errors import DataError
+from edge_ident.metrics import compare
+from edge_ident.model import BASE, PARAMETERS, AxisModel, Estimate, Model, Term
 from edge_ident.recording import Recording
+
+Array = NDArray[np.float64]
+Progress = Callable[[str, int, int], None]
+
+CLEARLY_ABOVE: Final = 1.35
+"""Residual over noise floor from which there is structure: an encoder's rounding is not white."""
+_SWAPS: Final = 3
+_TINY: Final = float(np.finfo(float).tiny)
 
 
 def diagnose(
@@ -12,7 +46,7 @@ def diagnose(
     *,
     model: Model | None = None,
     validate: Recording | None = None,
-    on_progress: Callable[[str, int, int], None] = lambda stage, done, of: None,
+    on_progress: Progress = lambda stage, done, of: None,
 ) -> Diagnosis:
     """Find what the base model gets wrong.
 
@@ -30,6 +64,191 @@ def diagnose(
     Raises
     ------
     DataError
-        An axis moves too little to say anything.
+        An axis moves too little to say anything, or is not in every recording.
     """
-    raise NotImplementedError
+    names = list(recordings[0].axes)
+    for other in [*recordings[1:], *([validate] if validate else [])]:
+        if set(other.axes) != set(names):
+            raise DataError(
+                f"{other.source} has axes {', '.join(other.axes)}, {recordings[0].source} has "
+                f"{', '.join(names)}",
+                "give recordings of the same machine, or rename columns with --column",
+            )
+    axes, validation = {}, {}
+    for done, name in enumerate(names):
+        on_progress("diagnosis", done, len(names))
+        template = _template(recordings[0], name, model)
+        axes[name] = _axis(view_of(recordings, name), template)
+        if validate is not None:
+            validation[name] = _validated(view_of([validate], name), axes[name], template)
+    on_progress("diagnosis", len(names), len(names))
+    return Diagnosis(axes, data_findings(recordings, axes), validation)
+
+
+def _template(recording: Recording, name: str, model: Model | None) -> AxisModel:
+    """The axis with the effects that it is known to have."""
+    axis = recording.axes[name]
+    known: tuple[Term, ...] = ()
+    if model is not None and name in model.axes:
+        known = model.axes[name].terms[1:]
+    base = Term(BASE, dict.fromkeys(PARAMETERS, 0.0))
+    return AxisModel((base, *known), axis.position_unit, axis.effort_unit)
+
+
+def _axis(view: View, template: AxisModel) -> AxisDiagnosis:
+    start = fit(view, template, np.array([1.0, 0.0, 0.0, 0.0]), ())
+    search = Search(view, template, start)
+    model, rivals, gains = _settled(search, peel(search, start))
+    floor = noise_floor(view, start)
+    samples = np.count_nonzero(view.clear)
+    left = float(np.sqrt(model.error / samples))
+    allowed = np.hypot(CLEARLY_ABOVE * floor.rms, np.sqrt(search.doubt(model) / samples))
+    verdict = Verdict.EXPLAINED if model.found else Verdict.ADEQUATE
+    if left > allowed:
+        verdict = Verdict.UNEXPLAINED
+    base_fit, _ = _summary(view, start)
+    extended_fit, std = _summary(view, model)
+    causes = _causes(view, model, rivals, gains, std)
+    terms = (*template.terms[1:], *(cause.term for cause in causes))
+    values = dict(zip(PARAMETERS, model.base.tolist(), strict=True))
+    deviations = dict(zip(PARAMETERS, extended_fit.estimate.std.tolist(), strict=True))
+    return AxisDiagnosis(
+        verdict=verdict,
+        causes=causes,
+        not_testable=not_testable(search, model, left),
+        base=base_fit,
+        extended=extended_fit,
+        noise_floor=floor.rms / _rms(view.effort[view.clear]),
+        noise_floor_source=floor.source,
+        model=replace(template, terms=(Term(BASE, values, deviations), *terms)),
+        cutoff_hz=max(s.cutoff_hz for s in view.stretches),
+        traces=_traces(view, start, model),
+    )
+
+
+def _settled(search: Search, model: Fitted) -> tuple[Fitted, list[tuple[Rival, ...]], list[Gain]]:
+    """Leave out what does not hold where it was not fitted; let better rivals take over."""
+    for _ in range(_SWAPS * 2):
+        gains = [_gain_of(search, model, k) for k in range(len(model.found))]
+        doubtful = [k for k, g in enumerate(gains) if not g.certain]
+        if doubtful:
+            weakest = min(doubtful, key=lambda k: gains[k].interval[0])
+            model = search.fit(model.base, without(model, weakest))
+            continue
+        contests = [contest(search, model, k) for k in range(len(model.found))]
+        better = [c.better for c in contests if c.better is not None]
+        if not better:
+            break
+        model = search.polished(min(better, key=search.criterion))
+    else:
+        gains = [_gain_of(search, model, k) for k in range(len(model.found))]
+        contests = [contest(search, model, k) for k in range(len(model.found))]
+    return model, [c.rivals for c in contests], gains
+
+
+def _gain_of(search: Search, model: Fitted, index: int) -> Gain:
+    smaller = search.fit(model.base, without(model, index))
+    return gain(search.view, smaller, model)
+
+
+def _summary(view: View, fitted: Fitted) -> tuple[Fit, Array]:
+    """A model's figures, and the deviations of its base parameters, amplitudes and shapes."""
+    derivatives = shape_derivatives(view, fitted)
+    count = 4 + sum(len(f.amplitudes) for f in fitted.found)
+    columns = np.hstack([fitted.jacobian[:, :count], derivatives, fitted.jacobian[:, count:]])
+    length = np.linalg.norm(columns[view.clear], axis=0)
+    length = np.where(length > 0.0, length, 1.0)
+    residual = (view.effort - fitted.predicted)[view.clear]
+    std = coloured_std(columns[view.clear] / length, residual) / length
+    held_out = _rms(residuals_held_out(view, fitted)[view.clear]) / _rms(view.effort[view.clear])
+    metric = compare(view.effort, fitted.predicted)
+    fitted_share = _rms(residual) / _rms(view.effort[view.clear])
+    estimate = Estimate(fitted.base, std[:4])
+    return Fit(estimate, fitted_share, held_out, metric), std
+
+
+def _causes(
+    view: View,
+    model: Fitted,
+    rivals: list[tuple[Rival, ...]],
+    gains: list[Gain],
+    std: Array,
+) -> tuple[Cause, ...]:
+    at = 4
+    shape_at = 4 + sum(len(f.amplitudes) for f in model.found)
+    causes = []
+    for k, f in enumerate(model.found):
+        deviations = dict(zip(f.amplitudes, std[at : at + len(f.amplitudes)].tolist(), strict=True))
+        at += len(f.amplitudes)
+        names = f.candidate.form.shapes
+        deviations |= dict(zip(names, std[shape_at : shape_at + len(names)].tolist(), strict=True))
+        shape_at += len(names)
+        share = _rms(_contribution(view, model, k)[view.clear]) / _rms(view.effort[view.clear])
+        values = {name: float(np.asarray(v)) for name, v in f.term.values.items()}
+        term = replace(f.term, values=values, std=deviations)
+        causes.append(
+            Cause(
+                term,
+                gains[k].value,
+                gains[k].interval,
+                share,
+                rivals[k],
+                _evidence(f.term, gains[k], share),
+            )
+        )
+    order = np.argsort([-cause.share for cause in causes], kind="stable")
+    return tuple(causes[k] for k in order)
+
+
+def _evidence(term: Term, found: Gain, share: float) -> str:
+    where = "where it acts" if found.one_off else "in stretches that it was not fitted to"
+    return (
+        f"{named(term.effect).signature}; it makes up {share:.1%} of the effort and takes "
+        f"{found.value:.0%} off the residual {where}"
+    )
+
+
+def _contribution(view: View, model: Fitted, index: int) -> Array:
+    """What one term adds to the effort."""
+    rest = build(model.axis, model.base, without(model, index))
+    kept = model.axis.terms[: len(model.axis.terms) - len(model.found)]
+    rest = replace(rest, terms=(rest.terms[0], *kept[1:], *rest.terms[len(model.axis.terms) :]))
+    return view.predicted(model.axis) - view.predicted(rest)
+
+
+def _traces(view: View, start: Fitted, model: Fitted) -> Traces:
+    def of_motion(name: str) -> Array:
+        return np.concatenate([getattr(s.motion, name)[s.picks] for s in view.stretches])
+
+    shares: dict[str, Array] = {}
+    for k, f in enumerate(model.found):
+        effect = f.candidate.effect
+        shares[effect] = shares.get(effect, 0.0) + _contribution(view, model, k)
+    return Traces(
+        time_s=of_motion("time_s"),
+        position=of_motion("position"),
+        velocity=of_motion("velocity"),
+        acceleration=of_motion("acceleration"),
+        effort=view.effort,
+        base_effort=start.predicted,
+        extended_effort=model.predicted,
+        shares=shares,
+        since_reversal=view.since_reversal,
+        clear=view.clear,
+        file=np.repeat(np.arange(len(view.stretches)), [len(s.picks) for s in view.stretches]),
+    )
+
+
+def _validated(view: View, found: AxisDiagnosis, template: AxisModel) -> Validation:
+    """Both models, as they are, on another recording."""
+    base = dict(zip(PARAMETERS, found.base.estimate.parameters, strict=True))
+    plain = replace(template, terms=(Term(BASE, base), *template.terms[1:]))
+    scale = _rms(view.effort)
+    return Validation(
+        base=_rms(view.effort - view.predicted(plain)) / scale,
+        extended=_rms(view.effort - view.predicted(found.model)) / scale,
+    )
+
+
+def _rms(values: Array) -> float:
+    return max(float(np.sqrt(np.mean(values**2))), _TINY)

@@ -36,7 +36,9 @@ class Found:
     @property
     def term(self) -> Term:
         """As part of a model."""
-        return term(self.candidate, {k: np.float64(v) for k, v in self.shapes.items()}, self.amplitudes)
+        return term(
+            self.candidate, {k: np.float64(v) for k, v in self.shapes.items()}, self.amplitudes
+        )
 
 
 @dataclass(frozen=True)

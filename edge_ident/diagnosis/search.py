@@ -77,9 +77,9 @@ class Search:
         for f in fitted.found:
             if not f.candidate.form.amplitudes:
                 penalty += samples * np.log(surcharge(self._contribution(f, fitted)))
-        return float(samples * np.log(max(fitted.error + self._doubt(fitted), _TINY)) + penalty)
+        return float(samples * np.log(max(fitted.error + self.doubt(fitted), _TINY)) + penalty)
 
-    def _doubt(self, fitted: Fitted) -> float:
+    def doubt(self, fitted: Fitted) -> float:
         """Sum of squares by which the formulas of a model may be off."""
         clear = self.view.clear
         basis = _orthonormal(np.hstack([fitted.jacobian[:, :4], self.view.standstills])[clear])
@@ -104,15 +104,13 @@ class Search:
         """Every candidate on top of a model, the best first, the first few refined."""
         residual = (self.view.effort - fitted.predicted)[self.view.clear]
         basis = _orthonormal(fitted.jacobian[self.view.clear])
-        doubt = self._doubt(fitted)
+        doubt = self.doubt(fitted)
         shaken = jacobian_of(self.shaken, fitted)[self.view.clear]
         coarse = []
         for candidate in self.candidates:
             if candidate.effect in without:
                 continue
-            errors, amplitudes = _explained(
-                candidate, self.library[candidate], residual, basis
-            )
+            errors, amplitudes = _explained(candidate, self.library[candidate], residual, basis)
             best = int(np.argmin(errors))
             if not np.isfinite(errors[best]):
                 continue
@@ -157,10 +155,20 @@ class Search:
             worst = min(worst, 1.0 - float(spoiled @ spoiled) / max(float(own @ own), _TINY))
         return worst
 
+    def own_shares(self, candidate: Candidate, fitted: Fitted) -> Array:
+        """Of each shape's effort, all amplitudes alike, the share (D,) that no term explains."""
+        rows = self.library[candidate]
+        length = np.linalg.norm(rows, axis=2, keepdims=True)
+        effort = np.sum(rows / np.maximum(length, _TINY), axis=1)
+        basis = _orthonormal(fitted.jacobian[self.view.clear])
+        own = effort - (effort @ basis) @ basis.T
+        whole = np.linalg.norm(effort, axis=1)
+        return np.asarray(np.linalg.norm(own, axis=1) / np.maximum(whole, _TINY))
+
     def value(self, trial: Trial, fitted: Fitted) -> float:
         """Criterion of a model with a trial added."""
         samples = np.count_nonzero(self.view.clear)
-        left = max(fitted.error + self._doubt(fitted), _TINY)
+        left = max(fitted.error + self.doubt(fitted), _TINY)
         had = self.criterion(fitted) - samples * np.log(left)
         return float(had + self._gain(trial))
 

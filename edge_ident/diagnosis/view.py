@@ -43,8 +43,8 @@ _FEWEST_SAMPLES: Final = 40
 """Twice the parameters of the base model and a few causes."""
 _COLUMN_RATE: Final = 15.0
 """Samples per cut-off period at which columns are made."""
-_FEWEST_LINES: Final = 20
-"""Of a spectrum, for a median to be worth something."""
+_LAGS: Final = 12
+"""Samples for which a controller remembers its encoder's rounding."""
 _BLOCKS: Final = 40
 _BLOCK_PERIODS: Final = 4.0
 """A block is at least so many cut-off periods long."""
@@ -75,8 +75,9 @@ class Stretch:
         Samples that are used: decimated, in motion, away from the ends.
     clear : (n,) array of bool
         Those away from reversals.
-    effort_noise : float
-        Standard deviation of white noise in the filtered effort.
+    position_noise, acceleration_noise, effort_noise : float
+        Standard deviations of white noise in the position, and in the acceleration and effort
+        when cut off sharply at the cut-off.
     standstills : (n, S) array
         What any friction during a standstill can leave at the picks beyond it: the filter's
         answer to a constant and to a slope for as long as the axis stood.
@@ -93,6 +94,7 @@ class Stretch:
     period_s: float
     filter: scipy.sparse.csr_array
     position_noise: float
+    acceleration_noise: float
     effort_noise: float
     standstills: Array
 
@@ -148,6 +150,18 @@ class View:
         """Axes whose motion every recording shows as well."""
         shared = set.intersection(*(set(s.others) for s in self.stretches))
         return tuple(sorted(name for name in shared if self._moves(name)))
+
+    @property
+    def since_reversal(self) -> Array:
+        """Distance travelled since the last reversal, (n,)."""
+        parts = []
+        for s in self.stretches:
+            travelled = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(s.motion.position)))])
+            turns = np.flatnonzero(np.diff(np.sign(s.motion.velocity)) != 0) + 1
+            starts = np.concatenate([[0], turns])
+            last = starts[np.searchsorted(starts, s.picks, side="right") - 1]
+            parts.append(travelled[s.picks] - travelled[last])
+        return np.concatenate(parts)
 
     def extent(self, base: Array) -> Extent:
         """What the recordings reach, together; `base` are the base parameters (4,)."""
@@ -209,7 +223,7 @@ def _stretch(recording: Recording, name: str) -> Stretch:
     }
     effort = interpolate(time_s, recording.time_s, axis.effort)
     widest_hz = choose_cutoff(positions[name], period_s)
-    density = _white_density(effort, widest_hz, period_s)
+    density = 2.0 * period_s * _white_noise(effort, positions[name], widest_hz, period_s) ** 2
     noise = position_noise(axis.position)
     cutoff_hz = _balanced_cutoff(positions[name], effort, noise, density, widest_hz, period_s)
     moving = ~standing(positions[name], cutoff_hz, period_s)
@@ -252,6 +266,7 @@ def _stretch(recording: Recording, name: str) -> Stretch:
         cutoff_hz=cutoff_hz,
         period_s=coarse_s,
         position_noise=noise,
+        acceleration_noise=acceleration_noise(noise, cutoff_hz, period_s),
         effort_noise=float(np.sqrt(density * cutoff_hz)),
         filter=_filter_at(picks, len(motions[name].time_s), cutoff_hz, coarse_s),
         standstills=_standstills(moving[::stride], cutoff_hz, coarse_s)[picks],
@@ -274,9 +289,7 @@ def _beating(
             folded_hz = np.abs(per_sample - np.round(per_sample)) / period_s
             sweep = harmonic * np.abs(motion.acceleration) / count
             beats += (
-                (per_sample > 0.5)
-                & (folded_hz < cutoff_hz)
-                & (sweep < cutoff_hz**2 * _SLOW_SWEEP)
+                (per_sample > 0.5) & (folded_hz < cutoff_hz) & (sweep < cutoff_hz**2 * _SLOW_SWEEP)
             )
     return np.asarray(np.convolve(beats, np.ones(2 * smear + 1), "same") > 0.5)
 
@@ -327,29 +340,34 @@ def _balanced_cutoff(
     widest_hz: float,
     period_s: float,
 ) -> float:
-    """Where the encoder's noise, which grows as f^2.5, reaches that of the effort, as f^0.5."""
+    """Where the encoder's noise, which grows as f^2.5, is twice that of the effort, as f^0.5.
+
+    Narrower, and of the shorter stretches between reversals nothing would be left.
+    """
     columns = filtered_regressor(position, widest_hz, period_s)
     smooth = lowpass(effort, widest_hz, period_s)
     inertia = abs(float(np.linalg.lstsq(columns, smooth, rcond=None)[0][0]))
     encoder = inertia * acceleration_noise(noise, widest_hz, period_s)
-    ratio = np.sqrt(density * widest_hz) / max(encoder, _TINY)
+    ratio = 2.0 * np.sqrt(density * widest_hz) / max(encoder, _TINY)
     return float(widest_hz * np.clip(np.sqrt(ratio), _NARROWEST, 1.0))
 
 
-def _white_density(effort: Array, cutoff_hz: float, period_s: float) -> float:
-    """One-sided power density of the effort's white noise: the quietest octave above the cut-off.
+def _white_noise(effort: Array, position: Array, cutoff_hz: float, period_s: float) -> float:
+    """Standard deviation of white noise in the effort, from what its highest frequencies leave.
 
-    Jumps of friction fall off with frequency, a controller's answer to its encoder rises.
+    A controller answers the rounding of its encoder, and that answer is no noise: it really
+    drives the axis. The recorded position holds the same rounding, so what follows from it by a
+    short linear filter is taken off first.
     """
-    frequency, power = scipy.signal.periodogram(effort, 1.0 / period_s, "hann")
-    medians = []
-    low = 1.5 * cutoff_hz
-    while low < 0.4 / period_s:
-        band = power[(frequency >= low) & (frequency < 2.0 * low)]
-        if len(band) >= _FEWEST_LINES:
-            medians.append(float(np.median(band)) / np.log(2.0))
-        low *= 2.0
-    return min(medians, default=0.0)
+    above_hz = min(max(3.0 * cutoff_hz, 0.05 / period_s), 0.25 / period_s)
+    high = [x - lowpass(x, above_hz, period_s) for x in (effort, position)]
+    lags = np.arange(-_LAGS // 4, _LAGS)
+    inside = slice(_LAGS, -_LAGS)
+    answers = np.stack([np.roll(high[1], lag)[inside] for lag in lags], axis=1)
+    scale = max(float(np.max(np.abs(answers))), _TINY)
+    answer = answers @ np.linalg.lstsq(answers / scale, high[0][inside], rcond=1e-8)[0] / scale
+    left = high[0][inside] - answer
+    return float(np.std(left) / np.sqrt(1.0 - 2.0 * above_hz * period_s))
 
 
 def _picks(moving: NDArray[np.bool_], cutoff_hz: float, period_s: float) -> NDArray[np.intp]:

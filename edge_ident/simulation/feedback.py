@@ -5,8 +5,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.gain_design import LoopHardware, design
-from edge_ident.model import AxisModel
+from edge_ident.gain_design import design
+from edge_ident.model import AxisModel, Estimate, base_axis
+from edge_ident.position_loop import LoopHardware
 from firmware_interface.gains import AxisGains
 
 Array = NDArray[np.float64]
@@ -75,4 +76,7 @@ def stiff_gains(axis: AxisModel, hardware: LoopHardware) -> list[AxisGains]:
     GainError
         No gains keep the margins.
     """
-    return [design(p, 0.0, hardware).gains for p in np.atleast_2d(axis.parameters)]
+    return [
+        design(base_axis(Estimate(parameters, np.zeros(4))), hardware).gains
+        for parameters in np.atleast_2d(axis.parameters)
+    ]

@@ -2,9 +2,8 @@
 
 import secrets
 
-from firmware_interface.codec import decode_integer, encode
+from firmware_interface.codec import decode_integer, encode, encode_axis_gains
 from firmware_interface.errors import BoardError
-from firmware_interface.gains import AxisGains
 from firmware_interface.registers import (
     AXES,
     FLOAT_TEST,
@@ -141,8 +140,9 @@ class VirtualBoard:
             "following_error": limits.following_error_rad,
             "gain_step": limits.gain_step,
         }
-        for field in AxisGains.__dataclass_fields__:
-            name = field.removesuffix("_rad_s").removesuffix("_s")
-            values[name] = getattr(limits.gain_maximum, field)
         for name, value in values.items():
             self._registers.put(f"limits.{axis}.{name}", value)
+        self._registers.put_words(
+            REGISTERS[f"gain_maximum.{axis}.proportional"].address,
+            encode_axis_gains(limits.gain_maximum),
+        )

@@ -49,14 +49,31 @@ class AxisController:
         error = setpoint.position_rad - position_rad
         integral = self._integral_nm + gains.integral * error * period
         self._integral_nm = min(max(integral, -self._limit_nm), self._limit_nm)
-        velocity = setpoint.velocity_rad_s
         effort = (
             gains.proportional * error
-            + gains.derivative * (velocity - self._velocity_rad_s)
+            + gains.derivative * (setpoint.velocity_rad_s - self._velocity_rad_s)
             + self._integral_nm
-            + gains.inertia_feedforward * setpoint.acceleration_rad_s2
-            + gains.viscous_feedforward * velocity
-            + gains.coulomb_feedforward * math.tanh(velocity / gains.coulomb_smoothing_rad_s)
-            + gains.offset_feedforward
+            + _feedforward_nm(gains, setpoint)
         )
         return min(max(effort, -self._limit_nm), self._limit_nm)
+
+
+def _feedforward_nm(gains: AxisGains, setpoint: Setpoint) -> float:
+    """What the reference alone asks for."""
+    velocity = setpoint.velocity_rad_s
+    bump = math.exp(-((velocity / gains.stribeck_speed_rad_s) ** 2))
+    effort = (
+        gains.inertia_feedforward * setpoint.acceleration_rad_s2
+        + gains.viscous_feedforward * velocity
+        + gains.viscous_difference_feedforward * abs(velocity)
+        + (gains.coulomb_feedforward + gains.stribeck_feedforward * bump)
+        * math.tanh(velocity / gains.coulomb_smoothing_rad_s)
+        + gains.offset_feedforward
+    )
+    for cosine, sine, period in zip(
+        gains.ripple_cosine, gains.ripple_sine, gains.ripple_period_rad, strict=True
+    ):
+        if cosine or sine:
+            angle = 2.0 * math.pi * setpoint.position_rad / period
+            effort += cosine * math.cos(angle) + sine * math.sin(angle)
+    return effort

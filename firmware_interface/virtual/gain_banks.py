@@ -2,12 +2,11 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import astuple
 from typing import Final
 
 from firmware_interface.board_types import AxisLimits
 from firmware_interface.codec import crc32, decode_gains, encode_gains
-from firmware_interface.gains import AxisGains
+from firmware_interface.gains import POSITIVE, SIGNED, AxisGains
 from firmware_interface.registers import AXES, Result
 from firmware_interface.virtual.register_file import RegisterFile
 
@@ -98,11 +97,14 @@ class GainBanks:
     def _allowed(self, axis: str, gains: AxisGains) -> bool:
         """Each gain within its maximum and not too far from the present one."""
         limits = self._limits[axis]
-        maxima = astuple(limits.gain_maximum)
-        for value, maximum, now in zip(
-            astuple(gains), maxima, astuple(self.active[axis]), strict=True
-        ):
-            if not (abs(value) <= maximum and abs(value - now) <= limits.gain_step * maximum):
+        maxima, active = limits.gain_maximum.numbers(), self.active[axis].numbers()
+        for name, value in gains.numbers().items():
+            maximum = maxima[name]
+            if not (
+                abs(value) <= maximum
+                and abs(value - active[name]) <= limits.gain_step * maximum
+                and (value >= 0.0 or name in SIGNED)
+                and (value > 0.0 or name not in POSITIVE)
+            ):
                 return False
-        *signed, _offset = astuple(gains)
-        return min(signed) >= 0.0 and gains.coulomb_smoothing_rad_s > 0.0
+        return True

@@ -1,7 +1,7 @@
 """The board's registers as words, with access and ranges as the map says."""
 
 from firmware_interface.codec import decode, encode
-from firmware_interface.errors import BoardError
+from firmware_interface.errors import BoardError, ValueRefusedError
 from firmware_interface.registers import (
     PAGE_ADDRESS,
     PAGE_SLOT_REGISTERS,
@@ -76,17 +76,20 @@ class RegisterFile:
         Raises
         ------
         BoardError
-            There is no such register, it is read-only, or a value is outside its range.
+            There is no such register, or it is read-only.
+        ValueRefusedError
+            A value would leave its range, be it touched only in part.
         """
         end = address + len(words)
         if address < 0 or end > _END or not all(self._writable[address:end]):
             raise _no_register(address, len(words), "write")
+        after = [*self._words[:address], *words, *self._words[end:PAGE_ADDRESS]]
         for register in self._ranged:
-            whole = address <= register.address and register.address + register.words <= end
-            if whole and register.minimum is not None:
-                value = decode(register.name, words, address)
+            touched = address < register.address + register.words and register.address < end
+            if touched and register.minimum is not None:
+                value = decode(register.name, after, 0)
                 if not register.minimum <= value <= (register.maximum or value):
-                    raise BoardError(
+                    raise ValueRefusedError(
                         f"{register.name} = {value:g} {register.unit} is refused",
                         f"allowed are {register.minimum:g} to {register.maximum:g}",
                     )

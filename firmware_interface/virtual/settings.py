@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from firmware_interface.board_types import AxisLimits
-from firmware_interface.gains import AxisGains
+from firmware_interface.gains import RIPPLES, AxisGains
 from firmware_interface.registers import AXES, MAP_CRC, Fault
 
 CONSERVATIVE_GAINS: Final = AxisGains(
@@ -37,6 +37,12 @@ DEFAULT_LIMITS: Final = AxisLimits(
         coulomb_feedforward=5.0,
         coulomb_smoothing_rad_s=5.0,
         offset_feedforward=5.0,
+        stribeck_feedforward=5.0,
+        stribeck_speed_rad_s=5.0,
+        viscous_difference_feedforward=5.0,
+        ripple_cosine=(5.0,) * RIPPLES,
+        ripple_sine=(5.0,) * RIPPLES,
+        ripple_period_rad=(20.0,) * RIPPLES,
     ),
 )
 

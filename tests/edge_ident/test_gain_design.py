@@ -7,16 +7,16 @@ import pytest
 import scipy.signal
 
 from edge_ident.errors import GainError
-from edge_ident.gain_design import (
-    GAIN_MARGIN,
-    PHASE_MARGIN_RAD,
-    QUANTIZATION_SHARE,
-    LoopHardware,
-    design,
-)
+from edge_ident.gain_design import GAIN_MARGIN, PHASE_MARGIN_RAD, QUANTIZATION_SHARE, design
+from edge_ident.model import AxisModel, Estimate, base_axis
+from edge_ident.position_loop import LoopHardware
 
 HARDWARE = LoopHardware(0.0025, 0.0005, 2 * math.pi / 8400, 12.0)
 PARAMETERS = np.array([0.43, 0.9, 1.4, 0.03])
+
+
+def axis(inertia_std: float = 0.0, parameters: np.ndarray = PARAMETERS) -> AxisModel:
+    return base_axis(Estimate(parameters, np.array([inertia_std, 0.0, 0.0, 0.0])))
 
 
 def step_loop(gain: float, delay_samples: int, designed, samples: int = 4000) -> np.ndarray:
@@ -45,7 +45,7 @@ def step_loop(gain: float, delay_samples: int, designed, samples: int = 4000) ->
 
 
 def test_margins_quantization_and_poles_are_as_promised() -> None:
-    found = design(PARAMETERS, 0.02, HARDWARE)
+    found = design(axis(0.02), HARDWARE)
     assert found.phase_margin_rad >= PHASE_MARGIN_RAD
     assert found.gain_margin >= GAIN_MARGIN
     assert found.quantization_effort_nm <= QUANTIZATION_SHARE * HARDWARE.effort_limit_nm
@@ -57,9 +57,9 @@ def test_margins_quantization_and_poles_are_as_promised() -> None:
 
 
 def test_gain_margin_is_where_a_simulated_loop_turns_unstable() -> None:
-    found = design(PARAMETERS, 0.0, HARDWARE)
+    found = design(axis(), HARDWARE)
     no_delay = LoopHardware(0.0025, 0.0, 2 * math.pi / 8400, 12.0)
-    exact = design(PARAMETERS, 0.0, no_delay, found.bandwidth_rad_s)
+    exact = design(axis(), no_delay, found.bandwidth_rad_s)
     stable = step_loop(0.93 * exact.gain_margin, 0, exact)
     unstable = step_loop(1.07 * exact.gain_margin, 0, exact)
     assert np.max(np.abs(stable[-500:])) < 1e-3 * np.max(np.abs(stable))
@@ -69,15 +69,12 @@ def test_gain_margin_is_where_a_simulated_loop_turns_unstable() -> None:
 def test_delay_costs_bandwidth() -> None:
     slow = LoopHardware(0.0025, 0.020, 2 * math.pi / 8400, 1e6)
     quick = LoopHardware(0.0025, 0.0005, 2 * math.pi / 8400, 1e6)
-    assert (
-        design(PARAMETERS, 0.0, slow).bandwidth_rad_s
-        < 0.5 * design(PARAMETERS, 0.0, quick).bandwidth_rad_s
-    )
+    assert design(axis(), slow).bandwidth_rad_s < 0.5 * design(axis(), quick).bandwidth_rad_s
 
 
 def test_doubt_about_the_inertia_is_paid_for_in_margin() -> None:
-    sure = design(PARAMETERS, 0.0, HARDWARE, 8.0)
-    unsure = design(PARAMETERS, 0.05, HARDWARE, 8.0)
+    sure = design(axis(), HARDWARE, 8.0)
+    unsure = design(axis(0.05), HARDWARE, 8.0)
     assert unsure.phase_margin_rad < sure.phase_margin_rad
 
 
@@ -94,5 +91,5 @@ def test_doubtful_gains_are_refused(
     parameters: list[float], std: float, bandwidth: float | None, message: str
 ) -> None:
     with pytest.raises(GainError, match=message) as error:
-        design(np.array(parameters), std, HARDWARE, bandwidth)
+        design(axis(std, np.array(parameters)), HARDWARE, bandwidth)
     assert error.value.exit_code == 1

@@ -1,5 +1,6 @@
 """The result of identification as a whole: which estimate, why, and the warnings."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -8,6 +9,7 @@ import scipy.signal
 
 from edge_ident.documents import identification_document
 from edge_ident.identification import identify
+from edge_ident.model import BASE, PARAMETERS, AxisModel, Model, Term
 from edge_ident.network import load_network
 from edge_ident.recording import AxisRecord, Recording
 from edge_ident.recording_files import load_recording
@@ -65,6 +67,25 @@ def test_the_network_sees_any_phase_and_amplitude_near_its_own(
     assert axis.network is not None, axis.network_reason
     truth = np.array(list(TRUTH.values()))
     np.testing.assert_allclose(axis.network.parameters, truth, rtol=0.01, atol=0.002)
+
+
+@pytest.mark.parametrize("trained_with_it", [False, True])
+def test_a_network_reads_the_effort_that_it_was_trained_on(trained_with_it: bool) -> None:
+    """A known push of 0.2 N·m all along is offset to a network that has never seen it taken off."""
+    known_network = StandIn(reader(), START)
+    effects = ("position_dependent_load",) if trained_with_it else ()
+    motion = replace(known_network.manifest.motion, effects=effects)
+    known_network.manifest = replace(known_network.manifest, motion=motion)
+    values = dict.fromkeys(("stiffness", "curvature", "sine"), 0.0) | {"cosine": 0.2, "period": 1e6}
+    push = Term("position_dependent_load", values)
+    base = Term(BASE, dict(zip(PARAMETERS, TRUTH.values(), strict=True)))
+    known = Model({"x": AxisModel((base, push))})
+    axis = identify(recording(), known_network, model=known).axes["x"]
+    assert axis.network is not None, axis.network_reason
+    offset = list(TRUTH.values())[3]
+    assert axis.least_squares.parameters[3] == pytest.approx(offset - 0.2, abs=0.005)
+    seen = offset if trained_with_it else offset - 0.2
+    assert axis.network.parameters[3] == pytest.approx(seen, abs=0.005)
 
 
 def test_a_network_that_misses_the_effort_gives_no_estimate() -> None:

@@ -13,7 +13,15 @@ from firmware_interface.virtual.drive import SAMPLE_PERIOD_S
 from firmware_interface.virtual.settings import CONSERVATIVE_GAINS, BoardSettings
 
 # values that a 32-bit float holds exactly, so that what is read back can be compared
-BETTER = AxisGains(128.0, 16.0, 0.0, 0.0078125, 0.375, 0.75, 1.25, 0.5, 0.0625)
+BETTER = AxisGains(
+    *(128.0, 16.0, 0.0, 0.0078125, 0.375, 0.75, 1.25, 0.5, 0.0625),
+    stribeck_feedforward=0.25,
+    stribeck_speed_rad_s=0.125,
+    viscous_difference_feedforward=-0.0625,
+    ripple_cosine=(0.5, 0.0, -0.25, 0.0),
+    ripple_sine=(-0.125, 0.0, 0.0, 0.0),
+    ripple_period_rad=(6.25, 1.0, 0.0625, 1.0),
+)
 OLD = dict.fromkeys(
     "xz", replace(CONSERVATIVE_GAINS, velocity_filter_s=1 / 128, coulomb_smoothing_rad_s=0.125)
 )

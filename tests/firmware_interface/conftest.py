@@ -5,10 +5,22 @@ import math
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
+from functools import partial
+from pathlib import Path
 
 import pytest
+from conformance_boards import (
+    BoardCommand,
+    Served,
+    build_firmware,
+    c_command,
+    clean_up,
+    python_command,
+    serving,
+)
 from hypothesis import settings
 
+from firmware_interface.board import Board
 from firmware_interface.motion import Multisine, SineComponent, Trajectory
 from firmware_interface.virtual.board import VirtualBoard
 from firmware_interface.virtual.server import serve_pty, serve_tcp
@@ -70,3 +82,40 @@ def short_motion() -> Trajectory:
         duration_s=421 * 0.0025,
         lead_in_s=0.5,
     )
+
+
+@pytest.fixture(scope="session")
+def firmware(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Folder with the programs of the reference firmware, built with the sanitizers."""
+    return build_firmware(tmp_path_factory.mktemp("firmware"))
+
+
+@pytest.fixture(scope="module", params=["python", "c"])
+def command_of_either(request: pytest.FixtureRequest) -> BoardCommand:
+    """Gives the command line of a board of either kind."""
+    if request.param == "python":
+        return python_command
+    return partial(c_command, request.getfixturevalue("firmware"))
+
+
+@pytest.fixture(scope="module")
+def either_kind(command_of_either: BoardCommand) -> Iterator[Served]:
+    """A board of either kind, in a process of its own, for all tests of a file."""
+    with serving(command_of_either()) as served:
+        yield served
+
+
+@pytest.fixture
+def either_board(either_kind: Served) -> Iterator[Board]:
+    """The host's verbs for that board, which starts and ends as after power-up."""
+    with either_kind.connected() as board:
+        first_gains = board.active_gains()
+        yield board
+        clean_up(board, first_gains)
+
+
+@pytest.fixture
+def fresh_board(command_of_either: BoardCommand) -> Iterator[Board]:
+    """The host's verbs for a board of either kind that no other test uses."""
+    with serving(command_of_either(window_s=1.0)) as served, served.connected() as board:
+        yield board

@@ -17,11 +17,12 @@ from firmware_interface.codec import (
     decode_page,
     decode_trajectory,
     encode,
+    encode_axis_gains,
     encode_gains,
     encode_page,
     encode_trajectory,
 )
-from firmware_interface.gains import AxisGains
+from firmware_interface.gains import POSITIVE, RIPPLES, SIGNED, AxisGains
 from firmware_interface.motion import Multisine, SineComponent, Staircase, Trajectory
 from firmware_interface.registers import PAGE_ADDRESS, PAGE_WORDS, REGISTERS
 
@@ -112,13 +113,32 @@ def test_a_short_read_of_a_page_is_noticed() -> None:
         decode_page(some_page()[:-2])
 
 
-gains = st.builds(AxisGains, *[f32] * 9)
+table = st.tuples(*[f32] * RIPPLES)
+gains = st.builds(AxisGains, *[f32] * 12, table, table, table)
 
 
 @given(gains, gains)
 def test_gain_banks_round_trip(x: AxisGains, z: AxisGains) -> None:
     back = decode_gains(encode_gains({"z": z, "x": x}))
     assert [astuple(back[axis]) for axis in ("x", "z")] == [astuple(x), astuple(z)]
+
+
+@pytest.mark.parametrize("group", ["active", "shadow", "gain_maximum"])
+def test_banks_hold_the_gains_in_the_order_of_the_map(group: str) -> None:
+    names = list(AxisGains(*[0.0] * 9).numbers())
+    words = encode_axis_gains(AxisGains.of_numbers(range(len(names))))
+    base = REGISTERS[f"{group}.x.proportional"].address
+    for register in REGISTERS.values():
+        if register.name.startswith(f"{group}.x."):
+            field = register.name.rpartition(".")[2]
+            for k, value in enumerate(decode_array(register.name, words, base)):
+                entry = f"[{k}]" if register.count > 1 else ""
+                stem, unit = names[int(value)].removesuffix(entry), ("", "_s", "_rad", "_rad_s")
+                assert stem in [field + u for u in unit]
+
+
+def test_signs_are_said_of_numbers_that_exist() -> None:
+    assert AxisGains(*[0.0] * 9).numbers().keys() >= SIGNED | POSITIVE
 
 
 def roundtrip(trajectory: Trajectory) -> Trajectory:

@@ -77,7 +77,7 @@ class BoardUnderRandomHosts(RuleBasedStateMachine):
     def stage_what_the_board_must_refuse(self) -> None:
         self.bench.board.stage_gains(self.illegal)
 
-    @rule(word=st.integers(0, 35))
+    @rule(word=st.integers(0, 95))
     def change_a_word_of_the_bank_and_commit(self, word: int) -> None:
         address = REGISTERS["shadow.x.proportional"].address + word
         self.bench.virtual.write(address, [self.bench.virtual.read(address, 1)[0] ^ 1])

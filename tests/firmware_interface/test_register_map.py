@@ -64,5 +64,15 @@ def test_both_axes_have_the_same_registers() -> None:
 @pytest.mark.skipif(shutil.which("cc") is None, reason="needs a C compiler")
 def test_header_compiles_and_its_layout_assertions_hold() -> None:
     header = Path(generate.__file__).with_name("registers.h")
-    command = ["cc", "-std=c11", "-Wall", "-Werror", "-fsyntax-only", "-x", "c", str(header)]
+    command = [
+        "cc",
+        "-std=c99",
+        "-pedantic",
+        "-Wall",
+        "-Werror",
+        "-fsyntax-only",
+        "-x",
+        "c",
+        str(header),
+    ]
     assert subprocess.run(command, capture_output=True, check=False).returncode == 0

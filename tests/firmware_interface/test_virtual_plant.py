@@ -197,7 +197,12 @@ def test_parameters_are_those_of_the_papers_machine() -> None:
 
 
 def test_controller_follows_the_documented_law() -> None:
-    gains = AxisGains(30.0, 4.0, 5.0, 0.0075, 0.4, 0.9, 1.4, 0.2, 0.1)
+    gains = AxisGains(
+        *(30.0, 4.0, 5.0, 0.0075, 0.4, 0.9, 1.4, 0.2, 0.1, 0.5, 0.15, -0.3),
+        ripple_cosine=(0.2, 0.0, 0.0, 0.0),
+        ripple_sine=(0.0, 0.0, 0.0, -0.1),
+        ripple_period_rad=(0.25, 1.0, 1.0, 0.1),
+    )
     controller, period = AxisController(gains, 0.0025, 100.0), 0.0025
     filtered = integral = last = 0.0
     for k in range(1, 50):
@@ -212,8 +217,12 @@ def test_controller_follows_the_documented_law() -> None:
             + 5.0 * integral
             + 0.4 * setpoint.acceleration_rad_s2
             + 0.9 * setpoint.velocity_rad_s
-            + 1.4 * np.tanh(setpoint.velocity_rad_s / 0.2)
+            - 0.3 * abs(setpoint.velocity_rad_s)
+            + (1.4 + 0.5 * np.exp(-((setpoint.velocity_rad_s / 0.15) ** 2)))
+            * np.tanh(setpoint.velocity_rad_s / 0.2)
             + 0.1
+            + 0.2 * np.cos(2 * np.pi * setpoint.position_rad / 0.25)
+            - 0.1 * np.sin(2 * np.pi * setpoint.position_rad / 0.1)
         )
         assert controller.effort_nm(setpoint, position) == pytest.approx(expected)
 

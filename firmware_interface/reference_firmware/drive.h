@@ -1,0 +1,42 @@
+/* Encoders, PWM and controllers: what happens in one control sample. [sample] */
+#ifndef DRIVE_H
+#define DRIVE_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "controller.h"
+
+/* One control sample in counts; following error is reference - position. */
+struct drive_sample {
+    int32_t position[FD_AXES];
+    int32_t following_error[FD_AXES];
+    int16_t effort[FD_AXES];
+};
+
+/* [main] Before the first sample. */
+void drive_init(void);
+
+/* Exchange the gains of all axes between two samples. */
+void drive_set_gains(const struct fd_gain_bank gains[FD_AXES]);
+
+/* Take up control where the axes stand; no effort until then. */
+void drive_power_on(void);
+void drive_power_off(void);
+bool drive_powered(void);
+
+/* Latch the encoders, compute the efforts. */
+void drive_take_sample(const struct setpoint setpoints[FD_AXES], struct drive_sample *sample);
+
+/* Position latched last. */
+float drive_position_rad(unsigned axis);
+
+/* Mean over the last 50 ms. */
+float drive_speed_rad_s(unsigned axis);
+
+/* The encoders stood still for the last 50 ms. */
+bool drive_at_rest(void);
+
+float drive_rad_per_count(void);
+
+#endif

@@ -1,0 +1,32 @@
+/* Active, shadow and previous gains: old or new, never a mixture.
+ * In the main loop, hold the lock for all but gain_banks_check_staged. */
+#ifndef GAIN_BANKS_H
+#define GAIN_BANKS_H
+
+#include <stdbool.h>
+
+#include "../registers.h"
+
+/* Before the first sample: put gains in force. */
+void gain_banks_init(const struct fd_gain_bank gains[FD_AXES]);
+
+/* In force. */
+const struct fd_gain_bank *gain_banks_active(void);
+
+/* Find out whether the shadow bank matches its CRC; after every write of the host. */
+void gain_banks_check_staged(void);
+bool gain_banks_staged_crc_ok(void);
+
+/* A commit waits for its confirmation, for so long. */
+bool gain_banks_unconfirmed(void);
+uint32_t gain_banks_remaining_us(void);
+
+/* Each number inside its maximum and of a sign that it may have. */
+bool gain_banks_within_maxima(const struct fd_gain_bank gains[FD_AXES]);
+
+/* Swap the shadow bank in, if it may be; keep what was committed; or return to before. */
+enum fd_result gain_banks_commit(void);
+enum fd_result gain_banks_confirm(void);
+enum fd_result gain_banks_roll_back(void);
+
+#endif

@@ -1,0 +1,16 @@
+/* Gains in permanent memory. Two slots are written in turn, so that a power cut at any moment of
+ * a write leaves the gains of the write before. [main], without the lock: memory is slow. */
+#ifndef GAIN_STORE_H
+#define GAIN_STORE_H
+
+#include <stdbool.h>
+
+#include "../registers.h"
+
+/* The gains stored last; false where there are none that this firmware may use. */
+bool gain_store_load(struct fd_gain_bank gains[FD_AXES]);
+
+/* False where they do not read back. */
+bool gain_store_save(const struct fd_gain_bank gains[FD_AXES]);
+
+#endif

@@ -1,0 +1,192 @@
+#include "modbus_rtu.h"
+
+#include <stdbool.h>
+#include <string.h>
+
+#include "board.h"
+#include "crc.h"
+#include "port.h"
+
+#define FRAME_LIMIT 256u
+#define READ_LIMIT 125u
+#define WRITE_LIMIT 123u
+#define CRC_BYTES 2u
+
+enum function {
+    READ_HOLDING_REGISTERS = 3,
+    WRITE_REGISTER = 6,
+    WRITE_REGISTERS = 16,
+};
+
+enum exception {
+    NO_EXCEPTION = 0,
+    ILLEGAL_FUNCTION = 1,
+    ILLEGAL_ADDRESS = 2,
+    ILLEGAL_VALUE = 3,
+};
+
+static uint8_t request[FRAME_LIMIT];
+static size_t received;
+static uint8_t reply[FRAME_LIMIT];
+static size_t to_send;
+static uint32_t last_byte_us;
+static bool deaf; /* until the next silence: what comes is a broken frame or for another device */
+
+static uint16_t word_at(const uint8_t *bytes)
+{
+    return (uint16_t)((unsigned)bytes[0] << 8 | bytes[1]);
+}
+
+static void put_word(uint8_t *bytes, uint16_t word)
+{
+    bytes[0] = (uint8_t)(word >> 8);
+    bytes[1] = (uint8_t)word;
+}
+
+/* ---- functions: each puts its reply behind device and function code, and gives its length */
+
+static enum exception of_access(enum access result)
+{
+    return result == ACCESS_DONE ? NO_EXCEPTION
+        : result == ACCESS_BAD_VALUE ? ILLEGAL_VALUE : ILLEGAL_ADDRESS;
+}
+
+static enum exception read_registers(size_t *length)
+{
+    uint16_t words[READ_LIMIT];
+    const uint16_t address = word_at(&request[2]), count = word_at(&request[4]);
+    if (count == 0 || count > READ_LIMIT) {
+        return ILLEGAL_VALUE;
+    }
+    const enum exception exception = of_access(board_read(address, count, words));
+    if (exception == NO_EXCEPTION) {
+        reply[2] = (uint8_t)(2u * count);
+        for (uint16_t n = 0; n < count; n++) {
+            put_word(&reply[3u + 2u * n], words[n]);
+        }
+        *length = 3u + 2u * count;
+    }
+    return exception;
+}
+
+static enum exception write_register(size_t *length)
+{
+    const uint16_t word = word_at(&request[4]);
+    memcpy(&reply[2], &request[2], 4u);
+    *length = 6u;
+    return of_access(board_write(word_at(&request[2]), 1u, &word));
+}
+
+static enum exception write_registers(size_t *length)
+{
+    uint16_t words[WRITE_LIMIT];
+    const uint16_t address = word_at(&request[2]), count = word_at(&request[4]);
+    if (count == 0 || count > WRITE_LIMIT || request[6] != 2u * count) {
+        return ILLEGAL_VALUE;
+    }
+    for (uint16_t n = 0; n < count; n++) {
+        words[n] = word_at(&request[7u + 2u * n]);
+    }
+    memcpy(&reply[2], &request[2], 4u);
+    *length = 6u;
+    return of_access(board_write(address, count, words));
+}
+
+/* Whether a frame is whole and unbroken. */
+static bool valid(size_t length)
+{
+    const uint16_t found = crc16(request, length - CRC_BYTES);
+    return request[length - 2u] == (uint8_t)found && request[length - 1u] == found >> 8;
+}
+
+static void answer(void)
+{
+    enum exception exception = ILLEGAL_FUNCTION;
+    board_frame_seen();
+    to_send = 0;
+    reply[0] = MODBUS_DEVICE;
+    reply[1] = request[1];
+    if (request[1] == READ_HOLDING_REGISTERS) {
+        exception = read_registers(&to_send);
+    } else if (request[1] == WRITE_REGISTER) {
+        exception = write_register(&to_send);
+    } else if (request[1] == WRITE_REGISTERS) {
+        exception = write_registers(&to_send);
+    }
+    if (exception != NO_EXCEPTION) {
+        reply[1] |= 0x80u;
+        reply[2] = (uint8_t)exception;
+        to_send = 3u;
+    }
+    const uint16_t crc = crc16(reply, to_send);
+    reply[to_send++] = (uint8_t)crc;
+    reply[to_send++] = (uint8_t)(crc >> 8);
+}
+
+/* ---- frames */
+
+/* Length of the request that is coming in, as far as its function code tells; else 0. */
+static size_t expected(void)
+{
+    if (received < 7u) {
+        return 0;
+    }
+    switch (request[1]) {
+    case READ_HOLDING_REGISTERS:
+    case WRITE_REGISTER:
+        return 8u;
+    case WRITE_REGISTERS:
+        return 7u + request[6] + CRC_BYTES;
+    default:
+        return 0; /* its end is known by the silence after it */
+    }
+}
+
+static void take(uint8_t byte)
+{
+    if (received == FRAME_LIMIT) {
+        deaf = true;
+    }
+    if (deaf) {
+        return;
+    }
+    request[received++] = byte;
+    if (request[0] != MODBUS_DEVICE) {
+        deaf = true;
+    } else if (received == expected()) {
+        if (valid(received)) {
+            answer();
+        } else {
+            deaf = true;
+        }
+        received = 0;
+    }
+}
+
+/* A silence ends a frame: one of unknown length is answered, what else there is was broken. */
+static void end_frame(void)
+{
+    if (!deaf && received > CRC_BYTES + 1u && expected() == 0 && valid(received)) {
+        answer();
+    }
+    received = 0;
+    deaf = false;
+}
+
+void modbus_rtu_poll(void)
+{
+    uint8_t bytes[64];
+    const size_t count = port_uart_receive(bytes, sizeof bytes);
+    const uint32_t now_us = port_time_us(), silence_us = now_us - last_byte_us;
+    if ((received > 0 || deaf) && silence_us >= port_settings()->frame_gap_us) {
+        end_frame();
+    }
+    for (size_t n = 0; n < count; n++) {
+        take(bytes[n]);
+        last_byte_us = now_us;
+    }
+    if (to_send > 0 && now_us - last_byte_us >= port_settings()->turnaround_us) {
+        port_uart_send(reply, to_send);
+        to_send = 0;
+    }
+}

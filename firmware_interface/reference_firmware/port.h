@@ -1,0 +1,52 @@
+/* The port layer: everything that the firmware asks of the hardware, and all that has to be
+ * written for another board. docs/porting.md explains it for encoder counters in an FPGA.
+ *
+ * Two things run: the sample interrupt, every SAMPLE_PERIOD_NS, and the main loop, whenever the
+ * interrupt leaves it time. [sample], [main] and [both] say who calls a function.
+ */
+#ifndef PORT_H
+#define PORT_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "settings.h"
+
+/* [main] What differs from board to board; must not change after power-up. */
+const struct board_settings *port_settings(void);
+
+/* [both] Free-running microseconds; may wrap around. */
+uint32_t port_time_us(void);
+
+/* [main] A number that differs from one power-up to the next, by chance. */
+uint32_t port_random(void);
+
+/* [main] Keep the sample interrupt out, and let it in again; never nested. */
+void port_lock(void);
+void port_unlock(void);
+
+/* [sample] Encoder counts of all axes, latched by hardware at the instant of the sample clock. */
+void port_read_encoders(int32_t counts[FD_AXES]);
+
+/* [sample] PWM counts of all axes, in force control_delay_ns after the latch; zero is no effort. */
+void port_write_effort(const int16_t counts[FD_AXES]);
+
+/* [sample] Whether the wired emergency stop cuts the effort; an input, and only to be told of. */
+bool port_sto_active(void);
+
+/* [main] Take bytes that the serial line received, at most so many; gives their number. */
+size_t port_uart_receive(uint8_t *bytes, size_t capacity);
+
+/* [main] Send a frame; may return before it is out. */
+void port_uart_send(const uint8_t *bytes, size_t length);
+
+#define STORE_SLOTS 2u
+
+/* [main] Permanent memory of STORE_SLOTS slots that can be erased each without the other, such as
+ * two flash sectors. A write may be cut by a power failure at any byte; false tells of a failure.
+ * The sample interrupt must be served meanwhile. */
+bool port_store_read(unsigned slot, void *data, size_t size);
+bool port_store_write(unsigned slot, const void *data, size_t size);
+
+#endif

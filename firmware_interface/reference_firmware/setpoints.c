@@ -1,0 +1,83 @@
+#include "setpoints.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "drive.h"
+#include "settings.h"
+
+static enum { HOLD, FOLLOW, STOP } mode;
+static struct setpoint current[FD_AXES];
+static struct trajectory followed;
+static struct setpoint stop_from[FD_AXES];
+static uint32_t stop_samples, stop_sample;
+
+/* Without velocity, at the positions that stand in `current`. */
+static void hold(void)
+{
+    for (unsigned axis = 0; axis < FD_AXES; axis++) {
+        current[axis].velocity_rad_s = 0.0f;
+        current[axis].acceleration_rad_s2 = 0.0f;
+    }
+    mode = HOLD;
+}
+
+void setpoints_hold_here(void)
+{
+    for (unsigned axis = 0; axis < FD_AXES; axis++) {
+        current[axis].position_rad = drive_position_rad(axis);
+    }
+    hold();
+}
+
+void setpoints_follow(const struct trajectory *trajectory)
+{
+    followed = *trajectory;
+    trajectory_begin(&followed, current);
+    mode = FOLLOW;
+}
+
+void setpoints_stop(void)
+{
+    memcpy(stop_from, current, sizeof stop_from);
+    stop_samples = (uint32_t)lrintf(stop_duration_s(current) / SAMPLE_PERIOD_S);
+    stop_sample = 0;
+    mode = STOP;
+}
+
+/* The velocity falls along a cubic with level ends. */
+static void advance_stop(void)
+{
+    const float duration_s = (float)stop_samples * SAMPLE_PERIOD_S;
+    const float share = (float)stop_sample / (float)stop_samples;
+    for (unsigned axis = 0; axis < FD_AXES; axis++) {
+        const float speed = stop_from[axis].velocity_rad_s;
+        current[axis].position_rad = stop_from[axis].position_rad
+            + speed * duration_s * share * (1.0f - share * share + 0.5f * share * share * share);
+        current[axis].velocity_rad_s = speed * (1.0f - share * share * (3.0f - 2.0f * share));
+        current[axis].acceleration_rad_s2 = speed / duration_s * 6.0f * share * (share - 1.0f);
+    }
+}
+
+const struct setpoint *setpoints_advance(void)
+{
+    if (mode == FOLLOW) {
+        trajectory_next(&followed, current);
+    } else if (mode == STOP && stop_sample == stop_samples) {
+        hold();
+    } else if (mode == STOP) {
+        stop_sample++;
+        advance_stop();
+    }
+    return current;
+}
+
+const struct setpoint *setpoints_current(void)
+{
+    return current;
+}
+
+bool setpoints_moving(void)
+{
+    return mode != HOLD;
+}

@@ -1,0 +1,26 @@
+/* Where the axes should be: holding, following the trajectory, or coming to rest.
+ * Advanced by the sample interrupt; in the main loop, hold the lock. */
+#ifndef SETPOINTS_H
+#define SETPOINTS_H
+
+#include "trajectory.h"
+
+/* Stay where the drive stands. */
+void setpoints_hold_here(void);
+
+/* Start a trajectory from the present setpoints. */
+void setpoints_follow(const struct trajectory *trajectory);
+
+/* Decelerate to rest from the present setpoints. */
+void setpoints_stop(void);
+
+/* The setpoints of the next sample. */
+const struct setpoint *setpoints_advance(void);
+
+/* The last ones given, by axis. */
+const struct setpoint *setpoints_current(void);
+
+/* They are not constant. */
+bool setpoints_moving(void);
+
+#endif

@@ -1,0 +1,208 @@
+"""Both boards exchange gains alike: all old or all new, confirmed or rolled back."""
+
+import math
+import time
+from dataclasses import replace
+
+import pytest
+from board_bench import NEW, long_motion
+from conformance_boards import command, until, until_fault
+
+from firmware_interface.board import Board
+from firmware_interface.codec import crc32, encode, encode_gains
+from firmware_interface.errors import BoardError
+from firmware_interface.gains import AxisGains
+from firmware_interface.registers import REGISTERS, STORE_SIGNATURE, Opcode, Result, State
+
+SHADOW = REGISTERS["shadow.x.proportional"].address
+LONG = replace(long_motion(), lead_in_s=2.0)
+
+
+def commit(board: Board) -> None:
+    board.stage_gains(NEW)
+    board.commit()
+
+
+def start(board: Board) -> None:
+    board.write_trajectory(LONG)
+    board.arm()
+    board.start()
+    until(board, lambda status: status.samples_captured > 0)
+
+
+def test_a_commit_puts_the_staged_gains_in_force_until_confirmed(either_board: Board) -> None:
+    old = either_board.active_gains()
+    either_board.stage_gains(NEW)
+    status = either_board.status()
+    assert (status.staged_crc_ok, status.unconfirmed) == (True, False)
+    assert either_board.active_gains() == old
+    either_board.commit()
+    assert either_board.active_gains() == NEW == either_board.staged_gains()
+    status = either_board.status()
+    assert status.unconfirmed
+    assert 115.0 < status.confirm_remaining_s <= 120.0
+    either_board.confirm()
+    status = either_board.status()
+    assert (status.unconfirmed, status.confirm_remaining_s) == (False, 0.0)
+    assert either_board.active_gains() == NEW
+
+
+def test_roll_back_returns_to_the_gains_before(either_board: Board) -> None:
+    old = either_board.active_gains()
+    commit(either_board)
+    either_board.roll_back()
+    assert either_board.active_gains() == old
+    assert not either_board.status().unconfirmed
+    with pytest.raises(BoardError, match="no unconfirmed gains"):
+        either_board.confirm()
+    with pytest.raises(BoardError, match="no unconfirmed gains"):
+        either_board.roll_back()
+
+
+def test_unconfirmed_gains_bar_the_next_commit_and_the_store(either_board: Board) -> None:
+    commit(either_board)
+    for action in (either_board.commit, either_board.store):
+        with pytest.raises(BoardError, match="not confirmed yet"):
+            action()
+    assert either_board.active_gains() == NEW
+
+
+@pytest.mark.parametrize("word", [0, 47, 95, 96, 97])
+def test_a_bank_that_differs_from_its_crc_is_refused(either_board: Board, word: int) -> None:
+    old = either_board.active_gains()
+    either_board.stage_gains(NEW)
+    flipped = either_board._link.read(SHADOW + word, 1)[0] ^ 1
+    either_board._link.write(SHADOW + word, [flipped])
+    assert not either_board.status().staged_crc_ok
+    with pytest.raises(BoardError, match="does not match its CRC"):
+        either_board.commit()
+    assert either_board.active_gains() == old
+
+
+@pytest.mark.parametrize(
+    "bad",
+    [
+        {"proportional": 601.0},
+        {"proportional": 30.0 + 0.61 * 600.0},  # within the maximum, but too much at once
+        {"derivative": -1.0},
+        {"derivative": math.nan},
+        {"integral": math.inf},
+        {"velocity_filter_s": -0.01},
+        {"coulomb_smoothing_rad_s": 0.0},
+        {"coulomb_smoothing_rad_s": -0.0},
+        {"offset_feedforward": -5.1},
+        {"stribeck_feedforward": -0.1},
+        {"stribeck_speed_rad_s": 0.0},
+        {"viscous_difference_feedforward": -5.1},
+        {"ripple_cosine": (0.0, 0.0, 0.0, 5.1)},
+        {"ripple_sine": (-3.1, 0.0, 0.0, 0.0)},  # too much at once
+        {"ripple_period_rad": (1.0, 0.0, 1.0, 1.0)},
+    ],
+    ids=lambda bad: next(iter(bad)),
+)
+@pytest.mark.parametrize("axis", ["x", "z"])
+def test_gains_outside_the_boards_limits_are_refused(
+    either_board: Board, axis: str, bad: dict[str, float]
+) -> None:
+    old = either_board.active_gains()
+    words = encode_gains(NEW | {axis: replace(NEW[axis], **bad)})
+    either_board._link.write(SHADOW, words)
+    either_board._link.write(SHADOW + len(words), encode("shadow.crc", crc32(words)))
+    assert either_board.status().staged_crc_ok
+    with pytest.raises(BoardError, match="outside the board's limits"):
+        either_board.commit()
+    assert either_board.active_gains() == old
+
+
+def test_gains_that_may_be_negative_and_that_change_by_the_whole_step(
+    either_board: Board,
+) -> None:
+    old = either_board.active_gains()["x"]
+    furthest = replace(
+        old,
+        proportional=old.proportional + 359.0,
+        offset_feedforward=-2.9,
+        viscous_difference_feedforward=-2.9,
+        ripple_cosine=(-2.9, 0.0, 0.0, 2.9),
+        ripple_sine=(0.0, -2.9, 2.9, 0.0),
+    )
+    either_board.stage_gains(dict.fromkeys("xz", furthest))
+    either_board.commit()
+    assert either_board.active_gains() == either_board.staged_gains()
+    either_board.roll_back()
+
+
+@pytest.mark.parametrize("state", [State.ARMED, State.MOVING])
+def test_gains_change_only_in_idle(either_board: Board, state: State) -> None:
+    either_board.stage_gains(NEW)
+    old = either_board.active_gains()
+    either_board.write_trajectory(LONG)
+    either_board.arm()
+    if state is State.MOVING:
+        either_board.start()
+    for opcode in (Opcode.COMMIT, Opcode.CONFIRM, Opcode.ROLL_BACK, Opcode.STORE):
+        wanted = command(either_board, opcode, 50000 + 10 * state + opcode, STORE_SIGNATURE)
+        assert wanted is Result.WRONG_STATE
+    assert either_board.active_gains() == old
+
+
+def test_the_shadow_bank_may_be_written_at_any_time(either_board: Board) -> None:
+    start(either_board)
+    either_board.stage_gains(NEW)
+    assert either_board.status().staged_crc_ok
+
+
+def test_unconfirmed_gains_are_rolled_back_when_the_window_ends(fresh_board: Board) -> None:
+    old = fresh_board.active_gains()
+    commit(fresh_board)
+    assert 0.5 < fresh_board.status().confirm_remaining_s <= 1.0
+    assert fresh_board.active_gains() == NEW
+    until(fresh_board, lambda status: not status.unconfirmed)
+    assert fresh_board.active_gains() == old
+    assert fresh_board.status().confirm_remaining_s == 0.0
+
+
+def test_the_window_does_not_change_gains_during_a_motion(fresh_board: Board) -> None:
+    old = fresh_board.active_gains()
+    commit(fresh_board)
+    start(fresh_board)
+    time.sleep(0.5)
+    until(fresh_board, lambda status: status.confirm_remaining_s == 0.0)
+    time.sleep(0.05)  # the last hundredth of a second reads as none
+    status = fresh_board.status()
+    assert (status.state, status.unconfirmed) == (State.MOVING, True)
+    assert fresh_board.active_gains() == NEW
+    fresh_board.quick_stop()
+    until(fresh_board, lambda status: not status.unconfirmed)
+    assert fresh_board.active_gains() == old
+
+
+@pytest.mark.parametrize("end", ["quick stop", "watchdog"])
+def test_a_stop_with_unconfirmed_gains_rolls_back_once_at_rest(
+    either_board: Board, end: str
+) -> None:
+    old: dict[str, AxisGains] = either_board.active_gains()
+    commit(either_board)
+    start(either_board)
+    if end == "quick stop":
+        either_board.quick_stop()
+    else:
+        either_board._link.write(REGISTERS["watchdog.timeout"].address, [100])
+        time.sleep(0.3)
+        until_fault(either_board)
+        either_board._link.write(REGISTERS["watchdog.timeout"].address, [1000])
+    until(either_board, lambda status: not status.unconfirmed)
+    assert either_board.active_gains() == old
+
+
+def test_a_quick_stop_at_rest_rolls_back_at_once(either_board: Board) -> None:
+    old = either_board.active_gains()
+    commit(either_board)
+    either_board.quick_stop()
+    assert not either_board.status().unconfirmed
+    assert either_board.active_gains() == old
+
+
+def test_store_needs_its_signature(either_board: Board) -> None:
+    assert command(either_board, Opcode.STORE, 51000, 0x12345678) is Result.WRONG_ARGUMENT
+    assert command(either_board, Opcode.STORE, 51001, STORE_SIGNATURE) is Result.DONE
