@@ -101,7 +101,7 @@ class Extent:
         """Periods of position whose waves the filter lets through, `step` apart over the travel."""
         passed = 2.0 * self.cutoff_hz * self.travel / self.typical_speed
         count = max(2, int((min(highest, passed) - lowest) / step) + 1)
-        return self.travel / (lowest + step * np.arange(count))
+        return np.asarray(self.travel / (lowest + step * np.arange(count)))
 
 
 @dataclass(frozen=True)

@@ -150,20 +150,22 @@ def acceleration_noise(position_noise: float, cutoff_hz: float, period_s: float)
     return float(np.sqrt(variance))
 
 
-def standing(position: Array, cutoff_hz: float, period_s: float) -> NDArray[np.bool_]:
+def standing(
+    position: Array, cutoff_hz: float, period_s: float, decay_periods: float = _DECAY_PERIODS
+) -> NDArray[np.bool_]:
     """Samples in or near a standstill of at least one cut-off period.
 
     A standstill is a stretch in which the encoder shows nothing but its own noise. It spoils
-    filtered signals to either side, until the filter's response has decayed. A shorter reversal
-    is left in: there the filtered sign of the velocity describes what the filter leaves of the
-    friction.
+    filtered signals to either side, until the filter's response has decayed, `decay_periods` of
+    the cut-off later. A shorter reversal is left in: there the filtered sign of the velocity
+    describes what the filter leaves of the friction.
 
     Returns
     -------
     (N,) array of bool
     """
     width = int(np.ceil(1.0 / (cutoff_hz * period_s)))
-    margin = int(np.ceil(_DECAY_PERIODS * width))
+    margin = int(np.ceil(decay_periods * width))
     if width >= len(position):
         return np.zeros(len(position), dtype=np.bool_)
     windows = np.lib.stride_tricks.sliding_window_view(position, width)

@@ -56,7 +56,9 @@ def grid(candidate: Candidate, extent: Extent) -> dict[str, Array]:
 
 
 def term(
-    candidate: Candidate, shapes: Mapping[str, Array], amplitudes: Mapping[str, float]
+    candidate: Candidate,
+    shapes: Mapping[str, float] | Mapping[str, Array],
+    amplitudes: Mapping[str, float],
 ) -> Term:
     """A term of the model: its shapes, its amplitudes, and zero for those of other forms."""
     effect = catalogue()[candidate.effect]

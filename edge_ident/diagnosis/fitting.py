@@ -36,9 +36,7 @@ class Found:
     @property
     def term(self) -> Term:
         """As part of a model."""
-        return term(
-            self.candidate, {k: np.float64(v) for k, v in self.shapes.items()}, self.amplitudes
-        )
+        return term(self.candidate, self.shapes, self.amplitudes)
 
 
 @dataclass(frozen=True)
@@ -162,6 +160,15 @@ def shape_derivatives(view: View, fitted: Fitted) -> Array:
     return np.array(rows).reshape(len(rows), len(view.effort)).T
 
 
+def _beside_standstills(view: View, values: Array) -> Array:
+    """What of the clear samples (n, ...) standstills cannot have left: their traces are of one
+    place, and nothing that is held out could be foreseen of them."""
+    clear = view.clear
+    beside = values.copy()
+    beside[clear] -= view.standstills[clear] @ solve(view.standstills[clear], values[clear])
+    return beside
+
+
 def held_out(view: View, fitted: Fitted, derivatives: Array) -> Array:
     """Residuals (n,) of samples that did not take part in the fit that predicts them.
 
@@ -169,10 +176,11 @@ def held_out(view: View, fitted: Fitted, derivatives: Array) -> Array:
     shapes by their derivatives.
     """
     amplitudes = [*fitted.base, *(v for f in fitted.found for v in f.amplitudes.values())]
-    columns = np.hstack([fitted.jacobian, derivatives])
+    columns = np.hstack([fitted.jacobian[:, : len(amplitudes)], derivatives])
     start = np.zeros(columns.shape[1])
     start[: len(amplitudes)] = amplitudes
     target = view.effort - fitted.predicted + columns @ start
+    target, columns = _beside_standstills(view, target), _beside_standstills(view, columns)
     residual = np.empty_like(target)
     for fold in range(_FOLDS):
         out = view.block % _FOLDS == fold

@@ -73,10 +73,12 @@ class Search:
     def criterion(self, fitted: Fitted) -> float:
         """Extended Bayesian information of a model, the smaller the better."""
         samples = np.count_nonzero(self.view.clear)
-        penalty = sum(self.penalty(f.candidate) for f in fitted.found)
+        penalty = 0.0
         for f in fitted.found:
+            penalty += self.penalty(f.candidate)
             if not f.candidate.form.amplitudes:
-                penalty += samples * np.log(surcharge(self._contribution(f, fitted)))
+                factor = float(surcharge(self._contribution(f, fitted)))
+                penalty += float(samples * np.log(factor))
         return float(samples * np.log(max(fitted.error + self.doubt(fitted), _TINY)) + penalty)
 
     def doubt(self, fitted: Fitted) -> float:
@@ -134,8 +136,8 @@ class Search:
     def _clarity(self, found: Found, fitted: Fitted, shaken_jacobian: Array) -> float:
         """Share of what is a candidate's own that is motion, and not noise of the encoders.
 
-        The least of its columns counts. What the model's columns do not explain of a candidate's is all that tells them apart. On
-        slow motions that can be noise of the model's columns.
+        The least of its columns counts. What the model's columns do not explain of a candidate's
+        is all that tells them apart. On slow motions that can be noise of the model's columns.
         """
         shapes = {name: np.array([value]) for name, value in found.shapes.items()}
         clear = self.view.clear

@@ -226,7 +226,7 @@ def _stretch(recording: Recording, name: str) -> Stretch:
     density = 2.0 * period_s * _white_noise(effort, positions[name], widest_hz, period_s) ** 2
     noise = position_noise(axis.position)
     cutoff_hz = _balanced_cutoff(positions[name], effort, noise, density, widest_hz, period_s)
-    moving = ~standing(positions[name], cutoff_hz, period_s)
+    moving = ~standing(positions[name], cutoff_hz, period_s, _SMEAR_PERIODS)
     # columns are made at a rate that resolves what the filter leaves of their jumps
     stride = max(1, int(1.0 / (_COLUMN_RATE * cutoff_hz * period_s)))
     coarse_s = stride * period_s
@@ -314,7 +314,7 @@ def _standstills(moving: NDArray[np.bool_], cutoff_hz: float, period_s: float) -
     edges = np.flatnonzero(np.diff(np.concatenate([[False], ~moving, [False]]).astype(int)))
     rows = []
     for first, last in zip(edges[::2], edges[1::2], strict=True):
-        margin = min(int(1.0 / (cutoff_hz * period_s)), (last - first - 1) // 2)
+        margin = min(int(_SMEAR_PERIODS / (cutoff_hz * period_s)), (last - first - 1) // 2)
         inside = np.arange(first + margin, last - margin)
         for shape in (np.ones(len(inside)), np.linspace(-1.0, 1.0, len(inside))):
             row = np.zeros(len(moving))

@@ -7,7 +7,7 @@
 
 #define BODY_WORDS (FD_PAGE_WORDS - 2u)
 
-/* A page in words: the layout of struct fd_page without its padding rules in the way. */
+/* A page by its fields, and as the words that its CRC covers and the host reads. */
 union page {
     struct fd_page fields;
     uint16_t words[FD_PAGE_WORDS];

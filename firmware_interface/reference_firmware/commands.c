@@ -16,12 +16,6 @@ static uint32_t tokens_seen;
 static enum fd_result last_result;
 static struct trajectory armed;
 
-void commands_init(void)
-{
-    tokens_seen = 0;
-    last_result = FD_RESULT_NONE;
-}
-
 uint16_t commands_last_token(void)
 {
     return tokens_seen ? tokens[(tokens_seen - 1u) % TOKENS_REMEMBERED] : 0;

@@ -12,7 +12,4 @@ void commands_execute(uint16_t opcode, uint16_t token, uint32_t argument);
 uint16_t commands_last_token(void);
 enum fd_result commands_last_result(void);
 
-/* Forget all tokens: at power-up. */
-void commands_init(void);
-
 #endif

@@ -125,21 +125,20 @@ static void answer(void)
 
 /* ---- frames */
 
-/* Length of the request that is coming in, as far as its function code tells; else 0. */
+/* Whether the function code of the request tells its length. */
+static bool length_known(void)
+{
+    return request[1] == READ_HOLDING_REGISTERS || request[1] == WRITE_REGISTER
+        || request[1] == WRITE_REGISTERS;
+}
+
+/* Length of the request that is coming in; 0 while it cannot be known. */
 static size_t expected(void)
 {
-    if (received < 7u) {
+    if (received < 7u || !length_known()) {
         return 0;
     }
-    switch (request[1]) {
-    case READ_HOLDING_REGISTERS:
-    case WRITE_REGISTER:
-        return 8u;
-    case WRITE_REGISTERS:
-        return 7u + request[6] + CRC_BYTES;
-    default:
-        return 0; /* its end is known by the silence after it */
-    }
+    return request[1] == WRITE_REGISTERS ? 7u + request[6] + CRC_BYTES : 8u;
 }
 
 static void take(uint8_t byte)
@@ -163,10 +162,11 @@ static void take(uint8_t byte)
     }
 }
 
-/* A silence ends a frame: one of unknown length is answered, what else there is was broken. */
+/* A silence ends a frame: one whose length no function code told is answered if its CRC is right;
+ * whatever else there is was cut short. */
 static void end_frame(void)
 {
-    if (!deaf && received > CRC_BYTES + 1u && expected() == 0 && valid(received)) {
+    if (!deaf && received > CRC_BYTES + 1u && !length_known() && valid(received)) {
         answer();
     }
     received = 0;

@@ -13,7 +13,7 @@
 
 #include "settings.h"
 
-/* [main] What differs from board to board; must not change after power-up. */
+/* [both] What differs from board to board; must not change after power-up. */
 const struct board_settings *port_settings(void);
 
 /* [both] Free-running microseconds; may wrap around. */
@@ -32,7 +32,7 @@ void port_read_encoders(int32_t counts[FD_AXES]);
 /* [sample] PWM counts of all axes, in force control_delay_ns after the latch; zero is no effort. */
 void port_write_effort(const int16_t counts[FD_AXES]);
 
-/* [sample] Whether the wired emergency stop cuts the effort; an input, and only to be told of. */
+/* [both] Whether the wired emergency stop cuts the effort; an input, and only to be told of. */
 bool port_sto_active(void);
 
 /* [main] Take bytes that the serial line received, at most so many; gives their number. */

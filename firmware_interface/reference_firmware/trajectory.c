@@ -102,7 +102,8 @@ static struct setpoint next_of_sines(struct axis_motion *motion)
     for (unsigned n = 0; n < motion->components; n++) {
         struct sine *sine = &motion->sines[n];
         /* as signed, half a turn each way: where sinf is quick and exact */
-        const float angle = (float)(int32_t)(uint32_t)(sine->phase >> 32) * (TWO_PI / 4294967296.0f);
+        const int32_t turn = (int32_t)(uint32_t)(sine->phase >> 32);
+        const float angle = (float)turn * (TWO_PI / 4294967296.0f);
         const float in_phase = sine->amplitude_rad * sinf(angle);
         const float rate = sine->rate_rad_s;
         full.position_rad += in_phase;
@@ -209,8 +210,9 @@ bool trajectory_within_limits(const struct trajectory *trajectory)
     while (walk.sample < samples) {
         struct setpoint setpoints[FD_AXES];
         trajectory_next(&walk, setpoints);
+        const float stop_s = stop_duration_s(setpoints);
         for (unsigned axis = 0; axis < FD_AXES; axis++) {
-            if (!inside(&setpoints[axis], stop_duration_s(setpoints), &port_settings()->axis[axis])) {
+            if (!inside(&setpoints[axis], stop_s, &port_settings()->axis[axis])) {
                 return false;
             }
         }

@@ -87,7 +87,9 @@ def short_motion() -> Trajectory:
 @pytest.fixture(scope="session")
 def firmware(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Folder with the programs of the reference firmware, built with the sanitizers."""
-    return build_firmware(tmp_path_factory.mktemp("firmware"))
+    folder = tmp_path_factory.mktemp("firmware")
+    build_firmware(folder, "sanitized")
+    return folder / "sanitized"
 
 
 @pytest.fixture(scope="module", params=["python", "c"])

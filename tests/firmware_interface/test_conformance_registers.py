@@ -178,6 +178,8 @@ MAGIC_REPLY = framed(f"010304{MAGIC:08x}")
 BROKEN = {
     "wrong CRC": READ_MAGIC[:-1] + bytes([READ_MAGIC[-1] ^ 1]),
     "cut short": READ_MAGIC[:5],
+    "too short, with a right CRC": framed("0106 00a0"),
+    "no address at all, with a right CRC": framed("0106"),
     "another device": framed("0203 0000 0002"),
     "broadcast": framed("0010 00a0 0001 02 01f4"),
     "noise": bytes(range(1, 41)),

@@ -211,7 +211,7 @@ int main(int count, char **words)
     for (unsigned long n = 0; n < rounds; n++) {
         one_round();
     }
-    printf("%lu rounds, %lu replies, %lu of them exceptions, %lu samples with effort, %lu in fault\n",
-           rounds, replies, exceptions, efforts, faults);
+    printf("%lu rounds, %lu replies, %lu of them exceptions, ", rounds, replies, exceptions);
+    printf("%lu samples with effort, %lu in fault\n", efforts, faults);
     return EXIT_SUCCESS;
 }
