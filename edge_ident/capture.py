@@ -3,6 +3,7 @@
 import logging
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 
@@ -13,6 +14,9 @@ from firmware_interface.board import Board, CapturePage
 from firmware_interface.motion import Trajectory
 
 log = logging.getLogger(__name__)
+
+_CLOCK_RANGE: Final = 2**32
+"""The board's clock wraps around after so many samples."""
 
 
 @dataclass(frozen=True)
@@ -94,7 +98,9 @@ def capture_motion(
             capture_start = status.clock_samples - status.samples_captured
         pages.append(page)
         on_samples(page.first_sample + len(page.position_rad), expected)
-    late = board.status().clock_samples - capture_start - expected
+    if not pages:
+        raise LinkError("the board captured no samples", "repeat the motion")
+    late = (board.status().clock_samples - capture_start - expected) % _CLOCK_RANGE
     capture = _assemble(board, pages, late * board.identity.sample_period_s)
     samples = len(capture.recording.time_s)
     if samples != expected:

@@ -9,9 +9,9 @@ from typing import Final, Protocol
 from edge_ident.capture import Capture, capture_motion, check_drive
 from edge_ident.data_checks import check_recording
 from edge_ident.drive import DriveDescription
-from edge_ident.errors import BoardError
 from edge_ident.gain_design import GainDesign, design
-from edge_ident.gain_transfer import backup_gains, check_gains, write_gains
+from edge_ident.gain_files import save_backup
+from edge_ident.gain_transfer import check_gains, write_gains
 from edge_ident.identification import Identification, identify
 from edge_ident.model import Model
 from edge_ident.motions import MotionName, named_trajectory
@@ -20,17 +20,15 @@ from edge_ident.position_loop import LoopHardware
 from edge_ident.recording_files import save_recording
 from edge_ident.safety import left_safe, make_ready
 from edge_ident.stopwatch import Stopwatch
+from edge_ident.verification import Verification, verification_motion
 from firmware_interface.board import Board
 from firmware_interface.gains import AxisGains
-from firmware_interface.motion import Trajectory
 
 log = logging.getLogger(__name__)
 
 CAPTURE_FILE: Final = "capture.npz"
 VERIFICATION_FILE: Final = "verification.npz"
 BACKUP_FILE: Final = "gains_before.json"
-_STOPPING_S: Final = 2.0
-"""Allowance for coming to rest and for the commands around a motion."""
 
 
 class Observer(Protocol):
@@ -70,23 +68,6 @@ class Plan:
     store: bool = False
     seed: int = 0
     model: Model | None = None
-
-
-@dataclass(frozen=True)
-class Verification:
-    """Tracking error (rms, rad, by axis) with the old and the new gains."""
-
-    before_rad: Mapping[str, float]
-    after_rad: Mapping[str, float]
-
-    @property
-    def improved(self) -> bool:
-        """No axis follows worse than before."""
-        return all(self.after_rad[axis] <= self.before_rad[axis] for axis in self.before_rad)
-
-    def ratio(self, axis: str) -> float:
-        """How many times smaller the error became."""
-        return self.before_rad[axis] / max(self.after_rad[axis], 1e-12)
 
 
 @dataclass(frozen=True)
@@ -146,7 +127,7 @@ def commission(
     trajectory = named_trajectory(drive, plan.motion, plan.cycles)
     with left_safe(board):
         before = board.active_gains()
-        backup_gains(before, folder / BACKUP_FILE)
+        save_backup(before, board.identity, folder / BACKUP_FILE)
         observer.stage("identification motion")
         with watch.stage("motion"):
             capture = capture_motion(board, trajectory, observer.samples)
@@ -162,7 +143,9 @@ def commission(
         if written:
             observer.stage("verification motion")
             with watch.stage("verification"):
-                verified = _verify(board, named_trajectory(drive, plan.motion, 1), observer)
+                verified = verification_motion(
+                    board, named_trajectory(drive, plan.motion, 1), observer.samples
+                )
             save_recording(verified.recording, folder / VERIFICATION_FILE)
             verification = Verification(capture.tracking_rms_rad, verified.tracking_rms_rad)
             _settle(board, verification, plan)
@@ -216,21 +199,6 @@ def _write(
     if plan.write:
         write_gains(board, wanted)
     return plan.write
-
-
-def _verify(board: Board, trajectory: Trajectory, observer: Observer) -> Capture:
-    """Repeat one period of the motion with the new gains, inside the window to confirm them."""
-    needed_s = trajectory.lead_in_s + trajectory.duration_s + _STOPPING_S
-    window_s = board.status().confirm_remaining_s
-    if needed_s > window_s:
-        raise BoardError(
-            f"the verification motion takes {needed_s:.0f} s, the board waits {window_s:.0f} s "
-            "for the new gains to be confirmed",
-            "describe a quicker motion in the drive description",
-        )
-    capture = capture_motion(board, trajectory, observer.samples)
-    board.finish()
-    return capture
 
 
 def _settle(board: Board, verification: Verification, plan: Plan) -> None:

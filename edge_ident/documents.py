@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.commissioning import CAPTURE_FILE, Outcome, Verification
+from edge_ident.commissioning import CAPTURE_FILE, Outcome
 from edge_ident.gain_design import GainDesign
 from edge_ident.identification import AxisIdentification, Identification
 from edge_ident.json_text import finite
@@ -19,6 +19,7 @@ from edge_ident.network import Network
 from edge_ident.profiling import TARGET_MS, Profile, spread
 from edge_ident.recording import Recording
 from edge_ident.trust import Finding
+from edge_ident.verification import Verification
 from firmware_interface.board import BoardIdentity
 
 

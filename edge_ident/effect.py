@@ -164,6 +164,10 @@ class Effect:
     discrepancy: ClassVar[float] = 0.03
     """Share of its effort by which the formula may be off on a machine that has the effect: what
     is left within that is no evidence of another one. A judgement, not a measurement."""
+    open_shapes: ClassVar[tuple[str, ...]] = ()
+    """Shapes whose grid ends where more makes no difference: the best may lie on its edge."""
+    away_from_reversals: ClassVar[bool] = False
+    """Whether it is believed only where nothing is left of any reversal, which it looks like."""
     repeats: ClassVar[bool] = False
     """Whether a drive may have several of it at once."""
     memory_size: ClassVar[int] = 0

@@ -11,6 +11,7 @@ from edge_ident.errors import DataError
 from edge_ident.recording import AxisRecord, Recording
 from edge_ident.recording_files import load_recording
 from edge_ident.signals import condition
+from edge_ident.whole_files import whole_file
 
 _STRETCHES = 120
 """The tracking error is drawn as its largest value in each of so many stretches."""
@@ -50,8 +51,8 @@ def draw_run(folder: Path, picture: Path) -> Path:
     for column, (name, axis) in enumerate(before.axes.items()):
         _draw_effort(grid[0][column], grid[1][column], name, before, axis)
         _draw_tracking(grid[2][column], name, before, after)
-    picture.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(picture, dpi=120)
+    with whole_file(picture) as partial:
+        figure.savefig(partial, dpi=120)
     return picture
 
 

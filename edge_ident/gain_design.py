@@ -153,22 +153,29 @@ def _place(axis: AxisModel, hardware: LoopHardware, bandwidth: float) -> GainDes
         / hardware.sample_period_s,
         offset_feedforward=offset,
     )
-    spread = _INTERVAL * _inertia_std(axis)
-    delay_s = hardware.control_delay_s + loop_delay_s(axis)
-    margins = [
-        margins_of(
-            gains, plant_of(axis).with_inertia(actual), replace(hardware, control_delay_s=delay_s)
-        )
-        for actual in (inertia - spread, inertia, inertia + spread)
-    ]
+    phase_margin_rad, gain_margin = worst_margins(gains, axis, hardware)
     return GainDesign(
         gains=with_feedforward(gains, axis),
         bandwidth_rad_s=bandwidth,
-        phase_margin_rad=min(phase for phase, _ in margins),
-        gain_margin=min(gain for _, gain in margins),
+        phase_margin_rad=phase_margin_rad,
+        gain_margin=gain_margin,
         quantization_effort_nm=quantization_effort_nm(gains, hardware),
         unused=unused_effects(axis),
     )
+
+
+def worst_margins(gains: AxisGains, axis: AxisModel, hardware: LoopHardware) -> tuple[float, float]:
+    """Smallest phase margin (rad) and gain margin over the interval of the inertia.
+
+    The model's own delay comes on top of the hardware's; see `position_loop.margins_of`.
+    """
+    inertia, spread = float(axis.parameters[0]), _INTERVAL * _inertia_std(axis)
+    late = replace(hardware, control_delay_s=hardware.control_delay_s + loop_delay_s(axis))
+    margins = [
+        margins_of(gains, plant_of(axis).with_inertia(actual), late)
+        for actual in (inertia - spread, inertia, inertia + spread)
+    ]
+    return min(phase for phase, _ in margins), min(gain for _, gain in margins)
 
 
 def _inertia_std(axis: AxisModel) -> float:

@@ -1,27 +1,23 @@
 """Gains on their way to the board: backed up, checked, read back, never half written."""
 
-import dataclasses
 import logging
+import math
 from collections.abc import Mapping
-from pathlib import Path
+from typing import Final
 
 import numpy as np
 
 from edge_ident.errors import BoardError, GainError
-from edge_ident.json_text import write_json
 from firmware_interface.board import AxisLimits, Board
 from firmware_interface.gains import POSITIVE, SIGNED, AxisGains
 
 log = logging.getLogger(__name__)
 
 
-def backup_gains(gains: Mapping[str, AxisGains], path: Path) -> None:
-    """Keep the gains that the board has now, before anything else is done to it."""
-    document = {
-        "schema": "edge-ident/gain-backup/1",
-        "axes": {axis: dataclasses.asdict(values) for axis, values in gains.items()},
-    }
-    write_json(document, path)
+LARGEST_FACTOR: Final = 5.0
+"""By which a feedback gain may grow or shrink at once where nobody has said more."""
+_FEEDBACK: Final = ("proportional", "derivative", "integral", "velocity_filter_s")
+"""The numbers that decide whether the loop is stable."""
 
 
 def check_gains(
@@ -62,6 +58,32 @@ def _check_gain(
         )
 
 
+def check_factor(wanted: Mapping[str, AxisGains], active: Mapping[str, AxisGains]) -> None:
+    """Refuse feedback that changes by more than `LARGEST_FACTOR`, to or from zero included.
+
+    Raises
+    ------
+    GainError
+    """
+    for axis, gains in wanted.items():
+        for name in _FEEDBACK:
+            now, then = active[axis].numbers()[name], gains.numbers()[name]
+            factor = change_factor(now, then)
+            if factor > LARGEST_FACTOR:
+                raise GainError(
+                    f"axis {axis}: {name} would go from {now:.4g} to {then:.4g}; more than "
+                    f"{LARGEST_FACTOR:g} times up or down is not done unasked",
+                    "go there in smaller steps, or say --large-steps if that is what you want",
+                )
+
+
+def change_factor(now: float, then: float) -> float:
+    """How many times a positive number grows or shrinks; infinite to or from zero."""
+    if np.float32(now) == np.float32(then):
+        return 1.0
+    return max(now / then, then / now) if now > 0.0 and then > 0.0 else math.inf
+
+
 def write_gains(board: Board, wanted: Mapping[str, AxisGains]) -> None:
     """Stage, read back, commit, read back: the board runs the new gains, unconfirmed.
 
@@ -70,8 +92,31 @@ def write_gains(board: Board, wanted: Mapping[str, AxisGains]) -> None:
     BoardError
         What was read back differs; the board still has, or is given back, the old gains.
     """
+    stage_gains(board, wanted)
+    commit_gains(board, wanted)
+
+
+def stage_gains(board: Board, wanted: Mapping[str, AxisGains]) -> None:
+    """Write the shadow bank and read it back; what is in force stays.
+
+    Raises
+    ------
+    BoardError
+        What was read back differs.
+    """
     board.stage_gains(wanted)
     compare_gains("staged", wanted, board.staged_gains())
+    log.info("gains staged and read back")
+
+
+def commit_gains(board: Board, wanted: Mapping[str, AxisGains]) -> None:
+    """Put the staged gains in force, unconfirmed, and read them back.
+
+    Raises
+    ------
+    BoardError
+        What was read back differs.
+    """
     board.commit()
     compare_gains("active", wanted, board.active_gains())
     log.info("gains committed and read back")

@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from edge_ident.whole_files import whole_file
+
 
 def to_json(document: Mapping[str, Any]) -> str:
     """One document, readable and with numbers that any parser takes (no NaN)."""
@@ -14,10 +16,8 @@ def to_json(document: Mapping[str, Any]) -> str:
 
 def write_json(document: Mapping[str, Any], path: Path) -> None:
     """Write a document whole or not at all, with the folders that lead to it."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    partial = path.with_name(f".{path.name}.partial")
-    partial.write_text(to_json(document) + "\n", encoding="utf-8")
-    partial.replace(path)
+    with whole_file(path) as partial:
+        partial.write_text(to_json(document) + "\n", encoding="utf-8")
 
 
 def finite(value: float) -> float | None:

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from edge_ident.data_checks import check_recording, check_table
 from edge_ident.errors import DataError
 from edge_ident.recording import AxisRecord, Recording
+from edge_ident.whole_files import whole_file
 
 Array = NDArray[np.float64]
 
@@ -74,19 +75,19 @@ def load_recording(path: Path, rename: Mapping[str, str] | None = None) -> Recor
 
 
 def save_recording(recording: Recording, path: Path) -> None:
-    """Write a recording as `.npz`, or as `.csv` where the path ends so."""
+    """Write a recording whole or not at all: as `.npz`, or as `.csv` where the path ends so."""
     columns = {"time_s": recording.time_s}
     for name, axis in recording.axes.items():
         columns |= _axis_columns(name, axis)
-    if path.suffix == ".npz":
-        np.savez(
-            path, allow_pickle=False, **columns, **{_SHIFT: np.array(recording.effort_shift_s)}
-        )
-        return
-    with path.open("w", newline="") as file:
-        file.write(f"# {_SHIFT}={recording.effort_shift_s!r}\n")
-        file.write(",".join(columns) + "\n")
-        np.savetxt(file, np.column_stack(list(columns.values())), fmt="%.12g", delimiter=",")
+    with whole_file(path) as partial:
+        if path.suffix == ".npz":
+            shift = {_SHIFT: np.array(recording.effort_shift_s)}
+            np.savez(partial, allow_pickle=False, **columns, **shift)
+            return
+        with partial.open("w", newline="") as file:
+            file.write(f"# {_SHIFT}={recording.effort_shift_s!r}\n")
+            file.write(",".join(columns) + "\n")
+            np.savetxt(file, np.column_stack(list(columns.values())), fmt="%.12g", delimiter=",")
 
 
 def _axis_columns(name: str, axis: AxisRecord) -> dict[str, Array]:

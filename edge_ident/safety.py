@@ -12,7 +12,7 @@ from edge_ident.errors import BoardError, EdgeIdentError
 from edge_ident.interrupts import deaf_to_interrupts
 from firmware_interface.board import Board
 from firmware_interface.board_checks import fault_error
-from firmware_interface.registers import State
+from firmware_interface.registers import Fault, State
 
 log = logging.getLogger(__name__)
 
@@ -20,14 +20,21 @@ log = logging.getLogger(__name__)
 def make_ready(board: Board) -> None:
     """Bring a board that an earlier host left behind back to IDLE with confirmed gains.
 
+    A host that vanished in the middle of a motion leaves the board stopped by its watchdog, in
+    that fault: nothing is wrong with the machine, and a host is there again.
+
     Raises
     ------
     BoardError
-        It is in fault, or moving for somebody else.
+        It is in another fault, or moving for somebody else.
     """
     status = board.status()
     if status.state is State.FAULT:
-        raise fault_error(status)
+        if status.fault is not Fault.WATCHDOG:
+            raise fault_error(status)
+        log.warning("an earlier host vanished during a motion: clearing the watchdog's fault")
+        board.clear_fault()
+        status = board.status()
     if status.state in (State.MOVING, State.STOPPING):
         raise BoardError(
             f"the board is {status.state.name}: another host moves it",

@@ -8,6 +8,7 @@ import numpy as np
 from edge_ident.baselines.comparison import AxisComparison, Comparison
 from edge_ident.errors import DataError
 from edge_ident.model import PARAMETERS
+from edge_ident.whole_files import whole_file
 
 _INTERVAL: Final = 1.96
 """Standard deviations to either side: 95 %."""
@@ -46,8 +47,8 @@ def draw_comparison(comparison: Comparison, picture: Path) -> Path:
         )
         panels[0].set_ylim(len(axis.rows) - 0.5, -0.5)
         panels[0].set_ylabel(f"axis {name}")
-    picture.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(picture, dpi=120)
+    with whole_file(picture) as partial:
+        figure.savefig(partial, dpi=120)
     return picture
 
 

@@ -2,7 +2,18 @@
 
 import typer
 
-from edge_ident.cli import board, compare, diagnose, files, motion, offline, simulate
+from edge_ident.cli import (
+    board,
+    checkup,
+    compare,
+    diagnose,
+    files,
+    gains,
+    motion,
+    offline,
+    registers,
+    simulate,
+)
 from edge_ident.interrupts import end_as_by_ctrl_c
 
 app = typer.Typer(
@@ -13,7 +24,18 @@ app = typer.Typer(
     rich_markup_mode="markdown",
     pretty_exceptions_enable=False,
 )
-for commands in (motion, files, diagnose, simulate, compare, board, offline):
+for commands in (
+    motion,
+    files,
+    gains,
+    diagnose,
+    simulate,
+    compare,
+    board,
+    checkup,
+    registers,
+    offline,
+):
     commands.register(app)
 
 

@@ -1,4 +1,4 @@
-"""Commands that work on files: identify, gains, report."""
+"""Commands that work on files: identify, report."""
 
 from pathlib import Path
 from typing import Annotated
@@ -7,7 +7,6 @@ import typer
 
 from edge_ident.cli.common import (
     UNTRUSTED,
-    DriveFile,
     Json,
     ModelFile,
     NetworkFile,
@@ -21,7 +20,6 @@ from edge_ident.cli.common import (
     leave_model,
     print_document,
 )
-from edge_ident.errors import DataError
 
 RecordingFile = Annotated[Path, typer.Argument(metavar="FILE", help="Recording, .csv or .npz.")]
 Columns = Annotated[
@@ -33,7 +31,6 @@ Columns = Annotated[
 def register(app: typer.Typer) -> None:
     """Add this file's commands."""
     app.command()(identify)
-    app.command()(gains)
     app.command()(report)
 
 
@@ -72,64 +69,6 @@ def identify(
         print_identification(found)
     if not found.trusted:
         raise typer.Exit(UNTRUSTED)
-
-
-@guarded
-def gains(
-    file: RecordingFile,
-    column: Columns = None,
-    drive: DriveFile = None,
-    bandwidth: Annotated[
-        float | None,
-        typer.Option("--bandwidth", min=0.1, help="Closed loop, rad/s; default: the highest."),
-    ] = None,
-    control_delay: Annotated[
-        float, typer.Option("--control-delay", min=0.0, help="Encoder latch to effort, seconds.")
-    ] = 0.0005,
-    network: NetworkFile = None,
-    precision: Precision = "fp32",
-    model: ModelFile = None,
-    output: Output = None,
-    json: Json = False,
-) -> None:
-    """Identify a recording and design controller gains; nothing is written to a board.
-
-    Example: `edge-ident gains capture.npz --bandwidth 12`
-    """
-    from edge_ident.documents import gains_document
-    from edge_ident.drive import load_drive
-    from edge_ident.gain_design import design
-    from edge_ident.identification import identify as identify_recording
-    from edge_ident.position_loop import LoopHardware
-    from edge_ident.recording_files import load_recording
-    from edge_ident.tables import print_designs, print_identification
-
-    described = load_drive(drive)
-    recording = load_recording(file, parse_renames(column))
-    loaded = built_in_or_given_network(network, precision)
-    found = identify_recording(recording, loaded, model=given_model(model))
-    if not json:
-        print_identification(found)
-    if not found.trusted:
-        deliver(gains_document(found, {}), "gains.json", output, json)
-        raise typer.Exit(UNTRUSTED)
-    designs = {}
-    for name, axis in found.axes.items():
-        if name not in described.axes:
-            raise DataError(
-                f"the drive description has no axis {name}", "describe it, or pass another --drive"
-            )
-        axis_description = described.axes[name]
-        hardware = LoopHardware(
-            described.sampling_period_s,
-            control_delay,
-            axis_description.encoder_resolution_rad,
-            axis_description.effort_limit_nm,
-        )
-        designs[name] = design(axis.model, hardware, bandwidth)
-    deliver(gains_document(found, designs), "gains.json", output, json)
-    if not json:
-        print_designs(designs)
 
 
 @guarded

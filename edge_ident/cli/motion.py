@@ -1,9 +1,5 @@
-"""Commands that move a machine: run, capture, profile."""
+"""Commands that move a machine: run, capture, profile, stop, clear-fault."""
 
-import logging
-from collections.abc import Iterator
-from contextlib import contextmanager
-from datetime import datetime
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -28,6 +24,7 @@ from edge_ident.cli.common import (
     say,
     shown_progress,
 )
+from edge_ident.cli.sessions import connected, session
 
 Cycles = Annotated[
     int | None,
@@ -84,18 +81,16 @@ def run(
 
     known = given_model(model)
     plan = Plan(_motion(motion), cycles, bandwidth, not dry_run, store, seed, known)
-    with _session(device, baud_rate, drive, output) as session:
+    with session(device, baud_rate, drive, output) as opened:
         loaded = built_in_or_given_network(network, precision)
         with shown_progress() as observer:
-            outcome = commission(
-                session.board, session.drive, loaded, plan, session.folder, observer
-            )
-    document = run_document(outcome, session.board.identity, loaded, session.folder)
-    deliver(document, "report.json", session.folder, json)
-    leave_model(outcome.identification, session.folder / CAPTURE_FILE, known, session.folder)
+            outcome = commission(opened.board, opened.drive, loaded, plan, opened.folder, observer)
+    document = run_document(outcome, opened.board.identity, loaded, opened.folder)
+    deliver(document, "report.json", opened.folder, json)
+    leave_model(outcome.identification, opened.folder / CAPTURE_FILE, known, opened.folder)
     if not json:
         print_outcome(outcome)
-        say(f"written: {session.folder}")
+        say(f"written: {opened.folder}")
     if not outcome.identification.trusted or (outcome.verification and not outcome.confirmed):
         raise typer.Exit(UNTRUSTED)
 
@@ -121,15 +116,15 @@ def capture(
     from edge_ident.safety import left_safe, make_ready
 
     chosen = _motion(motion)
-    with _session(device, baud_rate, drive, output) as session:
-        check_drive(session.board, session.drive)
-        make_ready(session.board)
-        with shown_progress() as observer, left_safe(session.board):
+    with session(device, baud_rate, drive, output) as opened:
+        check_drive(opened.board, opened.drive)
+        make_ready(opened.board)
+        with shown_progress() as observer, left_safe(opened.board):
             observer.stage(chosen)
-            trajectory = named_trajectory(session.drive, chosen, cycles)
-            found = capture_motion(session.board, trajectory, observer.samples)
-            session.board.finish()
-    path = session.folder / CAPTURE_FILE
+            trajectory = named_trajectory(opened.drive, chosen, cycles)
+            found = capture_motion(opened.board, trajectory, observer.samples)
+            opened.board.finish()
+    path = opened.folder / CAPTURE_FILE
     save_recording(found.recording, path)
     document = {
         "schema": "edge-ident/capture/1",
@@ -139,7 +134,7 @@ def capture(
         "tail_s": found.tail_s,
         "tracking_rms_rad": found.tracking_rms_rad,
     }
-    deliver(document, "capture.json", session.folder, json)
+    deliver(document, "capture.json", opened.folder, json)
     if not json:
         print(path)
 
@@ -184,7 +179,7 @@ def stop(
 
     Example: `edge-ident stop --device /dev/ttyACM0`
     """
-    with _connected(device, baud_rate, drive) as (board, _):
+    with connected(device, baud_rate, drive) as (board, _):
         board.quick_stop()
         _report_state(board, output, json)
 
@@ -201,7 +196,7 @@ def clear_fault(
 
     Example: `edge-ident clear-fault --device /dev/ttyACM0`
     """
-    with _connected(device, baud_rate, drive) as (board, _):
+    with connected(device, baud_rate, drive) as (board, _):
         say(f"fault: {board.status().fault.name}")
         board.clear_fault()
         _report_state(board, output, json)
@@ -220,62 +215,3 @@ def _motion(name: str) -> Any:
     if name not in MOTIONS:
         raise typer.BadParameter(f"choose one of {', '.join(MOTIONS)}", param_hint="--motion")
     return name
-
-
-class _Session:
-    """A connected board, its drive, and a folder with a log."""
-
-    def __init__(self, board: Any, drive: Any, folder: Path) -> None:
-        self.board, self.drive, self.folder = board, drive, folder
-
-
-@contextmanager
-def _connected(
-    device: str | None, baud_rate: int | None, drive: Path | None
-) -> Iterator[tuple[Any, Any]]:
-    """The board that the options name, and its drive's description."""
-    from edge_ident.drive import load_drive
-    from firmware_interface.board import Board
-    from firmware_interface.connection import open_link
-
-    described = load_drive(drive)
-    url = device or described.device
-    if url is None:
-        raise typer.BadParameter(
-            "say where the board is: --device /dev/ttyACM0, tcp://HOST:PORT or virtual "
-            "(edge-ident ports lists candidates)",
-            param_hint="--device",
-        )
-    link = open_link(url, baud_rate=baud_rate or described.baud_rate or 115200)
-    try:
-        yield Board.connect(link), described
-    finally:
-        link.close()
-
-
-@contextmanager
-def _session(
-    device: str | None, baud_rate: int | None, drive: Path | None, output: Path | None
-) -> Iterator[_Session]:
-    """A connected board with a folder for results and a log in it."""
-    with _connected(device, baud_rate, drive) as (board, described):
-        folder = output or Path("edge-ident-runs") / datetime.now().strftime("%Y-%m-%dT%H-%M-%S")
-        folder.mkdir(parents=True, exist_ok=True)
-        with _log_file(folder / "log.txt"):
-            yield _Session(board, described, folder)
-
-
-@contextmanager
-def _log_file(path: Path) -> Iterator[None]:
-    handler = logging.FileHandler(path, encoding="utf-8")
-    handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(name)s: %(message)s"))
-    loggers = [logging.getLogger(name) for name in ("edge_ident", "firmware_interface")]
-    for logger in loggers:
-        logger.setLevel(logging.INFO)
-        logger.addHandler(handler)
-    try:
-        yield
-    finally:
-        for logger in loggers:
-            logger.removeHandler(handler)
-        handler.close()

@@ -35,7 +35,7 @@ from edge_ident.recording import Recording
 Array = NDArray[np.float64]
 Progress = Callable[[str, int, int], None]
 
-CLEARLY_ABOVE: Final = 1.35
+CLEARLY_ABOVE: Final = 1.2
 """Residual over noise floor from which there is structure: an encoder's rounding is not white."""
 _SWAPS: Final = 3
 _TINY: Final = float(np.finfo(float).tiny)
@@ -102,7 +102,8 @@ def _axis(view: View, template: AxisModel) -> AxisDiagnosis:
     floor = noise_floor(view, start)
     samples = np.count_nonzero(view.clear)
     left = float(np.sqrt(model.error / samples))
-    allowed = np.hypot(CLEARLY_ABOVE * floor.rms, np.sqrt(search.doubt(model) / samples))
+    noise = CLEARLY_ABOVE * (1.0 + 2.0 * floor.uncertainty) * floor.rms
+    allowed = np.hypot(noise, np.sqrt(search.doubt(model) / samples))
     verdict = Verdict.EXPLAINED if model.found else Verdict.ADEQUATE
     if left > allowed:
         verdict = Verdict.UNEXPLAINED
@@ -133,7 +134,7 @@ def _settled(search: Search, model: Fitted) -> tuple[Fitted, list[tuple[Rival, .
         doubtful = [k for k, g in enumerate(gains) if not g.certain]
         if doubtful:
             weakest = min(doubtful, key=lambda k: gains[k].interval[0])
-            model = search.fit(model.base, without(model, weakest))
+            model = search.polished(search.fit(model.base, without(model, weakest)))
             continue
         contests = [contest(search, model, k) for k in range(len(model.found))]
         better = [c.better for c in contests if c.better is not None]

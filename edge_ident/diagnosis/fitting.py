@@ -21,6 +21,7 @@ _DERIVATIVE: Final = 1e-3
 _LINEAR: Final = 1e-3
 """Share of the residual by which a step may miss what it foresaw."""
 _SMALL: Final = 1e-6
+_TINY: Final = float(np.finfo(float).tiny)
 _RANK: Final = 1e-9
 _FOLDS: Final = 5
 
@@ -181,9 +182,31 @@ def held_out(view: View, fitted: Fitted, derivatives: Array) -> Array:
     start[: len(amplitudes)] = amplitudes
     target = view.effort - fitted.predicted + columns @ start
     target, columns = _beside_standstills(view, target), _beside_standstills(view, columns)
+    known = _shape_certainty(view, columns, target, derivatives.shape[1])
     residual = np.empty_like(target)
     for fold in range(_FOLDS):
         out = view.block % _FOLDS == fold
         train = view.clear & ~out
-        residual[out] = target[out] - columns[out] @ solve(columns[train], target[train])
+        rows = np.vstack([columns[train], known])
+        moved = solve(rows, np.concatenate([target[train], np.zeros(len(known))]))
+        residual[out] = target[out] - columns[out] @ moved
     return residual
+
+
+def _shape_certainty(view: View, columns: Array, target: Array, shapes: int) -> Array:
+    """Rows (S, P) that hold each shape to within its deviation of where all samples put it.
+
+    A fifth of the samples cannot move it further than that, while a derivative can be anything
+    but straight: of a step in time it is a pulse.
+    """
+    clear = columns[view.clear]
+    length = np.maximum(np.linalg.norm(clear, axis=0), _TINY)
+    _, singular, right = np.linalg.svd(clear / length, full_matrices=False)
+    kept = singular > _RANK * singular[0]
+    unit = right[kept].T / singular[kept]
+    rows = np.zeros((shapes, columns.shape[1]))
+    for k in range(shapes):
+        at = columns.shape[1] - shapes + k
+        # deviation of the parameter over that of a sample, white noise
+        rows[k, at] = length[at] / max(float(np.linalg.norm(unit[at])), _TINY)
+    return rows

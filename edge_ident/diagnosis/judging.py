@@ -44,8 +44,8 @@ class Gain:
 
     @property
     def certain(self) -> bool:
-        """Whether the interval lies above nothing."""
-        return self.interval[0] > 0.0
+        """Whether the interval lies above nothing; what happens once has paid for itself already."""
+        return self.one_off or self.interval[0] > 0.0
 
 
 def gain(view: View, before: Fitted, after: Fitted) -> Gain:

@@ -2,9 +2,9 @@
 
 Where the motion repeats, half the variance of what does not repeat. Otherwise the noise of effort
 and encoder, both known from frequencies that no motion reaches, through the filter. That is rather
-too much, since an encoder's rounding is not all random; where the quickest changes of the base
+too much of the encoder's, whose rounding is not all random: where the quickest changes of the base
 model's residual, second differences from sample to sample, are smaller than those of such noise,
-the floor is lowered to them. It is never raised by a residual.
+the encoder's share is lowered to them. The floor is never raised by a residual.
 """
 
 from dataclasses import dataclass
@@ -57,32 +57,35 @@ def noise_floor(view: View, start: Fitted) -> Floor:
     left = (view.effort - start.predicted)[clear]
     freedom = max(1.0 - start.jacobian.shape[1] / len(left), _LEAST_FREEDOM)
     inertia = abs(float(start.base[0]))
-    expected, quick, quick_expected, count = 0.0, 0.0, 0.0, 0
+    expected, quick, quick_expected, count = np.zeros(2), 0.0, np.zeros(2), 0
     for stretch, values in _parts(view, left / np.sqrt(freedom)):
         covariance = _noise_covariance(stretch, inertia)
-        expected += covariance[0] * np.count_nonzero(stretch.clear)
+        expected += covariance[:, 0] * np.count_nonzero(stretch.clear)
         three = stretch.clear[2:] & stretch.clear[1:-1] & stretch.clear[:-2]
         three &= np.diff(stretch.picks, 2) == 0
         bends = np.diff(values, 2)[three]
         quick += float(bends @ bends)
-        quick_expected += len(bends) * float(np.dot([6.0, -8.0, 2.0], covariance))
+        quick_expected += len(bends) * (covariance @ [6.0, -8.0, 2.0])
         count += len(bends)
-    rms = float(np.sqrt(expected / np.count_nonzero(clear)))
-    if count < _FEWEST_PAIRS:
-        return Floor(rms, _DOUBT, "from the noise of effort and encoder")
-    lowered = float(np.sqrt(min(1.0, quick / max(quick_expected, _TINY))))
-    return Floor(rms * lowered, 1.0 / np.sqrt(count), "from the noise of effort and encoder")
+    encoder, uncertainty = 1.0, _DOUBT
+    if count >= _FEWEST_PAIRS:
+        share = (quick - quick_expected[0]) / max(float(quick_expected[1]), _TINY)
+        encoder, uncertainty = float(np.clip(share, 0.0, 1.0)), 1.0 / np.sqrt(count)
+    rms = float(np.sqrt((expected[0] + encoder * expected[1]) / np.count_nonzero(clear)))
+    return Floor(rms, uncertainty, "from the noise of effort and encoder")
 
 
 def _noise_covariance(stretch: Stretch, inertia: float) -> Array:
-    """Covariance of the noise in the filtered effort less model, at lags of 0, 1 and 2 picks."""
+    """Covariance (2, 3) of the noise of effort and encoder in the filtered effort less model, at
+    lags of 0, 1 and 2 picks."""
     share = np.linspace(0.0, 3.0, 601)
     gain = 1.0 / (1.0 + share**8)
-    density = stretch.effort_noise**2 + 5.0 * share**4 * (inertia * stretch.acceleration_noise) ** 2
+    encoder = 5.0 * share**4 * (inertia * stretch.acceleration_noise) ** 2
+    density = np.stack([np.full_like(share, stretch.effort_noise**2), encoder])
     step_s = float(np.min(np.diff(stretch.picks))) * stretch.period_s
     angle = 2.0 * np.pi * share * stretch.cutoff_hz * step_s
-    power = density * gain**2
-    return np.array([np.trapezoid(power * np.cos(k * angle), share) for k in range(3)])
+    waves = np.cos(np.arange(3)[:, None] * angle)
+    return np.asarray(np.trapezoid(density[:, None] * gain**2 * waves, share, axis=-1))
 
 
 def _parts(view: View, values: Array) -> list[tuple[Stretch, Array]]:

@@ -19,6 +19,8 @@ _DEEPEST: Final = 6
 """Terms that may be added."""
 DECISIVE: Final = 10.0
 """Difference of the criterion that counts as decisive (Kass and Raftery 1995)."""
+_ACCUSING: Final = 2.0 * DECISIVE
+"""Difference that a cause has to make: most machines have none of them, and twenty are tried."""
 
 
 def peel(search: Search, start: Fitted) -> Fitted:
@@ -39,7 +41,7 @@ def peel(search: Search, start: Fitted) -> Fitted:
 
 
 def _children(search: Search, parent: Fitted) -> Iterable[Fitted]:
-    limit = search.criterion(parent) - DECISIVE
+    limit = search.criterion(parent) - _ACCUSING
     trials = [t for t in search.trials(parent, present(parent)) if not t.on_edge]
     least = min((trial.error for trial in trials), default=0.0)
     for trial in [t for t in trials if t.error < _FOLLOWED * least][:_WIDTH]:
@@ -54,7 +56,7 @@ def prune(search: Search, model: Fitted) -> Fitted:
     while model.found:
         smaller = [search.fit(model.base, without(model, k)) for k in range(len(model.found))]
         best = min(smaller, key=search.criterion)
-        if search.criterion(best) > search.criterion(model) + DECISIVE:
+        if search.criterion(best) > search.criterion(model) + _ACCUSING:
             return model
         model = best
     return model

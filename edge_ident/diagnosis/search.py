@@ -30,9 +30,13 @@ _POINTS: Final = {1: 9, 2: 5}
 """Per shape parameter and round."""
 _OWN_SHARE: Final = 0.02
 """Of a column's length, below which it is another name for what the model has already."""
+_LARGEST: Final = 2.0
+"""Peak of an effect over that of the effort, beyond which it was fitted to its tails alone."""
 _CLARITY: Final = 0.75
 """Least share of motion in what is a candidate's own."""
-_MOST_WITHHELD: Final = 0.3
+_FELT: Final = 0.05
+"""Share of its peak from which a withheld effort counts as there; the filter has tails."""
+_MOST_WITHHELD: Final = 0.4
 """Share of the samples; an actuator that gives less than that much obeys nothing."""
 _TINY: Final = float(np.finfo(float).tiny)
 
@@ -124,7 +128,9 @@ class Search:
             if len(refined) == _REFINED or trial.error > _HOPELESS * coarse[0].error:
                 break
             better = self._refined(trial, fitted, residual, basis)
-            if self._clarity(better.found, fitted, shaken) > _CLARITY:
+            if self._plausible(better.found, fitted) and (
+                self._clarity(better.found, fitted, shaken) > _CLARITY
+            ):
                 refined.append(self._doubted(better, fitted, doubt))
         return sorted(refined, key=self._gain)
 
@@ -132,6 +138,17 @@ class Search:
         own = max(fitted.error - trial.error, 0.0)
         added = named(trial.found.candidate.effect).discrepancy ** 2 * own
         return replace(trial, doubt=doubt + added)
+
+    def _plausible(self, found: Found, fitted: Fitted) -> bool:
+        """Whether an effect stays within the effort that was measured, and lies where it may."""
+        peak = max(float(np.max(np.abs(s.added_by(found.term)))) for s in self.view.stretches)
+        if peak > _LARGEST * self.extent.effort:
+            return False
+        if not named(found.candidate.effect).away_from_reversals:
+            return True
+        shapes = {name: np.array([value]) for name, value in found.shapes.items()}
+        energy = np.sum(columns(self.view, fitted.axis, found.candidate, shapes)[0] ** 2, axis=0)
+        return float(np.sum(energy[self.view.far])) > 0.5 * float(np.sum(energy))
 
     def _clarity(self, found: Found, fitted: Fitted, shaken_jacobian: Array) -> float:
         """Share of what is a candidate's own that is motion, and not noise of the encoders.
@@ -180,8 +197,6 @@ class Search:
 
     def polished(self, fitted: Fitted) -> Fitted:
         """Search the shapes of each term once more, beside all the others."""
-        if len(fitted.found) < 2:
-            return fitted
         for k, f in enumerate(fitted.found):
             if not f.candidate.form.shapes:
                 continue
@@ -213,7 +228,9 @@ class Search:
         edge = any(
             at[name] in (float(np.min(array)), float(np.max(array)))
             for name, array in self.grids[candidate].items()
-            if name in candidate.form.shapes and np.ptp(array) > 0.0
+            if name in candidate.form.shapes
+            and name not in named(candidate.effect).open_shapes
+            and np.ptp(array) > 0.0
         )
         penalty = self.penalty(candidate)
         return Trial(Found(candidate, at, named_), float(errors[best]), 0.0, penalty, edge)
@@ -289,7 +306,7 @@ def surcharge(withheld: Array) -> Array:
     """
     samples = withheld.shape[-1]
     peak = np.max(np.abs(withheld), axis=-1, keepdims=True)
-    free = np.count_nonzero(np.abs(withheld) > 0.01 * peak, axis=-1)
+    free = np.count_nonzero(np.abs(withheld) > _FELT * peak, axis=-1)
     factor = np.exp(free * np.log(samples) / samples)
     return np.asarray(np.where(free < _MOST_WITHHELD * samples, factor, np.inf))
 

@@ -20,7 +20,7 @@ from edge_ident.effects import named
 from edge_ident.errors import DataError
 from edge_ident.filters import differentiate, even_grid, interpolate, lowpass
 from edge_ident.inverse import along_motion, inverse_effort
-from edge_ident.model import AxisModel
+from edge_ident.model import BASE, PARAMETERS, AxisModel, Term
 from edge_ident.recording import Recording
 from edge_ident.signals import (
     acceleration_noise,
@@ -69,27 +69,36 @@ class Stretch:
     others : mapping of axis name to Motion
     shaken : tuple of Motion and mapping
         The same with the noise of the encoders once more.
-    raw_effort, effort : (N,) arrays
-        As recorded, in step with the position; and filtered.
+    raw_effort : (M,) array
+        As recorded, every raw_period_s; its means lie shift_s later.
+    effort : (N,) array
+        Filtered, in step with the motion: every stride-th sample.
     picks : (n,) array
         Samples that are used: decimated, in motion, away from the ends.
     clear : (n,) array of bool
         Those away from reversals.
+    far : (n,) array of bool
+        Those of them where nothing is left of any reversal or standstill.
     position_noise, acceleration_noise, effort_noise : float
         Standard deviations of white noise in the position, and in the acceleration and effort
         when cut off sharply at the cut-off.
     standstills : (n, S) array
-        What any friction during a standstill can leave at the picks beyond it: the filter's
-        answer to a constant and to a slope for as long as the axis stood.
+        What friction of unknown size during standstills, and its change at reversals of unknown
+        moment, can leave at the picks beyond: the filter's answer to a constant and to a slope
+        for as long as the axis stood, and to a pulse where it turned.
     """
 
     motion: Motion
     others: Mapping[str, Motion]
     shaken: tuple[Motion, Mapping[str, Motion]]
     raw_effort: Array
+    raw_period_s: float
+    shift_s: float
+    stride: int
     effort: Array
     picks: NDArray[np.intp]
     clear: NDArray[np.bool_]
+    far: NDArray[np.bool_]
     cutoff_hz: float
     period_s: float
     filter: scipy.sparse.csr_array
@@ -101,13 +110,22 @@ class Stretch:
     def predicted(self, axis: AxisModel) -> Array:
         """Effort column that a model expects at the picks, (n,) or (D, n)."""
         effort = inverse_effort(axis, self.motion, self.others)
+        picked = np.asarray((self.filter @ np.atleast_2d(effort).T).T)
         for term in axis.terms:
             effect = named(term.effect)
             if effect.overrides("withheld"):
-                effort = effort + effect.withheld(self.raw_effort, along_motion(term))
-        rows = np.atleast_2d(effort)
-        picked = (self.filter @ rows.T).T
-        return np.asarray(picked if effort.ndim > 1 else picked[0])
+                picked = picked + self._picked(effect.withheld(self.raw_effort, along_motion(term)))
+        return picked if picked.shape[0] > 1 or effort.ndim > 1 else picked[0]
+
+    def added_by(self, term: Term) -> Array:
+        """What a term alone adds to the effort of an axis without inertia and friction, (N,)."""
+        nothing = Term(BASE, dict.fromkeys(PARAMETERS, 0.0))
+        return inverse_effort(AxisModel((nothing, term)), self.motion, self.others)
+
+    def _picked(self, raw: Array) -> Array:
+        """A raw effort (..., M) as the filtered effort has it, at the picks."""
+        filtered = lowpass(raw, self.cutoff_hz, self.raw_period_s, delay_s=self.shift_s)
+        return filtered[..., :: self.stride][..., self.picks]
 
 
 @dataclass(frozen=True)
@@ -131,6 +149,11 @@ class View:
     clear: NDArray[np.bool_]
     block: NDArray[np.intp]
     standstills: Array
+
+    @property
+    def far(self) -> NDArray[np.bool_]:
+        """Clear samples (n,) where nothing is left of any reversal or standstill."""
+        return np.concatenate([s.far for s in self.stretches])
 
     @property
     def shaken(self) -> "View":
@@ -226,7 +249,8 @@ def _stretch(recording: Recording, name: str) -> Stretch:
     density = 2.0 * period_s * _white_noise(effort, positions[name], widest_hz, period_s) ** 2
     noise = position_noise(axis.position)
     cutoff_hz = _balanced_cutoff(positions[name], effort, noise, density, widest_hz, period_s)
-    moving = ~standing(positions[name], cutoff_hz, period_s, _SMEAR_PERIODS)
+    # half a cut-off period: an axis that stops for a moment may not even seem to turn
+    moving = ~standing(positions[name], 2.0 * cutoff_hz, period_s, 2.0 * _SMEAR_PERIODS)
     # columns are made at a rate that resolves what the filter leaves of their jumps
     stride = max(1, int(1.0 / (_COLUMN_RATE * cutoff_hz * period_s)))
     coarse_s = stride * period_s
@@ -246,30 +270,34 @@ def _stretch(recording: Recording, name: str) -> Stretch:
         for other, position in positions.items()
     }
     shift_s = recording.effort_shift_s
-    wide = lowpass(effort, min(4.0 * cutoff_hz, 0.4 / period_s), period_s, delay_s=shift_s)
     picks = _picks(moving[::stride], cutoff_hz, coarse_s)
     turns = np.flatnonzero(np.diff(np.sign(motions[name].velocity)) != 0)
     smear = int(np.ceil(_SMEAR_PERIODS / (cutoff_hz * coarse_s)))
-    clear = np.ones(len(picks), dtype=np.bool_)
-    for turn in turns:
-        clear &= np.abs(picks - turn) > smear
+    turning = np.zeros(len(motions[name].time_s), dtype=np.bool_)
+    turning[turns] = True
+    clear = ~_widened(turning, smear)[picks]
+    far = ~_widened(turning | ~moving[::stride], 3 * smear)[picks]
     count = encoder_count(axis.position)
     clear &= ~_beating(motions[name], count, cutoff_hz, period_s, smear)[picks]
     return Stretch(
         motion=motions[name],
         others={other: motion for other, motion in motions.items() if other != name},
         shaken=(shaken.pop(name), shaken),
-        raw_effort=wide[::stride],
+        raw_effort=effort,
+        raw_period_s=period_s,
+        shift_s=shift_s,
+        stride=stride,
         effort=lowpass(effort, cutoff_hz, period_s, delay_s=shift_s)[::stride],
         picks=picks,
         clear=clear,
+        far=far & clear,
         cutoff_hz=cutoff_hz,
         period_s=coarse_s,
         position_noise=noise,
         acceleration_noise=acceleration_noise(noise, cutoff_hz, period_s),
         effort_noise=float(np.sqrt(density * cutoff_hz)),
         filter=_filter_at(picks, len(motions[name].time_s), cutoff_hz, coarse_s),
-        standstills=_standstills(moving[::stride], cutoff_hz, coarse_s)[picks],
+        standstills=_standstills(moving[::stride], turns, cutoff_hz, coarse_s)[picks],
     )
 
 
@@ -291,7 +319,12 @@ def _beating(
             beats += (
                 (per_sample > 0.5) & (folded_hz < cutoff_hz) & (sweep < cutoff_hz**2 * _SLOW_SWEEP)
             )
-    return np.asarray(np.convolve(beats, np.ones(2 * smear + 1), "same") > 0.5)
+    return _widened(beats > 0.5, smear)
+
+
+def _widened(mask: NDArray[np.bool_], by: int) -> NDArray[np.bool_]:
+    """A mask (N,) and so many samples to either side of it."""
+    return np.asarray(np.convolve(mask, np.ones(2 * by + 1), "same") > 0.5)
 
 
 def _filter_at(
@@ -309,8 +342,10 @@ def _filter_at(
     return scipy.sparse.csr_array(entries, shape=(len(picks), samples))
 
 
-def _standstills(moving: NDArray[np.bool_], cutoff_hz: float, period_s: float) -> Array:
-    """Filtered box and ramp (N, 2 S) over each of S standstills."""
+def _standstills(
+    moving: NDArray[np.bool_], turns: NDArray[np.intp], cutoff_hz: float, period_s: float
+) -> Array:
+    """Filtered box and ramp (N, 2 S) over each of S standstills; a pulse at each other reversal."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], ~moving, [False]]).astype(int)))
     rows = []
     for first, last in zip(edges[::2], edges[1::2], strict=True):
@@ -320,6 +355,10 @@ def _standstills(moving: NDArray[np.bool_], cutoff_hz: float, period_s: float) -
             row = np.zeros(len(moving))
             row[inside] = shape
             rows.append(row)
+    for turn in turns[moving[turns]]:
+        row = np.zeros(len(moving))
+        row[turn : turn + 2] = 0.5
+        rows.append(row)
     filtered = lowpass(np.array(rows).reshape(len(rows), len(moving)), cutoff_hz, period_s)
     return filtered.T
 

@@ -34,8 +34,9 @@ class Backlash(Effect):
         Parameter("damping_rate", "1/s", 0.0, 1e6, "its viscous friction over load_inertia"),
         Parameter("weight", "{position}/s^2", -1e9, 1e9, "its share of the offset over it"),
     )
-    discrepancy = 0.15
-    forms = (Form(("load_inertia",), ("gap", "deceleration")),)
+    discrepancy = 0.2
+    open_shapes = ("deceleration",)
+    forms = (Form(("load_inertia",), ("gap", "deceleration", "damping_rate", "weight")),)
     signature = "a stretch of little effort and of fixed length after each reversal, then an impact"
     rivals = ("presliding_hysteresis", "coupling_compliance")
     experiment = (

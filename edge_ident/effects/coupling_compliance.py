@@ -1,10 +1,10 @@
 """Coupling compliance: part of the inertia hangs on a spring and a damper.
 
-The load, of load_inertia J, lags by d = x - x_load: d'' + 2·ζ·ω·d' + ω²·d = a, where ω is the
-load's resonance with the encoder's side held. The drive feels J·(a - d'') instead of J·a: ringing
-of fixed frequency after reversals, and for slow motion -(J/ω²)·a'', the snap, which a smooth slow
-motion hardly shows. The base model's inertia includes the load's; all friction is on the
-encoder's side.
+The load, of load_inertia J, lags by d = x - x_load: d'' + 2·ζ·ω·d' + ω²·d = a + friction of the
+load over J, where ω is the load's resonance with the encoder's side held. The drive feels the
+spring instead of the load: ringing of fixed frequency after reversals, and for slow motion
+-(J/ω²)·a'', the snap, which a smooth slow motion hardly shows. The load has its share of the axis's
+friction, which can hold it; what the base model calls so includes it.
 Source: two-mass drive, Ellis, Control System Design Guide, ch. 16.
 """
 
@@ -18,6 +18,9 @@ from edge_ident.strengths import Draws, Scale
 
 Complex = NDArray[np.complex128]
 
+_STOPPING_RATE: Final = 300.0
+"""In 1/s, with which dry friction stops the load in a simulation."""
+
 
 class CouplingCompliance(Effect):
     """A load on a spring; memory: how far and how fast it lags."""
@@ -26,17 +29,36 @@ class CouplingCompliance(Effect):
         Parameter("load_inertia", "{inertia}", 1e-12, 1e9, "part of the inertia behind the spring"),
         Parameter("rate", "rad/s", 1e-3, 1e6, "the load's resonance, encoder's side held"),
         Parameter("damping_ratio", "1", 0.0, 0.99, "of that resonance"),
+        Parameter(
+            "deceleration",
+            "{position}/s^2",
+            0.0,
+            1e9,
+            "of the load by its Coulomb friction: that over load_inertia",
+        ),
+        Parameter("damping_rate", "1/s", 0.0, 1e6, "its viscous friction over load_inertia"),
+        Parameter("weight", "{position}/s^2", -1e9, 1e9, "its share of the offset over it"),
     )
-    discrepancy = 0.1
-    forms = (Form(("load_inertia",), ("rate", "damping_ratio")),)
+    discrepancy = 0.2
+    open_shapes = ("rate", "damping_ratio", "deceleration")
+    forms = (
+        Form(
+            ("load_inertia",), ("rate", "damping_ratio", "deceleration", "damping_rate", "weight")
+        ),
+    )
     signature = "ringing of one frequency, whatever the amplitude, where the acceleration jumps"
     rivals = ("time_delay", "backlash", "presliding_hysteresis")
     experiment = "a motion with content up to the resonance: --motion multisine"
     memory_size = 2
 
     def load(self, at: Motion, values: Values) -> Array:
-        """Spring and damper."""
-        return values["load_inertia"] * _pull(at.memory[0], at.memory[1], values)
+        """Spring and damper, in place of the viscous friction of a load that is carried along."""
+        carried = values["damping_rate"] * at.velocity + values["weight"]
+        return values["load_inertia"] * (_pull(at.memory[0], at.memory[1], values) - carried)
+
+    def friction(self, at: Motion, values: Values) -> Array:
+        """What is left of it on the encoder's side."""
+        return -values["load_inertia"] * values["deceleration"]
 
     def inertia(self, at: Motion, values: Values) -> Array:
         """What is left of it on the encoder's side."""
@@ -47,32 +69,53 @@ class CouplingCompliance(Effect):
         return np.zeros((2, *np.shape(at.position)))
 
     def rates(self, at: Motion, values: Values) -> Array:
-        """In the lag's coordinates, with the axis's own acceleration."""
+        """In the lag's coordinates; friction is smoothed where the load would stop at once."""
         lag, lag_speed = at.memory
-        return np.array([lag_speed, at.acceleration - _pull(lag, lag_speed, values)])
+        speed, deceleration = at.velocity - lag_speed, values["deceleration"]
+        slowing = np.minimum(np.maximum(_STOPPING_RATE * speed, -deceleration), deceleration)
+        slowing = slowing + values["damping_rate"] * speed + values["weight"]
+        return np.array([lag_speed, at.acceleration + slowing - _pull(lag, lag_speed, values)])
 
     def fastest_rate(self, values: Values, inertia: Array, speed: float) -> Array:
         """Resonance with both sides free."""
         return values["rate"] * np.sqrt(1.0 + values["load_inertia"] / inertia)
 
     def resistance(self, motion: Motion, values: Values) -> Array:
-        """The lag's equation solved exactly for accelerations straight between samples."""
-        rate, ratio = values["rate"], values["damping_ratio"]
+        """The lag's equation, exact for loads straight between samples but for dry friction, which
+        takes off what speed the load has at each of them."""
+        rate = values["rate"]
+        ratio = np.minimum(values["damping_ratio"] + 0.5 * values["damping_rate"] / rate, 0.99)
         pole = rate * (-ratio + 1j * np.sqrt(1.0 - ratio**2))
-        # u = d' - conj(pole)·d obeys u' = pole·u + a
-        u = _one_pole(pole, motion)
+        viscous = values["damping_rate"] * motion.velocity
+        smooth = motion.acceleration + viscous + values["weight"]
+        period_s = float(motion.time_s[1] - motion.time_s[0])
+        u = _lag(pole, smooth, motion.velocity, values["deceleration"] * period_s, period_s)
+        carried = smooth + values["deceleration"] * motion.direction
         lag = u.imag / pole.imag
         lag_speed = u.real + pole.real * lag
         pull = _pull(lag, lag_speed, values)
-        return values["load_inertia"] * (pull - motion.acceleration)
+        return values["load_inertia"] * (pull - carried)
 
     def grid(self, extent: Extent) -> dict[str, Array]:
         """Resonances that the filter passes, and those beyond, of which a trace is left."""
-        highest = 2.0 * np.pi * extent.cutoff_hz
-        rates, ratios = np.meshgrid(
-            np.geomspace(highest / 20.0, 4.0 * highest, 16), np.array([0.02, 0.08, 0.3])
-        )
-        return {"rate": rates.ravel(), "damping_ratio": ratios.ravel()}
+        highest = 3.0 * 2.0 * np.pi * extent.cutoff_hz
+        lowest = max(highest / 30.0, 2.0 * np.pi / extent.duration_s)
+        inertia, viscous, coulomb, offset = extent.base
+        # the lighter the damping, the narrower the resonance
+        sets = [
+            (rate, ratio, share)
+            for ratio, count in ((0.03, 40), (0.1, 16), (0.3, 6))
+            for rate in np.geomspace(lowest, highest, count)
+            for share in (0.3, 1.5)
+        ]
+        rate, ratio, share = np.array(sets).T
+        return {
+            "rate": rate,
+            "damping_ratio": ratio,
+            "deceleration": share * coulomb / inertia,
+            "damping_rate": np.full(len(rate), viscous / inertia),
+            "weight": np.full(len(rate), offset / inertia),
+        }
 
     def draw(self, draws: Draws, scale: Scale) -> dict[str, Array]:
         """20 % to 80 % of the inertia at 2 to 30 Hz, hardly to well damped."""
@@ -80,6 +123,9 @@ class CouplingCompliance(Effect):
             "load_inertia": draws.uniform(0.2, 0.8) * scale.inertia,
             "rate": 2.0 * np.pi * draws.log_uniform(2.0, 30.0),
             "damping_ratio": draws.log_uniform(0.01, 0.3),
+            "deceleration": draws.uniform(0.0, 1.0) * scale.coulomb_friction / scale.inertia,
+            "damping_rate": draws.uniform(0.0, 1.0) * scale.viscous_friction / scale.inertia,
+            "weight": np.zeros(draws.shape),
         }
 
 
@@ -89,25 +135,27 @@ def _pull(lag: Array, lag_speed: Array, values: Values) -> Array:
     return rate * (rate * lag + 2.0 * values["damping_ratio"] * lag_speed)
 
 
-def _one_pole(pole: Complex, motion: Motion) -> Complex:
-    """u' = pole·u + a from the steady lag at the first acceleration."""
-    step = pole * (motion.time_s[1] - motion.time_s[0])
+def _lag(pole: Complex, load: Array, velocity: Array, slowing: Array, period_s: float) -> Complex:
+    """u = d' - conj(pole)·d, which obeys u' = pole·u + load, from the steady lag; `slowing` is the
+    speed that dry friction takes off the load in a sample."""
+    step = pole * period_s
     decay = np.exp(step)
-    # response to an acceleration that rises to one, and one that falls from it, over a sample
+    # response to a load that rises to one, and one that falls from it, over a sample
     rising = (decay - 1.0 - step) / (pole * step)
     falling = (decay - 1.0) / pole - rising
-    acceleration = motion.acceleration
-    forcing = falling * acceleration[..., :-1] + rising * acceleration[..., 1:]
-    u = np.empty((*forcing.shape[:-1], forcing.shape[-1] + 1), dtype=np.complex128)
-    u[..., 0] = -acceleration[..., 0] / pole[..., 0]
-    u[..., 1:] = forcing
-    # u[k] += decay·u[k-1], by doubling the span that each sample has summed up
-    span = 1
-    while span < u.shape[-1]:
-        u[..., span:] += decay * u[..., :-span]
-        decay = decay**2
-        span *= 2
-    return u
+    forcing = falling * load[..., :-1] + rising * load[..., 1:]
+    start = load[..., 0] + slowing[..., 0] / period_s * np.sign(velocity[..., 0])
+    u = np.asarray(-start / pole[..., 0])
+    result = np.empty((*u.shape, forcing.shape[-1] + 1), dtype=np.complex128)
+    result[..., 0] = u
+    decay, most = decay[..., 0], slowing[..., 0]
+    lean = pole.real[..., 0] / pole.imag[..., 0]
+    for k in range(forcing.shape[-1]):
+        u = decay * u + forcing[..., k]
+        speed = velocity[..., k + 1] - u.real - lean * u.imag
+        u = u + np.minimum(np.maximum(speed, -most), most)
+        result[..., k + 1] = u
+    return result
 
 
 EFFECT: Final = CouplingCompliance()

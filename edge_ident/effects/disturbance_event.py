@@ -21,7 +21,9 @@ class DisturbanceEvent(Effect):
         Parameter("level", "{effort}", -1e9, 1e9, "peak of the resisting effort"),
     )
     repeats = True
+    away_from_reversals = True
     discrepancy = 0.1
+    open_shapes = ("duration",)
     forms = (Form(("level",), ("time", "duration")),)
     signature = "one short stretch of time, and not again where the motion repeats"
     rivals = ("payload_change", "actuator_saturation", "backlash")
@@ -40,9 +42,13 @@ class DisturbanceEvent(Effect):
         """From the shortest pulse that the filter shows to a tenth of the record."""
         durations, times = [], []
         longest = 0.1 * extent.duration_s
-        duration = min(0.7 / extent.cutoff_hz, longest)
+        duration = min(0.35 / extent.cutoff_hz, longest)
         while duration <= longest:
-            starts = np.arange(-0.5 * duration, extent.duration_s - 0.5 * duration, duration / 2.0)
+            starts = np.arange(
+                -0.5 * duration,
+                extent.duration_s - 0.5 * duration,
+                max(duration / 2.0, 0.2 / extent.cutoff_hz),
+            )
             times.append(starts)
             durations.append(np.full(len(starts), duration))
             duration *= 2.0

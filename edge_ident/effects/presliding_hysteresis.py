@@ -21,7 +21,7 @@ class PreslidingHysteresis(Effect):
         Parameter("level", "{effort}", 0.0, 1e9, "part of the Coulomb friction that builds up"),
         Parameter("distance", "{position}", 1e-9, 1e9, "in which 63 % of it is built up"),
     )
-    discrepancy = 0.1
+    discrepancy = 0.15
     forms = (Form(("level",), ("distance",)),)
     signature = "depends on the distance since the reversal, not on speed or time"
     rivals = ("backlash", "stribeck_friction", "coupling_compliance")

@@ -20,6 +20,7 @@ class WarmUp(Effect):
         Parameter("excess", "{effort}*s/{position}", -1e9, 1e9, "viscous friction at the start"),
         Parameter("time_constant", "s", 1e-3, 1e9, "in which 63 % of it is gone"),
     )
+    open_shapes = ("time_constant",)
     forms = (Form(("excess",), ("time_constant",)),)
     signature = "viscous friction falls from repeat to repeat, and inertia does not"
     rivals = ("gain_drift", "nonlinear_viscous", "payload_change")

@@ -19,7 +19,14 @@ EFFECTS = {
     "asymmetric_friction": {"difference": 0.2},
     "torque_ripple": {"cosine": 0.4, "sine": 0.3, "period": 2 * np.pi / 3},
     "time_delay": {"delay": 0.010},
-    "coupling_compliance": {"load_inertia": 0.2, "rate": 40.0, "damping_ratio": 0.05},
+    "coupling_compliance": {
+        "load_inertia": 0.2,
+        "rate": 40.0,
+        "damping_ratio": 0.05,
+        "deceleration": 0.0,
+        "damping_rate": 0.0,
+        "weight": 0.0,
+    },
     "actuator_saturation": {"limit": 5.0},
 }
 COUPLING = Term(

@@ -44,11 +44,12 @@ class Named:
 
 
 def causes_of(axis: AxisDiagnosis) -> tuple[Named, ...]:
-    """What is named on an axis, strongest first."""
-    return tuple(
-        Named(cause.term.effect, tuple(r.effect for r in cause.rivals if not r.separable))
-        for cause in axis.causes
-    )
+    """What is named on an axis, strongest first; several orders of one effect are one cause."""
+    named_: dict[str, Named] = {}
+    for cause in axis.causes:
+        rivals = tuple(r.effect for r in cause.rivals if not r.separable)
+        named_.setdefault(cause.term.effect, Named(cause.term.effect, rivals))
+    return tuple(named_.values())
 
 
 def all_named(hidden: tuple[str, ...], causes: tuple[Named, ...]) -> bool:

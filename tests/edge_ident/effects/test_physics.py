@@ -81,9 +81,7 @@ def test_presliding_solves_dahls_equation() -> None:
 
 
 def test_backlash_leaves_only_the_near_side_for_the_width_of_the_gap() -> None:
-    gap = {
-        "gap": 0.1, "load_inertia": 0.2, "deceleration": 4.5, "damping_rate": 0.0, "weight": 0.0
-    }
+    gap = {"gap": 0.1, "load_inertia": 0.2, "deceleration": 4.5, "damping_rate": 0.0, "weight": 0.0}
     motion = sine(rate=0.5, samples=6000)
     effort = added(motion, ("backlash", gap))
     turn = int(np.argmax(motion.velocity < 0))
@@ -97,9 +95,19 @@ def test_backlash_leaves_only_the_near_side_for_the_width_of_the_gap() -> None:
 
 def test_the_impact_at_the_end_of_the_gap_passes_the_loads_momentum() -> None:
     motion = sine(rate=0.5, samples=6000)
-    effort = added(motion, ("backlash", {
-        "gap": 0.1, "load_inertia": 0.2, "deceleration": 4.5, "damping_rate": 0.0, "weight": 0.0
-    }))
+    effort = added(
+        motion,
+        (
+            "backlash",
+            {
+                "gap": 0.1,
+                "load_inertia": 0.2,
+                "deceleration": 4.5,
+                "damping_rate": 0.0,
+                "weight": 0.0,
+            },
+        ),
+    )
     turn = int(np.argmax(motion.velocity < 0))
     hit = turn + int(np.argmax(np.abs(effort[turn + 5 :]))) + 5
     contact = effort + 0.2 * motion.acceleration + 0.9 * np.sign(motion.velocity)
@@ -112,9 +120,19 @@ def test_the_impact_at_the_end_of_the_gap_passes_the_loads_momentum() -> None:
 
 def test_a_motion_smaller_than_the_gap_does_not_move_the_load() -> None:
     motion = sine(amplitude=0.02, rate=4.0)
-    effort = added(motion, ("backlash", {
-        "gap": 0.1, "load_inertia": 0.2, "deceleration": 4.5, "damping_rate": 0.0, "weight": 0.0
-    }))
+    effort = added(
+        motion,
+        (
+            "backlash",
+            {
+                "gap": 0.1,
+                "load_inertia": 0.2,
+                "deceleration": 4.5,
+                "damping_rate": 0.0,
+                "weight": 0.0,
+            },
+        ),
+    )
     bare = 0.2 * motion.acceleration + 0.9 * np.sign(motion.velocity)
     np.testing.assert_allclose(effort[1500:], -bare[1500:], atol=1e-3)
 
@@ -141,7 +159,14 @@ def test_coupling_compliance_is_a_second_mass_on_a_spring() -> None:
     """Against the equation of the load's own motion, by an adaptive solver."""
     inertia, rate, ratio = 0.2, 12.0, 0.1
     motion = sine(rate=3.0, phase=0.4, samples=1500)
-    values = {"load_inertia": inertia, "rate": rate, "damping_ratio": ratio}
+    values = {
+        "load_inertia": inertia,
+        "rate": rate,
+        "damping_ratio": ratio,
+        "deceleration": 0.0,
+        "damping_rate": 0.0,
+        "weight": 0.0,
+    }
     found = added(motion, ("coupling_compliance", values))
 
     def acceleration(time: float) -> float:

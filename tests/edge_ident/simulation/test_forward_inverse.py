@@ -31,7 +31,7 @@ EXAMPLES: Mapping[str, Mapping[str, float]] = {
     "backlash": {
         "gap": 0.02, "load_inertia": 0.2, "deceleration": 4.0, "damping_rate": 0.0, "weight": 0.0
     },
-    "coupling_compliance": {"load_inertia": 0.2, "rate": 25.0, "damping_ratio": 0.4},
+    "coupling_compliance": {"load_inertia": 0.2, "rate": 25.0, "damping_ratio": 0.4, "deceleration": 0.0, "damping_rate": 0.0, "weight": 0.0},
     "cross_axis_coupling": {"inertia": 0.1, "viscous_friction": 0.2, "coulomb_friction": -0.2},
     "disturbance_event": {"time": 0.7, "duration": 0.4, "level": 1.5},
     "encoder_eccentricity": {"cosine": 0.03, "sine": -0.02, "period": 1.3},

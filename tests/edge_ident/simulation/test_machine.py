@@ -56,7 +56,15 @@ def test_compliant_axis_agrees_with_a_stiff_solver() -> None:
     """Two masses, spring and damper, viscous friction: linear."""
     share, rate, ratio, effort = 0.25, 90.0, 0.05, 2.0
     term = Term(
-        "coupling_compliance", {"load_inertia": share, "rate": rate, "damping_ratio": ratio}
+        "coupling_compliance",
+        {
+            "load_inertia": share,
+            "rate": rate,
+            "damping_ratio": ratio,
+            "deceleration": 0.0,
+            "damping_rate": 0.0,
+            "weight": 0.0,
+        },
     )
     spring, damper = share * rate**2, 2 * ratio * share * rate
 

@@ -1,0 +1,118 @@
+"""Time of a request on a line without pacing: this project's link beside pymodbus's own client.
+
+Both read the same register from the same responder, turn about, on one pseudo-terminal. The
+responder answers with a frame made beforehand, so what is measured is the host: building the
+request, waiting, taking the reply apart. The wire itself would add its own time (a status at 115200
+baud: 4.3 ms). `line` is the same exchange without any Modbus, the floor for everybody.
+
+    python tools/link_overhead.py --requests 2000
+"""
+
+import argparse
+import json
+import multiprocessing
+import os
+import time
+import tty
+from collections.abc import Callable
+from multiprocessing.connection import Connection
+
+import numpy as np
+from pymodbus.client import ModbusSerialClient
+from pymodbus.framer import FramerRTU
+
+from firmware_interface.connection import open_link
+from firmware_interface.modbus import DEVICE_ID
+from firmware_interface.registers import REGISTERS
+
+_REGISTER = REGISTERS["identity.nonce"]
+_REQUEST_BYTES = 8
+_REPLY_BYTES = 9
+
+
+def main() -> None:
+    """Measure and print."""
+    parser = argparse.ArgumentParser(description=__doc__.split("\n", 1)[0])
+    parser.add_argument("--requests", type=int, default=1000, help="of each client")
+    parser.add_argument("--json", action="store_true")
+    given = parser.parse_args()
+    ours, theirs = multiprocessing.Pipe()
+    responder = multiprocessing.Process(target=_respond, args=(theirs,), daemon=True)
+    responder.start()
+    times_ms = _measure(ours.recv(), given.requests)
+    responder.terminate()
+    quantiles = {
+        name: [float(q) for q in np.quantile(of_client, [0.5, 0.95, 0.99])]
+        for name, of_client in times_ms.items()
+    }
+    if given.json:
+        print(json.dumps({"quantiles": [0.5, 0.95, 0.99], "ms": quantiles}, indent=2))
+        return
+    print(f"{given.requests} requests of each, ms {'median':>12} {'95 %':>8} {'99 %':>8}")
+    for name, row in quantiles.items():
+        print(f"{name:24} {row[0]:15.3f} {row[1]:8.3f} {row[2]:8.3f}")
+
+
+def _respond(ready: Connection) -> None:
+    """Answer whatever asks with one and the same reply."""
+    master, slave = os.openpty()
+    tty.setraw(slave)
+    ready.send(os.ttyname(slave))
+    reply = bytes([DEVICE_ID, 3, 4, 0, 1, 2, 3])
+    reply += FramerRTU.compute_CRC(reply).to_bytes(2, "big")
+    received = 0
+    while True:
+        received += len(os.read(master, 256))
+        if received >= _REQUEST_BYTES:
+            received -= _REQUEST_BYTES
+            os.write(master, reply)
+
+
+def _measure(device: str, requests: int) -> dict[str, list[float]]:
+    """Durations by client, in ms; the clients take turns in blocks, each with the port open."""
+    times_ms: dict[str, list[float]] = {"edge-ident": [], "pymodbus": [], "line": []}
+    blocks = 10
+    for _ in range(blocks):
+        for name, opened in (("edge-ident", _edge_ident), ("pymodbus", _pymodbus), ("line", _line)):
+            ask, close = opened(device)
+            ask()
+            for _ in range(requests // blocks):
+                started = time.perf_counter()
+                ask()
+                times_ms[name].append(1e3 * (time.perf_counter() - started))
+            close()
+    return times_ms
+
+
+Client = tuple[Callable[[], object], Callable[[], object]]
+
+
+def _edge_ident(device: str) -> Client:
+    link = open_link(device)
+    return lambda: link.read(_REGISTER.address, _REGISTER.words), link.close
+
+
+def _pymodbus(device: str) -> Client:
+    client = ModbusSerialClient(device, baudrate=115200, timeout=0.3, retries=0)
+    client.connect()
+    return (
+        lambda: client.read_holding_registers(_REGISTER.address, count=_REGISTER.words),
+        client.close,
+    )
+
+
+def _line(device: str) -> Client:
+    line = os.open(device, os.O_RDWR | os.O_NOCTTY)
+    request = bytes(_REQUEST_BYTES)
+
+    def ask() -> None:
+        os.write(line, request)
+        got = 0
+        while got < _REPLY_BYTES:
+            got += len(os.read(line, 64))
+
+    return ask, lambda: os.close(line)
+
+
+if __name__ == "__main__":
+    main()
