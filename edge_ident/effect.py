@@ -42,6 +42,8 @@ class Parameter:
         Physical bounds, both allowed.
     description : str
         One line.
+    default : float or None
+        Value where a model names none; None if it has to.
     """
 
     name: str
@@ -49,6 +51,7 @@ class Parameter:
     low: float
     high: float
     description: str
+    default: float | None = None
 
 
 @dataclass(frozen=True)
@@ -62,10 +65,16 @@ class Form:
         forms are zero.
     shapes : tuple of parameter names
         The others that matter, found by search (`Effect.grid`).
+    coupled : bool
+        Whether another axis takes part.
+    rotary : bool
+        Whether it takes positions for angles.
     """
 
     amplitudes: tuple[str, ...]
     shapes: tuple[str, ...] = ()
+    coupled: bool = False
+    rotary: bool = False
 
 
 @dataclass(frozen=True)
@@ -120,7 +129,7 @@ class Motion:
     memory : (M, ...) array
         States of the effect that is asked, at an instant.
     source : Motion or None
-        The axis that acts on this one, for effects with `needs_source`.
+        The axis that acts on this one, for effects that need or take one.
     """
 
     time_s: Array
@@ -174,6 +183,13 @@ class Effect:
     """States that the effect brings into the equations of motion."""
     needs_source: ClassVar[bool] = False
     """Whether another axis must be named."""
+    takes_source: ClassVar[bool] = False
+    """Whether another axis may be named."""
+
+    def complete(self, values: Mapping[str, float | Array]) -> dict[str, float | Array]:
+        """A term's values, with defaults for those that it does not name."""
+        defaults = {p.name: p.default for p in self.parameters if p.default is not None}
+        return {**defaults, **values}
 
     @property
     def name(self) -> str:
@@ -206,7 +222,7 @@ class Effect:
         """Inertia that takes part in the axis's own motion, on the encoder's side."""
         return _NOTHING
 
-    def cross_inertia(self, values: Values) -> Array:
+    def cross_inertia(self, at: Motion, values: Values) -> Array:
         """Effort per acceleration of the source axis."""
         return _NOTHING
 
@@ -218,7 +234,7 @@ class Effect:
             + self.inertia(motion, values) * motion.acceleration
         )
         if motion.source is not None:
-            effort = effort + self.cross_inertia(values) * motion.source.acceleration
+            effort = effort + self.cross_inertia(motion, values) * motion.source.acceleration
         return effort
 
     # ---- states of their own, in the equations of motion

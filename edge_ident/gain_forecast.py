@@ -100,7 +100,9 @@ class Forecaster:
 
     def forecast(self, banks: Sequence[Bank], on_progress: Callable[[int, int], None]) -> Forecasts:
         """Of every bank, by axis."""
-        tracking = None if self._references is None else self._tracking_rms(banks, on_progress)
+        tracking = None
+        if self._references is not None:
+            tracking = self._tracking_rms(self._references, banks, on_progress)
         return tuple(
             {
                 axis: Forecast(
@@ -113,12 +115,13 @@ class Forecaster:
         )
 
     def _tracking_rms(
-        self, banks: Sequence[Bank], on_progress: Callable[[int, int], None]
+        self,
+        references: References,
+        banks: Sequence[Bank],
+        on_progress: Callable[[int, int], None],
     ) -> Array:
         """Simulate the drive once per bank, all side by side: (axes, banks)."""
-        references, identity = self._references, self._identity
-        assert references is not None
-        axes = self._model.axes
+        axes, identity = self._model.axes, self._identity
         plant = Machine(
             axes,
             np.repeat(references.position[:, :1], len(banks), axis=1),

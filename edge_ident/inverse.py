@@ -61,14 +61,15 @@ def inverse_effort(axis: AxisModel, motion: Motion, others: Mapping[str, Motion]
 def along_motion(term: Term) -> Values:
     """A term's values with an axis for the motion's samples behind that of the drives."""
     return {
-        name: np.asarray(value, dtype=np.float64)[..., None] for name, value in term.values.items()
+        name: np.asarray(value, dtype=np.float64)[..., None]
+        for name, value in named(term.effect).complete(term.values).items()
     }
 
 
 def _with_source(
     motion: Motion, effect: Effect, source: str | None, others: Mapping[str, Motion]
 ) -> Motion:
-    if not effect.needs_source:
+    if not effect.needs_source and (source is None or not effect.takes_source):
         return motion
     if source is None or source not in others:
         raise ModelError(

@@ -69,13 +69,15 @@ def _term_document(term: Term, axis: AxisModel) -> dict[str, Any]:
 
 def values_document(term: Term, axis: AxisModel) -> dict[str, Any]:
     """Value, standard deviation (null where unknown) and unit of each of a term's parameters."""
+    effect = named(term.effect)
+    values = effect.complete(term.values)
     return {
         parameter.name: {
-            "value": float(term.values[parameter.name]),
+            "value": float(values[parameter.name]),
             "std": finite(term.std.get(parameter.name, math.inf)),
             "unit": unit_of(parameter, axis.position_unit, axis.effort_unit),
         }
-        for parameter in named(term.effect).parameters
+        for parameter in effect.parameters
     }
 
 
@@ -207,6 +209,9 @@ class _Reader:
             )
         values, std = {}, {}
         for parameter in effect.parameters:
+            if parameter.default is not None and parameter.name not in given:
+                values[parameter.name] = parameter.default
+                continue
             entry = self._mapping(given, parameter.name, f"{place}, parameter {parameter.name}")
             values[parameter.name] = self._value(place, parameter, entry, units)
             if entry.get("std") is not None:
@@ -241,7 +246,9 @@ class _Reader:
     def _check_sources(self, name: str, axis: AxisModel, axes: Mapping[str, AxisModel]) -> None:
         others = [other for other in axes if other != name]
         for term in axis.terms:
-            if named(term.effect).needs_source and term.source_axis not in others:
+            effect = named(term.effect)
+            wanted = effect.needs_source or term.source_axis is not None
+            if wanted and term.source_axis not in others:
                 raise self._error(
                     f"axis {name}, term {term.effect}", f"source_axis is {term.source_axis!r}",
                     f"name the axis that acts on it: {', '.join(others) or 'there is no other'}",

@@ -52,9 +52,7 @@ def check_write(register: Register, values: Sequence[float]) -> None:
         )
     for value in values:
         if not believable(register, value):
-            raise ValueRefusedError(
-                f"{register.name} = {value:g} is refused", _allowed(register)
-            )
+            raise ValueRefusedError(f"{register.name} = {value:g} is refused", _allowed(register))
     try:
         encode(register.name, *values)
     except ValueError as error:

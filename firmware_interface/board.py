@@ -4,12 +4,20 @@ A command carries a fresh token and is written once. What became of it is read b
 token, so that a lost reply neither repeats a motion nor hides a refusal.
 """
 
+import math
+import secrets
 import time
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from typing import Final, Self
 
-from firmware_interface.board_checks import check_capture, check_map, refusal
+from firmware_interface.board_checks import (
+    MotionWatch,
+    check_capture,
+    check_clock,
+    check_map,
+    refusal,
+)
 from firmware_interface.board_types import (
     AxisLimits,
     BoardIdentity,
@@ -21,8 +29,9 @@ from firmware_interface.board_types import (
     read_status,
 )
 from firmware_interface.codec import (
+    GAIN_WORDS,
     crc32,
-    decode_gains,
+    decode_array,
     decode_page,
     encode,
     encode_gains,
@@ -32,6 +41,7 @@ from firmware_interface.errors import BoardError, LinkError, NoReplyError
 from firmware_interface.gains import AxisGains
 from firmware_interface.link import Link
 from firmware_interface.motion import Trajectory
+from firmware_interface.received import received_gains
 from firmware_interface.registers import (
     AXES,
     MAP_CRC,
@@ -54,6 +64,7 @@ _COMMAND_TIMEOUT_S: Final = 0.5
 _REST_TIMEOUT_S: Final = 10.0
 _PAGE_TRIES: Final = 3
 _PAGES_PER_ACKNOWLEDGE: Final = 16
+_TOKEN_LEAP: Final = 128
 _BANK_WORDS: Final = REGISTERS["shadow.crc"].address - REGISTERS["shadow.x.proportional"].address
 
 
@@ -72,7 +83,12 @@ class Board:
     def __init__(self, link: Link, identity: BoardIdentity) -> None:
         self.identity = identity
         self._link = link
-        self._token = self.status().last_token
+        status = read_status(link.read)
+        self._clock = status.clock_samples
+        # far from those of earlier hosts: the board ignores what it has seen, and last frames of a
+        # host that is gone may still come
+        self._token = status.last_token + _TOKEN_LEAP + secrets.randbelow(0xFFFF - 2 * _TOKEN_LEAP)
+        self._motion_samples = 0
 
     @classmethod
     def connect(cls, link: Link) -> Self:
@@ -95,12 +111,30 @@ class Board:
         self._link.close()
 
     def status(self) -> BoardStatus:
-        """State, fault, last command and counters, all of one moment."""
-        return read_status(self._link.read)
+        """State, fault, last command and counters, all of one moment.
+
+        Raises
+        ------
+        BoardError
+            The board has restarted since it was asked last; said once.
+        """
+        status = read_status(self._link.read)
+        before, self._clock = self._clock, status.clock_samples
+        check_clock(before, status.clock_samples)
+        return status
 
     def limits(self) -> Mapping[str, AxisLimits]:
         """What the board enforces, by axis."""
         return {axis: read_limits(self._link.read, axis) for axis in self.axes}
+
+    def register_values(self, name: str) -> tuple[float, ...]:
+        """Values of a register as they stand there, believable or not."""
+        register = REGISTERS[name]
+        return decode_array(name, self._link.read(register.address, register.words))
+
+    def write_register(self, name: str, *values: float) -> None:
+        """Write one register, read back and compared; see `codec.encode` for ValueError."""
+        self._write_verified(REGISTERS[name].address, encode(name, *values))
 
     # ---- motion
 
@@ -122,6 +156,8 @@ class Board:
             ) from error
         for address, words in writes:
             self._write_verified(address, words)
+        motion_s = trajectory.lead_in_s + trajectory.duration_s
+        self._motion_samples = math.ceil(motion_s / self.identity.sample_period_s) + 1
 
     def arm(self) -> None:
         """Have the board check the trajectory against its limits, from where it stands."""
@@ -132,19 +168,21 @@ class Board:
         self._command(Opcode.START, MAP_CRC)
 
     def capture_pages(self) -> Iterator[CapturePage]:
-        """Fetch the capture while the motion runs; ends with the last sample.
+        """Fetch the capture of the trajectory written before, while it runs, to its last sample.
 
         Raises
         ------
         BoardError
-            The board is in fault, or the motion was stopped.
+            The board is in fault, the motion was stopped or does not end.
         LinkError
             A page was lost or cannot be read.
         """
         fetched = 0
+        watch = MotionWatch(self._motion_samples)
         while True:
             status = self.status()
             check_capture(status)
+            watch.look(status)
             for index in range(fetched, status.pages_written):
                 yield self._read_page(index)
                 fetched = index + 1
@@ -185,11 +223,12 @@ class Board:
 
     def active_gains(self) -> dict[str, AxisGains]:
         """Gains in force, by axis."""
-        return self._bank("active")
+        return self._bank("active", _BANK_WORDS)
 
     def staged_gains(self) -> dict[str, AxisGains]:
         """Gains in the shadow bank, by axis."""
-        return self._bank("shadow")
+        # with its CRC: of another length than the active bank, neither passes for the other
+        return self._bank("shadow", _BANK_WORDS + REGISTERS["shadow.crc"].words)
 
     def stage_gains(self, gains: Mapping[str, AxisGains]) -> None:
         """Write the shadow bank with its CRC, read back and compared; not in force yet."""
@@ -215,8 +254,12 @@ class Board:
 
     # ---- inside
 
-    def _bank(self, group: str) -> dict[str, AxisGains]:
-        return decode_gains(self._link.read(_bank_address(group), _BANK_WORDS))
+    def _bank(self, group: str, count: int) -> dict[str, AxisGains]:
+        words = self._link.read(_bank_address(group), count)
+        return {
+            axis: received_gains(f"{group}.{axis}", words[n * GAIN_WORDS : (n + 1) * GAIN_WORDS])
+            for n, axis in enumerate(AXES)
+        }
 
     def _write_verified(self, address: int, words: list[int]) -> None:
         with suppress(NoReplyError):  # what counts is what reads back

@@ -1,5 +1,9 @@
 """When a board must not be used, or refuses: the checks and what they tell the user."""
 
+import math
+import time
+from typing import Final
+
 import numpy as np
 
 from firmware_interface.board_types import BoardStatus
@@ -12,12 +16,16 @@ from firmware_interface.registers import (
     MAGIC,
     MAP_CRC,
     MAP_VERSION,
+    PAGE_SAMPLES,
     REGISTERS,
     RESULT_TEXTS,
     Opcode,
     Result,
     State,
 )
+
+_CLOCK_STALL_S: Final = 2.0
+_CLOCK_RANGE: Final = 2**32
 
 
 def check_map(link: Link) -> None:
@@ -69,6 +77,61 @@ def check_capture(status: BoardStatus) -> None:
             f"{status.overflows} capture pages were overwritten before they were fetched",
             "use a faster link or a less busy host, then repeat the motion",
         )
+
+
+def check_clock(before: int, now: int) -> None:
+    """Make sure that the board's clock went on; it wraps around after 2^32 samples."""
+    if (now - before) % _CLOCK_RANGE >= _CLOCK_RANGE // 2:
+        raise BoardError(
+            f"the board has restarted: its clock went back from {before} to {now} samples",
+            "look at its supply, then start again; gains that were not stored are gone",
+        )
+
+
+class MotionWatch:
+    """Makes sure that a motion ends: no board is waited for, or fetched from, for ever.
+
+    Parameters
+    ----------
+    samples : int
+        From start to the end of the capture.
+    """
+
+    def __init__(self, samples: int) -> None:
+        self._samples = samples
+        self._first_clock: int | None = None
+        self._clock = 0
+        self._moved_s = 0.0
+
+    def look(self, status: BoardStatus) -> None:
+        """Compare the board's counters with what the motion can have brought.
+
+        Raises
+        ------
+        BoardError
+            Its clock stands still, the motion is overdue, or there are more pages than samples.
+        """
+        now_s = time.monotonic()
+        if self._first_clock is None:
+            self._first_clock, self._moved_s = status.clock_samples, now_s
+        elif status.clock_samples != self._clock:
+            self._moved_s = now_s
+        self._clock = status.clock_samples
+        elapsed = (self._clock - self._first_clock) % _CLOCK_RANGE
+        if status.state is State.MOVING and (
+            elapsed > self._samples or now_s - self._moved_s > _CLOCK_STALL_S
+        ):
+            raise BoardError(
+                f"the motion of {self._samples} samples does not end: the board's clock has gone "
+                f"{elapsed} samples on",
+                "look at the machine; use the wired emergency stop if it moves",
+            )
+        if status.pages_written > math.ceil(self._samples / PAGE_SAMPLES):
+            raise BoardError(
+                f"the board reports {status.pages_written} pages of a motion of "
+                f"{self._samples} samples",
+                "bring firmware and host to the same release",
+            )
 
 
 def refusal(opcode: Opcode, status: BoardStatus) -> BoardError:

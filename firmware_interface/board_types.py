@@ -6,14 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from firmware_interface.codec import (
-    GAIN_WORDS,
-    RawPage,
-    decode,
-    decode_axis_gains,
-    decode_integer,
-)
+from firmware_interface.codec import GAIN_WORDS, RawPage
 from firmware_interface.gains import AxisGains
+from firmware_interface.received import received, received_gains, received_integer
 from firmware_interface.registers import REGISTERS, Fault, Result, State
 
 Array = NDArray[np.float64]
@@ -124,7 +119,7 @@ def read_identity(read: ReadWords) -> BoardIdentity:
     words = read(_IDENTITY_BASE, _IDENTITY_WORDS)
 
     def value(name: str) -> float:
-        return decode(f"identity.{name}", words, _IDENTITY_BASE)
+        return received(f"identity.{name}", words, _IDENTITY_BASE)
 
     version = int(value("firmware_version"))
     return BoardIdentity(
@@ -143,7 +138,7 @@ def read_status(read: ReadWords) -> BoardStatus:
     words = read(_STATUS_BASE, _STATUS_WORDS)
 
     def integer(name: str) -> int:
-        return decode_integer(name, words, _STATUS_BASE)
+        return received_integer(name, words, _STATUS_BASE)
 
     return BoardStatus(
         state=State(integer("status.state")),
@@ -154,7 +149,7 @@ def read_status(read: ReadWords) -> BoardStatus:
         last_result=Result(integer("status.last_result")),
         staged_crc_ok=bool(integer("status.staged_crc_ok")),
         unconfirmed=bool(integer("status.unconfirmed")),
-        confirm_remaining_s=decode("status.confirm_remaining", words, _STATUS_BASE),
+        confirm_remaining_s=received("status.confirm_remaining", words, _STATUS_BASE),
         clock_samples=integer("status.board_clock"),
         pages_written=integer("capture.pages_written"),
         samples_captured=integer("capture.samples_captured"),
@@ -169,7 +164,7 @@ def read_limits(read: ReadWords, axis: str) -> AxisLimits:
     words = read(base, maxima + GAIN_WORDS)
 
     def value(name: str) -> float:
-        return decode(f"limits.{axis}.{name}", words, base)
+        return received(f"limits.{axis}.{name}", words, base)
 
     return AxisLimits(
         travel_rad=value("travel"),
@@ -177,7 +172,7 @@ def read_limits(read: ReadWords, axis: str) -> AxisLimits:
         effort_nm=value("effort"),
         following_error_rad=value("following_error"),
         gain_step=value("gain_step"),
-        gain_maximum=decode_axis_gains(words[maxima:]),
+        gain_maximum=received_gains(f"gain_maximum.{axis}", words[maxima:]),
     )
 
 

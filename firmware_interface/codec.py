@@ -155,13 +155,15 @@ def decode_page(words: Sequence[int]) -> RawPage:
     Raises
     ------
     ValueError
-        Wrong length or CRC.
+        Wrong length, CRC or number of samples.
     """
     data = words_to_bytes(words)
     body, crc = data[:-4], int.from_bytes(data[-4:], "big")
     if len(words) != PAGE_WORDS or zlib.crc32(body) != crc:
         raise ValueError("capture page with a wrong CRC")
     index, first_sample, count = _PAGE_HEADER.unpack_from(body)
+    if not 1 <= count <= PAGE_SAMPLES:
+        raise ValueError(f"capture page with {count} samples")
     samples = np.frombuffer(body, _SAMPLE, offset=_PAGE_HEADER.size)
     samples = samples.reshape(PAGE_SAMPLES, len(AXES))[:count]
     return RawPage(

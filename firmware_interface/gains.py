@@ -29,7 +29,7 @@ A bank is accepted if every number n with its largest value N (the gain_maximum 
 but those in `SIGNED` are not below it.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from typing import Final, Self
 
@@ -122,3 +122,7 @@ class AxisGains:
         single = len(numbers) - 3 * RIPPLES
         tables = (tuple(numbers[n : n + RIPPLES]) for n in range(single, len(numbers), RIPPLES))
         return cls(*numbers[:single], *tables)  # type: ignore[arg-type]
+
+
+Bank = Mapping[str, AxisGains]
+"""Gains of all axes, by name."""

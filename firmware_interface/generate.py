@@ -177,7 +177,7 @@ def _header_table(source: RegisterMap) -> Iterator[str]:
     yield "#define FD_REGISTERS(X) \\"
     for r in source.registers:
         lowest, highest = "0u", "0xffffffffu"
-        if r.minimum is not None and r.maximum is not None:
+        if r.access == "rw" and r.minimum is not None and r.maximum is not None:
             lowest, highest = (f"{round(limit / r.scale)}u" for limit in (r.minimum, r.maximum))
         tail = "" if r is last else " \\"
         yield (

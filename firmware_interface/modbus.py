@@ -3,8 +3,10 @@
 RTU replies carry no number, so after a timeout the late reply to one request can pass for the
 reply to the next. Hence a link is dirty from the moment a request leaves until its reply is in
 hand. The next request on a dirty link first drains the line, keeps silent for the board's worst
-reply time and reads the nonce, which must be the one read at connect. Reads are repeated, writes
-never.
+reply time and reads the nonce, which must be the one read at connect; another number may be a
+late reply itself, so that is tried again. A second copy of a reply could pass for the next one,
+too: between two reads of one length from different places stands one of another length. Capture
+pages need none, for they say which they are. Reads are repeated, writes never.
 """
 
 import asyncio
@@ -13,6 +15,7 @@ import logging
 import struct
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Final
 
 import serial
@@ -32,7 +35,7 @@ from pymodbus.pdu.register_message import (
 
 from firmware_interface.errors import BoardError, LinkError, NoReplyError, ValueRefusedError
 from firmware_interface.link import Link
-from firmware_interface.registers import REGISTERS
+from firmware_interface.registers import PAGE_ADDRESS, REGISTERS
 
 DEVICE_ID: Final = 1
 _NONCE: Final = REGISTERS["identity.nonce"]
@@ -70,6 +73,7 @@ class ModbusLink:
         self._name = name
         self._silence_s = silence_s
         self._dirty = False
+        self._last_read = (0, 0)
         try:
             self._nonce = self._read_once(_NONCE.address, _NONCE.words)
         except (NoReplyError, BoardError) as error:
@@ -107,15 +111,20 @@ class ModbusLink:
 
     def _read_clean(self, address: int, count: int) -> list[int]:
         self._clean()
+        last_address, last_count = self._last_read
+        if count == last_count and address != last_address and address < PAGE_ADDRESS:
+            self._read_once(_NONCE.address, _NONCE.words if count != _NONCE.words else 2 * count)
         return self._read_once(address, count)
 
     def _read_once(self, address: int, count: int) -> list[int]:
         reply = self._transact(
             lambda: self._client.read_holding_registers(address, count=count, device_id=DEVICE_ID)
         )
-        if not isinstance(reply, ReadHoldingRegistersResponse) or len(reply.registers) != count:
+        # input registers' reply is a subclass
+        if type(reply) is not ReadHoldingRegistersResponse or len(reply.registers) != count:
             self._dirty = True
             raise self._no_reply("a reply to something else came")
+        self._last_read = (address, count)
         return list(reply.registers)
 
     def _transact(self, request: Callable[[], ModbusPDU]) -> ModbusPDU:
@@ -138,19 +147,26 @@ class ModbusLink:
         """Make sure that no late reply can pass for the next one."""
         if not self._dirty:
             return
+        for _ in range(_TRIES):
+            self._drain()
+            if self._read_once(_NONCE.address, _NONCE.words) == self._nonce:
+                return
+        self._dirty = True
+        raise LinkError(
+            f"{self._name} no longer answers as the board it was: it has restarted, or "
+            "another host is on the line",
+            "make sure that this host is alone, then connect again",
+        )
+
+    def _drain(self) -> None:
+        """Be rid of replies that are on their way."""
         if isinstance(self._client, ModbusTcpClient):
             self._client.close()  # type: ignore[no-untyped-call] # a new connection knows nothing of old replies
-        else:
-            time.sleep(self._silence_s)
-            if self._client.socket:
-                self._client.socket.reset_input_buffer()
-        if self._read_once(_NONCE.address, _NONCE.words) != self._nonce:
-            self._dirty = True
-            raise LinkError(
-                f"{self._name} no longer answers as the board it was: it has restarted, or "
-                "another host is on the line",
-                "make sure that this host is alone, then connect again",
-            )
+            return
+        time.sleep(self._silence_s)
+        if self._client.socket:
+            with suppress(OSError):  # hung up: the next request opens the port anew
+                self._client.socket.read(self._client.socket.in_waiting)
 
     def _no_reply(self, cause: str) -> NoReplyError:
         return NoReplyError(f"{self._name}: {cause}", "check cable and power of the board")

@@ -232,6 +232,8 @@ _ALL = (
         type="u32",
         scale=1e-09,
         unit="s",
+        minimum=1e-05,
+        maximum=0.1,
         description="Period of control loop and capture.",
     ),
     Register(
@@ -240,12 +242,16 @@ _ALL = (
         type="u32",
         scale=1e-09,
         unit="s",
+        minimum=0.0,
+        maximum=0.1,
         description="Measured by the board: encoder latch to PWM update.",
     ),
     Register(
         name="identity.counts_per_turn",
         address=16,
         type="u32",
+        minimum=4,
+        maximum=1000000000.0,
         description="Encoder counts per turn of the gearbox output.",
     ),
     Register(
@@ -253,6 +259,8 @@ _ALL = (
         address=18,
         type="f32",
         unit="N*m",
+        minimum=1e-09,
+        maximum=1000.0,
         description="Torque at the gearbox output of one PWM count.",
     ),
     Register(
@@ -279,6 +287,8 @@ _ALL = (
         name="status.sto_active",
         address=68,
         type="u16",
+        minimum=0,
+        maximum=1,
         description="1 while the wired emergency stop cuts the effort.",
     ),
     Register(
@@ -298,12 +308,16 @@ _ALL = (
         name="status.staged_crc_ok",
         address=71,
         type="u16",
+        minimum=0,
+        maximum=1,
         description="1 when the shadow bank matches its CRC.",
     ),
     Register(
         name="status.unconfirmed",
         address=72,
         type="u16",
+        minimum=0,
+        maximum=1,
         description="1 between COMMIT and CONFIRM or roll back.",
     ),
     Register(
@@ -557,6 +571,8 @@ _ALL = (
         address=512,
         type="f32",
         unit="rad",
+        minimum=0,
+        maximum=1000000.0,
         description="Largest distance from zero.",
     ),
     Register(
@@ -564,6 +580,8 @@ _ALL = (
         address=514,
         type="f32",
         unit="rad/s",
+        minimum=0,
+        maximum=10000.0,
         description="Largest speed.",
     ),
     Register(
@@ -571,6 +589,8 @@ _ALL = (
         address=516,
         type="f32",
         unit="N*m",
+        minimum=0,
+        maximum=1000000.0,
         description="Largest effort; more is clipped.",
     ),
     Register(
@@ -578,12 +598,16 @@ _ALL = (
         address=518,
         type="f32",
         unit="rad",
+        minimum=0,
+        maximum=1000000.0,
         description="Largest distance between reference and position.",
     ),
     Register(
         name="limits.x.gain_step",
         address=520,
         type="f32",
+        minimum=0,
+        maximum=1,
         description="Largest change of a gain in one COMMIT, as a share of its maximum.",
     ),
     Register(
@@ -699,6 +723,8 @@ _ALL = (
         address=576,
         type="f32",
         unit="rad",
+        minimum=0,
+        maximum=1000000.0,
         description="Largest distance from zero.",
     ),
     Register(
@@ -706,6 +732,8 @@ _ALL = (
         address=578,
         type="f32",
         unit="rad/s",
+        minimum=0,
+        maximum=10000.0,
         description="Largest speed.",
     ),
     Register(
@@ -713,6 +741,8 @@ _ALL = (
         address=580,
         type="f32",
         unit="N*m",
+        minimum=0,
+        maximum=1000000.0,
         description="Largest effort; more is clipped.",
     ),
     Register(
@@ -720,12 +750,16 @@ _ALL = (
         address=582,
         type="f32",
         unit="rad",
+        minimum=0,
+        maximum=1000000.0,
         description="Largest distance between reference and position.",
     ),
     Register(
         name="limits.z.gain_step",
         address=584,
         type="f32",
+        minimum=0,
+        maximum=1,
         description="Largest change of a gain in one COMMIT, as a share of its maximum.",
     ),
     Register(

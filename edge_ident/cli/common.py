@@ -3,6 +3,7 @@
 Data goes to stdout, messages and progress to stderr.
 """
 
+import errno
 import functools
 import sys
 from collections.abc import Callable, Iterator
@@ -19,6 +20,7 @@ P = ParamSpec("P")
 UNTRUSTED: Final = 1
 USAGE: Final = 2
 INTERRUPTED: Final = 130
+_NO_ROOM: Final = (errno.ENOSPC, errno.EFBIG, errno.EDQUOT)
 
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON document on stdout.")]
 Output = Annotated[
@@ -76,27 +78,32 @@ def guarded(command: Callable[P, None]) -> Callable[P, None]:
         try:
             command(*args, **kwargs)
         except EdgeIdentError as error:
-            say(f"error: {error.cause}")
-            say(f"next:  {error.next_step}")
-            if kwargs.get("json"):
-                print_document(
-                    {
-                        "schema": "edge-ident/error/1",
-                        "error": type(error).__name__,
-                        "cause": error.cause,
-                        "next_step": error.next_step,
-                    }
-                )
+            _report(error, error.cause, error.next_step, kwargs.get("json"))
             raise typer.Exit(error.exit_code) from error
         except OSError as error:
-            say(f"error: {error}")
-            say("next:  check that the path exists and may be written")
+            full = error.errno in _NO_ROOM
+            remedy = "make room there" if full else "check that the path exists and may be written"
+            _report(error, str(error), f"{remedy}, or give another folder", kwargs.get("json"))
             raise typer.Exit(USAGE) from error
         except KeyboardInterrupt:
             say("interrupted")
             raise typer.Exit(INTERRUPTED) from None
 
     return wrapper
+
+
+def _report(error: Exception, cause: str, next_step: str, as_json: object) -> None:
+    say(f"error: {cause}")
+    say(f"next:  {next_step}")
+    if as_json:
+        print_document(
+            {
+                "schema": "edge-ident/error/1",
+                "error": type(error).__name__,
+                "cause": cause,
+                "next_step": next_step,
+            }
+        )
 
 
 def say(message: str) -> None:

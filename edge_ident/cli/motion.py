@@ -111,6 +111,7 @@ def capture(
     """
     from edge_ident.capture import capture_motion, check_drive
     from edge_ident.commissioning import CAPTURE_FILE
+    from edge_ident.data_checks import check_recording
     from edge_ident.motions import named_trajectory
     from edge_ident.recording_files import save_recording
     from edge_ident.safety import left_safe, make_ready
@@ -126,6 +127,7 @@ def capture(
             opened.board.finish()
     path = opened.folder / CAPTURE_FILE
     save_recording(found.recording, path)
+    check_recording(found.recording)
     document = {
         "schema": "edge-ident/capture/1",
         "file": str(path),

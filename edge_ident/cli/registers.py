@@ -110,18 +110,15 @@ def _deliver(
 def _row(entry: "Register", values: tuple[float, ...] | None) -> dict[str, Any]:
     from dataclasses import asdict
 
-    from firmware_interface.received import believable
-
     row = asdict(entry)
     if values is not None:
         row["values"] = [value if math.isfinite(value) else None for value in values]
-        row["believable"] = all(believable(entry, value) for value in values)
+        row["believable"] = _believable(entry, values)
     return row
 
 
 def _line(entry: "Register", values: tuple[float, ...] | None) -> list[str]:
     from edge_ident.register_access import code_name
-    from firmware_interface.received import believable
 
     kind = entry.type if entry.count == 1 else f"{entry.type}[{entry.count}]"
     limits = "" if entry.minimum is None else f"{entry.minimum:g}…{entry.maximum:g}"
@@ -130,8 +127,15 @@ def _line(entry: "Register", values: tuple[float, ...] | None) -> list[str]:
     if values is None:
         return [*line, entry.description]
     shown = (code_name(entry, values[0]) if entry.count == 1 else None) or _numbers(values)
-    doubt = "" if all(believable(entry, value) for value in values) else "\tcannot be"
+    doubt = "" if _believable(entry, values) else "\tcannot be"
     return [*line, shown + doubt]
+
+
+def _believable(entry: "Register", values: tuple[float, ...]) -> bool:
+    """Whether the board may send this; what a host has yet to write may be anything."""
+    from firmware_interface.received import believable
+
+    return entry.access == "rw" or all(believable(entry, value) for value in values)
 
 
 def _numbers(values: tuple[float, ...]) -> str:

@@ -38,12 +38,14 @@ class Candidate:
         return len(self.form.amplitudes) + len(self.form.shapes)
 
 
-def candidates(view: View) -> tuple[Candidate, ...]:
-    """All that could befall the axis of a view."""
+def candidates(view: View, rotary: bool) -> tuple[Candidate, ...]:
+    """All that could befall the axis of a view; `rotary` where its positions are angles."""
     found = []
     for name, effect in catalogue().items():
-        sources = view.other_axes if effect.needs_source else (None,)
-        found += [Candidate(name, form, source) for source in sources for form in effect.forms]
+        for form in effect.forms:
+            if not form.rotary or rotary:
+                sources = view.other_axes if form.coupled else (None,)
+                found += [Candidate(name, form, source) for source in sources]
     return tuple(found)
 
 

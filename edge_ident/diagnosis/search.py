@@ -12,6 +12,7 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import qmc
 
 from edge_ident.diagnosis.candidates import Candidate, candidates, columns, grid
 from edge_ident.diagnosis.fitting import Fitted, Found, fit, jacobian_of, solve
@@ -21,13 +22,13 @@ from edge_ident.model import AxisModel
 
 Array = NDArray[np.float64]
 
-_REFINED: Final = 6
+_REFINED: Final = 5
 """Candidates that are refined before one is chosen."""
 _HOPELESS: Final = 4.0
 """Error over the least beyond which no refinement brings a candidate back."""
-_ROUNDS: Final = 3
-_POINTS: Final = {1: 9, 2: 5}
-"""Per shape parameter and round."""
+_ROUNDS: Final = 4
+_CLOSER: Final = (0.25, 0.45)
+"""Width of a round over that of the one before; of few shapes, of many."""
 _OWN_SHARE: Final = 0.02
 """Of a column's length, below which it is another name for what the model has already."""
 _LARGEST: Final = 2.0
@@ -39,6 +40,19 @@ _FELT: Final = 0.05
 _MOST_WITHHELD: Final = 0.4
 """Share of the samples; an actuator that gives less than that much obeys nothing."""
 _TINY: Final = float(np.finfo(float).tiny)
+
+
+def _around(shapes: int) -> Array:
+    """Points (P, shapes) of a cube about zero, zero among them: a grid, or for many shapes evenly
+    scattered ones."""
+    if shapes <= 2:
+        line = np.linspace(-1.0, 1.0, 9 if shapes == 1 else 5)
+        return np.stack(np.meshgrid(*[line] * shapes, indexing="ij"), axis=-1).reshape(-1, shapes)
+    scattered = qmc.Sobol(shapes, scramble=False).random_base2(7)
+    return np.vstack([np.zeros(shapes), 2.0 * scattered - 1.0])
+
+
+_AROUND: Final = {shapes: _around(shapes) for shapes in range(1, 7)}
 
 
 @dataclass(frozen=True)
@@ -62,7 +76,7 @@ class Search:
         self.template = template
         self.shaken = view.shaken
         self.extent = view.extent(start.base)
-        self.candidates = candidates(view)
+        self.candidates = candidates(view, template.position_unit == "rad")
         self.grids = {c: grid(c, self.extent) for c in self.candidates}
         self.library = {
             c: columns(view, start.axis, c, self.grids[c])[..., view.clear] for c in self.candidates
@@ -77,7 +91,7 @@ class Search:
     def criterion(self, fitted: Fitted) -> float:
         """Extended Bayesian information of a model, the smaller the better."""
         samples = np.count_nonzero(self.view.clear)
-        penalty = 0.0
+        penalty: float = 0.0
         for f in fitted.found:
             penalty += self.penalty(f.candidate)
             if not f.candidate.form.amplitudes:
@@ -236,37 +250,32 @@ class Search:
         return Trial(Found(candidate, at, named_), float(errors[best]), 0.0, penalty, edge)
 
     def _refined(self, trial: Trial, fitted: Fitted, residual: Array, basis: Array) -> Trial:
-        """Close in on the best shapes: the first two together, any others one by one."""
+        """Close in on the best shapes, all of them together."""
         candidate = trial.found.candidate
         names = candidate.form.shapes
         whole = self.grids[candidate]
         width = {name: _spacing(whole[name], trial.found.shapes[name]) for name in names}
-        groups = [names[:2], *((name,) for name in names[2:])]
+        around = _AROUND.get(len(names), _AROUND[max(_AROUND)])
         for _ in range(_ROUNDS if names else 0):
-            for group in groups:
-                points = np.linspace(-1.0, 1.0, _POINTS[len(group)])
-                mesh = np.meshgrid(*(points for _ in group), indexing="ij")
-                shapes = {k: np.full(mesh[0].size, v) for k, v in trial.found.shapes.items()}
-                for name, offsets in zip(group, mesh, strict=True):
-                    shapes[name] = self._within(candidate, name, shapes[name], width, offsets)
-                    width[name] *= 2.0 / (len(points) - 1)
-                rows = columns(self.view, fitted.axis, candidate, shapes)[..., self.view.clear]
-                errors, amplitudes = _explained(candidate, rows, residual, basis)
-                best = int(np.argmin(errors))
-                if np.isfinite(errors[best]) and errors[best] <= trial.error:
-                    trial = self._trial(candidate, shapes, best, errors, amplitudes)
+            shapes = {k: np.full(len(around), v) for k, v in trial.found.shapes.items()}
+            for k, name in enumerate(names):
+                offsets = width[name] * around[:, k]
+                shapes[name] = self._within(candidate, name, shapes[name] + offsets)
+                width[name] *= _CLOSER[len(names) > 2]
+            rows = columns(self.view, fitted.axis, candidate, shapes)[..., self.view.clear]
+            errors, amplitudes = _explained(candidate, rows, residual, basis)
+            best = int(np.argmin(errors))
+            if np.isfinite(errors[best]) and errors[best] <= trial.error:
+                trial = self._trial(candidate, shapes, best, errors, amplitudes)
         return trial
 
-    def _within(
-        self, candidate: Candidate, name: str, centre: Array, width: dict[str, float], at: Array
-    ) -> Array:
-        """Points around a shape, inside the grid where that has an extent."""
-        low, high = np.min(self.grids[candidate][name]), np.max(self.grids[candidate][name])
-        points = centre + width[name] * at.ravel()
-        if low < high:
-            return np.clip(points, low, high)
-        bounds = {p.name: (p.low, p.high) for p in named(candidate.effect).parameters}
-        return np.clip(points, *bounds[name])
+    def _within(self, candidate: Candidate, name: str, points: Array) -> Array:
+        """Points inside a shape's grid where that has an extent, else inside its bounds."""
+        low, high = (float(f(self.grids[candidate][name])) for f in (np.min, np.max))
+        if low == high:
+            bounds = {p.name: (p.low, p.high) for p in named(candidate.effect).parameters}
+            low, high = bounds[name]
+        return np.asarray(np.clip(points, low, high))
 
 
 def _explained(

@@ -41,7 +41,7 @@ _NARROWEST: Final = 0.25
 """Of the bandwidth that identification uses."""
 _FEWEST_SAMPLES: Final = 40
 """Twice the parameters of the base model and a few causes."""
-_COLUMN_RATE: Final = 15.0
+_COLUMN_RATE: Final = 12.0
 """Samples per cut-off period at which columns are made."""
 _LAGS: Final = 12
 """Samples for which a controller remembers its encoder's rounding."""

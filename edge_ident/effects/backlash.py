@@ -31,8 +31,12 @@ class Backlash(Effect):
             1e9,
             "of the free load by its Coulomb friction: that over load_inertia",
         ),
-        Parameter("damping_rate", "1/s", 0.0, 1e6, "its viscous friction over load_inertia"),
-        Parameter("weight", "{position}/s^2", -1e9, 1e9, "its share of the offset over it"),
+        Parameter(
+            "damping_rate", "1/s", 0.0, 1e6, "its viscous friction over load_inertia", default=0.0
+        ),
+        Parameter(
+            "weight", "{position}/s^2", -1e9, 1e9, "its share of the offset over it", default=0.0
+        ),
     )
     discrepancy = 0.2
     open_shapes = ("deceleration",)
@@ -99,6 +103,7 @@ class Backlash(Effect):
         """Gaps from what the encoder just resolves; loads with more or less than their share of
         the axis's friction."""
         inertia, viscous, coulomb, offset = extent.base
+        inertia, viscous, coulomb = (max(x, 1e-9) for x in (inertia, viscous, coulomb))
         gaps, shares = np.meshgrid(
             np.geomspace(0.5 * extent.resolution, 0.03 * extent.travel, 24),
             np.array([0.1, 0.4, 1.0, 2.5]),

@@ -35,9 +35,14 @@ class CouplingCompliance(Effect):
             0.0,
             1e9,
             "of the load by its Coulomb friction: that over load_inertia",
+            default=0.0,
         ),
-        Parameter("damping_rate", "1/s", 0.0, 1e6, "its viscous friction over load_inertia"),
-        Parameter("weight", "{position}/s^2", -1e9, 1e9, "its share of the offset over it"),
+        Parameter(
+            "damping_rate", "1/s", 0.0, 1e6, "its viscous friction over load_inertia", default=0.0
+        ),
+        Parameter(
+            "weight", "{position}/s^2", -1e9, 1e9, "its share of the offset over it", default=0.0
+        ),
     )
     discrepancy = 0.2
     open_shapes = ("rate", "damping_ratio", "deceleration")
@@ -101,6 +106,7 @@ class CouplingCompliance(Effect):
         highest = 3.0 * 2.0 * np.pi * extent.cutoff_hz
         lowest = max(highest / 30.0, 2.0 * np.pi / extent.duration_s)
         inertia, viscous, coulomb, offset = extent.base
+        inertia, viscous, coulomb = (max(x, 1e-9) for x in (inertia, viscous, coulomb))
         # the lighter the damping, the narrower the resonance
         sets = [
             (rate, ratio, share)

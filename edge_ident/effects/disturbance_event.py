@@ -39,10 +39,11 @@ class DisturbanceEvent(Effect):
         return 2.0 * np.pi / values["duration"]
 
     def grid(self, extent: Extent) -> dict[str, Array]:
-        """From the shortest pulse that the filter shows to a tenth of the record."""
+        """From the shortest pulse that the filter shows, or a record has room for in a search, to
+        a tenth of the record."""
         durations, times = [], []
         longest = 0.1 * extent.duration_s
-        duration = min(0.35 / extent.cutoff_hz, longest)
+        duration = min(max(0.35 / extent.cutoff_hz, extent.duration_s / 250.0), longest)
         while duration <= longest:
             starts = np.arange(
                 -0.5 * duration,

@@ -1,7 +1,9 @@
 """A load that depends on position: a spring, a cable chain, weight over the angle of an arm.
 
 f = stiffness·x + curvature·x² + cosine·cos(2π·x/period) + sine·sin(2π·x/period); an arm that
-hangs has a period of 2π rad. It is half the sum of the maps of the residual forward and backward.
+hangs has a period of 2π rad. On a joint that another one carries in the same plane, weight follows
+the sum of both angles: sum_cosine·cos(x + x₂) + sum_sine·sin(x + x₂). It is half the sum of the
+maps of the residual forward and backward.
 On a purely sinusoidal motion the stiffness looks like inertia, since a is proportional to x there.
 Source: statics.
 """
@@ -23,11 +25,19 @@ class PositionDependentLoad(Effect):
         Parameter("cosine", "{effort}", -1e9, 1e9, "of the position's angle"),
         Parameter("sine", "{effort}", -1e9, 1e9, "of the position's angle"),
         Parameter("period", "{position}", 1e-9, 1e9, "travel of one turn of that angle"),
+        Parameter(
+            "sum_cosine", "{effort}", -1e9, 1e9, "of the sum of two joints' angles", default=0.0
+        ),
+        Parameter(
+            "sum_sine", "{effort}", -1e9, 1e9, "of the sum of two joints' angles", default=0.0
+        ),
     )
+    takes_source = True
     forms = (
         Form(("stiffness",)),
         Form(("stiffness", "curvature")),
         Form(("cosine", "sine"), ("period",)),
+        Form(("sum_cosine", "sum_sine"), coupled=True, rotary=True),
     )
     signature = "differs along the stroke and is the same both ways"
     rivals = ("torque_ripple", "position_dependent_friction", "offset_drift", "cross_axis_coupling")
@@ -38,7 +48,11 @@ class PositionDependentLoad(Effect):
         x = at.position
         angle = 2.0 * np.pi / values["period"] * x
         wave = values["cosine"] * np.cos(angle) + values["sine"] * np.sin(angle)
-        return (values["stiffness"] + values["curvature"] * x) * x + wave
+        load = (values["stiffness"] + values["curvature"] * x) * x + wave
+        if at.source is not None:
+            both = x + at.source.position
+            load = load + values["sum_cosine"] * np.cos(both) + values["sum_sine"] * np.sin(both)
+        return np.asarray(load)
 
     def fastest_rate(self, values: Values, inertia: Array, speed: float) -> Array:
         """Resonance on the steepest slope, at most ten seconds of travel away."""
@@ -48,7 +62,7 @@ class PositionDependentLoad(Effect):
         return np.sqrt((np.abs(values["stiffness"]) + bend + wave) / inertia)
 
     def grid(self, extent: Extent) -> dict[str, Array]:
-        """From a tenth of a wave over the travel to two; what repeats more often is called ripple."""
+        """A tenth of a wave over the travel to two; what repeats more often is called ripple."""
         return {"period": extent.orders(0.1, 2.0, step=0.1)}
 
     def draw(self, draws: Draws, scale: Scale) -> dict[str, Array]:
@@ -65,6 +79,8 @@ class PositionDependentLoad(Effect):
             "cosine": 1.4 * wave * effort * cosine,
             "sine": 1.4 * wave * effort * sine,
             "period": scale.travel / draws.uniform(1.0, 3.0),
+            "sum_cosine": np.zeros(draws.shape),
+            "sum_sine": np.zeros(draws.shape),
         }
 
 

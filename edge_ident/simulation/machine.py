@@ -9,7 +9,7 @@ Step: no longer than `STEP` over the fastest rate that any term of any drive bri
 the stability limit of the method (2.8).
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from itertools import compress
 from typing import Final, NamedTuple
@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from edge_ident.effect import Motion
 from edge_ident.model import AxisModel
 from edge_ident.rigid_body import RIGID_BODY
-from edge_ident.simulation.parts import Parts
+from edge_ident.simulation.parts import Part, Parts
 
 Array = NDArray[np.float64]
 
@@ -82,7 +82,7 @@ class Machine:
             [part.effect.overrides(hook) for part in parts.all]
             for hook in ("load", "friction", "inertia", "rates")
         )
-        self._crossings = parts.through("cross_inertia")
+        self._crossings = [part.effect.overrides("cross_inertia") for part in parts.all]
         self._time_s: float | Array = 0.0
         self._zero = np.zeros(position.shape)
         self._state = np.zeros((parts.states, position.shape[1]))
@@ -177,7 +177,7 @@ class Machine:
         """Directions and accelerations, axes at rest having given way to a push above friction."""
         balance = self._balance(state, direction, torque)
         acceleration = self._accelerate(balance, direction)
-        push = balance.push - self._cross_effort(acceleration)
+        push = balance.push - self._cross_effort(balance, acceleration)
         leaves = (direction == 0.0) & (np.abs(push) > balance.friction)
         if not leaves.any():
             return direction, acceleration
@@ -222,24 +222,29 @@ class Machine:
     def _accelerate(self, balance: _Balance, direction: Array) -> Array:
         slides = direction != 0.0
         free = balance.push - direction * balance.friction
-        if not self._crossings:
+        if not any(self._crossings):
             return np.where(slides, free / balance.inertia, 0.0)
         matrix = np.zeros((free.shape[1], self._count, self._count))
         for i in range(self._count):
             matrix[:, i, i] = np.where(slides[i], balance.inertia[i], 1.0)
-        for part in self._crossings:
-            coupling = part.effect.cross_inertia(part.values)
+        for part, one in self._crossing(balance):
+            coupling = part.effect.cross_inertia(one, part.values)
             matrix[:, part.axis, part.source] += np.where(slides[part.axis], coupling, 0.0)
         free = np.where(slides, free, 0.0)
         return np.asarray(np.linalg.solve(matrix, free.T[..., None])[..., 0].T)
 
-    def _cross_effort(self, acceleration: Array) -> Array:
+    def _cross_effort(self, balance: _Balance, acceleration: Array) -> Array:
         """Effort on each axis that the accelerations of others cost."""
         effort = self._zero
-        for part in self._crossings:
+        for part, one in self._crossing(balance):
             effort = effort.copy()
-            effort[part.axis] += part.effect.cross_inertia(part.values) * acceleration[part.source]
+            coupling = part.effect.cross_inertia(one, part.values)
+            effort[part.axis] += coupling * acceleration[part.source]
         return effort
+
+    def _crossing(self, balance: _Balance) -> Iterator[tuple[Part, Motion]]:
+        """Effects by which axes accelerate each other, with what they see."""
+        return compress(zip(self._parts.all, balance.seen, strict=True), self._crossings)
 
     def _instant(self, state: Array, direction: Array, since_s: float = 0.0) -> Motion:
         """Of all axes, (A, D)."""

@@ -101,7 +101,8 @@ class Parts:
         return inertia
 
     def _source(self, axis: int, term: Term) -> int | None:
-        if not named(term.effect).needs_source:
+        effect = named(term.effect)
+        if not effect.needs_source and (term.source_axis is None or not effect.takes_source):
             return None
         if term.source_axis not in self.names or term.source_axis == self.names[axis]:
             raise ModelError(
@@ -124,5 +125,5 @@ def _row(motion: Motion, axis: int) -> Motion:
 def _values(term: Term, drives: int) -> dict[str, Array]:
     return {
         name: np.broadcast_to(np.asarray(value, dtype=np.float64), (drives,))
-        for name, value in term.values.items()
+        for name, value in named(term.effect).complete(term.values).items()
     }

@@ -1,6 +1,7 @@
 """The virtual board as a link: in-process, or behind a server."""
 
 import secrets
+from dataclasses import replace
 
 from firmware_interface.codec import decode_integer, encode, encode_axis_gains
 from firmware_interface.errors import BoardError
@@ -10,6 +11,7 @@ from firmware_interface.registers import (
     MAGIC,
     MAP_VERSION,
     REGISTERS,
+    Fault,
     WatchdogAction,
 )
 from firmware_interface.virtual.clock import Clock, RequestClock
@@ -17,15 +19,18 @@ from firmware_interface.virtual.drive import (
     CONTROL_DELAY_S,
     EFFORT_PER_COUNT_NM,
     SAMPLE_PERIOD_S,
+    machine_at_rest,
 )
 from firmware_interface.virtual.feed_drive import COUNTS_PER_TURN
 from firmware_interface.virtual.machine import Machine
+from firmware_interface.virtual.plant import Plant
 from firmware_interface.virtual.register_file import RegisterFile
 from firmware_interface.virtual.settings import BoardSettings
 
 _FIRMWARE_VERSION = 0x0100
 _COMMAND_ADDRESS = REGISTERS["command.opcode"].address
 _COMMAND_WORDS = 4
+_CLOCK_RANGE = 2**32
 
 
 class VirtualBoard:
@@ -44,11 +49,8 @@ class VirtualBoard:
     """
 
     def __init__(self, settings: BoardSettings | None = None, clock: Clock | None = None) -> None:
-        settings = settings or BoardSettings()
         self._clock = clock or RequestClock()
-        self._registers = RegisterFile()
-        self._fill(settings)
-        self.machine = Machine(self._registers, settings, self._clock.now_s)
+        self._power_up(settings or BoardSettings(), machine_at_rest())
 
     def read(self, address: int, count: int) -> list[int]:
         """Words of consecutive registers."""
@@ -74,9 +76,20 @@ class VirtualBoard:
     def close(self) -> None:
         """Nothing to let go of."""
 
+    def power_cycle(self) -> None:
+        """Cut the power and bring it back: stored gains stay, and the axes go on as they moved."""
+        stored = replace(self._settings, gains=self.machine.banks.stored, fault=Fault.NONE)
+        self._power_up(stored, self.machine.drive.plant)
+
     def idle(self) -> None:
         """Let time pass while no request comes; for servers."""
         self._clock.idle(self.machine)
+
+    def _power_up(self, settings: BoardSettings, plant: Plant) -> None:
+        self._settings = settings
+        self._registers = RegisterFile()
+        self._fill(settings)
+        self.machine = Machine(self._registers, settings, self._clock.now_s, plant)
 
     def _pass_time(self) -> None:
         self._clock.advance(self.machine)
@@ -96,14 +109,14 @@ class VirtualBoard:
         values = {
             "state": machine.state,
             "fault_code": machine.fault,
-            "fault_sample": machine.fault_sample,
+            "fault_sample": machine.fault_sample % _CLOCK_RANGE,
             "sto_active": 0,
             "last_token": machine.last_token,
             "last_result": machine.last_result,
             "staged_crc_ok": banks.staged_crc_ok,
             "unconfirmed": banks.unconfirmed,
             "confirm_remaining": banks.remaining_s(self._clock.now_s()),
-            "board_clock": machine.samples,
+            "board_clock": machine.samples % _CLOCK_RANGE,
         }
         words = [word for name, value in values.items() for word in encode(f"status.{name}", value)]
         self._registers.put_words(REGISTERS["status.state"].address, words)

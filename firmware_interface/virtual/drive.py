@@ -24,6 +24,12 @@ _REST_SAMPLES: Final = 20
 _REST_COUNTS: Final = 2
 
 
+def machine_at_rest() -> Plant:
+    """The feed drive's mechanics, standing at zero."""
+    models = [axis_model(mechanics) for mechanics in FEED_DRIVE.values()]
+    return Plant(models, CONTROL_DELAY_S, _SUBSTEPS)
+
+
 class DriveSample(NamedTuple):
     """One control sample in counts, by axis; following error is reference - position."""
 
@@ -41,11 +47,14 @@ class Drive:
         In force at power-up, by axis.
     limits : mapping
         By axis.
+    plant : Plant
+        May be in motion.
     """
 
-    def __init__(self, gains: Mapping[str, AxisGains], limits: Mapping[str, AxisLimits]) -> None:
-        models = [axis_model(mechanics) for mechanics in FEED_DRIVE.values()]
-        self.plant = Plant(models, CONTROL_DELAY_S, _SUBSTEPS)
+    def __init__(
+        self, gains: Mapping[str, AxisGains], limits: Mapping[str, AxisLimits], plant: Plant
+    ) -> None:
+        self.plant = plant
         self._controllers = [
             AxisController(gains[axis], SAMPLE_PERIOD_S, limits[axis].effort_nm)
             for axis in FEED_DRIVE

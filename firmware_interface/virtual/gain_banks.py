@@ -6,12 +6,11 @@ from typing import Final
 
 from firmware_interface.board_types import AxisLimits
 from firmware_interface.codec import crc32, decode_gains, encode_gains
-from firmware_interface.gains import POSITIVE, SIGNED, AxisGains
+from firmware_interface.gains import POSITIVE, SIGNED, AxisGains, Bank
 from firmware_interface.registers import AXES, Result
 from firmware_interface.virtual.register_file import RegisterFile
 
 CONFIRM_WINDOW_S: Final = 120.0
-Bank = Mapping[str, AxisGains]
 
 
 class GainBanks:

@@ -26,6 +26,7 @@ from firmware_interface.registers import (
 from firmware_interface.virtual.capture_ring import CaptureRing
 from firmware_interface.virtual.drive import RAD_PER_COUNT, SAMPLE_PERIOD_S, Drive, DriveSample
 from firmware_interface.virtual.gain_banks import GainBanks
+from firmware_interface.virtual.plant import Plant
 from firmware_interface.virtual.register_file import RegisterFile
 from firmware_interface.virtual.setpoints import SetpointGenerator, within_limits
 from firmware_interface.virtual.settings import BoardSettings
@@ -42,10 +43,15 @@ class Machine:
     registers : RegisterFile
     settings : BoardSettings
     now_s : callable
+    plant : Plant
     """
 
     def __init__(
-        self, registers: RegisterFile, settings: BoardSettings, now_s: Callable[[], float]
+        self,
+        registers: RegisterFile,
+        settings: BoardSettings,
+        now_s: Callable[[], float],
+        plant: Plant,
     ) -> None:
         self.state = State.INIT
         self.fault = settings.fault
@@ -55,7 +61,7 @@ class Machine:
         self.last_result = Result.NONE
         self.banks = GainBanks(registers, settings.gains, settings.limits)
         self.capture = CaptureRing(registers)
-        self.drive = Drive(self.banks.active, settings.limits)
+        self.drive = Drive(self.banks.active, settings.limits, plant)
         self._registers = registers
         self._settings = settings
         self._limits: list[AxisLimits] = [settings.limits[axis] for axis in AXES]

@@ -14,6 +14,8 @@ from firmware_interface.virtual.board import VirtualBoard
 from firmware_interface.virtual.clock import RequestClock, WallClock
 from firmware_interface.virtual.settings import BoardSettings
 
+LOOPBACK: Final = "127.0.0.1"
+"""Reached from this host alone."""
 _IDLE_S: Final = 0.005
 
 
@@ -22,6 +24,7 @@ def serve(
     on_ready: Callable[[str], None],
     pty: bool = False,
     tcp_port: int | None = None,
+    bind: str = LOOPBACK,
     speed: float | None = 1.0,
     settings: BoardSettings | None = None,
 ) -> None:
@@ -34,7 +37,10 @@ def serve(
     pty : bool
         Serve Modbus RTU on a new pseudo-terminal; this or `tcp_port`.
     tcp_port : int, optional
-        Serve Modbus TCP on this port of 127.0.0.1; 0 takes a free one.
+        Serve Modbus TCP on this port; 0 takes a free one.
+    bind : str
+        Address of this host that a TCP port is bound to. Modbus has no authentication: whoever
+        reaches the port commands the board.
     speed : float or None
         Board time per wall time; None lets every request advance it, as fast as it can.
     settings : BoardSettings, optional
@@ -50,7 +56,7 @@ def serve(
     if tcp_port is None:
         serving = serve_pty(board, board.idle, on_ready)
     else:
-        serving = serve_tcp(board, tcp_port, board.idle, on_ready)
+        serving = serve_tcp(board, tcp_port, board.idle, on_ready, bind)
     try:
         asyncio.run(serving)
     except KeyboardInterrupt:
@@ -58,9 +64,13 @@ def serve(
 
 
 async def serve_tcp(
-    link: Link, port: int, idle: Callable[[], None], on_ready: Callable[[str], None]
+    link: Link,
+    port: int,
+    idle: Callable[[], None],
+    on_ready: Callable[[str], None],
+    bind: str = LOOPBACK,
 ) -> None:
-    """Serve a link's registers as Modbus TCP on 127.0.0.1 until cancelled.
+    """Serve a link's registers as Modbus TCP until cancelled.
 
     Parameters
     ----------
@@ -71,22 +81,24 @@ async def serve_tcp(
         Called every few milliseconds.
     on_ready : callable
         Gets the device URL.
+    bind : str
+        Address of this host.
 
     Raises
     ------
     LinkError
-        The port is in use or not allowed.
+        The address or port is in use, not allowed or not this host's.
     """
     loop = asyncio.get_running_loop()
     try:
-        server = await loop.create_server(lambda: ServerSession(link), "127.0.0.1", port)
+        server = await loop.create_server(lambda: ServerSession(link), bind, port)
     except OSError as error:
         raise LinkError(
-            f"port {port} on 127.0.0.1 cannot be served: {error.strerror}",
-            "choose another port, or stop the program that uses it",
+            f"port {port} on {bind} cannot be served: {error.strerror}",
+            "choose another port or address, or stop the program that uses it",
         ) from error
     async with server:
-        on_ready(f"tcp://127.0.0.1:{server.sockets[0].getsockname()[1]}")
+        on_ready(f"tcp://{bind}:{server.sockets[0].getsockname()[1]}")
         await _idle_forever(idle)
 
 

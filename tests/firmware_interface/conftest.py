@@ -1,14 +1,12 @@
 """Boards behind real lines, motions short enough for tests."""
 
-import asyncio
 import math
-import threading
-from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager
+from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
 
 import pytest
+from board_thread import Serve, served
 from conformance_boards import (
     BoardCommand,
     Served,
@@ -22,47 +20,9 @@ from hypothesis import settings
 
 from firmware_interface.board import Board
 from firmware_interface.motion import Multisine, SineComponent, Trajectory
-from firmware_interface.virtual.board import VirtualBoard
-from firmware_interface.virtual.server import serve_pty, serve_tcp
 
 settings.register_profile("seeded", derandomize=True, deadline=None)
 settings.load_profile("seeded")
-
-Serve = Callable[[VirtualBoard, str], AbstractContextManager[str]]
-
-
-@contextmanager
-def served(board: VirtualBoard, kind: str) -> Iterator[str]:
-    """Serve a board from a thread of its own; gives the device URL."""
-    urls: list[str] = []
-    ready = threading.Event()
-    loop = asyncio.new_event_loop()
-
-    def on_ready(url: str) -> None:
-        urls.append(url)
-        ready.set()
-
-    if kind == "pty":
-        serving = serve_pty(board, board.idle, on_ready)
-    else:
-        serving = serve_tcp(board, 0, board.idle, on_ready)
-    task = loop.create_task(serving)
-
-    def run() -> None:
-        with pytest.raises(asyncio.CancelledError):
-            loop.run_until_complete(task)
-        loop.run_until_complete(asyncio.sleep(0))
-        loop.close()
-
-    thread = threading.Thread(target=run)
-    thread.start()
-    assert ready.wait(5.0)
-    try:
-        yield urls[0]
-    finally:
-        loop.call_soon_threadsafe(task.cancel)
-        thread.join()
-
 
 @pytest.fixture(name="served")
 def served_fixture() -> Serve:

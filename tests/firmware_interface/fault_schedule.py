@@ -1,0 +1,198 @@
+"""A host at work over a line that goes wrong at random, and what must hold whatever happens.
+
+All that is drawn comes from one seed, so that a schedule that breaks an invariant can be repeated
+in memory; by the wall clock it comes out alike, not the same.
+"""
+
+import random
+from collections.abc import Callable
+from typing import Final, Protocol
+
+from board_bench import NEW, OLD
+
+from edge_ident.gain_transfer import write_gains
+from edge_ident.safety import left_safe
+from firmware_interface.board import Board
+from firmware_interface.errors import EdgeIdentError
+from firmware_interface.motion import Multisine, SineComponent, Trajectory
+from firmware_interface.registers import State
+from firmware_interface.virtual.settings import DEFAULT_LIMITS
+from tests.firmware_interface.fault_line import FaultyLine, LineFault, Sender
+from tests.firmware_interface.witness import Witness
+
+_SINE: Final = Multisine((SineComponent(0.2, 2.0, 0.0),))
+MOTION: Final = Trajectory({"x": _SINE, "z": _SINE}, duration_s=0.2, lead_in_s=0.2)
+_SAMPLES: Final = 80
+_WATCHDOG_S: Final = 0.25
+_LATE_S: Final = (0.03, 0.06, 0.15, 0.7)
+"""Within a link's timeout, and beyond everything that a host waits for."""
+_QUIET_S: Final = 1.0
+"""Longer than watchdog, stop and everything that is still on the line."""
+
+_SETTLING_S: Final = 0.5
+
+
+class Bench(Protocol):
+    """A board behind a line; its time is real or not."""
+
+    line: FaultyLine
+    witness: Witness
+
+    def connect(self) -> Board:
+        """A new host on the line."""
+
+    def wait(self, seconds: float) -> None:
+        """Nobody asks the board anything for so long."""
+
+    def hang_up(self) -> None:
+        """The host's end of the line goes away."""
+
+    def come_back(self) -> None:
+        """And is there again."""
+
+
+class RandomFaults:
+    """Chooses a fault for some frames, and now and then cuts the board's power in between."""
+
+    def __init__(self, chance: float, power_cuts: float, draw: random.Random, bench: Bench) -> None:
+        self._chance, self._power_cuts = chance, power_cuts
+        self._random = draw
+        self._witness = bench.witness
+
+    def __call__(self, sender: Sender, frame: bytes) -> LineFault | None:
+        """See `fault_line.Choose`."""
+        self._witness.see(sender, frame)
+        if self._random.random() < self._power_cuts and sender is Sender.HOST:
+            self._witness.power_cycle()
+        if self._random.random() < self._chance:
+            return self._random.choice(list(LineFault))
+        return None
+
+
+class Host:
+    """Does what hosts do; a failure is met as the command line meets it."""
+
+    def __init__(self, bench: Bench, draw: random.Random) -> None:
+        self.bench = bench
+        self.witness = bench.witness
+        self._random = draw
+        self._board: Board | None = None
+
+    def attempt(self, action: Callable[[Board], None]) -> bool:
+        """Try an action; says whether it ended well. Any other error than ours goes on."""
+        try:
+            if self._board is None:
+                self._board = self.bench.connect()
+            with left_safe(self._board):
+                action(self._board)
+        except EdgeIdentError as error:
+            assert error.cause
+            assert error.next_step
+            if self._random.random() < 0.5:
+                self.vanish()
+            return False
+        finally:
+            self.witness.one_motion_per_token()
+            self.witness.gains_are_whole()
+        return True
+
+    def vanish(self) -> None:
+        """End without a word, as by kill -9; another host begins anew."""
+        if self._board is not None:
+            self._board.close()
+        self._board = None
+
+    # ---- actions
+
+    def make_ready(self, board: Board) -> None:
+        """Bring the board to IDLE with confirmed gains, whatever was left."""
+        board.quick_stop()
+        if board.status().state is State.FAULT:
+            board.clear_fault()
+        board.write_register("watchdog.timeout", _WATCHDOG_S)
+
+    def move(self, board: Board) -> None:
+        """One motion, captured to its last sample."""
+        self.make_ready(board)
+        board.write_trajectory(MOTION)
+        board.arm()
+        before = self.witness.motions
+        board.start()
+        assert self.witness.motions == before + 1
+        pages = list(board.capture_pages())
+        assert sum(len(page.position_rad) for page in pages) == _SAMPLES
+        self.witness.nothing_is_missing(pages)
+        board.finish()
+
+    def stop_midway(self, board: Board) -> None:
+        """A motion that somebody stops."""
+        self.make_ready(board)
+        board.write_trajectory(MOTION)
+        board.arm()
+        board.start()
+        board.quick_stop()
+        assert board.status().state in (State.IDLE, State.FAULT)
+
+    def leave_moving(self, board: Board) -> None:
+        """A host that dies while the machine moves."""
+        self.make_ready(board)
+        board.write_trajectory(MOTION)
+        board.arm()
+        board.start()
+        self.vanish()
+        self.bench.wait(self._random.uniform(0.0, 3 * _WATCHDOG_S))
+
+    def write_gains(self, board: Board) -> None:
+        """Stage, commit and end in one of the ways there are."""
+        self.make_ready(board)
+        wanted = NEW if board.active_gains() == OLD else OLD
+        power_ups = self.witness.power_ups
+        write_gains(board, wanted)
+        in_force = self.witness.virtual.machine.banks.active
+        assert in_force == wanted or self.witness.power_ups > power_ups
+        end = self._random.choice([board.confirm, board.roll_back, board.quick_stop])
+        end()
+        if end == board.confirm and self._random.random() < 0.5:
+            board.store()
+
+    def look(self, board: Board) -> None:
+        """Read what never changes."""
+        for limits in board.limits().values():
+            assert limits.effort_nm == DEFAULT_LIMITS.effort_nm
+        assert board.status().clock_samples >= 0
+
+    def lose_the_line(self, board: Board) -> None:
+        """The adapter is pulled for a while."""
+        self.bench.hang_up()
+        self.bench.wait(self._random.uniform(0.0, 3 * _WATCHDOG_S))
+        self.bench.come_back()
+
+
+def run_schedule(seed: int, bench: Bench) -> None:
+    """Play one schedule to its end: faults, then a good line on which everything works.
+
+    Raises
+    ------
+    AssertionError
+        An invariant is broken.
+    """
+    draw = random.Random(seed)
+    bench.line.late_s = draw.choice(_LATE_S)
+    host = Host(bench, draw)
+    power_cuts = draw.choice([0.0, 0.0, 0.003])
+    bench.line.choose = RandomFaults(draw.choice([0.01, 0.04, 0.15]), power_cuts, draw, bench)
+    actions = [host.move, host.stop_midway, host.leave_moving, host.write_gains, host.write_gains]
+    actions += [host.look, host.lose_the_line]
+    for _ in range(draw.randrange(2, 7)):
+        host.attempt(draw.choice(actions))
+    host.vanish()
+    bench.line.choose = RandomFaults(0.0, 0.0, draw, bench)
+    bench.wait(_QUIET_S)
+    bench.hang_up()  # another cable
+    bench.come_back()
+    bench.witness.stands_still()
+    assert host.attempt(host.move)
+    assert host.attempt(host.write_gains)
+    bench.wait(_SETTLING_S)
+    bench.witness.stands_still()
+    host.vanish()

@@ -1,0 +1,252 @@
+"""What happens to the host during `edge-ident run`: it is killed at every step, it is held up, its
+disk is full. A whole run then works on the board that it left."""
+
+import json
+import os
+import resource
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import closing, contextmanager
+from dataclasses import dataclass, field
+from importlib.resources import files
+from pathlib import Path
+
+import numpy as np
+import pytest
+from conformance_boards import BoardCommand, put_gains, serving, until
+
+from firmware_interface.board import Board
+from firmware_interface.codec import decode_gains
+from firmware_interface.gains import AxisGains
+from firmware_interface.registers import PAGE_ADDRESS, REGISTERS, Fault, Opcode, State
+from tests.firmware_interface.fault_line import FaultyLine, Sender
+from tests.firmware_interface.fault_proxy import FaultProxy
+from tests.firmware_interface.pty_bench import connected_board
+
+COMMAND = [sys.executable, "-c", "from edge_ident.cli import main; main()"]
+SPEED = 8.0
+GAIN_BYTES = 2 * 96
+Gains = dict[str, AxisGains]
+
+
+def begin(function: int, address: int, *rest: int) -> bytes:
+    """How a request begins."""
+    return bytes([1, function]) + address.to_bytes(2, "big") + bytes(rest)
+
+
+def command(opcode: Opcode) -> bytes:
+    """How a command begins."""
+    return begin(16, REGISTERS["command.opcode"].address, 0, 4, 8, 0, opcode)
+
+
+TRAJECTORY = [
+    begin(16, REGISTERS[f"trajectory.{name}"].address)
+    for name in ("kind", "x.components", "z.components")
+]
+PAGE = begin(3, PAGE_ADDRESS)
+SHADOW = begin(16, REGISTERS["shadow.x.proportional"].address)
+MOTION = [*TRAJECTORY, command(Opcode.ARM), command(Opcode.START), PAGE, command(Opcode.FINISH)]
+STEPS = [
+    *((request, 1) for request in MOTION),
+    (SHADOW, 1),
+    (command(Opcode.COMMIT), 1),
+    *((request, 2) for request in MOTION),
+    (command(Opcode.CONFIRM), 1),
+    (command(Opcode.STORE), 1),
+]
+"""What `run --store` asks of the board in this order: each request, and at its which coming."""
+NAMES = [
+    *(f"{name} of motion {n}" for n in (1, 2) for name in (
+        "header", "axis x", "axis z", "arm", "start", "first page", "finish",
+    )),
+]  # fmt: skip
+NAMES[7:7] = ["stage", "commit"]
+NAMES += ["confirm", "store"]
+
+
+@dataclass
+class Ambush:
+    """Does something to the host when a request comes for the nth time; notes staged gains."""
+
+    request: bytes = b""
+    times: int = 0
+    strike: Callable[[], None] = lambda: None
+    staged: list[Gains] = field(default_factory=list)
+    struck: threading.Event = field(default_factory=threading.Event)
+
+    def __call__(self, sender: Sender, frame: bytes) -> None:
+        """See `fault_line.Choose`."""
+        if sender is not Sender.HOST:
+            return
+        if frame.startswith(SHADOW):
+            words = np.frombuffer(frame[7 : 7 + GAIN_BYTES], ">u2")
+            self.staged.append(decode_gains(words.tolist()))
+        if self.request and frame.startswith(self.request):
+            self.times -= 1
+            if self.times == 0:
+                self.strike()
+                self.struck.set()
+
+
+@dataclass
+class Site:
+    """A board behind a proxy, and runs against it."""
+
+    proxy: FaultProxy
+    folder: Path
+    first_gains: Gains
+    runs: int = 0
+
+    @contextmanager
+    def board(self) -> Iterator[Board]:
+        """Another host, between runs."""
+        with closing(connected_board(self.proxy.url)) as board:
+            yield board
+
+    @contextmanager
+    def run(self, **options: object) -> Iterator[subprocess.Popen[str]]:
+        """`edge-ident run --store` with a motion of three seconds."""
+        self.runs += 1
+        described = files("edge_ident").joinpath("drives", "feed_drive.toml").read_text("utf-8")
+        for old, new in (("= 0.2875", "= 2.0"), ("= 5.0", "= 1.0"), ("= 6.283185307179586", "= 0.9")):
+            described = described.replace(old, new)
+        drive = self.folder / "quick.toml"
+        drive.write_text(described, "utf-8")
+        arguments = ["run", "--device", self.proxy.url, "--drive", drive, "--store", "--json"]
+        process = subprocess.Popen(
+            [*COMMAND, *map(str, arguments), "--output", str(self.output)],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            **options,  # type: ignore[call-overload]
+        )
+        try:
+            yield process
+        finally:
+            process.kill()
+            process.communicate()
+
+    @property
+    def output(self) -> Path:
+        """Folder of the last run."""
+        return self.folder / f"run{self.runs}"
+
+    def check_left_over(self, ambush: Ambush) -> None:
+        """The machine stands, the gains are one whole set, and every file is whole."""
+        with self.board() as board:
+            resting = {State.IDLE, State.ARMED, State.DRAINING, State.DONE, State.FAULT}
+            until(board, lambda status: status.state in resting)
+            assert board.status().fault in (Fault.NONE, Fault.WATCHDOG)
+            assert board.active_gains() in [self.first_gains, *ambush.staged]
+        for path in self.output.glob("[!.]*"):
+            if path.suffix == ".json":
+                json.loads(path.read_text("utf-8"))
+            elif path.suffix == ".npz":
+                with np.load(path) as columns:
+                    assert all(np.all(np.isfinite(columns[name])) for name in columns.files)
+
+    def check_a_whole_run(self) -> None:
+        """Another run ends with new gains; then the board is given back its first ones."""
+        self.proxy.line.choose = Ambush()
+        with self.run() as process:
+            document, messages = process.communicate(timeout=60)
+        assert process.returncode == 0, messages
+        assert json.loads(document)["stored"]
+        self.restore()
+
+    def restore(self) -> None:
+        """Give the board its first gains, where they are not in force."""
+        with self.board() as board:
+            if board.active_gains() != self.first_gains:
+                put_gains(board, self.first_gains)
+                board.store()
+
+    def gains_before(self) -> Gains:
+        """What the last run found and backed up."""
+        axes = json.loads((self.output / "gains_before.json").read_text("utf-8"))["axes"]
+        tables = ("ripple_cosine", "ripple_sine", "ripple_period_rad")
+        return {
+            axis: AxisGains(**values | {name: tuple(values[name]) for name in tables})
+            for axis, values in axes.items()
+        }
+
+
+@pytest.fixture(scope="module")
+def site(
+    command_of_either: BoardCommand, tmp_path_factory: pytest.TempPathFactory
+) -> Iterator[Site]:
+    """A board of either kind for all tests of this file."""
+    folder = tmp_path_factory.mktemp("site")
+    with (
+        serving(command_of_either(speed=SPEED)) as served,
+        FaultProxy(served.url, folder, FaultyLine()) as proxy,
+    ):
+        with closing(connected_board(proxy.url)) as board:
+            board._link.write(REGISTERS["watchdog.timeout"].address, [400])
+            first_gains = board.active_gains()
+        yield Site(proxy, folder, first_gains)
+
+
+def test_killed_at_every_step_a_run_leaves_a_board_for_the_next(site: Site) -> None:
+    """Each run gets as far as its predecessor and one step further; the last gets to its end."""
+    expected = site.first_gains
+    for name, (request, times) in zip(NAMES, STEPS, strict=True):
+        with site.run() as process:
+            ambush = Ambush(request, times, process.kill)
+            site.proxy.line.choose = ambush
+            assert process.wait(timeout=60) == -signal.SIGKILL, (name, process.stderr.read())
+        assert ambush.struck.is_set(), name
+        site.check_left_over(ambush)
+        assert site.gains_before() == expected, name
+        if name in ("confirm", "store"):
+            with site.board() as board:
+                assert board.active_gains() == ambush.staged[-1]
+                assert not board.status().unconfirmed
+            site.restore()
+    site.check_a_whole_run()
+
+
+def test_a_host_that_is_held_up_finds_the_machine_stopped(site: Site) -> None:
+    with site.run() as process:
+        ambush = Ambush(PAGE, 1, lambda: os.kill(process.pid, signal.SIGSTOP))
+        site.proxy.line.choose = ambush
+        assert ambush.struck.wait(30.0)
+        threading.Event().wait(0.8)
+        process.send_signal(signal.SIGCONT)
+        document, messages = process.communicate(timeout=60)
+    assert process.returncode == 4, messages
+    error = json.loads(document)
+    assert "fault WATCHDOG" in error["cause"]
+    assert "clear the fault" in error["next_step"]
+    site.check_left_over(ambush)
+    site.check_a_whole_run()
+
+
+@pytest.mark.parametrize(
+    ("room", "file"), [(0, "gains_before.json"), (20_000, "capture.npz")], ids=lambda value: value
+)
+def test_a_full_disk_ends_the_run_with_the_machine_stopped(
+    site: Site, room: int, file: str
+) -> None:
+    """No file of this process may grow beyond so many bytes."""
+
+    def limit() -> None:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (room, room))
+
+    site.proxy.line.choose = ambush = Ambush()
+    with site.run(preexec_fn=limit) as process:
+        document, messages = process.communicate(timeout=60)
+    assert process.returncode not in (0, 1), messages
+    assert "Traceback" not in messages
+    assert file in messages
+    assert "next: " in messages
+    assert json.loads(document)["next_step"]
+    assert not (site.output / file).exists()
+    assert not ambush.staged
+    site.check_left_over(ambush)
+    with site.board() as board:
+        assert board.status().state is State.IDLE
+    site.check_a_whole_run()

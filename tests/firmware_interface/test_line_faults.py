@@ -1,0 +1,274 @@
+"""Every fault of a line by name, on a real pseudo-terminal, against both boards.
+
+Each strikes once at every kind of frame of a motion and a gain write. What holds afterwards: the
+verb worked, or said that nothing was carried out and works when it is called again; no sample is
+missing; the machine moved once; and the gains are those that were asked for.
+"""
+
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import closing, contextmanager
+from pathlib import Path
+
+import numpy as np
+import pytest
+from board_bench import NEW
+from conformance_boards import BoardCommand, clean_up, serving, until
+
+from firmware_interface import board as board_verbs
+from firmware_interface.board import Board, CapturePage
+from firmware_interface.errors import BoardError, LinkError
+from firmware_interface.motion import Multisine, SineComponent, Trajectory
+from firmware_interface.registers import PAGE_ADDRESS, REGISTERS, Opcode, State
+from tests.firmware_interface.fault_line import FaultyLine, LineFault, Pace, Sender, no_fault
+from tests.firmware_interface.fault_proxy import FaultProxy
+from tests.firmware_interface.pty_bench import connected_board
+
+TIMEOUT_S = 0.06
+SINE = Multisine((SineComponent(0.4, 1.0, 0.0),))
+MOTION = Trajectory({"x": SINE, "z": SINE}, duration_s=421 * 0.0025, lead_in_s=2.0)
+COMMAND = REGISTERS["command.opcode"].address
+STATUS = REGISTERS["status.state"].address
+SHADOW = REGISTERS["shadow.x.proportional"].address
+
+
+@pytest.fixture(autouse=True)
+def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Give commands that got lost up sooner than usual."""
+    monkeypatch.setattr(board_verbs, "_COMMAND_TIMEOUT_S", 0.25)
+
+
+@pytest.fixture(scope="module")
+def proxy(
+    command_of_either: BoardCommand, tmp_path_factory: pytest.TempPathFactory
+) -> Iterator[FaultProxy]:
+    """A board of either kind behind a line that is good until told otherwise."""
+    folder = tmp_path_factory.mktemp("line")
+    with (
+        serving(command_of_either()) as board,
+        FaultProxy(board.url, folder, FaultyLine()) as running,
+    ):
+        yield running
+
+
+@contextmanager
+def cleaned_up(proxy: FaultProxy) -> Iterator[Board]:
+    """A host on the line; afterwards the board is as at power-up."""
+    with closing(connected_board(proxy.url, TIMEOUT_S)) as board:
+        first_gains = board.active_gains()
+        try:
+            yield board
+        finally:
+            proxy.line.choose, proxy.line.pace = no_fault, Pace()
+            time.sleep(2 * TIMEOUT_S)
+    with closing(connected_board(proxy.url, TIMEOUT_S)) as board:
+        clean_up(board, first_gains)
+
+
+def request_to(address: int, opcode: Opcode | None = None) -> bytes:
+    """How a request begins: with its address, and a command with its opcode."""
+    function = 3 if address in (STATUS, PAGE_ADDRESS) else 16
+    begin = bytes([1, function]) + address.to_bytes(2, "big")
+    return begin if opcode is None else begin + bytes([0, 4, 8, 0, opcode])
+
+
+class Strikes:
+    """Lets a fault happen once to each exchange that begins in one of these ways.
+
+    Attributes
+    ----------
+    sent : dict of bytes to int
+        How often each went over the line.
+    left : list of bytes
+        Where it has not struck yet.
+    """
+
+    def __init__(self, fault: LineFault, sender: Sender, *requests: bytes) -> None:
+        self._fault, self._sender = fault, sender
+        self.left = list(requests)
+        self.sent = dict.fromkeys(requests, 0)
+        self._last = b""
+
+    def __call__(self, sender: Sender, frame: bytes) -> LineFault | None:
+        """See `fault_line.Choose`."""
+        if sender is Sender.HOST:
+            self._last = next((begin for begin in self.sent if frame.startswith(begin)), b"")
+            if self._last:
+                self.sent[self._last] += 1
+        if sender is self._sender and self._last in self.left:
+            self.left.remove(self._last)
+            return self._fault
+        return None
+
+
+def done_in_two(verb: Callable[[], None]) -> int:
+    """Call a verb; where the line ate it, once more. Gives how many calls it took."""
+    try:
+        verb()
+    except LinkError as error:
+        assert error.next_step
+        verb()
+        return 2
+    return 1
+
+
+def check_samples(pages: list[CapturePage]) -> None:
+    """Every sample is there, and nowhere is a step that the motion does not have."""
+    assert [page.first_sample for page in pages] == list(range(0, 421, 14))
+    position = np.vstack([page.position_rad for page in pages])
+    assert position.shape == (421, 2)
+    assert np.max(np.abs(np.diff(position, axis=0))) < 2 * 0.4 * 0.0025
+
+
+@pytest.mark.parametrize("sender", Sender, ids=lambda sender: sender.value)
+@pytest.mark.parametrize("fault", LineFault, ids=lambda fault: fault.name.lower())
+def test_a_fault_of_the_line_is_survived(
+    proxy: FaultProxy, fault: LineFault, sender: Sender
+) -> None:
+    start, commit, confirm = (
+        request_to(COMMAND, opcode) for opcode in (Opcode.START, Opcode.COMMIT, Opcode.CONFIRM)
+    )
+    strikes = {
+        name: Strikes(fault, sender, *requests)
+        for name, requests in {
+            "start": [start],
+            "capture": [request_to(STATUS), request_to(PAGE_ADDRESS)],
+            "gains": [request_to(SHADOW), commit, confirm],
+        }.items()
+    }
+    with cleaned_up(proxy) as board:
+        proxy.line.late_s = 1.5 * TIMEOUT_S
+        board.write_trajectory(MOTION)
+        board.arm()
+        proxy.line.choose = strikes["start"]
+        calls = done_in_two(board.start)
+        assert strikes["start"].sent[start] == calls  # never written a second time in one call
+        proxy.line.choose = strikes["capture"]
+        check_samples(list(board.capture_pages()))
+        board.finish()
+        proxy.line.choose = strikes["gains"]
+        done_in_two(lambda: board.stage_gains(NEW))
+        calls = done_in_two(board.commit)
+        assert strikes["gains"].sent[commit] == calls
+        assert board.active_gains() == NEW
+        done_in_two(board.confirm)
+        assert not board.status().unconfirmed
+        assert not any(strike.left for strike in strikes.values())
+        assert board.status().state is State.IDLE  # it moved once
+
+
+@pytest.mark.parametrize("opcode", [Opcode.START, Opcode.COMMIT], ids=lambda opcode: opcode.name)
+def test_a_command_that_comes_after_everybody_gave_up_does_nothing(
+    proxy: FaultProxy, opcode: Opcode
+) -> None:
+    """The host was told that it did not arrive and has stopped; then it does."""
+    with cleaned_up(proxy) as board:
+        old = board.active_gains()
+        board.stage_gains(NEW)
+        board.write_trajectory(MOTION)
+        if opcode is Opcode.START:
+            board.arm()
+        proxy.line.late_s = 0.9
+        proxy.line.choose = Strikes(LineFault.LATE, Sender.HOST, request_to(COMMAND, opcode))
+        with pytest.raises(LinkError, match=f"{opcode.name} did not reach the board") as caught:
+            board.start() if opcode is Opcode.START else board.commit()
+        assert "check the cable" in caught.value.next_step
+        board.quick_stop()
+        time.sleep(0.9)
+        status = board.status()
+        assert status.state is State.IDLE
+        if opcode is Opcode.COMMIT:  # it is in force now, and goes unless somebody confirms it
+            assert status.unconfirmed
+            board.quick_stop()
+        assert board.active_gains() == old
+
+
+@pytest.mark.parametrize(
+    "fault", [LineFault.SWAPPED, LineFault.LATE, LineFault.REPEATED], ids=lambda fault: fault.name
+)
+def test_the_answer_of_another_register_is_not_taken(proxy: FaultProxy, fault: LineFault) -> None:
+    """Serial number and map CRC have the same length: either would pass for the other."""
+    serial, crc = (REGISTERS[f"identity.{name}"].address for name in ("serial_number", "map_crc"))
+    with cleaned_up(proxy) as board:
+        read = board._link.read
+        right = {address: read(address, 2) for address in (serial, crc)}
+        proxy.line.pace = Pace(115200)  # a second copy is still coming when the next request goes
+        proxy.line.late_s = 1.2 * TIMEOUT_S
+        proxy.line.choose = Strikes(
+            fault, Sender.BOARD, bytes([1, 3]) + serial.to_bytes(2, "big") + bytes([0, 2])
+        )
+        for address in (serial, crc, serial, crc):
+            assert read(address, 2) == right[address]
+
+
+def test_real_time_at_115200_baud_with_jitter(proxy: FaultProxy) -> None:
+    """Both boards run twenty times faster than the line: the ring takes up what waits."""
+    with cleaned_up(proxy) as board:
+        proxy.line.pace = Pace(115200, jitter_s=0.004)
+        board.write_trajectory(MOTION)
+        board.arm()
+        board.start()
+        check_samples(list(board.capture_pages()))
+        assert board.status().overflows == 0
+
+
+def test_a_hang_up_and_return_within_the_watchdog_loses_no_sample(proxy: FaultProxy) -> None:
+    with cleaned_up(proxy) as board:
+        board._link.write(REGISTERS["watchdog.timeout"].address, [5000])
+        board.write_trajectory(MOTION)
+        board.arm()
+        board.start()
+        proxy.hang_up()
+        time.sleep(0.15)
+        proxy.come_back()
+        check_samples(list(board.capture_pages()))
+        board.finish()
+        board._link.write(REGISTERS["watchdog.timeout"].address, [1000])
+
+
+def test_a_line_that_stays_away_is_said_and_the_machine_stops_by_itself(proxy: FaultProxy) -> None:
+    long = Trajectory(MOTION.axes, 60.0, 2.0)
+    with cleaned_up(proxy) as board:
+        board._link.write(REGISTERS["watchdog.timeout"].address, [300])
+        board.write_trajectory(long)
+        board.arm()
+        board.start()
+        proxy.hang_up()
+        with pytest.raises(LinkError, match="connection is lost") as caught:
+            list(board.capture_pages())
+        assert "check cable" in caught.value.next_step
+        time.sleep(0.5)
+        proxy.come_back()
+        with pytest.raises(BoardError, match="fault WATCHDOG") as fault:
+            list(board.capture_pages())
+        assert "clear the fault" in fault.value.next_step
+        until(board, lambda status: status.state is State.FAULT)
+        board.clear_fault()
+        board._link.write(REGISTERS["watchdog.timeout"].address, [1000])
+
+
+def test_a_hang_up_while_the_host_waits_for_the_line_to_fall_silent(proxy: FaultProxy) -> None:
+    with cleaned_up(proxy) as board:
+        proxy.line.choose = Strikes(LineFault.LOST, Sender.BOARD, request_to(STATUS))
+        pulled = threading.Timer(1.5 * TIMEOUT_S, proxy.hang_up)
+        pulled.start()
+        with pytest.raises(LinkError, match="connection is lost"):
+            board.status()
+        pulled.join()
+        proxy.come_back()
+        assert board.status().state is State.IDLE
+
+
+def test_the_name_of_the_device_outlives_it(proxy: FaultProxy) -> None:
+    before = Path(proxy.url).resolve()
+    held = Path(before).open("rb")  # keeps its number from being given out again
+    proxy.hang_up()
+    assert not Path(proxy.url).exists()
+    with pytest.raises(LinkError, match="cannot be opened"):
+        connected_board(proxy.url)
+    proxy.come_back()
+    held.close()
+    board = connected_board(proxy.url)
+    assert board.status().state is State.IDLE
+    board.close()

@@ -1,0 +1,112 @@
+"""What really happened on a virtual board, seen from inside, and what must hold of it."""
+
+from contextlib import AbstractContextManager, nullcontext
+
+import numpy as np
+from board_bench import NEW, OLD
+
+from firmware_interface.board import CapturePage
+from firmware_interface.codec import decode_integer
+from firmware_interface.registers import REGISTERS, Opcode
+from firmware_interface.virtual.board import VirtualBoard
+from firmware_interface.virtual.drive import RAD_PER_COUNT, DriveSample
+from tests.firmware_interface.fault_line import Sender
+
+_COMMAND = REGISTERS["command.opcode"].address
+_STANDSTILL_RAD_S = 1e-3
+SETS = (OLD, NEW)
+
+
+class Witness:
+    """Counts motions and keeps the samples of the last one.
+
+    Parameters
+    ----------
+    virtual : VirtualBoard
+    lock : context manager
+        Held while looking at a board that another thread serves.
+
+    Attributes
+    ----------
+    motions : int
+        Begun since power was first on.
+    samples : list of DriveSample
+        Captured in the last one.
+    power_ups : int
+    starts : set of (int, int)
+        Power-up and token of the START requests that were sent: a board that was off has
+        forgotten its tokens.
+    """
+
+    def __init__(
+        self, virtual: VirtualBoard, lock: AbstractContextManager[object] | None = None
+    ) -> None:
+        self.virtual = virtual
+        self._lock = lock or nullcontext()
+        self.motions = 0
+        self.samples: list[DriveSample] = []
+        self.power_ups = 1
+        self.starts: set[tuple[int, int]] = set()
+        self._watch()
+
+    def power_cycle(self) -> None:
+        """Cut the board's power and bring it back."""
+        with self._lock:
+            self.virtual.power_cycle()
+            self.power_ups += 1
+            self._watch()
+
+    def see(self, sender: Sender, frame: bytes) -> None:
+        """Look at a frame on the line."""
+        body = frame[7:-2]
+        if sender is Sender.HOST and frame[1:4] == bytes([16, 0, _COMMAND]) and len(body) == 8:
+            words = [int.from_bytes(body[n : n + 2], "big") for n in range(0, 8, 2)]
+            if decode_integer("command.opcode", words, _COMMAND) == Opcode.START:
+                token = decode_integer("command.token", words, _COMMAND)
+                self.starts.add((self.power_ups, token))
+
+    def _watch(self) -> None:
+        machine = self.virtual.machine
+        follow, add = machine._setpoints.follow, machine.capture.add
+
+        def counted(trajectory: object) -> None:
+            self.motions += 1
+            self.samples = []
+            follow(trajectory)  # type: ignore[arg-type]
+
+        def kept(sample: DriveSample) -> None:
+            self.samples.append(sample)
+            add(sample)
+
+        machine._setpoints.follow = counted  # type: ignore[method-assign]
+        machine.capture.add = kept  # type: ignore[method-assign]
+
+    # ---- what must hold
+
+    def one_motion_per_token(self) -> None:
+        """No START frame moves the machine twice, and nothing else does."""
+        assert self.motions <= len(self.starts)
+
+    def gains_are_whole(self) -> None:
+        """In force is one whole set of gains, the same for registers and controllers."""
+        with self._lock:
+            machine = self.virtual.machine
+            active, stored = machine.banks.active, machine.banks.stored
+            in_force = [controller.gains for controller in machine.drive._controllers]
+        assert active in SETS
+        assert stored in SETS
+        assert in_force == list(active.values())
+
+    def nothing_is_missing(self, pages: list[CapturePage]) -> None:
+        """What the host has in hand is every sample that the board took, in order."""
+        in_hand = np.vstack([page.position_rad for page in pages])
+        taken = np.array([sample.position for sample in self.samples])
+        np.testing.assert_array_equal(np.rint(in_hand / RAD_PER_COUNT), taken)
+
+    def stands_still(self) -> None:
+        """No axis moves, and none is about to."""
+        with self._lock:
+            machine = self.virtual.machine
+            moving, speed_rad_s = machine.moving, machine.drive.plant.output_rad_s
+        assert not moving
+        assert np.all(np.abs(speed_rad_s) < _STANDSTILL_RAD_S)
