@@ -27,6 +27,7 @@ Values = Mapping[str, Array]
 """Values of an effect's parameters by name, each of the shape of the drives."""
 
 _NOTHING = np.zeros(())
+_ENTANGLING = ("true_motion", "reading", "command", "torque", "recorded", "withheld", "follows")
 
 
 @dataclass(frozen=True)
@@ -175,6 +176,8 @@ class Effect:
     is left within that is no evidence of another one. A judgement, not a measurement."""
     open_shapes: ClassVar[tuple[str, ...]] = ()
     """Shapes whose grid ends where more makes no difference: the best may lie on its edge."""
+    needs_reversals: ClassVar[bool] = False
+    """Whether it shows only where the motion turns."""
     away_from_reversals: ClassVar[bool] = False
     """Whether it is believed only where nothing is left of any reversal, which it looks like."""
     repeats: ClassVar[bool] = False
@@ -195,6 +198,11 @@ class Effect:
     def name(self) -> str:
         """The name in model files: that of the module."""
         return type(self).__module__.rpartition(".")[2]
+
+    @property
+    def additive(self) -> bool:
+        """Whether its effort just adds to that of the others, in proportion to its amplitudes."""
+        return not any(self.overrides(hook) for hook in _ENTANGLING)
 
     def overrides(self, hook: str) -> bool:
         """Whether the effect acts through this hook."""
@@ -277,6 +285,9 @@ class Effect:
     def torque(self, command: Array, time_s: Array, values: Values) -> Array:
         """What the actuator makes of a commanded effort."""
         return command
+
+    def follows(self, base: Values) -> None:
+        """Overridden, without a body, where the effort follows from the base parameters too."""
 
     def withheld(self, effort: Array, values: Values) -> Array:
         """Part of a recorded effort that the actuator did not give."""

@@ -18,7 +18,12 @@ Array = NDArray[np.float64]
 _ALONE: Final[Mapping[str, Motion]] = MappingProxyType({})
 
 
-def inverse_effort(axis: AxisModel, motion: Motion, others: Mapping[str, Motion] = _ALONE) -> Array:
+def inverse_effort(
+    axis: AxisModel,
+    motion: Motion,
+    others: Mapping[str, Motion] = _ALONE,
+    kept: dict[object, Array] | None = None,
+) -> Array:
     """Effort of one axis along its motion as the encoder reads it.
 
     In physical order: the encoder's errors are taken out of the motion, the resistances of all
@@ -33,6 +38,9 @@ def inverse_effort(axis: AxisModel, motion: Motion, others: Mapping[str, Motion]
         Smooth, (N,), evenly sampled.
     others : mapping of axis name to Motion
         Motions of the other axes, for effects that couple them.
+    kept : dict, optional
+        Where efforts of effects with memory, which take long to integrate, are kept for the next
+        call with this motion.
 
     Returns
     -------
@@ -44,18 +52,36 @@ def inverse_effort(axis: AxisModel, motion: Motion, others: Mapping[str, Motion]
         An effect is unknown, or the axis that acts on this one is not among the others.
     """
     terms = [(named(term.effect), along_motion(term), term.source_axis) for term in axis.terms]
+    if any(effect.overrides("true_motion") for effect, _, _ in terms):
+        kept = None
     for effect, values, _ in terms:
         motion = effect.true_motion(motion, values)
     base = terms[0][1]
     motion = replace(motion, transmitted=base["inertia"] * motion.acceleration + base["offset"])
     effort: Array = np.zeros(())
     for effect, values, source in terms:
-        effort = effort + effect.resistance(_with_source(motion, effect, source, others), values)
+        seen = _with_source(motion, effect, source, others)
+        effort = effort + _resistance(effect, seen, values, kept)
     for effect, values, _ in terms:
         effort = effect.command(effort, motion.time_s, values)
     for effect, values, _ in terms:
         effort = effect.recorded(effort, motion.time_s, values)
     return effort
+
+
+def _resistance(
+    effect: Effect, motion: Motion, values: Values, kept: dict[object, Array] | None
+) -> Array:
+    """What an effect resists with; of one with memory, in proportion to its only amplitude."""
+    amplitude = effect.forms[0].amplitudes[0] if effect.memory_size else ""
+    shapes = {name: value for name, value in values.items() if name != amplitude}
+    if kept is None or not effect.memory_size or any(v.size > 1 for v in shapes.values()):
+        return effect.resistance(motion, values)
+    key = (effect.name, *(float(value.item()) for value in shapes.values()))
+    if key not in kept:
+        unit = {name: value.reshape(1) for name, value in shapes.items()}
+        kept[key] = effect.resistance(motion, {**unit, amplitude: np.ones(1)})
+    return values[amplitude] * kept[key]
 
 
 def along_motion(term: Term) -> Values:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from edge_ident.diagnosis.view import View
 from edge_ident.effect import Extent, Form
-from edge_ident.effects import catalogue
+from edge_ident.effects import catalogue, named
 from edge_ident.model import AxisModel, Term
 
 Array = NDArray[np.float64]
@@ -42,6 +42,8 @@ def candidates(view: View, rotary: bool) -> tuple[Candidate, ...]:
     """All that could befall the axis of a view; `rotary` where its positions are angles."""
     found = []
     for name, effect in catalogue().items():
+        if effect.needs_reversals and not view.reverses:
+            continue
         for form in effect.forms:
             if not form.rotary or rotary:
                 sources = view.other_axes if form.coupled else (None,)
@@ -68,6 +70,17 @@ def term(
     return Term(candidate.effect, values, source_axis=candidate.source)
 
 
+def unit_columns(
+    view: View, axis: AxisModel, candidate: Candidate, shapes: Mapping[str, float]
+) -> Array:
+    """Columns (k, n) of an additive candidate at one set of shapes, made once for a view."""
+    key = (candidate, tuple(sorted(shapes.items())))
+    if key not in view.kept:
+        at = {name: np.array([value]) for name, value in shapes.items()}
+        view.kept[key] = columns(view, replace(axis, terms=axis.terms[:1]), candidate, at)[0]
+    return view.kept[key]
+
+
 def columns(
     view: View, axis: AxisModel, candidate: Candidate, shapes: Mapping[str, Array]
 ) -> Array:
@@ -83,6 +96,8 @@ def columns(
     names = candidate.form.amplitudes or (None,)
     rows = max(1, _ROW_LIMIT // view.samples)
     result = np.empty((count, len(names), len(view.effort)))
+    if all(named(t.effect).additive for t in axis.terms) and catalogue()[candidate.effect].additive:
+        axis = replace(axis, terms=axis.terms[:1])
     present = view.predicted(axis)
     for first in range(0, count, rows):
         part = {name: array[first : first + rows] for name, array in shapes.items()}

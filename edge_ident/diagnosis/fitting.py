@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.candidates import Candidate, term
+from edge_ident.diagnosis.candidates import Candidate, term, unit_columns
 from edge_ident.diagnosis.view import View
 from edge_ident.effects import named
 from edge_ident.model import BASE, PARAMETERS, AxisModel, Term
@@ -66,6 +66,8 @@ class Fitted:
 def fit(view: View, template: AxisModel, base: Array, found: Sequence[Found]) -> Fitted:
     """Fit base parameters and all amplitudes, with the shapes as they are."""
     found = tuple(found)
+    if additive(template, found):
+        return _fit_additive(view, template, found)
     axis = build(template, base, found)
     predicted = view.predicted(axis)
     for _ in range(_ITERATIONS):
@@ -83,6 +85,37 @@ def fit(view: View, template: AxisModel, base: Array, found: Sequence[Found]) ->
         predicted = predicted + view.standstills @ step[-view.standstills.shape[1] :]
     residual = (view.effort - predicted)[view.clear]
     return Fitted(axis, base, found, predicted, jacobian, float(residual @ residual))
+
+
+def additive(template: AxisModel, found: Sequence[Found]) -> bool:
+    """Whether all terms just add up."""
+    return len(template.terms) == 1 and all(named(f.candidate.effect).additive for f in found)
+
+
+def _fit_additive(view: View, template: AxisModel, found: tuple[Found, ...]) -> Fitted:
+    """Plain least squares on columns that are kept."""
+    jacobian = _additive_jacobian(view, template, found)
+    step = solve(jacobian[view.clear], view.effort[view.clear])
+    base, found = _moved(np.zeros(4), tuple(_emptied(f) for f in found), step)
+    values = [*base, *(value for f in found for value in f.amplitudes.values())]
+    predicted = jacobian @ np.concatenate([values, step[len(values) :]])
+    residual = (view.effort - predicted)[view.clear]
+    axis = build(template, base, found)
+    return Fitted(axis, base, found, predicted, jacobian, float(residual @ residual))
+
+
+def _emptied(found: Found) -> Found:
+    return replace(found, amplitudes=dict.fromkeys(found.amplitudes, 0.0))
+
+
+def _additive_jacobian(view: View, template: AxisModel, found: tuple[Found, ...]) -> Array:
+    """By base parameters and amplitudes, and what standstills leave, (n, P)."""
+    if "base" not in view.kept:
+        rows = dict(zip(PARAMETERS, np.eye(4), strict=True))
+        view.kept["base"] = view.predicted(replace(template, terms=(Term(BASE, rows),)))
+    parts = [view.kept["base"]]
+    parts += [unit_columns(view, template, f.candidate, f.shapes) for f in found]
+    return np.hstack([np.vstack(parts).T, view.standstills])
 
 
 def _count(found: Sequence[Found]) -> int:
@@ -142,23 +175,39 @@ def _jacobian(view: View, axis: AxisModel, predicted: Array, found: tuple[Found,
 
 def jacobian_of(view: View, fitted: Fitted) -> Array:
     """The jacobian of a fitted model on another view of the same samples."""
+    kept = len(fitted.axis.terms) - len(fitted.found)
+    template = replace(fitted.axis, terms=fitted.axis.terms[:kept])
+    if additive(template, fitted.found):
+        return _additive_jacobian(view, template, fitted.found)
     return _jacobian(view, fitted.axis, view.predicted(fitted.axis), fitted.found)
 
 
 def shape_derivatives(view: View, fitted: Fitted) -> Array:
     """Derivatives of the prediction by every shape, (n, S)."""
     rows = []
-    first = len(fitted.axis.terms) - len(fitted.found)
+    kept = len(fitted.axis.terms) - len(fitted.found)
+    template = replace(fitted.axis, terms=fitted.axis.terms[:kept])
+    adds = additive(template, fitted.found)
     for k, f in enumerate(fitted.found):
         for name in f.candidate.form.shapes:
-            step = _DERIVATIVE * abs(f.shapes[name])
-            term_ = fitted.axis.terms[first + k]
-            values = {**term_.values, name: f.shapes[name] + np.array([-step, step])}
-            terms = list(fitted.axis.terms)
-            terms[first + k] = replace(term_, values=values)
-            low, high = view.predicted(replace(fitted.axis, terms=tuple(terms)))
+            step = _DERIVATIVE * (abs(f.shapes[name]) or 1.0)
+            sides = [{**f.shapes, name: f.shapes[name] + s} for s in (-step, step)]
+            if adds:
+                amplitudes = np.array(list(f.amplitudes.values()))
+                low, high = (
+                    amplitudes @ unit_columns(view, template, f.candidate, side) for side in sides
+                )
+            else:
+                low, high = (
+                    view.predicted(_reshaped(fitted.axis, kept + k, replace(f, shapes=side)))
+                    for side in sides
+                )
             rows.append((high - low) / (2.0 * step))
     return np.array(rows).reshape(len(rows), len(view.effort)).T
+
+
+def _reshaped(axis: AxisModel, index: int, found: Found) -> AxisModel:
+    return replace(axis, terms=(*axis.terms[:index], found.term, *axis.terms[index + 1 :]))
 
 
 def _beside_standstills(view: View, values: Array) -> Array:

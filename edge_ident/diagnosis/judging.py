@@ -44,7 +44,7 @@ class Gain:
 
     @property
     def certain(self) -> bool:
-        """Whether the interval lies above nothing; what happens once has paid for itself already."""
+        """Whether the interval lies above nothing; what happens once has paid for itself."""
         return self.one_off or self.interval[0] > 0.0
 
 

@@ -22,6 +22,7 @@ Array = NDArray[np.float64]
 _MISMATCH: Final = 0.01
 """Rms deviation of a repeated motion from itself, over its own rms, that counts as none."""
 _FEWEST_PAIRS: Final = 30
+_FEW: Final = 3
 _LEAST_FREEDOM: Final = 0.2
 _DOUBT: Final = 0.2
 """Relative uncertainty of noise that is not measured in the band itself."""
@@ -149,5 +150,6 @@ def _lags(position: Array, samples: int) -> NDArray[np.intp]:
     overlap = np.arange(samples, 0, -1)
     peaks, _ = scipy.signal.find_peaks(correlation / overlap)
     peaks = peaks[(peaks > _LOWEST_SHARE * samples) & (peaks < 0.75 * samples)]
-    nearby = [peaks + k for k in range(-2, 3)]
-    return np.unique(np.concatenate(nearby)) if len(peaks) else peaks
+    # the peaks of what is but a few laps lie a little beside the period
+    nearby = [np.arange(int(0.97 * peak), int(1.03 * peak) + 1) for peak in peaks[:_FEW]]
+    return np.unique(np.concatenate(nearby)) if nearby else peaks

@@ -15,6 +15,8 @@ _WIDTH: Final = 3
 """Models that are followed at once."""
 _FOLLOWED: Final = 2.5
 """Error over the least at which a model, or a trial, is still followed."""
+_COLOURED: Final = 0.8
+"""Share of the samples that must be independent for all of them to count."""
 _DEEPEST: Final = 6
 """Terms that may be added."""
 DECISIVE: Final = 10.0
@@ -24,7 +26,20 @@ _ACCUSING: Final = 2.0 * DECISIVE
 
 
 def peel(search: Search, start: Fitted) -> Fitted:
-    """Add causes until none explains more than it costs."""
+    """Add causes until none explains more than it costs.
+
+    What is left may be coloured, its samples worth less than their number: then it is done again
+    with as many as they are worth.
+    """
+    model = _peel(search, start)
+    independent = search.independent(model)
+    if model.found and independent < _COLOURED * search.samples:
+        search.samples = independent
+        model = _peel(search, start)
+    return model
+
+
+def _peel(search: Search, start: Fitted) -> Fitted:
     best = start
     beam = [start]
     for _ in range(_DEEPEST):
@@ -33,8 +48,8 @@ def peel(search: Search, start: Fitted) -> Fitted:
             break
         leader = min(model.error for model in grown)
         grown = [model for model in grown if model.error < _FOLLOWED * leader]
-        beam = [search.polished(m) for m in sorted(grown, key=search.criterion)[:_WIDTH]]
-        beam.sort(key=search.criterion)
+        beam = sorted(grown, key=search.criterion)[:_WIDTH]
+        beam[0] = search.polished(beam[0])
         if search.criterion(beam[0]) < search.criterion(best):
             best = beam[0]
     return prune(search, best)

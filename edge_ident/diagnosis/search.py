@@ -22,10 +22,12 @@ from edge_ident.model import AxisModel
 
 Array = NDArray[np.float64]
 
-_REFINED: Final = 5
+_REFINED: Final = 4
 """Candidates that are refined before one is chosen."""
-_HOPELESS: Final = 4.0
-"""Error over the least beyond which no refinement brings a candidate back."""
+_PROMISING: Final = 0.4
+"""Of what the best candidate gains, below which refinement brings none to the front."""
+_SLIGHTEST: Final = 3.0
+"""Gain, before any penalty, below which a candidate has seen nothing."""
 _ROUNDS: Final = 4
 _CLOSER: Final = (0.25, 0.45)
 """Width of a round over that of the one before; of few shapes, of many."""
@@ -75,6 +77,8 @@ class Search:
         self.view = view
         self.template = template
         self.shaken = view.shaken
+        self.samples = float(np.count_nonzero(view.clear))
+        """Independent ones: those of which the residual's colour leaves so many."""
         self.extent = view.extent(start.base)
         self.candidates = candidates(view, template.position_unit == "rad")
         self.grids = {c: grid(c, self.extent) for c in self.candidates}
@@ -84,13 +88,13 @@ class Search:
 
     def penalty(self, candidate: Candidate) -> float:
         """What a candidate has to pay, in the unit of n·log(error)."""
-        samples = np.count_nonzero(self.view.clear)
+        samples = self.samples
         tried = len(catalogue()) * _count(self.grids[candidate])
         return float(candidate.size * np.log(samples) + 2.0 * np.log(tried))
 
     def criterion(self, fitted: Fitted) -> float:
         """Extended Bayesian information of a model, the smaller the better."""
-        samples = np.count_nonzero(self.view.clear)
+        samples = self.samples
         penalty: float = 0.0
         for f in fitted.found:
             penalty += self.penalty(f.candidate)
@@ -121,7 +125,7 @@ class Search:
         return np.asarray(rows[0, 0, self.view.clear])
 
     def trials(self, fitted: Fitted, without: frozenset[str] = frozenset()) -> list[Trial]:
-        """Every candidate on top of a model, the best first, the first few refined."""
+        """The most promising candidates on top of a model, refined, the best first."""
         residual = (self.view.effort - fitted.predicted)[self.view.clear]
         basis = _orthonormal(fitted.jacobian[self.view.clear])
         doubt = self.doubt(fitted)
@@ -138,8 +142,12 @@ class Search:
             coarse.append(self._doubted(trial, fitted, doubt))
         coarse.sort(key=self._gain)
         refined: list[Trial] = []
+        before = self.samples * np.log(max(fitted.error + doubt, _TINY))
         for trial in coarse:
-            if len(refined) == _REFINED or trial.error > _HOPELESS * coarse[0].error:
+            gained = before - self._gain(trial)
+            if len(refined) == _REFINED or gained < _PROMISING * (before - self._gain(coarse[0])):
+                break
+            if gained < -trial.penalty + _SLIGHTEST:
                 break
             better = self._refined(trial, fitted, residual, basis)
             if self._plausible(better.found, fitted) and (
@@ -200,14 +208,30 @@ class Search:
 
     def value(self, trial: Trial, fitted: Fitted) -> float:
         """Criterion of a model with a trial added."""
-        samples = np.count_nonzero(self.view.clear)
+        samples = self.samples
         left = max(fitted.error + self.doubt(fitted), _TINY)
         had = self.criterion(fitted) - samples * np.log(left)
         return float(had + self._gain(trial))
 
     def _gain(self, trial: Trial) -> float:
-        samples = np.count_nonzero(self.view.clear)
+        samples = self.samples
         return float(samples * np.log(max(trial.error + trial.doubt, _TINY)) + trial.penalty)
+
+    def independent(self, fitted: Fitted) -> float:
+        """How many independent samples a model's residual is worth: Bartlett's formula, summed to
+        where the autocorrelation is first lost (Geyer 1992)."""
+        residual = np.where(self.view.clear, self.view.effort - fitted.predicted, 0.0)
+        here = self.view.clear.astype(np.float64)
+        count = float(np.sum(here))
+        power = float(residual @ residual) / count
+        spread = 1.0
+        for lag in range(1, len(residual) // 4):
+            pairs = float(here[lag:] @ here[:-lag])
+            correlation = float(residual[lag:] @ residual[:-lag]) / max(pairs, 1.0) / power
+            if correlation < 2.0 / np.sqrt(max(pairs, 1.0)):
+                break
+            spread += 2.0 * correlation
+        return count / spread
 
     def polished(self, fitted: Fitted) -> Fitted:
         """Search the shapes of each term once more, beside all the others."""

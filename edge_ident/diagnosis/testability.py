@@ -56,7 +56,7 @@ def not_testable(search: Search, model: Fitted, noise: float) -> tuple[NotTestab
 
 def _hidden(search: Search, model: Fitted, candidate: Candidate, noise: float) -> float:
     """Rms effort that a candidate of typical shape may have without being noticed."""
-    samples = np.count_nonzero(search.view.clear)
+    samples = search.samples
     cost = search.penalty(candidate) + DECISIVE
     noticed = noise * np.sqrt(np.expm1(cost / samples))
     share = float(np.median(search.own_shares(candidate, model)))

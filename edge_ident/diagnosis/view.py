@@ -6,7 +6,7 @@ noise that says nothing.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Final
 
 import numpy as np
@@ -37,6 +37,8 @@ _SAMPLES_PER_CUTOFF_PERIOD: Final = 2.5
 """Rate after decimation, in cut-offs: what the filter passes is kept, no more."""
 _SMEAR_PERIODS: Final = 0.7
 """Cut-off periods to either side of a reversal in which the filter mixes both directions."""
+_MOST_SAMPLES: Final = 1500
+"""Independent samples beyond which more bandwidth tells little and costs much time."""
 _NARROWEST: Final = 0.25
 """Of the bandwidth that identification uses."""
 _FEWEST_SAMPLES: Final = 40
@@ -106,10 +108,12 @@ class Stretch:
     acceleration_noise: float
     effort_noise: float
     standstills: Array
+    kept: dict[object, Array] = field(default_factory=dict, compare=False)
+    """Efforts along the motion that were integrated before."""
 
     def predicted(self, axis: AxisModel) -> Array:
         """Effort column that a model expects at the picks, (n,) or (D, n)."""
-        effort = inverse_effort(axis, self.motion, self.others)
+        effort = inverse_effort(axis, self.motion, self.others, self.kept)
         picked = np.asarray((self.filter @ np.atleast_2d(effort).T).T)
         for term in axis.terms:
             effect = named(term.effect)
@@ -149,6 +153,13 @@ class View:
     clear: NDArray[np.bool_]
     block: NDArray[np.intp]
     standstills: Array
+    kept: dict[object, Array] = field(default_factory=dict, compare=False)
+    """Columns that were made before."""
+
+    @property
+    def reverses(self) -> bool:
+        """Whether the axis turns in any recording."""
+        return any(np.ptp(np.sign(s.motion.velocity)) > 0.0 for s in self.stretches)
 
     @property
     def far(self) -> NDArray[np.bool_]:
@@ -159,9 +170,9 @@ class View:
     def shaken(self) -> "View":
         """The same samples with the noise of the encoders once more in the motion."""
         stretches = tuple(
-            replace(s, motion=s.shaken[0], others=s.shaken[1]) for s in self.stretches
+            replace(s, motion=s.shaken[0], others=s.shaken[1], kept={}) for s in self.stretches
         )
-        return replace(self, stretches=stretches)
+        return replace(self, stretches=stretches, kept={})
 
     @property
     def samples(self) -> int:
@@ -249,6 +260,8 @@ def _stretch(recording: Recording, name: str) -> Stretch:
     density = 2.0 * period_s * _white_noise(effort, positions[name], widest_hz, period_s) ** 2
     noise = position_noise(axis.position)
     cutoff_hz = _balanced_cutoff(positions[name], effort, noise, density, widest_hz, period_s)
+    duration_s = period_s * len(time_s)
+    cutoff_hz = min(cutoff_hz, _MOST_SAMPLES / (_SAMPLES_PER_CUTOFF_PERIOD * duration_s))
     # half a cut-off period: an axis that stops for a moment may not even seem to turn
     moving = ~standing(positions[name], 2.0 * cutoff_hz, period_s, 2.0 * _SMEAR_PERIODS)
     # columns are made at a rate that resolves what the filter leaves of their jumps

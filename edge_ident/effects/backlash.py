@@ -40,6 +40,7 @@ class Backlash(Effect):
     )
     discrepancy = 0.2
     open_shapes = ("deceleration",)
+    needs_reversals = True
     forms = (Form(("load_inertia",), ("gap", "deceleration", "damping_rate", "weight")),)
     signature = "a stretch of little effort and of fixed length after each reversal, then an impact"
     rivals = ("presliding_hysteresis", "coupling_compliance")

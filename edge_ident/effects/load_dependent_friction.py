@@ -35,6 +35,9 @@ class LoadDependentFriction(Effect):
         share = values["share"] * motion.direction * np.sign(output)
         return output / (1.0 - share) - output
 
+    def follows(self, base: Values) -> None:
+        """What is transmitted is inertia and offset."""
+
     def draw(self, draws: Draws, scale: Scale) -> dict[str, Array]:
         """A loss of 5 % to 60 %, from a ball screw to a worm gear."""
         return {"share": draws.log_uniform(0.05, 0.6)}

@@ -22,6 +22,7 @@ class PreslidingHysteresis(Effect):
         Parameter("distance", "{position}", 1e-9, 1e9, "in which 63 % of it is built up"),
     )
     discrepancy = 0.15
+    needs_reversals = True
     forms = (Form(("level",), ("distance",)),)
     signature = "depends on the distance since the reversal, not on speed or time"
     rivals = ("backlash", "stribeck_friction", "coupling_compliance")

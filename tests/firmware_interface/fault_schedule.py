@@ -6,6 +6,7 @@ in memory; by the wall clock it comes out alike, not the same.
 
 import random
 from collections.abc import Callable
+from contextlib import closing
 from typing import Final, Protocol
 
 from board_bench import NEW, OLD
@@ -23,11 +24,10 @@ from tests.firmware_interface.witness import Witness
 _SINE: Final = Multisine((SineComponent(0.2, 2.0, 0.0),))
 MOTION: Final = Trajectory({"x": _SINE, "z": _SINE}, duration_s=0.2, lead_in_s=0.2)
 _SAMPLES: Final = 80
-_WATCHDOG_S: Final = 0.25
 _LATE_S: Final = (0.03, 0.06, 0.15, 0.7)
 """Within a link's timeout, and beyond everything that a host waits for."""
-_QUIET_S: Final = 1.0
-"""Longer than watchdog, stop and everything that is still on the line."""
+_QUIET_S: Final = 0.75
+"""With the watchdog's time, longer than stop and everything that is still on the line."""
 
 _SETTLING_S: Final = 0.5
 
@@ -37,6 +37,7 @@ class Bench(Protocol):
 
     line: FaultyLine
     witness: Witness
+    watchdog_s: float
 
     def connect(self) -> Board:
         """A new host on the line."""
@@ -109,7 +110,7 @@ class Host:
         board.quick_stop()
         if board.status().state is State.FAULT:
             board.clear_fault()
-        board.write_register("watchdog.timeout", _WATCHDOG_S)
+        board.write_register("watchdog.timeout", self.bench.watchdog_s)
 
     def move(self, board: Board) -> None:
         """One motion, captured to its last sample."""
@@ -140,7 +141,7 @@ class Host:
         board.arm()
         board.start()
         self.vanish()
-        self.bench.wait(self._random.uniform(0.0, 3 * _WATCHDOG_S))
+        self.bench.wait(self._random.uniform(0.0, 3 * self.bench.watchdog_s))
 
     def write_gains(self, board: Board) -> None:
         """Stage, commit and end in one of the ways there are."""
@@ -164,7 +165,7 @@ class Host:
     def lose_the_line(self, board: Board) -> None:
         """The adapter is pulled for a while."""
         self.bench.hang_up()
-        self.bench.wait(self._random.uniform(0.0, 3 * _WATCHDOG_S))
+        self.bench.wait(self._random.uniform(0.0, 3 * self.bench.watchdog_s))
         self.bench.come_back()
 
 
@@ -175,6 +176,8 @@ def run_schedule(seed: int, bench: Bench) -> None:
     ------
     AssertionError
         An invariant is broken.
+    EdgeIdentError
+        Something does not work on the good line.
     """
     draw = random.Random(seed)
     bench.line.late_s = draw.choice(_LATE_S)
@@ -187,12 +190,14 @@ def run_schedule(seed: int, bench: Bench) -> None:
         host.attempt(draw.choice(actions))
     host.vanish()
     bench.line.choose = RandomFaults(0.0, 0.0, draw, bench)
-    bench.wait(_QUIET_S)
+    bench.wait(bench.watchdog_s + _QUIET_S)
     bench.hang_up()  # another cable
     bench.come_back()
     bench.witness.stands_still()
-    assert host.attempt(host.move)
-    assert host.attempt(host.write_gains)
+    with closing(bench.connect()) as board:
+        host.move(board)
+        host.write_gains(board)
     bench.wait(_SETTLING_S)
     bench.witness.stands_still()
-    host.vanish()
+    bench.witness.one_motion_per_token()
+    bench.witness.gains_are_whole()

@@ -71,6 +71,8 @@ class MemoryLine:
         Of the board.
     """
 
+    watchdog_s = 0.25
+
     def __init__(self, line: FaultyLine) -> None:
         self.line = line
         self.time = VirtualTime()

@@ -17,7 +17,7 @@ from tests.firmware_interface.fault_line import FaultyLine
 from tests.firmware_interface.fault_proxy import FaultProxy
 from tests.firmware_interface.witness import Witness
 
-TIMEOUT_S: Final = 0.1
+TIMEOUT_S: Final = 0.2
 
 
 class PtyBench:
@@ -29,6 +29,8 @@ class PtyBench:
     witness : Witness
         Of the board.
     """
+
+    watchdog_s = 0.8
 
     def __init__(self, proxy: FaultProxy, board: SharedBoard) -> None:
         self.line = proxy.line
