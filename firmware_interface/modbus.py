@@ -75,7 +75,7 @@ class ModbusLink:
         self._dirty = False
         self._last_read = (0, 0)
         try:
-            self._nonce = self._read_once(_NONCE.address, _NONCE.words)
+            self._nonce = self._first_nonce()
         except (NoReplyError, BoardError) as error:
             client.close()  # type: ignore[no-untyped-call]
             raise LinkError(
@@ -108,6 +108,13 @@ class ModbusLink:
     def close(self) -> None:
         """Let go of the port."""
         self._client.close()  # type: ignore[no-untyped-call]
+
+    def _first_nonce(self) -> list[int]:
+        for _ in range(_TRIES - 1):
+            with suppress(NoReplyError):
+                return self._read_once(_NONCE.address, _NONCE.words)
+            self._drain()
+        return self._read_once(_NONCE.address, _NONCE.words)
 
     def _read_clean(self, address: int, count: int) -> list[int]:
         self._clean()

@@ -1,4 +1,4 @@
-"""Capture in real time over a line of 115200 baud with jitter: is a sample lost, how long is the tail?
+"""Capture in real time at 115200 baud with jitter: is a sample lost, and how long is the tail?
 
     python tools/realtime_capture.py --periods 10
     python tools/realtime_capture.py --periods 1 --device /dev/pts/7      a board already served
@@ -18,7 +18,10 @@ from multiprocessing.synchronize import Event
 from pathlib import Path
 
 _ROOT = Path(__file__).parents[1]
-sys.path.insert(0, str(_ROOT))
+sys.path[:0] = [str(_ROOT), str(_ROOT / "tests" / "firmware_interface")]
+
+from fault_line import FaultyLine, Pace  # noqa: E402
+from fault_proxy import FaultProxy  # noqa: E402
 
 from edge_ident.capture import Capture, capture_motion  # noqa: E402
 from edge_ident.drive import load_drive  # noqa: E402
@@ -26,8 +29,6 @@ from firmware_interface.board import Board  # noqa: E402
 from firmware_interface.connection import open_link  # noqa: E402
 from firmware_interface.motion import Multisine, SineComponent, Trajectory  # noqa: E402
 from tests.boards import served_board  # noqa: E402
-from tests.firmware_interface.fault_line import FaultyLine, Pace  # noqa: E402
-from tests.firmware_interface.fault_proxy import FaultProxy  # noqa: E402
 
 _SINE = Multisine((SineComponent(0.3, 1.0, 0.0),))
 _SHORT = Trajectory({"x": _SINE, "z": _SINE}, duration_s=1.0, lead_in_s=4.0)
@@ -60,7 +61,7 @@ def measure(url: str, periods: int, tails: int, pace: Pace) -> None:
                 capture = captured(board, trajectory)
                 overflows = board.status().overflows
                 print(
-                    f"{periods} periods at {pace.baud_rate} baud, jitter {1e3 * pace.jitter_s:g} ms: "
+                    f"{periods} periods, {pace.baud_rate} baud, jitter {1e3 * pace.jitter_s:g} ms: "
                     f"{len(capture.recording.time_s)} samples in {capture.pages} pages, "
                     f"{overflows} lost, tail {1e3 * capture.tail_s:.0f} ms",
                     flush=True,

@@ -1,7 +1,8 @@
 """What noise alone would leave: the measure of every residual.
 
-Where the motion repeats, half the variance of what does not repeat. Otherwise the noise of effort
-and encoder, both known from frequencies that no motion reaches, through the filter. That is rather
+The larger of two: where the motion repeats, half the variance of what does not repeat (an encoder's
+rounding repeats as well); and the noise of effort and encoder, both known from frequencies that no
+motion reaches, through the filter. The latter is rather
 too much of the encoder's, whose rounding is not all random: where the quickest changes of the base
 model's residual, second differences from sample to sample, are smaller than those of such noise,
 the encoder's share is lowered to them. The floor is never raised by a residual.
@@ -51,9 +52,12 @@ class Floor:
 
 def noise_floor(view: View, start: Fitted) -> Floor:
     """Find the noise floor; `start` is the base model, fitted."""
-    repeated = _from_repetition(view)
-    if repeated is not None:
-        return repeated
+    repeated, measured = _from_repetition(view), _from_instruments(view, start)
+    return repeated if repeated is not None and repeated.rms > measured.rms else measured
+
+
+def _from_instruments(view: View, start: Fitted) -> Floor:
+    """From the noise of effort and encoder, through the filter."""
     clear = view.clear
     left = (view.effort - start.predicted)[clear]
     freedom = max(1.0 - start.jacobian.shape[1] / len(left), _LEAST_FREEDOM)

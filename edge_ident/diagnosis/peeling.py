@@ -21,7 +21,7 @@ _DEEPEST: Final = 6
 """Terms that may be added."""
 DECISIVE: Final = 10.0
 """Difference of the criterion that counts as decisive (Kass and Raftery 1995)."""
-_ACCUSING: Final = 2.0 * DECISIVE
+_ACCUSING: Final = 2.5 * DECISIVE
 """Difference that a cause has to make: most machines have none of them, and twenty are tried."""
 
 

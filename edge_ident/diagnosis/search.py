@@ -28,8 +28,8 @@ _PROMISING: Final = 0.4
 """Of what the best candidate gains, below which refinement brings none to the front."""
 _SLIGHTEST: Final = 3.0
 """Gain, before any penalty, below which a candidate has seen nothing."""
-_ROUNDS: Final = 4
-_CLOSER: Final = (0.25, 0.45)
+_ROUNDS: Final = 3
+_CLOSER: Final = (0.25, 0.4)
 """Width of a round over that of the one before; of few shapes, of many."""
 _OWN_SHARE: Final = 0.02
 """Of a column's length, below which it is another name for what the model has already."""
@@ -50,7 +50,7 @@ def _around(shapes: int) -> Array:
     if shapes <= 2:
         line = np.linspace(-1.0, 1.0, 9 if shapes == 1 else 5)
         return np.stack(np.meshgrid(*[line] * shapes, indexing="ij"), axis=-1).reshape(-1, shapes)
-    scattered = qmc.Sobol(shapes, scramble=False).random_base2(7)
+    scattered = qmc.Sobol(shapes, scramble=False).random_base2(6)
     return np.vstack([np.zeros(shapes), 2.0 * scattered - 1.0])
 
 

@@ -1,5 +1,6 @@
 """The sentences of a diagnosis, the same on the terminal and on the page."""
 
+import math
 from collections.abc import Iterable, Mapping
 from typing import Any
 
@@ -63,12 +64,21 @@ def gain(cause: Cause) -> tuple[str, str]:
 
 
 def values(term: Term, axis: AxisModel) -> list[str]:
-    """A term's parameters with standard deviations and units, one a line."""
+    """A term's parameters with standard deviations and units, one a line; what is nought by
+    definition is left out."""
     source = [] if term.source_axis is None else [f"from axis {term.source_axis}"]
     return source + [
-        f"{spoken(name)} {_number(entry)} {entry['unit']}".removesuffix(" 1")
+        f"{spoken(name)} {_number(entry)} {entry['unit']}".removesuffix(" 1") + _turns(name, entry)
         for name, entry in values_document(term, axis).items()
+        if entry["value"] != 0.0 or entry["std"] is not None
     ]
+
+
+def _turns(name: str, entry: Mapping[str, Any]) -> str:
+    """A period of an angle as orders per turn, which is how people know them."""
+    if name != "period" or entry["unit"] != "rad":
+        return ""
+    return f" ({2.0 * math.pi / entry['value']:.4g} per turn)"
 
 
 def before_and_after(

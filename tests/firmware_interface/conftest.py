@@ -24,6 +24,7 @@ from firmware_interface.motion import Multisine, SineComponent, Trajectory
 settings.register_profile("seeded", derandomize=True, deadline=None)
 settings.load_profile("seeded")
 
+
 @pytest.fixture(name="served")
 def served_fixture() -> Serve:
     """`with served(board, "pty") as url`."""

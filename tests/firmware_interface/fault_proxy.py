@@ -11,7 +11,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Final
 
-from tests.firmware_interface.fault_line import FaultyLine, Sender
+from fault_line import FaultyLine, Sender
 
 _LONGEST_WAIT_S: Final = 0.02
 

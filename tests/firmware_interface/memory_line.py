@@ -10,7 +10,8 @@ from types import SimpleNamespace
 from typing import Final
 from unittest import mock
 
-from board_bench import OLD
+from fault_line import FaultyLine, Sender
+from witness import SETTINGS, Witness
 
 from firmware_interface import board as board_verbs
 from firmware_interface import board_checks, modbus
@@ -20,9 +21,6 @@ from firmware_interface.modbus import ModbusLink, ServerSession
 from firmware_interface.virtual.board import VirtualBoard
 from firmware_interface.virtual.drive import SAMPLE_PERIOD_S
 from firmware_interface.virtual.machine import Machine
-from firmware_interface.virtual.settings import BoardSettings
-from tests.firmware_interface.fault_line import FaultyLine, Sender
-from tests.firmware_interface.witness import Witness
 
 TIMEOUT_S: Final = 0.06
 _REQUEST_S: Final = 0.0004
@@ -76,7 +74,7 @@ class MemoryLine:
     def __init__(self, line: FaultyLine) -> None:
         self.line = line
         self.time = VirtualTime()
-        self._virtual = VirtualBoard(BoardSettings(gains=OLD), self.time)
+        self._virtual = VirtualBoard(SETTINGS, self.time)
         self.witness = Witness(self._virtual)
         self._session = ServerSession(self._virtual, self._reply)
         self.in_hand = b""

@@ -6,16 +6,14 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Final
 
-from board_bench import OLD
 from board_thread import SharedBoard, served
+from fault_line import FaultyLine
+from fault_proxy import FaultProxy
+from witness import SETTINGS, Witness
 
 from firmware_interface.board import Board
 from firmware_interface.connection import open_link
 from firmware_interface.virtual.clock import WallClock
-from firmware_interface.virtual.settings import BoardSettings
-from tests.firmware_interface.fault_line import FaultyLine
-from tests.firmware_interface.fault_proxy import FaultProxy
-from tests.firmware_interface.witness import Witness
 
 TIMEOUT_S: Final = 0.2
 
@@ -61,6 +59,6 @@ def connected_board(url: str, timeout_s: float = TIMEOUT_S) -> Board:
 @contextmanager
 def pty_bench(folder: Path, line: FaultyLine, speed: float = 1.0) -> Iterator[PtyBench]:
     """A board of its own for each; `speed` times faster than time."""
-    board = SharedBoard(BoardSettings(gains=OLD), WallClock(speed))
+    board = SharedBoard(SETTINGS, WallClock(speed))
     with served(board, "pty") as url, FaultProxy(url, folder, line) as proxy:
         yield PtyBench(proxy, board)

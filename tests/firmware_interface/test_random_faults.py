@@ -7,16 +7,16 @@ from pathlib import Path
 
 import pytest
 from board_bench import NEW
+from fault_line import FaultyLine, LineFault, Sender
+from fault_schedule import Host as FaultyHost
+from fault_schedule import RandomFaults, run_schedule
 from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, rule
+from memory_line import MemoryLine, virtual_time
+from pty_bench import pty_bench
 
 from firmware_interface.errors import LinkError
-from tests.firmware_interface.fault_line import FaultyLine, LineFault, Sender
-from tests.firmware_interface.fault_schedule import RandomFaults, run_schedule
-from tests.firmware_interface.fault_schedule import Host as FaultyHost
-from tests.firmware_interface.memory_line import MemoryLine, virtual_time
-from tests.firmware_interface.pty_bench import pty_bench
 
 
 class HostOnABadLine(RuleBasedStateMachine):

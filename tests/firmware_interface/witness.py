@@ -1,20 +1,25 @@
 """What really happened on a virtual board, seen from inside, and what must hold of it."""
 
 from contextlib import AbstractContextManager, nullcontext
+from dataclasses import replace
 
 import numpy as np
 from board_bench import NEW, OLD
+from fault_line import Sender
 
 from firmware_interface.board import CapturePage
 from firmware_interface.codec import decode_integer
 from firmware_interface.registers import REGISTERS, Opcode
 from firmware_interface.virtual.board import VirtualBoard
 from firmware_interface.virtual.drive import RAD_PER_COUNT, DriveSample
-from tests.firmware_interface.fault_line import Sender
+from firmware_interface.virtual.settings import DEFAULT_LIMITS, BoardSettings
 
 _COMMAND = REGISTERS["command.opcode"].address
 _STANDSTILL_RAD_S = 1e-3
 SETS = (OLD, NEW)
+LIMITS = {"x": DEFAULT_LIMITS, "z": replace(DEFAULT_LIMITS, travel_rad=9.0)}
+SETTINGS = BoardSettings(gains=OLD, limits=LIMITS)
+"""Of a board that is watched."""
 
 
 class Witness:
@@ -36,6 +41,8 @@ class Witness:
     starts : set of (int, int)
         Power-up and token of the START requests that were sent: a board that was off has
         forgotten its tokens.
+    written_twice : bool
+        The host has written a command again, token and all.
     """
 
     def __init__(
@@ -47,6 +54,8 @@ class Witness:
         self.samples: list[DriveSample] = []
         self.power_ups = 1
         self.starts: set[tuple[int, int]] = set()
+        self.written_twice = False
+        self._last_command = b""
         self._watch()
 
     def power_cycle(self) -> None:
@@ -60,6 +69,8 @@ class Witness:
         """Look at a frame on the line."""
         body = frame[7:-2]
         if sender is Sender.HOST and frame[1:4] == bytes([16, 0, _COMMAND]) and len(body) == 8:
+            self.written_twice |= frame == self._last_command
+            self._last_command = frame
             words = [int.from_bytes(body[n : n + 2], "big") for n in range(0, 8, 2)]
             if decode_integer("command.opcode", words, _COMMAND) == Opcode.START:
                 token = decode_integer("command.token", words, _COMMAND)
@@ -84,7 +95,8 @@ class Witness:
     # ---- what must hold
 
     def one_motion_per_token(self) -> None:
-        """No START frame moves the machine twice, and nothing else does."""
+        """No START frame moves the machine twice, and nothing else does; none is written again."""
+        assert not self.written_twice
         assert self.motions <= len(self.starts)
 
     def gains_are_whole(self) -> None:

@@ -1,0 +1,58 @@
+"""Three real machines that nobody here built: what is known about them must be found unprompted."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from edge_ident.diagnosis.diagnose import diagnose
+from edge_ident.diagnosis.document import diagnosis_document
+from edge_ident.diagnosis.result import AxisDiagnosis, Verdict
+from edge_ident.json_text import to_json
+from edge_ident.recording_files import load_recording
+
+
+def found_on(axis: AxisDiagnosis) -> set[str]:
+    return {cause.term.effect for cause in axis.causes}
+
+
+def test_the_ball_screw_has_friction_by_direction_and_a_timing_fault(measured_data: Path) -> None:
+    """Its authors model friction by direction (viscous 166.7 forward, 240.4 N·s/m backward) and
+    leave 3.1 % of the force; most of what is left repeats from lap to lap."""
+    axis = diagnose([load_recording(measured_data / "emps_train.csv")]).axes["q"]
+    assert {"asymmetric_friction", "time_delay"} <= found_on(axis)
+    difference = next(c for c in axis.causes if c.term.effect == "asymmetric_friction").term
+    assert difference.values["difference"] == pytest.approx(0.5 * (166.7 - 240.4), rel=0.15)
+    assert axis.extended.fitted <= 0.023
+    assert axis.extended.held_out <= 0.6 * axis.base.held_out
+    assert axis.extended.estimate.parameters[0] == pytest.approx(95.15, rel=0.02)
+    assert axis.noise_floor_source == "from the motion's repetition"
+    assert axis.verdict is Verdict.UNEXPLAINED, "the floor is far below what is left"
+
+
+def test_the_motor_has_torque_ripple_of_12_and_18_orders_per_turn(measured_data: Path) -> None:
+    axis = diagnose([load_recording(measured_data / "laas_motor_speed.csv")]).axes["m"]
+    assert axis.causes[0].term.effect == "torque_ripple"
+    ripples = [c.term for c in axis.causes if c.term.effect == "torque_ripple"]
+    strengths = [np.hypot(t.values["cosine"], t.values["sine"]) for t in ripples]
+    orders = [2.0 * np.pi / t.values["period"] for t in ripples]
+    strongest = [orders[k] for k in np.argsort(strengths)[:-3:-1]]
+    assert sorted(strongest) == pytest.approx([12.0, 18.0], abs=0.02)
+
+
+def test_the_arms_second_joint_bears_weight_by_both_angles_and_is_coupled(
+    measured_data: Path,
+) -> None:
+    axis = diagnose([load_recording(measured_data / "double_pendulum_154220.csv")]).axes["j2"]
+    assert {"position_dependent_load", "cross_axis_coupling"} <= found_on(axis)
+    assert axis.extended.held_out <= 0.6 * axis.base.held_out
+    inertia_before = axis.base.estimate.parameters[0]
+    assert inertia_before < 0.0 < axis.extended.estimate.parameters[0]
+
+
+def test_the_same_recording_gives_the_same_document_byte_for_byte(measured_data: Path) -> None:
+    file = measured_data / "laas_motor_speed.csv"
+    first, second = (
+        to_json(diagnosis_document(diagnose([load_recording(file)]), None)) for _ in range(2)
+    )
+    assert first == second
