@@ -113,7 +113,10 @@ class Stretch:
 
     def predicted(self, axis: AxisModel) -> Array:
         """Effort column that a model expects at the picks, (n,) or (D, n)."""
-        effort = inverse_effort(axis, self.motion, self.others, self.kept)
+        # an actuator that withholds gives what the motion needs: it changes nothing along it
+        acting = tuple(t for t in axis.terms if not named(t.effect).overrides("withheld"))
+        given = replace(axis, terms=acting)
+        effort = inverse_effort(given, self.motion, self.others, self.kept)
         picked = np.asarray((self.filter @ np.atleast_2d(effort).T).T)
         for term in axis.terms:
             effect = named(term.effect)

@@ -64,13 +64,13 @@ def gain(cause: Cause) -> tuple[str, str]:
 
 
 def values(term: Term, axis: AxisModel) -> list[str]:
-    """A term's parameters with standard deviations and units, one a line; what is nought by
-    definition is left out."""
+    """A term's parameters with standard deviations and units, one a line; those that were not
+    estimated, because its form has none, are left out."""
     source = [] if term.source_axis is None else [f"from axis {term.source_axis}"]
     return source + [
         f"{spoken(name)} {_number(entry)} {entry['unit']}".removesuffix(" 1") + _turns(name, entry)
         for name, entry in values_document(term, axis).items()
-        if entry["value"] != 0.0 or entry["std"] is not None
+        if entry["std"] is not None
     ]
 
 

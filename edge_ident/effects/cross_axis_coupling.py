@@ -33,7 +33,7 @@ class CrossAxisCoupling(Effect):
             default=0.0,
         ),
     )
-    discrepancy = 0.05
+    discrepancy = 0.1
     forms = (
         Form(("inertia",), coupled=True),
         Form(("viscous_friction",), coupled=True),

@@ -23,6 +23,7 @@ class GainDrift(Effect):
         Parameter("rate", "1/s", -10.0, 10.0, "relative growth of the effort at the start"),
         Parameter("curvature", "1/s^2", -10.0, 10.0, "half the growth of the rate", default=0.0),
     )
+    discrepancy = 0.1
     forms = (Form(("rate",)), Form(("rate", "curvature")))
     signature = "all coefficients move together"
     rivals = ("warm_up", "payload_change", "offset_drift")

@@ -19,6 +19,7 @@ class OffsetDrift(Effect):
         Parameter("rate", "{effort}/s", -1e9, 1e9, "growth at the start"),
         Parameter("curvature", "{effort}/s^2", -1e9, 1e9, "half the growth of the rate"),
     )
+    discrepancy = 0.1
     forms = (Form(("rate",)), Form(("rate", "curvature")))
     signature = "the mean effort moves with time, whatever the motion"
     rivals = ("position_dependent_load", "gain_drift", "payload_change")

@@ -21,6 +21,7 @@ class WarmUp(Effect):
         Parameter("time_constant", "s", 1e-3, 1e9, "in which 63 % of it is gone"),
     )
     open_shapes = ("time_constant",)
+    discrepancy = 0.1
     forms = (Form(("excess",), ("time_constant",)),)
     signature = "viscous friction falls from repeat to repeat, and inertia does not"
     rivals = ("gain_drift", "nonlinear_viscous", "payload_change")

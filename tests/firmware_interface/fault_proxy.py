@@ -5,7 +5,6 @@ import select
 import threading
 import time
 import tty
-from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
@@ -29,8 +28,6 @@ class FaultProxy:
     folder : Path
         For the name of the host's end.
     line : FaultyLine
-    on_request : callable, optional
-        Gets every whole request before it goes on, in the proxy's thread.
 
     Attributes
     ----------
@@ -38,13 +35,7 @@ class FaultProxy:
         What the host opens.
     """
 
-    def __init__(
-        self,
-        board_url: str,
-        folder: Path,
-        line: FaultyLine,
-        on_request: Callable[[bytes], None] | None = None,
-    ) -> None:
+    def __init__(self, board_url: str, folder: Path, line: FaultyLine) -> None:
         self.line = line
         self.url = str(folder / "ttyBOARD")
         self._board = os.open(board_url, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
@@ -54,7 +45,6 @@ class FaultProxy:
         self._lock = threading.Lock()
         self._ended = threading.Event()
         self._thread = threading.Thread(target=self._run)
-        self._on_request = on_request
         self.come_back()
 
     def __enter__(self) -> "FaultProxy":
@@ -113,13 +103,8 @@ class FaultProxy:
         with self._lock:
             if sender is Sender.HOST and end != self._host:
                 return
-            data = b""
             with suppress(OSError):
-                data = os.read(end, 4096)
-        if data and sender is Sender.HOST and self._on_request:
-            self._on_request(data)
-        with self._lock:
-            self.line.accept(sender, data, time.monotonic())
+                self.line.accept(sender, os.read(end, 4096), time.monotonic())
 
     def _deliver(self) -> None:
         with self._lock:

@@ -11,7 +11,7 @@ from dataclasses import replace
 from typing import Final, Protocol
 
 from board_bench import NEW, OLD
-from fault_line import FaultyLine, LineFault, Sender
+from fault_line import FaultyLine, LineFault, Pace, Sender
 from witness import LIMITS, Witness
 
 from edge_ident.gain_transfer import write_gains
@@ -188,11 +188,12 @@ def run_schedule(seed: int, bench: Bench) -> None:
     """
     draw = random.Random(seed)
     bench.line.late_s = draw.choice(_LATE_S)
+    bench.line.pace = draw.choice([Pace(), Pace(115200, jitter_s=0.002)])
     host = Host(bench, draw)
     power_cuts = draw.choice([0.0, 0.0, 0.003])
     bench.line.choose = RandomFaults(draw.choice([0.01, 0.04, 0.15]), power_cuts, draw, bench)
     actions = [host.move, host.stop_midway, host.leave_moving, host.write_gains, host.write_gains]
-    actions += [host.look, host.lose_the_line]
+    actions += [host.look, host.look, host.lose_the_line]
     for _ in range(draw.randrange(2, 7)):
         host.attempt(draw.choice(actions))
     host.vanish()

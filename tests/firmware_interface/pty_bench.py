@@ -15,7 +15,7 @@ from firmware_interface.board import Board
 from firmware_interface.connection import open_link
 from firmware_interface.virtual.clock import WallClock
 
-TIMEOUT_S: Final = 0.2
+TIMEOUT_S: Final = 0.3
 
 
 class PtyBench:
@@ -28,7 +28,7 @@ class PtyBench:
         Of the board.
     """
 
-    watchdog_s = 0.8
+    watchdog_s = 1.2
 
     def __init__(self, proxy: FaultProxy, board: SharedBoard) -> None:
         self.line = proxy.line
