@@ -10,7 +10,7 @@ from edge_ident.effect import Motion
 from edge_ident.effects import named
 from edge_ident.errors import ModelError
 from edge_ident.filters import differentiate, even_grid, interpolate, lowpass
-from edge_ident.inverse import along_motion, inverse_effort
+from edge_ident.inverse import along_motion, inverse_effort, obeyed
 from edge_ident.model import AxisModel, Model, Term
 from edge_ident.recording import Recording
 from edge_ident.signals import Signals, bridge, condition
@@ -74,7 +74,7 @@ def without_effects(recording: Recording, name: str, model: Model | None) -> Rem
     undelayed = replace(known, terms=(known.terms[0], *acting))
     motion, others = _smooth_motions(undelayed, recording, name, signals.cutoff_hz)
     withheld = _withheld(undelayed, recording, name)
-    added = _added(undelayed, motion, others)
+    added = _added(obeyed(undelayed), motion, others)
     filtered = lowpass(added, signals.cutoff_hz, signals.period_s)
     filtered += lowpass(withheld, signals.cutoff_hz, signals.period_s, delay_s=shift_s)
     taken_off = bridge(filtered, signals.moving)

@@ -84,6 +84,13 @@ def _resistance(
     return values[amplitude] * kept[key]
 
 
+def obeyed(axis: AxisModel) -> AxisModel:
+    """The axis without what its actuator withholds, which is read from a recorded effort
+    (`Effect.withheld`): along a motion that was made, the actuator gave what it needed."""
+    terms = tuple(t for t in axis.terms if not named(t.effect).overrides("withheld"))
+    return replace(axis, terms=terms)
+
+
 def along_motion(term: Term) -> Values:
     """A term's values with an axis for the motion's samples behind that of the drives."""
     return {

@@ -62,7 +62,7 @@ def grid(candidate: Candidate, extent: Extent) -> dict[str, Array]:
 def term(
     candidate: Candidate,
     shapes: Mapping[str, float] | Mapping[str, Array],
-    amplitudes: Mapping[str, float],
+    amplitudes: Mapping[str, float] | Mapping[str, Array],
 ) -> Term:
     """A term of the model: its shapes, its amplitudes, and zero for those of other forms."""
     effect = catalogue()[candidate.effect]

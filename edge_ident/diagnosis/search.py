@@ -14,11 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import qmc
 
-from edge_ident.diagnosis.candidates import Candidate, candidates, columns, grid
+from edge_ident.diagnosis.candidates import Candidate, candidates, columns, grid, term
 from edge_ident.diagnosis.fitting import Fitted, Found, fit, jacobian_of, solve
 from edge_ident.diagnosis.view import View
 from edge_ident.effects import catalogue, named
-from edge_ident.model import AxisModel
+from edge_ident.inverse import along_motion
+from edge_ident.model import AxisModel, Term
 
 Array = NDArray[np.float64]
 
@@ -37,8 +38,8 @@ _LARGEST: Final = 2.0
 """Peak of an effect over that of the effort, beyond which it was fitted to its tails alone."""
 _CLARITY: Final = 0.75
 """Least share of motion in what is a candidate's own."""
-_FELT: Final = 0.05
-"""Share of its peak from which a withheld effort counts as there; the filter has tails."""
+_SLIGHT: Final = 1e-6
+"""Relative change of a command, to see whether the actuator heeds it."""
 _MOST_WITHHELD: Final = 0.4
 """Share of the samples; an actuator that gives less than that much obeys nothing."""
 _TINY: Final = float(np.finfo(float).tiny)
@@ -98,10 +99,28 @@ class Search:
         penalty: float = 0.0
         for f in fitted.found:
             penalty += self.penalty(f.candidate)
-            if not f.candidate.form.amplitudes:
-                factor = float(surcharge(self._contribution(f, fitted)))
-                penalty += float(samples * np.log(factor))
+            penalty += float(samples * np.log(self._surcharge(f.term)[0]))
         return float(samples * np.log(max(fitted.error + self.doubt(fitted), _TINY)) + penalty)
+
+    def _surcharge(self, added: Term) -> Array:
+        """Factor (D,) on the error of a model with a term in which the actuator ignores commands.
+
+        What it then withholds is read from the effort itself and follows from no motion: every
+        such sample is a free parameter, and pays for it.
+        """
+        effect = named(added.effect)
+        if not effect.overrides("withheld"):
+            return np.ones(1)
+        values = along_motion(added)
+        ignored, count = np.zeros(1), 0
+        for s in self.view.stretches:
+            more = (1.0 + _SLIGHT) * s.raw_effort
+            change = effect.withheld(more, values) - effect.withheld(s.raw_effort, values)
+            ignored = ignored + np.sum(np.atleast_2d(change / (more - s.raw_effort) > 0.5), axis=1)
+            count += len(s.raw_effort)
+        share = ignored / count
+        price = np.exp(share * np.log(np.count_nonzero(self.view.clear)))
+        return np.asarray(np.where(share < _MOST_WITHHELD, price, np.inf))
 
     def doubt(self, fitted: Fitted) -> float:
         """Sum of squares by which the formulas of a model may be off."""
@@ -134,7 +153,9 @@ class Search:
         for candidate in self.candidates:
             if candidate.effect in without:
                 continue
-            errors, amplitudes = _explained(candidate, self.library[candidate], residual, basis)
+            errors, amplitudes = self._explained(
+                candidate, self.grids[candidate], self.library[candidate], residual, basis
+            )
             best = int(np.argmin(errors))
             if not np.isfinite(errors[best]):
                 continue
@@ -287,11 +308,26 @@ class Search:
                 shapes[name] = self._within(candidate, name, shapes[name] + offsets)
                 width[name] *= _CLOSER[len(names) > 2]
             rows = columns(self.view, fitted.axis, candidate, shapes)[..., self.view.clear]
-            errors, amplitudes = _explained(candidate, rows, residual, basis)
+            errors, amplitudes = self._explained(candidate, shapes, rows, residual, basis)
             best = int(np.argmin(errors))
             if np.isfinite(errors[best]) and errors[best] <= trial.error:
                 trial = self._trial(candidate, shapes, best, errors, amplitudes)
         return trial
+
+    def _explained(
+        self,
+        candidate: Candidate,
+        shapes: dict[str, Array],
+        rows: Array,
+        residual: Array,
+        basis: Array,
+    ) -> tuple[Array, Array]:
+        """Errors (D,) that a candidate leaves, with what it pays for commands that it ignores."""
+        errors, amplitudes = _explained(candidate, rows, residual, basis)
+        if not named(candidate.effect).overrides("withheld"):
+            return errors, amplitudes
+        fitted = dict(zip(candidate.form.amplitudes, amplitudes.T, strict=True))
+        return errors * self._surcharge(term(candidate, shapes, fitted)), amplitudes
 
     def _within(self, candidate: Candidate, name: str, points: Array) -> Array:
         """Points inside a shape's grid where that has an extent, else inside its bounds."""
@@ -313,7 +349,7 @@ def _explained(
     if not candidate.form.amplitudes:
         left = residual - own[:, 0]
         errors = np.einsum("dn,dn->d", left, left)
-        return errors * surcharge(rows[:, 0]), np.ones((len(rows), 0))
+        return errors, np.ones((len(rows), 0))
     length, whole = np.linalg.norm(own, axis=2), np.linalg.norm(rows, axis=2)
     new = np.all(length > _OWN_SHARE * whole, axis=1) & np.all(length > 0.0, axis=1)
     unit = own / np.where(length > 0.0, length, 1.0)[..., None]
@@ -329,19 +365,6 @@ def _explained(
     low, high = np.array([bounds[name] for name in candidate.form.amplitudes]).T
     physical = np.all((amplitudes >= low) & (amplitudes <= high), axis=1)
     return np.where(new & physical, np.maximum(errors, _TINY), np.inf), amplitudes
-
-
-def surcharge(withheld: Array) -> Array:
-    """Factor on the error of a model that withholds (..., n) of the effort.
-
-    What an actuator withholds is read from the effort itself and follows from no motion: every
-    sample of it is a free parameter, and pays for it.
-    """
-    samples = withheld.shape[-1]
-    peak = np.max(np.abs(withheld), axis=-1, keepdims=True)
-    free = np.count_nonzero(np.abs(withheld) > _FELT * peak, axis=-1)
-    factor = np.exp(free * np.log(samples) / samples)
-    return np.asarray(np.where(free < _MOST_WITHHELD * samples, factor, np.inf))
 
 
 def _orthonormal(jacobian: Array) -> Array:

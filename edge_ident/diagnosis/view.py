@@ -19,7 +19,7 @@ from edge_ident.effect import Extent, Motion
 from edge_ident.effects import named
 from edge_ident.errors import DataError
 from edge_ident.filters import differentiate, even_grid, interpolate, lowpass
-from edge_ident.inverse import along_motion, inverse_effort
+from edge_ident.inverse import along_motion, inverse_effort, obeyed
 from edge_ident.model import BASE, PARAMETERS, AxisModel, Term
 from edge_ident.recording import Recording
 from edge_ident.signals import (
@@ -113,10 +113,7 @@ class Stretch:
 
     def predicted(self, axis: AxisModel) -> Array:
         """Effort column that a model expects at the picks, (n,) or (D, n)."""
-        # an actuator that withholds gives what the motion needs: it changes nothing along it
-        acting = tuple(t for t in axis.terms if not named(t.effect).overrides("withheld"))
-        given = replace(axis, terms=acting)
-        effort = inverse_effort(given, self.motion, self.others, self.kept)
+        effort = inverse_effort(obeyed(axis), self.motion, self.others, self.kept)
         picked = np.asarray((self.filter @ np.atleast_2d(effort).T).T)
         for term in axis.terms:
             effect = named(term.effect)

@@ -35,6 +35,10 @@ class ActuatorDeadband(Effect):
         """What is left beyond the band."""
         return command - np.clip(command, -values["width"], values["width"])
 
+    def withheld(self, effort: Array, values: Values) -> Array:
+        """What of a command stays in the band."""
+        return np.clip(effort, -values["width"], values["width"])
+
     def draw(self, draws: Draws, scale: Scale) -> dict[str, Array]:
         """2 % to 30 % of the effort."""
         return {"width": draws.strength() * scale.effort}
