@@ -45,6 +45,8 @@ _FEWEST_SAMPLES: Final = 40
 """Twice the parameters of the base model and a few causes."""
 _COLUMN_RATE: Final = 12.0
 """Samples per cut-off period at which columns are made."""
+_MEDIAN_OF_NORMAL: Final = 0.6745
+"""Of the absolute value, in standard deviations."""
 _LAGS: Final = 12
 """Samples for which a controller remembers its encoder's rounding."""
 _BLOCKS: Final = 40
@@ -419,7 +421,9 @@ def _white_noise(effort: Array, position: Array, cutoff_hz: float, period_s: flo
     scale = max(float(np.max(np.abs(answers))), _TINY)
     answer = answers @ np.linalg.lstsq(answers / scale, high[0][inside], rcond=1e-8)[0] / scale
     left = high[0][inside] - answer
-    return float(np.std(left) / np.sqrt(1.0 - 2.0 * above_hz * period_s))
+    # jumps of friction reach up here as well, but only now and then
+    deviation = float(np.median(np.abs(left))) / _MEDIAN_OF_NORMAL
+    return deviation / np.sqrt(1.0 - 2.0 * above_hz * period_s)
 
 
 def _picks(moving: NDArray[np.bool_], cutoff_hz: float, period_s: float) -> NDArray[np.intp]:

@@ -1,0 +1,141 @@
+"""The parts that the diagnosis is made of, on motions and noise made by hand."""
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from edge_ident.diagnosis.diagnose import diagnose
+from edge_ident.diagnosis.fitting import fit
+from edge_ident.diagnosis.judging import gain
+from edge_ident.diagnosis.noise_floor import noise_floor
+from edge_ident.diagnosis.result import Verdict
+from edge_ident.diagnosis.view import view_of
+from edge_ident.effect import Extent
+from edge_ident.effects import catalogue
+from edge_ident.model import BASE, PARAMETERS, AxisModel, Term
+from edge_ident.recording import AxisRecord, Recording
+
+Array = NDArray[np.float64]
+
+PERIOD_S = 1e-3
+TEMPLATE = AxisModel((Term(BASE, dict.fromkeys(PARAMETERS, 0.0)),))
+
+
+def swing(seconds: float = 20.0, seed: int = 0) -> tuple[Array, Array, Array, Array]:
+    """Time, position, velocity and acceleration of five sines of random phase."""
+    rng = np.random.default_rng(seed)
+    t = np.arange(0.0, seconds, PERIOD_S)
+    rate = 2.0 * np.pi * np.array([0.11, 0.23, 0.37, 0.61, 0.89])
+    phase = rng.uniform(0.0, 2.0 * np.pi, 5)
+    angle = rate * t[:, None] + phase
+    x, v, a = (np.sin(angle) / rate, np.cos(angle), -rate * np.sin(angle))
+    return t, x.sum(1), v.sum(1), a.sum(1)
+
+
+def recorded(
+    t: Array, x: Array, effort: Array, noise: float, seed: int = 1, count: float = 1e-5
+) -> Recording:
+    rng = np.random.default_rng(seed)
+    read = np.round(x / count) * count
+    measured = effort + noise * rng.standard_normal(len(t))
+    return Recording(t, {"x": AxisRecord(read, measured, "rad", "N*m")}, "by hand")
+
+
+def rigid(v: Array, a: Array) -> Array:
+    return 0.5 * a + 0.8 * v + 1.1 * np.sign(v) + 0.2
+
+
+def test_every_effect_says_what_the_search_needs() -> None:
+    """Adding an effect touches one file: what a file must hold is checked here for all."""
+    base = np.array([0.5, 1.0, 1.0, 0.1])
+    extent = Extent(3.0, 2.0, 1.0, 4.0, 5.0, 1e-4, 20.0, 8.0, base)
+    for name, effect in catalogue().items():
+        parameters = {p.name for p in effect.parameters}
+        assert effect.forms, name
+        assert effect.signature, name
+        assert effect.experiment, name
+        assert effect.rivals, name
+        assert set(effect.rivals) <= set(catalogue()) - {name}, name
+        grid = effect.grid(extent)
+        assert set(grid) <= parameters, name
+        assert len({len(values) for values in grid.values()}) <= 1, name
+        for form in effect.forms:
+            assert set(form.amplitudes) | set(form.shapes) <= parameters, name
+            assert set(form.shapes) <= set(grid), name
+
+
+def test_the_floor_is_the_noise_that_was_added() -> None:
+    t, x, v, a = swing()
+    view = view_of([recorded(t, x, rigid(v, a), noise=0.05)], "x")
+    start = fit(view, TEMPLATE, np.zeros(4), ())
+    left = np.sqrt(start.error / np.count_nonzero(view.clear))
+    assert noise_floor(view, start).rms == pytest.approx(left, rel=0.15)
+
+
+def test_a_motion_that_repeats_shows_what_repeats() -> None:
+    """Slow noise that no high frequency betrays is found by comparing laps."""
+    laps, samples = 4, 7000
+    angle = 2.0 * np.pi * np.arange(samples) / samples
+    x = np.tile(np.sin(angle) + 0.4 * np.cos(3.0 * angle), laps)
+    rate = 2.0 * np.pi / (samples * PERIOD_S)
+    v = np.tile(rate * (np.cos(angle) - 1.2 * np.sin(3.0 * angle)), laps)
+    a = np.tile(rate**2 * (-np.sin(angle) - 3.6 * np.cos(3.0 * angle)), laps)
+    time = PERIOD_S * np.arange(len(x))
+    slow = np.interp(time, np.arange(0.0, 30.0, 0.3), np.random.default_rng(2).normal(0, 0.1, 100))
+    view = view_of([recorded(time, x, rigid(v, a) + slow, noise=0.002)], "x")
+    floor = noise_floor(view, fit(view, TEMPLATE, np.zeros(4), ()))
+    assert floor.source == "from the motion's repetition"
+    assert floor.rms == pytest.approx(np.std(slow), rel=0.35)
+
+
+def test_a_spring_on_one_sine_is_not_testable_and_not_named() -> None:
+    """Acceleration is proportional to position there: the spring is inertia, exactly."""
+    t = np.arange(0.0, 22.0, PERIOD_S)
+    rate = 2.0 * np.pi / 11.0
+    x, v, a = np.sin(rate * t), rate * np.cos(rate * t), -(rate**2) * np.sin(rate * t)
+    record = recorded(t, x, rigid(v, a) + 0.3 * x, noise=0.02)
+    axis = diagnose([record]).axes["x"]
+    assert axis.verdict is Verdict.ADEQUATE
+    assert axis.base.estimate.parameters[0] == pytest.approx(0.5 - 0.3 / rate**2, abs=0.05)
+
+
+def test_ripple_is_named_with_its_period_and_nothing_else() -> None:
+    t, x, v, a = swing()
+    effort = rigid(v, a) + 0.08 * np.sin(2.0 * np.pi * x / 0.31 + 0.4)
+    axis = diagnose([recorded(t, x, effort, noise=0.05)]).axes["x"]
+    assert axis.verdict is Verdict.EXPLAINED
+    (cause,) = axis.causes
+    assert cause.term.effect == "torque_ripple"
+    assert cause.term.values["period"] == pytest.approx(0.31, rel=1e-3)
+    assert np.hypot(cause.term.values["cosine"], cause.term.values["sine"]) == pytest.approx(
+        0.08, rel=0.05
+    )
+    assert 0.0 < cause.held_out_gain_interval[0] < cause.held_out_gain
+
+
+def test_several_recordings_are_fitted_together_and_another_validates() -> None:
+    def session(seed: int) -> Recording:
+        t, x, v, a = swing(seed=seed)
+        return recorded(t, x, rigid(v, a) + 0.25 * abs(v), noise=0.05, seed=seed)
+
+    found = diagnose([session(4), session(5)], validate=session(6))
+    assert [c.term.effect for c in found.axes["x"].causes] == ["asymmetric_friction"]
+    assert found.validation["x"].extended < 0.5 * found.validation["x"].base
+
+
+def test_a_model_that_knows_the_effect_leaves_nothing_to_find() -> None:
+    from edge_ident.model import Model
+
+    t, x, v, a = swing(seed=7)
+    record = recorded(t, x, rigid(v, a) + 0.25 * abs(v), noise=0.05)
+    known = Model({"x": diagnose([record]).axes["x"].model})
+    again = diagnose([record], model=known).axes["x"]
+    assert again.verdict is Verdict.ADEQUATE
+    assert [term.effect for term in again.model.terms] == [BASE, "asymmetric_friction"]
+
+
+def test_a_column_of_noise_gains_nothing_where_it_was_not_fitted() -> None:
+    t, x, v, a = swing(seed=8)
+    view = view_of([recorded(t, x, rigid(v, a), noise=0.05)], "x")
+    start = fit(view, TEMPLATE, np.zeros(4), ())
+    assert not gain(view, start, start).certain
