@@ -12,6 +12,7 @@ from edge_ident.diagnosis.fitting import Fitted, build, fit, shape_derivatives
 from edge_ident.diagnosis.judging import Gain, contest, gain, residuals_held_out
 from edge_ident.diagnosis.noise_floor import noise_floor
 from edge_ident.diagnosis.peeling import peel, without
+from edge_ident.diagnosis.preparing import view_of
 from edge_ident.diagnosis.quality import data_findings
 from edge_ident.diagnosis.result import (
     AxisDiagnosis,
@@ -25,7 +26,7 @@ from edge_ident.diagnosis.result import (
 )
 from edge_ident.diagnosis.search import Search
 from edge_ident.diagnosis.testability import not_testable
-from edge_ident.diagnosis.view import View, view_of
+from edge_ident.diagnosis.view import View
 from edge_ident.effects import named
 from edge_ident.errors import DataError
 from edge_ident.metrics import compare

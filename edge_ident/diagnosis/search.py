@@ -12,10 +12,10 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import qmc
 
 from edge_ident.diagnosis.candidates import Candidate, candidates, columns, grid, term
 from edge_ident.diagnosis.fitting import Fitted, Found, fit, jacobian_of, solve
+from edge_ident.diagnosis.projection import AROUND, explained, orthonormal
 from edge_ident.diagnosis.view import View
 from edge_ident.effects import catalogue, named
 from edge_ident.inverse import along_motion
@@ -32,8 +32,6 @@ _SLIGHTEST: Final = 3.0
 _ROUNDS: Final = 3
 _CLOSER: Final = (0.25, 0.4)
 """Width of a round over that of the one before; of few shapes, of many."""
-_OWN_SHARE: Final = 0.02
-"""Of a column's length, below which it is another name for what the model has already."""
 _LARGEST: Final = 2.0
 """Peak of an effect over that of the effort, beyond which it was fitted to its tails alone."""
 _CLARITY: Final = 0.75
@@ -43,19 +41,6 @@ _SLIGHT: Final = 1e-6
 _MOST_WITHHELD: Final = 0.4
 """Share of the samples; an actuator that gives less than that much obeys nothing."""
 _TINY: Final = float(np.finfo(float).tiny)
-
-
-def _around(shapes: int) -> Array:
-    """Points (P, shapes) of a cube about zero, zero among them: a grid, or for many shapes evenly
-    scattered ones."""
-    if shapes <= 2:
-        line = np.linspace(-1.0, 1.0, 9 if shapes == 1 else 5)
-        return np.stack(np.meshgrid(*[line] * shapes, indexing="ij"), axis=-1).reshape(-1, shapes)
-    scattered = qmc.Sobol(shapes, scramble=False).random_base2(6)
-    return np.vstack([np.zeros(shapes), 2.0 * scattered - 1.0])
-
-
-_AROUND: Final = {shapes: _around(shapes) for shapes in range(1, 7)}
 
 
 @dataclass(frozen=True)
@@ -125,7 +110,7 @@ class Search:
     def doubt(self, fitted: Fitted) -> float:
         """Sum of squares by which the formulas of a model may be off."""
         clear = self.view.clear
-        basis = _orthonormal(np.hstack([fitted.jacobian[:, :4], self.view.standstills])[clear])
+        basis = orthonormal(np.hstack([fitted.jacobian[:, :4], self.view.standstills])[clear])
         doubt, at = 0.0, 4
         for f in fitted.found:
             size = len(f.amplitudes)
@@ -146,7 +131,7 @@ class Search:
     def trials(self, fitted: Fitted, without: frozenset[str] = frozenset()) -> list[Trial]:
         """The most promising candidates on top of a model, refined, the best first."""
         residual = (self.view.effort - fitted.predicted)[self.view.clear]
-        basis = _orthonormal(fitted.jacobian[self.view.clear])
+        basis = orthonormal(fitted.jacobian[self.view.clear])
         doubt = self.doubt(fitted)
         shaken = jacobian_of(self.shaken, fitted)[self.view.clear]
         coarse = []
@@ -222,7 +207,7 @@ class Search:
         rows = self.library[candidate]
         length = np.linalg.norm(rows, axis=2, keepdims=True)
         effort = np.sum(rows / np.maximum(length, _TINY), axis=1)
-        basis = _orthonormal(fitted.jacobian[self.view.clear])
+        basis = orthonormal(fitted.jacobian[self.view.clear])
         own = effort - (effort @ basis) @ basis.T
         whole = np.linalg.norm(effort, axis=1)
         return np.asarray(np.linalg.norm(own, axis=1) / np.maximum(whole, _TINY))
@@ -261,7 +246,7 @@ class Search:
                 continue
             rest = self.fit(fitted.base, fitted.found[:k] + fitted.found[k + 1 :])
             residual = (self.view.effort - rest.predicted)[self.view.clear]
-            basis = _orthonormal(rest.jacobian[self.view.clear])
+            basis = orthonormal(rest.jacobian[self.view.clear])
             start = Trial(f, np.inf, 0.0, 0.0, False)
             better = self._refined(start, rest, residual, basis).found
             found = (*fitted.found[:k], better, *fitted.found[k + 1 :])
@@ -300,7 +285,7 @@ class Search:
         names = candidate.form.shapes
         whole = self.grids[candidate]
         width = {name: _spacing(whole[name], trial.found.shapes[name]) for name in names}
-        around = _AROUND.get(len(names), _AROUND[max(_AROUND)])
+        around = AROUND.get(len(names), AROUND[max(AROUND)])
         for _ in range(_ROUNDS if names else 0):
             shapes = {k: np.full(len(around), v) for k, v in trial.found.shapes.items()}
             for k, name in enumerate(names):
@@ -323,7 +308,7 @@ class Search:
         basis: Array,
     ) -> tuple[Array, Array]:
         """Errors (D,) that a candidate leaves, with what it pays for commands that it ignores."""
-        errors, amplitudes = _explained(candidate, rows, residual, basis)
+        errors, amplitudes = explained(candidate, rows, residual, basis)
         if not named(candidate.effect).overrides("withheld"):
             return errors, amplitudes
         fitted = dict(zip(candidate.form.amplitudes, amplitudes.T, strict=True))
@@ -336,42 +321,6 @@ class Search:
             bounds = {p.name: (p.low, p.high) for p in named(candidate.effect).parameters}
             low, high = bounds[name]
         return np.asarray(np.clip(points, low, high))
-
-
-def _explained(
-    candidate: Candidate, rows: Array, residual: Array, basis: Array
-) -> tuple[Array, Array]:
-    """Errors (D,) left by columns (D, k, n) at their best amplitudes (D, k); infinite where an
-    amplitude is unphysical or the columns are nothing new."""
-    own = rows - (rows @ basis) @ basis.T
-    residual = residual - basis @ (basis.T @ residual)
-    total = float(residual @ residual)
-    if not candidate.form.amplitudes:
-        left = residual - own[:, 0]
-        errors = np.einsum("dn,dn->d", left, left)
-        return errors, np.ones((len(rows), 0))
-    length, whole = np.linalg.norm(own, axis=2), np.linalg.norm(rows, axis=2)
-    new = np.all(length > _OWN_SHARE * whole, axis=1) & np.all(length > 0.0, axis=1)
-    unit = own / np.where(length > 0.0, length, 1.0)[..., None]
-    gram = unit @ unit.transpose(0, 2, 1)
-    right = unit @ residual
-    gram[~new] = np.eye(gram.shape[-1])
-    new &= np.linalg.cond(gram) < _OWN_SHARE**-2
-    gram[~new] = np.eye(gram.shape[-1])
-    normalized = np.linalg.solve(gram, right[..., None])[..., 0]
-    errors = total - np.einsum("dk,dk->d", normalized, right)
-    amplitudes = normalized / np.where(length > 0.0, length, 1.0)
-    bounds = {p.name: (p.low, p.high) for p in named(candidate.effect).parameters}
-    low, high = np.array([bounds[name] for name in candidate.form.amplitudes]).T
-    physical = np.all((amplitudes >= low) & (amplitudes <= high), axis=1)
-    return np.where(new & physical, np.maximum(errors, _TINY), np.inf), amplitudes
-
-
-def _orthonormal(jacobian: Array) -> Array:
-    length = np.linalg.norm(jacobian, axis=0)
-    unit = jacobian / np.where(length > 0.0, length, 1.0)
-    left, singular, _ = np.linalg.svd(unit, full_matrices=False)
-    return np.asarray(left[:, singular > 1e-7 * singular[0]])
 
 
 def _spacing(values: Array, at: float) -> float:

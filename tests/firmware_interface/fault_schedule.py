@@ -30,7 +30,6 @@ _LATE_S: Final = (0.03, 0.06, 0.15, 0.7)
 """Within a link's timeout, and beyond everything that a host waits for."""
 _QUIET_S: Final = 0.75
 """With the watchdog's time, longer than stop and everything that is still on the line."""
-
 _SETTLING_S: Final = 0.5
 
 

@@ -227,7 +227,7 @@ def test_killed_at_every_step_a_run_leaves_a_board_for_the_next(
 
 
 @pytest.mark.parametrize("step", ["first page", "commit"])
-def test_killed_at_a_step_that_leaves_most_a_run_leaves_the_virtual_board_for_the_next(
+def test_killed_where_most_is_under_way_a_run_leaves_the_virtual_board_for_the_next(
     site: Site, step: str
 ) -> None:
     kill_at(site, step)

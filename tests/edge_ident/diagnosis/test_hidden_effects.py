@@ -3,7 +3,7 @@
 Effects, strengths, drives, noise and the axis that is hit come from seeds taken blindly: 1 for the
 multisine, 2 for the paper's motion. A fault shows if it at least doubles what the base model
 leaves, outside reversals, of the same drive with the same noise; only those that show are asked
-for. `tools/diagnosis_benchmark` does the same to hundreds of drives; docs/diagnosis.md has its rates.
+for. `tools/diagnosis_benchmark` does the same to hundreds of drives (docs/diagnosis.md).
 The bounds here are looser: sixteen drives tell a broken diagnosis from a working one, no more.
 """
 

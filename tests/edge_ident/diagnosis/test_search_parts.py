@@ -8,8 +8,8 @@ from edge_ident.diagnosis.diagnose import diagnose
 from edge_ident.diagnosis.fitting import fit
 from edge_ident.diagnosis.judging import gain
 from edge_ident.diagnosis.noise_floor import noise_floor
+from edge_ident.diagnosis.preparing import view_of
 from edge_ident.diagnosis.result import Verdict
-from edge_ident.diagnosis.view import view_of
 from edge_ident.effect import Extent
 from edge_ident.effects import catalogue
 from edge_ident.model import BASE, PARAMETERS, AxisModel, Term

@@ -28,10 +28,8 @@ EXAMPLES: Mapping[str, Mapping[str, float]] = {
     "actuator_deadband": {"width": 0.3},
     "actuator_saturation": {"limit": 2.9},
     "asymmetric_friction": {"difference": 0.3},
-    "backlash": {
-        "gap": 0.02, "load_inertia": 0.2, "deceleration": 4.0, "damping_rate": 0.0, "weight": 0.0
-    },
-    "coupling_compliance": {"load_inertia": 0.2, "rate": 25.0, "damping_ratio": 0.4, "deceleration": 0.0, "damping_rate": 0.0, "weight": 0.0},
+    "backlash": {"gap": 0.02, "load_inertia": 0.2, "deceleration": 4.0},
+    "coupling_compliance": {"load_inertia": 0.2, "rate": 25.0, "damping_ratio": 0.4},
     "cross_axis_coupling": {"inertia": 0.1, "viscous_friction": 0.2, "coulomb_friction": -0.2},
     "disturbance_event": {"time": 0.7, "duration": 0.4, "level": 1.5},
     "encoder_eccentricity": {"cosine": 0.03, "sine": -0.02, "period": 1.3},

@@ -1,0 +1,176 @@
+"""From recordings to what the diagnosis sees of one axis."""
+
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+import scipy.linalg
+import scipy.sparse
+from numpy.typing import NDArray
+
+from edge_ident.diagnosis.bandwidth import balanced_cutoff, white_noise
+from edge_ident.diagnosis.masks import SMEAR_PERIODS, beating, standstills, widened
+from edge_ident.diagnosis.view import Stretch, View
+from edge_ident.effect import Motion
+from edge_ident.errors import DataError
+from edge_ident.filters import differentiate, even_grid, interpolate, lowpass
+from edge_ident.recording import Recording
+from edge_ident.signals import (
+    acceleration_noise,
+    choose_cutoff,
+    encoder_count,
+    position_noise,
+    standing,
+)
+
+Array = NDArray[np.float64]
+
+_SAMPLES_PER_CUTOFF_PERIOD: Final = 2.5
+"""Rate after decimation, in cut-offs: what the filter passes is kept, no more."""
+_MOST_SAMPLES: Final = 1500
+"""Independent samples beyond which more bandwidth tells little and costs much time."""
+_FEWEST_SAMPLES: Final = 40
+"""Twice the parameters of the base model and a few causes."""
+_COLUMN_RATE: Final = 12.0
+"""Samples per cut-off period at which columns are made."""
+_BLOCKS: Final = 40
+_BLOCK_PERIODS: Final = 4.0
+"""A block is at least so many cut-off periods long."""
+_REACH_PERIODS: Final = 4.0
+"""Cut-off periods after which the filter's response is below a ten-thousandth."""
+_SHAKE_SEED: Final = 1
+
+
+def view_of(recordings: Sequence[Recording], name: str) -> View:
+    """Prepare one axis.
+
+    Raises
+    ------
+    DataError
+        Hardly any sample shows the axis in motion.
+    """
+    stretches = tuple(_stretch(recording, name) for recording in recordings)
+    clear = np.concatenate([s.clear for s in stretches])
+    if np.count_nonzero(clear) < _FEWEST_SAMPLES:
+        raise DataError(
+            f"axis {name}: only {np.count_nonzero(clear)} independent samples lie away from "
+            "standstill and reversals",
+            "record a longer motion, or one that turns less often",
+        )
+    return View(
+        stretches=stretches,
+        effort=np.concatenate([s.effort[s.picks] for s in stretches]),
+        clear=clear,
+        block=_blocks(stretches),
+        standstills=scipy.linalg.block_diag(*(s.standstills for s in stretches)),
+    )
+
+
+def _stretch(recording: Recording, name: str) -> Stretch:
+    axis = recording.axes[name]
+    time_s, period_s = even_grid(recording.time_s)
+    positions = {
+        other: interpolate(time_s, recording.time_s, record.position)
+        for other, record in recording.axes.items()
+    }
+    effort = interpolate(time_s, recording.time_s, axis.effort)
+    widest_hz = choose_cutoff(positions[name], period_s)
+    density = 2.0 * period_s * white_noise(effort, positions[name], widest_hz, period_s) ** 2
+    noise = position_noise(axis.position)
+    cutoff_hz = balanced_cutoff(positions[name], effort, noise, density, widest_hz, period_s)
+    duration_s = period_s * len(time_s)
+    cutoff_hz = min(cutoff_hz, _MOST_SAMPLES / (_SAMPLES_PER_CUTOFF_PERIOD * duration_s))
+    # half a cut-off period: an axis that stops for a moment may not even seem to turn
+    moving = ~standing(positions[name], 2.0 * cutoff_hz, period_s, 2.0 * SMEAR_PERIODS)
+    # columns are made at a rate that resolves what the filter leaves of their jumps
+    stride = max(1, int(1.0 / (_COLUMN_RATE * cutoff_hz * period_s)))
+    coarse_s = stride * period_s
+    motions = {
+        other: _smooth_motion(time_s, position, cutoff_hz, period_s, stride)
+        for other, position in positions.items()
+    }
+    rng = np.random.default_rng(_SHAKE_SEED)
+    shaken = {
+        other: _smooth_motion(
+            time_s,
+            position + position_noise(position) * rng.standard_normal(len(position)),
+            cutoff_hz,
+            period_s,
+            stride,
+        )
+        for other, position in positions.items()
+    }
+    shift_s = recording.effort_shift_s
+    picks = _picks(moving[::stride], cutoff_hz, coarse_s)
+    turns = np.flatnonzero(np.diff(np.sign(motions[name].velocity)) != 0)
+    smear = int(np.ceil(SMEAR_PERIODS / (cutoff_hz * coarse_s)))
+    turning = np.zeros(len(motions[name].time_s), dtype=np.bool_)
+    turning[turns] = True
+    clear = ~widened(turning, smear)[picks]
+    far = ~widened(turning | ~moving[::stride], 3 * smear)[picks]
+    count = encoder_count(axis.position)
+    clear &= ~beating(motions[name], count, cutoff_hz, period_s, smear)[picks]
+    return Stretch(
+        motion=motions[name],
+        others={other: motion for other, motion in motions.items() if other != name},
+        shaken=(shaken.pop(name), shaken),
+        raw_effort=effort,
+        raw_period_s=period_s,
+        shift_s=shift_s,
+        stride=stride,
+        effort=lowpass(effort, cutoff_hz, period_s, delay_s=shift_s)[::stride],
+        picks=picks,
+        clear=clear,
+        far=far & clear,
+        cutoff_hz=cutoff_hz,
+        period_s=coarse_s,
+        position_noise=noise,
+        acceleration_noise=acceleration_noise(noise, cutoff_hz, period_s),
+        effort_noise=float(np.sqrt(density * cutoff_hz)),
+        filter=_filter_at(picks, len(motions[name].time_s), cutoff_hz, coarse_s),
+        standstills=standstills(moving[::stride], turns, cutoff_hz, coarse_s)[picks],
+    )
+
+
+def _filter_at(
+    picks: NDArray[np.intp], samples: int, cutoff_hz: float, period_s: float
+) -> scipy.sparse.csr_array:
+    """What `lowpass` does, at a few samples: (n, N) sparse, with its reflection at the ends."""
+    reach = min(int(_REACH_PERIODS / (cutoff_hz * period_s)), samples - 1)
+    impulse = np.zeros(2 * reach + 1)
+    impulse[reach] = 1.0
+    kernel = lowpass(impulse, cutoff_hz, period_s)
+    at = np.abs(picks[:, None] + np.arange(-reach, reach + 1))
+    at = samples - 1 - np.abs(samples - 1 - at)
+    rows = np.repeat(np.arange(len(picks)), len(kernel))
+    entries = (np.tile(kernel, len(picks)), (rows, at.ravel()))
+    return scipy.sparse.csr_array(entries, shape=(len(picks), samples))
+
+
+def _smooth_motion(
+    time_s: Array, position: Array, cutoff_hz: float, period_s: float, stride: int
+) -> Motion:
+    smooth = differentiate(position, cutoff_hz, period_s)
+    position, velocity, acceleration = (signal[::stride] for signal in smooth)
+    return Motion.known(time_s[::stride] - time_s[0], position, velocity, acceleration)
+
+
+def _picks(moving: NDArray[np.bool_], cutoff_hz: float, period_s: float) -> NDArray[np.intp]:
+    samples = len(moving)
+    step = max(1, int(1.0 / (_SAMPLES_PER_CUTOFF_PERIOD * cutoff_hz * period_s)))
+    margin = min(int(1.0 / (cutoff_hz * period_s)), samples // 20)
+    picks = np.arange(margin, samples - margin, step)
+    return np.asarray(picks[moving[picks]])
+
+
+def _blocks(stretches: tuple[Stretch, ...]) -> NDArray[np.intp]:
+    """Consecutive blocks, at most forty in a recording, longer than the filter's memory."""
+    numbers: list[NDArray[np.intp]] = []
+    first = 0
+    for s in stretches:
+        time_s = s.picks * s.period_s
+        span = max((time_s[-1] - time_s[0]) / _BLOCKS, _BLOCK_PERIODS / s.cutoff_hz)
+        number = ((time_s - time_s[0]) / span).astype(np.intp) + first
+        numbers.append(number)
+        first = int(number[-1]) + 1
+    return np.concatenate(numbers)
