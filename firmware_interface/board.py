@@ -65,6 +65,8 @@ _REST_TIMEOUT_S: Final = 10.0
 _PAGE_TRIES: Final = 3
 _PAGES_PER_ACKNOWLEDGE: Final = 16
 _TOKEN_LEAP: Final = 128
+_TOKEN_SPREAD: Final = 640
+"""Sixty-four leaps, and so all that a board remembers, do not go once around all tokens."""
 _BANK_WORDS: Final = REGISTERS["shadow.crc"].address - REGISTERS["shadow.x.proportional"].address
 
 
@@ -85,9 +87,9 @@ class Board:
         self._link = link
         status = read_status(link.read)
         self._clock = status.clock_samples
-        # far from those of earlier hosts: the board ignores what it has seen, and last frames of a
+        # beyond those of earlier hosts: the board ignores what it remembers, and last frames of a
         # host that is gone may still come
-        self._token = status.last_token + _TOKEN_LEAP + secrets.randbelow(0xFFFF - 2 * _TOKEN_LEAP)
+        self._token = status.last_token + _TOKEN_LEAP + secrets.randbelow(_TOKEN_SPREAD)
         self._motion_samples = 0
 
     @classmethod

@@ -112,8 +112,8 @@ class Backlash(Effect):
         return {
             "gap": gaps.ravel(),
             "deceleration": shares.ravel() * coulomb / inertia,
-            "damping_rate": np.full(gaps.size, viscous / inertia),
-            "weight": np.full(gaps.size, offset / inertia),
+            "damping_rate": np.full(gaps.size, 1.5 * viscous / inertia),
+            "weight": np.full(gaps.size, 2.0 * offset / inertia),
         }
 
     def draw(self, draws: Draws, scale: Scale) -> dict[str, Array]:

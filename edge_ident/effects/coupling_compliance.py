@@ -119,8 +119,8 @@ class CouplingCompliance(Effect):
             "rate": rate,
             "damping_ratio": ratio,
             "deceleration": share * coulomb / inertia,
-            "damping_rate": np.full(len(rate), viscous / inertia),
-            "weight": np.full(len(rate), offset / inertia),
+            "damping_rate": np.full(len(rate), 1.5 * viscous / inertia),
+            "weight": np.full(len(rate), 2.0 * offset / inertia),
         }
 
     def draw(self, draws: Draws, scale: Scale) -> dict[str, Array]:

@@ -89,6 +89,7 @@ class FaultyLine:
         self.pace = pace or Pace()
         self.late_s = late_s
         self.frames = 0
+        self.seed = seed
         self._random = random.Random(seed)
         self._partial = {Sender.HOST: b"", Sender.BOARD: b""}
         self._held = {Sender.HOST: b"", Sender.BOARD: b""}

@@ -131,7 +131,7 @@ class MemoryLine:
 
 @contextmanager
 def virtual_time(line: MemoryLine) -> Iterator[None]:
-    """Have the host's waiting go by the line's clock, and its tokens by a seed."""
+    """Have the host's waiting go by the line's clock, and its tokens by the line's seed."""
     clock = SimpleNamespace(
         monotonic=line.time.now_s,
         sleep=lambda pause_s: line.wait_until(line.time.now_s() + pause_s),
@@ -139,7 +139,7 @@ def virtual_time(line: MemoryLine) -> Iterator[None]:
     with ExitStack() as patches:
         for module in (modbus, board_verbs, board_checks):
             patches.enter_context(mock.patch.object(module, "time", clock))
-        draw = random.Random(0)
+        draw = random.Random(line.line.seed)
         patches.enter_context(mock.patch.object(secrets, "randbelow", draw.randrange))
         patches.enter_context(mock.patch.object(secrets, "randbits", draw.getrandbits))
         yield

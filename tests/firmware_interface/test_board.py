@@ -252,3 +252,10 @@ def test_staging_survives_a_lost_reply_but_not_a_lost_write() -> None:
     link.lose = "request"
     with pytest.raises(LinkError, match="read back differently"):
         board.stage_gains(OLD)
+
+
+def test_a_host_begins_with_tokens_that_the_board_does_not_remember() -> None:
+    """Sixty-four hosts with one command each fill the board's memory; the next is heard."""
+    virtual = VirtualBoard()
+    for _ in range(200):
+        Board.connect(virtual).quick_stop()

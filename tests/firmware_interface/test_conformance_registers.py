@@ -109,7 +109,8 @@ def test_writable_registers_give_back_what_was_written(either_board: Board) -> N
 
 
 def test_values_outside_their_range_are_refused(either_board: Board) -> None:
-    ranged = [r for r in REGISTERS.values() if r.minimum is not None and r.maximum is not None]
+    writable = [register for register in REGISTERS.values() if register.access == "rw"]
+    ranged = [r for r in writable if r.minimum is not None and r.maximum is not None]
     assert ranged
     for register in ranged:
         for good in (register.minimum, register.maximum):
