@@ -69,15 +69,14 @@ def _term_document(term: Term, axis: AxisModel) -> dict[str, Any]:
 
 def values_document(term: Term, axis: AxisModel) -> dict[str, Any]:
     """Value, standard deviation (null where unknown) and unit of each of a term's parameters."""
-    effect = named(term.effect)
-    values = effect.complete(term.values)
     return {
         parameter.name: {
-            "value": float(values[parameter.name]),
+            "value": float(term.values[parameter.name]),
             "std": finite(term.std.get(parameter.name, math.inf)),
             "unit": unit_of(parameter, axis.position_unit, axis.effort_unit),
         }
-        for parameter in effect.parameters
+        for parameter in named(term.effect).parameters
+        if parameter.name in term.values
     }
 
 
@@ -210,7 +209,6 @@ class _Reader:
         values, std = {}, {}
         for parameter in effect.parameters:
             if parameter.default is not None and parameter.name not in given:
-                values[parameter.name] = parameter.default
                 continue
             entry = self._mapping(given, parameter.name, f"{place}, parameter {parameter.name}")
             values[parameter.name] = self._value(place, parameter, entry, units)

@@ -172,15 +172,17 @@ def _known_drives(
 def _varied(term: Term, rng: np.random.Generator) -> Term:
     """An effect of each known drive: its values within their deviations and physical bounds."""
     effect = named(term.effect)
+    known = effect.complete(term.values)
     values = {
         p.name: np.clip(
-            rng.normal(float(term.values[p.name]), term.std.get(p.name, 0.0), KNOWN_DRIVES),
+            rng.normal(float(known[p.name]), term.std.get(p.name, 0.0), KNOWN_DRIVES),
             p.low,
             p.high,
         )
         for p in effect.parameters
     }
-    return Term(term.effect, values, source_axis=_SOURCE if effect.needs_source else None)
+    coupled = effect.needs_source or term.source_axis is not None
+    return Term(term.effect, values, source_axis=_SOURCE if coupled else None)
 
 
 def _added_effort(name: str, parameters: Array, true: Motion, rng: np.random.Generator) -> Array:

@@ -99,9 +99,11 @@ class Search:
         values = along_motion(added)
         ignored, count = np.zeros(1), 0
         for s in self.view.stretches:
-            more = (1.0 + _SLIGHT) * s.raw_effort
-            change = effect.withheld(more, values) - effect.withheld(s.raw_effort, values)
-            ignored = ignored + np.sum(np.atleast_2d(change / (more - s.raw_effort) > 0.5), axis=1)
+            more = _SLIGHT * s.raw_effort
+            change = effect.withheld(s.raw_effort + more, values)
+            change = change - effect.withheld(s.raw_effort, values)
+            ignores = np.abs(change) > 0.5 * np.abs(more)
+            ignored = ignored + np.sum(np.atleast_2d(ignores), axis=1)
             count += len(s.raw_effort)
         share = ignored / count
         price = np.exp(share * np.log(np.count_nonzero(self.view.clear)))
