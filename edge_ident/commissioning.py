@@ -171,16 +171,7 @@ def design_gains(
     """Gains of every axis, for this board's sampling, delay, encoder and effort limit."""
     identity, limits = board.identity, board.limits()
     return {
-        name: design(
-            axis.model,
-            LoopHardware(
-                identity.sample_period_s,
-                identity.control_delay_s,
-                identity.encoder_resolution_rad,
-                limits[name].effort_nm,
-            ),
-            bandwidth_rad_s,
-        )
+        name: design(axis.model, LoopHardware.of_board(identity, limits[name]), bandwidth_rad_s)
         for name, axis in found.axes.items()
     }
 

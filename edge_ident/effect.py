@@ -27,7 +27,7 @@ Values = Mapping[str, Array]
 """Values of an effect's parameters by name, each of the shape of the drives."""
 
 _NOTHING = np.zeros(())
-_ENTANGLING = ("true_motion", "reading", "command", "torque", "recorded", "withheld", "follows")
+_ENTANGLING = ("true_motion", "reading", "command", "torque", "recorded", "withheld")
 
 
 @dataclass(frozen=True)
@@ -178,6 +178,8 @@ class Effect:
     """Shapes whose grid ends where more makes no difference: the best may lie on its edge."""
     needs_reversals: ClassVar[bool] = False
     """Whether it shows only where the motion turns."""
+    follows_base: ClassVar[bool] = False
+    """Whether its effort follows from the base parameters too."""
     away_from_reversals: ClassVar[bool] = False
     """Whether it is believed only where nothing is left of any reversal, which it looks like."""
     repeats: ClassVar[bool] = False
@@ -202,7 +204,16 @@ class Effect:
     @property
     def additive(self) -> bool:
         """Whether its effort just adds to that of the others, in proportion to its amplitudes."""
-        return not any(self.overrides(hook) for hook in _ENTANGLING)
+        return not (self.follows_base or any(self.overrides(hook) for hook in _ENTANGLING))
+
+    @property
+    def bounds(self) -> dict[str, tuple[float, float]]:
+        """Physical bounds of the parameters, by name."""
+        return {parameter.name: (parameter.low, parameter.high) for parameter in self.parameters}
+
+    def has_source(self, source: str | None) -> bool:
+        """Whether another axis takes part, where a term names this one or none."""
+        return self.needs_source or (self.takes_source and source is not None)
 
     def overrides(self, hook: str) -> bool:
         """Whether the effect acts through this hook."""
@@ -285,9 +296,6 @@ class Effect:
     def torque(self, command: Array, time_s: Array, values: Values) -> Array:
         """What the actuator makes of a commanded effort."""
         return command
-
-    def follows(self, base: Values) -> None:
-        """Overridden, without a body, where the effort follows from the base parameters too."""
 
     def withheld(self, effort: Array, values: Values) -> Array:
         """Part of a recorded effort that the actuator did not give."""

@@ -68,6 +68,18 @@ def even_grid(time: Array) -> tuple[Array, float]:
     return time[0] + period_s * np.arange(len(time)), period_s
 
 
+def sampling_jitter(time: Array) -> float:
+    """Largest deviation of N time stamps from an even grid, in sampling periods."""
+    even, period_s = even_grid(time)
+    deviation = time - even
+    return float(np.max(np.abs(deviation - np.mean(deviation)))) / period_s
+
+
+def gain(frequency: Array) -> Array:
+    """Of the filter run both ways, at frequencies in cut-offs."""
+    return np.asarray(1.0 / (1.0 + frequency ** (2 * _ORDER)))
+
+
 def interpolate(at: Array, time: Array, signal: Array) -> Array:
     """Cubic Lagrange interpolation on an uneven grid.
 
@@ -92,8 +104,7 @@ def _filtered_spectrum(
     padded: Array, cutoff_hz: float, period_s: float
 ) -> tuple[NDArray[np.complex128], Array]:
     frequency = np.asarray(np.fft.rfftfreq(padded.shape[-1], period_s), dtype=np.float64)
-    gain = 1.0 / (1.0 + (frequency / cutoff_hz) ** (2 * _ORDER))
-    return np.fft.rfft(padded) * gain, frequency
+    return np.fft.rfft(padded) * gain(frequency / cutoff_hz), frequency
 
 
 def _pad(

@@ -89,13 +89,7 @@ class Forecaster:
         self._references = _references(recording, self._model, identity)
         self._identity = identity
         self._hardware = {
-            axis: LoopHardware(
-                identity.sample_period_s,
-                identity.control_delay_s,
-                identity.encoder_resolution_rad,
-                limits[axis].effort_nm,
-            )
-            for axis in limits
+            axis: LoopHardware.of_board(identity, of_axis) for axis, of_axis in limits.items()
         }
 
     def forecast(self, banks: Sequence[Bank], on_progress: Callable[[int, int], None]) -> Forecasts:

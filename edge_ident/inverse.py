@@ -102,7 +102,7 @@ def along_motion(term: Term) -> Values:
 def _with_source(
     motion: Motion, effect: Effect, source: str | None, others: Mapping[str, Motion]
 ) -> Motion:
-    if not effect.needs_source and (source is None or not effect.takes_source):
+    if not effect.has_source(source):
         return motion
     if source is None or source not in others:
         raise ModelError(

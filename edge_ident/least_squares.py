@@ -14,12 +14,10 @@ from edge_ident.covariance import coloured_std
 from edge_ident.errors import DataError
 from edge_ident.filters import lowpass
 from edge_ident.model import Estimate
-from edge_ident.signals import Signals
+from edge_ident.signals import Signals, decimated, decimation
 
 Array = NDArray[np.float64]
 
-_SAMPLES_PER_CUTOFF_PERIOD: Final = 2.5
-"""Rate after decimation, in cut-offs: what the filter passes is kept, no more."""
 _FEWEST_SAMPLES: Final = 12
 """Three for each parameter."""
 _NOISE_DOUBT: Final = 0.5
@@ -38,7 +36,7 @@ def fit(signals: Signals) -> Estimate:
     """
     part = estimation_part(signals)
     effort = signals.effort[part]
-    unit, length = _unit_columns(signals.regressor[part])
+    unit, length = unit_length(signals.regressor[part])
     pseudo = np.asarray(np.linalg.pinv(unit, rcond=_RANK), dtype=np.float64)
     plain, inverse = pseudo @ effort, pseudo @ pseudo.T
     noise_shift, noise_doubt = _encoder_noise_bias(signals, inverse, plain, len(part), length)
@@ -52,17 +50,12 @@ def fit(signals: Signals) -> Estimate:
 def estimation_part(signals: Signals) -> NDArray[np.intp]:
     """Samples to estimate from: moving, and decimated to what the filter passes.
 
-    One filter's settling time is left out at both ends, where effort and position are
-    continued differently.
-
     Raises
     ------
     DataError
         Hardly any sample is left.
     """
-    rate_hz = 1.0 / signals.period_s
-    margin = min(int(rate_hz / signals.cutoff_hz), len(signals.effort) // 20)
-    part = np.arange(margin, len(signals.effort) - margin, _decimation(signals))
+    part = decimated(len(signals.effort), signals.cutoff_hz, signals.period_s)
     moving: NDArray[np.intp] = part[signals.moving[part]]
     if len(moving) < _FEWEST_SAMPLES:
         raise DataError(
@@ -80,7 +73,7 @@ def solve(regressor: Array, effort: Array) -> Estimate:
     regressor : (N, 4) array
     effort : (N,) array
     """
-    unit, length = _unit_columns(regressor)
+    unit, length = unit_length(regressor)
     normalized = np.linalg.lstsq(unit, effort, rcond=None)[0]
     std = coloured_std(unit, effort - unit @ normalized)
     return Estimate(normalized / length, std / length)
@@ -88,7 +81,7 @@ def solve(regressor: Array, effort: Array) -> Estimate:
 
 def condition_number(regressor: Array) -> float:
     """Condition number of an (N, 4) regressor with columns of unit length."""
-    return float(np.linalg.cond(_unit_columns(regressor)[0]))
+    return float(np.linalg.cond(unit_length(regressor)[0]))
 
 
 def _encoder_noise_bias(
@@ -130,18 +123,16 @@ def _reversal_bias(
     significant = 1.0 - np.minimum(1.0, (noise / np.maximum(np.abs(lost), _TINY)) ** 2)
     early_s = lost / np.maximum(np.abs(acceleration[turns]), _TINY)
     early_s = np.clip(early_s, -1.0 / signals.cutoff_hz, 1.0 / signals.cutoff_hz)
-    samples = early_s / (_decimation(signals) * signals.period_s)
+    step = decimation(signals.cutoff_hz, signals.period_s)
+    samples = early_s / (step * signals.period_s)
     pulses = (
         inverse @ (signals.regressor[turns] / length).T * (2.0 * plain[2] / length[2] * samples)
     )
     return pulses @ significant, np.linalg.norm(pulses, axis=1)
 
 
-def _decimation(signals: Signals) -> int:
-    return max(1, int(1.0 / (_SAMPLES_PER_CUTOFF_PERIOD * signals.cutoff_hz * signals.period_s)))
-
-
-def _unit_columns(regressor: Array) -> tuple[Array, Array]:
+def unit_length(regressor: Array) -> tuple[Array, Array]:
+    """Columns (N, P) of unit length, and the lengths (P,) that they had; one for empty ones."""
     length = np.linalg.norm(regressor, axis=0)
     length = np.where(length > 0, length, 1.0)
     return regressor / length, length

@@ -18,6 +18,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from firmware_interface.board_types import AxisLimits, BoardIdentity
 from firmware_interface.gains import AxisGains
 
 Array = NDArray[np.float64]
@@ -50,6 +51,16 @@ class LoopHardware:
     control_delay_s: float
     encoder_resolution_rad: float
     effort_limit_nm: float
+
+    @classmethod
+    def of_board(cls, identity: BoardIdentity, limits: AxisLimits) -> "LoopHardware":
+        """What a board says of itself and of one axis."""
+        return cls(
+            identity.sample_period_s,
+            identity.control_delay_s,
+            identity.encoder_resolution_rad,
+            limits.effort_nm,
+        )
 
 
 @dataclass(frozen=True)

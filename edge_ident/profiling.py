@@ -34,7 +34,7 @@ from edge_ident.recording_files import load_recording, save_recording
 from edge_ident.safety import left_safe, make_ready
 from edge_ident.stopwatch import Stopwatch
 from firmware_interface.board import Board
-from firmware_interface.connection import open_link
+from firmware_interface.connection import DEFAULT_BAUD_RATE, open_link
 
 TARGET_MS: Final = 1000.0
 STAGES: Final = (
@@ -148,7 +148,7 @@ def profile_device(
     """
     with _board_process(device) as url, TemporaryDirectory() as folder:
         file = Path(folder) / "capture.npz"
-        link = open_link(url, baud_rate=baud_rate or 115200)
+        link = open_link(url, baud_rate=baud_rate or DEFAULT_BAUD_RATE)
         try:
             board = Board.connect(link)
             tail_ms, stop_ms = _record(board, file, observer)
@@ -210,7 +210,13 @@ def _cold(
     observer.stage(f"cold, {precision}")
 
     def repeat() -> dict[str, float]:
-        arguments = [url, str(baud_rate or 115200), str(file), precision, repr(time.time())]
+        arguments = [
+            url,
+            str(baud_rate or DEFAULT_BAUD_RATE),
+            str(file),
+            precision,
+            repr(time.time()),
+        ]
         done = subprocess.run(
             [sys.executable, "-m", "edge_ident.profiling", *arguments],
             check=True,

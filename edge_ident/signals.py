@@ -9,12 +9,14 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.filters import differentiate, even_grid, interpolate, lowpass
+from edge_ident.filters import differentiate, even_grid, interpolate, lowpass, sampling_jitter
 from edge_ident.model import regressor
 
 Array = NDArray[np.float64]
 
-_SAMPLES_PER_CUTOFF_PERIOD: Final = 20
+SAMPLES_PER_CUTOFF_PERIOD: Final = 2.5
+"""Rate after decimation, in cut-offs: what the filter passes is kept, no more."""
+_SAMPLED_PER_PERIOD: Final = 20
 """Gautier's rule: sample at least 100 times faster than the dynamics, filter at 5 times."""
 _FEWEST_CUTOFF_PERIODS: Final = 10.0
 """In a record; a motion without acceleration would ask for none."""
@@ -25,7 +27,7 @@ _DECAY_PERIODS: Final = 1.5
 """Cut-off periods after which 3 % of the filter's response are left."""
 _STANDSTILL_NOISE: Final = 8.0
 """Range of the position, in standard deviations of its noise, up to which the axis stands."""
-_JITTER_LIMIT: Final = 0.05
+JITTER_LIMIT: Final = 0.05
 """Deviation from an even grid, in sampling periods, above which samples are interpolated."""
 
 
@@ -65,7 +67,7 @@ class Signals:
     @property
     def interpolated(self) -> bool:
         """Whether the sampling was too uneven to be taken for even."""
-        return self.jitter > _JITTER_LIMIT
+        return self.jitter > JITTER_LIMIT
 
 
 def condition(
@@ -83,9 +85,8 @@ def condition(
         Time from a row's stamp to the middle of the interval in which its effort acted.
     """
     even, period_s = even_grid(time_s)
-    deviation = time_s - even
-    jitter = float(np.max(np.abs(deviation - np.mean(deviation)))) / period_s
-    if jitter > _JITTER_LIMIT:
+    jitter = sampling_jitter(time_s)
+    if jitter > JITTER_LIMIT:
         position = interpolate(even, time_s, position)
         effort = interpolate(even, time_s, effort)
     cutoff_hz = choose_cutoff(position, period_s)
@@ -124,7 +125,7 @@ def choose_cutoff(position: Array, period_s: float) -> float:
     float
         In Hz.
     """
-    ceiling_hz = 1.0 / (_SAMPLES_PER_CUTOFF_PERIOD * period_s)
+    ceiling_hz = 1.0 / (_SAMPLED_PER_PERIOD * period_s)
     floor_hz = _FEWEST_CUTOFF_PERIODS / (period_s * len(position))
     noise = position_noise(position)
     cutoff_hz = ceiling_hz
@@ -173,6 +174,21 @@ def standing(
     # from the windows' first samples to all of their samples and the margins at both sides
     spread = np.convolve(still, np.ones(width + 2 * margin))[margin : margin + len(position)]
     return np.asarray(spread > 0.5)
+
+
+def decimation(cutoff_hz: float, period_s: float) -> int:
+    """Samples from one to the next after decimation to what the filter passes."""
+    return max(1, int(1.0 / (SAMPLES_PER_CUTOFF_PERIOD * cutoff_hz * period_s)))
+
+
+def decimated(samples: int, cutoff_hz: float, period_s: float) -> NDArray[np.intp]:
+    """Samples that tell all that the filter passes.
+
+    One filter's settling time is left out at both ends, where effort and position are
+    continued differently.
+    """
+    margin = min(int(1.0 / period_s / cutoff_hz), samples // 20)
+    return np.arange(margin, samples - margin, decimation(cutoff_hz, period_s))
 
 
 def bridge(signal: Array, moving: NDArray[np.bool_]) -> Array:

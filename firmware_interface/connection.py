@@ -1,12 +1,16 @@
 """From a device's name to an open link."""
 
+from typing import Final
+
 from firmware_interface.errors import LinkError
 from firmware_interface.link import Link
 from firmware_interface.modbus import open_serial, open_tcp
 from firmware_interface.virtual.board import VirtualBoard
 
+DEFAULT_BAUD_RATE: Final = 115200
 
-def open_link(url: str, *, baud_rate: int = 115200, timeout_s: float = 0.3) -> Link:
+
+def open_link(url: str, *, baud_rate: int = DEFAULT_BAUD_RATE, timeout_s: float = 0.3) -> Link:
     """Open the way to a board.
 
     Parameters

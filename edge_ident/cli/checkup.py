@@ -1,7 +1,6 @@
 """Commands that look whether all is in place: ports, doctor."""
 
 from dataclasses import asdict
-from typing import Final
 
 import typer
 
@@ -17,8 +16,6 @@ from edge_ident.cli.common import (
     say,
     shown_progress,
 )
-
-_BAUD_RATE: Final = 115200
 
 
 def register(app: typer.Typer) -> None:
@@ -36,10 +33,11 @@ def ports(baud_rate: BaudRate = None, output: Output = None, json: Json = False)
     Example: `edge-ident ports --baud-rate 921600`
     """
     from edge_ident.ports import ask_ports
+    from firmware_interface.connection import DEFAULT_BAUD_RATE
 
     with shown_progress() as observer:
         observer.stage("asking ports")
-        found = ask_ports(baud_rate or _BAUD_RATE, observer.samples)
+        found = ask_ports(baud_rate or DEFAULT_BAUD_RATE, observer.samples)
     document = {"schema": "edge-ident/ports/1", "ports": [asdict(port) for port in found]}
     deliver(document, "ports.json", output, json)
     if not found:
@@ -68,6 +66,7 @@ def doctor(
     from edge_ident.doctor import check_host
     from edge_ident.drive import load_drive
     from edge_ident.link_checks import check_link
+    from firmware_interface.connection import DEFAULT_BAUD_RATE
 
     described = load_drive(drive)
     url = device or described.device
@@ -75,7 +74,7 @@ def doctor(
     if url is not None:
         with shown_progress() as observer:
             observer.stage("timing requests")
-            rate = baud_rate or described.baud_rate or _BAUD_RATE
+            rate = baud_rate or described.baud_rate or DEFAULT_BAUD_RATE
             checks += check_link(url, rate, observer.samples)
     document = {"schema": "edge-ident/doctor/1", "checks": [asdict(check) for check in checks]}
     deliver(document, "doctor.json", output, json)

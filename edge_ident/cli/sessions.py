@@ -24,7 +24,7 @@ def connected(
     """The board that the options name, and its drive's description."""
     from edge_ident.drive import load_drive
     from firmware_interface.board import Board
-    from firmware_interface.connection import open_link
+    from firmware_interface.connection import DEFAULT_BAUD_RATE, open_link
 
     described = load_drive(drive)
     url = device or described.device
@@ -34,7 +34,7 @@ def connected(
             "(edge-ident ports lists candidates)",
             param_hint="--device",
         )
-    link = open_link(url, baud_rate=baud_rate or described.baud_rate or 115200)
+    link = open_link(url, baud_rate=baud_rate or described.baud_rate or DEFAULT_BAUD_RATE)
     try:
         yield Board.connect(link), described
     finally:

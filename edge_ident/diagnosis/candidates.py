@@ -76,15 +76,17 @@ def unit_columns(
     """Columns (k, n) of an additive candidate at one set of shapes, made once for a view."""
     key = (candidate, tuple(sorted(shapes.items())))
     if key not in view.kept:
-        at = {name: np.array([value]) for name, value in shapes.items()}
-        view.kept[key] = columns(view, replace(axis, terms=axis.terms[:1]), candidate, at)[0]
+        view.kept[key] = columns(view, replace(axis, terms=axis.terms[:1]), candidate, shapes)[0]
     return view.kept[key]
 
 
 def columns(
-    view: View, axis: AxisModel, candidate: Candidate, shapes: Mapping[str, Array]
+    view: View,
+    axis: AxisModel,
+    candidate: Candidate,
+    shapes: Mapping[str, float] | Mapping[str, Array],
 ) -> Array:
-    """Columns of a candidate at D sets of shapes, on top of a model.
+    """Columns of a candidate at one set of shapes, or at D of them, on top of a model.
 
     Returns
     -------
@@ -92,6 +94,7 @@ def columns(
         Effort per unit of each of the k amplitudes; for a form without amplitudes (D, 1, n), the
         effort that the shapes alone add.
     """
+    shapes = {name: np.atleast_1d(value) for name, value in shapes.items()}
     count = len(next(iter(shapes.values()))) if shapes else 1
     names = candidate.form.amplitudes or (None,)
     rows = max(1, _ROW_LIMIT // view.samples)

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.covariance import coloured_std
-from edge_ident.diagnosis.fitting import Fitted, build, fit, shape_derivatives
-from edge_ident.diagnosis.judging import Gain, contest, gain, residuals_held_out
+from edge_ident.diagnosis.fitting import Fitted, fit, shape_derivatives
+from edge_ident.diagnosis.judging import Gain, contest, gains, residuals_held_out
 from edge_ident.diagnosis.noise_floor import noise_floor
 from edge_ident.diagnosis.peeling import peel, without
 from edge_ident.diagnosis.preparing import view_of
@@ -29,6 +29,7 @@ from edge_ident.diagnosis.testability import not_testable
 from edge_ident.diagnosis.view import View
 from edge_ident.effects import named
 from edge_ident.errors import DataError
+from edge_ident.least_squares import unit_length
 from edge_ident.metrics import compare
 from edge_ident.model import BASE, PARAMETERS, AxisModel, Estimate, Model, Term
 from edge_ident.recording import Recording
@@ -99,7 +100,7 @@ def _template(recording: Recording, name: str, model: Model | None) -> AxisModel
 def _axis(view: View, template: AxisModel) -> AxisDiagnosis:
     start = fit(view, template, np.array([1.0, 0.0, 0.0, 0.0]), ())
     search = Search(view, template, start)
-    model, rivals, gains = _settled(search, peel(search, start))
+    model, rivals, gained = _settled(search, peel(search, start))
     floor = noise_floor(view, start)
     samples = np.count_nonzero(view.clear)
     left = float(np.sqrt(model.error / samples))
@@ -110,7 +111,8 @@ def _axis(view: View, template: AxisModel) -> AxisDiagnosis:
         verdict = Verdict.UNEXPLAINED
     base_fit, _ = _summary(view, start)
     extended_fit, std = _summary(view, model)
-    causes = _causes(view, model, rivals, gains, std)
+    contributions = [_contribution(view, model, k) for k in range(len(model.found))]
+    causes = _causes(view, model, contributions, rivals, gained, std)
     terms = (*template.terms[1:], *(cause.term for cause in causes))
     values = dict(zip(PARAMETERS, model.base.tolist(), strict=True))
     deviations = dict(zip(PARAMETERS, extended_fit.estimate.std.tolist(), strict=True))
@@ -124,17 +126,17 @@ def _axis(view: View, template: AxisModel) -> AxisDiagnosis:
         noise_floor_source=floor.source,
         model=replace(template, terms=(Term(BASE, values, deviations), *terms)),
         cutoff_hz=max(s.cutoff_hz for s in view.stretches),
-        traces=_traces(view, start, model),
+        traces=_traces(view, start, model, contributions),
     )
 
 
 def _settled(search: Search, model: Fitted) -> tuple[Fitted, list[tuple[Rival, ...]], list[Gain]]:
     """Leave out what does not hold where it was not fitted; let better rivals take over."""
     for _ in range(_SWAPS * 2):
-        gains = [_gain_of(search, model, k) for k in range(len(model.found))]
-        doubtful = [k for k, g in enumerate(gains) if not g.certain]
+        found = gains(search, model)
+        doubtful = [k for k, g in enumerate(found) if not g.certain]
         if doubtful:
-            weakest = min(doubtful, key=lambda k: gains[k].interval[0])
+            weakest = min(doubtful, key=lambda k: found[k].interval[0])
             model = search.polished(search.fit(model.base, without(model, weakest)))
             continue
         contests = [contest(search, model, k) for k in range(len(model.found))]
@@ -143,25 +145,19 @@ def _settled(search: Search, model: Fitted) -> tuple[Fitted, list[tuple[Rival, .
             break
         model = search.polished(min(better, key=search.criterion))
     else:
-        gains = [_gain_of(search, model, k) for k in range(len(model.found))]
+        found = gains(search, model)
         contests = [contest(search, model, k) for k in range(len(model.found))]
-    return model, [c.rivals for c in contests], gains
-
-
-def _gain_of(search: Search, model: Fitted, index: int) -> Gain:
-    smaller = search.fit(model.base, without(model, index))
-    return gain(search.view, smaller, model)
+    return model, [c.rivals for c in contests], found
 
 
 def _summary(view: View, fitted: Fitted) -> tuple[Fit, Array]:
     """A model's figures, and the deviations of its base parameters, amplitudes and shapes."""
     derivatives = shape_derivatives(view, fitted)
-    count = 4 + sum(len(f.amplitudes) for f in fitted.found)
+    count = len(fitted.linear)
     columns = np.hstack([fitted.jacobian[:, :count], derivatives, fitted.jacobian[:, count:]])
-    length = np.linalg.norm(columns[view.clear], axis=0)
-    length = np.where(length > 0.0, length, 1.0)
+    unit, length = unit_length(columns[view.clear])
     residual = (view.effort - fitted.predicted)[view.clear]
-    std = coloured_std(columns[view.clear] / length, residual) / length
+    std = coloured_std(unit, residual) / length
     held_out = _rms(residuals_held_out(view, fitted)[view.clear]) / _rms(view.effort[view.clear])
     metric = compare(view.effort, fitted.predicted)
     fitted_share = _rms(residual) / _rms(view.effort[view.clear])
@@ -172,12 +168,12 @@ def _summary(view: View, fitted: Fitted) -> tuple[Fit, Array]:
 def _causes(
     view: View,
     model: Fitted,
+    contributions: list[Array],
     rivals: list[tuple[Rival, ...]],
-    gains: list[Gain],
+    gained: list[Gain],
     std: Array,
 ) -> tuple[Cause, ...]:
-    at = 4
-    shape_at = 4 + sum(len(f.amplitudes) for f in model.found)
+    at, shape_at = len(PARAMETERS), len(model.linear)
     causes = []
     for k, f in enumerate(model.found):
         deviations = dict(zip(f.amplitudes, std[at : at + len(f.amplitudes)].tolist(), strict=True))
@@ -185,17 +181,17 @@ def _causes(
         names = f.candidate.form.shapes
         deviations |= dict(zip(names, std[shape_at : shape_at + len(names)].tolist(), strict=True))
         shape_at += len(names)
-        share = _rms(_contribution(view, model, k)[view.clear]) / _rms(view.effort[view.clear])
+        share = _rms(contributions[k][view.clear]) / _rms(view.effort[view.clear])
         values = {name: float(np.asarray(v)) for name, v in f.term.values.items()}
         term = replace(f.term, values=values, std=deviations)
         causes.append(
             Cause(
                 term,
-                gains[k].value,
-                gains[k].interval,
+                gained[k].value,
+                gained[k].interval,
                 share,
                 rivals[k],
-                _evidence(f.term, gains[k], share),
+                _evidence(f.term, gained[k], share),
             )
         )
     order = np.argsort([-cause.share for cause in causes], kind="stable")
@@ -212,20 +208,19 @@ def _evidence(term: Term, found: Gain, share: float) -> str:
 
 def _contribution(view: View, model: Fitted, index: int) -> Array:
     """What one term adds to the effort."""
-    rest = build(model.axis, model.base, without(model, index))
-    kept = model.axis.terms[: len(model.axis.terms) - len(model.found)]
-    rest = replace(rest, terms=(rest.terms[0], *kept[1:], *rest.terms[len(model.axis.terms) :]))
+    terms, at = model.axis.terms, len(model.template.terms) + index
+    rest = replace(model.axis, terms=(*terms[:at], *terms[at + 1 :]))
     return view.predicted(model.axis) - view.predicted(rest)
 
 
-def _traces(view: View, start: Fitted, model: Fitted) -> Traces:
+def _traces(view: View, start: Fitted, model: Fitted, contributions: list[Array]) -> Traces:
     def of_motion(name: str) -> Array:
         return np.concatenate([getattr(s.motion, name)[s.picks] for s in view.stretches])
 
     shares: dict[str, Array] = {}
-    for k, f in enumerate(model.found):
+    for f, contribution in zip(model.found, contributions, strict=True):
         effect = f.candidate.effect
-        shares[effect] = shares.get(effect, 0.0) + _contribution(view, model, k)
+        shares[effect] = shares.get(effect, 0.0) + contribution
     return Traces(
         time_s=of_motion("time_s"),
         position=of_motion("position"),

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from edge_ident.diagnosis.candidates import Candidate, term, unit_columns
 from edge_ident.diagnosis.view import View
 from edge_ident.effects import named
+from edge_ident.least_squares import unit_length
 from edge_ident.model import BASE, PARAMETERS, AxisModel, Term
 
 Array = NDArray[np.float64]
@@ -62,6 +63,17 @@ class Fitted:
     error: float
     """Sum of squares over the clear samples."""
 
+    @property
+    def linear(self) -> Array:
+        """Base parameters and amplitudes, in the order of the jacobian."""
+        return _linear(self.base, self.found)
+
+    @property
+    def template(self) -> AxisModel:
+        """The axis without what was found."""
+        kept = len(self.axis.terms) - len(self.found)
+        return replace(self.axis, terms=self.axis.terms[:kept])
+
 
 def fit(view: View, template: AxisModel, base: Array, found: Sequence[Found]) -> Fitted:
     """Fit base parameters and all amplitudes, with the shapes as they are."""
@@ -77,7 +89,8 @@ def fit(view: View, template: AxisModel, base: Array, found: Sequence[Found]) ->
         base, found = _moved(base, found, step)
         axis = build(template, base, found)
         reached = view.predicted(axis)
-        foreseen = predicted + jacobian[:, : _count(found)] @ step[: _count(found)]
+        count = len(_linear(base, found))
+        foreseen = predicted + jacobian[:, :count] @ step[:count]
         predicted = reached
         if np.max(np.abs(reached - foreseen)) < _LINEAR * np.std(residual):
             break
@@ -97,7 +110,7 @@ def _fit_additive(view: View, template: AxisModel, found: tuple[Found, ...]) -> 
     jacobian = _additive_jacobian(view, template, found)
     step = solve(jacobian[view.clear], view.effort[view.clear])
     base, found = _moved(np.zeros(4), tuple(_emptied(f) for f in found), step)
-    values = [*base, *(value for f in found for value in f.amplitudes.values())]
+    values = _linear(base, found)
     predicted = jacobian @ np.concatenate([values, step[len(values) :]])
     residual = (view.effort - predicted)[view.clear]
     axis = build(template, base, found)
@@ -118,9 +131,8 @@ def _additive_jacobian(view: View, template: AxisModel, found: tuple[Found, ...]
     return np.hstack([np.vstack(parts).T, view.standstills])
 
 
-def _count(found: Sequence[Found]) -> int:
-    """Base parameters and amplitudes."""
-    return 4 + sum(len(f.amplitudes) for f in found)
+def _linear(base: Array, found: Sequence[Found]) -> Array:
+    return np.array([*base, *(value for f in found for value in f.amplitudes.values())])
 
 
 def build(template: AxisModel, base: Array, found: Sequence[Found]) -> AxisModel:
@@ -132,10 +144,8 @@ def build(template: AxisModel, base: Array, found: Sequence[Found]) -> AxisModel
 
 def solve(jacobian: Array, residual: Array) -> Array:
     """Least squares with columns of unit length; directions that are not seen stay at zero."""
-    length = np.linalg.norm(jacobian, axis=0)
-    length = np.where(length > 0, length, 1.0)
-    unit = np.linalg.lstsq(jacobian / length, residual, rcond=_RANK)[0]
-    return np.asarray((unit.T / length).T)
+    unit, length = unit_length(jacobian)
+    return np.asarray((np.linalg.lstsq(unit, residual, rcond=_RANK)[0].T / length).T)
 
 
 def _moved(base: Array, found: tuple[Found, ...], step: Array) -> tuple[Array, tuple[Found, ...]]:
@@ -143,18 +153,13 @@ def _moved(base: Array, found: tuple[Found, ...], step: Array) -> tuple[Array, t
     moved = []
     for f in found:
         amplitudes = {}
+        bounds = named(f.candidate.effect).bounds
         for name, value in f.amplitudes.items():
-            amplitudes[name] = _bounded(f.candidate.effect, name, value + float(step[at]))
+            low, high = bounds[name]
+            amplitudes[name] = min(max(value + float(step[at]), low), high)
             at += 1
         moved.append(replace(f, amplitudes=amplitudes))
     return base + step[:4], tuple(moved)
-
-
-def _bounded(effect: str, name: str, value: float) -> float:
-    for parameter in named(effect).parameters:
-        if parameter.name == name:
-            return min(max(value, parameter.low), parameter.high)
-    raise KeyError(name)
 
 
 def _jacobian(view: View, axis: AxisModel, predicted: Array, found: tuple[Found, ...]) -> Array:
@@ -175,19 +180,16 @@ def _jacobian(view: View, axis: AxisModel, predicted: Array, found: tuple[Found,
 
 def jacobian_of(view: View, fitted: Fitted) -> Array:
     """The jacobian of a fitted model on another view of the same samples."""
-    kept = len(fitted.axis.terms) - len(fitted.found)
-    template = replace(fitted.axis, terms=fitted.axis.terms[:kept])
-    if additive(template, fitted.found):
-        return _additive_jacobian(view, template, fitted.found)
+    if additive(fitted.template, fitted.found):
+        return _additive_jacobian(view, fitted.template, fitted.found)
     return _jacobian(view, fitted.axis, view.predicted(fitted.axis), fitted.found)
 
 
 def shape_derivatives(view: View, fitted: Fitted) -> Array:
     """Derivatives of the prediction by every shape, (n, S)."""
     rows = []
-    kept = len(fitted.axis.terms) - len(fitted.found)
-    template = replace(fitted.axis, terms=fitted.axis.terms[:kept])
-    adds = additive(template, fitted.found)
+    template = fitted.template
+    kept, adds = len(template.terms), additive(template, fitted.found)
     for k, f in enumerate(fitted.found):
         for name in f.candidate.form.shapes:
             step = _DERIVATIVE * (abs(f.shapes[name]) or 1.0)
@@ -225,13 +227,12 @@ def held_out(view: View, fitted: Fitted, derivatives: Array) -> Array:
     Every fifth block is left out in turn. The fit is repeated to first order: amplitudes anew,
     shapes by their derivatives.
     """
-    amplitudes = [*fitted.base, *(v for f in fitted.found for v in f.amplitudes.values())]
-    columns = np.hstack([fitted.jacobian[:, : len(amplitudes)], derivatives])
-    start = np.zeros(columns.shape[1])
-    start[: len(amplitudes)] = amplitudes
+    linear = fitted.linear
+    columns = np.hstack([fitted.jacobian[:, : len(linear)], derivatives])
+    start = np.concatenate([linear, np.zeros(derivatives.shape[1])])
     target = view.effort - fitted.predicted + columns @ start
     target, columns = _beside_standstills(view, target), _beside_standstills(view, columns)
-    known = _shape_certainty(view, columns, target, derivatives.shape[1])
+    known = _shape_certainty(view, columns, derivatives.shape[1])
     residual = np.empty_like(target)
     for fold in range(_FOLDS):
         out = view.block % _FOLDS == fold
@@ -242,7 +243,7 @@ def held_out(view: View, fitted: Fitted, derivatives: Array) -> Array:
     return residual
 
 
-def _shape_certainty(view: View, columns: Array, target: Array, shapes: int) -> Array:
+def _shape_certainty(view: View, columns: Array, shapes: int) -> Array:
     """Rows (S, P) that hold each shape to within its deviation of where all samples put it.
 
     A fifth of the samples cannot move it further than that, while a derivative can be anything

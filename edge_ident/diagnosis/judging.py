@@ -50,12 +50,22 @@ class Gain:
 
 def gain(view: View, before: Fitted, after: Fitted) -> Gain:
     """What a model gains over a smaller one, on samples that neither was fitted to."""
-    added = after.predicted - before.predicted
-    if one_off(view, added):
+    return _gain(view, before, after, residuals_held_out(view, after))
+
+
+def gains(search: Search, model: Fitted) -> list[Gain]:
+    """What each cause of a model gains over all the others."""
+    held_out_residual = residuals_held_out(search.view, model)
+    smaller = [search.fit(model.base, without(model, k)) for k in range(len(model.found))]
+    return [_gain(search.view, less, model, held_out_residual) for less in smaller]
+
+
+def _gain(view: View, before: Fitted, after: Fitted, after_held_out: Array) -> Gain:
+    if one_off(view, after.predicted - before.predicted):
         old, new = view.effort - before.predicted, view.effort - after.predicted
         return Gain(*_resampled(view, old, new), one_off=True)
-    old, new = residuals_held_out(view, before), residuals_held_out(view, after)
-    return Gain(*_resampled(view, old, new), one_off=False)
+    old = residuals_held_out(view, before)
+    return Gain(*_resampled(view, old, after_held_out), one_off=False)
 
 
 def residuals_held_out(view: View, fitted: Fitted) -> Array:

@@ -20,6 +20,11 @@ _SLOW_SWEEP: Final = 8.0
 """Cut-off periods over the time in which a beat crosses the band, at which it is still one."""
 
 
+def reversals(motion: Motion) -> NDArray[np.intp]:
+    """Last samples before the velocity changes its sign."""
+    return np.flatnonzero(np.diff(np.sign(motion.velocity)) != 0)
+
+
 def widened(mask: Mask, by: int) -> Mask:
     """A mask (N,) and so many samples to either side of it."""
     return np.asarray(np.convolve(mask, np.ones(2 * by + 1), "same") > 0.5)

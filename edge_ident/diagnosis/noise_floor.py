@@ -2,10 +2,10 @@
 
 The larger of two: where the motion repeats, half the variance of what does not repeat (an encoder's
 rounding repeats as well); and the noise of effort and encoder, both known from frequencies that no
-motion reaches, through the filter. The latter is rather
-too much of the encoder's, whose rounding is not all random: where the quickest changes of the base
-model's residual, second differences from sample to sample, are smaller than those of such noise,
-the encoder's share is lowered to them. The floor is never raised by a residual.
+motion reaches, through the filter. The latter is rather too much of the encoder's, whose rounding
+is not all random: where the quickest changes of the base model's residual, second differences from
+sample to sample, are smaller than those of such noise, the encoder's share is lowered to them. The
+floor is never raised by a residual.
 """
 
 from dataclasses import dataclass
@@ -16,14 +16,17 @@ import scipy.signal
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.fitting import Fitted
+from edge_ident.diagnosis.masks import widened
 from edge_ident.diagnosis.view import Stretch, View
+from edge_ident.filters import gain
 
 Array = NDArray[np.float64]
 
 _MISMATCH: Final = 0.01
 """Rms deviation of a repeated motion from itself, over its own rms, that counts as none."""
 _FEWEST_PAIRS: Final = 30
-_FEW: Final = 3
+_PEAKS: Final = 3
+"""Of the autocorrelation, the shortest lags, that are looked at for a period."""
 _LEAST_FREEDOM: Final = 0.2
 _DOUBT: Final = 0.2
 """Relative uncertainty of noise that is not measured in the band itself."""
@@ -84,13 +87,12 @@ def _noise_covariance(stretch: Stretch, inertia: float) -> Array:
     """Covariance (2, 3) of the noise of effort and encoder in the filtered effort less model, at
     lags of 0, 1 and 2 picks."""
     share = np.linspace(0.0, 3.0, 601)
-    gain = 1.0 / (1.0 + share**8)
     encoder = 5.0 * share**4 * (inertia * stretch.acceleration_noise) ** 2
     density = np.stack([np.full_like(share, stretch.effort_noise**2), encoder])
     step_s = float(np.min(np.diff(stretch.picks))) * stretch.period_s
     angle = 2.0 * np.pi * share * stretch.cutoff_hz * step_s
     waves = np.cos(np.arange(3)[:, None] * angle)
-    return np.asarray(np.trapezoid(density[:, None] * gain**2 * waves, share, axis=-1))
+    return np.asarray(np.trapezoid(density[:, None] * gain(share) ** 2 * waves, share, axis=-1))
 
 
 def _parts(view: View, values: Array) -> list[tuple[Stretch, Array]]:
@@ -125,8 +127,7 @@ def _near(usable: NDArray[np.bool_]) -> NDArray[np.bool_]:
     places = np.flatnonzero(usable)
     if len(places) < 2:
         return usable
-    step = int(np.median(np.diff(places)))
-    return np.asarray(np.convolve(usable, np.ones(2 * step + 1), "same") > 0.5)
+    return widened(usable, int(np.median(np.diff(places))))
 
 
 def _period(stretch: Stretch) -> int | None:
@@ -155,5 +156,5 @@ def _lags(position: Array, samples: int) -> NDArray[np.intp]:
     peaks, _ = scipy.signal.find_peaks(correlation / overlap)
     peaks = peaks[(peaks > _LOWEST_SHARE * samples) & (peaks < 0.75 * samples)]
     # the peaks of what is but a few laps lie a little beside the period
-    nearby = [np.arange(int(0.97 * peak), int(1.03 * peak) + 1) for peak in peaks[:_FEW]]
+    nearby = [np.arange(int(0.97 * peak), int(1.03 * peak) + 1) for peak in peaks[:_PEAKS]]
     return np.unique(np.concatenate(nearby)) if nearby else peaks

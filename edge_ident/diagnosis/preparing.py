@@ -9,15 +9,17 @@ import scipy.sparse
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.bandwidth import balanced_cutoff, white_noise
-from edge_ident.diagnosis.masks import SMEAR_PERIODS, beating, standstills, widened
+from edge_ident.diagnosis.masks import SMEAR_PERIODS, beating, reversals, standstills, widened
 from edge_ident.diagnosis.view import Stretch, View
 from edge_ident.effect import Motion
 from edge_ident.errors import DataError
 from edge_ident.filters import differentiate, even_grid, interpolate, lowpass
 from edge_ident.recording import Recording
 from edge_ident.signals import (
+    SAMPLES_PER_CUTOFF_PERIOD,
     acceleration_noise,
     choose_cutoff,
+    decimated,
     encoder_count,
     position_noise,
     standing,
@@ -25,8 +27,6 @@ from edge_ident.signals import (
 
 Array = NDArray[np.float64]
 
-_SAMPLES_PER_CUTOFF_PERIOD: Final = 2.5
-"""Rate after decimation, in cut-offs: what the filter passes is kept, no more."""
 _MOST_SAMPLES: Final = 1500
 """Independent samples beyond which more bandwidth tells little and costs much time."""
 _FEWEST_SAMPLES: Final = 40
@@ -79,7 +79,7 @@ def _stretch(recording: Recording, name: str) -> Stretch:
     noise = position_noise(axis.position)
     cutoff_hz = balanced_cutoff(positions[name], effort, noise, density, widest_hz, period_s)
     duration_s = period_s * len(time_s)
-    cutoff_hz = min(cutoff_hz, _MOST_SAMPLES / (_SAMPLES_PER_CUTOFF_PERIOD * duration_s))
+    cutoff_hz = min(cutoff_hz, _MOST_SAMPLES / (SAMPLES_PER_CUTOFF_PERIOD * duration_s))
     # half a cut-off period: an axis that stops for a moment may not even seem to turn
     moving = ~standing(positions[name], 2.0 * cutoff_hz, period_s, 2.0 * SMEAR_PERIODS)
     # columns are made at a rate that resolves what the filter leaves of their jumps
@@ -101,8 +101,9 @@ def _stretch(recording: Recording, name: str) -> Stretch:
         for other, position in positions.items()
     }
     shift_s = recording.effort_shift_s
-    picks = _picks(moving[::stride], cutoff_hz, coarse_s)
-    turns = np.flatnonzero(np.diff(np.sign(motions[name].velocity)) != 0)
+    picks = decimated(len(motions[name].time_s), cutoff_hz, coarse_s)
+    picks = picks[moving[::stride][picks]]
+    turns = reversals(motions[name])
     smear = int(np.ceil(SMEAR_PERIODS / (cutoff_hz * coarse_s)))
     turning = np.zeros(len(motions[name].time_s), dtype=np.bool_)
     turning[turns] = True
@@ -153,14 +154,6 @@ def _smooth_motion(
     smooth = differentiate(position, cutoff_hz, period_s)
     position, velocity, acceleration = (signal[::stride] for signal in smooth)
     return Motion.known(time_s[::stride] - time_s[0], position, velocity, acceleration)
-
-
-def _picks(moving: NDArray[np.bool_], cutoff_hz: float, period_s: float) -> NDArray[np.intp]:
-    samples = len(moving)
-    step = max(1, int(1.0 / (_SAMPLES_PER_CUTOFF_PERIOD * cutoff_hz * period_s)))
-    margin = min(int(1.0 / (cutoff_hz * period_s)), samples // 20)
-    picks = np.arange(margin, samples - margin, step)
-    return np.asarray(picks[moving[picks]])
 
 
 def _blocks(stretches: tuple[Stretch, ...]) -> NDArray[np.intp]:

@@ -8,6 +8,7 @@ from scipy.stats import qmc
 
 from edge_ident.diagnosis.candidates import Candidate
 from edge_ident.effects import named
+from edge_ident.least_squares import unit_length
 
 Array = NDArray[np.float64]
 
@@ -39,16 +40,15 @@ def explained(
     normalized = np.linalg.solve(gram, right[..., None])[..., 0]
     errors = total - np.einsum("dk,dk->d", normalized, right)
     amplitudes = normalized / np.where(length > 0.0, length, 1.0)
-    bounds = {p.name: (p.low, p.high) for p in named(candidate.effect).parameters}
+    bounds = named(candidate.effect).bounds
     low, high = np.array([bounds[name] for name in candidate.form.amplitudes]).T
     physical = np.all((amplitudes >= low) & (amplitudes <= high), axis=1)
     return np.where(new & physical, np.maximum(errors, _TINY), np.inf), amplitudes
 
 
 def orthonormal(jacobian: Array) -> Array:
-    length = np.linalg.norm(jacobian, axis=0)
-    unit = jacobian / np.where(length > 0.0, length, 1.0)
-    left, singular, _ = np.linalg.svd(unit, full_matrices=False)
+    """Basis (n, R) of what the columns (n, P) of a jacobian span."""
+    left, singular, _ = np.linalg.svd(unit_length(jacobian)[0], full_matrices=False)
     return np.asarray(left[:, singular > 1e-7 * singular[0]])
 
 

@@ -6,11 +6,10 @@ from typing import Final
 import numpy as np
 
 from edge_ident.diagnosis.result import AxisDiagnosis, DataFinding
-from edge_ident.filters import even_grid
+from edge_ident.filters import sampling_jitter
 from edge_ident.recording import AxisRecord, Recording
+from edge_ident.signals import JITTER_LIMIT
 
-_JITTER: Final = 0.05
-"""Sampling periods, above which samples are interpolated."""
 _GAP: Final = 3.0
 """Sampling periods that count as lost samples."""
 _AT_PEAK: Final = 0.005
@@ -31,7 +30,6 @@ def data_findings(
 
 def _timing(recording: Recording, name: str) -> list[DataFinding]:
     steps = np.diff(recording.time_s)
-    even, period_s = even_grid(recording.time_s)
     gaps = int(np.count_nonzero(steps > _GAP * np.median(steps)))
     if gaps:
         longest = float(np.max(steps))
@@ -42,13 +40,13 @@ def _timing(recording: Recording, name: str) -> list[DataFinding]:
                 f"{gaps} gaps of up to {longest:.3g} s in the time stamps were bridged",
             )
         ]
-    jitter = float(np.max(np.abs(recording.time_s - even - np.mean(recording.time_s - even))))
-    if jitter > _JITTER * period_s:
+    jitter = sampling_jitter(recording.time_s)
+    if jitter > JITTER_LIMIT:
         return [
             DataFinding(
                 "uneven_sampling",
                 name,
-                f"time stamps are up to {jitter / period_s:.2g} periods off an even grid; samples "
+                f"time stamps are up to {jitter:.2g} periods off an even grid; samples "
                 "were interpolated",
             )
         ]

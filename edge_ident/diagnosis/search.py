@@ -52,7 +52,6 @@ class Trial:
     """Sum of squares that would be left over the clear samples."""
     doubt: float
     """Sum of squares by which the formulas of the model and the candidate may be off."""
-    penalty: float
     on_edge: bool
 
 
@@ -74,18 +73,23 @@ class Search:
 
     def penalty(self, candidate: Candidate) -> float:
         """What a candidate has to pay, in the unit of n·log(error)."""
-        samples = self.samples
         tried = len(catalogue()) * _count(self.grids[candidate])
-        return float(candidate.size * np.log(samples) + 2.0 * np.log(tried))
+        return float(candidate.size * np.log(self.samples) + 2.0 * np.log(tried))
 
     def criterion(self, fitted: Fitted) -> float:
         """Extended Bayesian information of a model, the smaller the better."""
-        samples = self.samples
-        penalty: float = 0.0
+        return self._misfit(fitted.error + self.doubt(fitted)) + self._paid(fitted)
+
+    def _misfit(self, error: float) -> float:
+        return self.samples * float(np.log(max(error, _TINY)))
+
+    def _paid(self, fitted: Fitted) -> float:
+        """What all that was found pays."""
+        paid = 0.0
         for f in fitted.found:
-            penalty += self.penalty(f.candidate)
-            penalty += float(samples * np.log(self._surcharge(f.term)[0]))
-        return float(samples * np.log(max(fitted.error + self.doubt(fitted), _TINY)) + penalty)
+            paid += self.penalty(f.candidate)
+            paid += self.samples * float(np.log(self._surcharge(f.term)[0]))
+        return paid
 
     def _surcharge(self, added: Term) -> Array:
         """Factor (D,) on the error of a model with a term in which the actuator ignores commands.
@@ -126,8 +130,7 @@ class Search:
         return doubt
 
     def _contribution(self, found: Found, fitted: Fitted) -> Array:
-        shapes = {name: np.array([value]) for name, value in found.shapes.items()}
-        rows = columns(self.view, fitted.axis, found.candidate, shapes)
+        rows = columns(self.view, fitted.axis, found.candidate, found.shapes)
         return np.asarray(rows[0, 0, self.view.clear])
 
     def trials(self, fitted: Fitted, without: frozenset[str] = frozenset()) -> list[Trial]:
@@ -148,21 +151,21 @@ class Search:
                 continue
             trial = self._trial(candidate, self.grids[candidate], best, errors, amplitudes)
             coarse.append(self._doubted(trial, fitted, doubt))
-        coarse.sort(key=self._gain)
+        coarse.sort(key=self._alone)
         refined: list[Trial] = []
-        before = self.samples * np.log(max(fitted.error + doubt, _TINY))
+        before = self._misfit(fitted.error + doubt)
         for trial in coarse:
-            gained = before - self._gain(trial)
-            if len(refined) == _REFINED or gained < _PROMISING * (before - self._gain(coarse[0])):
+            gained = before - self._alone(trial)
+            if len(refined) == _REFINED or gained < _PROMISING * (before - self._alone(coarse[0])):
                 break
-            if gained < -trial.penalty + _SLIGHTEST:
+            if gained < _SLIGHTEST - self.penalty(trial.found.candidate):
                 break
             better = self._refined(trial, fitted, residual, basis)
             if self._plausible(better.found, fitted) and (
                 self._clarity(better.found, fitted, shaken) > _CLARITY
             ):
                 refined.append(self._doubted(better, fitted, doubt))
-        return sorted(refined, key=self._gain)
+        return sorted(refined, key=self._alone)
 
     def _doubted(self, trial: Trial, fitted: Fitted, doubt: float) -> Trial:
         own = max(fitted.error - trial.error, 0.0)
@@ -176,8 +179,8 @@ class Search:
             return False
         if not named(found.candidate.effect).away_from_reversals:
             return True
-        shapes = {name: np.array([value]) for name, value in found.shapes.items()}
-        energy = np.sum(columns(self.view, fitted.axis, found.candidate, shapes)[0] ** 2, axis=0)
+        rows = columns(self.view, fitted.axis, found.candidate, found.shapes)[0]
+        energy = np.sum(rows**2, axis=0)
         return float(np.sum(energy[self.view.far])) > 0.5 * float(np.sum(energy))
 
     def _clarity(self, found: Found, fitted: Fitted, shaken_jacobian: Array) -> float:
@@ -186,10 +189,9 @@ class Search:
         The least of its columns counts. What the model's columns do not explain of a candidate's
         is all that tells them apart. On slow motions that can be noise of the model's columns.
         """
-        shapes = {name: np.array([value]) for name, value in found.shapes.items()}
         clear = self.view.clear
         seen, shaken = (
-            columns(view, fitted.axis, found.candidate, shapes)[0][:, clear]
+            columns(view, fitted.axis, found.candidate, found.shapes)[0][:, clear]
             for view in (self.view, self.shaken)
         )
         jacobian = fitted.jacobian[clear]
@@ -216,14 +218,11 @@ class Search:
 
     def value(self, trial: Trial, fitted: Fitted) -> float:
         """Criterion of a model with a trial added."""
-        samples = self.samples
-        left = max(fitted.error + self.doubt(fitted), _TINY)
-        had = self.criterion(fitted) - samples * np.log(left)
-        return float(had + self._gain(trial))
+        return self._paid(fitted) + self._alone(trial)
 
-    def _gain(self, trial: Trial) -> float:
-        samples = self.samples
-        return float(samples * np.log(max(trial.error + trial.doubt, _TINY)) + trial.penalty)
+    def _alone(self, trial: Trial) -> float:
+        """Criterion of a trial without what the model pays that it stands on."""
+        return self._misfit(trial.error + trial.doubt) + self.penalty(trial.found.candidate)
 
     def independent(self, fitted: Fitted) -> float:
         """How many independent samples a model's residual is worth: Bartlett's formula, summed to
@@ -249,7 +248,7 @@ class Search:
             rest = self.fit(fitted.base, fitted.found[:k] + fitted.found[k + 1 :])
             residual = (self.view.effort - rest.predicted)[self.view.clear]
             basis = orthonormal(rest.jacobian[self.view.clear])
-            start = Trial(f, np.inf, 0.0, 0.0, False)
+            start = Trial(f, np.inf, 0.0, False)
             better = self._refined(start, rest, residual, basis).found
             found = (*fitted.found[:k], better, *fitted.found[k + 1 :])
             candidate = self.fit(fitted.base, found)
@@ -278,8 +277,7 @@ class Search:
             and name not in named(candidate.effect).open_shapes
             and np.ptp(array) > 0.0
         )
-        penalty = self.penalty(candidate)
-        return Trial(Found(candidate, at, named_), float(errors[best]), 0.0, penalty, edge)
+        return Trial(Found(candidate, at, named_), float(errors[best]), 0.0, edge)
 
     def _refined(self, trial: Trial, fitted: Fitted, residual: Array, basis: Array) -> Trial:
         """Close in on the best shapes, all of them together."""
@@ -320,8 +318,7 @@ class Search:
         """Points inside a shape's grid where that has an extent, else inside its bounds."""
         low, high = (float(f(self.grids[candidate][name])) for f in (np.min, np.max))
         if low == high:
-            bounds = {p.name: (p.low, p.high) for p in named(candidate.effect).parameters}
-            low, high = bounds[name]
+            low, high = named(candidate.effect).bounds[name]
         return np.asarray(np.clip(points, low, high))
 
 

@@ -7,6 +7,7 @@ import numpy as np
 import scipy.sparse
 from numpy.typing import NDArray
 
+from edge_ident.diagnosis.masks import reversals
 from edge_ident.effect import Extent, Motion
 from edge_ident.effects import named
 from edge_ident.filters import lowpass
@@ -115,7 +116,7 @@ class View:
     @property
     def reverses(self) -> bool:
         """Whether the axis turns in any recording."""
-        return any(np.ptp(np.sign(s.motion.velocity)) > 0.0 for s in self.stretches)
+        return any(len(reversals(s.motion)) for s in self.stretches)
 
     @property
     def far(self) -> NDArray[np.bool_]:
@@ -147,8 +148,7 @@ class View:
         parts = []
         for s in self.stretches:
             travelled = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(s.motion.position)))])
-            turns = np.flatnonzero(np.diff(np.sign(s.motion.velocity)) != 0) + 1
-            starts = np.concatenate([[0], turns])
+            starts = np.concatenate([[0], reversals(s.motion) + 1])
             last = starts[np.searchsorted(starts, s.picks, side="right") - 1]
             parts.append(travelled[s.picks] - travelled[last])
         return np.concatenate(parts)

@@ -20,6 +20,7 @@ class LoadDependentFriction(Effect):
 
     parameters = (Parameter("share", "1", 0.0, 0.9, "of the transmitted effort that is lost"),)
     discrepancy = 0.1
+    follows_base = True
     forms = (Form(("share",)),)
     signature = "friction that follows the transmitted effort, not the speed"
     rivals = ("actuator_deadband", "nonlinear_viscous", "payload_change")
@@ -34,9 +35,6 @@ class LoadDependentFriction(Effect):
         output = motion.transmitted
         share = values["share"] * motion.direction * np.sign(output)
         return output / (1.0 - share) - output
-
-    def follows(self, base: Values) -> None:
-        """What is transmitted is inertia and offset."""
 
     def draw(self, draws: Draws, scale: Scale) -> dict[str, Array]:
         """A loss of 5 % to 60 %, from a ball screw to a worm gear."""

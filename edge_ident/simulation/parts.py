@@ -101,8 +101,7 @@ class Parts:
         return inertia
 
     def _source(self, axis: int, term: Term) -> int | None:
-        effect = named(term.effect)
-        if not effect.needs_source and (term.source_axis is None or not effect.takes_source):
+        if not named(term.effect).has_source(term.source_axis):
             return None
         if term.source_axis not in self.names or term.source_axis == self.names[axis]:
             raise ModelError(
