@@ -194,26 +194,37 @@ def test_the_virtual_boards_power_is_cut_at_every_request_of_a_gain_write(
 
 @contextmanager
 def powered(firmware: Path, memory: Path, folder: Path) -> Iterator[tuple[FaultProxy, Callable]]:
-    """The C board behind a line, and what cuts its power."""
+    """The C board behind a line, and what cuts its power: once it returns, nothing answers."""
     folder.mkdir(exist_ok=True)
     command = c_command(firmware, "--store", str(memory))
     process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
     assert process.stdout is not None
     url = process.stdout.readline().strip()
-    try:
-        with FaultProxy(url, folder, FaultyLine()) as proxy:
-            yield proxy, process.kill
-    finally:
+
+    def cut() -> None:
         process.kill()
         process.wait()
 
+    try:
+        with FaultProxy(url, folder, FaultyLine()) as proxy:
+            yield proxy, cut
+    finally:
+        cut()
+
 
 def test_the_firmwares_power_is_cut_at_every_request_of_a_gain_write(
-    bench: PtyBench, firmware: Path, tmp_path: Path
+    firmware: Path, tmp_path: Path
 ) -> None:
-    """It stays off; what its permanent memory holds is seen at the next power-up."""
+    """It stays off; what its permanent memory holds is seen at the next power-up.
+
+    How often the host asks whether the gains are stored is up to the board's time: the power is
+    cut later and later until a gain write ends before.
+    """
     first: dict[str, AxisGains] | None = None
-    for number in range(1, requests_of_a_gain_write(bench) + 1):
+    cut_short: LinkError | None = None
+    number = 0
+    while cut_short or number == 0:
+        number += 1
         memory = tmp_path / f"memory{number}"
         with (
             powered(firmware, memory, tmp_path / "cut") as (proxy, cut),
@@ -221,14 +232,18 @@ def test_the_firmwares_power_is_cut_at_every_request_of_a_gain_write(
         ):
             first = first or dict(board.active_gains())
             proxy.line.choose = CutAt(number, cut)
-            with pytest.raises(LinkError) as caught:
+            cut_short = None
+            try:
                 gain_write(board)
-            assert "check cable and power" in caught.value.next_step
+            except LinkError as error:
+                cut_short = error
+        assert cut_short is None or "check cable and power" in cut_short.next_step
         with (
             powered(firmware, memory, tmp_path / "again") as (proxy, _),
             closing(connected_board(proxy.url)) as board,
         ):
             make_ready(board)
-            assert board.active_gains() in (first, NEW)
+            assert board.active_gains() in ((first, NEW) if cut_short else (NEW,))
             assert not board.status().unconfirmed
-    assert first not in (None, NEW)
+    assert first != NEW
+    assert number > 10
