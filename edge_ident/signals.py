@@ -187,7 +187,7 @@ def decimated(samples: int, cutoff_hz: float, period_s: float) -> NDArray[np.int
     One filter's settling time is left out at both ends, where effort and position are
     continued differently.
     """
-    margin = min(int(1.0 / period_s / cutoff_hz), samples // 20)
+    margin = min(round(1.0 / (cutoff_hz * period_s)), samples // 20)
     return np.arange(margin, samples - margin, decimation(cutoff_hz, period_s))
 
 
