@@ -5,8 +5,10 @@ reply to the next. Hence a link is dirty from the moment a request leaves until 
 hand. The next request on a dirty link first drains the line, keeps silent for the board's worst
 reply time and reads the nonce, which must be the one read at connect; another number may be a
 late reply itself, so that is tried again. A second copy of a reply could pass for the next one,
-too: between two reads of one length from different places stands one of another length. Capture
-pages need none, for they say which they are. Reads are repeated, writes never.
+too: between two reads of one length from different places stands one of another length. And a
+reply may be later still: as long as one of the same length from another place could be on its way,
+words count when more replies than that say the same. Capture pages need none of this, for they say
+which they are. Reads are repeated, writes never.
 """
 
 import asyncio
@@ -43,6 +45,8 @@ _TRIES: Final = 3
 _READ_LIMIT: Final = 125
 _WRITE_LIMIT: Final = 123
 _FRAME_GAP_S: Final = 0.05
+_LATEST_S: Final = 2.0
+"""After which no adapter still holds a reply."""
 
 # what pymodbus would print says less than the errors raised here
 logging.getLogger("pymodbus").addHandler(logging.NullHandler())
@@ -74,6 +78,8 @@ class ModbusLink:
         self._silence_s = silence_s
         self._dirty = False
         self._last_read = (0, 0)
+        self._unanswered: list[tuple[int, int, float]] = []
+        """Address and count of reads whose reply may still come, and when they were given up."""
         try:
             self._nonce = self._first_nonce()
         except (NoReplyError, BoardError) as error:
@@ -118,19 +124,42 @@ class ModbusLink:
 
     def _read_clean(self, address: int, count: int) -> list[int]:
         self._clean()
-        last_address, last_count = self._last_read
-        if count == last_count and address != last_address and address < PAGE_ADDRESS:
+        if address >= PAGE_ADDRESS:
+            return self._read_once(address, count)
+        if self._last_read[0] != address:
+            self._read_between(count)
+        words = self._read_once(address, count)
+        for _ in range(self._perhaps_late(address, count)):
+            self._read_between(count)
+            if self._read_once(address, count) != words:
+                raise self._no_reply("its replies contradict each other")
+        return words
+
+    def _read_between(self, count: int) -> None:
+        """Where two reads of one length would follow each other, one of another length."""
+        if count == self._last_read[1]:
             self._read_once(_NONCE.address, _NONCE.words if count != _NONCE.words else 2 * count)
-        return self._read_once(address, count)
+
+    def _perhaps_late(self, address: int, count: int) -> int:
+        """How many replies from other places could come instead of this one."""
+        now_s = time.monotonic()
+        self._unanswered = [late for late in self._unanswered if now_s - late[2] < _LATEST_S]
+        return sum(there != address and size == count for there, size, _ in self._unanswered)
 
     def _read_once(self, address: int, count: int) -> list[int]:
-        reply = self._transact(
-            lambda: self._client.read_holding_registers(address, count=count, device_id=DEVICE_ID)
-        )
-        # input registers' reply is a subclass
-        if type(reply) is not ReadHoldingRegistersResponse or len(reply.registers) != count:
-            self._dirty = True
-            raise self._no_reply("a reply to something else came")
+        try:
+            reply = self._transact(
+                lambda: self._client.read_holding_registers(
+                    address, count=count, device_id=DEVICE_ID
+                )
+            )
+            # input registers' reply is a subclass
+            if type(reply) is not ReadHoldingRegistersResponse or len(reply.registers) != count:
+                self._dirty = True
+                raise self._no_reply("a reply to something else came")
+        except NoReplyError:
+            self._unanswered.append((address, count, time.monotonic()))
+            raise
         self._last_read = (address, count)
         return list(reply.registers)
 
