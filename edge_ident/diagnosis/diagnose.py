@@ -153,8 +153,7 @@ def _settled(search: Search, model: Fitted) -> tuple[Fitted, list[tuple[Rival, .
 def _summary(view: View, fitted: Fitted) -> tuple[Fit, Array]:
     """A model's figures, and the deviations of its base parameters, amplitudes and shapes."""
     derivatives = shape_derivatives(view, fitted)
-    count = len(fitted.linear)
-    columns = np.hstack([fitted.jacobian[:, :count], derivatives, fitted.jacobian[:, count:]])
+    columns = np.hstack([fitted.jacobian, derivatives])
     unit, length = unit_length(columns[view.clear])
     residual = (view.effort - fitted.predicted)[view.clear]
     std = coloured_std(unit, residual) / length

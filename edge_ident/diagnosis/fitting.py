@@ -52,7 +52,7 @@ class Fitted:
     predicted : (n,) array
         At all picks.
     jacobian : (n, P) array
-        By base parameters, then each term's amplitudes, then what standstills leave.
+        By base parameters, then each term's amplitudes.
     """
 
     axis: AxisModel
@@ -89,13 +89,10 @@ def fit(view: View, template: AxisModel, base: Array, found: Sequence[Found]) ->
         base, found = _moved(base, found, step)
         axis = build(template, base, found)
         reached = view.predicted(axis)
-        count = len(_linear(base, found))
-        foreseen = predicted + jacobian[:, :count] @ step[:count]
+        foreseen = predicted + jacobian @ step
         predicted = reached
         if np.max(np.abs(reached - foreseen)) < _LINEAR * np.std(residual):
             break
-    if view.standstills.shape[1]:
-        predicted = predicted + view.standstills @ step[-view.standstills.shape[1] :]
     residual = (view.effort - predicted)[view.clear]
     return Fitted(axis, base, found, predicted, jacobian, float(residual @ residual))
 
@@ -110,8 +107,7 @@ def _fit_additive(view: View, template: AxisModel, found: tuple[Found, ...]) -> 
     jacobian = _additive_jacobian(view, template, found)
     step = solve(jacobian[view.clear], view.effort[view.clear])
     base, found = _moved(np.zeros(4), tuple(_emptied(f) for f in found), step)
-    values = _linear(base, found)
-    predicted = jacobian @ np.concatenate([values, step[len(values) :]])
+    predicted = np.asarray(jacobian @ _linear(base, found))
     residual = (view.effort - predicted)[view.clear]
     axis = build(template, base, found)
     return Fitted(axis, base, found, predicted, jacobian, float(residual @ residual))
@@ -122,13 +118,13 @@ def _emptied(found: Found) -> Found:
 
 
 def _additive_jacobian(view: View, template: AxisModel, found: tuple[Found, ...]) -> Array:
-    """By base parameters and amplitudes, and what standstills leave, (n, P)."""
+    """By base parameters and amplitudes, (n, P)."""
     if "base" not in view.kept:
         rows = dict(zip(PARAMETERS, np.eye(4), strict=True))
         view.kept["base"] = view.predicted(replace(template, terms=(Term(BASE, rows),)))
     parts = [view.kept["base"]]
     parts += [unit_columns(view, template, f.candidate, f.shapes) for f in found]
-    return np.hstack([np.vstack(parts).T, view.standstills])
+    return np.vstack(parts).T
 
 
 def _linear(base: Array, found: Sequence[Found]) -> Array:
@@ -175,7 +171,7 @@ def _jacobian(view: View, axis: AxisModel, predicted: Array, found: tuple[Found,
         array[row] += _SMALL
         terms[index] = replace(terms[index], values={**values, name: array})
     rows = view.predicted(replace(axis, terms=tuple(terms)))
-    return np.hstack([((rows - predicted) / _SMALL).T, view.standstills])
+    return np.asarray(((rows - predicted) / _SMALL).T)
 
 
 def jacobian_of(view: View, fitted: Fitted) -> Array:
@@ -212,26 +208,15 @@ def _reshaped(axis: AxisModel, index: int, found: Found) -> AxisModel:
     return replace(axis, terms=(*axis.terms[:index], found.term, *axis.terms[index + 1 :]))
 
 
-def _beside_standstills(view: View, values: Array) -> Array:
-    """What of the clear samples (n, ...) standstills cannot have left: their traces are of one
-    place, and nothing that is held out could be foreseen of them."""
-    clear = view.clear
-    beside = values.copy()
-    beside[clear] -= view.standstills[clear] @ solve(view.standstills[clear], values[clear])
-    return beside
-
-
 def held_out(view: View, fitted: Fitted, derivatives: Array) -> Array:
     """Residuals (n,) of samples that did not take part in the fit that predicts them.
 
     Every fifth block is left out in turn. The fit is repeated to first order: amplitudes anew,
     shapes by their derivatives.
     """
-    linear = fitted.linear
-    columns = np.hstack([fitted.jacobian[:, : len(linear)], derivatives])
-    start = np.concatenate([linear, np.zeros(derivatives.shape[1])])
-    target = view.effort - fitted.predicted + columns @ start
-    target, columns = _beside_standstills(view, target), _beside_standstills(view, columns)
+    columns = np.hstack([fitted.jacobian, derivatives])
+    start = np.concatenate([fitted.linear, np.zeros(derivatives.shape[1])])
+    target: Array = view.effort - fitted.predicted + columns @ start
     known = _shape_certainty(view, columns, derivatives.shape[1])
     residual = np.empty_like(target)
     for fold in range(_FOLDS):

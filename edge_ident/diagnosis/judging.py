@@ -115,9 +115,8 @@ def contest(search: Search, model: Fitted, index: int) -> Contest:
         for t in trials[:_TRIED_RIVALS]
         if not t.on_edge
     ]
-    own = search.criterion(model)
     better = min((m for _, m in models), key=search.criterion, default=None)
-    if better is not None and search.criterion(better) >= own:
+    if better is not None and search.gain(model, better) <= 0.0:
         better = None
     rivals = [_rival(search, model, candidate, other) for candidate, other in models]
     tried = {r.effect for r in rivals}
@@ -128,7 +127,7 @@ def contest(search: Search, model: Fitted, index: int) -> Contest:
 
 
 def _rival(search: Search, model: Fitted, candidate: Candidate, other: Fitted) -> Rival:
-    distance = search.criterion(other) - search.criterion(model)
+    distance = search.gain(other, model)
     larger = np.sqrt(other.error / max(model.error, _TINY)) - 1.0
     if distance < DECISIVE:
         evidence = f"in its place it leaves as little residual ({larger:+.1%})"

@@ -111,7 +111,7 @@ def _from_repetition(view: View) -> Floor | None:
         if lag is None:
             continue
         usable = np.zeros(len(s.effort), dtype=np.bool_)
-        usable[s.picks[s.clear]] = True
+        usable[s.picks[s.far]] = True
         both = np.flatnonzero(usable[:-lag] & _near(usable[lag:]))
         difference = s.effort[both + lag] - s.effort[both]
         sums += 0.5 * float(difference @ difference)

@@ -50,19 +50,18 @@ def _peel(search: Search, start: Fitted) -> Fitted:
         grown = [model for model in grown if model.error < _FOLLOWED * leader]
         beam = sorted(grown, key=search.criterion)[:_WIDTH]
         beam[0] = search.polished(beam[0])
-        if search.criterion(beam[0]) < search.criterion(best):
+        if search.gain(best, beam[0]) > 0.0:
             best = beam[0]
     return prune(search, best)
 
 
 def _children(search: Search, parent: Fitted) -> Iterable[Fitted]:
-    limit = search.criterion(parent) - _ACCUSING
     trials = [t for t in search.trials(parent, present(parent)) if not t.on_edge]
     least = min((trial.error for trial in trials), default=0.0)
     for trial in [t for t in trials if t.error < _FOLLOWED * least][:_WIDTH]:
-        if search.value(trial, parent) < limit:
+        if search.promised(trial, parent) > _ACCUSING:
             child = search.fit(parent.base, (*parent.found, trial.found))
-            if search.criterion(child) < limit:
+            if search.gain(parent, child) > _ACCUSING:
                 yield child
 
 
@@ -71,7 +70,7 @@ def prune(search: Search, model: Fitted) -> Fitted:
     while model.found:
         smaller = [search.fit(model.base, without(model, k)) for k in range(len(model.found))]
         best = min(smaller, key=search.criterion)
-        if search.criterion(best) > search.criterion(model) + _ACCUSING:
+        if search.gain(best, model) > _ACCUSING:
             return model
         model = best
     return model

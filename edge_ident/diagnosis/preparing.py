@@ -4,13 +4,19 @@ from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
-import scipy.linalg
 import scipy.sparse
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.bandwidth import balanced_cutoff, white_noise
-from edge_ident.diagnosis.masks import SMEAR_PERIODS, beating, reversals, standstills, widened
-from edge_ident.diagnosis.view import Stretch, View
+from edge_ident.diagnosis.masks import (
+    SMEAR_PERIODS,
+    beating,
+    reversals,
+    tapered,
+    undecided,
+    widened,
+)
+from edge_ident.diagnosis.view import Stretch, View, judged
 from edge_ident.effect import Motion
 from edge_ident.errors import DataError
 from edge_ident.filters import differentiate, even_grid, interpolate, lowpass
@@ -22,7 +28,6 @@ from edge_ident.signals import (
     decimated,
     encoder_count,
     position_noise,
-    standing,
 )
 
 Array = NDArray[np.float64]
@@ -31,8 +36,17 @@ _MOST_SAMPLES: Final = 1500
 """Independent samples beyond which more bandwidth tells little and costs much time."""
 _FEWEST_SAMPLES: Final = 40
 """Twice the parameters of the base model and a few causes."""
-_COLUMN_RATE: Final = 12.0
-"""Samples per cut-off period at which columns are made."""
+_MOTION_BAND: Final = 2.0
+"""Bandwidth of the motion over that of what is judged. One as narrow would turn and stop at other
+moments than the axis; a wider one brings noise that tapering folds into the band."""
+_TAPER_PERIODS: Final = 0.3
+"""Cut-off periods in which effort and columns fade out before what is unknown, and in again."""
+_WIDEST: Final = 0.2
+"""Of the sampling rate."""
+_COLUMN_RATE: Final = 6.0
+"""Samples per period of the motion's cut-off at which columns are made."""
+_LEAST_SLIDING: Final = 0.5
+"""Share of what the filter passes at a sample that must be of sliding."""
 _BLOCKS: Final = 40
 _BLOCK_PERIODS: Final = 4.0
 """A block is at least so many cut-off periods long."""
@@ -62,7 +76,6 @@ def view_of(recordings: Sequence[Recording], name: str) -> View:
         effort=np.concatenate([s.effort[s.picks] for s in stretches]),
         clear=clear,
         block=_blocks(stretches),
-        standstills=scipy.linalg.block_diag(*(s.standstills for s in stretches)),
     )
 
 
@@ -80,13 +93,11 @@ def _stretch(recording: Recording, name: str) -> Stretch:
     cutoff_hz = balanced_cutoff(positions[name], effort, noise, density, widest_hz, period_s)
     duration_s = period_s * len(time_s)
     cutoff_hz = min(cutoff_hz, _MOST_SAMPLES / (SAMPLES_PER_CUTOFF_PERIOD * duration_s))
-    # half a cut-off period: an axis that stops for a moment may not even seem to turn
-    moving = ~standing(positions[name], 2.0 * cutoff_hz, period_s, 2.0 * SMEAR_PERIODS)
-    # columns are made at a rate that resolves what the filter leaves of their jumps
-    stride = max(1, int(1.0 / (_COLUMN_RATE * cutoff_hz * period_s)))
+    motion_hz = min(_MOTION_BAND * cutoff_hz, _WIDEST / period_s)
+    stride = max(1, int(1.0 / (_COLUMN_RATE * motion_hz * period_s)))
     coarse_s = stride * period_s
     motions = {
-        other: _smooth_motion(time_s, position, cutoff_hz, period_s, stride)
+        other: _smooth_motion(time_s, position, motion_hz, period_s, stride)
         for other, position in positions.items()
     }
     rng = np.random.default_rng(_SHAKE_SEED)
@@ -94,23 +105,27 @@ def _stretch(recording: Recording, name: str) -> Stretch:
         other: _smooth_motion(
             time_s,
             position + position_noise(position) * rng.standard_normal(len(position)),
-            cutoff_hz,
+            motion_hz,
             period_s,
             stride,
         )
         for other, position in positions.items()
     }
     shift_s = recording.effort_shift_s
-    picks = decimated(len(motions[name].time_s), cutoff_hz, coarse_s)
-    picks = picks[moving[::stride][picks]]
-    turns = reversals(motions[name])
-    smear = int(np.ceil(SMEAR_PERIODS / (cutoff_hz * coarse_s)))
-    turning = np.zeros(len(motions[name].time_s), dtype=np.bool_)
+    unknown = undecided(positions[name], noise, cutoff_hz, period_s)
+    known = 1.0 - tapered(unknown, _TAPER_PERIODS / (cutoff_hz * period_s))[::stride]
+    columns = np.arange(len(known)) * stride
+    sliding = np.interp(np.arange(len(time_s)), columns, known)
+    picks = decimated(len(known), cutoff_hz, coarse_s)
+    picks = picks[lowpass(sliding, cutoff_hz, period_s)[columns][picks] > _LEAST_SLIDING]
+    judged_motion = _smooth_motion(time_s, positions[name], cutoff_hz, period_s, stride)
+    turns = reversals(judged_motion)
+    turning = known < 0.5
     turning[turns] = True
-    clear = ~widened(turning, smear)[picks]
-    far = ~widened(turning | ~moving[::stride], 3 * smear)[picks]
+    smear = int(np.ceil(SMEAR_PERIODS / (cutoff_hz * coarse_s)))
     count = encoder_count(axis.position)
-    clear &= ~beating(motions[name], count, cutoff_hz, period_s, smear)[picks]
+    clear = ~beating(judged_motion, count, cutoff_hz, period_s, smear)[picks]
+    far = ~widened(turning, 3 * smear)[picks]
     return Stretch(
         motion=motions[name],
         others={other: motion for other, motion in motions.items() if other != name},
@@ -119,7 +134,9 @@ def _stretch(recording: Recording, name: str) -> Stretch:
         raw_period_s=period_s,
         shift_s=shift_s,
         stride=stride,
-        effort=lowpass(effort, cutoff_hz, period_s, delay_s=shift_s)[::stride],
+        turns=turns,
+        sliding=sliding,
+        effort=judged(effort, sliding, cutoff_hz, period_s, shift_s)[::stride],
         picks=picks,
         clear=clear,
         far=far & clear,
@@ -128,15 +145,15 @@ def _stretch(recording: Recording, name: str) -> Stretch:
         position_noise=noise,
         acceleration_noise=acceleration_noise(noise, cutoff_hz, period_s),
         effort_noise=float(np.sqrt(density * cutoff_hz)),
-        filter=_filter_at(picks, len(motions[name].time_s), cutoff_hz, coarse_s),
-        standstills=standstills(moving[::stride], turns, cutoff_hz, coarse_s)[picks],
+        filter=_filter_at(picks, known, cutoff_hz, coarse_s),
     )
 
 
 def _filter_at(
-    picks: NDArray[np.intp], samples: int, cutoff_hz: float, period_s: float
+    picks: NDArray[np.intp], known: Array, cutoff_hz: float, period_s: float
 ) -> scipy.sparse.csr_array:
-    """What `lowpass` does, at a few samples: (n, N) sparse, with its reflection at the ends."""
+    """What `lowpass` makes of what is known, at a few samples: (n, N) sparse, ends reflected."""
+    samples = len(known)
     reach = min(int(_REACH_PERIODS / (cutoff_hz * period_s)), samples - 1)
     impulse = np.zeros(2 * reach + 1)
     impulse[reach] = 1.0
@@ -144,7 +161,7 @@ def _filter_at(
     at = np.abs(picks[:, None] + np.arange(-reach, reach + 1))
     at = samples - 1 - np.abs(samples - 1 - at)
     rows = np.repeat(np.arange(len(picks)), len(kernel))
-    entries = (np.tile(kernel, len(picks)), (rows, at.ravel()))
+    entries = (np.tile(kernel, len(picks)) * known[at.ravel()], (rows, at.ravel()))
     return scipy.sparse.csr_array(entries, shape=(len(picks), samples))
 
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
+import scipy.optimize
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.candidates import Candidate, candidates, columns, grid, term
@@ -32,6 +33,10 @@ _SLIGHTEST: Final = 3.0
 _ROUNDS: Final = 3
 _CLOSER: Final = (0.25, 0.4)
 """Width of a round over that of the one before; of few shapes, of many."""
+_DESCENTS: Final = 10
+"""Steps downhill from the best of many shapes."""
+_DESCENT_STEP: Final = 0.02
+"""For derivatives, of a shape's typical size: coarse enough for effects that act in jumps."""
 _LARGEST: Final = 2.0
 """Peak of an effect over that of the effort, beyond which it was fitted to its tails alone."""
 _CLARITY: Final = 0.75
@@ -51,7 +56,7 @@ class Trial:
     error: float
     """Sum of squares that would be left over the clear samples."""
     doubt: float
-    """Sum of squares by which the formulas of the model and the candidate may be off."""
+    """Sum of squares by which the formulas of the model that it is added to may be off."""
     on_edge: bool
 
 
@@ -78,7 +83,14 @@ class Search:
 
     def criterion(self, fitted: Fitted) -> float:
         """Extended Bayesian information of a model, the smaller the better."""
-        return self._misfit(fitted.error + self.doubt(fitted)) + self._paid(fitted)
+        return self._misfit(fitted.error) + self._paid(fitted)
+
+    def gain(self, before: Fitted, after: Fitted) -> float:
+        """What a model gains over another one, beyond that by which the other's formulas may be
+        off: in the unit of the criterion."""
+        doubt = self.doubt(before)
+        misfit = self._misfit(before.error + doubt) - self._misfit(after.error + doubt)
+        return misfit - self._paid(after) + self._paid(before)
 
     def _misfit(self, error: float) -> float:
         return self.samples * float(np.log(max(error, _TINY)))
@@ -116,7 +128,7 @@ class Search:
     def doubt(self, fitted: Fitted) -> float:
         """Sum of squares by which the formulas of a model may be off."""
         clear = self.view.clear
-        basis = orthonormal(np.hstack([fitted.jacobian[:, :4], self.view.standstills])[clear])
+        basis = orthonormal(fitted.jacobian[clear, :4])
         doubt, at = 0.0, 4
         for f in fitted.found:
             size = len(f.amplitudes)
@@ -150,7 +162,7 @@ class Search:
             if not np.isfinite(errors[best]):
                 continue
             trial = self._trial(candidate, self.grids[candidate], best, errors, amplitudes)
-            coarse.append(self._doubted(trial, fitted, doubt))
+            coarse.append(replace(trial, doubt=doubt))
         coarse.sort(key=self._alone)
         refined: list[Trial] = []
         before = self._misfit(fitted.error + doubt)
@@ -164,22 +176,17 @@ class Search:
             if self._plausible(better.found, fitted) and (
                 self._clarity(better.found, fitted, shaken) > _CLARITY
             ):
-                refined.append(self._doubted(better, fitted, doubt))
+                refined.append(replace(better, doubt=doubt))
         return sorted(refined, key=self._alone)
-
-    def _doubted(self, trial: Trial, fitted: Fitted, doubt: float) -> Trial:
-        own = max(fitted.error - trial.error, 0.0)
-        added = named(trial.found.candidate.effect).discrepancy ** 2 * own
-        return replace(trial, doubt=doubt + added)
 
     def _plausible(self, found: Found, fitted: Fitted) -> bool:
         """Whether an effect stays within the effort that was measured, and lies where it may."""
-        peak = max(float(np.max(np.abs(s.added_by(found.term)))) for s in self.view.stretches)
-        if peak > _LARGEST * self.extent.effort:
+        rows = columns(self.view, fitted.axis, found.candidate, found.shapes)[0]
+        amplitudes = np.array(list(found.amplitudes.values()) or [1.0])
+        if float(np.max(np.abs(amplitudes @ rows))) > _LARGEST * self.extent.effort:
             return False
         if not named(found.candidate.effect).away_from_reversals:
             return True
-        rows = columns(self.view, fitted.axis, found.candidate, found.shapes)[0]
         energy = np.sum(rows**2, axis=0)
         return float(np.sum(energy[self.view.far])) > 0.5 * float(np.sum(energy))
 
@@ -216,9 +223,9 @@ class Search:
         whole = np.linalg.norm(effort, axis=1)
         return np.asarray(np.linalg.norm(own, axis=1) / np.maximum(whole, _TINY))
 
-    def value(self, trial: Trial, fitted: Fitted) -> float:
-        """Criterion of a model with a trial added."""
-        return self._paid(fitted) + self._alone(trial)
+    def promised(self, trial: Trial, fitted: Fitted) -> float:
+        """What a model would gain by a trial."""
+        return self._misfit(fitted.error + trial.doubt) - self._alone(trial)
 
     def _alone(self, trial: Trial) -> float:
         """Criterion of a trial without what the model pays that it stands on."""
@@ -297,6 +304,51 @@ class Search:
             best = int(np.argmin(errors))
             if np.isfinite(errors[best]) and errors[best] <= trial.error:
                 trial = self._trial(candidate, shapes, best, errors, amplitudes)
+        if len(names) > 2 and len(candidate.form.amplitudes) == 1:
+            trial = self._descended(trial, fitted, residual, basis)
+        return trial
+
+    def _descended(self, trial: Trial, fitted: Fitted, residual: Array, basis: Array) -> Trial:
+        """Go down from a trial's shapes to the nearest best ones (Levenberg and Marquardt)."""
+        candidate = trial.found.candidate
+        names = candidate.form.shapes
+        start = np.array([trial.found.shapes[name] for name in names])
+        bounds = named(candidate.effect).bounds
+        low, high = np.array([bounds[name] for name in names]).T
+        whole = self.grids[candidate]
+        typical = np.array([float(np.median(np.abs(whole[name]))) for name in names])
+        scale = np.maximum(np.maximum(np.abs(start), typical), _TINY)
+
+        def left(points: Array) -> Array:
+            """Residuals (D, n) at D sets of shapes."""
+            shapes = {k: np.full(len(points), v) for k, v in trial.found.shapes.items()}
+            inside = np.clip(points * scale, low, high)
+            shapes |= {name: inside[:, k] for k, name in enumerate(names)}
+            rows = columns(self.view, fitted.axis, candidate, shapes)[:, 0, self.view.clear]
+            own = rows - (rows @ basis) @ basis.T
+            length = np.maximum(np.einsum("dn,dn->d", own, own), _TINY)
+            return np.asarray(residual - (own @ residual / length)[:, None] * own)
+
+        def jacobian(point: Array) -> Array:
+            steps = _DESCENT_STEP * np.eye(len(point))
+            sides = left(np.concatenate([point + steps, point - steps]))
+            forward, backward = np.split(sides, 2)
+            return np.asarray((forward - backward).T / (2.0 * _DESCENT_STEP))
+
+        end = scipy.optimize.least_squares(
+            lambda point: left(point[None])[0],
+            np.clip(start, low, high) / scale,
+            jacobian,
+            bounds=(low / scale - 1e-9, high / scale + 1e-9),
+            max_nfev=_DESCENTS,
+        )
+        points = np.clip(end.x * scale, low, high)
+        shapes = {k: np.array([v]) for k, v in trial.found.shapes.items()}
+        shapes |= {name: points[k : k + 1] for k, name in enumerate(names)}
+        rows = columns(self.view, fitted.axis, candidate, shapes)[..., self.view.clear]
+        errors, amplitudes = self._explained(candidate, shapes, rows, residual, basis)
+        if np.isfinite(errors[0]) and errors[0] < trial.error:
+            return self._trial(candidate, shapes, 0, errors, amplitudes)
         return trial
 
     def _explained(

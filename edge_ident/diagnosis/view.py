@@ -2,12 +2,12 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from typing import Final
 
 import numpy as np
 import scipy.sparse
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.masks import reversals
 from edge_ident.effect import Extent, Motion
 from edge_ident.effects import named
 from edge_ident.filters import lowpass
@@ -15,6 +15,9 @@ from edge_ident.inverse import along_motion, inverse_effort, obeyed
 from edge_ident.model import BASE, PARAMETERS, AxisModel, Term
 
 Array = NDArray[np.float64]
+
+_WHOLE_BAND: Final = 0.4
+"""Of the sampling rate; a shift by a fraction of a sample leaves alone what lies below."""
 
 
 @dataclass(frozen=True)
@@ -24,27 +27,28 @@ class Stretch:
     Attributes
     ----------
     motion : Motion
-        Smooth, (N,), time from the first sample.
+        Smooth, (N,), time from the first sample; its bandwidth is wider than what is judged.
     others : mapping of axis name to Motion
     shaken : tuple of Motion and mapping
         The same with the noise of the encoders once more.
     raw_effort : (M,) array
         As recorded, every raw_period_s; its means lie shift_s later.
+    turns : array of int
+        Last samples before the motion, as smooth as what is judged, changes its direction.
+    sliding : (M,) array
+        From 0, where nobody knows whereto the axis slides, to 1. Effort and columns are
+        multiplied by it before they are filtered, so that nothing unknown is left to be smeared.
     effort : (N,) array
         Filtered, in step with the motion: every stride-th sample.
     picks : (n,) array
-        Samples that are used: decimated, in motion, away from the ends.
+        Samples that are used: decimated, mostly of sliding, away from the ends.
     clear : (n,) array of bool
-        Those away from reversals.
+        Those where the encoder's counts do not beat with the sampling.
     far : (n,) array of bool
-        Those of them where nothing is left of any reversal or standstill.
+        Those of them that no reversal or standstill can have reached.
     position_noise, acceleration_noise, effort_noise : float
         Standard deviations of white noise in the position, and in the acceleration and effort
         when cut off sharply at the cut-off.
-    standstills : (n, S) array
-        What friction of unknown size during standstills, and its change at reversals of unknown
-        moment, can leave at the picks beyond: the filter's answer to a constant and to a slope
-        for as long as the axis stood, and to a pulse where it turned.
     """
 
     motion: Motion
@@ -54,6 +58,8 @@ class Stretch:
     raw_period_s: float
     shift_s: float
     stride: int
+    turns: NDArray[np.intp]
+    sliding: Array
     effort: Array
     picks: NDArray[np.intp]
     clear: NDArray[np.bool_]
@@ -64,7 +70,6 @@ class Stretch:
     position_noise: float
     acceleration_noise: float
     effort_noise: float
-    standstills: Array
     kept: dict[object, Array] = field(default_factory=dict, compare=False)
     """Efforts along the motion that were integrated before."""
 
@@ -85,8 +90,14 @@ class Stretch:
 
     def _picked(self, raw: Array) -> Array:
         """A raw effort (..., M) as the filtered effort has it, at the picks."""
-        filtered = lowpass(raw, self.cutoff_hz, self.raw_period_s, delay_s=self.shift_s)
+        filtered = judged(raw, self.sliding, self.cutoff_hz, self.raw_period_s, self.shift_s)
         return filtered[..., :: self.stride][..., self.picks]
+
+
+def judged(raw: Array, sliding: Array, cutoff_hz: float, period_s: float, shift_s: float) -> Array:
+    """A raw effort (..., M) in step with the motion, where it slides, filtered."""
+    in_step = lowpass(raw, _WHOLE_BAND / period_s, period_s, delay_s=shift_s)
+    return lowpass(sliding * in_step, cutoff_hz, period_s)
 
 
 @dataclass(frozen=True)
@@ -101,26 +112,23 @@ class View:
     clear : (n,) array of bool
     block : (n,) array of int
         Number of the stretch of time, for holding out and for resampling.
-    standstills : (n, S) array
-        Of all stretches.
     """
 
     stretches: tuple[Stretch, ...]
     effort: Array
     clear: NDArray[np.bool_]
     block: NDArray[np.intp]
-    standstills: Array
     kept: dict[object, Array] = field(default_factory=dict, compare=False)
     """Columns that were made before."""
 
     @property
     def reverses(self) -> bool:
         """Whether the axis turns in any recording."""
-        return any(len(reversals(s.motion)) for s in self.stretches)
+        return any(len(s.turns) for s in self.stretches)
 
     @property
     def far(self) -> NDArray[np.bool_]:
-        """Clear samples (n,) where nothing is left of any reversal or standstill."""
+        """Clear samples (n,) that no reversal or standstill can have reached."""
         return np.concatenate([s.far for s in self.stretches])
 
     @property
@@ -148,7 +156,7 @@ class View:
         parts = []
         for s in self.stretches:
             travelled = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(s.motion.position)))])
-            starts = np.concatenate([[0], reversals(s.motion) + 1])
+            starts = np.concatenate([[0], s.turns + 1])
             last = starts[np.searchsorted(starts, s.picks, side="right") - 1]
             parts.append(travelled[s.picks] - travelled[last])
         return np.concatenate(parts)

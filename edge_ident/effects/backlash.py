@@ -38,7 +38,7 @@ class Backlash(Effect):
             "weight", "{position}/s^2", -1e9, 1e9, "its share of the offset over it", default=0.0
         ),
     )
-    discrepancy = 0.2
+    discrepancy = 0.4
     open_shapes = ("deceleration",)
     needs_reversals = True
     forms = (Form(("load_inertia",), ("gap", "deceleration", "damping_rate", "weight")),)
@@ -98,6 +98,8 @@ class Backlash(Effect):
             speed = (reached - position) / period_s
             position = reached
             contact[..., k] = (speed - free) / period_s
+        # mean speeds before and after a sample differ by what acted at that sample
+        contact[..., 1:-1] = contact[..., 2:]
         return values["load_inertia"] * (contact - together)
 
     def grid(self, extent: Extent) -> dict[str, Array]:

@@ -44,7 +44,7 @@ class CouplingCompliance(Effect):
             "weight", "{position}/s^2", -1e9, 1e9, "its share of the offset over it", default=0.0
         ),
     )
-    discrepancy = 0.2
+    discrepancy = 0.4
     open_shapes = ("rate", "damping_ratio", "deceleration")
     forms = (
         Form(
@@ -110,7 +110,7 @@ class CouplingCompliance(Effect):
         # the lighter the damping, the narrower the resonance
         sets = [
             (rate, ratio, share)
-            for ratio, count in ((0.03, 40), (0.1, 16), (0.3, 6))
+            for ratio, count in ((0.03, 40), (0.1, 16), (0.3, 6), (0.8, 4))
             for rate in np.geomspace(lowest, highest, count)
             for share in (0.3, 1.5)
         ]
