@@ -24,6 +24,8 @@ _RESAMPLES: Final = 1000
 _SEED: Final = 1
 _ONE_OFF_BLOCKS: Final = 0.15
 """Share of the blocks that hold nine tenths of what happens only once."""
+_CERTAIN: Final = 0.95
+"""Share of the resamples in which a cause has to pay."""
 _TRIED_RIVALS: Final = 3
 _TINY: Final = float(np.finfo(float).tiny)
 
@@ -34,18 +36,21 @@ class Gain:
 
     Attributes
     ----------
+    above : float
+        Share of the resamples in which it is more than nothing.
     one_off : bool
         Judged where it was fitted: what happens once cannot be foreseen from the rest.
     """
 
     value: float
     interval: tuple[float, float]
+    above: float
     one_off: bool
 
     @property
     def certain(self) -> bool:
-        """Whether the interval lies above nothing; what happens once has paid for itself."""
-        return self.one_off or self.interval[0] > 0.0
+        """Whether it is hardly by chance; what happens once has paid for itself."""
+        return self.one_off or self.above > _CERTAIN
 
 
 def gain(view: View, before: Fitted, after: Fitted) -> Gain:
@@ -82,8 +87,9 @@ def one_off(view: View, effort: Array) -> bool:
     return bool(np.sum(energy[:most]) > 0.9 * np.sum(energy))
 
 
-def _resampled(view: View, old: Array, new: Array) -> tuple[float, tuple[float, float]]:
-    """1 - rms of the new over that of the old residual, and 95 % of its resamples by blocks."""
+def _resampled(view: View, old: Array, new: Array) -> tuple[float, tuple[float, float], float]:
+    """1 - rms of the new over that of the old residual, 95 % of its resamples by blocks, and the
+    share of them above nothing."""
     blocks = view.block[view.clear]
     sums = np.array([np.bincount(blocks, r[view.clear] ** 2) for r in (old, new)])
     sums = sums[:, np.bincount(blocks) > 0]
@@ -93,7 +99,7 @@ def _resampled(view: View, old: Array, new: Array) -> tuple[float, tuple[float, 
     gains = 1.0 - np.sqrt(after / np.maximum(before, _TINY))
     value = 1.0 - np.sqrt(np.sum(sums[1]) / max(float(np.sum(sums[0])), _TINY))
     low, high = np.percentile(gains, [2.5, 97.5])
-    return float(value), (float(low), float(high))
+    return float(value), (float(low), float(high)), float(np.mean(gains > 0.0))
 
 
 @dataclass(frozen=True)

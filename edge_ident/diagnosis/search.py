@@ -232,8 +232,9 @@ class Search:
         return self._misfit(trial.error + trial.doubt) + self.penalty(trial.found.candidate)
 
     def independent(self, fitted: Fitted) -> float:
-        """How many independent samples a model's residual is worth: Bartlett's formula, summed to
-        where the autocorrelation is first lost (Geyer 1992)."""
+        """How many independent samples a model's residual is worth to a column of like colour:
+        Bartlett's formula for the correlation of two series (1935), summed to where the
+        autocorrelation is first lost (Geyer 1992)."""
         residual = np.where(self.view.clear, self.view.effort - fitted.predicted, 0.0)
         here = self.view.clear.astype(np.float64)
         count = float(np.sum(here))
@@ -244,7 +245,7 @@ class Search:
             correlation = float(residual[lag:] @ residual[:-lag]) / max(pairs, 1.0) / power
             if correlation < 2.0 / np.sqrt(max(pairs, 1.0)):
                 break
-            spread += 2.0 * correlation
+            spread += 2.0 * correlation**2
         return count / spread
 
     def polished(self, fitted: Fitted) -> Fitted:
