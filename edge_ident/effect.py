@@ -180,8 +180,6 @@ class Effect:
     """Whether it shows only where the motion turns."""
     follows_base: ClassVar[bool] = False
     """Whether its effort follows from the base parameters too."""
-    away_from_reversals: ClassVar[bool] = False
-    """Whether it is believed only where nothing is left of any reversal, which it looks like."""
     repeats: ClassVar[bool] = False
     """Whether a drive may have several of it at once."""
     memory_size: ClassVar[int] = 0

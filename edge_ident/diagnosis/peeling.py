@@ -43,6 +43,7 @@ def _peel(search: Search, start: Fitted) -> Fitted:
     best = start
     beam = [start]
     for _ in range(_DEEPEST):
+        beam = [model for model in beam if not search.finished(model)]
         grown = _distinct(model for parent in beam for model in _children(search, parent))
         if not grown:
             break
@@ -50,8 +51,11 @@ def _peel(search: Search, start: Fitted) -> Fitted:
         grown = [model for model in grown if model.error < _FOLLOWED * leader]
         beam = sorted(grown, key=search.criterion)[:_WIDTH]
         beam[0] = search.polished(beam[0])
-        if search.gain(best, beam[0]) > 0.0:
-            best = beam[0]
+        for model in beam:
+            if search.gain(best, model) > 0.0:
+                best = model
+        if search.finished(best):
+            break
     return prune(search, best)
 
 

@@ -35,6 +35,8 @@ _CLOSER: Final = (0.25, 0.4)
 """Width of a round over that of the one before; of few shapes, of many."""
 _DESCENTS: Final = 10
 """Steps downhill from the best of many shapes."""
+_BEYOND: Final = 4.0
+"""Of the largest value in a shape's grid, up to which a descent may go."""
 _DESCENT_STEP: Final = 0.02
 """For derivatives, of a shape's typical size: coarse enough for effects that act in jumps."""
 _LARGEST: Final = 2.0
@@ -63,8 +65,10 @@ class Trial:
 class Search:
     """Candidates and their columns for one view, kept while the model grows."""
 
-    def __init__(self, view: View, template: AxisModel, start: Fitted) -> None:
+    def __init__(self, view: View, template: AxisModel, start: Fitted, noise: float) -> None:
         self.view = view
+        self.noise = noise
+        """Rms of the noise in the clear samples."""
         self.template = template
         self.shaken = view.shaken
         self.samples = float(np.count_nonzero(view.clear))
@@ -86,11 +90,16 @@ class Search:
         return self._misfit(fitted.error) + self._paid(fitted)
 
     def gain(self, before: Fitted, after: Fitted) -> float:
-        """What a model gains over another one, beyond that by which the other's formulas may be
+        """What a model gains over another one, beyond that by which the formulas of either may be
         off: in the unit of the criterion."""
-        doubt = self.doubt(before)
+        doubt = max(self.doubt(before), self.doubt(after))
         misfit = self._misfit(before.error + doubt) - self._misfit(after.error + doubt)
         return misfit - self._paid(after) + self._paid(before)
+
+    def finished(self, fitted: Fitted) -> bool:
+        """Whether causes were found that leave no more than noise."""
+        noise = self.noise**2 * np.count_nonzero(self.view.clear)
+        return bool(fitted.found) and fitted.error <= noise
 
     def _misfit(self, error: float) -> float:
         return self.samples * float(np.log(max(error, _TINY)))
@@ -180,15 +189,10 @@ class Search:
         return sorted(refined, key=self._alone)
 
     def _plausible(self, found: Found, fitted: Fitted) -> bool:
-        """Whether an effect stays within the effort that was measured, and lies where it may."""
+        """Whether an effect stays within the effort that was measured."""
         rows = columns(self.view, fitted.axis, found.candidate, found.shapes)[0]
         amplitudes = np.array(list(found.amplitudes.values()) or [1.0])
-        if float(np.max(np.abs(amplitudes @ rows))) > _LARGEST * self.extent.effort:
-            return False
-        if not named(found.candidate.effect).away_from_reversals:
-            return True
-        energy = np.sum(rows**2, axis=0)
-        return float(np.sum(energy[self.view.far])) > 0.5 * float(np.sum(energy))
+        return float(np.max(np.abs(amplitudes @ rows))) < _LARGEST * self.extent.effort
 
     def _clarity(self, found: Found, fitted: Fitted, shaken_jacobian: Array) -> float:
         """Share of what is a candidate's own that is motion, and not noise of the encoders.
@@ -317,8 +321,9 @@ class Search:
         bounds = named(candidate.effect).bounds
         low, high = np.array([bounds[name] for name in names]).T
         whole = self.grids[candidate]
-        typical = np.array([float(np.median(np.abs(whole[name]))) for name in names])
-        scale = np.maximum(np.maximum(np.abs(start), typical), _TINY)
+        largest = _BEYOND * np.array([float(np.max(np.abs(whole[name]))) for name in names])
+        low, high = np.maximum(low, -largest), np.minimum(high, np.maximum(largest, low + _TINY))
+        scale = np.maximum(np.maximum(np.abs(start), 0.1 * largest), _TINY)
 
         def left(points: Array) -> Array:
             """Residuals (D, n) at D sets of shapes."""

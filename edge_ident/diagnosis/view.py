@@ -12,7 +12,7 @@ from edge_ident.effect import Extent, Motion
 from edge_ident.effects import named
 from edge_ident.filters import lowpass
 from edge_ident.inverse import along_motion, inverse_effort, obeyed
-from edge_ident.model import BASE, PARAMETERS, AxisModel, Term
+from edge_ident.model import AxisModel
 
 Array = NDArray[np.float64]
 
@@ -83,11 +83,6 @@ class Stretch:
                 picked = picked + self._picked(effect.withheld(self.raw_effort, along_motion(term)))
         return picked if picked.shape[0] > 1 or effort.ndim > 1 else picked[0]
 
-    def added_by(self, term: Term) -> Array:
-        """What a term alone adds to the effort of an axis without inertia and friction, (N,)."""
-        nothing = Term(BASE, dict.fromkeys(PARAMETERS, 0.0))
-        return inverse_effort(AxisModel((nothing, term)), self.motion, self.others)
-
     def _picked(self, raw: Array) -> Array:
         """A raw effort (..., M) as the filtered effort has it, at the picks."""
         filtered = judged(raw, self.sliding, self.cutoff_hz, self.raw_period_s, self.shift_s)
@@ -125,11 +120,6 @@ class View:
     def reverses(self) -> bool:
         """Whether the axis turns in any recording."""
         return any(len(s.turns) for s in self.stretches)
-
-    @property
-    def far(self) -> NDArray[np.bool_]:
-        """Clear samples (n,) that no reversal or standstill can have reached."""
-        return np.concatenate([s.far for s in self.stretches])
 
     @property
     def shaken(self) -> "View":

@@ -21,7 +21,6 @@ class DisturbanceEvent(Effect):
         Parameter("level", "{effort}", -1e9, 1e9, "peak of the resisting effort"),
     )
     repeats = True
-    away_from_reversals = True
     discrepancy = 0.1
     open_shapes = ("duration",)
     forms = (Form(("level",), ("time", "duration")),)
