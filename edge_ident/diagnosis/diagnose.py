@@ -99,9 +99,9 @@ def _template(recording: Recording, name: str, model: Model | None) -> AxisModel
 
 def _axis(view: View, template: AxisModel) -> AxisDiagnosis:
     start = fit(view, template, np.array([1.0, 0.0, 0.0, 0.0]), ())
-    floor = noise_floor(view, start)
-    search = Search(view, template, start, floor.rms)
+    search = Search(view, template, start)
     model, rivals, gained = _settled(search, peel(search, start))
+    floor = noise_floor(view, start)
     samples = np.count_nonzero(view.clear)
     left = float(np.sqrt(model.error / samples))
     noise = CLEARLY_ABOVE * (1.0 + 2.0 * floor.uncertainty) * floor.rms

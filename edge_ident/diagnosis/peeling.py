@@ -43,7 +43,6 @@ def _peel(search: Search, start: Fitted) -> Fitted:
     best = start
     beam = [start]
     for _ in range(_DEEPEST):
-        beam = [model for model in beam if not search.finished(model)]
         grown = _distinct(model for parent in beam for model in _children(search, parent))
         if not grown:
             break
@@ -54,8 +53,6 @@ def _peel(search: Search, start: Fitted) -> Fitted:
         for model in beam:
             if search.gain(best, model) > 0.0:
                 best = model
-        if search.finished(best):
-            break
     return prune(search, best)
 
 

@@ -65,10 +65,8 @@ class Trial:
 class Search:
     """Candidates and their columns for one view, kept while the model grows."""
 
-    def __init__(self, view: View, template: AxisModel, start: Fitted, noise: float) -> None:
+    def __init__(self, view: View, template: AxisModel, start: Fitted) -> None:
         self.view = view
-        self.noise = noise
-        """Rms of the noise in the clear samples."""
         self.template = template
         self.shaken = view.shaken
         self.samples = float(np.count_nonzero(view.clear))
@@ -95,11 +93,6 @@ class Search:
         doubt = max(self.doubt(before), self.doubt(after))
         misfit = self._misfit(before.error + doubt) - self._misfit(after.error + doubt)
         return misfit - self._paid(after) + self._paid(before)
-
-    def finished(self, fitted: Fitted) -> bool:
-        """Whether causes were found that leave no more than noise."""
-        noise = self.noise**2 * np.count_nonzero(self.view.clear)
-        return bool(fitted.found) and fitted.error <= noise
 
     def _misfit(self, error: float) -> float:
         return self.samples * float(np.log(max(error, _TINY)))
