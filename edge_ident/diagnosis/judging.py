@@ -14,7 +14,8 @@ from edge_ident.diagnosis.candidates import Candidate
 from edge_ident.diagnosis.fitting import Fitted, held_out, shape_derivatives
 from edge_ident.diagnosis.peeling import DECISIVE, without
 from edge_ident.diagnosis.result import Rival
-from edge_ident.diagnosis.search import Search, Trial
+from edge_ident.diagnosis.search import Search
+from edge_ident.diagnosis.trying import Trial
 from edge_ident.diagnosis.view import View
 from edge_ident.effects import named
 

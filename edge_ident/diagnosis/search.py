@@ -7,20 +7,20 @@ criterion (Chen and Chen, Biometrika 95 (2008) 759), which makes a candidate pay
 and for the number of others that were tried.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
-import scipy.optimize
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.candidates import Candidate, candidates, columns, grid, term
+from edge_ident.diagnosis.candidates import Candidate, candidates, columns, grid
 from edge_ident.diagnosis.fitting import Fitted, Found, fit, jacobian_of, solve
-from edge_ident.diagnosis.projection import AROUND, explained, orthonormal
+from edge_ident.diagnosis.projection import orthonormal
+from edge_ident.diagnosis.refining import refined
+from edge_ident.diagnosis.trying import Gap, Trial, surcharge
 from edge_ident.diagnosis.view import View
 from edge_ident.effects import catalogue, named
-from edge_ident.inverse import along_motion
-from edge_ident.model import AxisModel, Term
+from edge_ident.model import AxisModel
 
 Array = NDArray[np.float64]
 
@@ -30,36 +30,11 @@ _PROMISING: Final = 0.4
 """Of what the best candidate gains, below which refinement brings none to the front."""
 _SLIGHTEST: Final = 3.0
 """Gain, before any penalty, below which a candidate has seen nothing."""
-_ROUNDS: Final = 3
-_CLOSER: Final = (0.25, 0.4)
-"""Width of a round over that of the one before; of few shapes, of many."""
-_DESCENTS: Final = 10
-"""Steps downhill from the best of many shapes."""
-_BEYOND: Final = 4.0
-"""Of the largest value in a shape's grid, up to which a descent may go."""
-_DESCENT_STEP: Final = 0.02
-"""For derivatives, of a shape's typical size: coarse enough for effects that act in jumps."""
 _LARGEST: Final = 2.0
 """Peak of an effect over that of the effort, beyond which it was fitted to its tails alone."""
 _CLARITY: Final = 0.75
 """Least share of motion in what is a candidate's own."""
-_SLIGHT: Final = 1e-6
-"""Relative change of a command, to see whether the actuator heeds it."""
-_MOST_WITHHELD: Final = 0.4
-"""Share of the samples; an actuator that gives less than that much obeys nothing."""
 _TINY: Final = float(np.finfo(float).tiny)
-
-
-@dataclass(frozen=True)
-class Trial:
-    """A candidate at its best shapes: what adding it would leave."""
-
-    found: Found
-    error: float
-    """Sum of squares that would be left over the clear samples."""
-    doubt: float
-    """Sum of squares by which the formulas of the model that it is added to may be off."""
-    on_edge: bool
 
 
 class Search:
@@ -102,30 +77,8 @@ class Search:
         paid = 0.0
         for f in fitted.found:
             paid += self.penalty(f.candidate)
-            paid += self.samples * float(np.log(self._surcharge(f.term)[0]))
+            paid += self.samples * float(np.log(surcharge(self.view, f.term)[0]))
         return paid
-
-    def _surcharge(self, added: Term) -> Array:
-        """Factor (D,) on the error of a model with a term in which the actuator ignores commands.
-
-        What it then withholds is read from the effort itself and follows from no motion: every
-        such sample is a free parameter, and pays for it.
-        """
-        effect = named(added.effect)
-        if not effect.overrides("withheld"):
-            return np.ones(1)
-        values = along_motion(added)
-        ignored, count = np.zeros(1), 0
-        for s in self.view.stretches:
-            more = _SLIGHT * s.raw_effort
-            change = effect.withheld(s.raw_effort + more, values)
-            change = change - effect.withheld(s.raw_effort, values)
-            ignores = np.abs(change) > 0.5 * np.abs(more)
-            ignored = ignored + np.sum(np.atleast_2d(ignores), axis=1)
-            count += len(s.raw_effort)
-        share = ignored / count
-        price = np.exp(share * np.log(np.count_nonzero(self.view.clear)))
-        return np.asarray(np.where(share < _MOST_WITHHELD, price, np.inf))
 
     def doubt(self, fitted: Fitted) -> float:
         """Sum of squares by which the formulas of a model may be off."""
@@ -149,37 +102,32 @@ class Search:
 
     def trials(self, fitted: Fitted, without: frozenset[str] = frozenset()) -> list[Trial]:
         """The most promising candidates on top of a model, refined, the best first."""
-        residual = (self.view.effort - fitted.predicted)[self.view.clear]
-        basis = orthonormal(fitted.jacobian[self.view.clear])
+        gap = Gap.of(self.view, fitted)
         doubt = self.doubt(fitted)
         shaken = jacobian_of(self.shaken, fitted)[self.view.clear]
         coarse = []
         for candidate in self.candidates:
             if candidate.effect in without:
                 continue
-            errors, amplitudes = self._explained(
-                candidate, self.grids[candidate], self.library[candidate], residual, basis
-            )
-            best = int(np.argmin(errors))
-            if not np.isfinite(errors[best]):
-                continue
-            trial = self._trial(candidate, self.grids[candidate], best, errors, amplitudes)
-            coarse.append(replace(trial, doubt=doubt))
+            shapes = self.grids[candidate]
+            trial = gap.best(candidate, shapes, self.library[candidate], shapes)
+            if np.isfinite(trial.error):
+                coarse.append(replace(trial, doubt=doubt))
         coarse.sort(key=self._alone)
-        refined: list[Trial] = []
+        found: list[Trial] = []
         before = self._misfit(fitted.error + doubt)
         for trial in coarse:
             gained = before - self._alone(trial)
-            if len(refined) == _REFINED or gained < _PROMISING * (before - self._alone(coarse[0])):
+            if len(found) == _REFINED or gained < _PROMISING * (before - self._alone(coarse[0])):
                 break
             if gained < _SLIGHTEST - self.penalty(trial.found.candidate):
                 break
-            better = self._refined(trial, fitted, residual, basis)
+            better = refined(gap, trial, self.grids[trial.found.candidate])
             if self._plausible(better.found, fitted) and (
                 self._clarity(better.found, fitted, shaken) > _CLARITY
             ):
-                refined.append(replace(better, doubt=doubt))
-        return sorted(refined, key=self._alone)
+                found.append(replace(better, doubt=doubt))
+        return sorted(found, key=self._alone)
 
     def _plausible(self, found: Found, fitted: Fitted) -> bool:
         """Whether an effect stays within the effort that was measured."""
@@ -251,10 +199,8 @@ class Search:
             if not f.candidate.form.shapes:
                 continue
             rest = self.fit(fitted.base, fitted.found[:k] + fitted.found[k + 1 :])
-            residual = (self.view.effort - rest.predicted)[self.view.clear]
-            basis = orthonormal(rest.jacobian[self.view.clear])
-            start = Trial(f, np.inf, 0.0, False)
-            better = self._refined(start, rest, residual, basis).found
+            start = Trial(f, np.inf)
+            better = refined(Gap.of(self.view, rest), start, self.grids[f.candidate]).found
             found = (*fitted.found[:k], better, *fitted.found[k + 1 :])
             candidate = self.fit(fitted.base, found)
             if candidate.error < fitted.error:
@@ -264,121 +210,6 @@ class Search:
     def fit(self, base: Array, found: tuple[Found, ...]) -> Fitted:
         """Fit a model to the view."""
         return fit(self.view, self.template, base, found)
-
-    def _trial(
-        self,
-        candidate: Candidate,
-        shapes: dict[str, Array],
-        best: int,
-        errors: Array,
-        amplitudes: Array,
-    ) -> Trial:
-        at = {name: float(array[best]) for name, array in shapes.items()}
-        named_ = dict(zip(candidate.form.amplitudes, amplitudes[best].tolist(), strict=False))
-        edge = any(
-            at[name] in (float(np.min(array)), float(np.max(array)))
-            for name, array in self.grids[candidate].items()
-            if name in candidate.form.shapes
-            and name not in named(candidate.effect).open_shapes
-            and np.ptp(array) > 0.0
-        )
-        return Trial(Found(candidate, at, named_), float(errors[best]), 0.0, edge)
-
-    def _refined(self, trial: Trial, fitted: Fitted, residual: Array, basis: Array) -> Trial:
-        """Close in on the best shapes, all of them together."""
-        candidate = trial.found.candidate
-        names = candidate.form.shapes
-        whole = self.grids[candidate]
-        width = {name: _spacing(whole[name], trial.found.shapes[name]) for name in names}
-        around = AROUND.get(len(names), AROUND[max(AROUND)])
-        for _ in range(_ROUNDS if names else 0):
-            shapes = {k: np.full(len(around), v) for k, v in trial.found.shapes.items()}
-            for k, name in enumerate(names):
-                offsets = width[name] * around[:, k]
-                shapes[name] = self._within(candidate, name, shapes[name] + offsets)
-                width[name] *= _CLOSER[len(names) > 2]
-            rows = columns(self.view, fitted.axis, candidate, shapes)[..., self.view.clear]
-            errors, amplitudes = self._explained(candidate, shapes, rows, residual, basis)
-            best = int(np.argmin(errors))
-            if np.isfinite(errors[best]) and errors[best] <= trial.error:
-                trial = self._trial(candidate, shapes, best, errors, amplitudes)
-        if len(names) > 2 and len(candidate.form.amplitudes) == 1:
-            trial = self._descended(trial, fitted, residual, basis)
-        return trial
-
-    def _descended(self, trial: Trial, fitted: Fitted, residual: Array, basis: Array) -> Trial:
-        """Go down from a trial's shapes to the nearest best ones (Levenberg and Marquardt)."""
-        candidate = trial.found.candidate
-        names = candidate.form.shapes
-        start = np.array([trial.found.shapes[name] for name in names])
-        bounds = named(candidate.effect).bounds
-        low, high = np.array([bounds[name] for name in names]).T
-        whole = self.grids[candidate]
-        largest = _BEYOND * np.array([float(np.max(np.abs(whole[name]))) for name in names])
-        low, high = np.maximum(low, -largest), np.minimum(high, np.maximum(largest, low + _TINY))
-        scale = np.maximum(np.maximum(np.abs(start), 0.1 * largest), _TINY)
-
-        def left(points: Array) -> Array:
-            """Residuals (D, n) at D sets of shapes."""
-            shapes = {k: np.full(len(points), v) for k, v in trial.found.shapes.items()}
-            inside = np.clip(points * scale, low, high)
-            shapes |= {name: inside[:, k] for k, name in enumerate(names)}
-            rows = columns(self.view, fitted.axis, candidate, shapes)[:, 0, self.view.clear]
-            own = rows - (rows @ basis) @ basis.T
-            length = np.maximum(np.einsum("dn,dn->d", own, own), _TINY)
-            return np.asarray(residual - (own @ residual / length)[:, None] * own)
-
-        def jacobian(point: Array) -> Array:
-            steps = _DESCENT_STEP * np.eye(len(point))
-            sides = left(np.concatenate([point + steps, point - steps]))
-            forward, backward = np.split(sides, 2)
-            return np.asarray((forward - backward).T / (2.0 * _DESCENT_STEP))
-
-        end = scipy.optimize.least_squares(
-            lambda point: left(point[None])[0],
-            np.clip(start, low, high) / scale,
-            jacobian,
-            bounds=(low / scale - 1e-9, high / scale + 1e-9),
-            max_nfev=_DESCENTS,
-        )
-        points = np.clip(end.x * scale, low, high)
-        shapes = {k: np.array([v]) for k, v in trial.found.shapes.items()}
-        shapes |= {name: points[k : k + 1] for k, name in enumerate(names)}
-        rows = columns(self.view, fitted.axis, candidate, shapes)[..., self.view.clear]
-        errors, amplitudes = self._explained(candidate, shapes, rows, residual, basis)
-        if np.isfinite(errors[0]) and errors[0] < trial.error:
-            return self._trial(candidate, shapes, 0, errors, amplitudes)
-        return trial
-
-    def _explained(
-        self,
-        candidate: Candidate,
-        shapes: dict[str, Array],
-        rows: Array,
-        residual: Array,
-        basis: Array,
-    ) -> tuple[Array, Array]:
-        """Errors (D,) that a candidate leaves, with what it pays for commands that it ignores."""
-        errors, amplitudes = explained(candidate, rows, residual, basis)
-        if not named(candidate.effect).overrides("withheld"):
-            return errors, amplitudes
-        fitted = dict(zip(candidate.form.amplitudes, amplitudes.T, strict=True))
-        return errors * self._surcharge(term(candidate, shapes, fitted)), amplitudes
-
-    def _within(self, candidate: Candidate, name: str, points: Array) -> Array:
-        """Points inside a shape's grid where that has an extent, else inside its bounds."""
-        low, high = (float(f(self.grids[candidate][name])) for f in (np.min, np.max))
-        if low == high:
-            low, high = named(candidate.effect).bounds[name]
-        return np.asarray(np.clip(points, low, high))
-
-
-def _spacing(values: Array, at: float) -> float:
-    """Distance to the neighbouring value of a grid, the larger of the two."""
-    distinct = np.unique(values)
-    index = int(np.argmin(np.abs(distinct - at)))
-    near = distinct[max(index - 1, 0) : index + 2]
-    return float(np.max(np.abs(near - at))) if len(near) > 1 else abs(at)
 
 
 def _count(shapes: dict[str, Array]) -> int:
