@@ -221,6 +221,10 @@ class Effect:
         """Random values, from hardly visible to a machine that needs repair."""
         raise NotImplementedError
 
+    def possible(self, values: Values, extent: Extent) -> bool:
+        """Whether a recording of this extent can tell values as large as these."""
+        return True
+
     def grid(self, extent: Extent) -> dict[str, Array]:
         """Values of the shape parameters to search through, arrays of one length."""
         return {}

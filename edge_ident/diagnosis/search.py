@@ -130,7 +130,10 @@ class Search:
         return sorted(found, key=self._alone)
 
     def _plausible(self, found: Found, fitted: Fitted) -> bool:
-        """Whether an effect stays within the effort that was measured."""
+        """Whether an effect stays within the effort that was measured, and can be told from it."""
+        values = {name: np.asarray(value) for name, value in found.term.values.items()}
+        if not named(found.candidate.effect).possible(values, self.extent):
+            return False
         rows = columns(self.view, fitted.axis, found.candidate, found.shapes)[0]
         amplitudes = np.array(list(found.amplitudes.values()) or [1.0])
         return float(np.max(np.abs(amplitudes @ rows))) < _LARGEST * self.extent.effort

@@ -9,7 +9,7 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.effect import Array, Effect, Form, Parameter, Values
+from edge_ident.effect import Array, Effect, Extent, Form, Parameter, Values
 from edge_ident.strengths import Draws, Scale
 
 
@@ -21,6 +21,10 @@ class TimeDelay(Effect):
     signature = "the whole effort is shifted, the same at all amplitudes"
     rivals = ("coupling_compliance", "presliding_hysteresis")
     experiment = "quick changes of acceleration: --motion multisine"
+
+    def possible(self, values: Values, extent: Extent) -> bool:
+        """Up to half a turn of what is quickest; more could be anything with a phase."""
+        return bool(np.all(np.abs(values["delay"]) * extent.cutoff_hz < 0.5))
 
     def recorded(self, effort: Array, time_s: Array, values: Values) -> Array:
         """Linear between samples; the ends stay as they are."""
