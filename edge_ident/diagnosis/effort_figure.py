@@ -56,7 +56,7 @@ def _draw_efforts(panel: Any, axis: AxisDiagnosis, time: Array, part: slice) -> 
 
 
 def _draw_residuals(panel: Any, axis: AxisDiagnosis, time: Array, part: slice) -> None:
-    """Faint where the filter smears a reversal."""
+    """Faint where it is not judged."""
     traces = axis.traces
     x, file = time[part], traces.file[part]
     panels.noise_band(panel, axis)

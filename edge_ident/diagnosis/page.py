@@ -121,7 +121,8 @@ def _figures(name: str, axes: Mapping[str, AxisDiagnosis], folder: Path) -> Iter
     yield from _figure(effort_figure(name, axis), f"{name}_effort", folder)
     yield (
         "Measured effort against the models; below, what they miss. "
-        "Faint: at reversals, which the filter smears and which were not judged."
+        "Effort and models fade out where the direction of sliding is not known. Faint: not "
+        "judged, as the encoder's counts beat with the sampling."
     )
     yield ""
     yield from _figure(residual_maps(name, axes), f"{name}_residual_maps", folder)

@@ -59,7 +59,7 @@ def residual_maps(name: str, diagnosed: Mapping[str, AxisDiagnosis]) -> Any:
 def _draw_maps(
     column: Any, axis: AxisDiagnosis, residual: Array, others: Mapping[str, Array]
 ) -> None:
-    """Of the samples that were judged; those at reversals in grey, where distance matters.
+    """Of the samples that were judged; the others in grey, where distance matters.
 
     `others` holds accelerations (N,) by label.
     """

@@ -120,7 +120,7 @@ class Traces:
     since_reversal : (N,) array
         Distance travelled since the last reversal; since the start before the first.
     clear : (N,) array of bool
-        Samples that were judged; the others lie at reversals that the filter smears.
+        Samples that were judged; at the others the encoder's counts beat with the sampling.
     file : (N,) array of int
         Number of the recording that a sample comes from.
     """
