@@ -1,7 +1,7 @@
 """The bandwidth of a diagnosis, and the noise that it follows from.
 
 Encoder noise in the inertia's torque grows with the bandwidth to the power 2.5, that of the effort
-to the power 0.5. The narrower the filter, the more of every reversal is smeared; the wider, the
+to the power 0.5. The narrower the filter, the longer every reversal is faded out; the wider, the
 more of the residual is noise that says nothing.
 """
 

@@ -11,7 +11,7 @@ from edge_ident.covariance import coloured_std
 from edge_ident.diagnosis.fitting import Fitted, fit, shape_derivatives
 from edge_ident.diagnosis.judging import Gain, contest, gains, residuals_held_out
 from edge_ident.diagnosis.noise_floor import noise_floor
-from edge_ident.diagnosis.peeling import peel, without
+from edge_ident.diagnosis.peeling import peel
 from edge_ident.diagnosis.preparing import view_of
 from edge_ident.diagnosis.quality import data_findings
 from edge_ident.diagnosis.result import (
@@ -137,7 +137,7 @@ def _settled(search: Search, model: Fitted) -> tuple[Fitted, list[tuple[Rival, .
         doubtful = [k for k, g in enumerate(found) if not g.certain]
         if doubtful:
             weakest = min(doubtful, key=lambda k: found[k].interval[0])
-            model = search.polished(search.fit(model.base, without(model, weakest)))
+            model = search.polished(search.fit(model.base, model.without(weakest)))
             continue
         contests = [contest(search, model, k) for k in range(len(model.found))]
         better = [c.better for c in contests if c.better is not None]

@@ -68,6 +68,10 @@ class Fitted:
         """Base parameters and amplitudes, in the order of the jacobian."""
         return _linear(self.base, self.found)
 
+    def without(self, index: int) -> tuple[Found, ...]:
+        """All that was found but one."""
+        return self.found[:index] + self.found[index + 1 :]
+
     @property
     def template(self) -> AxisModel:
         """The axis without what was found."""

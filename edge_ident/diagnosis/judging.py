@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from edge_ident.diagnosis.candidates import Candidate
 from edge_ident.diagnosis.fitting import Fitted, held_out, shape_derivatives
-from edge_ident.diagnosis.peeling import DECISIVE, without
+from edge_ident.diagnosis.peeling import DECISIVE
 from edge_ident.diagnosis.result import Rival
 from edge_ident.diagnosis.search import Search
 from edge_ident.diagnosis.trying import Trial
@@ -62,7 +62,7 @@ def gain(view: View, before: Fitted, after: Fitted) -> Gain:
 def gains(search: Search, model: Fitted) -> list[Gain]:
     """What each cause of a model gains over all the others."""
     held_out_residual = residuals_held_out(search.view, model)
-    smaller = [search.fit(model.base, without(model, k)) for k in range(len(model.found))]
+    smaller = [search.fit(model.base, model.without(k)) for k in range(len(model.found))]
     return [_gain(search.view, less, model, held_out_residual) for less in smaller]
 
 
@@ -114,7 +114,7 @@ class Contest:
 def contest(search: Search, model: Fitted, index: int) -> Contest:
     """Put every other effect in the place of one that was found."""
     found = model.found[index]
-    rest = search.fit(model.base, without(model, index))
+    rest = search.fit(model.base, model.without(index))
     kept = {f.candidate.effect for f in rest.found if not named(f.candidate.effect).repeats}
     trials = search.trials(rest, frozenset({found.candidate.effect, *kept}))
     models = [

@@ -7,7 +7,7 @@ followed to their ends, and the criterion decides between the finished models.
 from collections.abc import Iterable
 from typing import Final
 
-from edge_ident.diagnosis.fitting import Fitted, Found
+from edge_ident.diagnosis.fitting import Fitted
 from edge_ident.diagnosis.search import Search
 from edge_ident.effects import named
 
@@ -69,7 +69,7 @@ def _children(search: Search, parent: Fitted) -> Iterable[Fitted]:
 def prune(search: Search, model: Fitted) -> Fitted:
     """Take out what the others make superfluous."""
     while model.found:
-        smaller = [search.fit(model.base, without(model, k)) for k in range(len(model.found))]
+        smaller = [search.fit(model.base, model.without(k)) for k in range(len(model.found))]
         best = min(smaller, key=search.criterion)
         if search.gain(best, model) > _ACCUSING:
             return model
@@ -81,11 +81,6 @@ def present(model: Fitted) -> frozenset[str]:
     """Effects of a model that a drive can have but once."""
     names = {term.effect for term in model.axis.terms[1:]}
     return frozenset(name for name in names if not named(name).repeats)
-
-
-def without(model: Fitted, index: int) -> tuple[Found, ...]:
-    """All that was found but one."""
-    return model.found[:index] + model.found[index + 1 :]
 
 
 def _distinct(models: Iterable[Fitted]) -> list[Fitted]:

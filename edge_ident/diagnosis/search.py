@@ -7,7 +7,6 @@ criterion (Chen and Chen, Biometrika 95 (2008) 759), which makes a candidate pay
 and for the number of others that were tried.
 """
 
-from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -112,43 +111,46 @@ class Search:
             shapes = self.grids[candidate]
             trial = gap.best(candidate, shapes, self.library[candidate], shapes)
             if np.isfinite(trial.error):
-                coarse.append(replace(trial, doubt=doubt))
-        coarse.sort(key=self._alone)
+                coarse.append(trial)
+
+        def alone(trial: Trial) -> float:
+            return self._alone(trial, doubt)
+
+        coarse.sort(key=alone)
         found: list[Trial] = []
         before = self._misfit(fitted.error + doubt)
         for trial in coarse:
-            gained = before - self._alone(trial)
-            if len(found) == _REFINED or gained < _PROMISING * (before - self._alone(coarse[0])):
+            gained = before - alone(trial)
+            if len(found) == _REFINED or gained < _PROMISING * (before - alone(coarse[0])):
                 break
             if gained < _SLIGHTEST - self.penalty(trial.found.candidate):
                 break
             better = refined(gap, trial, self.grids[trial.found.candidate])
-            if self._plausible(better.found, fitted) and (
-                self._clarity(better.found, fitted, shaken) > _CLARITY
+            rows = columns(self.view, fitted.axis, better.found.candidate, better.found.shapes)[0]
+            if self._plausible(better.found, rows) and (
+                self._clarity(better.found, rows, fitted, shaken) > _CLARITY
             ):
-                found.append(replace(better, doubt=doubt))
-        return sorted(found, key=self._alone)
+                found.append(better)
+        return sorted(found, key=alone)
 
-    def _plausible(self, found: Found, fitted: Fitted) -> bool:
-        """Whether an effect stays within the effort that was measured, and can be told from it."""
+    def _plausible(self, found: Found, rows: Array) -> bool:
+        """Whether an effect with columns (k, n) stays within the effort that was measured, and can
+        be told from it."""
         values = {name: np.asarray(value) for name, value in found.term.values.items()}
         if not named(found.candidate.effect).possible(values, self.extent):
             return False
-        rows = columns(self.view, fitted.axis, found.candidate, found.shapes)[0]
         amplitudes = np.array(list(found.amplitudes.values()) or [1.0])
         return float(np.max(np.abs(amplitudes @ rows))) < _LARGEST * self.extent.effort
 
-    def _clarity(self, found: Found, fitted: Fitted, shaken_jacobian: Array) -> float:
-        """Share of what is a candidate's own that is motion, and not noise of the encoders.
+    def _clarity(self, found: Found, rows: Array, fitted: Fitted, shaken_jacobian: Array) -> float:
+        """Share of what is the own of columns (k, n) that is motion, and not noise of the encoders.
 
         The least of its columns counts. What the model's columns do not explain of a candidate's
         is all that tells them apart. On slow motions that can be noise of the model's columns.
         """
         clear = self.view.clear
-        seen, shaken = (
-            columns(view, fitted.axis, found.candidate, found.shapes)[0][:, clear]
-            for view in (self.view, self.shaken)
-        )
+        seen = rows[:, clear]
+        shaken = columns(self.shaken, fitted.axis, found.candidate, found.shapes)[0][:, clear]
         jacobian = fitted.jacobian[clear]
         noise = shaken_jacobian - jacobian
         worst = 1.0
@@ -172,12 +174,13 @@ class Search:
         return np.asarray(np.linalg.norm(own, axis=1) / np.maximum(whole, _TINY))
 
     def promised(self, trial: Trial, fitted: Fitted) -> float:
-        """What a model would gain by a trial."""
-        return self._misfit(fitted.error + trial.doubt) - self._alone(trial)
+        """What a model would gain by a trial, beyond that by which its formulas may be off."""
+        doubt = self.doubt(fitted)
+        return self._misfit(fitted.error + doubt) - self._alone(trial, doubt)
 
-    def _alone(self, trial: Trial) -> float:
+    def _alone(self, trial: Trial, doubt: float) -> float:
         """Criterion of a trial without what the model pays that it stands on."""
-        return self._misfit(trial.error + trial.doubt) + self.penalty(trial.found.candidate)
+        return self._misfit(trial.error + doubt) + self.penalty(trial.found.candidate)
 
     def independent(self, fitted: Fitted) -> float:
         """How many independent samples a model's residual is worth to a column of like colour:
@@ -201,7 +204,7 @@ class Search:
         for k, f in enumerate(fitted.found):
             if not f.candidate.form.shapes:
                 continue
-            rest = self.fit(fitted.base, fitted.found[:k] + fitted.found[k + 1 :])
+            rest = self.fit(fitted.base, fitted.without(k))
             start = Trial(f, np.inf)
             better = refined(Gap.of(self.view, rest), start, self.grids[f.candidate]).found
             found = (*fitted.found[:k], better, *fitted.found[k + 1 :])

@@ -36,14 +36,11 @@ class Trial:
         Sum of squares that would be left over the clear samples.
     on_edge : bool
         Whether a shape lies where its grid ends.
-    doubt : float
-        Sum of squares by which the formulas of the model that it is added to may be off.
     """
 
     found: Found
     error: float
     on_edge: bool = False
-    doubt: float = 0.0
 
 
 @dataclass(frozen=True)
