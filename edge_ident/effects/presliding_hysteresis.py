@@ -1,21 +1,29 @@
 """Presliding hysteresis: dry friction that builds up with the distance since a reversal.
 
-Part of the Coulomb friction, the level, acts through bristles: f = level·z, where
-dz/dx = (1 - z·sign(v))/distance, whatever the speed. After a reversal z goes from one side to the
-other like 1 - 2·exp(-distance travelled/distance); smaller reversals make loops inside.
-Source: Dahl, AIAA Journal 14 (1976) 1675, with exponent one.
+Part of the Coulomb friction, the level, acts through bristles: springs of one strength that give
+way at reaches of their own, whatever the speed. The reaches are such that after a long stroke and a
+reversal f/level goes from one side to the other like 1 - 2·exp(-distance travelled/distance). The
+friction remembers every reversal until the motion passes it again, so smaller reversals make closed
+loops inside.
+Source: Iwan, J. Applied Mechanics 33 (1966) 893; Al-Bender and Swevers, IEEE Control Systems 28
+(2008) 64 (presliding of machines, Maxwell-slip elements).
 """
 
 from typing import Final
 
 import numpy as np
+import scipy.stats
 
 from edge_ident.effect import Array, Effect, Extent, Form, Motion, Parameter, Values
 from edge_ident.strengths import Draws, Scale
 
+_BRISTLES: Final = 10
+_REACHES: Final = 0.5 * scipy.stats.gamma(2.0).ppf((np.arange(_BRISTLES) + 0.5) / _BRISTLES)
+"""Over the distance; gamma distributed: of very many, friction from rest grows exponentially."""
+
 
 class PreslidingHysteresis(Effect):
-    """Coulomb friction that needs a distance to change its sign; memory: z."""
+    """Coulomb friction that needs a distance to change its sign; memory: the bristles' shares."""
 
     parameters = (
         Parameter("level", "{effort}", 0.0, 1e9, "part of the Coulomb friction that builds up"),
@@ -27,39 +35,42 @@ class PreslidingHysteresis(Effect):
     signature = "depends on the distance since the reversal, not on speed or time"
     rivals = ("backlash", "stribeck_friction", "coupling_compliance")
     experiment = "small reversals of several sizes: --motion multisine"
-    memory_size = 1
+    memory_size = _BRISTLES
 
     def load(self, at: Motion, values: Values) -> Array:
         """Of the bristles."""
-        return np.asarray(values["level"] * at.memory[0])
+        return np.asarray(values["level"] * np.mean(at.memory, axis=0))
 
     def friction(self, at: Motion, values: Values) -> Array:
         """What the bristles take over from Coulomb friction."""
         return -values["level"]
 
     def rates(self, at: Motion, values: Values) -> Array:
-        """Dahl's equation over time."""
-        stretch = at.velocity - np.abs(at.velocity) * at.memory
-        return np.asarray(stretch / values["distance"])
+        """Of the bristles, each of which stretches or slips; what a step overshoots comes back."""
+        stretching = at.memory * np.sign(at.velocity) < 1.0
+        beyond = at.memory - np.clip(at.memory, -1.0, 1.0)
+        reach = np.multiply.outer(_REACHES, values["distance"])
+        return np.asarray((at.velocity * stretching - np.abs(at.velocity) * beyond) / reach)
 
     def fastest_rate(self, values: Values, inertia: Array, speed: float) -> Array:
         """Bristle resonance, or saturation at top speed."""
-        resonance = np.sqrt(values["level"] / (values["distance"] * inertia))
-        return np.maximum(resonance, speed / values["distance"])
+        stiffness = values["level"] / values["distance"] * np.mean(1.0 / _REACHES)
+        return np.maximum(np.sqrt(stiffness / inertia), speed / values["distance"])
 
     def resistance(self, motion: Motion, values: Values) -> Array:
-        """Dahl's equation solved exactly from each reversal to the next."""
+        """Every bristle from each reversal to the next."""
         distance, position, direction = values["distance"], motion.position, motion.direction
-        state = np.empty(np.broadcast_shapes(distance.shape, position.shape))
+        reach = np.multiply.outer(_REACHES, distance)
+        held = np.empty(np.broadcast_shapes(distance.shape, position.shape))
         turns = np.flatnonzero(np.diff(direction)) + 1
-        start = np.full_like(state[..., :1], direction[0])  # fully built up
+        start = np.full((_BRISTLES, *held[..., :1].shape), direction[0])  # fully stretched
         for first, last in zip([0, *turns], [*turns, len(direction)], strict=True):
             before = max(first - 1, 0)
-            travelled = np.abs(position[..., first:last] - position[..., before, None])
-            towards = direction[first] if direction[first] else start
-            state[..., first:last] = towards + (start - towards) * np.exp(-travelled / distance)
-            start = state[..., last - 1 : last].copy()
-        return values["level"] * (state - direction)
+            moved = position[..., first:last] - position[..., before, None]
+            bristles = np.clip(start + moved / reach, -1.0, 1.0)
+            held[..., first:last] = np.mean(bristles, axis=0)
+            start = bristles[..., -1:]
+        return np.asarray(values["level"] * (held - direction))
 
     def grid(self, extent: Extent) -> dict[str, Array]:
         """From what the encoder just resolves to a tenth of the travel."""

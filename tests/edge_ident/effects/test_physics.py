@@ -1,5 +1,7 @@
 """What sets each effect apart along a known motion, and the order in which effects compose."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -65,19 +67,33 @@ def test_presliding_is_the_same_at_any_rate_and_builds_up_over_its_distance() ->
     assert lag == pytest.approx(2 * np.exp(-1.0), abs=0.02), "still pushes the old way"
 
 
-def test_presliding_solves_dahls_equation() -> None:
+def test_presliding_builds_up_as_an_exponential_of_the_distance() -> None:
     motion = sine(samples=3000)
     values = {"level": 0.8, "distance": 0.05}
     found = added(motion, ("presliding_hysteresis", values)) + 0.8 * np.sign(motion.velocity)
+    back = (motion.velocity < 0) & (np.arange(3000) < 1400)
+    travelled = np.max(motion.position) - motion.position[back]
+    np.testing.assert_allclose(
+        found[back], 0.8 * (1.0 - 2.0 * (1.0 - np.exp(-travelled / 0.05))), atol=0.05
+    )
 
-    def rates(time: float, z: np.ndarray) -> np.ndarray:
-        speed = 2.0 * np.cos(2.0 * time)
-        return (speed - abs(speed) * z) / 0.05
 
-    exact = solve_ivp(
-        rates, (0, motion.time_s[-1]), [1.0], t_eval=motion.time_s, rtol=1e-8, max_step=0.01
-    ).y[0]
-    np.testing.assert_allclose(found, 0.8 * exact, atol=5e-4)
+def test_presliding_remembers_a_reversal_until_it_is_passed_again() -> None:
+    def friction(*turns: int) -> tuple[np.ndarray, np.ndarray]:
+        """Position and friction, in steps of 0.001 from turn to turn (in steps)."""
+        legs = [np.arange(a, b, np.sign(b - a)) * 1e-3 for a, b in pairwise(turns)]
+        velocity = np.repeat(np.sign(np.diff(turns)), [len(leg) for leg in legs])
+        position = np.concatenate(legs)
+        motion = Motion.known(1e-2 * np.arange(len(position)), position, velocity, 0.0 * position)
+        values = {"level": 0.8, "distance": 0.05}
+        return position, added(motion, ("presliding_hysteresis", values)) + 0.8 * velocity
+
+    position, looped = friction(0, 1000, 960, 970, 500)
+    _, straight = friction(0, 1000, 500)
+    begins, passed = 1040, 1060  # at 0.96, and there again
+    assert position[passed] == pytest.approx(0.96)
+    np.testing.assert_allclose(looped[passed:], straight[begins:], atol=1e-12)
+    assert np.all(looped[begins + 1 : passed] > straight[begins] + 1e-3), "a loop inside"
 
 
 def test_backlash_leaves_only_the_near_side_for_the_width_of_the_gap() -> None:

@@ -5,6 +5,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 
 from edge_ident.errors import ModelError
 from edge_ident.model import BASE, AxisModel, Term
@@ -85,26 +86,43 @@ def smooth_model() -> AxisModel:
         Term("stribeck_friction", {"level": 0.6, "speed": 0.3}),
         Term("nonlinear_viscous", {"level": 0.2, "exponent": 2.0}),
         Term("torque_ripple", {"cosine": 0.3, "sine": 0.1, "period": 0.4}),
-        Term("presliding_hysteresis", {"level": 0.8, "distance": 0.05}),
     )
 
 
 def smooth_rates(_: float, y: np.ndarray) -> list[float]:
-    position, speed, bristle = y
+    position, speed = y
     angle = 2 * np.pi * position / 0.4
-    friction = COULOMB - 0.8 + 0.8 * bristle + 0.6 * np.exp(-((speed / 0.3) ** 2))
+    friction = COULOMB + 0.6 * np.exp(-((speed / 0.3) ** 2))
     load = VISCOUS * speed + OFFSET + 0.2 * speed**2 + 0.3 * np.cos(angle) + 0.1 * np.sin(angle)
-    return [speed, (4.0 - friction - load) / INERTIA, speed * (1 - bristle) / 0.05]
+    return [speed, (4.0 - friction - load) / INERTIA]
 
 
-def test_friction_curve_ripple_and_bristles_agree_with_a_stiff_solver() -> None:
-    exact = stiffly(smooth_rates, [0.0, 0.0, 0.0], 0.5)
+def test_friction_curve_and_ripple_agree_with_a_stiff_solver() -> None:
+    exact = stiffly(smooth_rates, [0.0, 0.0], 0.5)
     found = run(machine(smooth_model()), [4.0] * 200)[-1]
     np.testing.assert_allclose(found, exact[:2], rtol=1e-5)
 
 
+def test_bristles_agree_with_a_stiff_solver() -> None:
+    def rates(_: float, y: np.ndarray) -> list[float]:
+        position, speed = y
+        shares = np.minimum(position / reaches, 1.0)
+        friction = COULOMB - 0.8 + 0.8 * float(np.mean(shares))
+        return [speed, (4.0 - friction - VISCOUS * speed - OFFSET) / INERTIA]
+
+    # a gamma distribution of second order: one that falls off as r·exp(-r)
+    shares = (np.arange(10) + 0.5) / 10
+    reaches = 0.025 * np.array(
+        [brentq(lambda r, p=p: 1 - (1 + r) * np.exp(-r) - p, 0.0, 20.0) for p in shares]
+    )
+    exact = stiffly(rates, [0.0, 0.0], 0.5)
+    term = Term("presliding_hysteresis", {"level": 0.8, "distance": 0.05})
+    found = run(machine(axis(term)), [4.0] * 200)[-1]
+    np.testing.assert_allclose(found, exact, rtol=1e-3)
+
+
 def test_order_of_convergence_is_four() -> None:
-    exact = stiffly(smooth_rates, [0.0, 0.0, 0.0], 20 * PERIOD_S)
+    exact = stiffly(smooth_rates, [0.0, 0.0], 20 * PERIOD_S)
     errors = [
         np.abs(run(machine(smooth_model(), longest_step_s=step), [4.0] * 20)[-1, 0] - exact[0])
         for step in (PERIOD_S, PERIOD_S / 2, PERIOD_S / 4)
