@@ -176,6 +176,8 @@ class Effect:
     is left within that is no evidence of another one. A judgement, not a measurement."""
     open_shapes: ClassVar[tuple[str, ...]] = ()
     """Shapes whose grid ends where more makes no difference: the best may lie on its edge."""
+    essential: ClassVar[tuple[str, ...]] = ()
+    """Amplitudes without which it is something else."""
     needs_reversals: ClassVar[bool] = False
     """Whether it shows only where the motion turns."""
     follows_base: ClassVar[bool] = False

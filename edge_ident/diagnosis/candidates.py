@@ -53,7 +53,7 @@ def candidates(view: View, rotary: bool) -> tuple[Candidate, ...]:
 
 def grid(candidate: Candidate, extent: Extent) -> dict[str, Array]:
     """Shapes to try, arrays (D,); of length one for a form without any."""
-    values = catalogue()[candidate.effect].grid(extent)
+    values = named(candidate.effect).grid(extent)
     if not candidate.form.shapes:
         return {name: array[:1] for name, array in values.items()}
     return values
@@ -65,7 +65,7 @@ def term(
     amplitudes: Mapping[str, float] | Mapping[str, Array],
 ) -> Term:
     """A term of the model: its shapes, its amplitudes, and zero for those of other forms."""
-    effect = catalogue()[candidate.effect]
+    effect = named(candidate.effect)
     values = {p.name: amplitudes.get(p.name, shapes.get(p.name, 0.0)) for p in effect.parameters}
     return Term(candidate.effect, values, source_axis=candidate.source)
 
@@ -99,7 +99,7 @@ def columns(
     names = candidate.form.amplitudes or (None,)
     rows = max(1, _ROW_LIMIT // view.samples)
     result = np.empty((count, len(names), len(view.effort)))
-    if all(named(t.effect).additive for t in axis.terms) and catalogue()[candidate.effect].additive:
+    if all(named(t.effect).additive for t in axis.terms) and named(candidate.effect).additive:
         axis = replace(axis, terms=axis.terms[:1])
     present = view.predicted(axis)
     for first in range(0, count, rows):

@@ -7,8 +7,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.covariance import coloured_std
-from edge_ident.diagnosis.fitting import Fitted, fit, shape_derivatives
+from edge_ident.diagnosis.fitting import Fitted, build, deviations, fit, unclear
 from edge_ident.diagnosis.judging import Gain, contest, gains, residuals_held_out
 from edge_ident.diagnosis.noise_floor import noise_floor
 from edge_ident.diagnosis.peeling import peel
@@ -26,10 +25,10 @@ from edge_ident.diagnosis.result import (
 )
 from edge_ident.diagnosis.search import Search
 from edge_ident.diagnosis.testability import not_testable
+from edge_ident.diagnosis.vibrations import VIBRATION
 from edge_ident.diagnosis.view import View
 from edge_ident.effects import named
 from edge_ident.errors import DataError
-from edge_ident.least_squares import unit_length
 from edge_ident.metrics import compare
 from edge_ident.model import BASE, PARAMETERS, AxisModel, Estimate, Model, Term
 from edge_ident.recording import Recording
@@ -101,6 +100,12 @@ def _axis(view: View, template: AxisModel) -> AxisDiagnosis:
     start = fit(view, template, np.array([1.0, 0.0, 0.0, 0.0]), ())
     search = Search(view, template, start)
     model, rivals, gained = _settled(search, peel(search, start))
+    inside = [k for k, f in enumerate(model.found) if f.candidate != VIBRATION]
+    model, rivals, gained = (
+        _inside(view, model),
+        [rivals[k] for k in inside],
+        [gained[k] for k in inside],
+    )
     floor = noise_floor(view, start)
     samples = np.count_nonzero(view.clear)
     left = float(np.sqrt(model.error / samples))
@@ -135,14 +140,14 @@ def _settled(search: Search, model: Fitted) -> tuple[Fitted, list[tuple[Rival, .
     for _ in range(_SWAPS * 2):
         found = gains(search, model)
         doubtful = [k for k, g in enumerate(found) if not g.certain]
-        if doubtful:
-            weakest = min(doubtful, key=lambda k: found[k].interval[0])
-            model = search.polished(search.fit(model.base, model.without(weakest)))
-            continue
-        contests = [contest(search, model, k) for k in range(len(model.found))]
+        contests = [] if doubtful else [contest(search, model, k) for k in range(len(model.found))]
         better = [c.better for c in contests if c.better is not None]
         if not better:
-            break
+            doubtful = doubtful or unclear(search.view, model)
+            if not doubtful:
+                break
+            weakest = min(doubtful, key=lambda k: found[k].interval[0])
+            better = [search.fit(model.base, model.without(weakest))]
         model = search.polished(min(better, key=search.criterion))
     else:
         found = gains(search, model)
@@ -150,13 +155,22 @@ def _settled(search: Search, model: Fitted) -> tuple[Fitted, list[tuple[Rival, .
     return model, [c.rivals for c in contests], found
 
 
+def _inside(view: View, model: Fitted) -> Fitted:
+    """What a model says of the axis itself, without the vibrations that were fitted beside."""
+    found = tuple(f for f in model.found if f.candidate != VIBRATION)
+    sizes = [len(f.amplitudes) for f in model.found]
+    own = [np.ones(4), *(np.full(n, f in found) for n, f in zip(sizes, model.found, strict=True))]
+    axis = build(model.template, model.base, found)
+    predicted = view.predicted(axis)
+    residual = (view.effort - predicted)[view.clear]
+    jacobian = model.jacobian[:, np.concatenate(own) > 0]
+    return Fitted(axis, model.base, found, predicted, jacobian, float(residual @ residual))
+
+
 def _summary(view: View, fitted: Fitted) -> tuple[Fit, Array]:
     """A model's figures, and the deviations of its base parameters, amplitudes and shapes."""
-    derivatives = shape_derivatives(view, fitted)
-    columns = np.hstack([fitted.jacobian, derivatives])
-    unit, length = unit_length(columns[view.clear])
+    std = deviations(view, fitted)
     residual = (view.effort - fitted.predicted)[view.clear]
-    std = coloured_std(unit, residual) / length
     held_out = _rms(residuals_held_out(view, fitted)[view.clear]) / _rms(view.effort[view.clear])
     metric = compare(view.effort, fitted.predicted)
     fitted_share = _rms(residual) / _rms(view.effort[view.clear])

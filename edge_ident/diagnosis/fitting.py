@@ -7,6 +7,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from edge_ident.covariance import coloured_std
 from edge_ident.diagnosis.candidates import Candidate, term, unit_columns
 from edge_ident.diagnosis.view import View
 from edge_ident.effects import named
@@ -25,6 +26,10 @@ _SMALL: Final = 1e-6
 _TINY: Final = float(np.finfo(float).tiny)
 _RANK: Final = 1e-9
 _FOLDS: Final = 5
+_FROM_ZERO: Final = 3.0
+"""Standard deviations at which an amplitude is not zero."""
+_LEARNED: Final = 0.05
+"""Share of a column's energy that the rest must have to say anything of what is left out."""
 
 
 @dataclass(frozen=True)
@@ -90,6 +95,11 @@ def fit(view: View, template: AxisModel, base: Array, found: Sequence[Found]) ->
         jacobian = _jacobian(view, axis, predicted, found)
         residual = (view.effort - predicted)[view.clear]
         step = solve(jacobian[view.clear], residual)
+        if base[0] + step[0] < 0.0:
+            predicted = predicted - base[0] * jacobian[:, 0]
+            base = np.array([0.0, *base[1:]])
+            jacobian = _massless(jacobian)
+            step = solve(jacobian[view.clear], (view.effort - predicted)[view.clear])
         base, found = _moved(base, found, step)
         axis = build(template, base, found)
         reached = view.predicted(axis)
@@ -110,11 +120,20 @@ def _fit_additive(view: View, template: AxisModel, found: tuple[Found, ...]) -> 
     """Plain least squares on columns that are kept."""
     jacobian = _additive_jacobian(view, template, found)
     step = solve(jacobian[view.clear], view.effort[view.clear])
+    if step[0] < 0.0:
+        jacobian = _massless(jacobian)
+        step = solve(jacobian[view.clear], view.effort[view.clear])
     base, found = _moved(np.zeros(4), tuple(_emptied(f) for f in found), step)
     predicted = np.asarray(jacobian @ _linear(base, found))
     residual = (view.effort - predicted)[view.clear]
     axis = build(template, base, found)
     return Fitted(axis, base, found, predicted, jacobian, float(residual @ residual))
+
+
+def _massless(jacobian: Array) -> Array:
+    """Without the inertia, which no physics makes negative: what would make it so is something
+    else that goes with the acceleration, such as a spring along a sinusoid."""
+    return np.concatenate([np.zeros((len(jacobian), 1)), jacobian[:, 1:]], axis=1)
 
 
 def _emptied(found: Found) -> Found:
@@ -216,20 +235,45 @@ def held_out(view: View, fitted: Fitted, derivatives: Array) -> Array:
     """Residuals (n,) of samples that did not take part in the fit that predicts them.
 
     Every fifth block is left out in turn. The fit is repeated to first order: amplitudes anew,
-    shapes by their derivatives.
+    shapes by their derivatives. What acts only in the blocks left out stays as it was fitted.
     """
     columns = np.hstack([fitted.jacobian, derivatives])
     start = np.concatenate([fitted.linear, np.zeros(derivatives.shape[1])])
     target: Array = view.effort - fitted.predicted + columns @ start
     known = _shape_certainty(view, columns, derivatives.shape[1])
     residual = np.empty_like(target)
+    energy = np.sum(columns[view.clear] ** 2, axis=0)
     for fold in range(_FOLDS):
         out = view.block % _FOLDS == fold
         train = view.clear & ~out
-        rows = np.vstack([columns[train], known])
-        moved = solve(rows, np.concatenate([target[train], np.zeros(len(known))]))
+        learned = np.sum(columns[train] ** 2, axis=0) > _LEARNED * energy
+        moved = np.where(learned, 0.0, start)
+        rows = np.vstack([columns[train], known])[:, learned]
+        wanted = np.concatenate([target[train] - columns[train] @ moved, np.zeros(len(known))])
+        moved[learned] = solve(rows, wanted)
         residual[out] = target[out] - columns[out] @ moved
     return residual
+
+
+def deviations(view: View, fitted: Fitted) -> Array:
+    """Standard deviations of base parameters, amplitudes and shapes, in this order."""
+    columns = np.hstack([fitted.jacobian, shape_derivatives(view, fitted)])
+    unit, length = unit_length(columns[view.clear])
+    return np.asarray(coloured_std(unit, (view.effort - fitted.predicted)[view.clear]) / length)
+
+
+def unclear(view: View, fitted: Fitted) -> list[int]:
+    """Places of what was found of which an essential amplitude may be zero."""
+    essential = [named(f.candidate.effect).essential for f in fitted.found]
+    if not any(essential):
+        return []
+    std, at, found = deviations(view, fitted), len(PARAMETERS), []
+    for k, f in enumerate(fitted.found):
+        for name, value in f.amplitudes.items():
+            if name in essential[k] and abs(value) < _FROM_ZERO * std[at]:
+                found.append(k)
+            at += 1
+    return found
 
 
 def _shape_certainty(view: View, columns: Array, shapes: int) -> Array:

@@ -12,10 +12,11 @@ from numpy.typing import NDArray
 
 from edge_ident.diagnosis.candidates import Candidate
 from edge_ident.diagnosis.fitting import Fitted, held_out, shape_derivatives
-from edge_ident.diagnosis.peeling import DECISIVE
+from edge_ident.diagnosis.peeling import DECISIVE, present
 from edge_ident.diagnosis.result import Rival
 from edge_ident.diagnosis.search import Search
 from edge_ident.diagnosis.trying import Trial
+from edge_ident.diagnosis.vibrations import VIBRATION
 from edge_ident.diagnosis.view import View
 from edge_ident.effects import named
 
@@ -115,26 +116,34 @@ def contest(search: Search, model: Fitted, index: int) -> Contest:
     """Put every other effect in the place of one that was found."""
     found = model.found[index]
     rest = search.fit(model.base, model.without(index))
-    kept = {f.candidate.effect for f in rest.found if not named(f.candidate.effect).repeats}
-    trials = search.trials(rest, frozenset({found.candidate.effect, *kept}))
-    models = [
-        (t.found.candidate, search.fit(rest.base, (*rest.found, t.found)))
-        for t in trials[:_TRIED_RIVALS]
-        if not t.on_edge
+    trials = search.trials(rest, present(rest) | {found.candidate.effect})
+    models = [(t, search.fit(rest.base, (*rest.found, t.found))) for t in trials[:_TRIED_RIVALS]]
+    rivals = [
+        _rival(search, model, trial.found.candidate, other)
+        for trial, other in models
+        if trial.found.candidate != VIBRATION
     ]
-    better = min((m for _, m in models), key=search.criterion, default=None)
-    if better is not None and search.gain(model, better) <= 0.0:
-        better = None
-    rivals = [_rival(search, model, candidate, other) for candidate, other in models]
+    # another kind of fault, beside one that is there already, has to be decisive
+    there = {f.candidate.effect for f in rest.found}
+    better = [
+        (search.distance(model, other) + DECISIVE * (_kinds(model) - _kinds(other)), other)
+        for trial, other in models
+        if not trial.on_edge or trial.found.candidate.effect in there
+    ]
+    gained, best = max(better, key=lambda pair: pair[0], default=(0.0, None))
     tried = {r.effect for r in rivals}
     for name in named(found.candidate.effect).rivals:
         if name not in tried:
             rivals.append(_declared(name, trials, rest, model))
-    return Contest(_once(rivals), better)
+    return Contest(_once(rivals), best if gained > 0.0 else None)
+
+
+def _kinds(model: Fitted) -> int:
+    return len({f.candidate.effect for f in model.found})
 
 
 def _rival(search: Search, model: Fitted, candidate: Candidate, other: Fitted) -> Rival:
-    distance = search.gain(other, model)
+    distance = search.distance(other, model)
     larger = np.sqrt(other.error / max(model.error, _TINY)) - 1.0
     if distance < DECISIVE:
         evidence = f"in its place it leaves as little residual ({larger:+.1%})"

@@ -17,6 +17,7 @@ from edge_ident.diagnosis.fitting import Fitted, Found, fit, jacobian_of, solve
 from edge_ident.diagnosis.projection import orthonormal
 from edge_ident.diagnosis.refining import refined
 from edge_ident.diagnosis.trying import Gap, Trial, surcharge
+from edge_ident.diagnosis.vibrations import VIBRATION, Spectrum
 from edge_ident.diagnosis.view import View
 from edge_ident.effects import catalogue, named
 from edge_ident.model import AxisModel
@@ -48,14 +49,19 @@ class Search:
         self.extent = view.extent(start.base)
         self.candidates = candidates(view, template.position_unit == "rad")
         self.grids = {c: grid(c, self.extent) for c in self.candidates}
+        self.spectrum = Spectrum.of(view)
+        self.grids[VIBRATION] = {"frequency": self.spectrum.frequency_hz}
         self.library = {
             c: columns(view, start.axis, c, self.grids[c])[..., view.clear] for c in self.candidates
         }
 
     def penalty(self, candidate: Candidate) -> float:
         """What a candidate has to pay, in the unit of n·log(error)."""
-        tried = len(catalogue()) * _count(self.grids[candidate])
-        return float(candidate.size * np.log(self.samples) + 2.0 * np.log(tried))
+        return float(candidate.size * np.log(self.samples)) + self._tried(candidate)
+
+    def _tried(self, candidate: Candidate) -> float:
+        """The part of it that is for the number of others."""
+        return float(2.0 * np.log(len(catalogue()) * _count(self.grids[candidate])))
 
     def criterion(self, fitted: Fitted) -> float:
         """Extended Bayesian information of a model, the smaller the better."""
@@ -67,6 +73,12 @@ class Search:
         doubt = max(self.doubt(before), self.doubt(after))
         misfit = self._misfit(before.error + doubt) - self._misfit(after.error + doubt)
         return misfit - self._paid(after) + self._paid(before)
+
+    def distance(self, before: Fitted, after: Fitted) -> float:
+        """What the data say for a model against another one: the gain, but for what a candidate
+        pays because others were tried as well, which no data can take back."""
+        tried = [sum(self._tried(f.candidate) for f in fitted.found) for fitted in (before, after)]
+        return self.gain(before, after) + tried[1] - tried[0]
 
     def _misfit(self, error: float) -> float:
         return self.samples * float(np.log(max(error, _TINY)))
@@ -112,6 +124,7 @@ class Search:
             trial = gap.best(candidate, shapes, self.library[candidate], shapes)
             if np.isfinite(trial.error):
                 coarse.append(trial)
+        coarse += self._vibrations(gap)
 
         def alone(trial: Trial) -> float:
             return self._alone(trial, doubt)
@@ -132,6 +145,14 @@ class Search:
             ):
                 found.append(better)
         return sorted(found, key=alone)
+
+    def _vibrations(self, gap: Gap) -> list[Trial]:
+        """The loudest vibration from outside, if there can be one."""
+        loudest = self.spectrum.loudest(gap.residual)
+        if not len(loudest["frequency"]):
+            return []
+        rows = gap.columns(VIBRATION, loudest)
+        return [gap.best(VIBRATION, loudest, rows, self.grids[VIBRATION])]
 
     def _plausible(self, found: Found, rows: Array) -> bool:
         """Whether an effect with columns (k, n) stays within the effort that was measured, and can

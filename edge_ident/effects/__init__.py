@@ -15,6 +15,7 @@ import numpy as np
 from edge_ident.effect import Effect
 from edge_ident.errors import ModelError
 from edge_ident.model import Term
+from edge_ident.outside_vibration import OUTSIDE_VIBRATION
 from edge_ident.rigid_body import RIGID_BODY
 from edge_ident.strengths import Draws, Scale
 
@@ -29,15 +30,16 @@ def catalogue() -> Mapping[str, Effect]:
 
 
 def named(name: str) -> Effect:
-    """The effect of this name, or the base term.
+    """The effect of this name, the base term, or a vibration from outside.
 
     Raises
     ------
     ModelError
         There is none.
     """
-    if name == RIGID_BODY.name:
-        return RIGID_BODY
+    for uncatalogued in (RIGID_BODY, OUTSIDE_VIBRATION):
+        if name == uncatalogued.name:
+            return uncatalogued
     if name not in catalogue():
         raise ModelError(f"there is no effect {name!r}", f"known: {', '.join(catalogue())}")
     return catalogue()[name]

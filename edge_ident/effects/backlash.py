@@ -1,10 +1,10 @@
 """Backlash: play between the encoder's side and the load.
 
 For the width of the gap after a reversal the drive moves only its own inertia and friction; then
-it takes the load along with an inelastic impact. The load has its share of the axis's inertia,
-friction and weight; what the base model calls so includes it.
-Source: Nordin and Gutman, Automatica 38 (2002) 1633 (dead-zone model), with contact that does not
-bounce; along a known motion the time stepping of Moreau and Jean (rigid contact).
+it takes the load along with an impact. The load has its share of the axis's inertia,
+friction and weight; what the base model calls so includes it. The contacts are as stiff as the
+shaft between: the load rebounds, and how far decides what the drive feels next.
+Source: Nordin and Gutman, Automatica 38 (2002) 1633 (dead zone with spring and damper).
 """
 
 from typing import Final
@@ -14,8 +14,10 @@ import numpy as np
 from edge_ident.effect import Array, Effect, Extent, Form, Motion, Parameter, Values
 from edge_ident.strengths import Draws, Scale
 
-_CONTACT_RATE: Final = 300.0
-"""Resonance in 1/s of the load on the contact, damped by half; rigid as far as a drive can tell."""
+_CONTACT_DAMPING: Final = 0.4
+"""Damping ratio of the load on a contact."""
+_CONTACT_BAND: Final = 5.0
+"""Resonance of the load on a contact over the bandwidth, where the search for it begins."""
 
 
 class Backlash(Effect):
@@ -37,17 +39,26 @@ class Backlash(Effect):
         Parameter(
             "weight", "{position}/s^2", -1e9, 1e9, "its share of the offset over it", default=0.0
         ),
+        Parameter(
+            "contact_rate", "rad/s", 1.0, 1e6, "the load's resonance on a contact", default=300.0
+        ),
     )
     discrepancy = 0.4
     open_shapes = ("deceleration",)
     needs_reversals = True
-    forms = (Form(("load_inertia",), ("gap", "deceleration", "damping_rate", "weight")),)
+    forms = (
+        Form(("load_inertia",), ("gap", "deceleration", "damping_rate", "weight", "contact_rate")),
+    )
     signature = "a stretch of little effort and of fixed length after each reversal, then an impact"
     rivals = ("presliding_hysteresis", "coupling_compliance")
     experiment = (
         "reversals at several accelerations, some smaller than the play: --motion multisine"
     )
     memory_size = 2
+
+    def possible(self, values: Values, extent: Extent) -> bool:
+        """No more than the inertia of the axis, of which the base model may miss half."""
+        return bool(np.all(values["load_inertia"] < 2.0 * extent.base[0]) or extent.base[0] <= 0.0)
 
     def load(self, at: Motion, values: Values) -> Array:
         """Contact, in place of the viscous friction and the weight of a load that is carried."""
@@ -70,37 +81,50 @@ class Backlash(Effect):
         """Of the load; its friction is smoothed where it would stop within a contact's time."""
         speed = at.memory[1]
         deceleration = values["deceleration"]
-        smoothed = np.minimum(np.maximum(_CONTACT_RATE * speed, -deceleration), deceleration)
+        stopping = values["contact_rate"] * speed
+        smoothed = np.minimum(np.maximum(stopping, -deceleration), deceleration)
         slowing = smoothed + values["damping_rate"] * speed + values["weight"]
         return np.array([speed, _contact(at, values) / values["load_inertia"] - slowing])
 
     def fastest_rate(self, values: Values, inertia: Array, speed: float) -> Array:
         """Of the contact, with both sides moving."""
-        return _CONTACT_RATE * (1.0 + values["load_inertia"] / inertia)
+        return values["contact_rate"] * (1.0 + values["load_inertia"] / inertia)
 
     def resistance(self, motion: Motion, values: Values) -> Array:
-        """Let the load move on by itself, sample by sample, and keep it in the gap."""
-        period_s = motion.time_s[1] - motion.time_s[0]
-        half = 0.5 * values["gap"][..., 0]
+        """Let the load move on by itself and on the contacts, sample by sample (implicit midpoint
+        rule; dry friction takes off what speed it can)."""
+        step_s = float(motion.time_s[1] - motion.time_s[0])
+        here, moving = motion.position, np.diff(motion.position) / step_s
         deceleration, weight = values["deceleration"], values["weight"]
-        slowing, falling = deceleration[..., 0] * period_s, weight[..., 0] * period_s
-        kept = np.exp(-values["damping_rate"][..., 0] * period_s)
         carried = deceleration * motion.direction + values["damping_rate"] * motion.velocity
-        together = motion.acceleration + carried + weight
-        contact = together + np.zeros_like(values["gap"])
-        position = motion.position[..., 0] - motion.direction[0] * half
+        carried = motion.acceleration + carried + weight
+        half, damping, weight = (
+            values[name][..., 0] * scale
+            for name, scale in (("gap", 0.5), ("damping_rate", 1.0), ("weight", 1.0))
+        )
+        rate = np.minimum(values["contact_rate"][..., 0], 2.0 / step_s)  # what samples resolve
+        stiffness, damper = rate**2, 2.0 * _CONTACT_DAMPING * rate
+        implicit = 1.0 + 0.5 * step_s * (damper + 0.5 * step_s * stiffness)
+        slowing = deceleration[..., 0] * step_s
+        push = carried[..., 0]
+        position = here[..., 0] - np.copysign(half, push) - push / stiffness
         speed = motion.velocity[..., 0] + np.zeros_like(half)
-        for k in range(1, len(motion.time_s)):
-            free = speed * kept - falling
+        pushed = np.empty(np.broadcast_shapes(carried.shape, values["gap"].shape))
+        for k in range(moving.shape[-1]):
+            loss = -weight - damping * speed
+            ahead = speed + 0.5 * step_s * loss
+            behind = 0.5 * (here[..., k] + here[..., k + 1]) - position - 0.5 * step_s * ahead
+            depth = behind - np.minimum(np.maximum(behind, -half), half)
+            push = (stiffness * depth + damper * (moving[..., k] - ahead)) / implicit
+            push = np.where(push * depth > 0.0, push, 0.0)
+            free = speed + step_s * (loss + push)
             free = free - np.minimum(np.maximum(free, -slowing), slowing)
-            here = motion.position[..., k]
-            reached = np.minimum(np.maximum(position + free * period_s, here - half), here + half)
-            speed = (reached - position) / period_s
-            position = reached
-            contact[..., k] = (speed - free) / period_s
-        # mean speeds before and after a sample differ by what acted at that sample
-        contact[..., 1:-1] = contact[..., 2:]
-        return values["load_inertia"] * (contact - together)
+            position = position + 0.5 * step_s * (speed + free)
+            speed = free
+            pushed[..., k] = push
+        pushed[..., -1] = push
+        pushed[..., 1:-1] = 0.5 * (pushed[..., :-2] + pushed[..., 1:-1])
+        return values["load_inertia"] * (pushed - carried)
 
     def grid(self, extent: Extent) -> dict[str, Array]:
         """Gaps from what the encoder just resolves; loads with more or less than their share of
@@ -116,6 +140,7 @@ class Backlash(Effect):
             "deceleration": shares.ravel() * coulomb / inertia,
             "damping_rate": np.full(gaps.size, 1.5 * viscous / inertia),
             "weight": np.full(gaps.size, 2.0 * offset / inertia),
+            "contact_rate": np.full(gaps.size, _CONTACT_BAND * 2.0 * np.pi * extent.cutoff_hz),
         }
 
     def draw(self, draws: Draws, scale: Scale) -> dict[str, Array]:
@@ -129,15 +154,16 @@ class Backlash(Effect):
             "deceleration": friction / load_inertia,
             "damping_rate": scale.viscous_friction / scale.inertia,
             "weight": np.zeros(draws.shape),
+            "contact_rate": 2.0 * np.pi * draws.log_uniform(20.0, 100.0),
         }
 
 
 def _contact(at: Motion, values: Values) -> Array:
     """Effort of the contact, which pushes and never pulls."""
     behind = at.position - at.memory[0]
-    half = 0.5 * values["gap"]
+    half, rate = 0.5 * values["gap"], values["contact_rate"]
     depth = behind - np.minimum(np.maximum(behind, -half), half)
-    pull = _CONTACT_RATE * (depth * _CONTACT_RATE + at.velocity - at.memory[1])
+    pull = rate * (depth * rate + 2.0 * _CONTACT_DAMPING * (at.velocity - at.memory[1]))
     return np.where(pull * depth > 0.0, values["load_inertia"] * pull, 0.0)
 
 

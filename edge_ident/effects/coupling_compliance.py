@@ -56,6 +56,10 @@ class CouplingCompliance(Effect):
     experiment = "a motion with content up to the resonance: --motion multisine"
     memory_size = 2
 
+    def possible(self, values: Values, extent: Extent) -> bool:
+        """No more than the inertia of the axis, of which the base model may miss half."""
+        return bool(np.all(values["load_inertia"] < 2.0 * extent.base[0]) or extent.base[0] <= 0.0)
+
     def load(self, at: Motion, values: Values) -> Array:
         """Spring and damper, in place of the viscous friction of a load that is carried along."""
         carried = values["damping_rate"] * at.velocity + values["weight"]
@@ -86,15 +90,15 @@ class CouplingCompliance(Effect):
         return values["rate"] * np.sqrt(1.0 + values["load_inertia"] / inertia)
 
     def resistance(self, motion: Motion, values: Values) -> Array:
-        """The lag's equation, exact for loads straight between samples but for dry friction, which
-        takes off what speed the load has at each of them."""
+        """The lag's equation, exact for loads straight between samples and for dry friction that is
+        constant between them."""
         rate = values["rate"]
         ratio = np.minimum(values["damping_ratio"] + 0.5 * values["damping_rate"] / rate, 0.99)
         pole = rate * (-ratio + 1j * np.sqrt(1.0 - ratio**2))
         viscous = values["damping_rate"] * motion.velocity
         smooth = motion.acceleration + viscous + values["weight"]
         period_s = float(motion.time_s[1] - motion.time_s[0])
-        u = _lag(pole, smooth, motion.velocity, values["deceleration"] * period_s, period_s)
+        u = _lag(pole, smooth, motion.velocity, values["deceleration"], period_s)
         carried = smooth + values["deceleration"] * motion.direction
         lag = u.imag / pole.imag
         lag_speed = u.real + pole.real * lag
@@ -141,25 +145,30 @@ def _pull(lag: Array, lag_speed: Array, values: Values) -> Array:
     return rate * (rate * lag + 2.0 * values["damping_ratio"] * lag_speed)
 
 
-def _lag(pole: Complex, load: Array, velocity: Array, slowing: Array, period_s: float) -> Complex:
-    """u = d' - conj(pole)·d, which obeys u' = pole·u + load, from the steady lag; `slowing` is the
-    speed that dry friction takes off the load in a sample."""
+def _lag(pole: Complex, load: Array, velocity: Array, most: Array, period_s: float) -> Complex:
+    """u = d' - conj(pole)·d, which obeys u' = pole·u + load + friction, from the steady lag.
+
+    Dry friction, of `most` at most, is constant over a sample: what stops the load at its end, or
+    all there is.
+    """
     step = pole * period_s
     decay = np.exp(step)
     # response to a load that rises to one, and one that falls from it, over a sample
     rising = (decay - 1.0 - step) / (pole * step)
     falling = (decay - 1.0) / pole - rising
     forcing = falling * load[..., :-1] + rising * load[..., 1:]
-    start = load[..., 0] + slowing[..., 0] / period_s * np.sign(velocity[..., 0])
+    most = most[..., 0]
+    start = load[..., 0] + most * np.sign(velocity[..., 0])
     u = np.asarray(-start / pole[..., 0])
     result = np.empty((*u.shape, forcing.shape[-1] + 1), dtype=np.complex128)
     result[..., 0] = u
-    decay, most = decay[..., 0], slowing[..., 0]
+    decay, response = decay[..., 0], (rising + falling)[..., 0]
     lean = pole.real[..., 0] / pole.imag[..., 0]
+    mobility = response.real + lean * response.imag
     for k in range(forcing.shape[-1]):
         u = decay * u + forcing[..., k]
-        speed = velocity[..., k + 1] - u.real - lean * u.imag
-        u = u + np.minimum(np.maximum(speed, -most), most)
+        stopping = (velocity[..., k + 1] - u.real - lean * u.imag) / mobility
+        u = u + response * np.minimum(np.maximum(stopping, -most), most)
         result[..., k + 1] = u
     return result
 

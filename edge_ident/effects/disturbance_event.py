@@ -28,6 +28,12 @@ class DisturbanceEvent(Effect):
     rivals = ("payload_change", "actuator_saturation", "backlash")
     experiment = "the same motion again"
 
+    def possible(self, values: Values, extent: Extent) -> bool:
+        """One that begins and ends within the record; nobody knows what an axis with a memory has
+        been through before."""
+        begins, ends = values["time"], values["time"] + values["duration"]
+        return bool(np.all((begins > 0.0) & (ends < extent.duration_s)))
+
     def load(self, at: Motion, values: Values) -> Array:
         """A pulse in time."""
         share = np.clip((at.time_s - values["time"]) / values["duration"], 0.0, 1.0)
@@ -44,11 +50,8 @@ class DisturbanceEvent(Effect):
         longest = 0.1 * extent.duration_s
         duration = min(max(0.35 / extent.cutoff_hz, extent.duration_s / 250.0), longest)
         while duration <= longest:
-            starts = np.arange(
-                -0.5 * duration,
-                extent.duration_s - 0.5 * duration,
-                max(duration / 2.0, 0.2 / extent.cutoff_hz),
-            )
+            step = max(duration / 2.0, 0.2 / extent.cutoff_hz)
+            starts = np.arange(0.5 * step, extent.duration_s - duration, step)
             times.append(starts)
             durations.append(np.full(len(starts), duration))
             duration *= 2.0

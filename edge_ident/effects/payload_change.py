@@ -23,6 +23,7 @@ class PayloadChange(Effect):
         Parameter("offset", "{effort}", -1e9, 1e9, "its weight"),
     )
     discrepancy = 0.05
+    essential = ("inertia",)
     forms = (
         Form(("inertia", "coulomb_friction"), ("time",)),
         Form(("inertia", "coulomb_friction", "offset"), ("time",)),

@@ -12,13 +12,13 @@ Source: Iwan, J. Applied Mechanics 33 (1966) 893; Al-Bender and Swevers, IEEE Co
 from typing import Final
 
 import numpy as np
-import scipy.stats
+from scipy.special import gammaincinv
 
 from edge_ident.effect import Array, Effect, Extent, Form, Motion, Parameter, Values
 from edge_ident.strengths import Draws, Scale
 
 _BRISTLES: Final = 10
-_REACHES: Final = 0.5 * scipy.stats.gamma(2.0).ppf((np.arange(_BRISTLES) + 0.5) / _BRISTLES)
+_REACHES: Final = 0.5 * gammaincinv(2.0, (np.arange(_BRISTLES) + 0.5) / _BRISTLES)
 """Over the distance; gamma distributed: of very many, friction from rest grows exponentially."""
 
 
@@ -36,6 +36,10 @@ class PreslidingHysteresis(Effect):
     rivals = ("backlash", "stribeck_friction", "coupling_compliance")
     experiment = "small reversals of several sizes: --motion multisine"
     memory_size = _BRISTLES
+
+    def possible(self, values: Values, extent: Extent) -> bool:
+        """No more than Coulomb friction, of which the base model may miss half."""
+        return bool(np.all(values["level"] < 2.0 * extent.base[2]))
 
     def load(self, at: Motion, values: Values) -> Array:
         """Of the bristles."""
@@ -55,12 +59,12 @@ class PreslidingHysteresis(Effect):
     def fastest_rate(self, values: Values, inertia: Array, speed: float) -> Array:
         """Bristle resonance, or saturation at top speed."""
         stiffness = values["level"] / values["distance"] * np.mean(1.0 / _REACHES)
-        return np.maximum(np.sqrt(stiffness / inertia), speed / values["distance"])
+        return np.asarray(np.maximum(np.sqrt(stiffness / inertia), speed / values["distance"]))
 
     def resistance(self, motion: Motion, values: Values) -> Array:
         """Every bristle from each reversal to the next."""
         distance, position, direction = values["distance"], motion.position, motion.direction
-        reach = np.multiply.outer(_REACHES, distance)
+        reach = _REACHES.reshape(-1, *np.ones(max(distance.ndim, position.ndim), int)) * distance
         held = np.empty(np.broadcast_shapes(distance.shape, position.shape))
         turns = np.flatnonzero(np.diff(direction)) + 1
         start = np.full((_BRISTLES, *held[..., :1].shape), direction[0])  # fully stretched

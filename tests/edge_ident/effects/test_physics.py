@@ -102,7 +102,9 @@ def test_backlash_leaves_only_the_near_side_for_the_width_of_the_gap() -> None:
     effort = added(motion, ("backlash", gap))
     turn = int(np.argmax(motion.velocity < 0))
     travelled = motion.position[turn] - motion.position
-    inside = np.arange(6000)[(np.arange(6000) > turn) & (travelled < 0.099) & (motion.velocity < 0)]
+    # the shaft between is let go first
+    between = (travelled > 0.001) & (travelled < 0.099) & (motion.velocity < 0)
+    inside = np.flatnonzero(between & (np.arange(6000) > turn))
     near_side = -(0.2 * motion.acceleration - 0.9)
     np.testing.assert_allclose(effort[inside], near_side[inside], atol=1e-9)
     beyond = (travelled > 0.13) & (motion.velocity < -0.05) & (np.arange(6000) < 2 * turn)
@@ -127,11 +129,11 @@ def test_the_impact_at_the_end_of_the_gap_passes_the_loads_momentum() -> None:
     turn = int(np.argmax(motion.velocity < 0))
     hit = turn + int(np.argmax(np.abs(effort[turn + 5 :]))) + 5
     contact = effort + 0.2 * motion.acceleration + 0.9 * np.sign(motion.velocity)
-    np.testing.assert_allclose(contact[hit - 20 : hit - 2], 0.0, atol=1e-9)
-    impulse = np.sum(contact[hit - 2 : hit + 2]) * PERIOD_S
-    # in the two samples from the impact on, the load's friction acts as well
-    friction = 0.9 * 2 * PERIOD_S * np.sign(motion.velocity[hit])
-    assert impulse == pytest.approx(0.2 * motion.velocity[hit] + friction, rel=0.03)
+    np.testing.assert_allclose(contact[hit - 20 : hit - 4], 0.0, atol=1e-9)
+    # until the load has come to the drive's speed, its friction acts as well
+    impulse = np.sum(contact[hit - 4 : hit + 40]) * PERIOD_S
+    friction = 0.9 * 41 * PERIOD_S * np.sign(motion.velocity[hit])
+    assert impulse == pytest.approx(0.2 * motion.velocity[hit + 40] + friction, rel=0.03)
 
 
 def test_a_motion_smaller_than_the_gap_does_not_move_the_load() -> None:
@@ -150,7 +152,8 @@ def test_a_motion_smaller_than_the_gap_does_not_move_the_load() -> None:
         ),
     )
     bare = 0.2 * motion.acceleration + 0.9 * np.sign(motion.velocity)
-    np.testing.assert_allclose(effort[1500:], -bare[1500:], atol=1e-3)
+    away = (np.abs(motion.position) < 0.0199) & (np.arange(4000) > 1500)
+    np.testing.assert_allclose(effort[away], -bare[away], atol=1e-3)
 
 
 def test_ripple_repeats_in_position_at_any_speed_and_direction() -> None:
