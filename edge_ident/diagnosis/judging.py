@@ -12,9 +12,8 @@ from numpy.typing import NDArray
 
 from edge_ident.diagnosis.candidates import Candidate
 from edge_ident.diagnosis.fitting import Fitted, held_out, shape_derivatives
-from edge_ident.diagnosis.peeling import DECISIVE, present
 from edge_ident.diagnosis.result import Rival
-from edge_ident.diagnosis.search import Search
+from edge_ident.diagnosis.search import DECISIVE, Search, present
 from edge_ident.diagnosis.trying import Trial
 from edge_ident.diagnosis.vibrations import VIBRATION
 from edge_ident.diagnosis.view import View
@@ -126,7 +125,7 @@ def contest(search: Search, model: Fitted, index: int) -> Contest:
     # another kind of fault, beside one that is there already, has to be decisive
     there = {f.candidate.effect for f in rest.found}
     better = [
-        (search.distance(model, other) + DECISIVE * (_kinds(model) - _kinds(other)), other)
+        (search.gain(model, other) + DECISIVE * (_kinds(model) - _kinds(other)), other)
         for trial, other in models
         if not trial.on_edge or trial.found.candidate.effect in there
     ]
@@ -143,7 +142,7 @@ def _kinds(model: Fitted) -> int:
 
 
 def _rival(search: Search, model: Fitted, candidate: Candidate, other: Fitted) -> Rival:
-    distance = search.distance(other, model)
+    distance = search.gain(other, model)
     larger = np.sqrt(other.error / max(model.error, _TINY)) - 1.0
     if distance < DECISIVE:
         evidence = f"in its place it leaves as little residual ({larger:+.1%})"

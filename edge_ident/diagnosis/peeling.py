@@ -8,8 +8,8 @@ from collections.abc import Iterable
 from typing import Final
 
 from edge_ident.diagnosis.fitting import Fitted
-from edge_ident.diagnosis.search import Search
-from edge_ident.effects import named
+from edge_ident.diagnosis.judging import gain
+from edge_ident.diagnosis.search import DECISIVE, Search, present
 
 _WIDTH: Final = 3
 """Models that are followed at once."""
@@ -19,8 +19,6 @@ _COLOURED: Final = 0.8
 """Share of the samples that must be independent for all of them to count."""
 _DEEPEST: Final = 6
 """Terms that may be added."""
-DECISIVE: Final = 10.0
-"""Difference of the criterion that counts as decisive (Kass and Raftery 1995)."""
 _ACCUSING: Final = 2.5 * DECISIVE
 """Difference that a cause has to make: most machines have none of them, and twenty are tried."""
 
@@ -62,7 +60,7 @@ def _children(search: Search, parent: Fitted) -> Iterable[Fitted]:
     for trial in [t for t in trials if t.error < _FOLLOWED * least][:_WIDTH]:
         if search.promised(trial, parent) > _ACCUSING:
             child = search.fit(parent.base, (*parent.found, trial.found))
-            if search.gain(parent, child) > _ACCUSING:
+            if search.gain(parent, child) > _ACCUSING and gain(search.view, parent, child).certain:
                 yield child
 
 
@@ -75,12 +73,6 @@ def prune(search: Search, model: Fitted) -> Fitted:
             return model
         model = best
     return model
-
-
-def present(model: Fitted) -> frozenset[str]:
-    """Effects of a model that a drive can have but once."""
-    names = {term.effect for term in model.axis.terms[1:]}
-    return frozenset(name for name in names if not named(name).repeats)
 
 
 def _distinct(models: Iterable[Fitted]) -> list[Fitted]:

@@ -24,6 +24,8 @@ from edge_ident.model import AxisModel
 
 Array = NDArray[np.float64]
 
+DECISIVE: Final = 10.0
+"""Difference of the criterion that counts as decisive (Kass and Raftery 1995)."""
 _REFINED: Final = 4
 """Candidates that are refined before one is chosen."""
 _PROMISING: Final = 0.4
@@ -57,11 +59,8 @@ class Search:
 
     def penalty(self, candidate: Candidate) -> float:
         """What a candidate has to pay, in the unit of n·log(error)."""
-        return float(candidate.size * np.log(self.samples)) + self._tried(candidate)
-
-    def _tried(self, candidate: Candidate) -> float:
-        """The part of it that is for the number of others."""
-        return float(2.0 * np.log(len(catalogue()) * _count(self.grids[candidate])))
+        tried = len(catalogue()) * _count(self.grids[candidate])
+        return float(candidate.size * np.log(self.samples) + 2.0 * np.log(tried))
 
     def criterion(self, fitted: Fitted) -> float:
         """Extended Bayesian information of a model, the smaller the better."""
@@ -73,12 +72,6 @@ class Search:
         doubt = max(self.doubt(before), self.doubt(after))
         misfit = self._misfit(before.error + doubt) - self._misfit(after.error + doubt)
         return misfit - self._paid(after) + self._paid(before)
-
-    def distance(self, before: Fitted, after: Fitted) -> float:
-        """What the data say for a model against another one: the gain, but for what a candidate
-        pays because others were tried as well, which no data can take back."""
-        tried = [sum(self._tried(f.candidate) for f in fitted.found) for fitted in (before, after)]
-        return self.gain(before, after) + tried[1] - tried[0]
 
     def _misfit(self, error: float) -> float:
         return self.samples * float(np.log(max(error, _TINY)))
@@ -237,6 +230,12 @@ class Search:
     def fit(self, base: Array, found: tuple[Found, ...]) -> Fitted:
         """Fit a model to the view."""
         return fit(self.view, self.template, base, found)
+
+
+def present(model: Fitted) -> frozenset[str]:
+    """Effects of a model that a drive can have but once."""
+    names = {term.effect for term in model.axis.terms[1:]}
+    return frozenset(name for name in names if not named(name).repeats)
 
 
 def _count(shapes: dict[str, Array]) -> int:

@@ -7,9 +7,8 @@ from numpy.typing import NDArray
 
 from edge_ident.diagnosis.candidates import Candidate
 from edge_ident.diagnosis.fitting import Fitted
-from edge_ident.diagnosis.peeling import DECISIVE
 from edge_ident.diagnosis.result import NotTestable
-from edge_ident.diagnosis.search import Search
+from edge_ident.diagnosis.search import DECISIVE, Search
 from edge_ident.effects import catalogue, named
 
 Array = NDArray[np.float64]

@@ -106,12 +106,13 @@ class Backlash(Effect):
         stiffness, damper = rate**2, 2.0 * _CONTACT_DAMPING * rate
         implicit = 1.0 + 0.5 * step_s * (damper + 0.5 * step_s * stiffness)
         slowing = deceleration[..., 0] * step_s
+        fading = -np.expm1(-damping * step_s) / step_s
         push = carried[..., 0]
         position = here[..., 0] - np.copysign(half, push) - push / stiffness
         speed = motion.velocity[..., 0] + np.zeros_like(half)
         pushed = np.empty(np.broadcast_shapes(carried.shape, values["gap"].shape))
         for k in range(moving.shape[-1]):
-            loss = -weight - damping * speed
+            loss = -weight - fading * speed
             ahead = speed + 0.5 * step_s * loss
             behind = 0.5 * (here[..., k] + here[..., k + 1]) - position - 0.5 * step_s * ahead
             depth = behind - np.minimum(np.maximum(behind, -half), half)

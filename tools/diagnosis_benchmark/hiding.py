@@ -53,6 +53,9 @@ class Hidden:
     shows : (B, K) array
         Variance that the base model leaves outside reversals with each fault alone, over that
         without; K faults in each drive.
+    shows_sliding : (B, K) array
+        The same outside standstills as well: an axis that sticks where it turns tells nothing
+        until it has come loose.
     """
 
     time_s: Array
@@ -62,6 +65,7 @@ class Hidden:
     truth: Array
     axis: NDArray[np.intp]
     shows: Array
+    shows_sliding: Array
 
     def recording(self, row: int) -> Recording:
         """What the board of one drive recorded."""
@@ -124,6 +128,7 @@ def simulate_batch(batch: Batch) -> None:
     effects = faults(batch)
     made = _simulated(batch, effects)
     axis = sum((effect.hit for effect in effects), np.zeros((BATCH_DRIVES, 2))).argmax(axis=1)
+    shows, shows_sliding = _shows(batch, made, axis)
     path.parent.mkdir(parents=True, exist_ok=True)
     part = path.with_suffix(".part.npz")
     np.savez(
@@ -134,7 +139,8 @@ def simulate_batch(batch: Batch) -> None:
         effort_shift_s=made.effort_shift_s,
         truth=made.truth,
         axis=axis,
-        shows=_shows(batch, made, axis),
+        shows=shows,
+        shows_sliding=shows_sliding,
     )
     part.replace(path)
 
@@ -147,7 +153,12 @@ def load_batch(batch: Batch) -> Hidden:
 
 
 def unexplained_variance(
-    position: Array, effort: Array, period_s: float, shift_s: float, cutoff_hz: float
+    position: Array,
+    effort: Array,
+    period_s: float,
+    shift_s: float,
+    cutoff_hz: float,
+    stands: NDArray[np.bool_] | None = None,
 ) -> float:
     """Variance of what a base model, fitted by least squares, leaves outside reversals.
 
@@ -156,10 +167,14 @@ def unexplained_variance(
     position, effort : (N,) arrays
     shift_s : float
         From a stamp to the middle of the interval in which its effort acted.
+    stands : (N,) array of bool, optional
+        Standstills, to be left out as well.
     """
     columns = filtered_regressor(position, cutoff_hz, period_s)
     smooth = lowpass(effort, cutoff_hz, period_s, delay_s=shift_s)
     turns = np.diff(np.sign(columns[:, 1])) != 0
+    if stands is not None:
+        turns |= stands[:-1]
     width = int(np.ceil(_SMEARED_PERIODS / (cutoff_hz * period_s)))
     clear = np.convolve(turns, np.ones(2 * width + 1), "same")[: len(effort) - 1] < 0.5
     clear[:width] = clear[-width:] = False
@@ -178,29 +193,31 @@ def _simulated(batch: Batch, effects: Sequence[Effect]) -> Recordings:
     )
 
 
-def _shows(batch: Batch, made: Recordings, axis: NDArray[np.intp]) -> Array:
-    """How far each fault alone shows, (B, K)."""
+def _shows(batch: Batch, made: Recordings, axis: NDArray[np.intp]) -> tuple[Array, Array]:
+    """How far each fault alone shows, (B, K): outside reversals, and outside standstills too."""
     count = len(batch.hidden[0])
     if count == 0:
-        return np.ones((BATCH_DRIVES, 0))
+        return np.ones((BATCH_DRIVES, 0)), np.ones((BATCH_DRIVES, 0))
     sound = _simulated(batch, [])
     alone = [made] if count == 1 else [_simulated(batch, faults(batch, k)) for k in range(count)]
     period_s = float(made.time_s[1] - made.time_s[0])
-    shows = np.empty((BATCH_DRIVES, count))
+    shows, shows_sliding = np.empty((2, BATCH_DRIVES, count))
     for row, hit in enumerate(axis):
         cutoff_hz = choose_cutoff(sound.position[row, hit], period_s)
-        left = [
-            unexplained_variance(
-                one.position[row, hit],
-                one.effort[row, hit],
-                period_s,
-                one.effort_shift_s,
-                cutoff_hz,
-            )
-            for one in (sound, *alone)
-        ]
-        shows[row] = np.array(left[1:]) / left[0]
-    return shows
+        for ratios, sliding in ((shows, False), (shows_sliding, True)):
+            left = [
+                unexplained_variance(
+                    one.position[row, hit],
+                    one.effort[row, hit],
+                    period_s,
+                    one.effort_shift_s,
+                    cutoff_hz,
+                    one.true_velocity[row, hit] == 0.0 if sliding else None,
+                )
+                for one in (sound, *alone)
+            ]
+            ratios[row] = np.array(left[1:]) / left[0]
+    return shows, shows_sliding
 
 
 def _path(batch: Batch) -> Path:

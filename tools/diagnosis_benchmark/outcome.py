@@ -71,6 +71,8 @@ class Outcome:
     hidden : tuple of str
     shows, shows_full : tuple of float
         Variance ratio of each hidden effect alone, at this scale and at full size.
+    slides_full : tuple of float
+        The same at full size, outside standstills as well.
     verdict : str
     causes : tuple of Named
         On the axis with the fault; on x where there is none.
@@ -94,6 +96,7 @@ class Outcome:
     hidden: tuple[str, ...]
     shows: tuple[float, ...]
     shows_full: tuple[float, ...]
+    slides_full: tuple[float, ...] = ()
     verdict: str = ""
     causes: tuple[Named, ...] = ()
     sound_verdict: str = ""
@@ -111,6 +114,11 @@ class Outcome:
     def counts(self) -> bool:
         """Whether every hidden effect shows at full size."""
         return all(ratio >= SHOWS for ratio in self.shows_full)
+
+    @property
+    def slides(self) -> bool:
+        """Whether every hidden effect shows at full size while the axis slides."""
+        return self.counts and all(ratio >= SHOWS for ratio in self.slides_full)
 
     @property
     def right(self) -> bool:
@@ -162,6 +170,7 @@ def unjudged(case: Case, failure: str = "") -> Outcome:
         hidden=case.hidden,
         shows=tuple(shows.tolist()),
         shows_full=tuple(shows_full.tolist()),
+        slides_full=tuple(load_batch(case.batch.full_size).shows_sliding[case.row].tolist()),
         failure=failure,
     )
 

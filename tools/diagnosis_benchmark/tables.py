@@ -50,11 +50,15 @@ def headline(
     table = _table(title, "", "all")
     for motion in MOTIONS:
         table.add_column(motion, justify="right")
+    sliding, sliding_pairs = ([o for o in some if o.slides] for some in (shown, pairs))
     rows: list[tuple[str, Sequence[Outcome], Callable[[Outcome], bool]]] = [
         ("single: first cause right", shown, lambda o: o.right),
         ("single: verdict exact", shown, lambda o: o.exact),
         ("single: first cause 'not separable'", shown, lambda o: o.undecided),
+        ("single, seen while it slides: right", sliding, lambda o: o.right),
+        ("single, seen while it slides: exact", sliding, lambda o: o.exact),
         ("pairs: both found", pairs, lambda o: o.found_all),
+        ("pairs, seen while it slides: both", sliding_pairs, lambda o: o.found_all),
         ("pairs: verdict exact", pairs, lambda o: o.exact),
         ("unknown: 'unexplained'", unknown, lambda o: o.verdict == "unexplained"),
         ("unknown: a confident name", unknown, lambda o: o.confident),
