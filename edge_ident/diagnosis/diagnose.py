@@ -1,8 +1,9 @@
 """Diagnose recordings of one machine: the whole procedure."""
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -99,13 +100,8 @@ def _template(recording: Recording, name: str, model: Model | None) -> AxisModel
 def _axis(view: View, template: AxisModel) -> AxisDiagnosis:
     start = fit(view, template, np.array([1.0, 0.0, 0.0, 0.0]), ())
     search = Search(view, template, start)
-    model, rivals, gained = _settled(search, peel(search, start))
-    inside = [k for k, f in enumerate(model.found) if f.candidate != VIBRATION]
-    model, rivals, gained = (
-        _inside(view, model),
-        [rivals[k] for k in inside],
-        [gained[k] for k in inside],
-    )
+    settled = _settled(search, peel(search, start))
+    model, rivals, gained = _inside(view, settled)
     floor = noise_floor(view, start)
     samples = np.count_nonzero(view.clear)
     left = float(np.sqrt(model.error / samples))
@@ -124,6 +120,7 @@ def _axis(view: View, template: AxisModel) -> AxisDiagnosis:
     return AxisDiagnosis(
         verdict=verdict,
         causes=causes,
+        vibrations=_vibrations(settled.model),
         not_testable=not_testable(search, model, left),
         base=base_fit,
         extended=extended_fit,
@@ -135,7 +132,15 @@ def _axis(view: View, template: AxisModel) -> AxisDiagnosis:
     )
 
 
-def _settled(search: Search, model: Fitted) -> tuple[Fitted, list[tuple[Rival, ...]], list[Gain]]:
+class _Settled(NamedTuple):
+    """A model that holds; the rivals and the gain of each cause."""
+
+    model: Fitted
+    rivals: list[tuple[Rival, ...]]
+    gained: list[Gain]
+
+
+def _settled(search: Search, model: Fitted) -> _Settled:
     """Leave out what does not hold where it was not fitted; let better rivals take over."""
     for _ in range(_SWAPS * 2):
         found = gains(search, model)
@@ -152,19 +157,33 @@ def _settled(search: Search, model: Fitted) -> tuple[Fitted, list[tuple[Rival, .
     else:
         found = gains(search, model)
         contests = [contest(search, model, k) for k in range(len(model.found))]
-    return model, [c.rivals for c in contests], found
+    return _Settled(model, [c.rivals for c in contests], found)
 
 
-def _inside(view: View, model: Fitted) -> Fitted:
+def _inside(view: View, settled: _Settled) -> _Settled:
     """What a model says of the axis itself, without the vibrations that were fitted beside."""
-    found = tuple(f for f in model.found if f.candidate != VIBRATION)
+    model = settled.model
+    places = [k for k, f in enumerate(model.found) if f.candidate != VIBRATION]
+    if len(places) == len(model.found):
+        return settled
+    found = tuple(model.found[k] for k in places)
     sizes = [len(f.amplitudes) for f in model.found]
     own = [np.ones(4), *(np.full(n, f in found) for n, f in zip(sizes, model.found, strict=True))]
     axis = build(model.template, model.base, found)
     predicted = view.predicted(axis)
     residual = (view.effort - predicted)[view.clear]
     jacobian = model.jacobian[:, np.concatenate(own) > 0]
-    return Fitted(axis, model.base, found, predicted, jacobian, float(residual @ residual))
+    inside = Fitted(axis, model.base, found, predicted, jacobian, float(residual @ residual))
+    return _Settled(
+        inside, [settled.rivals[k] for k in places], [settled.gained[k] for k in places]
+    )
+
+
+def _vibrations(model: Fitted) -> tuple[Term, ...]:
+    """What shakes the axis from outside, the strongest first."""
+    found = [f for f in model.found if f.candidate == VIBRATION]
+    found.sort(key=lambda f: -math.hypot(*f.amplitudes.values()))
+    return tuple(f.term for f in found)
 
 
 def _summary(view: View, fitted: Fitted) -> tuple[Fit, Array]:

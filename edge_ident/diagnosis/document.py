@@ -7,6 +7,7 @@ from typing import Any
 
 from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Diagnosis, Fit, Validation
 from edge_ident.diagnosis.whereabouts import whereabouts
+from edge_ident.diagnosis.wording import vibrations
 from edge_ident.json_text import finite
 from edge_ident.model import PARAMETERS, AxisModel, base_axis
 from edge_ident.model_files import values_document
@@ -39,6 +40,7 @@ def _axis(name: str, axes: Mapping[str, AxisDiagnosis]) -> dict[str, Any]:
     return {
         "verdict": axis.verdict.value,
         "causes": [_cause(cause, axis.model) for cause in axis.causes],
+        "outside_vibrations": [{"frequency_hz": f, "amplitude": a} for f, a in vibrations(axis)],
         "not_testable": [asdict(effect) for effect in axis.not_testable],
         "base": _fit(axis.base, axis.model),
         "extended": _fit(axis.extended, axis.model),

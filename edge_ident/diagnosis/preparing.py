@@ -1,10 +1,12 @@
 """From recordings to what the diagnosis sees of one axis."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
 import scipy.sparse
+import scipy.special
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.bandwidth import balanced_cutoff, white_noise
@@ -53,6 +55,7 @@ _BLOCK_PERIODS: Final = 4.0
 _REACH_PERIODS: Final = 4.0
 """Cut-off periods after which the filter's response is below a ten-thousandth."""
 _SHAKE_SEED: Final = 1
+_TINY: Final = float(np.finfo(float).tiny)
 
 
 def view_of(recordings: Sequence[Recording], name: str) -> View:
@@ -128,8 +131,8 @@ def _stretch(recording: Recording, name: str) -> Stretch:
     far = ~widened(turning, 3 * smear)[picks]
     return Stretch(
         motion=motions[name],
-        others={other: motion for other, motion in motions.items() if other != name},
-        shaken=(shaken.pop(name), shaken),
+        others=_others(motions, motions, shaken, name),
+        shaken=(shaken[name], _others(shaken, motions, shaken, name)),
         raw_effort=effort,
         raw_period_s=period_s,
         shift_s=shift_s,
@@ -171,6 +174,22 @@ def _smooth_motion(
     smooth = differentiate(position, cutoff_hz, period_s)
     position, velocity, acceleration = (signal[::stride] for signal in smooth)
     return Motion.known(time_s[::stride] - time_s[0], position, velocity, acceleration)
+
+
+def _others(
+    seen: Mapping[str, Motion],
+    motions: Mapping[str, Motion],
+    shaken: Mapping[str, Motion],
+    name: str,
+) -> dict[str, Motion]:
+    """The other axes' motions, with the direction to be expected of a velocity with noise: a
+    source that turns or sticks slides in neither."""
+    expected = {}
+    for other in [axis for axis in seen if axis != name]:
+        noise = float(np.std(shaken[other].velocity - motions[other].velocity))
+        sure = seen[other].velocity / max(np.sqrt(2.0) * noise, _TINY)
+        expected[other] = replace(seen[other], direction=scipy.special.erf(sure))
+    return expected
 
 
 def _blocks(stretches: tuple[Stretch, ...]) -> NDArray[np.intp]:

@@ -1,5 +1,6 @@
 """From the best point of a grid of shapes to the best shapes between its points."""
 
+from functools import lru_cache
 from typing import Final
 
 import numpy as np
@@ -33,16 +34,19 @@ def refined(gap: Gap, trial: Trial, grid: Shapes) -> Trial:
     names = candidate.form.shapes
     width = {name: _spacing(grid[name], trial.found.shapes[name]) for name in names}
     around = AROUND.get(len(names), AROUND[max(AROUND)])
-    for _ in range(_ROUNDS if names else 0):
+    many = len(names) > _MANY and len(candidate.form.amplitudes) == 1
+    # what was refined before is where points around many shapes are too sparse to help
+    rounds = 0 if many and np.isinf(trial.error) else _ROUNDS
+    for _ in range(rounds if names else 0):
         shapes = {k: np.full(len(around), v) for k, v in trial.found.shapes.items()}
         for k, name in enumerate(names):
             offsets = width[name] * around[:, k]
             shapes[name] = _within(candidate, name, grid, shapes[name] + offsets)
-            width[name] *= _CLOSER[len(names) > _MANY]
+            width[name] *= _CLOSER[many]
         closer = gap.best(candidate, shapes, gap.columns(candidate, shapes), grid)
         if np.isfinite(closer.error) and closer.error <= trial.error:
             trial = closer
-    if len(names) > _MANY and len(candidate.form.amplitudes) == 1:
+    if many:
         lower = _descended(gap, trial, grid)
         if lower.error < trial.error:
             trial = lower
@@ -64,20 +68,25 @@ def _descended(gap: Gap, trial: Trial, grid: Shapes) -> Trial:
         fixed = {k: np.full(len(points), v) for k, v in trial.found.shapes.items()}
         return fixed | {name: inside[:, k] for k, name in enumerate(names)}
 
-    def left(points: Array) -> Array:
-        """Residuals (D, n) at D points."""
-        rows = gap.columns(candidate, shapes_at(points))[:, 0]
+    steps = _STEP * np.concatenate(
+        [np.zeros((1, len(names))), np.eye(len(names)), -np.eye(len(names))]
+    )
+
+    @lru_cache(maxsize=2)
+    def left(point: tuple[float, ...]) -> Array:
+        """Residuals (1 + 2·shapes, n) at a point and a step to all its sides; one batch takes
+        hardly longer than one point."""
+        rows = gap.columns(candidate, shapes_at(np.array(point) + steps))[:, 0]
         own = rows - (rows @ gap.basis) @ gap.basis.T
         length = np.maximum(np.einsum("dn,dn->d", own, own), _TINY)
         return np.asarray(gap.residual - (own @ gap.residual / length)[:, None] * own)
 
     def jacobian(point: Array) -> Array:
-        steps = _STEP * np.eye(len(point))
-        forward, backward = np.split(left(np.concatenate([point + steps, point - steps])), 2)
+        forward, backward = np.split(left(tuple(point))[1:], 2)
         return np.asarray((forward - backward).T / (2.0 * _STEP))
 
     end = scipy.optimize.least_squares(
-        lambda point: left(point[None])[0],
+        lambda point: left(tuple(point))[0],
         np.clip(start, low, high) / scale,
         jacobian,
         bounds=(low / scale - 1e-9, high / scale + 1e-9),

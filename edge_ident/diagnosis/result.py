@@ -146,6 +146,9 @@ class AxisDiagnosis:
     ----------
     causes : tuple of Cause
         Strongest first.
+    vibrations : tuple of Term
+        What shakes the axis from outside (`edge_ident.outside_vibration`), strongest first; no
+        property of the axis, and so neither a cause nor part of the model.
     noise_floor : float
         Relative residual that noise alone would leave.
     noise_floor_source : str
@@ -158,6 +161,7 @@ class AxisDiagnosis:
 
     verdict: Verdict
     causes: tuple[Cause, ...]
+    vibrations: tuple[Term, ...]
     not_testable: tuple[NotTestable, ...]
     base: Fit
     extended: Fit

@@ -51,6 +51,7 @@ class Search:
         self.extent = view.extent(start.base)
         self.candidates = candidates(view, template.position_unit == "rad")
         self.grids = {c: grid(c, self.extent) for c in self.candidates}
+        self._closest: dict[object, Trial] = {}
         self.spectrum = Spectrum.of(view)
         self.grids[VIBRATION] = {"frequency": self.spectrum.frequency_hz}
         self.library = {
@@ -131,7 +132,7 @@ class Search:
                 break
             if gained < _SLIGHTEST - self.penalty(trial.found.candidate):
                 break
-            better = refined(gap, trial, self.grids[trial.found.candidate])
+            better = self._refined(gap, trial)
             rows = columns(self.view, fitted.axis, better.found.candidate, better.found.shapes)[0]
             if self._plausible(better.found, rows) and (
                 self._clarity(better.found, rows, fitted, shaken) > _CLARITY
@@ -146,6 +147,14 @@ class Search:
             return []
         rows = gap.columns(VIBRATION, loudest)
         return [gap.best(VIBRATION, loudest, rows, self.grids[VIBRATION])]
+
+    def _refined(self, gap: Gap, trial: Trial) -> Trial:
+        """A trial at its best shapes; the same one comes up again in other contexts."""
+        left = float(gap.residual @ gap.residual)
+        key = (trial.found.candidate, *trial.found.shapes.values(), trial.error, left)
+        if key not in self._closest:
+            self._closest[key] = refined(gap, trial, self.grids[trial.found.candidate])
+        return self._closest[key]
 
     def _plausible(self, found: Found, rows: Array) -> bool:
         """Whether an effect with columns (k, n) stays within the effort that was measured, and can
@@ -220,7 +229,7 @@ class Search:
                 continue
             rest = self.fit(fitted.base, fitted.without(k))
             start = Trial(f, np.inf)
-            better = refined(Gap.of(self.view, rest), start, self.grids[f.candidate]).found
+            better = self._refined(Gap.of(self.view, rest), start).found
             found = (*fitted.found[:k], better, *fitted.found[k + 1 :])
             candidate = self.fit(fitted.base, found)
             if candidate.error < fitted.error:

@@ -52,6 +52,8 @@ class Spectrum:
 
     def loudest(self, residual: Array) -> Shapes:
         """The frequencies of the highest peaks in what a model leaves at the clear samples (n,)."""
+        if not len(self.frequency_hz):
+            return {"frequency": self.frequency_hz}
         power = np.abs(self.waves @ residual.astype(np.complex64))
         peaks = np.flatnonzero((power[1:-1] >= power[:-2]) & (power[1:-1] >= power[2:])) + 1
         loudest = peaks[np.argsort(power[peaks])[::-1][:_LOUDEST]]

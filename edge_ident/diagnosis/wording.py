@@ -26,7 +26,25 @@ def percent(share: float) -> str:
 
 
 def verdict_sentence(axis: AxisDiagnosis) -> str:
-    """The verdict with its numbers."""
+    """The verdict with its numbers, and what shakes the axis from outside."""
+    shaken = [
+        f"{amplitude:.3g} {axis.model.effort_unit} at {frequency_hz:.4g} Hz"
+        for frequency_hz, amplitude in vibrations(axis)
+    ]
+    if not shaken:
+        return _verdict(axis)
+    return f"{_verdict(axis)}; it is shaken from outside, with the clock: {listed(shaken)}"
+
+
+def vibrations(axis: AxisDiagnosis) -> list[tuple[float, float]]:
+    """Frequency in Hz and amplitude, in the unit of the effort, of what shakes it from outside."""
+    return [
+        (float(term.values["frequency"]), math.hypot(term.values["cosine"], term.values["sine"]))
+        for term in axis.vibrations
+    ]
+
+
+def _verdict(axis: AxisDiagnosis) -> str:
     floor = f"noise alone would leave {percent(axis.noise_floor)}"
     left = percent(axis.extended.fitted)
     if axis.verdict is Verdict.ADEQUATE:

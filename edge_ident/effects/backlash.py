@@ -10,10 +10,15 @@ Source: Nordin and Gutman, Automatica 38 (2002) 1633 (dead zone with spring and 
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from edge_ident.effect import Array, Effect, Extent, Form, Motion, Parameter, Values
 from edge_ident.strengths import Draws, Scale
 
+_STRETCHES: Final = 12
+"""Of the motion, integrated side by side."""
+_SHORTEST: Final = 100
+"""Samples of such a stretch."""
 _CONTACT_DAMPING: Final = 0.4
 """Damping ratio of the load on a contact."""
 _CONTACT_BAND: Final = 5.0
@@ -57,8 +62,10 @@ class Backlash(Effect):
     memory_size = 2
 
     def possible(self, values: Values, extent: Extent) -> bool:
-        """No more than the inertia of the axis, of which the base model may miss half."""
-        return bool(np.all(values["load_inertia"] < 2.0 * extent.base[0]) or extent.base[0] <= 0.0)
+        """A gap that the encoder resolves, and no more inertia than the drive moved."""
+        seen = values["gap"] >= 0.5 * extent.resolution
+        moved = values["load_inertia"] * extent.acceleration < extent.effort
+        return bool(np.all(seen & moved))
 
     def load(self, at: Motion, values: Values) -> Array:
         """Contact, in place of the viscous friction and the weight of a load that is carried."""
@@ -91,41 +98,30 @@ class Backlash(Effect):
         return values["contact_rate"] * (1.0 + values["load_inertia"] / inertia)
 
     def resistance(self, motion: Motion, values: Values) -> Array:
-        """Let the load move on by itself and on the contacts, sample by sample (implicit midpoint
-        rule; dry friction takes off what speed it can)."""
+        """Let the load move on by itself and on the contacts, sample by sample.
+
+        A load forgets what it did before it was last carried, so stretches of the motion are
+        integrated side by side, each from one stretch earlier on, where the axis is quick.
+        """
         step_s = float(motion.time_s[1] - motion.time_s[0])
-        here, moving = motion.position, np.diff(motion.position) / step_s
-        deceleration, weight = values["deceleration"], values["weight"]
-        carried = deceleration * motion.direction + values["damping_rate"] * motion.velocity
-        carried = motion.acceleration + carried + weight
-        half, damping, weight = (
-            values[name][..., 0] * scale
-            for name, scale in (("gap", 0.5), ("damping_rate", 1.0), ("weight", 1.0))
+        carried = values["deceleration"] * motion.direction
+        carried = carried + values["damping_rate"] * motion.velocity
+        carried = motion.acceleration + carried + values["weight"]
+        starts = _starts(motion.velocity)
+        begins = np.concatenate([[0], starts[:-2]])
+        length = int(np.max(starts[1:] - begins)) + 1
+        along = np.minimum(begins[:, None] + np.arange(length), len(motion.time_s) - 1)
+        pushed = _pushed(
+            motion.position[..., along],
+            motion.velocity[..., begins],
+            carried[..., begins],
+            values,
+            step_s,
         )
-        rate = np.minimum(values["contact_rate"][..., 0], 2.0 / step_s)  # what samples resolve
-        stiffness, damper = rate**2, 2.0 * _CONTACT_DAMPING * rate
-        implicit = 1.0 + 0.5 * step_s * (damper + 0.5 * step_s * stiffness)
-        slowing = deceleration[..., 0] * step_s
-        fading = -np.expm1(-damping * step_s) / step_s
-        push = carried[..., 0]
-        position = here[..., 0] - np.copysign(half, push) - push / stiffness
-        speed = motion.velocity[..., 0] + np.zeros_like(half)
-        pushed = np.empty(np.broadcast_shapes(carried.shape, values["gap"].shape))
-        for k in range(moving.shape[-1]):
-            loss = -weight - fading * speed
-            ahead = speed + 0.5 * step_s * loss
-            behind = 0.5 * (here[..., k] + here[..., k + 1]) - position - 0.5 * step_s * ahead
-            depth = behind - np.minimum(np.maximum(behind, -half), half)
-            push = (stiffness * depth + damper * (moving[..., k] - ahead)) / implicit
-            push = np.where(push * depth > 0.0, push, 0.0)
-            free = speed + step_s * (loss + push)
-            free = free - np.minimum(np.maximum(free, -slowing), slowing)
-            position = position + 0.5 * step_s * (speed + free)
-            speed = free
-            pushed[..., k] = push
-        pushed[..., -1] = push
-        pushed[..., 1:-1] = 0.5 * (pushed[..., :-2] + pushed[..., 1:-1])
-        return values["load_inertia"] * (pushed - carried)
+        contact = np.empty((*pushed.shape[:-2], len(motion.time_s)))
+        for row, (begin, start, end) in enumerate(zip(begins, starts, starts[1:], strict=False)):
+            contact[..., start:end] = pushed[..., row, start - begin : end - begin]
+        return values["load_inertia"] * (contact - carried)
 
     def grid(self, extent: Extent) -> dict[str, Array]:
         """Gaps from what the encoder just resolves; loads with more or less than their share of
@@ -157,6 +153,53 @@ class Backlash(Effect):
             "weight": np.zeros(draws.shape),
             "contact_rate": 2.0 * np.pi * draws.log_uniform(20.0, 100.0),
         }
+
+
+def _starts(velocity: Array) -> NDArray[np.intp]:
+    """Where stretches start (K + 1), the end included: where the axis is quick, evenly spread."""
+    speed = np.abs(velocity).reshape(-1, velocity.shape[-1])[0]
+    count = max(1, min(_STRETCHES, len(speed) // _SHORTEST))
+    near = len(speed) // (4 * count)
+    even = len(speed) * np.arange(1, count) // count
+    quick = [k - near + int(np.argmax(speed[k - near : k + near])) for k in even]
+    return np.array([0, *quick, len(speed)])
+
+
+def _pushed(drive: Array, speed: Array, carried: Array, values: Values, step_s: float) -> Array:
+    """Acceleration (..., K, N) that the contacts give a load (implicit midpoint rule; dry friction
+    takes off what speed it can).
+
+    Parameters
+    ----------
+    drive : (..., K, N) array
+        Positions of the encoder's side along K stretches.
+    speed, carried : (..., K) arrays
+        Where they begin: speed, and the contact's acceleration of a load that is carried.
+    """
+    half, friction = 0.5 * values["gap"], step_s * values["deceleration"]
+    rate = np.minimum(values["contact_rate"], 2.0 / step_s)  # what samples resolve
+    spring, damper = rate**2, 2.0 * _CONTACT_DAMPING * rate
+    position = drive[..., 0] - np.copysign(half, carried) - carried / spring
+    implicit = 1.0 + 0.5 * step_s * (damper + 0.5 * step_s * spring)
+    spring, damper = spring / implicit, damper / implicit
+    fading, weight = -np.expm1(-values["damping_rate"] * step_s) / step_s, values["weight"]
+    middle, moving = 0.5 * (drive[..., 1:] + drive[..., :-1]), np.diff(drive) / step_s
+    pushed = np.empty((*position.shape, drive.shape[-1]))
+    for k in range(moving.shape[-1]):
+        loss = -weight - fading * speed
+        ahead = speed + 0.5 * step_s * loss
+        behind = middle[..., k] - position - 0.5 * step_s * ahead
+        depth = behind - np.minimum(np.maximum(behind, -half), half)
+        push = spring * depth + damper * (moving[..., k] - ahead)
+        push = np.where(push * depth > 0.0, push, 0.0)
+        free = speed + step_s * (loss + push)
+        free = free - np.minimum(np.maximum(free, -friction), friction)
+        position = position + 0.5 * step_s * (speed + free)
+        speed = free
+        pushed[..., k] = push
+    pushed[..., -1] = pushed[..., -2]
+    pushed[..., 1:-1] = 0.5 * (pushed[..., :-2] + pushed[..., 1:-1])
+    return pushed
 
 
 def _contact(at: Motion, values: Values) -> Array:

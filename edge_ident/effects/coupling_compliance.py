@@ -57,8 +57,8 @@ class CouplingCompliance(Effect):
     memory_size = 2
 
     def possible(self, values: Values, extent: Extent) -> bool:
-        """No more than the inertia of the axis, of which the base model may miss half."""
-        return bool(np.all(values["load_inertia"] < 2.0 * extent.base[0]) or extent.base[0] <= 0.0)
+        """No more inertia than the drive moved."""
+        return bool(np.all(values["load_inertia"] * extent.acceleration < extent.effort))
 
     def load(self, at: Motion, values: Values) -> Array:
         """Spring and damper, in place of the viscous friction of a load that is carried along."""

@@ -16,6 +16,8 @@ from edge_ident.strengths import Draws, Scale
 _ITERATIONS: Final = 5
 """Of Newton's method, at most; for errors that keep the reading increasing it needs fewer."""
 _CONVERGED: Final = 1e-13
+_SMALLEST: Final = 0.1
+"""Of the encoder's resolution."""
 
 
 class EncoderEccentricity(Effect):
@@ -30,6 +32,11 @@ class EncoderEccentricity(Effect):
     signature = "repeats every turn and grows with the square of the speed"
     rivals = ("torque_ripple", "position_dependent_load")
     experiment = "several speeds over whole turns: --motion staircase"
+
+    def possible(self, values: Values, extent: Extent) -> bool:
+        """An error that is more than a trace of the encoder's own rounding."""
+        amplitude = np.hypot(values["cosine"], values["sine"])
+        return bool(np.all(amplitude > _SMALLEST * extent.resolution))
 
     def reading(self, position: Array, values: Values) -> Array:
         """Position and its error."""

@@ -38,8 +38,8 @@ class PreslidingHysteresis(Effect):
     memory_size = _BRISTLES
 
     def possible(self, values: Values, extent: Extent) -> bool:
-        """No more than Coulomb friction, of which the base model may miss half."""
-        return bool(np.all(values["level"] < 2.0 * extent.base[2]))
+        """No more friction than the drive overcame."""
+        return bool(np.all(values["level"] < extent.effort))
 
     def load(self, at: Motion, values: Values) -> Array:
         """Of the bristles."""

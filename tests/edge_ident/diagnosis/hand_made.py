@@ -79,6 +79,7 @@ def axis(verdict: Verdict, *causes: Cause, samples: int = 4000) -> AxisDiagnosis
     return AxisDiagnosis(
         verdict=verdict,
         causes=causes,
+        vibrations=(),
         not_testable=(
             NotTestable("backlash", "too few reversals", "a staircase of short moves"),
             NotTestable("presliding_hysteresis", "too few reversals", "a staircase of short moves"),

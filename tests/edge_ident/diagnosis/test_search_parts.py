@@ -10,6 +10,7 @@ from edge_ident.diagnosis.judging import gain
 from edge_ident.diagnosis.noise_floor import noise_floor
 from edge_ident.diagnosis.preparing import view_of
 from edge_ident.diagnosis.result import Verdict
+from edge_ident.diagnosis.wording import verdict_sentence, vibrations
 from edge_ident.effect import Extent
 from edge_ident.effects import catalogue
 from edge_ident.model import BASE, PARAMETERS, AxisModel, Term
@@ -88,15 +89,42 @@ def test_a_motion_that_repeats_shows_what_repeats() -> None:
     assert floor.rms == pytest.approx(np.std(slow), rel=0.35)
 
 
-def test_a_spring_on_one_sine_is_not_testable_and_not_named() -> None:
+def spring_on_one_sine(stiffness: float) -> tuple[Recording, float]:
     """Acceleration is proportional to position there: the spring is inertia, exactly."""
     t = np.arange(0.0, 22.0, PERIOD_S)
     rate = 2.0 * np.pi / 11.0
     x, v, a = np.sin(rate * t), rate * np.cos(rate * t), -(rate**2) * np.sin(rate * t)
-    record = recorded(t, x, rigid(v, a) + 0.3 * x, noise=0.02)
+    return recorded(t, x, rigid(v, a) + stiffness * x, noise=0.02), 0.5 - stiffness / rate**2
+
+
+def test_a_spring_that_looks_like_less_inertia_is_not_named() -> None:
+    record, apparent = spring_on_one_sine(0.1)
     axis = diagnose([record]).axes["x"]
     assert axis.verdict is Verdict.ADEQUATE
-    assert axis.base.estimate.parameters[0] == pytest.approx(0.5 - 0.3 / rate**2, abs=0.05)
+    assert axis.base.estimate.parameters[0] == pytest.approx(apparent, abs=0.05)
+
+
+def test_a_spring_that_looks_like_negative_inertia_is_named() -> None:
+    record, apparent = spring_on_one_sine(0.3)
+    assert apparent < 0.0
+    axis = diagnose([record]).axes["x"]
+    assert [cause.term.effect for cause in axis.causes] == ["position_dependent_load"]
+    assert axis.base.estimate.parameters[0] == 0.0, "no physics makes it negative"
+
+
+def test_a_vibration_from_outside_is_said_and_not_blamed_on_the_axis() -> None:
+    t, x, v, a = swing()
+    effort = rigid(v, a) + 0.1 * np.sin(2.0 * np.pi * 1.73 * t + 0.4)
+    axis = diagnose([recorded(t, x, effort, noise=0.02)]).axes["x"]
+    assert axis.verdict is Verdict.UNEXPLAINED
+    assert axis.causes == ()
+    ((frequency_hz, amplitude),) = vibrations(axis)
+    assert frequency_hz == pytest.approx(1.73, abs=0.005)
+    assert amplitude == pytest.approx(0.1, rel=0.05)
+    assert "1.73 Hz" in verdict_sentence(axis)
+    assert [term.effect for term in axis.model.terms] == [BASE]
+    error = axis.extended.estimate.parameters - [0.5, 0.8, 1.1, 0.2]
+    assert np.abs(error) == pytest.approx(0.0, abs=0.02), "nor does it bias the base"
 
 
 def test_ripple_is_named_with_its_period_and_nothing_else() -> None:

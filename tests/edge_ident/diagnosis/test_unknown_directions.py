@@ -77,8 +77,9 @@ def test_a_load_behind_play_is_carried_in_step() -> None:
         "deceleration": 4.0,
         "damping_rate": 1.0,
         "weight": 0.5,
+        "contact_rate": 300.0,
     }
-    values = {name: np.array([value]) for name, value in one.items()}
+    values = {name: np.array([[value]]) for name, value in one.items()}
     added = named("backlash").resistance(Motion.known(time, x, v, a), values).ravel()
     pushed = (v * a > 0.0) & (np.abs(v) > 0.5 * rate) & (time > 2.0)
     half_a_sample = 0.5 * 5e-3 * 0.3 * rate**3
