@@ -47,6 +47,8 @@ _WIDEST: Final = 0.2
 """Of the sampling rate."""
 _COLUMN_RATE: Final = 6.0
 """Samples per period of the motion's cut-off at which columns are made."""
+_RUN_IN: Final = 0.1
+"""Of the travel; what builds up over a longer way is not looked for."""
 _LEAST_SLIDING: Final = 0.5
 """Share of what the filter passes at a sample that must be of sliding."""
 _BLOCKS: Final = 40
@@ -121,6 +123,7 @@ def _stretch(recording: Recording, name: str) -> Stretch:
     sliding = np.interp(np.arange(len(time_s)), columns, known)
     picks = decimated(len(known), cutoff_hz, coarse_s)
     picks = picks[lowpass(sliding, cutoff_hz, period_s)[columns][picks] > _LEAST_SLIDING]
+    picks = picks[picks >= _run_in(motions[name].position)]
     judged_motion = _smooth_motion(time_s, positions[name], cutoff_hz, period_s, stride)
     turns = reversals(judged_motion)
     turning = known < 0.5
@@ -150,6 +153,12 @@ def _stretch(recording: Recording, name: str) -> Stretch:
         effort_noise=float(np.sqrt(density * cutoff_hz)),
         filter=_filter_at(picks, known, cutoff_hz, coarse_s),
     )
+
+
+def _run_in(position: Array) -> int:
+    """First sample at which an axis is far from where it began: what its friction and its play
+    remember of the time before the record is over then."""
+    return int(np.argmax(np.abs(position - position[0]) > _RUN_IN * np.ptp(position)))
 
 
 def _filter_at(
