@@ -127,6 +127,9 @@ class Motion:
         -1, 0 or 1: where the axis slides to; 0 while it sticks.
     transmitted : array
         Effort that passes through the transmission to inertia and constant load.
+    accelerated, rubbed : arrays
+        What inertia (at an instant: and its friction, if it is load-dependent), and what viscous
+        and Coulomb friction of the axis take, wherever they are.
     memory : (M, ...) array
         States of the effect that is asked, at an instant.
     source : Motion or None
@@ -139,6 +142,8 @@ class Motion:
     acceleration: Array
     direction: Array
     transmitted: Array = field(default_factory=lambda: _NOTHING)
+    accelerated: Array = field(default_factory=lambda: _NOTHING)
+    rubbed: Array = field(default_factory=lambda: _NOTHING)
     memory: Array = field(default_factory=lambda: _NOTHING)
     source: "Motion | None" = None
 

@@ -57,7 +57,14 @@ def inverse_effort(
     for effect, values, _ in terms:
         motion = effect.true_motion(motion, values)
     base = terms[0][1]
-    motion = replace(motion, transmitted=base["inertia"] * motion.acceleration + base["offset"])
+    accelerated = base["inertia"] * motion.acceleration
+    rubbed = base["viscous_friction"] * motion.velocity
+    motion = replace(
+        motion,
+        transmitted=accelerated + base["offset"],
+        accelerated=accelerated,
+        rubbed=rubbed + base["coulomb_friction"] * motion.direction,
+    )
     effort: Array = np.zeros(())
     for effect, values, source in terms:
         seen = _with_source(motion, effect, source, others)

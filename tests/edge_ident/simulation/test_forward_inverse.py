@@ -34,7 +34,7 @@ EXAMPLES: Mapping[str, Mapping[str, float]] = {
     "disturbance_event": {"time": 0.7, "duration": 0.4, "level": 1.5},
     "encoder_eccentricity": {"cosine": 0.03, "sine": -0.02, "period": 1.3},
     "gain_drift": {"rate": 0.1, "curvature": -0.01},
-    "load_dependent_friction": {"share": 0.4},
+    "load_dependent_friction": {"share": 0.4, "guided": 0.5, "moved": 0.6},
     "nonlinear_viscous": {"level": 0.4, "exponent": 1.7},
     "offset_drift": {"rate": 0.2, "curvature": -0.05},
     "payload_change": {"time": 1.0, "inertia": 0.15, "coulomb_friction": 0.3, "offset": 0.1},
