@@ -102,7 +102,7 @@ def _axis(view: View, template: AxisModel) -> AxisDiagnosis:
     search = Search(view, template, start)
     settled = _settled(search, peel(search, start))
     model, rivals, gained = _inside(view, settled)
-    floor = noise_floor(view, start)
+    floor = noise_floor(view, start, float(model.base[0]))
     samples = np.count_nonzero(view.clear)
     left = float(np.sqrt(model.error / samples))
     noise = CLEARLY_ABOVE * (1.0 + 2.0 * floor.uncertainty) * floor.rms

@@ -53,18 +53,26 @@ class Floor:
     source: str
 
 
-def noise_floor(view: View, start: Fitted) -> Floor:
-    """Find the noise floor; `start` is the base model, fitted."""
-    repeated, measured = _from_repetition(view), _from_instruments(view, start)
+def noise_floor(view: View, start: Fitted, inertia: float | None = None) -> Floor:
+    """Find the noise floor.
+
+    Parameters
+    ----------
+    start : Fitted
+        The base model.
+    inertia : float, optional
+        By which the encoder's noise becomes effort, where the base model has none.
+    """
+    inertia = float(start.base[0]) or abs(inertia or 0.0)
+    repeated, measured = _from_repetition(view), _from_instruments(view, start, inertia)
     return repeated if repeated is not None and repeated.rms > measured.rms else measured
 
 
-def _from_instruments(view: View, start: Fitted) -> Floor:
+def _from_instruments(view: View, start: Fitted, inertia: float) -> Floor:
     """From the noise of effort and encoder, through the filter."""
     clear = view.clear
     left = (view.effort - start.predicted)[clear]
     freedom = max(1.0 - start.jacobian.shape[1] / len(left), _LEAST_FREEDOM)
-    inertia = abs(float(start.base[0]))
     expected, quick, quick_expected, count = np.zeros(2), 0.0, np.zeros(2), 0
     for stretch, values in _parts(view, left / np.sqrt(freedom)):
         covariance = _noise_covariance(stretch, inertia)

@@ -7,6 +7,7 @@ criterion (Chen and Chen, Biometrika 95 (2008) 759), which makes a candidate pay
 and for the number of others that were tried.
 """
 
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -20,7 +21,7 @@ from edge_ident.diagnosis.trying import Gap, Trial, surcharge
 from edge_ident.diagnosis.vibrations import VIBRATION, Spectrum
 from edge_ident.diagnosis.view import View
 from edge_ident.effects import catalogue, named
-from edge_ident.model import AxisModel
+from edge_ident.model import PARAMETERS, AxisModel
 
 Array = NDArray[np.float64]
 
@@ -228,13 +229,21 @@ class Search:
             if not f.candidate.form.shapes:
                 continue
             rest = self.fit(fitted.base, fitted.without(k))
-            start = Trial(f, np.inf)
-            better = self._refined(Gap.of(self.view, rest), start).found
+            # the inertia may be free beside this term, and not without it
+            gap = replace(Gap.of(self.view, rest), basis=self._basis_without(fitted, k))
+            better = self._refined(gap, Trial(f, np.inf)).found
             found = (*fitted.found[:k], better, *fitted.found[k + 1 :])
             candidate = self.fit(fitted.base, found)
             if candidate.error < fitted.error:
                 fitted = candidate
         return fitted
+
+    def _basis_without(self, fitted: Fitted, index: int) -> Array:
+        """What the columns of a model span, but for those of one term."""
+        sizes = [len(f.amplitudes) for f in fitted.found]
+        first = len(PARAMETERS) + sum(sizes[:index])
+        kept = np.delete(fitted.jacobian, np.s_[first : first + sizes[index]], axis=1)
+        return orthonormal(kept[self.view.clear])
 
     def fit(self, base: Array, found: tuple[Found, ...]) -> Fitted:
         """Fit a model to the view."""
