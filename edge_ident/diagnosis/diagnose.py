@@ -8,8 +8,8 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.fitting import Fitted, build, deviations, fit, unclear
-from edge_ident.diagnosis.judging import Gain, contest, gains, residuals_held_out
+from edge_ident.diagnosis.fitting import Fitted, build, deviations, fit
+from edge_ident.diagnosis.judging import Gain, contest, gains, residuals_held_out, unclear
 from edge_ident.diagnosis.noise_floor import noise_floor
 from edge_ident.diagnosis.peeling import peel
 from edge_ident.diagnosis.preparing import view_of
@@ -167,12 +167,11 @@ def _inside(view: View, settled: _Settled) -> _Settled:
     if len(places) == len(model.found):
         return settled
     found = tuple(model.found[k] for k in places)
-    sizes = [len(f.amplitudes) for f in model.found]
-    own = [np.ones(4), *(np.full(n, f in found) for n, f in zip(sizes, model.found, strict=True))]
+    own = [np.full(len(f.amplitudes), f.candidate != VIBRATION) for f in model.found]
     axis = build(model.template, model.base, found)
     predicted = view.predicted(axis)
     residual = (view.effort - predicted)[view.clear]
-    jacobian = model.jacobian[:, np.concatenate(own) > 0]
+    jacobian = model.jacobian[:, np.concatenate([np.full(len(PARAMETERS), True), *own])]
     inside = Fitted(axis, model.base, found, predicted, jacobian, float(residual @ residual))
     return _Settled(
         inside, [settled.rivals[k] for k in places], [settled.gained[k] for k in places]

@@ -26,8 +26,6 @@ _SMALL: Final = 1e-6
 _TINY: Final = float(np.finfo(float).tiny)
 _RANK: Final = 1e-9
 _FOLDS: Final = 5
-_FROM_ZERO: Final = 3.0
-"""Standard deviations at which an amplitude is not zero."""
 _LEARNED: Final = 0.05
 """Share of a column's energy that the rest must have to say anything of what is left out."""
 
@@ -260,20 +258,6 @@ def deviations(view: View, fitted: Fitted) -> Array:
     columns = np.hstack([fitted.jacobian, shape_derivatives(view, fitted)])
     unit, length = unit_length(columns[view.clear])
     return np.asarray(coloured_std(unit, (view.effort - fitted.predicted)[view.clear]) / length)
-
-
-def unclear(view: View, fitted: Fitted) -> list[int]:
-    """Places of what was found of which an essential amplitude may be zero."""
-    essential = [named(f.candidate.effect).essential for f in fitted.found]
-    if not any(essential):
-        return []
-    std, at, found = deviations(view, fitted), len(PARAMETERS), []
-    for k, f in enumerate(fitted.found):
-        for name, value in f.amplitudes.items():
-            if name in essential[k] and abs(value) < _FROM_ZERO * std[at]:
-                found.append(k)
-            at += 1
-    return found
 
 
 def _shape_certainty(view: View, columns: Array, shapes: int) -> Array:

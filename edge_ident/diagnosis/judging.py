@@ -11,13 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.candidates import Candidate
-from edge_ident.diagnosis.fitting import Fitted, held_out, shape_derivatives
+from edge_ident.diagnosis.fitting import Fitted, deviations, held_out, shape_derivatives
 from edge_ident.diagnosis.result import Rival
 from edge_ident.diagnosis.search import DECISIVE, Search, present
 from edge_ident.diagnosis.trying import Trial
 from edge_ident.diagnosis.vibrations import VIBRATION
 from edge_ident.diagnosis.view import View
 from edge_ident.effects import named
+from edge_ident.model import PARAMETERS
 
 Array = NDArray[np.float64]
 
@@ -27,6 +28,8 @@ _ONE_OFF_BLOCKS: Final = 0.15
 """Share of the blocks that hold nine tenths of what happens only once."""
 _CERTAIN: Final = 0.95
 """Share of the resamples in which a cause has to pay."""
+_FROM_ZERO: Final = 3.0
+"""Standard deviations at which an amplitude is not zero."""
 _TRIED_RIVALS: Final = 3
 _TINY: Final = float(np.finfo(float).tiny)
 
@@ -72,6 +75,20 @@ def _gain(view: View, before: Fitted, after: Fitted, after_held_out: Array) -> G
         return Gain(*_resampled(view, old, new), one_off=True)
     old = residuals_held_out(view, before)
     return Gain(*_resampled(view, old, after_held_out), one_off=False)
+
+
+def unclear(view: View, fitted: Fitted) -> list[int]:
+    """Places of what was found of which an essential amplitude may be zero."""
+    essential = [named(f.candidate.effect).essential for f in fitted.found]
+    if not any(essential):
+        return []
+    std, at, found = deviations(view, fitted), len(PARAMETERS), []
+    for k, f in enumerate(fitted.found):
+        for name, value in f.amplitudes.items():
+            if name in essential[k] and abs(value) < _FROM_ZERO * std[at]:
+                found.append(k)
+            at += 1
+    return found
 
 
 def residuals_held_out(view: View, fitted: Fitted) -> Array:
