@@ -12,13 +12,15 @@ Source: Iwan, J. Applied Mechanics 33 (1966) 893; Al-Bender and Swevers, IEEE Co
 from typing import Final
 
 import numpy as np
-from scipy.special import gammaincinv
 
 from edge_ident.effect import Array, Effect, Extent, Form, Motion, Parameter, Values
 from edge_ident.strengths import Draws, Scale
 
 _BRISTLES: Final = 10
-_REACHES: Final = 0.5 * gammaincinv(2.0, (np.arange(_BRISTLES) + 0.5) / _BRISTLES)
+_FINE: Final = np.linspace(0.0, 20.0, 20_001)
+_REACHES: Final = 0.5 * np.interp(
+    (np.arange(_BRISTLES) + 0.5) / _BRISTLES, 1.0 - (1.0 + _FINE) * np.exp(-_FINE), _FINE
+)
 """Over the distance; gamma distributed: of very many, friction from rest grows exponentially."""
 
 
