@@ -98,9 +98,12 @@ def _template(recording: Recording, name: str, model: Model | None) -> AxisModel
 
 
 def _axis(view: View, template: AxisModel) -> AxisDiagnosis:
-    start = fit(view, template, np.array([1.0, 0.0, 0.0, 0.0]), ())
-    search = Search(view, template, start)
-    settled = _settled(search, peel(search, start))
+    search, start, settled = _searched(view, template)
+    beyond = view.beyond_beats(view.effort - settled.model.predicted, float(start.base[0]))
+    if np.any(beyond):
+        # something happened while the encoder's counts were beating
+        view = view.cleared(beyond)
+        search, start, settled = _searched(view, template)
     model, rivals, gained = _inside(view, settled)
     floor = noise_floor(view, start, float(model.base[0]))
     samples = np.count_nonzero(view.clear)
@@ -130,6 +133,13 @@ def _axis(view: View, template: AxisModel) -> AxisDiagnosis:
         cutoff_hz=max(s.cutoff_hz for s in view.stretches),
         traces=_traces(view, start, model, contributions),
     )
+
+
+def _searched(view: View, template: AxisModel) -> tuple[Search, Fitted, "_Settled"]:
+    """The search, the base model, and what was found."""
+    start = fit(view, template, np.array([1.0, 0.0, 0.0, 0.0]), ())
+    search = Search(view, template, start)
+    return search, start, _settled(search, peel(search, start))
 
 
 class _Settled(NamedTuple):

@@ -51,6 +51,8 @@ _RUN_IN: Final = 0.1
 """Of the travel; what builds up over a longer way is not looked for."""
 _LEAST_SLIDING: Final = 0.5
 """Share of what the filter passes at a sample that must be of sliding."""
+_BEAT: Final = 2.0 / np.pi
+"""Of a count: twice the first harmonic of a rounding error, as the controller answers it, too."""
 _BLOCKS: Final = 40
 _BLOCK_PERIODS: Final = 4.0
 """A block is at least so many cut-off periods long."""
@@ -148,6 +150,7 @@ def _stretch(recording: Recording, name: str) -> Stretch:
         far=far & clear,
         cutoff_hz=cutoff_hz,
         period_s=coarse_s,
+        beat=_BEAT * count * (2.0 * np.pi * cutoff_hz) ** 2,
         position_noise=noise,
         acceleration_noise=acceleration_noise(noise, cutoff_hz, period_s),
         effort_noise=float(np.sqrt(density * cutoff_hz)),

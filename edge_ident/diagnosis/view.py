@@ -46,6 +46,8 @@ class Stretch:
         Those where the encoder's counts do not beat with the sampling.
     far : (n,) array of bool
         Those of them that no reversal or standstill can have reached.
+    beat : float
+        Largest acceleration that a beat of the encoder's counts with the sampling looks like.
     position_noise, acceleration_noise, effort_noise : float
         Standard deviations of white noise in the position, and in the acceleration and effort
         when cut off sharply at the cut-off.
@@ -67,6 +69,7 @@ class Stretch:
     cutoff_hz: float
     period_s: float
     filter: scipy.sparse.csr_array
+    beat: float
     position_noise: float
     acceleration_noise: float
     effort_noise: float
@@ -150,6 +153,21 @@ class View:
             last = starts[np.searchsorted(starts, s.picks, side="right") - 1]
             parts.append(travelled[s.picks] - travelled[last])
         return np.concatenate(parts)
+
+    def beyond_beats(self, residual: Array, inertia: float) -> NDArray[np.bool_]:
+        """Samples (n,) that are not clear, and where a residual (n,) is more than what beats of the
+        encoder's counts with the sampling can make of an inertia."""
+        most = np.concatenate([np.full(len(s.picks), s.beat) for s in self.stretches])
+        return np.asarray(~self.clear & (np.abs(residual) > abs(inertia) * most))
+
+    def cleared(self, samples: NDArray[np.bool_]) -> "View":
+        """The same with more samples (n,) clear."""
+        ends = np.cumsum([len(s.picks) for s in self.stretches])[:-1]
+        stretches = tuple(
+            replace(s, clear=s.clear | part)
+            for s, part in zip(self.stretches, np.split(samples, ends), strict=True)
+        )
+        return replace(self, stretches=stretches, clear=self.clear | samples, kept={})
 
     def extent(self, base: Array) -> Extent:
         """What the recordings reach, together; `base` are the base parameters (4,)."""
