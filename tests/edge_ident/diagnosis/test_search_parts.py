@@ -127,6 +127,35 @@ def test_a_vibration_from_outside_is_said_and_not_blamed_on_the_axis() -> None:
     assert np.abs(error) == pytest.approx(0.0, abs=0.02), "nor does it bias the base"
 
 
+def test_a_push_while_the_encoders_counts_beat_is_seen() -> None:
+    """At its top speed the axis moves one count a sample, and rounding looks like motion."""
+    t = np.arange(0.0, 32.0, PERIOD_S)
+    rate, count = 0.3, 1e-3
+    x, v, a = np.sin(rate * t) / rate, np.cos(rate * t), -rate * np.sin(rate * t)
+    begins, lasts = 2.0 * np.pi / rate - 0.2, 0.4
+    pushed = (t > begins) & (t < begins + lasts)
+    push = np.where(pushed, np.sin(np.pi * (t - begins) / lasts), 0.0)
+    record = recorded(t, x, rigid(v, a) - push, noise=0.02, count=count)
+    view = view_of([record], "x")
+    time_s = view.stretches[0].motion.time_s[view.stretches[0].picks]
+    assert not np.any(view.clear[(time_s > begins) & (time_s < begins + lasts)])
+    axis = diagnose([record]).axes["x"]
+    (cause,) = axis.causes
+    assert cause.term.effect == "disturbance_event"
+    assert cause.term.values["time"] == pytest.approx(begins, abs=0.2)
+    assert axis.extended.held_out < 2.0 * axis.extended.fitted, "nobody can foresee a push"
+
+
+def test_friction_that_changes_alone_is_no_payload() -> None:
+    t, x, v, a = swing()
+    step = 0.1 * np.sign(v) * (t > 11.0)
+    axis = diagnose([recorded(t, x, rigid(v, a) + step, noise=0.02)]).axes["x"]
+    assert "payload_change" not in {cause.term.effect for cause in axis.causes}
+    with_mass = rigid(v, a) + step + 0.1 * a * (t > 11.0)
+    axis = diagnose([recorded(t, x, with_mass, noise=0.02)]).axes["x"]
+    assert [cause.term.effect for cause in axis.causes] == ["payload_change"]
+
+
 def test_ripple_is_named_with_its_period_and_nothing_else() -> None:
     t, x, v, a = swing()
     effort = rigid(v, a) + 0.08 * np.sin(2.0 * np.pi * x / 0.31 + 0.4)
