@@ -1,15 +1,14 @@
 """Diagnose recordings of one machine: the whole procedure."""
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import Final, NamedTuple
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.fitting import Fitted, build, deviations, fit
-from edge_ident.diagnosis.judging import Gain, contest, gains, residuals_held_out, unclear
+from edge_ident.diagnosis.fitting import Fitted, deviations, fit
+from edge_ident.diagnosis.judging import Gain, residuals_held_out
 from edge_ident.diagnosis.noise_floor import noise_floor
 from edge_ident.diagnosis.peeling import peel
 from edge_ident.diagnosis.preparing import view_of
@@ -25,8 +24,8 @@ from edge_ident.diagnosis.result import (
     Verdict,
 )
 from edge_ident.diagnosis.search import Search
+from edge_ident.diagnosis.settling import Settled, settle
 from edge_ident.diagnosis.testability import not_testable
-from edge_ident.diagnosis.vibrations import VIBRATION
 from edge_ident.diagnosis.view import View
 from edge_ident.effects import named
 from edge_ident.errors import DataError
@@ -39,7 +38,6 @@ Progress = Callable[[str, int, int], None]
 
 CLEARLY_ABOVE: Final = 1.2
 """Residual over noise floor from which there is structure: an encoder's rounding is not white."""
-_SWAPS: Final = 3
 _TINY: Final = float(np.finfo(float).tiny)
 
 
@@ -104,7 +102,7 @@ def _axis(view: View, template: AxisModel) -> AxisDiagnosis:
         # something happened while the encoder's counts were beating
         view = view.cleared(beyond)
         search, start, settled = _searched(view, template)
-    model, rivals, gained = _inside(view, settled)
+    model, rivals, gained = settled.inside(view)
     floor = noise_floor(view, start, float(model.base[0]))
     samples = np.count_nonzero(view.clear)
     left = float(np.sqrt(model.error / samples))
@@ -119,80 +117,27 @@ def _axis(view: View, template: AxisModel) -> AxisDiagnosis:
     causes = _causes(view, model, contributions, rivals, gained, std)
     terms = (*template.terms[1:], *(cause.term for cause in causes))
     values = dict(zip(PARAMETERS, model.base.tolist(), strict=True))
-    deviations = dict(zip(PARAMETERS, extended_fit.estimate.std.tolist(), strict=True))
+    certainty = dict(zip(PARAMETERS, extended_fit.estimate.std.tolist(), strict=True))
     return AxisDiagnosis(
         verdict=verdict,
         causes=causes,
-        vibrations=_vibrations(settled.model),
+        vibrations=settled.vibrations,
         not_testable=not_testable(search, model, left),
         base=base_fit,
         extended=extended_fit,
         noise_floor=floor.rms / _rms(view.effort[view.clear]),
         noise_floor_source=floor.source,
-        model=replace(template, terms=(Term(BASE, values, deviations), *terms)),
+        model=replace(template, terms=(Term(BASE, values, certainty), *terms)),
         cutoff_hz=max(s.cutoff_hz for s in view.stretches),
         traces=_traces(view, start, model, contributions),
     )
 
 
-def _searched(view: View, template: AxisModel) -> tuple[Search, Fitted, "_Settled"]:
+def _searched(view: View, template: AxisModel) -> tuple[Search, Fitted, Settled]:
     """The search, the base model, and what was found."""
     start = fit(view, template, np.array([1.0, 0.0, 0.0, 0.0]), ())
     search = Search(view, template, start)
-    return search, start, _settled(search, peel(search, start))
-
-
-class _Settled(NamedTuple):
-    """A model that holds; the rivals and the gain of each cause."""
-
-    model: Fitted
-    rivals: list[tuple[Rival, ...]]
-    gained: list[Gain]
-
-
-def _settled(search: Search, model: Fitted) -> _Settled:
-    """Leave out what does not hold where it was not fitted; let better rivals take over."""
-    for _ in range(_SWAPS * 2):
-        found = gains(search, model)
-        doubtful = [k for k, g in enumerate(found) if not g.certain]
-        contests = [] if doubtful else [contest(search, model, k) for k in range(len(model.found))]
-        better = [c.better for c in contests if c.better is not None]
-        if not better:
-            doubtful = doubtful or unclear(search.view, model)
-            if not doubtful:
-                break
-            weakest = min(doubtful, key=lambda k: found[k].interval[0])
-            better = [search.fit(model.base, model.without(weakest))]
-        model = search.polished(min(better, key=search.criterion))
-    else:
-        found = gains(search, model)
-        contests = [contest(search, model, k) for k in range(len(model.found))]
-    return _Settled(model, [c.rivals for c in contests], found)
-
-
-def _inside(view: View, settled: _Settled) -> _Settled:
-    """What a model says of the axis itself, without the vibrations that were fitted beside."""
-    model = settled.model
-    places = [k for k, f in enumerate(model.found) if f.candidate != VIBRATION]
-    if len(places) == len(model.found):
-        return settled
-    found = tuple(model.found[k] for k in places)
-    own = [np.full(len(f.amplitudes), f.candidate != VIBRATION) for f in model.found]
-    axis = build(model.template, model.base, found)
-    predicted = view.predicted(axis)
-    residual = (view.effort - predicted)[view.clear]
-    jacobian = model.jacobian[:, np.concatenate([np.full(len(PARAMETERS), True), *own])]
-    inside = Fitted(axis, model.base, found, predicted, jacobian, float(residual @ residual))
-    return _Settled(
-        inside, [settled.rivals[k] for k in places], [settled.gained[k] for k in places]
-    )
-
-
-def _vibrations(model: Fitted) -> tuple[Term, ...]:
-    """What shakes the axis from outside, the strongest first."""
-    found = [f for f in model.found if f.candidate == VIBRATION]
-    found.sort(key=lambda f: -math.hypot(*f.amplitudes.values()))
-    return tuple(f.term for f in found)
+    return search, start, settle(search, peel(search, start))
 
 
 def _summary(view: View, fitted: Fitted) -> tuple[Fit, Array]:
