@@ -4,7 +4,8 @@ Two-axis flexible drives (`tests.plant`) in closed loop, encoder of 8400 counts,
 and with 2 % noise; one axis has the fault, the other is left alone. Every drive has a multisine,
 or a phase of the paper's motion, of its own. A case counts in the headline when its effect shows:
 the base model leaves at least twice the variance outside reversals that it leaves of the same
-drive with the same noise without the effect.
+drive with the same noise without the effect. Rows of their own count those that show outside
+standstills as well.
 
     python -m tools.diagnosis_benchmark single --drives 5
     python -m tools.diagnosis_benchmark single --scale 0.4      what showed at full size, smaller
