@@ -16,6 +16,8 @@ from edge_ident.model import AxisModel
 
 Array = NDArray[np.float64]
 
+_STICKS_OUT: Final = 5.0
+"""Standard deviations of a residual."""
 _WHOLE_BAND: Final = 0.4
 """Of the sampling rate; a shift by a fraction of a sample leaves alone what lies below."""
 
@@ -156,9 +158,11 @@ class View:
 
     def beyond_beats(self, residual: Array, inertia: float) -> NDArray[np.bool_]:
         """Samples (n,) that are not clear, and where a residual (n,) is more than what beats of the
-        encoder's counts with the sampling can make of an inertia."""
-        most = np.concatenate([np.full(len(s.picks), s.beat) for s in self.stretches])
-        return np.asarray(~self.clear & (np.abs(residual) > abs(inertia) * most))
+        encoder's counts with the sampling can make of an inertia, and far more than elsewhere."""
+        beat = np.concatenate([np.full(len(s.picks), s.beat) for s in self.stretches])
+        elsewhere = float(np.sqrt(np.mean(residual[self.clear] ** 2)))
+        most = np.maximum(abs(inertia) * beat, _STICKS_OUT * elsewhere)
+        return np.asarray(~self.clear & (np.abs(residual) > most))
 
     def cleared(self, samples: NDArray[np.bool_]) -> "View":
         """The same with more samples (n,) clear."""

@@ -34,8 +34,9 @@ class ActuatorSaturation(Effect):
         return np.clip(command, -values["limit"], values["limit"])
 
     def grid(self, extent: Extent) -> dict[str, Array]:
-        """Below the peak."""
-        return {"limit": extent.effort * np.linspace(0.4, 0.98, 30)}
+        """Below the peak, which a controller that winds up commands far above the limit."""
+        shares = np.concatenate([np.geomspace(0.05, 0.38, 8), np.linspace(0.4, 0.98, 30)])
+        return {"limit": extent.effort * shares}
 
     def withheld(self, effort: Array, values: Values) -> Array:
         """What was commanded above the limit."""
