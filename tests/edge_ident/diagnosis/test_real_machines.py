@@ -53,7 +53,7 @@ def test_the_arms_second_joint_bears_weight_by_both_angles_and_is_coupled(
 
 
 def test_the_same_recording_gives_the_same_document_byte_for_byte(measured_data: Path) -> None:
-    file = measured_data / "laas_motor_speed.csv"
+    file = measured_data / "double_pendulum_154220.csv"
     first, second = (
         to_json(diagnosis_document(diagnose([load_recording(file)]), None)) for _ in range(2)
     )
