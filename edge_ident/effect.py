@@ -107,6 +107,10 @@ class Extent:
     cutoff_hz: float
     base: Array
 
+    def moved(self, inertia: Array) -> bool:
+        """Whether the drive could have moved this much."""
+        return bool(np.all(inertia * self.acceleration < self.effort))
+
     def orders(self, lowest: float, highest: float, step: float = 0.5) -> Array:
         """Periods of position whose waves the filter lets through, `step` apart over the travel."""
         passed = 2.0 * self.cutoff_hz * self.travel / self.typical_speed

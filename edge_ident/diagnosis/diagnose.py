@@ -159,11 +159,10 @@ def _causes(
     gained: list[Gain],
     std: Array,
 ) -> tuple[Cause, ...]:
-    at, shape_at = len(PARAMETERS), len(model.linear)
+    shape_at = len(model.linear)
     causes = []
     for k, f in enumerate(model.found):
-        deviations = dict(zip(f.amplitudes, std[at : at + len(f.amplitudes)].tolist(), strict=True))
-        at += len(f.amplitudes)
+        deviations = dict(zip(f.amplitudes, std[model.columns_of(k)].tolist(), strict=True))
         names = f.candidate.form.shapes
         deviations |= dict(zip(names, std[shape_at : shape_at + len(names)].tolist(), strict=True))
         shape_at += len(names)
@@ -200,18 +199,15 @@ def _contribution(view: View, model: Fitted, index: int) -> Array:
 
 
 def _traces(view: View, start: Fitted, model: Fitted, contributions: list[Array]) -> Traces:
-    def of_motion(name: str) -> Array:
-        return np.concatenate([getattr(s.motion, name)[s.picks] for s in view.stretches])
-
     shares: dict[str, Array] = {}
     for f, contribution in zip(model.found, contributions, strict=True):
         effect = f.candidate.effect
         shares[effect] = shares.get(effect, 0.0) + contribution
     return Traces(
-        time_s=of_motion("time_s"),
-        position=of_motion("position"),
-        velocity=of_motion("velocity"),
-        acceleration=of_motion("acceleration"),
+        time_s=view.of_motion("time_s"),
+        position=view.of_motion("position"),
+        velocity=view.of_motion("velocity"),
+        acceleration=view.of_motion("acceleration"),
         effort=view.effort,
         base_effort=start.predicted,
         extended_effort=model.predicted,

@@ -71,6 +71,12 @@ class Fitted:
         """Base parameters and amplitudes, in the order of the jacobian."""
         return _linear(self.base, self.found)
 
+    def columns_of(self, index: int) -> slice:
+        """Those of the jacobian, and of `linear`, that belong to one of what was found."""
+        sizes = [len(f.amplitudes) for f in self.found]
+        first = len(PARAMETERS) + sum(sizes[:index])
+        return slice(first, first + sizes[index])
+
     def without(self, index: int) -> tuple[Found, ...]:
         """All that was found but one."""
         return self.found[:index] + self.found[index + 1 :]

@@ -18,7 +18,6 @@ from edge_ident.diagnosis.trying import Trial
 from edge_ident.diagnosis.vibrations import VIBRATION
 from edge_ident.diagnosis.view import View
 from edge_ident.effects import named
-from edge_ident.model import PARAMETERS
 
 Array = NDArray[np.float64]
 
@@ -82,13 +81,13 @@ def unclear(view: View, fitted: Fitted) -> list[int]:
     essential = [named(f.candidate.effect).essential for f in fitted.found]
     if not any(essential):
         return []
-    std, at, found = deviations(view, fitted), len(PARAMETERS), []
-    for k, f in enumerate(fitted.found):
-        for name, value in f.amplitudes.items():
-            if name in essential[k] and abs(value) < _FROM_ZERO * std[at]:
-                found.append(k)
-            at += 1
-    return found
+    near_zero = np.abs(fitted.linear) < _FROM_ZERO * deviations(view, fitted)[: len(fitted.linear)]
+    return [
+        k
+        for k, f in enumerate(fitted.found)
+        for name, near in zip(f.amplitudes, near_zero[fitted.columns_of(k)], strict=True)
+        if near and name in essential[k]
+    ]
 
 
 def residuals_held_out(view: View, fitted: Fitted) -> Array:
@@ -140,11 +139,10 @@ def contest(search: Search, model: Fitted, index: int) -> Contest:
         if trial.found.candidate != VIBRATION
     ]
     # another kind of fault, beside one that is there already, has to be decisive
-    there = {f.candidate.effect for f in rest.found}
     better = [
-        (search.gain(model, other) + DECISIVE * (_kinds(model) - _kinds(other)), other)
+        (search.gain(model, other) + DECISIVE * (len(_kinds(model)) - len(_kinds(other))), other)
         for trial, other in models
-        if not trial.on_edge or trial.found.candidate.effect in there
+        if not trial.on_edge or trial.found.candidate.effect in _kinds(rest)
     ]
     gained, best = max(better, key=lambda pair: pair[0], default=(0.0, None))
     tried = {r.effect for r in rivals}
@@ -154,8 +152,8 @@ def contest(search: Search, model: Fitted, index: int) -> Contest:
     return Contest(_once(rivals), best if gained > 0.0 else None)
 
 
-def _kinds(model: Fitted) -> int:
-    return len({f.candidate.effect for f in model.found})
+def _kinds(model: Fitted) -> set[str]:
+    return {f.candidate.effect for f in model.found}
 
 
 def _rival(search: Search, model: Fitted, candidate: Candidate, other: Fitted) -> Rival:

@@ -53,7 +53,7 @@ class Floor:
     source: str
 
 
-def noise_floor(view: View, start: Fitted, inertia: float | None = None) -> Floor:
+def noise_floor(view: View, start: Fitted, inertia: float = 0.0) -> Floor:
     """Find the noise floor.
 
     Parameters
@@ -63,7 +63,7 @@ def noise_floor(view: View, start: Fitted, inertia: float | None = None) -> Floo
     inertia : float, optional
         By which the encoder's noise becomes effort, where the base model has none.
     """
-    inertia = float(start.base[0]) or abs(inertia or 0.0)
+    inertia = float(start.base[0]) or inertia
     repeated, measured = _from_repetition(view), _from_instruments(view, start, inertia)
     return repeated if repeated is not None and repeated.rms > measured.rms else measured
 

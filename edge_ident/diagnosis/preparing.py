@@ -118,6 +118,9 @@ def _stretch(recording: Recording, name: str) -> Stretch:
         )
         for other, position in positions.items()
     }
+    noise_of_speed = {
+        other: float(np.std(shaken[other].velocity - motions[other].velocity)) for other in motions
+    }
     shift_s = recording.effort_shift_s
     unknown = undecided(positions[name], noise, cutoff_hz, period_s)
     known = 1.0 - tapered(unknown, _TAPER_PERIODS / (cutoff_hz * period_s))[::stride]
@@ -136,8 +139,8 @@ def _stretch(recording: Recording, name: str) -> Stretch:
     far = ~widened(turning, 3 * smear)[picks]
     return Stretch(
         motion=motions[name],
-        others=_others(motions, motions, shaken, name),
-        shaken=(shaken[name], _others(shaken, motions, shaken, name)),
+        others=_others(motions, noise_of_speed, name),
+        shaken=(shaken[name], _others(shaken, noise_of_speed, name)),
         raw_effort=effort,
         raw_period_s=period_s,
         shift_s=shift_s,
@@ -189,18 +192,15 @@ def _smooth_motion(
 
 
 def _others(
-    seen: Mapping[str, Motion],
-    motions: Mapping[str, Motion],
-    shaken: Mapping[str, Motion],
-    name: str,
+    motions: Mapping[str, Motion], noise_of_speed: Mapping[str, float], name: str
 ) -> dict[str, Motion]:
     """The other axes' motions, with the direction to be expected of a velocity with noise: a
     source that turns or sticks slides in neither."""
     expected = {}
-    for other in [axis for axis in seen if axis != name]:
-        noise = float(np.std(shaken[other].velocity - motions[other].velocity))
-        sure = seen[other].velocity / max(np.sqrt(2.0) * noise, _TINY)
-        expected[other] = replace(seen[other], direction=scipy.special.erf(sure))
+    for other, motion in motions.items():
+        if other != name:
+            sure = motion.velocity / max(np.sqrt(2.0) * noise_of_speed[other], _TINY)
+            expected[other] = replace(motion, direction=scipy.special.erf(sure))
     return expected
 
 

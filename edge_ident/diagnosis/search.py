@@ -89,17 +89,16 @@ class Search:
     def doubt(self, fitted: Fitted) -> float:
         """Sum of squares by which the formulas of a model may be off."""
         clear = self.view.clear
-        basis = orthonormal(fitted.jacobian[clear, :4])
-        doubt, at = 0.0, 4
-        for f in fitted.found:
-            size = len(f.amplitudes)
-            if size:
-                effort = fitted.jacobian[clear, at : at + size] @ list(f.amplitudes.values())
+        basis = orthonormal(fitted.jacobian[clear, : len(PARAMETERS)])
+        doubt = 0.0
+        for k, f in enumerate(fitted.found):
+            if f.amplitudes:
+                columns_of = fitted.columns_of(k)
+                effort = fitted.jacobian[clear, columns_of] @ fitted.linear[columns_of]
             else:
                 effort = self._contribution(f, fitted)
             own = effort - basis @ (basis.T @ effort)
             doubt += named(f.candidate.effect).discrepancy ** 2 * float(own @ own)
-            at += size
         return doubt
 
     def _contribution(self, found: Found, fitted: Fitted) -> Array:
@@ -144,7 +143,7 @@ class Search:
     def _vibrations(self, gap: Gap) -> list[Trial]:
         """The loudest vibration from outside, if there can be one."""
         loudest = self.spectrum.loudest(gap.residual)
-        if not len(loudest["frequency"]):
+        if loudest["frequency"].size == 0:
             return []
         rows = gap.columns(VIBRATION, loudest)
         return [gap.best(VIBRATION, loudest, rows, self.grids[VIBRATION])]
@@ -240,9 +239,7 @@ class Search:
 
     def _basis_without(self, fitted: Fitted, index: int) -> Array:
         """What the columns of a model span, but for those of one term."""
-        sizes = [len(f.amplitudes) for f in fitted.found]
-        first = len(PARAMETERS) + sum(sizes[:index])
-        kept = np.delete(fitted.jacobian, np.s_[first : first + sizes[index]], axis=1)
+        kept = np.delete(fitted.jacobian, fitted.columns_of(index), axis=1)
         return orthonormal(kept[self.view.clear])
 
     def fit(self, base: Array, found: tuple[Found, ...]) -> Fitted:

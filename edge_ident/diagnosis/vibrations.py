@@ -46,14 +46,11 @@ class Spectrum:
         duration_s = float(first.motion.time_s[-1])
         lowest, highest = _FEWEST_PERIODS / duration_s, 0.0 if others else first.cutoff_hz
         frequency_hz = np.arange(lowest, highest, _STEP / duration_s)
-        time_s = first.motion.time_s[first.picks[first.clear]]
-        angle = 2.0 * np.pi * frequency_hz[:, None] * time_s
+        angle = 2.0 * np.pi * frequency_hz[:, None] * view.of_motion("time_s")[view.clear]
         return cls(frequency_hz, np.exp(-1j * angle).astype(np.complex64))
 
     def loudest(self, residual: Array) -> Shapes:
         """The frequencies of the highest peaks in what a model leaves at the clear samples (n,)."""
-        if not len(self.frequency_hz):
-            return {"frequency": self.frequency_hz}
         power = np.abs(self.waves @ residual.astype(np.complex64))
         peaks = np.flatnonzero((power[1:-1] >= power[:-2]) & (power[1:-1] >= power[2:])) + 1
         loudest = peaks[np.argsort(power[peaks])[::-1][:_LOUDEST]]

@@ -156,12 +156,16 @@ class View:
             parts.append(travelled[s.picks] - travelled[last])
         return np.concatenate(parts)
 
+    def of_motion(self, name: str) -> Array:
+        """Time, position, velocity or acceleration of the motion, (n,)."""
+        return np.concatenate([getattr(s.motion, name)[s.picks] for s in self.stretches])
+
     def beyond_beats(self, residual: Array, inertia: float) -> NDArray[np.bool_]:
         """Samples (n,) that are not clear, and where a residual (n,) is more than what beats of the
         encoder's counts with the sampling can make of an inertia, and far more than elsewhere."""
         beat = np.concatenate([np.full(len(s.picks), s.beat) for s in self.stretches])
         elsewhere = float(np.sqrt(np.mean(residual[self.clear] ** 2)))
-        most = np.maximum(abs(inertia) * beat, _STICKS_OUT * elsewhere)
+        most = np.maximum(inertia * beat, _STICKS_OUT * elsewhere)
         return np.asarray(~self.clear & (np.abs(residual) > most))
 
     def cleared(self, samples: NDArray[np.bool_]) -> "View":
@@ -176,8 +180,7 @@ class View:
     def extent(self, base: Array) -> Extent:
         """What the recordings reach, together; `base` are the base parameters (4,)."""
         position, velocity, acceleration = (
-            np.concatenate([getattr(s.motion, name)[s.picks] for s in self.stretches])
-            for name in ("position", "velocity", "acceleration")
+            self.of_motion(name) for name in ("position", "velocity", "acceleration")
         )
         return Extent(
             travel=float(np.ptp(position)),

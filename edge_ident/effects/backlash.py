@@ -63,9 +63,8 @@ class Backlash(Effect):
 
     def possible(self, values: Values, extent: Extent) -> bool:
         """A gap that the encoder resolves, and no more inertia than the drive moved."""
-        seen = values["gap"] >= 0.5 * extent.resolution
-        moved = values["load_inertia"] * extent.acceleration < extent.effort
-        return bool(np.all(seen & moved))
+        seen = np.all(values["gap"] >= 0.5 * extent.resolution)
+        return bool(seen) and extent.moved(values["load_inertia"])
 
     def load(self, at: Motion, values: Values) -> Array:
         """Contact, in place of the viscous friction and the weight of a load that is carried."""

@@ -58,7 +58,7 @@ class CouplingCompliance(Effect):
 
     def possible(self, values: Values, extent: Extent) -> bool:
         """No more inertia than the drive moved."""
-        return bool(np.all(values["load_inertia"] * extent.acceleration < extent.effort))
+        return extent.moved(values["load_inertia"])
 
     def load(self, at: Motion, values: Values) -> Array:
         """Spring and damper, in place of the viscous friction of a load that is carried along."""

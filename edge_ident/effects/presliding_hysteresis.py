@@ -66,7 +66,7 @@ class PreslidingHysteresis(Effect):
     def resistance(self, motion: Motion, values: Values) -> Array:
         """Every bristle from each reversal to the next."""
         distance, position, direction = values["distance"], motion.position, motion.direction
-        reach = _REACHES.reshape(-1, *np.ones(max(distance.ndim, position.ndim), int)) * distance
+        reach = _REACHES.reshape(-1, *(1,) * max(distance.ndim, position.ndim)) * distance
         held = np.empty(np.broadcast_shapes(distance.shape, position.shape))
         turns = np.flatnonzero(np.diff(direction)) + 1
         start = np.full((_BRISTLES, *held[..., :1].shape), direction[0])  # fully stretched
