@@ -46,7 +46,14 @@ def differentiate(position: Array, cutoff_hz: float, period_s: float) -> tuple[A
     return result[0], result[1], result[2]
 
 
-def lowpass(signal: Array, cutoff_hz: float, period_s: float, *, delay_s: float = 0.0) -> Array:
+def lowpass(
+    signal: Array,
+    cutoff_hz: float,
+    period_s: float,
+    *,
+    delay_s: float = 0.0,
+    knee_hz: float = np.inf,
+) -> Array:
     """Zero-phase fourth-order Butterworth filter, run both ways, with even reflection.
 
     Parameters
@@ -54,9 +61,12 @@ def lowpass(signal: Array, cutoff_hz: float, period_s: float, *, delay_s: float 
     signal : (..., N) array
     delay_s : float
         Moves the signal to later times by this much, a fraction of a sample included.
+    knee_hz : float
+        See `whitening`.
     """
     padded, start = _pad(signal, cutoff_hz, period_s, reflect_type="even")
     spectrum, frequency = _filtered_spectrum(padded, cutoff_hz, period_s)
+    spectrum = spectrum * whitening(frequency / knee_hz)
     spectrum = spectrum * np.exp(-2j * np.pi * frequency * delay_s)
     samples = slice(start, start + signal.shape[-1])
     return np.asarray(np.fft.irfft(spectrum, padded.shape[-1])[..., samples])
@@ -78,6 +88,12 @@ def sampling_jitter(time: Array) -> float:
 def gain(frequency: Array) -> Array:
     """Of the filter run both ways, at frequencies in cut-offs."""
     return np.asarray(1.0 / (1.0 + frequency ** (2 * _ORDER)))
+
+
+def whitening(frequency: Array) -> Array:
+    """Gain that makes white noise of noise whose density grows with the fourth power of the
+    frequency on top of a constant one, at frequencies in knees: there both are the same."""
+    return np.asarray(1.0 / np.sqrt(1.0 + frequency**4))
 
 
 def interpolate(at: Array, time: Array, signal: Array) -> Array:

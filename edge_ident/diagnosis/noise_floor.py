@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 from edge_ident.diagnosis.fitting import Fitted
 from edge_ident.diagnosis.masks import widened
 from edge_ident.diagnosis.view import Stretch, View
-from edge_ident.filters import gain
 
 Array = NDArray[np.float64]
 
@@ -97,10 +96,11 @@ def _noise_covariance(stretch: Stretch, inertia: float) -> Array:
     share = np.linspace(0.0, 3.0, 601)
     encoder = 5.0 * share**4 * (inertia * stretch.acceleration_noise) ** 2
     density = np.stack([np.full_like(share, stretch.effort_noise**2), encoder])
+    frequency_hz = share * stretch.cutoff_hz
     step_s = float(np.min(np.diff(stretch.picks))) * stretch.period_s
-    angle = 2.0 * np.pi * share * stretch.cutoff_hz * step_s
-    waves = np.cos(np.arange(3)[:, None] * angle)
-    return np.asarray(np.trapezoid(density[:, None] * gain(share) ** 2 * waves, share, axis=-1))
+    waves = np.cos(np.arange(3)[:, None] * 2.0 * np.pi * frequency_hz * step_s)
+    seen = density[:, None] * stretch.band.power(frequency_hz) * waves
+    return np.asarray(np.trapezoid(seen, share, axis=-1))
 
 
 def _parts(view: View, values: Array) -> list[tuple[Stretch, Array]]:

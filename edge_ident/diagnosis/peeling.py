@@ -27,13 +27,15 @@ def peel(search: Search, start: Fitted) -> Fitted:
     """Add causes until none explains more than it costs.
 
     What is left may be coloured, its samples worth less than their number: then it is done again
-    with as many as they are worth.
+    with as many as they are worth, and held against what of the first attempt is worth it still:
+    of two large causes, neither explains much alone.
     """
     model = _peel(search, start)
     independent = search.independent(model)
     if model.found and independent < _COLOURED * search.samples:
         search.samples = independent
-        model = _peel(search, start)
+        again, pruned = _peel(search, start), prune(search, model)
+        model = pruned if search.gain(again, pruned) > 0.0 else again
     return model
 
 

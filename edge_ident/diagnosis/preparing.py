@@ -9,7 +9,7 @@ import scipy.sparse
 import scipy.special
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.bandwidth import balanced_cutoff, white_noise
+from edge_ident.diagnosis.bandwidth import Band, judged_band, white_noise
 from edge_ident.diagnosis.masks import (
     SMEAR_PERIODS,
     beating,
@@ -41,7 +41,7 @@ _FEWEST_SAMPLES: Final = 40
 _MOTION_BAND: Final = 2.0
 """Bandwidth of the motion over that of what is judged. One as narrow would turn and stop at other
 moments than the axis; a wider one brings noise that tapering folds into the band."""
-_TAPER_PERIODS: Final = 0.3
+_TAPER_PERIODS: Final = 0.4
 """Cut-off periods in which effort and columns fade out before what is unknown, and in again."""
 _WIDEST: Final = 0.2
 """Of the sampling rate."""
@@ -58,6 +58,8 @@ _BLOCK_PERIODS: Final = 4.0
 """A block is at least so many cut-off periods long."""
 _REACH_PERIODS: Final = 4.0
 """Cut-off periods after which the filter's response is below a ten-thousandth."""
+_WHITENING_REACH: Final = 2.0
+"""The same in periods of the knee, for the whitening."""
 _SHAKE_SEED: Final = 1
 _TINY: Final = float(np.finfo(float).tiny)
 
@@ -97,9 +99,10 @@ def _stretch(recording: Recording, name: str) -> Stretch:
     widest_hz = choose_cutoff(positions[name], period_s)
     density = 2.0 * period_s * white_noise(effort, positions[name], widest_hz, period_s) ** 2
     noise = position_noise(axis.position)
-    cutoff_hz = balanced_cutoff(positions[name], effort, noise, density, widest_hz, period_s)
-    duration_s = period_s * len(time_s)
-    cutoff_hz = min(cutoff_hz, _MOST_SAMPLES / (SAMPLES_PER_CUTOFF_PERIOD * duration_s))
+    band = judged_band(positions[name], effort, noise, density, widest_hz, period_s)
+    most_hz = _MOST_SAMPLES / (SAMPLES_PER_CUTOFF_PERIOD * period_s * len(time_s))
+    band = replace(band, cutoff_hz=min(band.cutoff_hz, most_hz))
+    cutoff_hz = band.cutoff_hz
     motion_hz = min(_MOTION_BAND * cutoff_hz, _WIDEST / period_s)
     stride = max(1, int(1.0 / (_COLUMN_RATE * motion_hz * period_s)))
     coarse_s = stride * period_s
@@ -147,17 +150,17 @@ def _stretch(recording: Recording, name: str) -> Stretch:
         stride=stride,
         turns=turns,
         sliding=sliding,
-        effort=judged(effort, sliding, cutoff_hz, period_s, shift_s)[::stride],
+        effort=judged(effort, sliding, band, period_s, shift_s)[::stride],
         picks=picks,
         clear=clear,
         far=far & clear,
-        cutoff_hz=cutoff_hz,
+        band=band,
         period_s=coarse_s,
-        beat=_BEAT * count * (2.0 * np.pi * cutoff_hz) ** 2,
+        beat=_BEAT * count * band.swing,
         position_noise=noise,
         acceleration_noise=acceleration_noise(noise, cutoff_hz, period_s),
         effort_noise=float(np.sqrt(density * cutoff_hz)),
-        filter=_filter_at(picks, known, cutoff_hz, coarse_s),
+        filter=_filter_at(picks, known, band, coarse_s),
     )
 
 
@@ -168,14 +171,15 @@ def _run_in(position: Array) -> int:
 
 
 def _filter_at(
-    picks: NDArray[np.intp], known: Array, cutoff_hz: float, period_s: float
+    picks: NDArray[np.intp], known: Array, band: Band, period_s: float
 ) -> scipy.sparse.csr_array:
-    """What `lowpass` makes of what is known, at a few samples: (n, N) sparse, ends reflected."""
+    """What a band passes of what is known, at a few samples: (n, N) sparse, ends reflected."""
     samples = len(known)
-    reach = min(int(_REACH_PERIODS / (cutoff_hz * period_s)), samples - 1)
+    longest_s = _REACH_PERIODS / band.cutoff_hz + _WHITENING_REACH / band.knee_hz
+    reach = min(int(longest_s / period_s), samples - 1)
     impulse = np.zeros(2 * reach + 1)
     impulse[reach] = 1.0
-    kernel = lowpass(impulse, cutoff_hz, period_s)
+    kernel = band.lowpass(impulse, period_s)
     at = np.abs(picks[:, None] + np.arange(-reach, reach + 1))
     at = samples - 1 - np.abs(samples - 1 - at)
     rows = np.repeat(np.arange(len(picks)), len(kernel))

@@ -8,6 +8,7 @@ import numpy as np
 import scipy.sparse
 from numpy.typing import NDArray
 
+from edge_ident.diagnosis.bandwidth import Band
 from edge_ident.effect import Extent, Motion
 from edge_ident.effects import named
 from edge_ident.filters import lowpass
@@ -68,7 +69,7 @@ class Stretch:
     picks: NDArray[np.intp]
     clear: NDArray[np.bool_]
     far: NDArray[np.bool_]
-    cutoff_hz: float
+    band: Band
     period_s: float
     filter: scipy.sparse.csr_array
     beat: float
@@ -77,6 +78,11 @@ class Stretch:
     effort_noise: float
     kept: dict[object, Array] = field(default_factory=dict, compare=False)
     """Efforts along the motion that were integrated before."""
+
+    @property
+    def cutoff_hz(self) -> float:
+        """Upper end of what is judged."""
+        return self.band.cutoff_hz
 
     def predicted(self, axis: AxisModel) -> Array:
         """Effort column that a model expects at the picks, (n,) or (D, n)."""
@@ -90,14 +96,14 @@ class Stretch:
 
     def _picked(self, raw: Array) -> Array:
         """A raw effort (..., M) as the filtered effort has it, at the picks."""
-        filtered = judged(raw, self.sliding, self.cutoff_hz, self.raw_period_s, self.shift_s)
+        filtered = judged(raw, self.sliding, self.band, self.raw_period_s, self.shift_s)
         return filtered[..., :: self.stride][..., self.picks]
 
 
-def judged(raw: Array, sliding: Array, cutoff_hz: float, period_s: float, shift_s: float) -> Array:
+def judged(raw: Array, sliding: Array, band: Band, period_s: float, shift_s: float) -> Array:
     """A raw effort (..., M) in step with the motion, where it slides, filtered."""
     in_step = lowpass(raw, _WHOLE_BAND / period_s, period_s, delay_s=shift_s)
-    return lowpass(sliding * in_step, cutoff_hz, period_s)
+    return band.lowpass(sliding * in_step, period_s)
 
 
 @dataclass(frozen=True)
