@@ -21,6 +21,8 @@ class RigidBody(Effect):
         Parameter("offset", "{effort}", -_MANY, _MANY, "weight and amplifier offset"),
     )
 
+    discrepancy = 0.003
+
     def load(self, at: Motion, values: Values) -> Array:
         """Viscous friction and offset."""
         return values["viscous_friction"] * at.velocity + values["offset"]

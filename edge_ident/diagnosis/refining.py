@@ -1,5 +1,6 @@
 """From the best point of a grid of shapes to the best shapes between its points."""
 
+from collections.abc import Mapping
 from functools import lru_cache
 from typing import Final
 
@@ -32,7 +33,7 @@ def refined(gap: Gap, trial: Trial, grid: Shapes) -> Trial:
     """Close in on the best shapes, all of them together; many of them then go downhill."""
     candidate = trial.found.candidate
     names = candidate.form.shapes
-    width = {name: _spacing(grid[name], trial.found.shapes[name]) for name in names}
+    width = {name: _spacing(grid, name, trial.found.shapes) for name in names}
     around = AROUND.get(len(names), AROUND[max(AROUND)])
     many = len(names) > _MANY and len(candidate.form.amplitudes) == 1
     # what was refined before is where points around many shapes are too sparse to help
@@ -104,9 +105,16 @@ def _within(candidate: Candidate, name: str, grid: Shapes, points: Array) -> Arr
     return np.asarray(np.clip(points, low, high))
 
 
-def _spacing(values: Array, at: float) -> float:
-    """Distance to the neighbouring value of a grid, the larger of the two."""
-    distinct = np.unique(values)
-    index = int(np.argmin(np.abs(distinct - at)))
+def _spacing(grid: Shapes, name: str, at: Mapping[str, float]) -> float:
+    """Distance to the neighbouring value of a shape, the larger of the two, among the points of a
+    grid that are alike in all others."""
+    alike = np.ones(len(grid[name]), dtype=np.bool_)
+    for other, values in grid.items():
+        if other != name:
+            off = np.abs(values - at[other])
+            alike &= off == np.min(off)
+    here = grid[name][alike] if np.count_nonzero(alike) > 1 else grid[name]
+    distinct = np.unique(here)
+    index = int(np.argmin(np.abs(distinct - at[name])))
     near = distinct[max(index - 1, 0) : index + 2]
-    return float(np.max(np.abs(near - at))) if len(near) > 1 else abs(at)
+    return float(np.max(np.abs(near - at[name]))) if len(near) > 1 else abs(at[name])

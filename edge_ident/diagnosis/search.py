@@ -21,7 +21,7 @@ from edge_ident.diagnosis.trying import Gap, Trial, surcharge
 from edge_ident.diagnosis.vibrations import VIBRATION, Spectrum
 from edge_ident.diagnosis.view import View
 from edge_ident.effects import catalogue, named
-from edge_ident.model import PARAMETERS, AxisModel
+from edge_ident.model import BASE, PARAMETERS, AxisModel
 
 Array = NDArray[np.float64]
 
@@ -89,8 +89,11 @@ class Search:
     def doubt(self, fitted: Fitted) -> float:
         """Sum of squares by which the formulas of a model may be off."""
         clear = self.view.clear
-        basis = orthonormal(fitted.jacobian[clear, : len(PARAMETERS)])
-        doubt = 0.0
+        base = fitted.jacobian[clear, : len(PARAMETERS)]
+        varying = base @ fitted.base
+        varying = varying - np.mean(varying)
+        doubt = named(BASE).discrepancy ** 2 * float(varying @ varying)
+        basis = orthonormal(base)
         for k, f in enumerate(fitted.found):
             if f.amplitudes:
                 columns_of = fitted.columns_of(k)
