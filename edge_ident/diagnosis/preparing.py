@@ -59,7 +59,7 @@ _BLOCK_PERIODS: Final = 4.0
 _REACH_PERIODS: Final = 4.0
 """Cut-off periods after which the filter's response is below a ten-thousandth."""
 _WHITENING_REACH: Final = 2.0
-"""The same in periods of the knee, for the whitening."""
+"""The same in periods of the knee, of the whitening."""
 _SHAKE_SEED: Final = 1
 _TINY: Final = float(np.finfo(float).tiny)
 
@@ -175,8 +175,8 @@ def _filter_at(
 ) -> scipy.sparse.csr_array:
     """What a band passes of what is known, at a few samples: (n, N) sparse, ends reflected."""
     samples = len(known)
-    longest_s = _REACH_PERIODS / band.cutoff_hz + _WHITENING_REACH / band.knee_hz
-    reach = min(int(longest_s / period_s), samples - 1)
+    reach_s = max(_REACH_PERIODS / band.cutoff_hz, _WHITENING_REACH / band.knee_hz)
+    reach = min(int(reach_s / period_s), samples - 1)
     impulse = np.zeros(2 * reach + 1)
     impulse[reach] = 1.0
     kernel = band.lowpass(impulse, period_s)

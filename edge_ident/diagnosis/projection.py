@@ -22,24 +22,27 @@ def explained(
 ) -> tuple[Array, Array]:
     """Errors (D,) left by columns (D, k, n) at their best amplitudes (D, k); infinite where an
     amplitude is unphysical or the columns are nothing new."""
-    own = rows - (rows @ basis) @ basis.T
     residual = residual - basis @ (basis.T @ residual)
     total = float(residual @ residual)
+    known, right = rows @ basis, rows @ residual
+    gram = rows @ rows.transpose(0, 2, 1)
+    whole = np.sqrt(np.einsum("dkk->dk", gram))
+    # products of what no column of the basis holds already
+    gram = gram - known @ known.transpose(0, 2, 1)
+    length = np.sqrt(np.maximum(np.einsum("dkk->dk", gram), 0.0))
     if not candidate.form.amplitudes:
-        left = residual - own[:, 0]
-        errors = np.einsum("dn,dn->d", left, left)
-        return errors, np.ones((len(rows), 0))
-    length, whole = np.linalg.norm(own, axis=2), np.linalg.norm(rows, axis=2)
+        left = total - 2.0 * right[:, 0] + gram[:, 0, 0]
+        return np.maximum(left, _TINY), np.ones((len(rows), 0))
     new = np.all(length > _OWN_SHARE * whole, axis=1) & np.all(length > 0.0, axis=1)
-    unit = own / np.where(length > 0.0, length, 1.0)[..., None]
-    gram = unit @ unit.transpose(0, 2, 1)
-    right = unit @ residual
+    scale = np.where(length > 0.0, length, 1.0)
+    gram = gram / (scale[:, :, None] * scale[:, None, :])
+    right = right / scale
     gram[~new] = np.eye(gram.shape[-1])
     new &= np.linalg.cond(gram) < _OWN_SHARE**-2
     gram[~new] = np.eye(gram.shape[-1])
     normalized = np.linalg.solve(gram, right[..., None])[..., 0]
     errors = total - np.einsum("dk,dk->d", normalized, right)
-    amplitudes = normalized / np.where(length > 0.0, length, 1.0)
+    amplitudes = normalized / scale
     bounds = named(candidate.effect).bounds
     low, high = np.array([bounds[name] for name in candidate.form.amplitudes]).T
     physical = np.all((amplitudes >= low) & (amplitudes <= high), axis=1)

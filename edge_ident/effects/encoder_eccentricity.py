@@ -46,12 +46,11 @@ class EncoderEccentricity(Effect):
         """Solve the reading for the position; the chain rule gives speed and acceleration."""
         position = motion.position
         for _ in range(_ITERATIONS):
-            error, slope, _ = _error(position, values)
+            error, slope, bend = _error(position, values)
             step = (position + error - motion.position) / (1.0 + slope)
             position = position - step
             if np.max(np.abs(step)) < _CONVERGED * np.max(np.abs(motion.position)):
                 break
-        _, slope, bend = _error(position, values)
         velocity = motion.velocity / (1.0 + slope)
         acceleration = (motion.acceleration - bend * velocity**2) / (1.0 + slope)
         return replace(motion, position=position, velocity=velocity, acceleration=acceleration)
