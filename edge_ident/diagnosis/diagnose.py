@@ -129,6 +129,7 @@ def _axis(view: View, template: AxisModel) -> AxisDiagnosis:
         noise_floor_source=floor.source,
         model=replace(template, terms=(Term(BASE, values, certainty), *terms)),
         cutoff_hz=max(s.cutoff_hz for s in view.stretches),
+        knee_hz=max(s.band.knee_hz for s in view.stretches),
         traces=_traces(view, start, model, contributions),
     )
 

@@ -52,6 +52,7 @@ def _axis(name: str, axes: Mapping[str, AxisDiagnosis]) -> dict[str, Any]:
         },
         "residual_whereabouts": whereabouts(name, axes),
         "cutoff_hz": axis.cutoff_hz,
+        "knee_hz": axis.knee_hz,
     }
 
 

@@ -64,12 +64,13 @@ def _page(diagnosis: Diagnosis, sources: Sequence[str], folder: Path) -> Iterato
 
 def _axis(name: str, diagnosis: Diagnosis) -> Iterator[str]:
     axis = diagnosis.axes[name]
+    fading = f", fading from {axis.knee_hz:.3g} Hz" if axis.knee_hz < axis.cutoff_hz else ""
     yield f"## Axis {name}"
     yield ""
     yield f"**{_sentence(wording.verdict_sentence(axis))}**"
     yield ""
     yield (
-        f"Compared up to {axis.cutoff_hz:.3g} Hz. Noise floor {axis.noise_floor_source}: "
+        f"Compared up to {axis.cutoff_hz:.3g} Hz{fading}. Noise floor {axis.noise_floor_source}: "
         f"{wording.percent(axis.noise_floor)} of the effort."
     )
     yield ""

@@ -157,6 +157,8 @@ class AxisDiagnosis:
         The extended model; the base model where nothing was found.
     cutoff_hz : float
         Bandwidth of the comparison.
+    knee_hz : float
+        Frequency above which less and less is compared, because noise of the encoder prevails.
     """
 
     verdict: Verdict
@@ -169,6 +171,7 @@ class AxisDiagnosis:
     noise_floor_source: str
     model: AxisModel
     cutoff_hz: float
+    knee_hz: float
     traces: Traces
 
 

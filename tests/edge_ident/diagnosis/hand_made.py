@@ -96,6 +96,7 @@ def axis(verdict: Verdict, *causes: Cause, samples: int = 4000) -> AxisDiagnosis
         noise_floor_source="from the motion's repetition",
         model=model,
         cutoff_hz=6.5,
+        knee_hz=3.1,
         traces=seen,
     )  # fmt: skip
 

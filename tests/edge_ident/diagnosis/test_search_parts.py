@@ -127,12 +127,13 @@ def test_a_vibration_from_outside_is_said_and_not_blamed_on_the_axis() -> None:
     assert np.abs(error) == pytest.approx(0.0, abs=0.02), "nor does it bias the base"
 
 
-def test_a_push_while_the_encoders_counts_beat_is_seen() -> None:
+@pytest.mark.parametrize("early_s", [0.2, 0.4])
+def test_a_push_while_the_encoders_counts_beat_is_seen(early_s: float) -> None:
     """At its top speed the axis moves one count a sample, and rounding looks like motion."""
     t = np.arange(0.0, 32.0, PERIOD_S)
     rate, count = 0.3, 1e-3
     x, v, a = np.sin(rate * t) / rate, np.cos(rate * t), -rate * np.sin(rate * t)
-    begins, lasts = 2.0 * np.pi / rate - 0.2, 0.4
+    begins, lasts = 2.0 * np.pi / rate - early_s, 0.4
     pushed = (t > begins) & (t < begins + lasts)
     push = np.where(pushed, np.sin(np.pi * (t - begins) / lasts), 0.0)
     record = recorded(t, x, rigid(v, a) - push, noise=0.02, count=count)
