@@ -116,7 +116,9 @@ def _axis(view: View, template: AxisModel) -> AxisDiagnosis:
     contributions = [_contribution(view, model, k) for k in range(len(model.found))]
     causes = _causes(view, model, contributions, rivals, gained, std)
     terms = (*template.terms[1:], *(cause.term for cause in causes))
-    values = dict(zip(PARAMETERS, model.base.tolist(), strict=True))
+    # where nothing opposes the motion a fitted friction can be negative, which no model file may be
+    lowest = [named(BASE).bounds[name][0] for name in PARAMETERS]
+    values = dict(zip(PARAMETERS, np.maximum(model.base, lowest).tolist(), strict=True))
     certainty = dict(zip(PARAMETERS, extended_fit.estimate.std.tolist(), strict=True))
     return AxisDiagnosis(
         verdict=verdict,

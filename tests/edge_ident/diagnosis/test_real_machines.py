@@ -43,13 +43,16 @@ def test_the_motor_has_torque_ripple_of_12_and_18_orders_per_turn(measured_data:
 def test_the_arms_second_joint_bears_weight_by_both_angles_and_is_coupled(
     measured_data: Path,
 ) -> None:
-    axis = diagnose([load_recording(measured_data / "double_pendulum_154220.csv")]).axes["j2"]
+    axes = diagnose([load_recording(measured_data / "double_pendulum_154220.csv")]).axes
+    axis = axes["j2"]
     assert {"position_dependent_load", "cross_axis_coupling"} <= found_on(axis)
     assert axis.extended.held_out <= 0.6 * axis.base.held_out
     inertia_before, inertia_after = (
         fit.estimate.parameters[0] for fit in (axis.base, axis.extended)
     )
     assert inertia_before == 0.0 < inertia_after, "weight looks like negative inertia"
+    friction = axes["j1"].model.terms[0].values["viscous_friction"]
+    assert axes["j1"].extended.estimate.parameters[1] < 0.0 == friction, "a model is physical"
 
 
 def test_the_same_recording_gives_the_same_document_byte_for_byte(measured_data: Path) -> None:
