@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from edge_ident.alignment import align
-from edge_ident.dct import subsample
-from edge_ident.model import regressor
-from edge_ident.signals import Signals
+from edge_ident.estimation.alignment import align
+from edge_ident.model.model import regressor
+from edge_ident.signals.conditioning import Signals
+from edge_ident.signals.dct import subsample
 
 PERIOD_S, SAMPLES = 0.0025, 8742
 RATE = 2 * np.pi / (SAMPLES * PERIOD_S)

@@ -5,7 +5,6 @@ from dataclasses import asdict, replace
 from pathlib import Path
 
 import pytest
-from shared_board import SharedBoard
 from typer.testing import CliRunner
 
 from edge_ident.cli import app
@@ -13,6 +12,7 @@ from firmware_interface.errors import BoardError
 from firmware_interface.gains import AxisGains
 from firmware_interface.registers import State
 from firmware_interface.virtual.settings import CONSERVATIVE_GAINS, BoardSettings
+from tests.edge_ident.shared_board import SharedBoard
 
 BETTER = replace(
     CONSERVATIVE_GAINS,
@@ -137,7 +137,7 @@ def test_a_backup_of_another_board_is_not_restored(shared: SharedBoard, tmp_path
 def test_a_fault_in_the_motion_after_a_restore_leaves_the_gains_of_before(
     shared: SharedBoard, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from edge_ident import gain_change
+    from edge_ident.commissioning import gain_change
 
     def fault(*_: object) -> None:
         raise BoardError("an axis fell too far behind", "look at it")

@@ -5,12 +5,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from shared_board import SharedBoard
 
-from edge_ident.recording_files import load_recording
+from edge_ident.signals.recording_files import load_recording
 from firmware_interface.codec import decode_page, encode_page
 from firmware_interface.registers import PAGE_ADDRESS, State
 from firmware_interface.virtual.board import VirtualBoard
+from tests.edge_ident.shared_board import SharedBoard
 
 
 def test_a_capture_is_a_recording_and_changes_no_gains(

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from edge_ident import cnn
-from edge_ident.cnn import CnnIdentification, motion_mismatch
 from edge_ident.errors import DataError
-from edge_ident.image import effort_scale
-from edge_ident.network import VARIANTS, Network, Variant, load_network
+from edge_ident.estimation import cnn
+from edge_ident.estimation.cnn import CnnIdentification, motion_mismatch
+from edge_ident.estimation.image import effort_scale
+from edge_ident.estimation.network import VARIANTS, Network, Variant, load_network
 from tests.edge_ident.stand_ins import (
     COLUMNS,
     SCALES,

@@ -6,11 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from edge_ident import commissioning, gain_transfer
-from edge_ident.commissioning import Plan, commission
-from edge_ident.drive import DriveDescription, load_drive
+from edge_ident.commissioning import gain_transfer
+from edge_ident.commissioning import run as commissioning
+from edge_ident.commissioning.run import Plan, commission
+from edge_ident.control.gain_design import GainDesign
+from edge_ident.drive.description import DriveDescription, load_drive
 from edge_ident.errors import BoardError, GainError
-from edge_ident.gain_design import GainDesign
 from firmware_interface.board import Board
 from firmware_interface.gains import AxisGains
 from firmware_interface.registers import State

@@ -6,7 +6,7 @@ import scipy.fft
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from edge_ident import dct
+from edge_ident.signals import dct
 
 
 @given(st.integers(2, 400), st.integers(0, 2**32 - 1))

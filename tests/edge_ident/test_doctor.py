@@ -5,13 +5,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from shared_board import SharedBoard
 from typer.testing import CliRunner
 
-from edge_ident import doctor, link_checks
 from edge_ident.cli import app
+from edge_ident.commissioning import doctor, link_checks
 from firmware_interface.registers import Fault
 from firmware_interface.virtual.settings import BoardSettings
+from tests.edge_ident.shared_board import SharedBoard
 
 PERIOD_S = 0.0025
 

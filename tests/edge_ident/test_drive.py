@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from edge_ident.drive import load_drive
+from edge_ident.drive.description import load_drive
 from edge_ident.errors import DataError
 
-BUILT_IN = (files("edge_ident") / "drives" / "feed_drive.toml").read_text("utf-8")
+BUILT_IN = (files("edge_ident.drive") / "feed_drive.toml").read_text("utf-8")
 
 
 def test_built_in_drive_is_the_papers() -> None:

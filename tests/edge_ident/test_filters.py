@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import scipy.signal
 
-from edge_ident import filters
+from edge_ident.signals import filters
 
 PERIOD_S = 0.0025
 

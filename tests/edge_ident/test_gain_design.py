@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 import scipy.signal
 
+from edge_ident.control.gain_design import GAIN_MARGIN, PHASE_MARGIN_RAD, QUANTIZATION_SHARE, design
+from edge_ident.control.position_loop import LoopHardware
 from edge_ident.errors import GainError
-from edge_ident.gain_design import GAIN_MARGIN, PHASE_MARGIN_RAD, QUANTIZATION_SHARE, design
-from edge_ident.model import AxisModel, Estimate, base_axis
-from edge_ident.position_loop import LoopHardware
+from edge_ident.model.model import AxisModel, Estimate, base_axis
 
 HARDWARE = LoopHardware(0.0025, 0.0005, 2 * math.pi / 8400, 12.0)
 PARAMETERS = np.array([0.43, 0.9, 1.4, 0.03])

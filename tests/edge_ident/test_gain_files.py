@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
+from edge_ident.commissioning.gain_files import back_up, load_gains
 from edge_ident.errors import DataError
-from edge_ident.gain_files import back_up, load_gains
 from firmware_interface.board import Board
 from firmware_interface.virtual.board import VirtualBoard
 from firmware_interface.virtual.settings import CONSERVATIVE_GAINS, BoardSettings

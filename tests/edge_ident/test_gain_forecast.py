@@ -5,14 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from edge_ident.capture import capture_motion
-from edge_ident.commissioning import design_gains
-from edge_ident.drive import load_drive
+from edge_ident.commissioning.capture import capture_motion
+from edge_ident.commissioning.gain_forecast import Forecaster, check_stable
+from edge_ident.commissioning.run import design_gains
+from edge_ident.drive.description import load_drive
 from edge_ident.errors import DataError, GainError, ModelError
-from edge_ident.gain_forecast import Forecaster, check_stable
-from edge_ident.identification import identify
-from edge_ident.model import Model
-from edge_ident.recording import Recording
+from edge_ident.identification.identify import identify
+from edge_ident.model.model import Model
+from edge_ident.signals.recording import Recording
 from firmware_interface.board import Board
 from firmware_interface.virtual.board import VirtualBoard
 

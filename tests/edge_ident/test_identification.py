@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 import scipy.signal
 
-from edge_ident.documents import identification_document
-from edge_ident.identification import identify
-from edge_ident.model import BASE, PARAMETERS, AxisModel, Model, Term
-from edge_ident.network import load_network
-from edge_ident.recording import AxisRecord, Recording
-from edge_ident.recording_files import load_recording
+from edge_ident.estimation.network import load_network
+from edge_ident.identification.identify import identify
+from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Model, Term
+from edge_ident.report.documents import identification_document
+from edge_ident.signals.recording import AxisRecord, Recording
+from edge_ident.signals.recording_files import load_recording
 from tests.edge_ident.stand_ins import START, StandIn, nothing, reader
 
 PERIOD_S = 0.0025

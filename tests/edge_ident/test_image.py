@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from edge_ident.image import effort_image, effort_scale, gain_and_bias
+from edge_ident.estimation.image import effort_image, effort_scale, gain_and_bias
 
 RNG = np.random.default_rng(3)
 MODEL = RNG.normal(size=(5, 100))

@@ -6,11 +6,11 @@ from collections.abc import Mapping
 import numpy as np
 import pytest
 
-from edge_ident.gain_design import design
-from edge_ident.known_effects import loop_delay_s
-from edge_ident.model import BASE, PARAMETERS, AxisModel, Term
-from edge_ident.position_loop import LoopHardware
-from edge_ident.recording import AxisRecord, Recording
+from edge_ident.control.gain_design import design
+from edge_ident.control.known_effects import loop_delay_s
+from edge_ident.control.position_loop import LoopHardware
+from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Term
+from edge_ident.signals.recording import AxisRecord, Recording
 from edge_ident.simulation.flexible import DELAY_SHARE
 from edge_ident.simulation.loop import Sampling, simulate
 from edge_ident.simulation.machine import Machine

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 import scipy.signal
 
-from edge_ident import least_squares, model
-from edge_ident.filters import lowpass
-from edge_ident.recording_files import load_recording
-from edge_ident.signals import Signals, condition
+from edge_ident.estimation import least_squares
+from edge_ident.model import model
+from edge_ident.signals.conditioning import Signals, condition
+from edge_ident.signals.filters import lowpass
+from edge_ident.signals.recording_files import load_recording
 
 PERIOD_S = 0.0025
 TRUTH = np.array([0.43, 0.9, 1.4, 0.05])

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from edge_ident.effects import catalogue, random_term
 from edge_ident.errors import ModelError
-from edge_ident.model import (
+from edge_ident.model.effects import catalogue, random_term
+from edge_ident.model.model import (
     BASE,
     PARAMETERS,
     AxisModel,
@@ -20,8 +20,8 @@ from edge_ident.model import (
     Term,
     base_axis,
 )
-from edge_ident.model_files import load_model, save_model, sourced_model
-from edge_ident.strengths import scale_of
+from edge_ident.model.model_files import load_model, save_model, sourced_model
+from edge_ident.model.strengths import scale_of
 
 
 def base(*values: float) -> Term:

@@ -11,10 +11,10 @@ import pytest
 from typer.testing import CliRunner
 
 from edge_ident.cli import app
-from edge_ident.model import BASE, PARAMETERS, AxisModel, Model, SourceFile, Term
-from edge_ident.model_files import load_model, save_model
-from edge_ident.recording import AxisRecord, Recording
-from edge_ident.recording_files import save_recording
+from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Model, SourceFile, Term
+from edge_ident.model.model_files import load_model, save_model
+from edge_ident.signals.recording import AxisRecord, Recording
+from edge_ident.signals.recording_files import save_recording
 from edge_ident.simulation.flexible import reduced_model
 
 TRUTH = np.array([0.43, 0.9, 1.4, 0.1])

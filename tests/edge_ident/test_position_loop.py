@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 import scipy.signal
 
-from edge_ident.gain_design import GAIN_MARGIN, PHASE_MARGIN_RAD, design
-from edge_ident.model import BASE, PARAMETERS, AxisModel, Term
-from edge_ident.position_loop import LoopHardware, Plant, SprungLoad, margins_of
+from edge_ident.control.gain_design import GAIN_MARGIN, PHASE_MARGIN_RAD, design
+from edge_ident.control.position_loop import LoopHardware, Plant, SprungLoad, margins_of
+from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Term
 from firmware_interface.gains import AxisGains
 
 PERIOD_S = 0.0025

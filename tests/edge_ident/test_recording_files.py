@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from edge_ident.errors import DataError
-from edge_ident.recording_files import load_recording, save_recording
+from edge_ident.signals.recording_files import load_recording, save_recording
 
 Columns = dict[str, np.ndarray]
 

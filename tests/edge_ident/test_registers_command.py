@@ -4,12 +4,12 @@ import json
 import struct
 
 import pytest
-from shared_board import SharedBoard
 from typer.testing import CliRunner
 
 from edge_ident.cli import app
-from edge_ident.register_access import registers_named
+from edge_ident.commissioning.register_access import registers_named
 from firmware_interface.registers import REGISTERS, State
+from tests.edge_ident.shared_board import SharedBoard
 
 
 @pytest.fixture

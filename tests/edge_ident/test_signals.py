@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from edge_ident import signals
-from edge_ident.filters import differentiate
+from edge_ident.signals import conditioning
+from edge_ident.signals.filters import differentiate
 
 PERIOD_S = 0.0025
 COUNT_RAD = 2 * np.pi / 8400
@@ -25,7 +25,7 @@ def sine(phase: float, samples: int = 8742) -> tuple[np.ndarray, np.ndarray, np.
 def test_encoder_noise_stays_small_in_the_acceleration_ends_included(phase: float) -> None:
     position, _, acceleration = sine(phase)
     quantized = COUNT_RAD * np.round(position / COUNT_RAD)
-    cutoff = signals.choose_cutoff(quantized, PERIOD_S)
+    cutoff = conditioning.choose_cutoff(quantized, PERIOD_S)
     _, _, a = differentiate(quantized, cutoff, PERIOD_S)
     rms = np.std(acceleration)
     assert np.std(a - acceleration) < 0.08 * rms
@@ -34,11 +34,11 @@ def test_encoder_noise_stays_small_in_the_acceleration_ends_included(phase: floa
 
 def test_cutoff_follows_resolution_and_sampling() -> None:
     position = sine(0.0)[0]
-    coarse = signals.choose_cutoff(COUNT_RAD * np.round(position / COUNT_RAD), PERIOD_S)
+    coarse = conditioning.choose_cutoff(COUNT_RAD * np.round(position / COUNT_RAD), PERIOD_S)
     count = COUNT_RAD / 8
-    fine = signals.choose_cutoff(count * np.round(position / count), PERIOD_S)
+    fine = conditioning.choose_cutoff(count * np.round(position / count), PERIOD_S)
     assert fine == pytest.approx(8**0.4 * coarse, rel=0.1)  # noise grows with cut-off to the 2.5
-    assert signals.choose_cutoff(position, PERIOD_S) == pytest.approx(1 / (20 * PERIOD_S))
+    assert conditioning.choose_cutoff(position, PERIOD_S) == pytest.approx(1 / (20 * PERIOD_S))
 
 
 def test_uneven_sampling_is_interpolated() -> None:
@@ -47,7 +47,7 @@ def test_uneven_sampling_is_interpolated() -> None:
     position = 2 * np.pi * np.sin(0.2875 * time)
     velocity = 2 * np.pi * 0.2875 * np.cos(0.2875 * time)
     effort = 0.9 * velocity
-    even = signals.condition(time, position, effort)
+    even = conditioning.condition(time, position, effort)
     assert even.interpolated
     assert 0.35 < even.jitter < 0.45
     expected = 2 * np.pi * 0.2875 * np.cos(0.2875 * (time[0] + even.period_s * np.arange(8742)))
@@ -57,7 +57,7 @@ def test_uneven_sampling_is_interpolated() -> None:
 
 def test_friction_column_is_filtered_like_the_effort() -> None:
     position, velocity, _ = sine(0.0)
-    smooth = signals.condition(PERIOD_S * np.arange(8742), position, 1.4 * np.sign(velocity))
+    smooth = conditioning.condition(PERIOD_S * np.arange(8742), position, 1.4 * np.sign(velocity))
     np.testing.assert_allclose(1.4 * smooth.regressor[:, 2], smooth.effort, atol=1e-9)
 
 
@@ -72,12 +72,12 @@ def stick_slip() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 def test_a_standstill_is_found_and_a_quick_reversal_is_not() -> None:
     stuck, where, free = stick_slip()
-    moving = ~signals.standing(stuck, 3.0, PERIOD_S)
+    moving = ~conditioning.standing(stuck, 3.0, PERIOD_S)
     assert not moving[where].any()
     margin = int(1.5 / 3.0 / PERIOD_S) + 60
     assert moving[: where[0] - margin].all()
     assert moving[where[-1] + margin :].all()
-    assert not signals.standing(COUNT_RAD * np.round(free / COUNT_RAD), 3.0, PERIOD_S).any()
+    assert not conditioning.standing(COUNT_RAD * np.round(free / COUNT_RAD), 3.0, PERIOD_S).any()
 
 
 def test_bridging_keeps_effort_and_regressor_in_proportion() -> None:
@@ -85,7 +85,7 @@ def test_bridging_keeps_effort_and_regressor_in_proportion() -> None:
     time = PERIOD_S * np.arange(len(stuck))
     effort = 1.4 * np.sign(np.gradient(stuck)) + 0.9 * np.gradient(stuck, PERIOD_S)
     effort[where] = np.linspace(1.4, -1.4, len(where))  # what a stuck axis holds is no friction law
-    smooth = signals.condition(time, stuck, effort)
+    smooth = conditioning.condition(time, stuck, effort)
     model = smooth.regressor @ np.array([0.0, 0.9, 1.4, 0.0])
     gap = where[0] - 200, where[-1] + 200
     error = np.abs(smooth.effort - model)[gap[0] : gap[1]]
@@ -94,6 +94,6 @@ def test_bridging_keeps_effort_and_regressor_in_proportion() -> None:
 
 def test_a_motion_without_acceleration_still_has_a_cutoff() -> None:
     time = PERIOD_S * np.arange(8742)
-    smooth = signals.condition(time, COUNT_RAD * np.round(time / COUNT_RAD), np.ones(8742))
+    smooth = conditioning.condition(time, COUNT_RAD * np.round(time / COUNT_RAD), np.ones(8742))
     assert smooth.cutoff_hz == pytest.approx(10.0 / (PERIOD_S * 8742))
     np.testing.assert_allclose(smooth.regressor[500:-500, 1], 1.0, atol=1e-3)

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from edge_ident.model import Estimate
-from edge_ident.trust import compare_estimators, judge
+from edge_ident.estimation.trust import compare_estimators, judge
+from edge_ident.model.model import Estimate
 
 TIME = 0.01 * np.arange(2000)
 VELOCITY = np.cos(TIME)

@@ -5,10 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from edge_ident.json_text import write_json
-from edge_ident.recording import AxisRecord, Recording
-from edge_ident.recording_files import load_recording, save_recording
-from edge_ident.whole_files import whole_file
+from edge_ident.signals.recording import AxisRecord, Recording
+from edge_ident.signals.recording_files import load_recording, save_recording
+from edge_ident.support.json_text import write_json
+from edge_ident.support.whole_files import whole_file
 
 
 def recording(samples: int) -> Recording:

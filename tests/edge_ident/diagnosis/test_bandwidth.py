@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 import scipy.signal
 
-from edge_ident.diagnosis.bandwidth import Band, judged_band
-from edge_ident.filters import differentiate
-from edge_ident.signals import choose_cutoff
+from edge_ident.diagnosis.prepare.bandwidth import Band, judged_band
+from edge_ident.signals.conditioning import choose_cutoff
+from edge_ident.signals.filters import differentiate
 
 PERIOD_S = 0.002
 INERTIA = 0.4

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from edge_ident.diagnosis.document import diagnosis_document
+from edge_ident.diagnosis.present.document import diagnosis_document
 from edge_ident.diagnosis.result import Verdict
-from edge_ident.json_text import to_json
+from edge_ident.support.json_text import to_json
 from tests.edge_ident.diagnosis import hand_made
 
 

@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from edge_ident.diagnosis import page
-from edge_ident.diagnosis.effort_figure import effort_figure
-from edge_ident.diagnosis.page import write_page
-from edge_ident.diagnosis.residual_maps import residual_maps
+from edge_ident.diagnosis.present import page
+from edge_ident.diagnosis.present.effort_figure import effort_figure
+from edge_ident.diagnosis.present.page import write_page
+from edge_ident.diagnosis.present.residual_maps import residual_maps
+from edge_ident.diagnosis.present.share_figure import share_figure
+from edge_ident.diagnosis.present.whereabouts import running_time
 from edge_ident.diagnosis.result import Diagnosis, NotTestable, Verdict
-from edge_ident.diagnosis.share_figure import share_figure
-from edge_ident.diagnosis.whereabouts import running_time
 from tests.edge_ident.diagnosis import hand_made
 
 PNG = b"\x89PNG"

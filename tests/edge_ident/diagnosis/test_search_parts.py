@@ -5,16 +5,16 @@ import pytest
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.diagnose import diagnose
-from edge_ident.diagnosis.fitting import fit
-from edge_ident.diagnosis.judging import gain
-from edge_ident.diagnosis.noise_floor import noise_floor
-from edge_ident.diagnosis.preparing import view_of
+from edge_ident.diagnosis.fit.fitting import fit
+from edge_ident.diagnosis.fit.noise_floor import noise_floor
+from edge_ident.diagnosis.prepare.preparing import view_of
+from edge_ident.diagnosis.present.wording import verdict_sentence, vibrations
 from edge_ident.diagnosis.result import Verdict
-from edge_ident.diagnosis.wording import verdict_sentence, vibrations
-from edge_ident.effect import Extent
-from edge_ident.effects import catalogue
-from edge_ident.model import BASE, PARAMETERS, AxisModel, Term
-from edge_ident.recording import AxisRecord, Recording
+from edge_ident.diagnosis.select.judging import gain
+from edge_ident.model.effect import Extent
+from edge_ident.model.effects import catalogue
+from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Term
+from edge_ident.signals.recording import AxisRecord, Recording
 
 Array = NDArray[np.float64]
 
@@ -182,7 +182,7 @@ def test_several_recordings_are_fitted_together_and_another_validates() -> None:
 
 
 def test_a_model_that_knows_the_effect_leaves_nothing_to_find() -> None:
-    from edge_ident.model import Model
+    from edge_ident.model.model import Model
 
     t, x, v, a = swing(seed=7)
     record = recorded(t, x, rigid(v, a) + 0.25 * abs(v), noise=0.05)

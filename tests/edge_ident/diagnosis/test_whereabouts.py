@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from edge_ident.diagnosis.present.whereabouts import acceleration_at, whereabouts
 from edge_ident.diagnosis.result import Traces, Verdict
-from edge_ident.diagnosis.whereabouts import acceleration_at, whereabouts
 from tests.edge_ident.diagnosis import hand_made
 
 AXIS = hand_made.axis(Verdict.ADEQUATE)

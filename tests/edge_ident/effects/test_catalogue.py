@@ -6,13 +6,13 @@ import math
 import numpy as np
 import pytest
 
-from edge_ident.effect import Motion
-from edge_ident.effects import catalogue, named, random_term
 from edge_ident.errors import ModelError
-from edge_ident.inverse import inverse_effort
-from edge_ident.model import BASE, PARAMETERS, AxisModel, Term
-from edge_ident.model_files import unit_of
-from edge_ident.strengths import scale_of
+from edge_ident.model.effect import Motion
+from edge_ident.model.effects import catalogue, named, random_term
+from edge_ident.model.inverse import inverse_effort
+from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Term
+from edge_ident.model.model_files import unit_of
+from edge_ident.model.strengths import scale_of
 
 DRIVES = 60
 NAMES = sorted(catalogue())
@@ -60,7 +60,7 @@ def test_there_are_the_twenty_effects_of_the_catalogue() -> None:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_a_file_states_physics_source_and_bounded_parameters(name: str) -> None:
-    text = importlib.import_module(f"edge_ident.effects.{name}").__doc__ or ""
+    text = importlib.import_module(f"edge_ident.model.effects.{name}").__doc__ or ""
     assert text.splitlines()[0].endswith(".")
     assert "\nSource: " in text
     for parameter in named(name).parameters:
