@@ -166,7 +166,7 @@ def _causes(
     causes = []
     for k, f in enumerate(model.found):
         deviations = dict(zip(f.amplitudes, std[model.columns_of(k)].tolist(), strict=True))
-        names = f.candidate.form.shapes
+        names = f.candidate.form.nonlinear
         deviations |= dict(zip(names, std[shape_at : shape_at + len(names)].tolist(), strict=True))
         shape_at += len(names)
         share = _rms(contributions[k][view.clear]) / _rms(view.effort[view.clear])
