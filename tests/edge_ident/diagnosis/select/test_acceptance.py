@@ -34,6 +34,13 @@ def test_one_more_term_has_to_gain_more_than_its_threshold(gain: float, accepted
     assert "more than 25 are required" in decision.reason
 
 
+@pytest.mark.parametrize(("gain", "accepted"), [(0.0, False), (0.1, True)])
+def test_a_term_that_stays_has_to_gain_less_than_one_that_enters(
+    gain: float, accepted: bool
+) -> None:
+    assert decide([RIPPLE], [RIPPLE, DRIFT], Evidence(gain), staying=True).accepted is accepted
+
+
 @pytest.mark.parametrize(
     ("before", "after", "required"),
     [
