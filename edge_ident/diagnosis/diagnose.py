@@ -189,7 +189,7 @@ def _causes(
 def _evidence(term: Term, found: Gain, share: float) -> str:
     where = "where it acts" if found.one_off else "in stretches that it was not fitted to"
     return (
-        f"{named(term.effect).signature}; it makes up {share:.1%} of the effort and takes "
+        f"{named(term.effect).search.signature}; it makes up {share:.1%} of the effort and takes "
         f"{found.value:.0%} off the residual {where}"
     )
 

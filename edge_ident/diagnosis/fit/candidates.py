@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.prepare.view import View
-from edge_ident.model.effect import Excitation, Form
 from edge_ident.model.effects import catalogue, named
 from edge_ident.model.model import AxisModel, Term
+from edge_ident.model.search import Excitation, Form
 
 Array = NDArray[np.float64]
 
@@ -42,9 +42,9 @@ def candidates(view: View, rotary: bool) -> tuple[Candidate, ...]:
     """All that could befall the axis of a view; `rotary` where its positions are angles."""
     found = []
     for name, effect in catalogue().items():
-        if effect.needs_reversals and not view.reverses:
+        if effect.search.needs_reversals and not view.reverses:
             continue
-        for form in effect.forms:
+        for form in effect.search.forms:
             if not form.rotary or rotary:
                 sources = view.other_axes if form.coupled else (None,)
                 found += [Candidate(name, form, source) for source in sources]
@@ -53,7 +53,7 @@ def candidates(view: View, rotary: bool) -> tuple[Candidate, ...]:
 
 def grid(candidate: Candidate, excitation: Excitation) -> dict[str, Array]:
     """Shapes to try, arrays (D,); of length one for a form without any."""
-    values = named(candidate.effect).grid(excitation)
+    values = named(candidate.effect).search.grid(excitation)
     if not candidate.form.nonlinear:
         return {name: array[:1] for name, array in values.items()}
     return values

@@ -92,7 +92,7 @@ class Search:
         base = fitted.jacobian[clear, : len(PARAMETERS)]
         varying = base @ fitted.base
         varying = varying - np.mean(varying)
-        doubt = named(BASE).discrepancy ** 2 * float(varying @ varying)
+        doubt = named(BASE).search.discrepancy ** 2 * float(varying @ varying)
         basis = orthonormal(base)
         for k, f in enumerate(fitted.found):
             if f.amplitudes:
@@ -101,7 +101,7 @@ class Search:
             else:
                 effort = self._contribution(f, fitted)
             own = effort - basis @ (basis.T @ effort)
-            doubt += named(f.candidate.effect).discrepancy ** 2 * float(own @ own)
+            doubt += named(f.candidate.effect).search.discrepancy ** 2 * float(own @ own)
         return doubt
 
     def _contribution(self, found: Found, fitted: Fitted) -> Array:
@@ -163,7 +163,7 @@ class Search:
         """Whether an effect with columns (k, n) stays within the effort that was measured, and can
         be told from it."""
         values = {name: np.asarray(value) for name, value in found.term.values.items()}
-        if not named(found.candidate.effect).possible(values, self.excitation):
+        if not named(found.candidate.effect).search.physical(values, self.excitation):
             return False
         amplitudes = np.array(list(found.amplitudes.values()) or [1.0])
         return float(np.max(np.abs(amplitudes @ rows))) < _LARGEST * self.excitation.effort
@@ -253,7 +253,7 @@ class Search:
 def present(model: Fitted) -> frozenset[str]:
     """Effects of a model that a drive can have but once."""
     names = {term.effect for term in model.axis.terms[1:]}
-    return frozenset(name for name in names if not named(name).repeats)
+    return frozenset(name for name in names if not named(name).search.repeats)
 
 
 def _count(shapes: dict[str, Array]) -> int:
