@@ -4,6 +4,7 @@ The rest of the project relies on these rules and does not check them again.
 """
 
 from collections.abc import Callable, Collection, Iterator
+from dataclasses import fields
 from typing import Final
 
 import numpy as np
@@ -12,6 +13,7 @@ from edge_ident.errors import ModelError
 from edge_ident.model.effect import Array, Effect, Motion
 from edge_ident.model.search import Excitation, Form
 from edge_ident.model.strengths import no_draw
+from firmware_interface.gains import AxisGains
 
 _UNITS: Final = {"effort": "N*m", "position": "rad", "inertia": "kg*m^2"}
 _TOGETHER: Final = (
@@ -26,6 +28,7 @@ _ACTING: Final = (
     "load", "friction", "inertia", "cross_inertia", "resistance", "reading", "torque", "recorded"
 )  # fmt: skip
 """Hooks through one of which an effect acts."""
+_GAINS: Final = frozenset(field.name for field in fields(AxisGains))
 _LINEAR: Final = 1e-9
 """Relative deviation from proportionality that rounding explains."""
 _PROBE: Final = Excitation(
@@ -188,6 +191,8 @@ def _compensation(effect: Effect) -> Iterator[str]:
         yield f"its compensation names {name}, which is no parameter"
     if compensation.feedforward and not set(compensation.feedforward) & effect.search.linear:
         yield "its feed-forward uses no linear parameter, by which terms could be ranked"
+    for gain in sorted(set(compensation.feedforward.values()) - _GAINS):
+        yield f"its feed-forward names {gain}, which is no gain of the board's law"
     if len(compensation.resonance) not in (0, 3):
         yield "its resonance must name an inertia, a rate and a damping ratio"
 
