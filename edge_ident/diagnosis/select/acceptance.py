@@ -140,13 +140,17 @@ BEAM_WIDTH: Final = Threshold(3, "models", "The beam search follows so many.", "
 FOLLOWED: Final = Threshold(
     2.5, "least error", "Worse models are not followed.", "One term cannot catch up.", _BENCHMARK
 )
-MOST_TERMS: Final = Threshold(6, "terms", "No more are added.", "Time.", _BENCHMARK)
+MOST_TERMS: Final = Threshold(6, "terms", "Forward selection adds no more.", "Time.", _BENCHMARK)
 MOST_REFINED: Final = Threshold(4, "candidates", "So many are refined.", "Time.", _BENCHMARK)
 PROMISING: Final = Threshold(
     0.4, "best gain", "Lesser candidates are not refined.", "They do not catch up.", _BENCHMARK
 )
 SLIGHTEST: Final = Threshold(
-    3.0, "units before penalty", "As above.", "Any parameter gains one by chance.", _BENCHMARK
+    3.0,
+    "units before penalty",
+    "Lesser ones are not refined.",
+    "Any parameter gains one by chance.",
+    _BENCHMARK,
 )
 MOST_ALTERNATIVES: Final = Threshold(3, "effects", "So many are fitted.", "Time.", _BENCHMARK)
 MOST_ROUNDS: Final = Threshold(

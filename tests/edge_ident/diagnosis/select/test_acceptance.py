@@ -152,3 +152,17 @@ def test_the_check_for_thresholds_finds_them() -> None:
     assert numbers(ast.parse("_LEAST: Final = 3.0\nx = 2"))
     assert numbers(ast.parse("def f(x):\n    return x > 0.9 * len(x)"))
     assert not numbers(ast.parse("def f(x):\n    return x > 0 and len(x) == 1"))
+
+
+def test_the_reference_prints_every_threshold_as_it_is() -> None:
+    page = (Path(__file__).parents[4] / "docs" / "diagnosis_reference.md").read_text("utf-8")
+    assert table_of_thresholds() in page, f"write this table:\n{table_of_thresholds()}"
+
+
+def table_of_thresholds() -> str:
+    rows = [("threshold", "value", "what it decides", "reason", "support"), ("---",) * 5]
+    rows += [
+        (f"`{name}`", f"{t.value:g} {t.unit}", t.meaning, t.reason, t.support)
+        for name, t in thresholds().items()
+    ]
+    return "\n".join(f"| {' | '.join(row)} |" for row in rows)
