@@ -24,8 +24,8 @@ def projected_errors(
 
     Parameters
     ----------
-    candidate : Candidate
     regressors : (D, k, n) array
+        Of the candidate.
     residual : (n,) array
         Of the model that the candidate is added to.
     basis : (n, R) array
@@ -33,10 +33,8 @@ def projected_errors(
 
     Returns
     -------
-    errors : (D,) array
-        Sums of squares; infinite where a parameter is unphysical or the model already spans the
-        regressors.
-    linear : (D, k) array
+    (D,) and (D, k) arrays
+        Sums of squares, infinite for what is unphysical or nothing new; and the parameters.
     """
     residual = residual - basis @ (basis.T @ residual)
     total = float(residual @ residual)
@@ -53,12 +51,12 @@ def projected_errors(
     scale = np.where(length > 0.0, length, 1.0)
     right = right / scale
     normalized, new = _solved(gram / (scale[:, :, None] * scale[:, None, :]), right, new)
-    errors = total - np.einsum("dk,dk->d", normalized, right)
+    errors = np.maximum(total - np.einsum("dk,dk->d", normalized, right), _TINY)
     linear = normalized / scale
     bounds = named(candidate.effect).bounds
     low, high = np.array([bounds[name] for name in candidate.form.linear]).T
     physical = np.all((linear >= low) & (linear <= high), axis=1)
-    return np.where(new & physical, np.maximum(errors, _TINY), np.inf), linear
+    return np.where(new & physical, errors, np.inf), linear
 
 
 def _solved(gram: Array, right: Array, new: NDArray[np.bool_]) -> tuple[Array, NDArray[np.bool_]]:

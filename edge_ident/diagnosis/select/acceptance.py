@@ -121,7 +121,7 @@ NOT_TESTABLE: Final = Threshold(
     "share of the effort's rms",
     "An effect that could be larger than this without being noticed is not testable.",
     "A judgement: a tenth of the effort matters to any controller.",
-    "`test_search_parts.py`: a spring along one sinusoid is not testable",
+    "`test_search_parts.py`: one sinusoid does not test friction that follows the load",
 )
 INDISTINGUISHABLE: Final = Threshold(
     10.0, "times the effort", "Then the page says 'exactly like the base model'.", "Wording.", _NONE
