@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 
 from edge_ident.model.effect import Array, Effect, Parameter, Values
-from edge_ident.model.effects.offset_drift import TIME_CONSTANT, settling, time_constants
+from edge_ident.model.effects.offset_drift import TIME_CONSTANT, effective_time_s, time_constants
 from edge_ident.model.search import Excitation, Form, Search
 from edge_ident.model.strengths import Draws, Scale
 
@@ -55,7 +55,7 @@ def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
 
 
 def _scale(time_s: Array, values: Values) -> Array:
-    since = settling(time_s, values)
+    since = effective_time_s(time_s, values)
     return np.maximum(1.0 + (values["rate"] + values["curvature"] * since) * since, _SMALLEST)
 
 

@@ -28,8 +28,8 @@ class OffsetDrift(Effect):
     )
 
     def load(self, at: Motion, values: Values) -> Array:
-        """A parabola of time, or what settles."""
-        since = settling(at.time_s, values)
+        """A parabola of time, or an approach to a constant."""
+        since = effective_time_s(at.time_s, values)
         return (values["rate"] + values["curvature"] * since) * since
 
 
@@ -49,8 +49,8 @@ def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
     }
 
 
-def settling(time_s: Array, values: Values) -> Array:
-    """Time since the start of the record, which runs ever more slowly where drift settles."""
+def effective_time_s(time_s: Array, values: Values) -> Array:
+    """Time since the start of the record; with a time constant, it levels off at that."""
     constant = values["time_constant"]
     return np.asarray(-constant * np.expm1(-np.maximum(time_s, 0.0) / constant))
 
