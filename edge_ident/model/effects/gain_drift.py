@@ -1,8 +1,8 @@
 """Gain drift: the effort column's scale changes, and every coefficient with it.
 
-command = torque·(1 + rate·t + curvature·t²), or with a time constant τ in place of the curvature
-τ·(1 - exp(-t/τ)) in place of t: a magnet that warms, an amplifier that drifts. Before the record
-starts the scale is that at its start.
+command = torque·(1 + rate·t + curvature·t²). With a time constant τ in place of the curvature,
+τ·(1 - exp(-t/τ)) takes the place of t. Examples are a magnet or an amplifier that warms. Before the
+record starts, the scale is that at its start.
 Source: Taylor expansion, first-order warming; NdFeB magnets lose about 0.1 % of their torque
 constant per kelvin.
 """

@@ -1,7 +1,8 @@
 """Offset drift: the constant effort changes with time.
 
-f = rate·t + curvature·t² from the start of the record, or with a time constant τ in place of the
-curvature τ·(1 - exp(-t/τ)) in place of t: an amplifier or a force sensor that warms.
+f = rate·t + curvature·t² from the start of the record. With a time constant τ in place of the
+curvature, τ·(1 - exp(-t/τ)) takes the place of t. An example is an amplifier or a force sensor that
+warms.
 Source: Taylor expansion, first-order warming.
 """
 

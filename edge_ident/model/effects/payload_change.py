@@ -1,7 +1,7 @@
 """Payload change: from one moment on, the axis carries more or less.
 
-From that time inertia·a + coulomb_friction·sign(v) + offset are added: the mass, the friction and,
-on an axis that lifts, the weight of what was put on or taken off.
+From that time, inertia·a + coulomb_friction·sign(v) + offset are added. These are the mass and the
+friction of the payload and, on an axis that lifts, its weight.
 Source: rigid-body dynamics.
 """
 

@@ -1,6 +1,7 @@
 """Warm-up: viscous friction that falls as the lubricant warms.
 
-f = excess·exp(-t/time_constant)·v from the start of the record; before it, as cold as at its start.
+f = excess·exp(-t/time_constant)·v from the start of the record. Before the start, the axis is as
+cold as at the start.
 Source: Simoni, Beschi, Legnani and Visioli, IEEE/RSJ IROS 2015 (friction with temperature effects),
 with first-order heating.
 """
