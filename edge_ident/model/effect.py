@@ -136,6 +136,8 @@ class Effect:
     """The one parameter to which the effort of an effect with memory is proportional."""
     follows_base: ClassVar[bool] = False
     """Whether its effort depends on the base parameters too."""
+    changes_base: ClassVar[tuple[str, ...]] = ()
+    """Base parameters that the effect changes in time, where that is all it does."""
     needs_source: ClassVar[bool] = False
     """Whether another axis must be named."""
     takes_source: ClassVar[bool] = False

@@ -13,6 +13,7 @@ import numpy as np
 
 from edge_ident.model.effect import Array, Effect, Parameter, Values
 from edge_ident.model.effects.offset_drift import TIME_CONSTANT, effective_time_s, time_constants
+from edge_ident.model.model import PARAMETERS
 from edge_ident.model.search import Excitation, Form, Search
 from edge_ident.model.strengths import Draws, Scale
 
@@ -28,6 +29,7 @@ class GainDrift(Effect):
         Parameter("curvature", "1/s^2", -10.0, 10.0, "half the growth of the rate", default=0.0),
         TIME_CONSTANT,
     )
+    changes_base = PARAMETERS
 
     def command(self, torque: Array, time_s: Array, values: Values) -> Array:
         """More command for the same torque."""
