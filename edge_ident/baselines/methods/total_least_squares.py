@@ -35,12 +35,12 @@ def estimate(problem: Problem) -> Estimate:
     """Estimate with noise in regressor and effort.
 
     The encoder's noise follows from the position; the effort's is what is left of the residual,
-    so both are found in turn until they settle.
+    so both are found in turn until they converge.
 
     Raises
     ------
     DataError
-        The rounds do not settle: encoder noise explains more than the residual.
+        The rounds do not converge: encoder noise explains more than the residual.
     """
     regressor, effort = problem.regressor, problem.effort
     noise = _regressor_noise(problem)
@@ -55,7 +55,7 @@ def estimate(problem: Problem) -> Estimate:
             std = coloured_std(cleaned, effort - regressor @ parameters)
             return problem.with_noise_bias(Estimate(parameters, std), _UNCERTAINTY)
     raise DataError(
-        f"total least squares did not settle in {_ROUNDS} rounds",
+        f"total least squares did not converge in {_ROUNDS} rounds",
         "record a motion with more acceleration, or a finer encoder",
     )
 
