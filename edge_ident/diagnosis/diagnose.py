@@ -64,13 +64,7 @@ def diagnose(
         An axis hardly moves, or is not in every recording.
     """
     names = list(recordings[0].axes)
-    for other in [*recordings[1:], *([validate] if validate else [])]:
-        if set(other.axes) != set(names):
-            raise DataError(
-                f"{other.source} has axes {', '.join(other.axes)}, {recordings[0].source} has "
-                f"{', '.join(names)}",
-                "give recordings of the same machine, or rename columns with --column",
-            )
+    _check_axes([*recordings, *([validate] if validate else [])])
     axes, validations = {}, {}
     for done, name in enumerate(names):
         on_progress("diagnosis", done, len(names))
@@ -80,6 +74,18 @@ def diagnose(
             validations[name] = _validate(prepare_axis([validate], name), axes[name], template)
     on_progress("diagnosis", len(names), len(names))
     return Diagnosis(axes, data_findings(recordings, axes), validations)
+
+
+def _check_axes(recordings: Sequence[Recording]) -> None:
+    """Raise DataError where recordings have different axes."""
+    first = recordings[0]
+    for other in recordings[1:]:
+        if set(other.axes) != set(first.axes):
+            raise DataError(
+                f"{other.source} has axes {', '.join(other.axes)}, {first.source} has "
+                f"{', '.join(first.axes)}",
+                "give recordings of the same machine, or rename columns with --column",
+            )
 
 
 def _template(recording: Recording, name: str, model: Model | None) -> AxisModel:

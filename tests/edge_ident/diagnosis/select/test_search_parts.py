@@ -88,7 +88,9 @@ def test_a_spring_that_looks_like_less_inertia_is_not_named() -> None:
     axis = diagnose([record]).axes["x"]
     assert axis.verdict is Verdict.ADEQUATE
     assert axis.base.estimate.parameters[0] == pytest.approx(apparent, abs=0.05)
-    assert "position_dependent_load" in {effect.effect for effect in axis.not_testable}
+    missing = {effect.effect: effect.reason for effect in axis.not_testable}
+    assert "exactly like the base model's terms" in missing["load_dependent_friction"]
+    assert "of the effort and not be noticed" in missing["actuator_deadband"]
 
 
 def test_a_spring_that_looks_like_negative_inertia_is_named() -> None:
@@ -149,6 +151,7 @@ def test_ripple_is_named_with_its_period_and_nothing_else() -> None:
     effort = rigid(v, a) + 0.08 * np.sin(2.0 * np.pi * x / 0.31 + 0.4)
     axis = diagnose([recorded(t, x, effort, noise=0.05)]).axes["x"]
     assert axis.verdict is Verdict.EXPLAINED
+    assert [effect.effect for effect in axis.not_testable] == ["cross_axis_coupling"]
     (cause,) = axis.causes
     assert cause.term.effect == "torque_ripple"
     assert cause.term.values["period"] == pytest.approx(0.31, rel=1e-3)
