@@ -1,16 +1,16 @@
 """A starting point for training: layers that read the image linearly, dense layers that solve it.
 
 The convolutions start 'looks-linear': pairs of opposite kernels whose ReLUs add up to a linear map
-(Balduzzi et al., The shattered gradients problem, 2017). So linear regression finds in what they
-put out whatever is linear in the image: the measured effort's description by a few numbers
-(`Batches.basis`) where the guess is always the same, its products with the guess where it is not.
+(Balduzzi et al., The shattered gradients problem, 2017). So linear regression on their outputs
+finds whatever is linear in the image. That is the measured effort's description by a few numbers
+(`Batches.basis`) where the guess is always the same, and its products with the guess otherwise.
 From those numbers the dense layers alone learn the residual, hundreds of times faster than from
-images. Where they start with the linear answer, they have but to learn how it errs.
+images. If they start with the linear answer, they learn only its errors.
 
-Then regression and first layer are joined, the dense layers are trained on what the convolutions
-put out, and at last the whole network on images.
+Then regression and first layer are joined. The dense layers are trained on the outputs of the
+convolutions, and last the whole network on images.
 
-Not the paper's: it starts from random weights.
+The paper does not do this: it starts from random weights.
 """
 
 from collections.abc import Callable

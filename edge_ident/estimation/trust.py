@@ -88,7 +88,7 @@ def judge(
 def describe_data(signals: Signals) -> list[Finding]:
     """What was done to the data before anything was estimated."""
     findings = []
-    if signals.grid.interpolated:
+    if signals.grid.uneven:
         findings.append(
             Finding(
                 "uneven_sampling",

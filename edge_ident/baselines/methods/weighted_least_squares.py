@@ -1,9 +1,8 @@
 """Weighted least squares (IDIM-WLS; Gautier and Poignet 2001).
 
-The practice weighs each joint's equations by the reciprocal of their residual's deviation. One
-axis has one equation, so the stretches of the motion take the place of the joints: where the
-model misses more, samples count less. Weights and parameters are found in turn until they
-converge.
+The method weighs each joint's equations by the reciprocal of their residual's deviation. One axis
+has one equation, so segments of the motion take the place of the joints: where the model misses
+more, samples count less. Weights and parameters are computed in turn until they converge.
 """
 
 from typing import Final
