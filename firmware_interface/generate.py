@@ -64,6 +64,7 @@ def _python(source: RegisterMap) -> Iterator[str]:
     yield ""
     yield _NOTE
     yield '"""'
+    yield "# ruff: noqa: E501"
     yield ""
     yield "from enum import IntEnum"
     yield "from typing import Final"

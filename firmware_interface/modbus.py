@@ -3,12 +3,12 @@
 RTU replies carry no number, so after a timeout the late reply to one request can pass for the
 reply to the next. Hence a link is dirty from the moment a request leaves until its reply is in
 hand. The next request on a dirty link first drains the line, keeps silent for the board's worst
-reply time and reads the nonce, which must be the one read at connect; another number may be a
-late reply itself, so that is tried again. A second copy of a reply could pass for the next one,
-too: between two reads of one length from different places stands one of another length. And a
-reply may be later still: as long as one of the same length from another place could be on its way,
-words count when more replies than that say the same. Capture pages need none of this, for they say
-which they are. Reads are repeated, writes never.
+reply time and reads the identity, which nothing else can pass for: it begins with the magic
+number. Its nonce, and only that, tells that the board has restarted. A second copy of a reply
+could pass for the next one, too: between two reads of one length from different places stands one
+of another length. And a reply may be later still: as long as one of the same length from another
+place could be on its way, words count when more replies than that say the same. Capture pages need
+none of this, for they say which they are. Reads are repeated, writes never.
 """
 
 import asyncio
@@ -35,12 +35,22 @@ from pymodbus.pdu.register_message import (
     WriteSingleRegisterResponse,
 )
 
-from firmware_interface.errors import BoardError, LinkError, NoReplyError, ValueRefusedError
+from firmware_interface.board_types import NONCE_WORDS
+from firmware_interface.codec import decode_integer
+from firmware_interface.errors import (
+    BoardError,
+    BusyError,
+    LinkError,
+    NoReplyError,
+    RestartedError,
+    ValueRefusedError,
+)
 from firmware_interface.link import Link
-from firmware_interface.registers import PAGE_ADDRESS, REGISTERS
+from firmware_interface.registers import MAGIC, PAGE_ADDRESS, REGISTERS
 
 DEVICE_ID: Final = 1
 _NONCE: Final = REGISTERS["identity.nonce"]
+_IDENTITY: Final = (REGISTERS["identity.magic"].address, NONCE_WORDS)
 _TRIES: Final = 3
 _READ_LIMIT: Final = 125
 _WRITE_LIMIT: Final = 123
@@ -81,7 +91,7 @@ class ModbusLink:
         self._unanswered: list[tuple[int, int, float]] = []
         """Address and count of reads whose reply may still come, and when they were given up."""
         try:
-            self._nonce = self._first_nonce()
+            self._identity = self._first_identity()
         except (NoReplyError, BoardError) as error:
             client.close()  # type: ignore[no-untyped-call]
             raise LinkError(
@@ -115,12 +125,15 @@ class ModbusLink:
         """Let go of the port."""
         self._client.close()  # type: ignore[no-untyped-call]
 
-    def _first_nonce(self) -> list[int]:
+    def _first_identity(self) -> list[int]:
+        """Whatever it is: who has another magic number is told apart by what it is asked next."""
         for _ in range(_TRIES - 1):
             with suppress(NoReplyError):
-                return self._read_once(_NONCE.address, _NONCE.words)
+                words = self._read_once(*_IDENTITY)
+                if _is_identity(words):
+                    return words
             self._drain()
-        return self._read_once(_NONCE.address, _NONCE.words)
+        return self._read_once(*_IDENTITY)
 
     def _read_clean(self, address: int, count: int) -> list[int]:
         self._clean()
@@ -129,6 +142,8 @@ class ModbusLink:
         if self._last_read[0] != address:
             self._read_between(count)
         words = self._read_once(address, count)
+        if address == _IDENTITY[0] and count >= NONCE_WORDS and _is_identity(words):
+            self._identity = words[:NONCE_WORDS]  # whoever asks for it judges it
         for _ in range(self._perhaps_late(address, count)):
             self._read_between(count)
             if self._read_once(address, count) != words:
@@ -173,11 +188,18 @@ class ModbusLink:
             raise self._no_reply(f"no reply within {self._silence_s:g} s") from error
         self._dirty = False
         if isinstance(reply, ExceptionResponse):
-            raise BoardError(
-                f"{self._name} refuses the request (Modbus exception {reply.exception_code})",
-                "bring firmware and host to the same release",
-            )
+            raise self._refused(reply.exception_code)
         return reply
+
+    def _refused(self, code: int) -> BoardError:
+        cause = f"{self._name} refuses the request (Modbus exception {code})"
+        if code == ExcCodes.DEVICE_BUSY:
+            return BusyError(
+                f"{cause}: another host holds the board, or it moves",
+                "wait until it is free and at rest, or stop it with edge-ident stop",
+            )
+        kind = ValueRefusedError if code == ExcCodes.ILLEGAL_VALUE else BoardError
+        return kind(cause, "bring firmware and host to the same release")
 
     def _clean(self) -> None:
         """Make sure that no late reply can pass for the next one."""
@@ -185,13 +207,16 @@ class ModbusLink:
             return
         for _ in range(_TRIES):
             self._drain()
-            if self._read_once(_NONCE.address, _NONCE.words) == self._nonce:
+            words = self._read_once(*_IDENTITY)
+            if words == self._identity:
                 return
+            if _is_identity(words):
+                self._identity = words
+                raise RestartedError(decode_integer(_NONCE.name, words, _IDENTITY[0]))
         self._dirty = True
         raise LinkError(
-            f"{self._name} no longer answers as the board it was: it has restarted, or "
-            "another host is on the line",
-            "make sure that this host is alone, then connect again",
+            f"{self._name} no longer answers as the board it was",
+            "make sure that no other host or device is on the line, then connect again",
         )
 
     def _drain(self) -> None:
@@ -206,6 +231,10 @@ class ModbusLink:
 
     def _no_reply(self, cause: str) -> NoReplyError:
         return NoReplyError(f"{self._name}: {cause}", "check cable and power of the board")
+
+
+def _is_identity(words: list[int]) -> bool:
+    return decode_integer("identity.magic", words) == MAGIC
 
 
 class _PromptSerialClient(ModbusSerialClient):

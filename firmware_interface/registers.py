@@ -2,6 +2,7 @@
 
 Generated from registers.toml by firmware_interface/generate.py; do not edit.
 """
+# ruff: noqa: E501
 
 from enum import IntEnum
 from typing import Final

@@ -13,8 +13,7 @@ from unittest import mock
 from fault_line import FaultyLine, Sender
 from witness import SETTINGS, Witness
 
-from firmware_interface import board as board_verbs
-from firmware_interface import board_checks, modbus
+from firmware_interface import board_checks, board_session, capture_pages, modbus
 from firmware_interface.board import Board
 from firmware_interface.errors import LinkError
 from firmware_interface.modbus import ModbusLink, ServerSession
@@ -137,7 +136,7 @@ def virtual_time(line: MemoryLine) -> Iterator[None]:
         sleep=lambda pause_s: line.wait_until(line.time.now_s() + pause_s),
     )
     with ExitStack() as patches:
-        for module in (modbus, board_verbs, board_checks):
+        for module in (modbus, board_session, board_checks, capture_pages):
             patches.enter_context(mock.patch.object(module, "time", clock))
         draw = random.Random(line.line.seed)
         patches.enter_context(mock.patch.object(secrets, "randbelow", draw.randrange))
