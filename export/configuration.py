@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 from edge_ident.errors import ModelError
-from edge_ident.image import Normalization
+from edge_ident.estimation.image import Normalization
 
 
 @dataclass(frozen=True)

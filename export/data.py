@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from edge_ident.errors import ModelError
-from edge_ident.image import effort_scale, gain_and_bias
+from edge_ident.estimation.image import effort_scale, gain_and_bias
 from export.configuration import Configuration
 from export.drives import as_shares, efforts, guesses, mixture, random_starts
 from export.motion import TrainingMotion

@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.image import Normalization, effort_scale
+from edge_ident.estimation.image import Normalization, effort_scale
 
 Array = NDArray[np.float64]
 Family = Callable[[np.random.Generator, int], Array]

@@ -6,10 +6,10 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident import cnn
-from edge_ident.image import effort_scale
-from edge_ident.metrics import relative_residual
-from edge_ident.network import Evaluation, Network
+from edge_ident.estimation import cnn
+from edge_ident.estimation.image import effort_scale
+from edge_ident.estimation.network import Evaluation, Network
+from edge_ident.signals.metrics import relative_residual
 from export.drives import FAMILIES, as_shares, efforts, mixture, random_starts
 from export.motion import TrainingMotion
 from export.recordings import Recordings, make_recordings

@@ -7,14 +7,14 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.dct import POINTS, subsample
-from edge_ident.effect import Motion
-from edge_ident.effects import named
 from edge_ident.errors import DataError, ModelError
-from edge_ident.filters import differentiate, even_grid, interpolate
-from edge_ident.model import AxisModel, Model, regressor
-from edge_ident.recording import Recording
-from edge_ident.signals import choose_cutoff, encoder_count, position_noise
+from edge_ident.model.effect import Motion
+from edge_ident.model.effects import named
+from edge_ident.model.model import AxisModel, Model, regressor
+from edge_ident.signals.conditioning import choose_cutoff, encoder_count, position_noise
+from edge_ident.signals.dct import POINTS, subsample
+from edge_ident.signals.filters import differentiate, even_grid, interpolate
+from edge_ident.signals.recording import Recording
 from edge_ident.simulation.loop import counted
 
 Array = NDArray[np.float64]

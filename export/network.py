@@ -4,8 +4,8 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
-from edge_ident.dct import POINTS
-from edge_ident.model import PARAMETERS
+from edge_ident.model.model import PARAMETERS
+from edge_ident.signals.dct import POINTS
 
 MAPS = 10
 DENSE = 100

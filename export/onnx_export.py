@@ -11,11 +11,11 @@ import onnx
 import torch
 from numpy.typing import NDArray
 
-from edge_ident.dct import POINTS
 from edge_ident.errors import ModelError
-from edge_ident.image import effort_image
-from edge_ident.model import PARAMETERS
-from edge_ident.network import VARIANTS, Network, load_network
+from edge_ident.estimation.image import effort_image
+from edge_ident.estimation.network import VARIANTS, Network, load_network
+from edge_ident.model.model import PARAMETERS
+from edge_ident.signals.dct import POINTS
 from export.checkpoint import trained_network
 from export.data import Batches
 from export.evaluate import (

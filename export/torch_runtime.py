@@ -1,10 +1,10 @@
-"""A network in torch behind the interface of `edge_ident.network.Network`, for measurements."""
+"""A network in torch for measurements, as an `edge_ident.estimation.network.Network`."""
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from edge_ident.network import Manifest
+from edge_ident.estimation.network import Manifest
 from export.checkpoint import Checkpoint
 from export.manifest import describe
 from export.network import ResidualNetwork

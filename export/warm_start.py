@@ -20,7 +20,7 @@ from typing import Final
 import torch
 from torch import Tensor, nn
 
-from edge_ident.model import PARAMETERS
+from edge_ident.model.model import PARAMETERS
 from export.data import Array, Batch, Batches, tensor
 from export.network import ResidualNetwork
 

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from edge_ident.effects import catalogue
-from edge_ident.effects.backlash import EFFECT as BACKLASH
+from edge_ident.model.effects import catalogue
+from edge_ident.model.effects.backlash import EFFECT as BACKLASH
 from tools import effect_pages
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from edge_ident.errors import DataError
-from edge_ident.recording_files import load_recording
+from edge_ident.signals.recording_files import load_recording
 
 ROOT = Path(__file__).parents[1]
 SOURCES = [

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from edge_ident.errors import DataError, ModelError
-from edge_ident.network import BUILT_IN
-from edge_ident.recording import AxisRecord, Recording
+from edge_ident.estimation.network import BUILT_IN
+from edge_ident.signals.recording import AxisRecord, Recording
 from export.configuration import PAPER
 from tests.edge_ident.stand_ins import COLUMNS, MOTION, SCALES, START, StandIn, nothing, reader
 from tests.plant import Recordings

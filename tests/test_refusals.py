@@ -141,7 +141,7 @@ def test_gains_outside_the_boards_limits_are_refused_and_nothing_changes(tmp_pat
 
 
 def test_a_description_of_another_drive_is_refused(tmp_path: Path) -> None:
-    text = (files("edge_ident") / "drives" / "feed_drive.toml").read_text("utf-8")
+    text = (files("edge_ident.drive") / "feed_drive.toml").read_text("utf-8")
     path = tmp_path / "other.toml"
     path.write_text(text.replace("= 8400", "= 2000"))
     code, message = refused("run", "--device", "virtual", "--drive", path, "--output", tmp_path)

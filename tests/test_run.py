@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from edge_ident.recording_files import load_recording
+from edge_ident.signals.recording_files import load_recording
 from firmware_interface.board import Board
 from firmware_interface.connection import open_link
 from firmware_interface.registers import State

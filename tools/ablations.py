@@ -21,9 +21,9 @@ from numpy.typing import NDArray
 from rich.console import Console
 from rich.table import Table
 
-from edge_ident.image import effort_image, effort_scale
-from edge_ident.metrics import compare
-from edge_ident.network import Network, load_network
+from edge_ident.estimation.image import effort_image, effort_scale
+from edge_ident.estimation.network import Network, load_network
+from edge_ident.signals.metrics import compare
 from export.checkpoint import trained_network
 from export.configuration import IMPROVED, Configuration
 from export.evaluate import (

@@ -10,22 +10,22 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Final
 
-from edge_ident.effect import Effect, Parameter
-from edge_ident.effects import catalogue
-from edge_ident.model_files import unit_of
+from edge_ident.model.effect import Effect, Parameter
+from edge_ident.model.effects import catalogue
+from edge_ident.model.model_files import unit_of
 
 PAGE: Final = Path(__file__).parents[1] / "docs" / "effects.md"
 _UNBOUNDED: Final = 1e6
 """Bounds from here on say no more than that a number is finite."""
 _TINY: Final = 1e-6
 _INTRODUCTION: Final = """\
-<!-- Generated from edge_ident/effects/*.py by tools/effect_pages.py; do not edit. -->
+<!-- Generated from edge_ident/model/effects/*.py by tools/effect_pages.py; do not edit. -->
 # The catalogue of effects
 
 The base model of an axis is effort = inertia·a + viscous_friction·v + coulomb_friction·sign(v) +
-offset. Each effect below adds to it; each is one file under `edge_ident/effects`, which holds all
-that is known about it, this text included. Position x, velocity v, acceleration a and effort are
-those of the axis; units are shown for an axis in rad and N·m. Of an effect's parameters,
+offset. Each effect below adds to it; each is one file under `edge_ident/model/effects`, which holds
+all that is known about it, this text included. Position x, velocity v, acceleration a and effort
+are those of the axis; units are shown for an axis in rad and N·m. Of an effect's parameters,
 `edge-ident diagnose` fits the amplitudes, to which the effort is proportional or nearly so, and
 searches for the others.
 """

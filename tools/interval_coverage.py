@@ -18,11 +18,11 @@ import numpy as np
 import scipy.signal
 from numpy.typing import NDArray
 
-from edge_ident.drive import load_drive
-from edge_ident.identification import identify
-from edge_ident.model import PARAMETERS
-from edge_ident.motions import named_trajectory
-from edge_ident.recording import AxisRecord, Recording
+from edge_ident.drive.description import load_drive
+from edge_ident.drive.motions import named_trajectory
+from edge_ident.identification.identify import identify
+from edge_ident.model.model import PARAMETERS
+from edge_ident.signals.recording import AxisRecord, Recording
 from firmware_interface.motion import reference
 
 Array = NDArray[np.float64]

@@ -28,16 +28,16 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-from edge_ident import cnn, least_squares
-from edge_ident.alignment import Subsampled, align
 from edge_ident.errors import DataError
-from edge_ident.image import effort_scale
-from edge_ident.metrics import Metric, compare
-from edge_ident.model import PARAMETERS
-from edge_ident.network import Network, load_network
-from edge_ident.recording import AxisRecord, Recording
-from edge_ident.recording_files import save_recording
-from edge_ident.signals import condition
+from edge_ident.estimation import cnn, least_squares
+from edge_ident.estimation.alignment import Subsampled, align
+from edge_ident.estimation.image import effort_scale
+from edge_ident.estimation.network import Network, load_network
+from edge_ident.model.model import PARAMETERS
+from edge_ident.signals.conditioning import condition
+from edge_ident.signals.metrics import Metric, compare
+from edge_ident.signals.recording import AxisRecord, Recording
+from edge_ident.signals.recording_files import save_recording
 from tests.plant import EFFECTS, Motion, Noise, draw, draw_drives, paper, simulate
 
 Array = NDArray[np.float64]

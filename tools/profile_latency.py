@@ -9,10 +9,10 @@ batches: pass several devices to compare them.
 import argparse
 from pathlib import Path
 
-from edge_ident.documents import profile_document
-from edge_ident.json_text import write_json
-from edge_ident.profiling import profile_device
-from edge_ident.tables import print_profile
+from edge_ident.commissioning.profiling import profile_device
+from edge_ident.report.documents import profile_document
+from edge_ident.report.tables import print_profile
+from edge_ident.support.json_text import write_json
 
 
 class _Lines:

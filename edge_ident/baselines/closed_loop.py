@@ -20,8 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.errors import DataError
-from edge_ident.filters import differentiate
-from edge_ident.model import PARAMETERS, POSITIVE, regressor
+from edge_ident.model.model import PARAMETERS, POSITIVE, regressor
+from edge_ident.signals.filters import differentiate
 
 Array = NDArray[np.float64]
 

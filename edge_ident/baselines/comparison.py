@@ -9,12 +9,12 @@ import numpy as np
 from edge_ident.baselines.methods import Method, all_methods
 from edge_ident.baselines.problem import Problem, pose
 from edge_ident.errors import EdgeIdentError
-from edge_ident.metrics import Metric
-from edge_ident.metrics import compare as measure
-from edge_ident.model import Estimate
-from edge_ident.network import Network
-from edge_ident.recording import Recording
-from edge_ident.trust import Finding, judge
+from edge_ident.estimation.network import Network
+from edge_ident.estimation.trust import Finding, judge
+from edge_ident.model.model import Estimate
+from edge_ident.signals.metrics import Metric
+from edge_ident.signals.metrics import compare as measure
+from edge_ident.signals.recording import Recording
 
 
 @dataclass(frozen=True)

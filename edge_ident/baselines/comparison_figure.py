@@ -7,8 +7,8 @@ import numpy as np
 
 from edge_ident.baselines.comparison import AxisComparison, Comparison
 from edge_ident.errors import DataError
-from edge_ident.model import PARAMETERS
-from edge_ident.whole_files import whole_file
+from edge_ident.model.model import PARAMETERS
+from edge_ident.support.whole_files import whole_file
 
 _INTERVAL: Final = 1.96
 """Standard deviations to either side: 95 %."""

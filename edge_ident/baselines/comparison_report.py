@@ -7,8 +7,8 @@ from rich.console import Console
 from rich.table import Table
 
 from edge_ident.baselines.comparison import AxisComparison, Comparison, Row
-from edge_ident.documents import finding_document
-from edge_ident.model import PARAMETERS
+from edge_ident.model.model import PARAMETERS
+from edge_ident.report.documents import finding_document
 
 _console = Console(highlight=False, width=max(100, Console().width))
 

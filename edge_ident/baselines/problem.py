@@ -6,12 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident import least_squares
-from edge_ident.filters import even_grid, interpolate
-from edge_ident.model import Estimate
-from edge_ident.network import Network
-from edge_ident.recording import AxisRecord, Recording
-from edge_ident.signals import Signals, condition
+from edge_ident.estimation import least_squares
+from edge_ident.estimation.network import Network
+from edge_ident.model.model import Estimate
+from edge_ident.signals.conditioning import Signals, condition
+from edge_ident.signals.filters import even_grid, interpolate
+from edge_ident.signals.recording import AxisRecord, Recording
 
 Array = NDArray[np.float64]
 

@@ -14,7 +14,7 @@ from edge_ident.cli import (
     registers,
     simulate,
 )
-from edge_ident.interrupts import end_as_by_ctrl_c
+from edge_ident.support.interrupts import end_as_by_ctrl_c
 
 app = typer.Typer(
     name="edge-ident",

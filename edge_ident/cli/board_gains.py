@@ -22,8 +22,8 @@ from edge_ident.cli.common import (
 from edge_ident.cli.sessions import connected
 
 if TYPE_CHECKING:
-    from edge_ident.gain_forecast import Forecasts
-    from edge_ident.gain_report import GainReport
+    from edge_ident.commissioning.gain_forecast import Forecasts
+    from edge_ident.report.gain_report import GainReport
     from firmware_interface.board import Board
     from firmware_interface.gains import Bank
 
@@ -71,7 +71,7 @@ def show(
 
     Example: `edge-ident gains show --device /dev/ttyACM0 --model model.json`
     """
-    from edge_ident.gain_report import GainReport
+    from edge_ident.report.gain_report import GainReport
 
     with connected(device, baud_rate, drive) as (board, _):
         active, status = board.active_gains(), board.status()
@@ -102,9 +102,9 @@ def diff(
 
     Example: `edge-ident gains diff gains.json --device /dev/ttyACM0 --recording capture.npz`
     """
-    from edge_ident.gain_change import wanted_gains
-    from edge_ident.gain_files import load_gains
-    from edge_ident.gain_report import GainReport
+    from edge_ident.commissioning.gain_change import wanted_gains
+    from edge_ident.commissioning.gain_files import load_gains
+    from edge_ident.report.gain_report import GainReport
 
     loaded = load_gains(file)
     with connected(device, baud_rate, drive) as (board, _):
@@ -132,10 +132,10 @@ def stage(
 
     Example: `edge-ident gains stage gains.json --device /dev/ttyACM0 --model model.json`
     """
-    from edge_ident.gain_change import check_change, wanted_gains
-    from edge_ident.gain_files import back_up, load_gains
-    from edge_ident.gain_report import GainReport
-    from edge_ident.gain_transfer import stage_gains
+    from edge_ident.commissioning.gain_change import check_change, wanted_gains
+    from edge_ident.commissioning.gain_files import back_up, load_gains
+    from edge_ident.commissioning.gain_transfer import stage_gains
+    from edge_ident.report.gain_report import GainReport
 
     loaded = load_gains(file)
     with connected(device, baud_rate, drive) as (board, _):
@@ -168,10 +168,10 @@ def commit(
 
     Example: `edge-ident gains commit --device /dev/ttyACM0`
     """
-    from edge_ident.gain_change import check_change, commit_staged, staged_whole
-    from edge_ident.gain_files import back_up
-    from edge_ident.gain_report import GainReport
-    from edge_ident.safety import make_ready
+    from edge_ident.commissioning.gain_change import check_change, commit_staged, staged_whole
+    from edge_ident.commissioning.gain_files import back_up
+    from edge_ident.commissioning.safety import make_ready
+    from edge_ident.report.gain_report import GainReport
 
     with connected(device, baud_rate, drive) as (board, described):
         make_ready(board)
@@ -200,8 +200,8 @@ def rollback(
 
     Example: `edge-ident gains rollback --device /dev/ttyACM0`
     """
-    from edge_ident.gain_change import roll_back_unconfirmed
-    from edge_ident.gain_report import GainReport
+    from edge_ident.commissioning.gain_change import roll_back_unconfirmed
+    from edge_ident.report.gain_report import GainReport
 
     with connected(device, baud_rate, drive) as (board, _):
         roll_back_unconfirmed(board)
@@ -222,8 +222,8 @@ def store(
 
     Example: `edge-ident gains store --device /dev/ttyACM0`
     """
-    from edge_ident.gain_files import back_up
-    from edge_ident.gain_report import GainReport
+    from edge_ident.commissioning.gain_files import back_up
+    from edge_ident.report.gain_report import GainReport
 
     with connected(device, baud_rate, drive) as (board, _):
         active = board.active_gains()
@@ -253,15 +253,15 @@ def restore(
 
     Example: `edge-ident gains restore edge-ident-gains/board-1-….json --device /dev/ttyACM0`
     """
-    from edge_ident.gain_change import (
+    from edge_ident.commissioning.gain_change import (
         check_change,
         check_owner,
         restore_gains,
         wanted_gains,
     )
-    from edge_ident.gain_files import back_up, load_gains
-    from edge_ident.gain_report import GainReport
-    from edge_ident.safety import make_ready
+    from edge_ident.commissioning.gain_files import back_up, load_gains
+    from edge_ident.commissioning.safety import make_ready
+    from edge_ident.report.gain_report import GainReport
 
     loaded = load_gains(file)
     with connected(device, baud_rate, drive) as (board, described):
@@ -284,8 +284,8 @@ def _foretold(
     """What the banks promise; nothing where neither model nor recording is given."""
     if model is None and recording is None:
         return ()
-    from edge_ident.gain_forecast import Forecaster
-    from edge_ident.recording_files import load_recording
+    from edge_ident.commissioning.gain_forecast import Forecaster
+    from edge_ident.signals.recording_files import load_recording
 
     motion = None if recording is None else load_recording(recording)
     forecaster = Forecaster(board.identity, board.limits(), given_model(model), motion)
@@ -296,7 +296,7 @@ def _foretold(
 
 def _stable(forecasts: "Forecasts") -> "Forecasts":
     """Pass forecasts on if the new gains can work."""
-    from edge_ident.gain_forecast import check_stable
+    from edge_ident.commissioning.gain_forecast import check_stable
 
     for of_new in forecasts[1:]:
         check_stable(of_new)
@@ -304,7 +304,7 @@ def _stable(forecasts: "Forecasts") -> "Forecasts":
 
 
 def _deliver(report: "GainReport", output: Path | None, json: bool) -> None:
-    from edge_ident.gain_report import print_report, report_document
+    from edge_ident.report.gain_report import print_report, report_document
 
     deliver(report_document(report), "board_gains.json", output, json)
     if not json:

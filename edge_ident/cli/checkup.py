@@ -32,7 +32,7 @@ def ports(baud_rate: BaudRate = None, output: Output = None, json: Json = False)
 
     Example: `edge-ident ports --baud-rate 921600`
     """
-    from edge_ident.ports import ask_ports
+    from edge_ident.commissioning.ports import ask_ports
     from firmware_interface.connection import DEFAULT_BAUD_RATE
 
     with shown_progress() as observer:
@@ -63,9 +63,9 @@ def doctor(
 
     Example: `edge-ident doctor --device /dev/ttyACM0`
     """
-    from edge_ident.doctor import check_host
-    from edge_ident.drive import load_drive
-    from edge_ident.link_checks import check_link
+    from edge_ident.commissioning.doctor import check_host
+    from edge_ident.commissioning.link_checks import check_link
+    from edge_ident.drive.description import load_drive
     from firmware_interface.connection import DEFAULT_BAUD_RATE
 
     described = load_drive(drive)

@@ -114,7 +114,7 @@ def say(message: str) -> None:
 def deliver(document: dict[str, Any], name: str, output: Path | None, as_json: bool) -> None:
     """Put a command's document where the options say: a file in the folder, stdout, or nowhere."""
     if output:
-        from edge_ident.json_text import write_json
+        from edge_ident.support.json_text import write_json
 
         write_json(document, output / name)
     if as_json:
@@ -123,7 +123,7 @@ def deliver(document: dict[str, Any], name: str, output: Path | None, as_json: b
 
 def print_document(document: dict[str, Any]) -> None:
     """The one JSON document, on stdout."""
-    from edge_ident.json_text import to_json
+    from edge_ident.support.json_text import to_json
 
     print(to_json(document), flush=True)
 
@@ -132,14 +132,14 @@ def given_model(path: Path | None) -> Any:
     """Load the model that an option names."""
     if path is None:
         return None
-    from edge_ident.model_files import load_model
+    from edge_ident.model.model_files import load_model
 
     return load_model(path)
 
 
 def leave_model(found: Any, file: Path, known: Any, folder: Path) -> None:
     """Leave what was identified in a recording's file, with the effects that were assumed."""
-    from edge_ident.model_files import MODEL_FILE, save_model, sourced_model
+    from edge_ident.model.model_files import MODEL_FILE, save_model, sourced_model
 
     axes = {name: axis.model for name, axis in found.axes.items()}
     save_model(sourced_model(axes, [file], known), folder / MODEL_FILE)
@@ -147,7 +147,7 @@ def leave_model(found: Any, file: Path, known: Any, folder: Path) -> None:
 
 def built_in_or_given_network(path: Path | None, precision: str) -> Any:
     """Load the network that the options name."""
-    from edge_ident.network import VARIANTS, load_network, variant_named
+    from edge_ident.estimation.network import VARIANTS, load_network, variant_named
 
     if precision not in VARIANTS:
         raise typer.BadParameter(f"choose {' or '.join(VARIANTS)}", param_hint="--precision")

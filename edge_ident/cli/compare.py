@@ -48,7 +48,7 @@ def compare(
     from edge_ident.baselines.comparison_figure import draw_comparison
     from edge_ident.baselines.comparison_report import comparison_document, print_comparison
     from edge_ident.baselines.methods import all_methods
-    from edge_ident.recording_files import load_recording
+    from edge_ident.signals.recording_files import load_recording
 
     for name in method or []:
         if name not in all_methods():

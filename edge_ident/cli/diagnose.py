@@ -52,12 +52,12 @@ def diagnose(
     Example: `edge-ident diagnose monday.csv tuesday.csv --validate friday.csv --output diagnosis`
     """
     from edge_ident.diagnosis.diagnose import diagnose as diagnose_recordings
-    from edge_ident.diagnosis.document import diagnosis_document
     from edge_ident.diagnosis.motion_check import with_motion_errors
-    from edge_ident.diagnosis.page import write_page
-    from edge_ident.diagnosis.tables import print_diagnosis
-    from edge_ident.model_files import MODEL_FILE, load_model, save_model, sourced_model
-    from edge_ident.recording_files import load_recording
+    from edge_ident.diagnosis.present.document import diagnosis_document
+    from edge_ident.diagnosis.present.page import write_page
+    from edge_ident.diagnosis.present.tables import print_diagnosis
+    from edge_ident.model.model_files import MODEL_FILE, load_model, save_model, sourced_model
+    from edge_ident.signals.recording_files import load_recording
 
     renames = parse_renames(column)
     recordings = [load_recording(file, renames) for file in files]

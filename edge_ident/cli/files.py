@@ -49,11 +49,11 @@ def identify(
 
     Example: `edge-ident identify recording.csv --column pos=x_position_rad --json`
     """
-    from edge_ident.documents import identification_document
-    from edge_ident.identification import identify as identify_recording
-    from edge_ident.recording_files import load_recording
-    from edge_ident.stopwatch import Stopwatch
-    from edge_ident.tables import print_identification
+    from edge_ident.identification.identify import identify as identify_recording
+    from edge_ident.report.documents import identification_document
+    from edge_ident.report.tables import print_identification
+    from edge_ident.signals.recording_files import load_recording
+    from edge_ident.support.stopwatch import Stopwatch
 
     watch = Stopwatch()
     with watch.stage("load"):
@@ -81,7 +81,7 @@ def report(
 
     Example: `edge-ident report edge-ident-runs/2026-01-31T09-15-00`
     """
-    from edge_ident.figures import draw_run
+    from edge_ident.report.figures import draw_run
 
     picture = draw_run(folder, (output or folder) / "report.png")
     if json:

@@ -67,13 +67,13 @@ def design(
 
     Example: `edge-ident gains capture.npz --bandwidth 12`
     """
-    from edge_ident.documents import gains_document
-    from edge_ident.drive import load_drive
-    from edge_ident.gain_design import design as design_axis
-    from edge_ident.identification import identify as identify_recording
-    from edge_ident.position_loop import LoopHardware
-    from edge_ident.recording_files import load_recording
-    from edge_ident.tables import print_designs, print_identification
+    from edge_ident.control.gain_design import design as design_axis
+    from edge_ident.control.position_loop import LoopHardware
+    from edge_ident.drive.description import load_drive
+    from edge_ident.identification.identify import identify as identify_recording
+    from edge_ident.report.documents import gains_document
+    from edge_ident.report.tables import print_designs, print_identification
+    from edge_ident.signals.recording_files import load_recording
 
     described = load_drive(drive)
     recording = load_recording(file, parse_renames(column))

@@ -75,9 +75,9 @@ def run(
 
     Example: `edge-ident run --device /dev/ttyACM0 --dry-run`
     """
-    from edge_ident.commissioning import CAPTURE_FILE, Plan, commission
-    from edge_ident.documents import run_document
-    from edge_ident.tables import print_outcome
+    from edge_ident.commissioning.run import CAPTURE_FILE, Plan, commission
+    from edge_ident.report.documents import run_document
+    from edge_ident.report.tables import print_outcome
 
     known = given_model(model)
     plan = Plan(_motion(motion), cycles, bandwidth, not dry_run, store, seed, known)
@@ -109,12 +109,12 @@ def capture(
 
     Example: `edge-ident capture --device virtual --motion multisine --output captures/a`
     """
-    from edge_ident.capture import capture_motion, check_drive
-    from edge_ident.commissioning import CAPTURE_FILE
-    from edge_ident.data_checks import check_recording
-    from edge_ident.motions import named_trajectory
-    from edge_ident.recording_files import save_recording
-    from edge_ident.safety import left_safe, make_ready
+    from edge_ident.commissioning.capture import capture_motion, check_drive
+    from edge_ident.commissioning.run import CAPTURE_FILE
+    from edge_ident.commissioning.safety import left_safe, make_ready
+    from edge_ident.drive.motions import named_trajectory
+    from edge_ident.signals.data_checks import check_recording
+    from edge_ident.signals.recording_files import save_recording
 
     chosen = _motion(motion)
     with session(device, baud_rate, drive, output) as opened:
@@ -157,9 +157,9 @@ def profile(
 
     Example: `edge-ident profile --repetitions 200 --json`
     """
-    from edge_ident.documents import profile_document
-    from edge_ident.profiling import profile_device
-    from edge_ident.tables import print_profile
+    from edge_ident.commissioning.profiling import profile_device
+    from edge_ident.report.documents import profile_document
+    from edge_ident.report.tables import print_profile
 
     with shown_progress() as observer:
         profiled = profile_device(device, baud_rate, repetitions, observer)
@@ -212,7 +212,7 @@ def _report_state(board: Any, output: Path | None, json: bool) -> None:
 
 
 def _motion(name: str) -> Any:
-    from edge_ident.motions import MOTIONS
+    from edge_ident.drive.motions import MOTIONS
 
     if name not in MOTIONS:
         raise typer.BadParameter(f"choose one of {', '.join(MOTIONS)}", param_hint="--motion")

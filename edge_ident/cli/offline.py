@@ -79,7 +79,7 @@ def train(
     if motion_from is None:
         motion = motions.paper_motion()
     else:
-        from edge_ident.recording_files import load_recording
+        from edge_ident.signals.recording_files import load_recording
 
         recording = load_recording(motion_from, parse_renames(column))
         motion = motions.motion_from(recording, axis, name or motion_from.stem)

@@ -51,8 +51,8 @@ def registers(
 
     Example: `edge-ident registers watchdog.timeout --write 0.5 --yes --device /dev/ttyACM0`
     """
-    from edge_ident.drive import load_drive
-    from edge_ident.register_access import registers_named
+    from edge_ident.commissioning.register_access import registers_named
+    from edge_ident.drive.description import load_drive
 
     chosen = registers_named(name)
     if not chosen:
@@ -67,7 +67,7 @@ def registers(
 
 
 def _write(board: Any, name: str | None, texts: list[str], yes: bool) -> None:
-    from edge_ident.register_access import check_write, parse_values, write_register
+    from edge_ident.commissioning.register_access import check_write, parse_values, write_register
     from firmware_interface.registers import REGISTERS
 
     target = REGISTERS.get(name or "")
@@ -118,7 +118,7 @@ def _row(entry: "Register", values: tuple[float, ...] | None) -> dict[str, Any]:
 
 
 def _line(entry: "Register", values: tuple[float, ...] | None) -> list[str]:
-    from edge_ident.register_access import code_name
+    from edge_ident.commissioning.register_access import code_name
 
     kind = entry.type if entry.count == 1 else f"{entry.type}[{entry.count}]"
     limits = "" if entry.minimum is None else f"{entry.minimum:g}…{entry.maximum:g}"

@@ -22,7 +22,7 @@ def connected(
     device: str | None, baud_rate: int | None, drive: Path | None
 ) -> Iterator[tuple[Any, Any]]:
     """The board that the options name, and its drive's description."""
-    from edge_ident.drive import load_drive
+    from edge_ident.drive.description import load_drive
     from firmware_interface.board import Board
     from firmware_interface.connection import DEFAULT_BAUD_RATE, open_link
 

@@ -9,8 +9,8 @@ from edge_ident.cli.common import Json, guarded, print_document, shown_progress
 from edge_ident.cli.files import Columns, parse_renames
 
 if TYPE_CHECKING:
-    from edge_ident.model import Model
-    from edge_ident.motions import MotionName
+    from edge_ident.drive.motions import MotionName
+    from edge_ident.model.model import Model
     from edge_ident.simulation.references import References
 
 _NAMED_MOTIONS: Final[dict[str, "MotionName"]] = {
@@ -84,8 +84,8 @@ def simulate(
 
     Example: `edge-ident simulate --model model.json --motion multisine --noise 0.02 -o rec.csv`
     """
-    from edge_ident.documents import simulation_document
-    from edge_ident.recording_files import save_recording
+    from edge_ident.report.documents import simulation_document
+    from edge_ident.signals.recording_files import save_recording
     from edge_ident.simulation.scenario import Scenario, record
 
     if output.suffix not in _SUFFIXES:
@@ -114,7 +114,7 @@ def _model(model: str) -> "Model":
         from edge_ident.simulation.flexible import reduced_model
 
         return reduced_model()
-    from edge_ident.model_files import load_model
+    from edge_ident.model.model_files import load_model
 
     return load_model(Path(model))
 
@@ -123,7 +123,7 @@ def _references(
     model: "Model", motion: str, column: list[str] | None, cycles: int | None
 ) -> "References":
     """The named motion, or that of a recording."""
-    from edge_ident.recording_files import load_recording
+    from edge_ident.signals.recording_files import load_recording
     from edge_ident.simulation.references import named_references, recorded_references
 
     units = {name: axis.position_unit for name, axis in model.axes.items()}

@@ -7,12 +7,11 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.fitting import Fitted, deviations, fit
-from edge_ident.diagnosis.judging import Gain, residuals_held_out
-from edge_ident.diagnosis.noise_floor import noise_floor
-from edge_ident.diagnosis.peeling import peel
-from edge_ident.diagnosis.preparing import view_of
-from edge_ident.diagnosis.quality import data_findings
+from edge_ident.diagnosis.fit.fitting import Fitted, deviations, fit
+from edge_ident.diagnosis.fit.noise_floor import noise_floor
+from edge_ident.diagnosis.prepare.preparing import view_of
+from edge_ident.diagnosis.prepare.quality import data_findings
+from edge_ident.diagnosis.prepare.view import View
 from edge_ident.diagnosis.result import (
     AxisDiagnosis,
     Cause,
@@ -23,15 +22,16 @@ from edge_ident.diagnosis.result import (
     Validation,
     Verdict,
 )
-from edge_ident.diagnosis.search import Search
-from edge_ident.diagnosis.settling import Settled, settle
-from edge_ident.diagnosis.testability import not_testable
-from edge_ident.diagnosis.view import View
-from edge_ident.effects import named
+from edge_ident.diagnosis.select.judging import Gain, residuals_held_out
+from edge_ident.diagnosis.select.peeling import peel
+from edge_ident.diagnosis.select.search import Search
+from edge_ident.diagnosis.select.settling import Settled, settle
+from edge_ident.diagnosis.select.testability import not_testable
 from edge_ident.errors import DataError
-from edge_ident.metrics import compare
-from edge_ident.model import BASE, PARAMETERS, AxisModel, Estimate, Model, Term
-from edge_ident.recording import Recording
+from edge_ident.model.effects import named
+from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Estimate, Model, Term
+from edge_ident.signals.metrics import compare
+from edge_ident.signals.recording import Recording
 
 Array = NDArray[np.float64]
 Progress = Callable[[str, int, int], None]

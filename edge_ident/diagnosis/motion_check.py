@@ -24,12 +24,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.result import Diagnosis
-from edge_ident.effects import named
 from edge_ident.errors import ModelError
-from edge_ident.filters import differentiate, even_grid, interpolate
-from edge_ident.inverse import along_motion
-from edge_ident.model import AxisModel, base_axis
-from edge_ident.recording import Recording
+from edge_ident.model.effects import named
+from edge_ident.model.inverse import along_motion
+from edge_ident.model.model import AxisModel, base_axis
+from edge_ident.signals.filters import differentiate, even_grid, interpolate
+from edge_ident.signals.recording import Recording
 from edge_ident.simulation.machine import Machine
 
 Array = NDArray[np.float64]

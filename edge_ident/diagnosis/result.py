@@ -7,8 +7,8 @@ from enum import StrEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.metrics import Metric
-from edge_ident.model import AxisModel, Estimate, Term
+from edge_ident.model.model import AxisModel, Estimate, Term
+from edge_ident.signals.metrics import Metric
 
 Array = NDArray[np.float64]
 
@@ -147,8 +147,8 @@ class AxisDiagnosis:
     causes : tuple of Cause
         Strongest first.
     vibrations : tuple of Term
-        What shakes the axis from outside (`edge_ident.outside_vibration`), strongest first; no
-        property of the axis, and so neither a cause nor part of the model.
+        What shakes the axis from outside (`edge_ident.model.outside_vibration`), strongest first;
+        no property of the axis, and so neither a cause nor part of the model.
     noise_floor : float
         Relative residual that noise alone would leave.
     noise_floor_source : str

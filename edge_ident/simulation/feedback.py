@@ -5,9 +5,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.gain_design import design
-from edge_ident.model import AxisModel, Estimate, base_axis
-from edge_ident.position_loop import LoopHardware
+from edge_ident.control.gain_design import design
+from edge_ident.control.position_loop import LoopHardware
+from edge_ident.model.model import AxisModel, Estimate, base_axis
 from firmware_interface.gains import AxisGains
 
 Array = NDArray[np.float64]
@@ -69,7 +69,7 @@ def peak_effort(parameters: Array, motion: Array) -> Array:
 
 
 def stiff_gains(axis: AxisModel, hardware: LoopHardware) -> list[AxisGains]:
-    """Gains that `edge_ident.gain_design` gives the base model, with its feed-forward.
+    """Gains that `edge_ident.control.gain_design` gives the base model, with its feed-forward.
 
     Raises
     ------

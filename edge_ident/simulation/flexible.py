@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.model import BASE, AxisModel, Model, Term
+from edge_ident.model.model import BASE, AxisModel, Model, Term
 from firmware_interface.virtual.feed_drive import FEED_DRIVE, axis_model, reduced_truth
 from firmware_interface.virtual.plant import Plant
 

@@ -17,9 +17,9 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.effect import Motion
-from edge_ident.model import AxisModel
-from edge_ident.rigid_body import RIGID_BODY
+from edge_ident.model.effect import Motion
+from edge_ident.model.model import AxisModel
+from edge_ident.model.rigid_body import RIGID_BODY
 from edge_ident.simulation.parts import Part, Parts
 
 Array = NDArray[np.float64]

@@ -6,10 +6,10 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.effect import Effect, Motion, Values
-from edge_ident.effects import named
 from edge_ident.errors import ModelError
-from edge_ident.model import PARAMETERS, AxisModel, Term
+from edge_ident.model.effect import Effect, Motion, Values
+from edge_ident.model.effects import named
+from edge_ident.model.model import PARAMETERS, AxisModel, Term
 
 Array = NDArray[np.float64]
 

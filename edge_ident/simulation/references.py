@@ -8,12 +8,12 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.drive import load_drive
+from edge_ident.drive.description import load_drive
+from edge_ident.drive.motions import MotionName, named_trajectory
 from edge_ident.errors import DataError
-from edge_ident.filters import differentiate, even_grid, interpolate
-from edge_ident.motions import MotionName, named_trajectory
-from edge_ident.recording import Recording
-from edge_ident.signals import choose_cutoff
+from edge_ident.signals.conditioning import choose_cutoff
+from edge_ident.signals.filters import differentiate, even_grid, interpolate
+from edge_ident.signals.recording import Recording
 from firmware_interface.motion import reference
 
 Array = NDArray[np.float64]

@@ -8,10 +8,10 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from edge_ident.control.position_loop import LoopHardware
 from edge_ident.errors import ModelError
-from edge_ident.model import AxisModel, Model
-from edge_ident.position_loop import LoopHardware
-from edge_ident.recording import AxisRecord, Recording
+from edge_ident.model.model import AxisModel, Model
+from edge_ident.signals.recording import AxisRecord, Recording
 from edge_ident.simulation.feedback import peak_effort, soft_gains, stiff_gains
 from edge_ident.simulation.flexible import DELAY_SHARE, FlexibleMachine
 from edge_ident.simulation.loop import Plant, Sampling, Simulation, simulate

@@ -6,8 +6,8 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
-from edge_ident import link_checks
 from edge_ident.cli import app
+from edge_ident.commissioning import link_checks
 from firmware_interface import connection
 from firmware_interface.board import Board
 from firmware_interface.virtual.board import VirtualBoard

@@ -2,7 +2,7 @@
 
 import pytest
 
-from edge_ident.effects import catalogue
+from edge_ident.model.effects import catalogue
 from export import recordings
 
 

@@ -9,7 +9,7 @@ import pytest
 torch = pytest.importorskip("torch")
 
 from edge_ident.errors import ModelError  # noqa: E402
-from edge_ident.recording import AxisRecord, Recording  # noqa: E402
+from edge_ident.signals.recording import AxisRecord, Recording  # noqa: E402
 from export.checkpoint import Checkpoint, Loss, load, save, trained_network  # noqa: E402
 from export.configuration import IMPROVED, PAPER, Configuration  # noqa: E402
 from export.motion import TrainingMotion, motion_from, paper_motion  # noqa: E402

@@ -7,7 +7,7 @@ import pytest
 
 pytest.importorskip("torch")
 
-from edge_ident.image import effort_scale
+from edge_ident.estimation.image import effort_scale
 from export import data
 from export.configuration import IMPROVED, PAPER, Configuration
 from export.data import Batch, Batches, rotate

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from edge_ident.image import effort_scale
+from edge_ident.estimation.image import effort_scale
 from export.drives import FAMILIES, PROPORTIONS, as_shares, efforts, guesses, mixture
 from export.motion import paper_motion
 

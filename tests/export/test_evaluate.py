@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from edge_ident.image import effort_scale
+from edge_ident.estimation.image import effort_scale
 from export import evaluate
 from export.evaluate import (
     DriveSet,

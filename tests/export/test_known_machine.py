@@ -10,12 +10,12 @@ from typer.testing import CliRunner
 pytest.importorskip("torch")
 
 from edge_ident.cli import app
-from edge_ident.dct import subsample
 from edge_ident.errors import ModelError
-from edge_ident.image import effort_scale
-from edge_ident.model import BASE, PARAMETERS, AxisModel, Model, Term
-from edge_ident.model_files import save_model
-from edge_ident.network import load_manifest
+from edge_ident.estimation.image import effort_scale
+from edge_ident.estimation.network import load_manifest
+from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Model, Term
+from edge_ident.model.model_files import save_model
+from edge_ident.signals.dct import subsample
 from export import evaluate
 from export.checkpoint import Checkpoint, load, save
 from export.configuration import IMPROVED, PAPER

@@ -6,10 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from edge_ident.effects import catalogue
-from edge_ident.image import effort_scale
-from edge_ident.model import Term
-from edge_ident.strengths import Scale
+from edge_ident.estimation.image import effort_scale
+from edge_ident.model.effects import catalogue
+from edge_ident.model.model import Term
+from edge_ident.model.strengths import Scale
 from export import recordings
 from export.drives import efforts
 from export.motion import paper_motion

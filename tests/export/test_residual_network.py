@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from edge_ident.image import Normalization, effort_image, gain_and_bias
+from edge_ident.estimation.image import Normalization, effort_image, gain_and_bias
 
 torch = pytest.importorskip("torch")
 

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from edge_ident.errors import DataError
-from edge_ident.recording import AxisRecord, Recording
-from edge_ident.recording_files import load_recording
+from edge_ident.signals.recording import AxisRecord, Recording
+from edge_ident.signals.recording_files import load_recording
 from export import motion
 from export.motion import (
     AMPLITUDE_SPREAD,

@@ -115,7 +115,7 @@ class Site:
     def run(self, **options: object) -> Iterator[subprocess.Popen[str]]:
         """`edge-ident run --store` with a motion of three seconds."""
         self.runs += 1
-        described = files("edge_ident").joinpath("drives", "feed_drive.toml").read_text("utf-8")
+        described = files("edge_ident.drive").joinpath("feed_drive.toml").read_text("utf-8")
         for old, new in (
             ("= 0.2875", "= 2.0"),
             ("= 5.0", "= 1.0"),

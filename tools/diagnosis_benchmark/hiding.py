@@ -10,9 +10,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.filters import lowpass
-from edge_ident.recording import AxisRecord, Recording
-from edge_ident.signals import choose_cutoff, filtered_regressor
+from edge_ident.signals.conditioning import choose_cutoff, filtered_regressor
+from edge_ident.signals.filters import lowpass
+from edge_ident.signals.recording import AxisRecord, Recording
 from tests.plant import (
     COUNT_RAD,
     EFFECTS,

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.result import AxisDiagnosis, Diagnosis, Verdict
-from edge_ident.effect import Motion
-from edge_ident.effects import named
-from edge_ident.model import AxisModel
+from edge_ident.model.effect import Motion
+from edge_ident.model.effects import named
+from edge_ident.model.model import AxisModel
 from tools.diagnosis_benchmark.cases import Case
 from tools.diagnosis_benchmark.hiding import AXES, load_batch
 

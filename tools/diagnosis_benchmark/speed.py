@@ -7,7 +7,7 @@ import numpy as np
 from rich.console import Console
 
 from edge_ident.diagnosis import diagnose as engine
-from edge_ident.recording import AxisRecord, Recording
+from edge_ident.signals.recording import AxisRecord, Recording
 from tests.plant import Noise, draw, draw_drives, multisine, simulate
 from tools.diagnosis_benchmark.hiding import AXES
 

@@ -10,17 +10,17 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from edge_ident import cnn
-from edge_ident.alignment import Subsampled, align
 from edge_ident.baselines.methods import least_squares, random_search
 from edge_ident.baselines.problem import Problem, pose
-from edge_ident.dct import POINTS
 from edge_ident.errors import DataError
-from edge_ident.image import effort_scale
-from edge_ident.metrics import Metric, compare
-from edge_ident.model import PARAMETERS
-from edge_ident.network import Network, load_network
-from edge_ident.recording import AxisRecord, Recording
+from edge_ident.estimation import cnn
+from edge_ident.estimation.alignment import Subsampled, align
+from edge_ident.estimation.image import effort_scale
+from edge_ident.estimation.network import Network, load_network
+from edge_ident.model.model import PARAMETERS
+from edge_ident.signals.dct import POINTS
+from edge_ident.signals.metrics import Metric, compare
+from edge_ident.signals.recording import AxisRecord, Recording
 from tests.plant import Drives, Noise, Recordings, draw_drives, paper, simulate
 from tools.paper_figures.page import Section, Sources, percent, table
 

@@ -9,10 +9,10 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from edge_ident.commissioning import CAPTURE_FILE, VERIFICATION_FILE, Plan, commission
-from edge_ident.drive import load_drive
-from edge_ident.recording import Recording
-from edge_ident.recording_files import load_recording
+from edge_ident.commissioning.run import CAPTURE_FILE, VERIFICATION_FILE, Plan, commission
+from edge_ident.drive.description import load_drive
+from edge_ident.signals.recording import Recording
+from edge_ident.signals.recording_files import load_recording
 from firmware_interface.board import Board
 from firmware_interface.connection import open_link
 from tools.paper_figures.page import Section, Sources, table

@@ -9,7 +9,7 @@ import pkgutil
 from collections.abc import Callable
 
 from edge_ident.baselines.problem import Problem
-from edge_ident.model import Estimate
+from edge_ident.model.model import Estimate
 
 Method = Callable[[Problem], Estimate]
 

@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 
 from edge_ident.baselines.closed_loop import Course, course_along, simulate
 from edge_ident.baselines.problem import Problem, fit
-from edge_ident.covariance import coloured_std
 from edge_ident.errors import DataError
-from edge_ident.model import Estimate
-from edge_ident.signals import filtered_regressor
+from edge_ident.estimation.covariance import coloured_std
+from edge_ident.model.model import Estimate
+from edge_ident.signals.conditioning import filtered_regressor
 
 Array = NDArray[np.float64]
 

@@ -2,13 +2,13 @@
 
 from edge_ident.baselines.problem import Problem
 from edge_ident.errors import DataError
-from edge_ident.identification import run_network
-from edge_ident.model import Estimate
-from edge_ident.stopwatch import Stopwatch
+from edge_ident.identification.identify import run_network
+from edge_ident.model.model import Estimate
+from edge_ident.support.stopwatch import Stopwatch
 
 
 def estimate(problem: Problem) -> Estimate:
-    """See `edge_ident.cnn`.
+    """See `edge_ident.estimation.cnn`.
 
     Raises
     ------

@@ -16,11 +16,11 @@ from scipy.optimize import least_squares
 
 from edge_ident.baselines.closed_loop import course_along, simulate
 from edge_ident.baselines.problem import Problem, fit
-from edge_ident.covariance import coloured_std
 from edge_ident.errors import DataError
-from edge_ident.filters import lowpass
-from edge_ident.model import POSITIVE, Estimate
-from edge_ident.signals import position_noise
+from edge_ident.estimation.covariance import coloured_std
+from edge_ident.model.model import POSITIVE, Estimate
+from edge_ident.signals.conditioning import position_noise
+from edge_ident.signals.filters import lowpass
 
 Array = NDArray[np.float64]
 

@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from edge_ident.baselines.problem import Problem
-from edge_ident.model import POSITIVE, Estimate
+from edge_ident.model.model import POSITIVE, Estimate
 
 _REPEATS: Final = 64
 """Further searches, which show how far from each other they end."""

@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.baselines.problem import Problem, fit
-from edge_ident.covariance import coloured_std
 from edge_ident.errors import DataError
-from edge_ident.model import Estimate
-from edge_ident.signals import position_noise
+from edge_ident.estimation.covariance import coloured_std
+from edge_ident.model.model import Estimate
+from edge_ident.signals.conditioning import position_noise
 
 Array = NDArray[np.float64]
 

@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.baselines.problem import Problem, fit
-from edge_ident.covariance import coloured_std
 from edge_ident.errors import DataError
-from edge_ident.model import Estimate
+from edge_ident.estimation.covariance import coloured_std
+from edge_ident.model.model import Estimate
 
 Array = NDArray[np.float64]
 

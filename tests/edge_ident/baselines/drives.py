@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from edge_ident.recording import AxisRecord, Recording
+from edge_ident.signals.recording import AxisRecord, Recording
 
 PERIOD_S = 0.0025
 COUNT_RAD = 2 * np.pi / 8400

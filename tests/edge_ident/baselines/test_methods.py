@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 import scipy.signal
 
-from edge_ident import signals
 from edge_ident.baselines.methods import all_methods
 from edge_ident.baselines.problem import Problem, pose
 from edge_ident.errors import DataError
-from edge_ident.model import Estimate
-from edge_ident.network import load_network
+from edge_ident.estimation.network import load_network
+from edge_ident.model.model import Estimate
+from edge_ident.signals import conditioning
 from tests.edge_ident.baselines.drives import TRUTH, paper_record, record
 
 METHODS = all_methods()
@@ -72,8 +72,10 @@ def test_encoder_noise_in_the_acceleration_biases_least_squares_only(
     monkeypatch: pytest.MonkeyPatch, method: str, with_reference: bool, bound: float
 ) -> None:
     """Errors in variables: a filter too wide for the encoder takes a sixth off the inertia."""
-    choose = signals.choose_cutoff
-    monkeypatch.setattr(signals, "choose_cutoff", lambda x, period_s: 2.5 * choose(x, period_s))
+    choose = conditioning.choose_cutoff
+    monkeypatch.setattr(
+        conditioning, "choose_cutoff", lambda x, period_s: 2.5 * choose(x, period_s)
+    )
     rng = np.random.default_rng(5)
     noise = {"effort_noise": coloured(rng, 0.02), "position_noise": 1e-3 * rng.normal(size=8742)}
     problem = pose(record(with_reference=with_reference, **noise), "x")

@@ -16,10 +16,10 @@ from edge_ident.diagnosis.result import (
     Validation,
     Verdict,
 )
-from edge_ident.effect import Motion
-from edge_ident.inverse import inverse_effort
-from edge_ident.metrics import compare
-from edge_ident.model import AxisModel, Estimate, Term, base_axis
+from edge_ident.model.effect import Motion
+from edge_ident.model.inverse import inverse_effort
+from edge_ident.model.model import AxisModel, Estimate, Term, base_axis
+from edge_ident.signals.metrics import compare
 
 PERIOD_S = 0.0025
 TRUTH = np.array([0.5, 0.8, 1.2, 0.1])

@@ -11,12 +11,12 @@ from typer.testing import CliRunner, Result
 
 from edge_ident.cli import app
 from edge_ident.diagnosis import diagnose as engine
-from edge_ident.diagnosis import page
+from edge_ident.diagnosis.present import page
 from edge_ident.diagnosis.result import Diagnosis
-from edge_ident.model import Model
-from edge_ident.model_files import load_model, save_model
-from edge_ident.recording import AxisRecord, Recording
-from edge_ident.recording_files import save_recording
+from edge_ident.model.model import Model
+from edge_ident.model.model_files import load_model, save_model
+from edge_ident.signals.recording import AxisRecord, Recording
+from edge_ident.signals.recording_files import save_recording
 from tests.edge_ident.diagnosis import hand_made
 
 

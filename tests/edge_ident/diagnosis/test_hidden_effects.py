@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from edge_ident.diagnosis.diagnose import diagnose
 from edge_ident.diagnosis.result import AxisDiagnosis, Verdict
-from edge_ident.recording import AxisRecord, Recording
-from edge_ident.signals import choose_cutoff
+from edge_ident.signals.conditioning import choose_cutoff
+from edge_ident.signals.recording import AxisRecord, Recording
 from tests.plant import (
     EFFECTS,
     SAMPLE_S,

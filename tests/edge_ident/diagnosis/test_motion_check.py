@@ -7,10 +7,10 @@ import pytest
 
 from edge_ident.diagnosis.motion_check import with_motion_errors
 from edge_ident.diagnosis.result import Diagnosis, Verdict
-from edge_ident.effect import Motion
-from edge_ident.inverse import inverse_effort
-from edge_ident.model import AxisModel, Estimate, Term, base_axis
-from edge_ident.recording import AxisRecord, Recording
+from edge_ident.model.effect import Motion
+from edge_ident.model.inverse import inverse_effort
+from edge_ident.model.model import AxisModel, Estimate, Term, base_axis
+from edge_ident.signals.recording import AxisRecord, Recording
 from tests.edge_ident.diagnosis import hand_made
 from tests.edge_ident.diagnosis.hand_made import PERIOD_S, STD, TRUTH
 

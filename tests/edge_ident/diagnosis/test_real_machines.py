@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from edge_ident.diagnosis.diagnose import diagnose
-from edge_ident.diagnosis.document import diagnosis_document
+from edge_ident.diagnosis.present.document import diagnosis_document
 from edge_ident.diagnosis.result import AxisDiagnosis, Verdict
-from edge_ident.json_text import to_json
-from edge_ident.recording_files import load_recording
+from edge_ident.signals.recording_files import load_recording
+from edge_ident.support.json_text import to_json
 
 
 def found_on(axis: AxisDiagnosis) -> set[str]:

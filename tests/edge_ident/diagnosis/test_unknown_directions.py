@@ -6,11 +6,11 @@ import pytest
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.diagnose import diagnose
-from edge_ident.diagnosis.masks import tapered, undecided
+from edge_ident.diagnosis.prepare.masks import tapered, undecided
 from edge_ident.diagnosis.result import Verdict
-from edge_ident.effect import Motion
-from edge_ident.effects import named
-from edge_ident.recording import AxisRecord, Recording
+from edge_ident.model.effect import Motion
+from edge_ident.model.effects import named
+from edge_ident.signals.recording import AxisRecord, Recording
 
 Array = NDArray[np.float64]
 

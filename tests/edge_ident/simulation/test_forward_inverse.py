@@ -9,11 +9,11 @@ from collections.abc import Mapping
 import numpy as np
 import pytest
 
-from edge_ident.effect import Motion
-from edge_ident.effects import catalogue
-from edge_ident.filters import lowpass
-from edge_ident.inverse import inverse_effort
-from edge_ident.model import BASE, AxisModel, Term
+from edge_ident.model.effect import Motion
+from edge_ident.model.effects import catalogue
+from edge_ident.model.inverse import inverse_effort
+from edge_ident.model.model import BASE, AxisModel, Term
+from edge_ident.signals.filters import lowpass
 from edge_ident.simulation.loop import Sampling, Simulation, simulate
 from edge_ident.simulation.machine import Machine
 from edge_ident.simulation.references import References

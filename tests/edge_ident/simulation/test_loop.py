@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from edge_ident.errors import DataError
-from edge_ident.model import BASE, AxisModel, Term
-from edge_ident.recording import AxisRecord, Recording
+from edge_ident.model.model import BASE, AxisModel, Term
+from edge_ident.signals.recording import AxisRecord, Recording
 from edge_ident.simulation.control import Controllers
 from edge_ident.simulation.feedback import soft_gains
 from edge_ident.simulation.flexible import reduced_model

@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from edge_ident.errors import ModelError
-from edge_ident.model import BASE, AxisModel, Term
+from edge_ident.model.model import BASE, AxisModel, Term
 from edge_ident.simulation.machine import Machine
 
 PERIOD_S = 0.0025

@@ -9,10 +9,10 @@ import pytest
 from typer.testing import CliRunner
 
 from edge_ident.cli import app
-from edge_ident.identification import identify
-from edge_ident.model import BASE, PARAMETERS, AxisModel, Model, Term
-from edge_ident.model_files import load_model, save_model
-from edge_ident.recording_files import load_recording
+from edge_ident.identification.identify import identify
+from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Model, Term
+from edge_ident.model.model_files import load_model, save_model
+from edge_ident.signals.recording_files import load_recording
 from firmware_interface.virtual.feed_drive import FEED_DRIVE, reduced_truth
 
 

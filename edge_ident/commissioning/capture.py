@@ -1,0 +1,139 @@
+"""Let the board move and record what it did."""
+
+import logging
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from edge_ident.drive.description import DriveDescription
+from edge_ident.errors import DataError, LinkError
+from edge_ident.signals.recording import AxisRecord, Recording
+from firmware_interface.board import Board, CapturePage
+from firmware_interface.motion import Trajectory
+
+log = logging.getLogger(__name__)
+
+_CLOCK_RANGE: Final = 2**32
+"""The board's clock wraps around after so many samples."""
+
+
+@dataclass(frozen=True)
+class Capture:
+    """One recorded motion.
+
+    Attributes
+    ----------
+    recording : Recording
+    pages : int
+        Pages taken, each checked for its index, sample counter and CRC.
+    tail_s : float
+        Board time from the last captured sample to the last page in hand.
+    tracking_rms_rad : dict of axis name to float
+        Root mean square of reference minus position.
+    """
+
+    recording: Recording
+    pages: int
+    tail_s: float
+    tracking_rms_rad: dict[str, float]
+
+
+def check_drive(board: Board, drive: DriveDescription) -> None:
+    """Make sure that board and drive description speak of the same machine.
+
+    Raises
+    ------
+    DataError
+        Axes, sampling period or encoder differ.
+    """
+    identity = board.identity
+    pairs = {
+        "sampling period": (identity.sample_period_s, drive.sampling_period_s),
+        **{
+            f"encoder counts of axis {name}": (
+                float(identity.counts_per_turn),
+                axis.encoder_counts_per_turn,
+            )
+            for name, axis in drive.axes.items()
+        },
+    }
+    if set(board.axes) != set(drive.axes):
+        raise DataError(
+            f"the board has axes {sorted(board.axes)}, the drive description {sorted(drive.axes)}",
+            "pass the description of this drive with --drive",
+        )
+    for what, (on_board, described) in pairs.items():
+        if not np.isclose(on_board, described, rtol=1e-5):
+            raise DataError(
+                f"{what}: the board has {on_board:g}, the drive description {described:g}",
+                "correct the drive description, or pass another with --drive",
+            )
+
+
+def capture_motion(
+    board: Board, trajectory: Trajectory, on_samples: Callable[[int, int], None]
+) -> Capture:
+    """Run one motion and drain its pages while it lasts.
+
+    Parameters
+    ----------
+    board : Board
+        In state IDLE.
+    trajectory : Trajectory
+    on_samples : callable
+        Called with samples in hand and samples expected.
+    """
+    board.write_trajectory(trajectory)
+    expected = round(trajectory.duration_s / board.identity.sample_period_s)
+    board.arm()
+    board.start()
+    log.info("motion started, %d samples expected", expected)
+    pages: list[CapturePage] = []
+    capture_start = 0
+    for page in board.capture_pages():
+        if not pages:
+            status = board.status()
+            capture_start = status.clock_samples - status.samples_captured
+        pages.append(page)
+        on_samples(page.first_sample + len(page.position_rad), expected)
+    if not pages:
+        raise LinkError("the board captured no samples", "repeat the motion")
+    late = (board.status().clock_samples - capture_start - expected) % _CLOCK_RANGE
+    capture = _assemble(board, pages, late * board.identity.sample_period_s)
+    samples = len(capture.recording.time_s)
+    if samples != expected:
+        raise LinkError(f"the board captured {samples} samples of {expected}", "repeat the motion")
+    log.info("%d pages in hand %.3f s after the last sample", len(pages), capture.tail_s)
+    return capture
+
+
+def _assemble(board: Board, pages: list[CapturePage], tail_s: float) -> Capture:
+    identity = board.identity
+    position = np.concatenate([page.position_rad for page in pages])
+    effort = np.concatenate([page.effort_nm for page in pages])
+    following = np.concatenate([page.following_error_rad for page in pages])
+    recording = Recording(
+        time_s=identity.sample_period_s * np.arange(len(position), dtype=np.float64),
+        axes={
+            name: AxisRecord(
+                position=position[:, i],
+                effort=effort[:, i],
+                position_unit="rad",
+                effort_unit="N*m",
+                reference=position[:, i] + following[:, i],
+            )
+            for i, name in enumerate(board.axes)
+        },
+        source=f"board {identity.serial_number}",
+        # the effort of a row acts for one period, from its computation on
+        effort_shift_s=identity.control_delay_s + 0.5 * identity.sample_period_s,
+    )
+    rms = np.sqrt(np.mean(following**2, axis=0))
+    return Capture(
+        recording=recording,
+        pages=len(pages),
+        tail_s=tail_s,
+        tracking_rms_rad={name: float(rms[i]) for i, name in enumerate(board.axes)},
+    )

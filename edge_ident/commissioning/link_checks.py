@@ -1,0 +1,130 @@
+"""Is the link to a board fit for the job? Nothing is moved or written."""
+
+import time
+from collections.abc import Callable
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from edge_ident.commissioning.check import Check
+from edge_ident.errors import BoardError, LinkError
+from firmware_interface.board import Board
+from firmware_interface.board_checks import fault_error
+from firmware_interface.connection import open_link
+from firmware_interface.registers import MAP_CRC, MAP_VERSION, State
+
+Array = NDArray[np.float64]
+
+_REQUESTS: Final = 200
+_PAUSE_S: Final = 0.008
+_ROUND_TRIP_S: Final = 0.010
+"""Longest median: a page of 35 ms takes two requests, one of them five times as long."""
+_CLOCK_ERROR: Final = 1e-3
+"""Largest difference between the clocks of board and host: what a second of the one is in the
+other goes straight into every speed and acceleration."""
+_JITTER_S: Final = 0.05
+_CLOCK_RANGE: Final = 2**32
+
+
+def check_link(url: str, baud_rate: int, on_request: Callable[[int, int], None]) -> list[Check]:
+    """Look at a board: map, state, round-trip time, clock and jitter.
+
+    Parameters
+    ----------
+    url, baud_rate
+        See `firmware_interface.connection.open_link`.
+    on_request : callable
+        Called with requests done and requests in all.
+    """
+    try:
+        link = open_link(url, baud_rate=baud_rate)
+    except LinkError as error:
+        return [Check("link", False, error.cause, error.next_step)]
+    try:
+        board = Board.connect(link)
+        found = [_map(board), _state(board)]
+        sent_s, returned_s, samples = _timed(board, on_request)
+        found.append(round_trip_check(returned_s - sent_s))
+        if url == "virtual":
+            return [*found, Check("board clock", True, "in this process: passes with requests")]
+        middle_s = 0.5 * (sent_s + returned_s)
+        return found + clock_checks(middle_s, samples, board.identity.sample_period_s)
+    except (LinkError, BoardError) as error:
+        return [Check("register map", False, error.cause, error.next_step)]
+    finally:
+        link.close()
+
+
+def _map(board: Board) -> Check:
+    identity = board.identity
+    return Check(
+        "register map",
+        True,
+        f"version {MAP_VERSION}, CRC {MAP_CRC:#010x}; board {identity.serial_number}, "
+        f"firmware {identity.firmware_version}",
+    )
+
+
+def _state(board: Board) -> Check:
+    status = board.status()
+    if status.state is State.FAULT:
+        error = fault_error(status)
+        return Check("state", False, error.cause, error.next_step)
+    return Check("state", True, status.state.name)
+
+
+def _timed(board: Board, on_request: Callable[[int, int], None]) -> tuple[Array, Array, Array]:
+    """When each request was sent and answered, and the board's clock in between."""
+    rows = np.empty((_REQUESTS, 3))
+    for n, row in enumerate(rows):
+        sent_s = time.perf_counter()
+        samples = board.status().clock_samples
+        row[:] = sent_s, time.perf_counter(), samples
+        time.sleep(_PAUSE_S)
+        on_request(n + 1, _REQUESTS)
+    return rows[:, 0], rows[:, 1], rows[:, 2]
+
+
+def round_trip_check(durations_s: Array) -> Check:
+    """Whether pages can be fetched as fast as they are filled."""
+    median, slow = np.quantile(durations_s, [0.5, 0.99])
+    return Check(
+        "round trip",
+        bool(median <= _ROUND_TRIP_S),
+        f"median {1e3 * median:.2f} ms, 99 of 100 within {1e3 * slow:.2f} ms",
+        "raise the baud rate, write 1 to the adapter's latency timer, leave out hubs and gateways",
+    )
+
+
+def clock_checks(times_s: Array, samples: Array, period_s: float) -> list[Check]:
+    """Compare the board's clock with this host's.
+
+    Parameters
+    ----------
+    times_s : (N,) array
+        Of the host.
+    samples : (N,) array
+        The board's clock at those times; it may wrap around at 2**32.
+    period_s : float
+        Of one sample, as the board states it.
+    """
+    passed = period_s * np.cumsum(np.diff(samples, prepend=samples[0]) % _CLOCK_RANGE)
+    host = times_s - times_s[0]
+    rate, start = np.polyfit(host, passed, 1)
+    late_s = float(np.max(np.abs(passed - (start + rate * host))))
+    return [
+        Check(
+            "board clock",
+            bool(abs(rate - 1.0) <= _CLOCK_ERROR),
+            f"{rate:.5f} s pass on the board in a second of this host",
+            "check the sample period that the firmware states and the board's oscillator; "
+            "a virtual board keeps time with --speed 1",
+        ),
+        Check(
+            "jitter",
+            bool(late_s <= _JITTER_S),
+            f"requests reach the board up to {1e3 * late_s:.1f} ms off their time",
+            "close programs that keep this host or its USB busy",
+        ),
+    ]

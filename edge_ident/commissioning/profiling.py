@@ -1,0 +1,310 @@
+"""How long it takes from the last captured sample to gains committed and verified.
+
+One motion is captured; then the work that follows it is repeated: the last page is read again
+(reads change nothing), the recording is identified, gains are designed, and the board's own active
+gains are staged, read back, committed and read again, then rolled back, so that the machine
+never runs other gains than before. Warm: in one process. Cold: a new process each time, from
+its start on. The stop that follows the last sample needs a motion: it is measured once, and
+counts in full although identification runs meanwhile.
+"""
+
+import json
+import os
+import platform
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Final, Literal
+
+import numpy as np
+
+from edge_ident.commissioning.capture import capture_motion, check_drive
+from edge_ident.commissioning.gain_transfer import compare_gains
+from edge_ident.commissioning.run import Observer, design_gains
+from edge_ident.commissioning.safety import left_safe, make_ready
+from edge_ident.drive.description import load_drive
+from edge_ident.estimation.network import VARIANTS, Network, Variant, load_network, variant_named
+from edge_ident.identification.identify import identify
+from edge_ident.signals.recording import Recording
+from edge_ident.signals.recording_files import load_recording, save_recording
+from edge_ident.support.stopwatch import Stopwatch
+from firmware_interface.board import Board
+from firmware_interface.connection import DEFAULT_BAUD_RATE, open_link
+
+TARGET_MS: Final = 1000.0
+STAGES: Final = (
+    "start",
+    "connect",
+    "page_tail",
+    "signals",
+    "align",
+    "image",
+    "network",
+    "estimate",
+    "gains",
+    "stage",
+    "read_back",
+    "commit",
+    "verify",
+    "total",
+)
+"""In order; `start` (interpreter, imports, network) and `connect` are cold only."""
+
+
+@dataclass(frozen=True)
+class Spread:
+    """Percentiles of a stage's time, ms."""
+
+    p50: float
+    p95: float
+    p99: float
+    maximum: float
+
+
+@dataclass(frozen=True)
+class ProfileRun:
+    """All repetitions of one start and precision: times by stage, ms."""
+
+    start: Literal["warm", "cold"]
+    precision: Variant
+    stages_ms: Mapping[str, list[float]]
+
+
+@dataclass(frozen=True)
+class Profile:
+    """All that was measured on one machine with one board.
+
+    Attributes
+    ----------
+    tail_ms : float
+        Board time from the last captured sample to the last page in hand.
+    stop_ms : float
+        From the last page in hand to the machine at rest, after which gains may be committed.
+    """
+
+    device: str
+    machine: str
+    repetitions: int
+    tail_ms: float
+    stop_ms: float
+    runs: tuple[ProfileRun, ...]
+
+    @property
+    def network_medians_ms(self) -> dict[Variant, float]:
+        """Median time of the warm network, by precision."""
+        warm = [run for run in self.runs if run.start == "warm"]
+        return {run.precision: spread(run.stages_ms["network"]).p50 for run in warm}
+
+    @property
+    def faster_precision(self) -> Variant:
+        """The network to prefer on this machine."""
+        medians = self.network_medians_ms
+        return min(medians, key=lambda precision: medians[precision])
+
+    def within_target(self, run: ProfileRun) -> bool:
+        """Whether tail and stop, then 99 of 100 repetitions, take less than the target."""
+        return self.tail_ms + self.stop_ms + spread(run.stages_ms["total"]).p99 < TARGET_MS
+
+    @property
+    def verdict(self) -> str:
+        """One sentence against the target."""
+        warm = [run for run in self.runs if run.start == "warm"]
+        worst = max(spread(run.stages_ms["total"]).p99 for run in warm)
+        medians = self.network_medians_ms.values()
+        met = all(self.within_target(run) for run in warm)
+        return (
+            f"sub-second target {'met' if met else 'missed'}: 99 % of warm repetitions take "
+            f"at most {worst:.0f} ms, the tail of the capture before them {self.tail_ms:.0f} ms "
+            f"and the stop {self.stop_ms:.0f} ms; "
+            f"{self.faster_precision} is the faster network here, "
+            f"by {1.0 - min(medians) / max(medians):.0%}"
+        )
+
+
+def spread(times_ms: list[float]) -> Spread:
+    """Percentiles of measured times; nothing is left out."""
+    p50, p95, p99 = np.percentile(times_ms, [50, 95, 99])
+    return Spread(float(p50), float(p95), float(p99), float(np.max(times_ms)))
+
+
+def profile_device(
+    device: str | None, baud_rate: int | None, repetitions: int, observer: Observer
+) -> Profile:
+    """Profile a board, or a virtual one in a process of its own.
+
+    Parameters
+    ----------
+    device : str or None
+        None starts `edge-ident board --pty`.
+    baud_rate : int or None
+    repetitions : int
+        Of each of warm and cold, fp32 and int8.
+    observer : Observer
+    """
+    with _board_process(device) as url, TemporaryDirectory() as folder:
+        file = Path(folder) / "capture.npz"
+        link = open_link(url, baud_rate=baud_rate or DEFAULT_BAUD_RATE)
+        try:
+            board = Board.connect(link)
+            tail_ms, stop_ms = _record(board, file, observer)
+            recording = load_recording(file)
+            runs = [_warm(board, recording, p, repetitions, observer) for p in VARIANTS]
+        finally:
+            link.close()
+        runs += [_cold(url, baud_rate, file, p, repetitions, observer) for p in VARIANTS]
+    return Profile(
+        device or "virtual board on a pseudo-terminal",
+        _machine(),
+        repetitions,
+        tail_ms,
+        stop_ms,
+        tuple(runs),
+    )
+
+
+def _record(board: Board, file: Path, observer: Observer) -> tuple[float, float]:
+    """Capture the motion to work on; returns the times of tail and stop, ms."""
+    drive = load_drive()
+    check_drive(board, drive)
+    make_ready(board)
+    observer.stage("motion")
+    with left_safe(board):
+        capture = capture_motion(board, drive.trajectory(), observer.samples)
+        start_s = time.perf_counter()
+        board.finish()
+        stop_ms = 1e3 * (time.perf_counter() - start_s)
+    save_recording(capture.recording, file)
+    return 1e3 * capture.tail_s, stop_ms
+
+
+def _warm(
+    board: Board,
+    recording: Recording,
+    precision: Variant,
+    repetitions: int,
+    observer: Observer,
+) -> ProfileRun:
+    network = load_network(precision)
+    observer.stage(f"warm, {precision}")
+
+    def repeat() -> dict[str, float]:
+        return _after_the_last_sample(board, recording, network, Stopwatch())
+
+    with left_safe(board):
+        return ProfileRun("warm", precision, _repeat(repeat, repetitions, observer))
+
+
+def _cold(
+    url: str,
+    baud_rate: int | None,
+    file: Path,
+    precision: Variant,
+    repetitions: int,
+    observer: Observer,
+) -> ProfileRun:
+    observer.stage(f"cold, {precision}")
+
+    def repeat() -> dict[str, float]:
+        arguments = [
+            url,
+            str(baud_rate or DEFAULT_BAUD_RATE),
+            str(file),
+            precision,
+            repr(time.time()),
+        ]
+        done = subprocess.run(
+            [sys.executable, "-m", "edge_ident.commissioning.profiling", *arguments],
+            check=True,
+            capture_output=True,
+            text=True,
+        )
+        times: dict[str, float] = json.loads(done.stdout)
+        return times
+
+    return ProfileRun("cold", precision, _repeat(repeat, repetitions, observer))
+
+
+def _repeat(
+    repeat: Callable[[], dict[str, float]], repetitions: int, observer: Observer
+) -> dict[str, list[float]]:
+    times: dict[str, list[float]] = {}
+    for done in range(repetitions):
+        for stage, spent_ms in repeat().items():
+            times.setdefault(stage, []).append(spent_ms)
+        observer.samples(done + 1, repetitions)
+    return {stage: times[stage] for stage in STAGES if stage in times}
+
+
+def _after_the_last_sample(
+    board: Board, recording: Recording, network: Network, watch: Stopwatch
+) -> dict[str, float]:
+    """Everything that follows a motion, with the board's own gains in place of new ones."""
+    active = board.active_gains()
+    with watch.stage("total"):
+        with watch.stage("page_tail"):
+            board.read_last_page()
+        found = identify(recording, network, stopwatch=watch)
+        with watch.stage("gains"):
+            design_gains(board, found)
+        with watch.stage("stage"):
+            board.stage_gains(active)
+        with watch.stage("read_back"):
+            compare_gains("staged", active, board.staged_gains())
+        with watch.stage("commit"):
+            board.commit()
+        with watch.stage("verify"):
+            compare_gains("active", active, board.active_gains())
+    board.roll_back()
+    times = watch.timing_ms()
+    return {stage: times[stage] for stage in STAGES if stage in times}
+
+
+def _cold_start(url: str, baud_rate: str, file: str, precision: str, started_s: str) -> None:
+    """One cold repetition, in the process that exists for it; prints its times as JSON."""
+    watch = Stopwatch()
+    recording = load_recording(Path(file))
+    network = load_network(variant_named(precision))
+    start_ms = 1e3 * (time.time() - float(started_s))
+    with watch.stage("connect"):
+        link = open_link(url, baud_rate=int(baud_rate))
+        board = Board.connect(link)
+    with left_safe(board):
+        times = _after_the_last_sample(board, recording, network, watch)
+    link.close()
+    times["start"] = start_ms
+    times["total"] += start_ms + times["connect"]
+    print(json.dumps(times))
+
+
+@contextmanager
+def _board_process(device: str | None) -> Iterator[str]:
+    """URL of the given board, or of a virtual one that lives as long as the body."""
+    if device not in (None, "virtual"):
+        yield str(device)
+        return
+    command = [sys.executable, "-c", "from edge_ident.cli import main; main()"]
+    process = subprocess.Popen(
+        [*command, "board", "--pty"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        text=True,
+    )
+    try:
+        assert process.stdout is not None
+        yield process.stdout.readline().strip()
+    finally:
+        process.terminate()
+        process.wait(timeout=10)
+
+
+def _machine() -> str:
+    return f"{platform.machine()}, {os.cpu_count()} cores, Python {platform.python_version()}"
+
+
+if __name__ == "__main__":
+    _cold_start(*sys.argv[1:])

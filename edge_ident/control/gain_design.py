@@ -1,0 +1,182 @@
+"""Controller gains from identified parameters.
+
+Feedback by pole placement: a proportional-derivative law puts both poles of
+inertia·s² + viscous_friction·s at one frequency, the bandwidth. The bandwidth is the highest one at
+which the loop, with sampling, hold, velocity filter and the board's measured delay, keeps its
+phase and gain margin over the interval of the inertia, and at which encoder quantization stays
+a small part of the effort limit. There is no integral action: constant loads are fed forward,
+and an integrator hunts around Coulomb friction at rest.
+What the model knows of effects goes into feed-forward and margins as
+`edge_ident.control.known_effects` says.
+Sources: Åström and Murray, Feedback Systems, ch. 10 (margins); Ellis, Control System Design Guide
+(feed-forward and quantization).
+"""
+
+import math
+from dataclasses import dataclass, replace
+from typing import Final
+
+from edge_ident.control.known_effects import (
+    Unused,
+    loop_delay_s,
+    plant_of,
+    unused_effects,
+    with_feedforward,
+)
+from edge_ident.control.position_loop import LoopHardware, margins_of, quantization_effort_nm
+from edge_ident.errors import GainError
+from edge_ident.model.model import AxisModel
+from firmware_interface.gains import AxisGains
+
+PHASE_MARGIN_RAD: Final = math.radians(50.0)
+GAIN_MARGIN: Final = 2.5
+QUANTIZATION_SHARE: Final = 0.02
+"""Rms effort that encoder quantization may cause, as a share of the effort limit."""
+_FILTER_RATIO: Final = 5.0
+"""The velocity filter's corner, in bandwidths."""
+_INTERVAL: Final = 2.0
+"""Standard deviations of the inertia over which margins must hold."""
+_RESOLUTION: Final = 1.02
+"""Ratio to which the bandwidth is narrowed down."""
+_SMOOTHING_COUNTS_PER_SAMPLE: Final = 0.1
+"""Coulomb feed-forward is smoothed below the speed of one count in ten samples."""
+
+
+@dataclass(frozen=True)
+class GainDesign:
+    """Gains of one axis and what they promise.
+
+    Attributes
+    ----------
+    gains : AxisGains
+    bandwidth_rad_s : float
+        Where the closed loop's two poles are placed.
+    phase_margin_rad, gain_margin : float
+        Smallest over the interval of the inertia.
+    quantization_effort_nm : float
+        Rms effort caused by encoder quantization.
+    unused : tuple of Unused
+        Effects of the model that the gains make no use of.
+    """
+
+    gains: AxisGains
+    bandwidth_rad_s: float
+    phase_margin_rad: float
+    gain_margin: float
+    quantization_effort_nm: float
+    unused: tuple[Unused, ...] = ()
+
+    @property
+    def phase_margin_deg(self) -> float:
+        """Phase margin in degrees, for people."""
+        return math.degrees(self.phase_margin_rad)
+
+    @property
+    def sound(self) -> bool:
+        """Whether both margins are kept."""
+        return self.phase_margin_rad >= PHASE_MARGIN_RAD and self.gain_margin >= GAIN_MARGIN
+
+
+def design(
+    axis: AxisModel, hardware: LoopHardware, bandwidth_rad_s: float | None = None
+) -> GainDesign:
+    """Design the gains of one axis.
+
+    Parameters
+    ----------
+    axis : AxisModel
+        At the gearbox output; an inertia without standard deviation is taken for exact.
+    hardware : LoopHardware
+    bandwidth_rad_s : float, optional
+        Without it, the highest that keeps the margins.
+
+    Raises
+    ------
+    GainError
+        Unphysical parameters, an inertia known too poorly, or a wanted bandwidth that does not
+        keep the margins.
+    """
+    inertia, viscous, coulomb, _ = (float(value) for value in axis.parameters)
+    inertia_std = _inertia_std(axis)
+    if min(inertia, viscous, coulomb) <= 0 or inertia <= _INTERVAL * inertia_std:
+        raise GainError(
+            f"no gains follow from inertia {inertia:.3g} ± {inertia_std:.2g} "
+            f"and friction {viscous:.3g}, {coulomb:.3g}",
+            "identify again with a motion that excites every parameter",
+        )
+    if bandwidth_rad_s is not None:
+        wanted = _place(axis, hardware, bandwidth_rad_s)
+        if not wanted.sound:
+            raise GainError(
+                f"a bandwidth of {bandwidth_rad_s:.3g} rad/s leaves a phase margin of "
+                f"{wanted.phase_margin_deg:.0f}° and a gain margin of "
+                f"{wanted.gain_margin:.2g}",
+                f"ask for less: {math.degrees(PHASE_MARGIN_RAD):.0f}° and {GAIN_MARGIN} are needed",
+            )
+        return wanted
+    # below the axis's own corner the derivative gain would turn negative
+    lowest = max(1.0, viscous / inertia)
+    highest = 0.5 / hardware.sample_period_s
+    best = _place(axis, hardware, lowest)
+    if not _acceptable(best, hardware):
+        raise GainError(
+            f"no bandwidth above {lowest:.3g} rad/s keeps the margins",
+            "check the board's control delay and the encoder; or pass --bandwidth",
+        )
+    while highest / lowest > _RESOLUTION:  # margins shrink and noise grows with bandwidth
+        middle = math.sqrt(lowest * highest)
+        candidate = _place(axis, hardware, middle)
+        if _acceptable(candidate, hardware):
+            lowest, best = middle, candidate
+        else:
+            highest = middle
+    return best
+
+
+def _acceptable(candidate: GainDesign, hardware: LoopHardware) -> bool:
+    loud = candidate.quantization_effort_nm > QUANTIZATION_SHARE * hardware.effort_limit_nm
+    return candidate.sound and not loud
+
+
+def _place(axis: AxisModel, hardware: LoopHardware, bandwidth: float) -> GainDesign:
+    inertia, viscous, coulomb, offset = (float(value) for value in axis.parameters)
+    gains = AxisGains(
+        proportional=inertia * bandwidth**2,
+        derivative=max(2.0 * inertia * bandwidth - viscous, 0.0),
+        integral=0.0,
+        velocity_filter_s=1.0 / (_FILTER_RATIO * bandwidth),
+        inertia_feedforward=inertia,
+        viscous_feedforward=viscous,
+        coulomb_feedforward=coulomb,
+        coulomb_smoothing_rad_s=_SMOOTHING_COUNTS_PER_SAMPLE
+        * hardware.encoder_resolution_rad
+        / hardware.sample_period_s,
+        offset_feedforward=offset,
+    )
+    phase_margin_rad, gain_margin = worst_margins(gains, axis, hardware)
+    return GainDesign(
+        gains=with_feedforward(gains, axis),
+        bandwidth_rad_s=bandwidth,
+        phase_margin_rad=phase_margin_rad,
+        gain_margin=gain_margin,
+        quantization_effort_nm=quantization_effort_nm(gains, hardware),
+        unused=unused_effects(axis),
+    )
+
+
+def worst_margins(gains: AxisGains, axis: AxisModel, hardware: LoopHardware) -> tuple[float, float]:
+    """Smallest phase margin (rad) and gain margin over the interval of the inertia.
+
+    The model's own delay comes on top of the hardware's; see `position_loop.margins_of`.
+    """
+    inertia, spread = float(axis.parameters[0]), _INTERVAL * _inertia_std(axis)
+    late = replace(hardware, control_delay_s=hardware.control_delay_s + loop_delay_s(axis))
+    margins = [
+        margins_of(gains, plant_of(axis).with_inertia(actual), late)
+        for actual in (inertia - spread, inertia, inertia + spread)
+    ]
+    return min(phase for phase, _ in margins), min(gain for _, gain in margins)
+
+
+def _inertia_std(axis: AxisModel) -> float:
+    return axis.terms[0].std.get("inertia", 0.0)

@@ -1,0 +1,1 @@
+"""What was found becomes something to read: wording, tables, figures, page, document."""

@@ -1,0 +1,87 @@
+"""A diagnosis as a document for scripts."""
+
+from collections.abc import Mapping
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from edge_ident.diagnosis.present.whereabouts import whereabouts
+from edge_ident.diagnosis.present.wording import vibrations
+from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Diagnosis, Fit, Validation
+from edge_ident.model.model import PARAMETERS, AxisModel, base_axis
+from edge_ident.model.model_files import values_document
+from edge_ident.support.json_text import finite
+
+
+def diagnosis_document(diagnosis: Diagnosis, model_file: Path | None) -> dict[str, Any]:
+    """Schema edge-ident/diagnosis/1: the same diagnosis gives the same document.
+
+    Parameters
+    ----------
+    diagnosis : Diagnosis
+    model_file : Path or None
+        Where the extended model lies, if it was written.
+    """
+    return {
+        "schema": "edge-ident/diagnosis/1",
+        "axes": {name: _axis(name, diagnosis.axes) for name in diagnosis.axes},
+        "data_quality": [asdict(finding) for finding in diagnosis.data_quality],
+        "validation": {
+            name: _validation(validation) for name, validation in diagnosis.validation.items()
+        }
+        or None,
+        "model": None if model_file is None else str(model_file),
+    }
+
+
+def _axis(name: str, axes: Mapping[str, AxisDiagnosis]) -> dict[str, Any]:
+    axis = axes[name]
+    base, extended = (fit.estimate.parameters for fit in (axis.base, axis.extended))
+    return {
+        "verdict": axis.verdict.value,
+        "causes": [_cause(cause, axis.model) for cause in axis.causes],
+        "outside_vibrations": [{"frequency_hz": f, "amplitude": a} for f, a in vibrations(axis)],
+        "not_testable": [asdict(effect) for effect in axis.not_testable],
+        "base": _fit(axis.base, axis.model),
+        "extended": _fit(axis.extended, axis.model),
+        "noise_floor": axis.noise_floor,
+        "noise_floor_source": axis.noise_floor_source,
+        "parameters_shift": {
+            parameter: {"base": float(base[i]), "extended": float(extended[i])}
+            for i, parameter in enumerate(PARAMETERS)
+        },
+        "residual_whereabouts": whereabouts(name, axes),
+        "cutoff_hz": axis.cutoff_hz,
+        "knee_hz": axis.knee_hz,
+    }
+
+
+def _cause(cause: Cause, axis: AxisModel) -> dict[str, Any]:
+    source = {} if cause.term.source_axis is None else {"source_axis": cause.term.source_axis}
+    return {
+        "effect": cause.term.effect,
+        **source,
+        "parameters": values_document(cause.term, axis),
+        "held_out_gain": finite(cause.held_out_gain),
+        "held_out_gain_interval": [finite(end) for end in cause.held_out_gain_interval],
+        "share": cause.share,
+        "rivals": [asdict(rival) for rival in cause.rivals],
+        "evidence": cause.evidence,
+    }
+
+
+def _fit(fit: Fit, axis: AxisModel) -> dict[str, Any]:
+    base = base_axis(fit.estimate, axis.position_unit, axis.effort_unit)
+    return {
+        "parameters": values_document(base.terms[0], base),
+        "relative_residual": {"fitted": fit.fitted, "held_out": finite(fit.held_out)},
+        "metric": asdict(fit.metric),
+        "motion_error": {"rms": fit.motion_error, "unit": axis.position_unit},
+    }
+
+
+def _validation(validation: Validation) -> dict[str, Any]:
+    return {
+        "base": {"relative_residual": validation.base},
+        "extended": {"relative_residual": validation.extended},
+    }

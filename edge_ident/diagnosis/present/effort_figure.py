@@ -1,0 +1,77 @@
+"""Measured effort against that of the base and of the extended model, and what each misses."""
+
+from typing import Any, Final
+
+import numpy as np
+
+from edge_ident.diagnosis.present import panels
+from edge_ident.diagnosis.present.panels import Array
+from edge_ident.diagnosis.present.whereabouts import running_time
+from edge_ident.diagnosis.result import AxisDiagnosis
+
+_DETAIL: Final = 0.08
+"""Share of the samples that the detail shows."""
+
+
+def effort_figure(name: str, axis: AxisDiagnosis) -> Any:
+    """All of the time to the left, the stretch that the causes change most to the right."""
+    figure = panels.new_figure(12, 6)
+    grid = figure.subplots(
+        2, 2, sharex="col", sharey="row", width_ratios=(2.2, 1), height_ratios=(1.3, 1)
+    )
+    units = panels.Units.of(axis)
+    time = running_time(axis.traces)
+    for column, part in enumerate((slice(None), _busiest(axis))):
+        _draw_efforts(grid[0][column], axis, time, part)
+        _draw_residuals(grid[1][column], axis, time, part)
+        grid[1][column].set_xlabel("time (s)")
+        grid[1][column].margins(x=0)
+    grid[0][0].set_title(f"axis {name}")
+    grid[0][1].set_title("detail")
+    grid[0][0].set_ylabel(f"effort ({units.effort})")
+    grid[1][0].set_ylabel(f"residual ({units.effort})")
+    grid[0][1].legend(fontsize="small", loc="upper right")
+    grid[1][1].legend(fontsize="small", loc="upper right")
+    return figure
+
+
+def _busiest(axis: AxisDiagnosis) -> slice:
+    """The stretch in which the extended model differs most from the base model."""
+    traces = axis.traces
+    changed = traces.extended_effort if axis.causes else traces.effort
+    samples = len(changed)
+    width = max(2, round(_DETAIL * samples))
+    energy = np.cumsum(np.where(traces.clear, changed - traces.base_effort, 0.0) ** 2)
+    first = int(np.argmax(energy[width:] - energy[:-width]))
+    return slice(first, first + width)
+
+
+def _draw_efforts(panel: Any, axis: AxisDiagnosis, time: Array, part: slice) -> None:
+    traces = axis.traces
+    x, file = time[part], traces.file[part]
+    measured = {"color": panels.MEASURED, "linewidth": 2.2, "alpha": 0.5, "label": "measured"}
+    panels.line(panel, x, traces.effort[part], file, **measured)
+    for colour, label, effort in _models(axis):
+        panels.line(panel, x, effort[part], file, color=colour, linewidth=1.0, label=label)
+
+
+def _draw_residuals(panel: Any, axis: AxisDiagnosis, time: Array, part: slice) -> None:
+    """Faint where it is not judged."""
+    traces = axis.traces
+    x, file = time[part], traces.file[part]
+    panels.noise_band(panel, axis)
+    shown = 0.0
+    for colour, label, effort in _models(axis):
+        residual = traces.effort - effort
+        judged = np.where(traces.clear, residual, np.nan)
+        panels.line(panel, x, residual[part], file, color=colour, linewidth=0.6, alpha=0.35)
+        panels.line(panel, x, judged[part], file, color=colour, linewidth=0.9, label=label)
+        shown = max(shown, panels.reach(residual[traces.clear]))
+    panel.set_ylim(-shown, shown)
+
+
+def _models(axis: AxisDiagnosis) -> list[tuple[str, str, Array]]:
+    """Colour, label and effort of those there are to compare."""
+    base = (panels.BASE, "base model", axis.traces.base_effort)
+    extended = (panels.EXTENDED, "extended model", axis.traces.extended_effort)
+    return [base, extended] if axis.causes else [base]

@@ -1,0 +1,172 @@
+"""A diagnosis as one Markdown page, with its figures beside it."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any, Final
+
+from edge_ident.diagnosis.present import wording
+from edge_ident.diagnosis.present.effort_figure import effort_figure
+from edge_ident.diagnosis.present.residual_maps import residual_maps
+from edge_ident.diagnosis.present.share_figure import share_figure
+from edge_ident.diagnosis.present.whereabouts import whereabouts
+from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Diagnosis
+
+PAGE_FILE: Final = "report.md"
+_RESOLUTION_DPI: Final = 110
+
+
+def write_page(diagnosis: Diagnosis, sources: Sequence[str], folder: Path) -> Path:
+    """Write the page and draw its figures.
+
+    Parameters
+    ----------
+    diagnosis : Diagnosis
+    sources : sequence of str
+        Names of the recordings.
+    folder : Path
+        Gets the page and its figures. Without matplotlib there are none, and the page says so.
+
+    Returns
+    -------
+    Path
+        The page.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    page = folder / PAGE_FILE
+    page.write_text("\n".join(_page(diagnosis, sources, folder)) + "\n", encoding="utf-8")
+    return page
+
+
+def _page(diagnosis: Diagnosis, sources: Sequence[str], folder: Path) -> Iterator[str]:
+    yield f"# What the model gets wrong about {wording.listed(sources)}"
+    yield ""
+    yield from _table(
+        ("axis", "verdict"),
+        [(name, wording.verdict_sentence(axis)) for name, axis in diagnosis.axes.items()],
+    )
+    if diagnosis.data_quality:
+        yield "## The data"
+        yield ""
+        for finding in diagnosis.data_quality:
+            yield f"- {finding.code}, axis {finding.axis}: {_plain(finding.message)}"
+        yield ""
+    drawn = find_spec("matplotlib") is not None
+    for name in diagnosis.axes:
+        yield from _axis(name, diagnosis)
+        yield from _whereabouts(name, diagnosis.axes)
+        if drawn:
+            yield from _figures(name, diagnosis.axes, folder)
+        yield from _not_testable(diagnosis.axes[name])
+    if not drawn:
+        yield "The figures need matplotlib: `pip install 'edge-ident[report]'`."
+
+
+def _axis(name: str, diagnosis: Diagnosis) -> Iterator[str]:
+    axis = diagnosis.axes[name]
+    fading = f", fading from {axis.knee_hz:.3g} Hz" if axis.knee_hz < axis.cutoff_hz else ""
+    yield f"## Axis {name}"
+    yield ""
+    yield f"**{_sentence(wording.verdict_sentence(axis))}**"
+    yield ""
+    yield (
+        f"Compared up to {axis.cutoff_hz:.3g} Hz{fading}. Noise floor {axis.noise_floor_source}: "
+        f"{wording.percent(axis.noise_floor)} of the effort."
+    )
+    yield ""
+    if axis.causes:
+        yield from _causes(axis)
+    models = ("base", "extended") if axis.causes else ("base",)
+    rows = wording.before_and_after(axis, diagnosis.validation.get(name))
+    yield from _table(("", *models), [row[: 1 + len(models)] for row in rows])
+
+
+def _causes(axis: AxisDiagnosis) -> Iterator[str]:
+    yield from _table(
+        ("cause", "takes off the held-out residual", "95 %", "share of the effort", "parameters"),
+        [
+            (
+                wording.spoken(cause.term.effect),
+                *wording.gain(cause),
+                wording.percent(cause.share),
+                "<br>".join(wording.values(cause.term, axis.model)),
+            )
+            for cause in axis.causes
+        ],
+    )
+    for cause in axis.causes:
+        yield from _why(cause)
+    yield ""
+
+
+def _why(cause: Cause) -> Iterator[str]:
+    yield f"- **{wording.spoken(cause.term.effect)}**: {_plain(cause.evidence)}"
+    for rival in cause.rivals:
+        yield f"  - {_plain(wording.rival_sentence(rival))}"
+
+
+def _whereabouts(name: str, axes: Mapping[str, AxisDiagnosis]) -> Iterator[str]:
+    models = ("base", "extended") if axes[name].causes else ("base",)
+    found = whereabouts(name, axes)
+    yield from _table(
+        ("share of the residual's variance that follows from", *models),
+        [
+            (wording.spoken(of), *(f"{100 * found[model][of]:.0f} %" for model in models))
+            for of in found["base"]
+        ],
+    )
+
+
+def _figures(name: str, axes: Mapping[str, AxisDiagnosis], folder: Path) -> Iterator[str]:
+    axis = axes[name]
+    yield from _figure(effort_figure(name, axis), f"{name}_effort", folder)
+    yield (
+        "Measured effort against the models; below, what they miss. "
+        "Effort and models fade out where the direction of sliding is not known. Faint: not "
+        "judged, as the encoder's counts beat with the sampling."
+    )
+    yield ""
+    yield from _figure(residual_maps(name, axes), f"{name}_residual_maps", folder)
+    yield "Where the residual lives. Lines are means; a level line at zero hides nothing."
+    yield ""
+    if axis.causes:
+        yield from _figure(share_figure(name, axis), f"{name}_shares", folder)
+        yield "Each cause's own share, over what the rest of the model leaves."
+        yield ""
+
+
+def _figure(figure: Any, name: str, folder: Path) -> Iterator[str]:
+    figure.savefig(folder / f"{name}.png", dpi=_RESOLUTION_DPI)
+    yield f"![{name.replace('_', ' ')}]({name}.png)"
+    yield ""
+
+
+def _not_testable(axis: AxisDiagnosis) -> Iterator[str]:
+    if axis.not_testable:
+        yield "### Not testable with this motion"
+        yield ""
+        yield from _table(
+            ("effect", "why", "motion that would show it"),
+            [(wording.spoken(e.effect), e.reason, e.experiment) for e in axis.not_testable],
+        )
+
+
+def _table(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> Iterator[str]:
+    yield _row(headings)
+    yield _row(["---"] * len(headings))
+    for row in rows:
+        yield _row(row)
+    yield ""
+
+
+def _row(cells: Sequence[str]) -> str:
+    return f"| {' | '.join(_plain(cell).replace('|', '&#124;') for cell in cells)} |"
+
+
+def _plain(text: str) -> str:
+    """Text in which N*m stays what it is."""
+    return text.replace("*", r"\*")
+
+
+def _sentence(text: str) -> str:
+    return f"{text[0].upper()}{text[1:]}."

@@ -1,0 +1,1 @@
+"""Which candidates become causes, and which of them no motion could have shown."""

@@ -1,0 +1,202 @@
+"""The drive description: what the user knows about the machine before it moves. TOML.
+
+The paper's feed drive is built in; another drive is described by a file with the same keys.
+A mistake gets an error with its line and the allowed range.
+"""
+
+import math
+import re
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib.resources import files
+from pathlib import Path
+from typing import Any, Final
+
+from edge_ident.errors import DataError
+from firmware_interface.motion import Multisine, SineComponent, Trajectory
+
+_AXIS_RANGES: Final = {
+    "gear_ratio": (1e-3, 1e4),
+    "encoder_counts_per_turn": (4, 2**31),
+    "screw_lead_m_per_rad": (1e-6, 1.0),
+    "travel_limit_rad": (1e-3, 1e5),
+    "speed_limit_rad_s": (1e-4, 1e4),
+    "effort_limit_nm": (1e-4, 1e5),
+    "amplitude_rad": (1e-4, 1e5),
+    "phase_rad": (-2 * math.pi, 2 * math.pi),
+}
+_TABLE_RANGES: Final = {
+    "sampling": {"period_s": (1e-5, 0.1)},
+    "trajectory": {
+        "angular_frequency_rad_s": (1e-3, 1e3),
+        "cycles": (1, 1000),
+        "lead_in_s": (0.1, 60.0),
+    },
+}
+_BOARD_KEYS: Final = {"device": str, "baud_rate": int}
+_TABLES: Final = {"name", "axes", "board", *_TABLE_RANGES}
+
+
+@dataclass(frozen=True)
+class DriveAxis:
+    """One axis: mechanics, limits and its share of the default trajectory."""
+
+    gear_ratio: float
+    encoder_counts_per_turn: float
+    screw_lead_m_per_rad: float
+    travel_limit_rad: float
+    speed_limit_rad_s: float
+    effort_limit_nm: float
+    amplitude_rad: float
+    phase_rad: float
+
+    @property
+    def encoder_resolution_rad(self) -> float:
+        """Angle of one count at the gearbox output."""
+        return 2.0 * math.pi / self.encoder_counts_per_turn
+
+
+@dataclass(frozen=True)
+class DriveDescription:
+    """A drive, as its user describes it.
+
+    Attributes
+    ----------
+    device, baud_rate
+        Where the board is found when neither a flag nor the environment says so.
+    """
+
+    name: str
+    sampling_period_s: float
+    angular_frequency_rad_s: float
+    cycles: int
+    lead_in_s: float
+    axes: Mapping[str, DriveAxis]
+    device: str | None = None
+    baud_rate: int | None = None
+
+    def trajectory(self, cycles: int | None = None) -> Trajectory:
+        """The default motion: one sine per axis, whole cycles of it."""
+        rate = self.angular_frequency_rad_s
+        return Trajectory(
+            axes={
+                name: Multisine((SineComponent(axis.amplitude_rad, rate, axis.phase_rad),))
+                for name, axis in self.axes.items()
+            },
+            duration_s=(cycles or self.cycles) * 2.0 * math.pi / rate,
+            lead_in_s=self.lead_in_s,
+        )
+
+
+def load_drive(path: Path | None = None) -> DriveDescription:
+    """Read a drive description, or the built-in feed drive.
+
+    Raises
+    ------
+    DataError
+        The file is missing, is no TOML, lacks a key, or a value is outside its range; the
+        message names the line.
+    """
+    if path is None:
+        text = (files("edge_ident.drive") / "feed_drive.toml").read_text("utf-8")
+        return _Reader("feed_drive.toml", text).drive()
+    if not path.is_file():
+        raise DataError(f"{path}: no such file", "give the path of a drive description (.toml)")
+    return _Reader(str(path), path.read_text("utf-8", errors="replace")).drive()
+
+
+class _Reader:
+    """Parses one text and knows on which line each key stands."""
+
+    def __init__(self, source: str, text: str) -> None:
+        self.source = source
+        self.lines = text.splitlines()
+        try:
+            self.data: dict[str, Any] = tomllib.loads(text)
+        except tomllib.TOMLDecodeError as error:
+            raise DataError(f"{source}: {error}", "correct the TOML at that line") from error
+
+    def drive(self) -> DriveDescription:
+        unknown = set(self.data) - _TABLES
+        if unknown:
+            raise self.error("", min(unknown), "is not known", f"known: {sorted(_TABLES)}")
+        axes = self.data.get("axes")
+        if not isinstance(axes, dict) or not axes:
+            raise DataError(f"{self.source}: it describes no axis", "add a table [axes.x]")
+        values = {table: self.numbers(table, r) for table, r in _TABLE_RANGES.items()}
+        drive = DriveDescription(
+            name=str(self.data.get("name", "drive")),
+            sampling_period_s=values["sampling"]["period_s"],
+            angular_frequency_rad_s=values["trajectory"]["angular_frequency_rad_s"],
+            cycles=int(values["trajectory"]["cycles"]),
+            lead_in_s=values["trajectory"]["lead_in_s"],
+            axes={name: DriveAxis(**self.numbers(f"axes.{name}", _AXIS_RANGES)) for name in axes},
+            **self.board(),
+        )
+        for name, axis in drive.axes.items():
+            self.check_motion(f"axes.{name}", axis, drive.angular_frequency_rad_s)
+        return drive
+
+    def numbers(self, table: str, ranges: Mapping[str, tuple[float, float]]) -> dict[str, float]:
+        given = self.table(table, set(ranges))
+        for key, (low, high) in ranges.items():
+            if key not in given:
+                raise self.error(table, None, f"lacks {key}", f"add {key} = {low:g} … {high:g}")
+            value = given[key]
+            number = isinstance(value, int | float) and not isinstance(value, bool)
+            if not number or not low <= value <= high:
+                raise self.error(
+                    table, key, f"is {value!r}", f"allowed are numbers from {low:g} to {high:g}"
+                )
+        return {key: float(given[key]) for key in ranges}
+
+    def board(self) -> dict[str, Any]:
+        given = self.table("board", set(_BOARD_KEYS))
+        for key, value in given.items():
+            if not isinstance(value, _BOARD_KEYS[key]):
+                raise self.error(
+                    "board", key, f"is {value!r}", f"give a {_BOARD_KEYS[key].__name__}"
+                )
+        return given
+
+    def check_motion(self, table: str, axis: DriveAxis, rate: float) -> None:
+        """The default trajectory must stay inside the limits described beside it."""
+        if axis.amplitude_rad > axis.travel_limit_rad:
+            raise self.error(
+                table, "amplitude_rad", "exceeds the travel limit",
+                f"allowed are at most {axis.travel_limit_rad:g}",
+            )  # fmt: skip
+        if axis.amplitude_rad * rate > axis.speed_limit_rad_s:
+            raise self.error(
+                table, "amplitude_rad", f"moves at {axis.amplitude_rad * rate:.3g} rad/s, "
+                "above the speed limit",
+                f"allowed are at most {axis.speed_limit_rad_s / rate:.3g} at this frequency",
+            )  # fmt: skip
+
+    def table(self, name: str, known: set[str]) -> dict[str, Any]:
+        found: Any = self.data
+        for part in name.split("."):
+            found = found.get(part, {})
+        if not isinstance(found, dict):
+            raise self.error("", name, "is not a table", f"write [{name}]")
+        unknown = set(found) - known
+        if unknown:
+            raise self.error(name, min(unknown), "is not known", f"known: {sorted(known)}")
+        return found
+
+    def error(self, table: str, key: str | None, cause: str, next_step: str) -> DataError:
+        name = ".".join(part for part in (table, key) if part)
+        return DataError(f"{self.source}, line {self.line(table, key)}: {name} {cause}", next_step)
+
+    def line(self, table: str, key: str | None) -> int:
+        """Line of a key, else of its table, else the last line."""
+        current, header = "", len(self.lines)
+        for number, line in enumerate(self.lines, start=1):
+            if heading := re.match(r"\s*\[([^\]]+)\]", line):
+                current = heading[1].replace('"', "").strip()
+                if current == table:
+                    header = number
+            if current == table and key and re.match(rf'\s*"?{re.escape(key)}"?\s*=', line):
+                return number
+        return header

@@ -1,0 +1,227 @@
+"""The paper's loop: guess, image, network, residual, better guess.
+
+Reconstruction of the paper's identification, with a guard that it does not mention: the network
+is applied to its own answer, which sharpens the answer and sometimes spoils it, so a step counts
+only if the model's effort comes closer to the measured one. What physics forbids, inertia or
+friction below zero, is set to next to nothing before it is scored, so that it counts only where
+the effort agrees.
+
+A network may be made to read from what a guess leaves of the effort, the remainder, instead of the
+effort. Then the first factor of the image stays that of the start, so the image is linear in the
+remainder, and the residual comes in shares of the remainder's scale: each pass sharpens the
+answer, and what the model lacks shows in the remainder without the model's part. The guard above
+would not do here: the parameters that come closest to a disturbed effort are not those of the
+drive. The loop ends where a pass moves the answer no less than the one before it.
+"""
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from edge_ident.errors import DataError
+from edge_ident.estimation.image import effort_image, effort_scale
+from edge_ident.estimation.network import Network
+from edge_ident.estimation.trust import RESIDUAL_LIMIT
+from edge_ident.model.model import POSITIVE
+from edge_ident.signals.metrics import compare, relative_residual
+from edge_ident.support.stopwatch import Stopwatch
+
+Array = NDArray[np.float64]
+
+GOOD_ENOUGH: Final = 0.002
+"""Relative residual at which the loop stops: below what any recording resolves."""
+STEPS: Final = (1.0, 0.5, 0.25)
+"""Parts of the network's residual that are tried; they cost no pass."""
+SETTLED: Final = 1e-5
+"""Change of the shares at which refinement stops."""
+SMALLEST: Final = 1e-4
+"""Share that stands for zero where physics requires a positive parameter."""
+_TINY: Final = float(np.finfo(float).tiny)
+
+
+@dataclass(frozen=True)
+class CnnIdentification:
+    """Outcome of the loop.
+
+    Attributes
+    ----------
+    parameters, std : (4,) arrays
+        SI, in the order of `PARAMETERS`.
+    relative_residual, time_spectral : float
+        Of the subsampled effort; see `edge_ident.signals.metrics.Metric`.
+    passes : int
+        Images that the network saw.
+    trusted : bool
+        Whether the parameters describe the effort; they are physical in any case.
+    reason : str
+        Why, or why not, in one sentence.
+    """
+
+    parameters: Array
+    std: Array
+    relative_residual: float
+    time_spectral: float
+    passes: int
+    trusted: bool
+    reason: str
+
+
+@dataclass(frozen=True)
+class _Candidate:
+    shares: Array
+    residual: float
+
+
+def identify(
+    columns: Array,
+    effort: Array,
+    network: Network,
+    *,
+    seed: int = 0,
+    passes: int = 8,
+    stopwatch: Stopwatch | None = None,
+) -> CnnIdentification:
+    """Identify the parameters behind one subsampled recording.
+
+    Parameters
+    ----------
+    columns : (100, 4) array
+        Subsampled regressor, SI, at the phase of the network's motion.
+    effort : (100,) array
+        Subsampled effort, SI.
+    network : Network
+    seed : int
+        Of the random starting points, where the network does not have its own.
+    passes : int
+        Images at most, restarts included.
+    stopwatch : Stopwatch, optional
+        Gets the stages "image" and "network".
+
+    Raises
+    ------
+    DataError
+        If the effort is zero throughout.
+    """
+    manifest = network.manifest
+    scale = float(effort_scale(effort, manifest.normalization))
+    if scale == 0.0:
+        raise DataError("the effort is zero throughout", "check the column that holds the effort")
+    share_scales = manifest.motion.column_scales
+    shapes, measured = columns / share_scales, effort / scale
+    watch = stopwatch or Stopwatch()
+    if manifest.start_shares is not None:
+        start = manifest.start_shares
+        best, done = _refine(shapes, measured, network, start, passes, watch)
+    else:
+        rng = np.random.default_rng(seed)
+        best, done = _search(shapes, measured, network, rng, passes, watch)
+    unexplained = manifest.parameter_std_per_residual * best.residual
+    std = np.hypot(manifest.parameter_std[network.variant], unexplained)
+    trusted, reason = _judge(best, done)
+    return CnnIdentification(
+        parameters=best.shares * scale / share_scales,
+        std=std * scale / share_scales,
+        relative_residual=best.residual,
+        time_spectral=compare(measured, shapes @ best.shares).time_spectral,
+        passes=done,
+        trusted=trusted,
+        reason=reason,
+    )
+
+
+def motion_mismatch(columns: Array, network: Network) -> float:
+    """How far a recording's motion is from the one the network was trained for.
+
+    Parameters
+    ----------
+    columns : (100, 4) array
+        Subsampled regressor, SI.
+
+    Returns
+    -------
+    float
+        Largest ‖difference‖/‖column‖ among the columns.
+    """
+    known = network.manifest.motion.columns
+    difference = np.linalg.norm(columns - known, axis=0)
+    return float(np.max(difference / np.linalg.norm(known, axis=0)))
+
+
+def _refine(
+    shapes: Array, measured: Array, network: Network, start: Array, passes: int, watch: Stopwatch
+) -> tuple[_Candidate, int]:
+    """Read from what the guess leaves of the effort, until a pass changes the answer no more.
+
+    The network knows residuals in shares of the remainder's scale, so each pass adds as many
+    digits as the first one had. They belong to the network's motion, and are seen through the
+    recording's own in the end, whose amplitude may be another.
+    """
+    manifest = network.manifest
+    nominal = manifest.motion.columns / manifest.motion.column_scales
+    seen = np.linalg.lstsq(nominal, shapes, rcond=None)[0]
+    here, change = start, np.inf
+    for done in range(1, passes + 1):
+        with watch.stage("image"):
+            remainder = measured - shapes @ here
+            scale = max(float(effort_scale(remainder, manifest.normalization)), _TINY)
+            image = effort_image((nominal @ start)[None], remainder / scale, manifest.normalization)
+        with watch.stage("network"):
+            residual = scale * network.residual_shares(image)[0]
+        step = np.linalg.solve(seen, residual)
+        if np.linalg.norm(step) > change:  # the answer moves about what the network can resolve
+            return _physical(here, shapes, measured), done
+        here, change = here - step, float(np.linalg.norm(step))
+        if change <= SETTLED:
+            break
+    return _physical(here, shapes, measured), done
+
+
+def _physical(shares: Array, shapes: Array, measured: Array) -> _Candidate:
+    """Score shares, once what physics forbids is next to nothing."""
+    shares = np.where(POSITIVE, np.maximum(shares, SMALLEST), shares)
+    return _Candidate(shares, relative_residual(measured, shapes @ shares))
+
+
+def _search(
+    shapes: Array,
+    measured: Array,
+    network: Network,
+    rng: np.random.Generator,
+    passes: int,
+    watch: Stopwatch,
+) -> tuple[_Candidate, int]:
+    """Best candidate within the passes, and the passes used."""
+    normalization = network.manifest.normalization
+    here = best = _physical(_random_start(rng), shapes, measured)
+    for done in range(1, passes + 1):
+        with watch.stage("image"):
+            image = effort_image((shapes @ here.shares)[None], measured, normalization)
+        with watch.stage("network"):
+            residual = network.residual_shares(image)[0]
+        reached = min(
+            (_physical(here.shares - step * residual, shapes, measured) for step in STEPS),
+            key=lambda candidate: candidate.residual,
+        )
+        best = min(best, reached, key=lambda candidate: candidate.residual)
+        if best.residual <= GOOD_ENOUGH:
+            return best, done
+        sharper = reached.residual < here.residual
+        here = reached if sharper else _physical(_random_start(rng), shapes, measured)
+    return best, passes
+
+
+def _random_start(rng: np.random.Generator) -> Array:
+    """The paper's: in [0, 1], and [-1, 1] where either sign is physical."""
+    return rng.uniform(np.where(POSITIVE, 0.0, -1.0), 1.0)
+
+
+def _judge(best: _Candidate, passes: int) -> tuple[bool, str]:
+    after = f"{passes} pass" if passes == 1 else f"{passes} passes"
+    if not best.residual <= RESIDUAL_LIMIT:
+        return False, (
+            f"the network misses {best.residual:.1%} of the effort after {after} "
+            f"(limit {RESIDUAL_LIMIT:.0%})"
+        )
+    return True, f"the network misses {best.residual:.2%} of the effort after {after}"

@@ -1,0 +1,138 @@
+"""Ordinary least squares on the filtered regressor, corrected for encoder noise, with deviations
+that hold when residuals are coloured.
+
+Source: IDIM-LS with parallel filtering and decimation (Gautier 1997; Janot et al. 2014); the
+correction is that of errors in variables with known variance (Fuller 1987), to first order.
+"""
+
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from edge_ident.errors import DataError
+from edge_ident.estimation.covariance import coloured_std
+from edge_ident.model.model import Estimate
+from edge_ident.signals.conditioning import Signals, decimated, decimation
+from edge_ident.signals.filters import lowpass
+
+Array = NDArray[np.float64]
+
+_FEWEST_SAMPLES: Final = 12
+"""Three for each parameter."""
+_NOISE_DOUBT: Final = 0.5
+"""Relative deviation of the encoder noise's power from that predicted for white noise: at constant
+speed quantization makes tones, most of them outside the band."""
+_RANK: Final = 1e-10
+"""Singular value over the largest that counts as zero."""
+_TINY: Final = float(np.finfo(float).tiny)
+
+
+def fit(signals: Signals) -> Estimate:
+    """Estimate the base model's parameters.
+
+    Corrected for the bias by encoder noise and by reversals that the filter moves. The deviations
+    hold the noise in effort and regressor, and the doubt about both corrections.
+    """
+    part = estimation_part(signals)
+    effort = signals.effort[part]
+    unit, length = unit_length(signals.regressor[part])
+    pseudo = np.asarray(np.linalg.pinv(unit, rcond=_RANK), dtype=np.float64)
+    plain, inverse = pseudo @ effort, pseudo @ pseudo.T
+    noise_shift, noise_doubt = _encoder_noise_bias(signals, inverse, plain, len(part), length)
+    turn_shift, turn_doubt = _reversal_bias(signals, part, inverse, plain, length)
+    normalized = plain + noise_shift + turn_shift
+    std = coloured_std(unit, effort - unit @ normalized)
+    std = np.sqrt(std**2 + noise_doubt**2 + turn_doubt**2)
+    return Estimate(normalized / length, std / length)
+
+
+def estimation_part(signals: Signals) -> NDArray[np.intp]:
+    """Samples to estimate from: moving, and decimated to what the filter passes.
+
+    Raises
+    ------
+    DataError
+        Hardly any sample is left.
+    """
+    part = decimated(len(signals.effort), signals.cutoff_hz, signals.period_s)
+    moving: NDArray[np.intp] = part[signals.moving[part]]
+    if len(moving) < _FEWEST_SAMPLES:
+        raise DataError(
+            f"only {len(moving)} independent samples show the axis in motion",
+            "record a longer motion, or one that stands still less",
+        )
+    return moving
+
+
+def solve(regressor: Array, effort: Array) -> Estimate:
+    """Ordinary least squares, of a regressor taken for free of noise.
+
+    Parameters
+    ----------
+    regressor : (N, 4) array
+    effort : (N,) array
+    """
+    unit, length = unit_length(regressor)
+    normalized = np.linalg.lstsq(unit, effort, rcond=None)[0]
+    std = coloured_std(unit, effort - unit @ normalized)
+    return Estimate(normalized / length, std / length)
+
+
+def condition_number(regressor: Array) -> float:
+    """Condition number of an (N, 4) regressor with columns of unit length."""
+    return float(np.linalg.cond(unit_length(regressor)[0]))
+
+
+def _encoder_noise_bias(
+    signals: Signals, inverse: Array, plain: Array, samples: int, length: Array
+) -> tuple[Array, Array]:
+    """What to add to the plain estimate for noise in its regressor, and how doubtful that is.
+
+    Noise of covariance S in N rows takes (XᵀX)⁻¹·N·S·β off the parameters β. Where that is not
+    small the motion shows mostly noise: the correction is held back, the doubt is not.
+    """
+    deviation = np.array([*_motion_noise(signals), 0.0, 0.0])
+    power = samples * (deviation / length) ** 2
+    bias = inverse @ (power * plain)
+    share = float(np.diag(inverse) @ power)
+    return bias / (1.0 + share), (_NOISE_DOUBT + share) * np.abs(bias)
+
+
+def _motion_noise(signals: Signals) -> tuple[float, float]:
+    """Deviation of the encoder's noise in acceleration and velocity, spectra as f⁴ and f²."""
+    acceleration = signals.acceleration_noise * float(np.std(signals.regressor[:, 0]))
+    return acceleration, acceleration * np.sqrt(5.0 / 3.0) / (2.0 * np.pi * signals.cutoff_hz)
+
+
+def _reversal_bias(
+    signals: Signals, part: NDArray[np.intp], inverse: Array, plain: Array, length: Array
+) -> tuple[Array, Array]:
+    """What to add to the plain estimate for reversals seen too early or late, and the doubt.
+
+    Where the filtered velocity passes zero, the true one is still off by what the filter cannot
+    show, and for as long Coulomb friction acts the other way. What it cannot show is about what
+    half its bandwidth would cost once more; as far as that exceeds the encoder's noise, it is
+    corrected, and doubted all of it.
+    """
+    acceleration, velocity = signals.regressor[:, 0], signals.regressor[:, 1]
+    turns = np.flatnonzero((velocity[1:] * velocity[:-1] <= 0.0) & signals.moving[1:])
+    turns = turns[(turns >= part[0]) & (turns <= part[-1])]
+    lost = lowpass(velocity, 0.5 * signals.cutoff_hz, signals.period_s)[turns] - velocity[turns]
+    _, noise = _motion_noise(signals)
+    significant = 1.0 - np.minimum(1.0, (noise / np.maximum(np.abs(lost), _TINY)) ** 2)
+    early_s = lost / np.maximum(np.abs(acceleration[turns]), _TINY)
+    early_s = np.clip(early_s, -1.0 / signals.cutoff_hz, 1.0 / signals.cutoff_hz)
+    step = decimation(signals.cutoff_hz, signals.period_s)
+    samples = early_s / (step * signals.period_s)
+    pulses = (
+        inverse @ (signals.regressor[turns] / length).T * (2.0 * plain[2] / length[2] * samples)
+    )
+    return pulses @ significant, np.linalg.norm(pulses, axis=1)
+
+
+def unit_length(regressor: Array) -> tuple[Array, Array]:
+    """Columns (N, P) of unit length, and the lengths (P,) that they had; one for empty ones."""
+    length = np.linalg.norm(regressor, axis=0)
+    length = np.where(length > 0, length, 1.0)
+    return regressor / length, length

@@ -1,0 +1,212 @@
+"""When an estimate may be acted on, and what to tell the user where it may not.
+
+The limits state what is at stake, not what some test drive showed: gains computed from a model
+that misses a sixth of the effort, or from a parameter whose own uncertainty moves the effort by
+a twentieth, would be guesses.
+"""
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from edge_ident.model.model import PARAMETERS, POSITIVE, Estimate
+from edge_ident.signals.conditioning import Signals
+
+Array = NDArray[np.float64]
+
+RESIDUAL_LIMIT: Final = 0.15
+"""Relative residual above which the model does not describe the drive."""
+UNCERTAIN_EFFORT_LIMIT: Final = 0.05
+"""Share of the rms effort that a parameter's uncertainty may move."""
+WEAK_LIMIT: Final = 0.10
+"""Relative standard deviation above which a parameter is called weakly determined."""
+TARGET: Final = 0.05
+"""Relative standard deviation that a suggested motion should reach."""
+AGREEMENT: Final = 3.0
+"""Combined standard deviations by which two estimators may differ: 0.3 % by chance."""
+_HOPELESS: Final = 100.0
+"""Relative standard deviation beyond which more of the same motion is no advice."""
+_SAME_DIRECTION: Final = 1e-6
+"""Singular value over the largest, columns of unit length, that counts as zero."""
+_TINY: Final = np.finfo(float).tiny
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing the user should know.
+
+    Attributes
+    ----------
+    code : str
+    message, next_step : str
+        One line each.
+    blocks : bool
+        Whether the estimate must not be acted on.
+    """
+
+    code: str
+    message: str
+    next_step: str
+    blocks: bool
+
+
+def judge(
+    estimate: Estimate, regressor: Array, effort: Array, relative_residual: float
+) -> list[Finding]:
+    """Everything that speaks against an estimate.
+
+    Parameters
+    ----------
+    estimate : Estimate
+    regressor : (N, 4) array
+    effort : (N,) array
+    relative_residual : float
+    """
+    rms_effort = float(np.sqrt(np.mean(effort**2)))
+    rms_columns = np.sqrt(np.mean(regressor**2, axis=0))
+    findings = []
+    if relative_residual > RESIDUAL_LIMIT:
+        findings.append(
+            Finding(
+                "poor_fit",
+                f"the model misses {relative_residual:.1%} of the effort "
+                f"(limit {RESIDUAL_LIMIT:.0%})",
+                "look for a cause outside the model: units, a load that changes, play, ripple",
+                blocks=True,
+            )
+        )
+    findings += _inseparable(regressor)
+    for index in range(len(PARAMETERS)):
+        finding = _judge_parameter(index, estimate, rms_columns, rms_effort)
+        if finding:
+            findings.append(finding)
+    return findings
+
+
+def describe_data(signals: Signals) -> list[Finding]:
+    """What was done to the data before anything was estimated."""
+    findings = []
+    if signals.interpolated:
+        findings.append(
+            Finding(
+                "uneven_sampling",
+                f"time stamps are up to {signals.jitter:.2g} sampling periods off an even grid; "
+                "samples were interpolated",
+                "record with the board's clock if results look noisy",
+                blocks=False,
+            )
+        )
+    standing = 1.0 - float(np.mean(signals.moving))
+    if standing > 0:
+        findings.append(
+            Finding(
+                "standstill",
+                f"in {standing:.1%} of the recording the axis stands still or is about to; "
+                "this part was left out",
+                "stiffer feedback or friction feed-forward shortens standstills at reversals",
+                blocks=False,
+            )
+        )
+    return findings
+
+
+def _inseparable(regressor: Array) -> list[Finding]:
+    """Parameters whose columns are one and the same in this motion.
+
+    No standard deviation shows this: least squares splits such parameters evenly.
+    """
+    length = np.linalg.norm(regressor, axis=0)
+    _, singular, directions = np.linalg.svd(regressor / np.maximum(length, _TINY), False)
+    lost = directions[singular < _SAME_DIRECTION * singular[0]]
+    names = [name for i, name in enumerate(PARAMETERS) if np.any(np.abs(lost[:, i]) > 0.1)]
+    if not names:
+        return []
+    return [
+        Finding(
+            "inseparable",
+            f"{' and '.join(names)} cannot be told apart in this motion",
+            "record a motion that goes both ways at several speeds, such as --motion staircase",
+            blocks=True,
+        )
+    ]
+
+
+def _judge_parameter(
+    index: int, estimate: Estimate, rms_columns: Array, rms_effort: float
+) -> Finding | None:
+    name, value, std = PARAMETERS[index], estimate.parameters[index], estimate.std[index]
+    if POSITIVE[index] and value < -2.0 * std:
+        return Finding(
+            f"unphysical_{name}",
+            f"{name} comes out negative: {value:.4g} ± {std:.2g}",
+            "check the sign of the effort column and its units",
+            blocks=True,
+        )
+    moved = std * rms_columns[index] / max(rms_effort, _TINY)
+    if moved > UNCERTAIN_EFFORT_LIMIT or (POSITIVE[index] and value <= 0):
+        return Finding(
+            f"undetermined_{name}",
+            f"{name} is not determined: {value:.4g} ± {std:.2g}, which alone "
+            f"moves the effort by {moved:.1%}",
+            _better_motion(index, max(std / max(abs(value), _TINY), TARGET), rms_columns),
+            blocks=True,
+        )
+    if POSITIVE[index] and std > WEAK_LIMIT * value:
+        return Finding(
+            f"weak_{name}",
+            f"{name} is known to ±{std / value:.0%} only: it makes up "
+            f"{value * rms_columns[index] / rms_effort:.1%} of the effort in this motion",
+            _better_motion(index, std / value, rms_columns),
+            blocks=False,
+        )
+    return None
+
+
+def _better_motion(index: int, relative_std: float, rms_columns: Array) -> str:
+    """The motion that would determine a parameter; its share grows with its column."""
+    name = PARAMETERS[index]
+    if name == "inertia" and relative_std > _HOPELESS:
+        return "record a motion that accelerates, such as --motion multisine"
+    if name == "inertia":
+        wanted = rms_columns[0] * relative_std / TARGET
+        return (
+            f"record a motion with an rms acceleration of {wanted:.3g} or more (now "
+            f"{rms_columns[0]:.3g}), such as --motion multisine"
+        )
+    if name == "offset":
+        return "record a motion that goes both ways at the same speeds"
+    return "record several speeds both ways, such as --motion staircase"
+
+
+def assumed_in_time(effects: tuple[str, ...]) -> list[Finding]:
+    """Known effects that hold for the recording that they were found in, and hardly for others."""
+    return [
+        Finding(
+            f"tied_to_time_{effect}",
+            f"{effect} was taken off at the times that the model gives, counted from the first "
+            "sample",
+            "take it out of the model file, unless this is the recording that it was found in",
+            blocks=False,
+        )
+        for effect in effects
+    ]
+
+
+def compare_estimators(network: Estimate, least_squares: Estimate) -> list[Finding]:
+    """Where the network and least squares contradict each other."""
+    combined = np.hypot(network.std, least_squares.std)
+    distance = np.abs(network.parameters - least_squares.parameters)
+    return [
+        Finding(
+            f"estimators_disagree_{name}",
+            f"network and least squares differ in {name} by {distance[i] / combined[i]:.1f} "
+            f"standard deviations ({network.parameters[i]:.4g} against "
+            f"{least_squares.parameters[i]:.4g})",
+            "one of them is wrong about this drive: look at the residual over time",
+            blocks=True,
+        )
+        for i, name in enumerate(PARAMETERS)
+        if distance[i] > AGREEMENT * combined[i]
+    ]

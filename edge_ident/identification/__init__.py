@@ -1,0 +1,1 @@
+"""From a recording to the answer: the estimators side by side, and which of them is taken."""

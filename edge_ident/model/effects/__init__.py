@@ -1,0 +1,64 @@
+"""The catalogue of effects: one file each, found by being in this folder.
+
+A file holds one subclass of `edge_ident.model.effect.Effect` and its instance `EFFECT`. The name of
+an effect is the name of its file.
+"""
+
+import importlib
+import pkgutil
+from collections.abc import Mapping
+from functools import cache
+from types import MappingProxyType
+
+import numpy as np
+
+from edge_ident.errors import ModelError
+from edge_ident.model.effect import Effect
+from edge_ident.model.model import Term
+from edge_ident.model.outside_vibration import OUTSIDE_VIBRATION
+from edge_ident.model.rigid_body import RIGID_BODY
+from edge_ident.model.strengths import Draws, Scale
+
+
+@cache
+def catalogue() -> Mapping[str, Effect]:
+    """All effects by name, in alphabetical order."""
+    found = sorted(module.name for module in pkgutil.iter_modules(__path__))
+    return MappingProxyType(
+        {name: importlib.import_module(f"{__name__}.{name}").EFFECT for name in found}
+    )
+
+
+def named(name: str) -> Effect:
+    """The effect of this name, the base term, or a vibration from outside.
+
+    Raises
+    ------
+    ModelError
+        There is none.
+    """
+    for uncatalogued in (RIGID_BODY, OUTSIDE_VIBRATION):
+        if name == uncatalogued.name:
+            return uncatalogued
+    if name not in catalogue():
+        raise ModelError(f"there is no effect {name!r}", f"known: {', '.join(catalogue())}")
+    return catalogue()[name]
+
+
+def random_term(
+    name: str, rng: np.random.Generator, scale: Scale, source_axis: str | None = None
+) -> Term:
+    """An effect at random strength for every drive of a scale, faint to strong.
+
+    Parameters
+    ----------
+    name : str
+    rng : numpy Generator
+    scale : Scale
+        Of the drives; its arrays' shape is that of the values.
+    source_axis : str, optional
+        Kept only by effects that need one.
+    """
+    effect = named(name)
+    values = effect.draw(Draws(rng, scale.inertia.shape), scale)
+    return Term(name, values, source_axis=source_axis if effect.needs_source else None)

@@ -1,0 +1,47 @@
+"""Actuator deadband: commands below a threshold give no torque, those above lose it.
+
+torque = command - clip(command, -width, width): dead time of a bridge, a valve's overlap.
+It flips with the sign of the effort, not of the velocity.
+Source: Tao and Kokotović, Adaptive Control of Systems with Actuator and Sensor Nonlinearities
+(1996).
+"""
+
+from typing import Final
+
+import numpy as np
+
+from edge_ident.model.effect import Array, Effect, Form, Parameter, Values
+from edge_ident.model.strengths import Draws, Scale
+
+
+class ActuatorDeadband(Effect):
+    """Effort that is commanded and never arrives."""
+
+    parameters = (Parameter("width", "{effort}", 0.0, 1e9, "half of the band without torque"),)
+    discrepancy = 0.1
+    forms = (Form(("width",)),)
+    signature = "flips with the sign of the effort, not of the velocity"
+    rivals = ("load_dependent_friction", "asymmetric_friction", "stribeck_friction")
+    experiment = (
+        "a motion that brakes hard enough for the effort to change its sign while "
+        "moving: --motion multisine"
+    )
+
+    def command(self, torque: Array, time_s: Array, values: Values) -> Array:
+        """The band on top of what is needed."""
+        return torque + values["width"] * np.sign(torque)
+
+    def torque(self, command: Array, time_s: Array, values: Values) -> Array:
+        """What is left beyond the band."""
+        return command - np.clip(command, -values["width"], values["width"])
+
+    def withheld(self, effort: Array, values: Values) -> Array:
+        """What of a command stays in the band."""
+        return np.clip(effort, -values["width"], values["width"])
+
+    def draw(self, draws: Draws, scale: Scale) -> dict[str, Array]:
+        """2 % to 30 % of the effort."""
+        return {"width": draws.strength() * scale.effort}
+
+
+EFFECT: Final = ActuatorDeadband()

@@ -1,0 +1,44 @@
+"""Friction that differs by direction: a preloaded nut, a skewed seal, a worn guide.
+
+f = difference·|v|: viscous friction is larger by the difference forward, smaller by it backward.
+Coulomb friction by direction is not part of it: (C₊ - C₋)/2 adds the same effort both ways, which
+is exactly an offset.
+Source: the EMPS reference model with friction by direction (Janot, Gautier and Brunot 2019).
+"""
+
+from typing import Final
+
+import numpy as np
+
+from edge_ident.model.effect import Array, Effect, Form, Motion, Parameter, Values
+from edge_ident.model.strengths import Draws, Scale
+
+
+class AsymmetricFriction(Effect):
+    """Half the difference of viscous friction forward and backward."""
+
+    parameters = (
+        Parameter(
+            "difference", "{effort}*s/{position}", -1e9, 1e9, "viscous friction, forward over mean"
+        ),
+    )
+    forms = (Form(("difference",)),)
+    signature = "grows with speed and does not change its sign with the direction"
+    rivals = ("position_dependent_friction", "nonlinear_viscous", "actuator_deadband")
+    experiment = "constant speeds both ways over the same stroke: --motion staircase"
+
+    def load(self, at: Motion, values: Values) -> Array:
+        """The same sign both ways."""
+        return values["difference"] * np.abs(at.velocity)
+
+    def fastest_rate(self, values: Values, inertia: Array, speed: float) -> Array:
+        """That of viscous friction."""
+        return np.abs(values["difference"]) / inertia
+
+    def draw(self, draws: Draws, scale: Scale) -> dict[str, Array]:
+        """3 % to 60 % of viscous friction, either way."""
+        share = draws.sign() * draws.log_uniform(0.03, 0.6)
+        return {"difference": share * scale.viscous_friction}
+
+
+EFFECT: Final = AsymmetricFriction()

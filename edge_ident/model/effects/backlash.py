@@ -1,0 +1,213 @@
+"""Backlash: play between the encoder's side and the load.
+
+For the width of the gap after a reversal the drive moves only its own inertia and friction; then
+it takes the load along with an impact. The load has its share of the axis's inertia,
+friction and weight; what the base model calls so includes it. The contacts are as stiff as the
+shaft between: the load rebounds, and how far decides what the drive feels next.
+Source: Nordin and Gutman, Automatica 38 (2002) 1633 (dead zone with spring and damper).
+"""
+
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from edge_ident.model.effect import Array, Effect, Extent, Form, Motion, Parameter, Values
+from edge_ident.model.strengths import Draws, Scale
+
+_STRETCHES: Final = 12
+"""Of the motion, integrated side by side."""
+_SHORTEST: Final = 100
+"""Samples of such a stretch."""
+_CONTACT_DAMPING: Final = 0.4
+"""Damping ratio of the load on a contact."""
+_CONTACT_BAND: Final = 5.0
+"""Resonance of the load on a contact over the bandwidth, where the search for it begins."""
+
+
+class Backlash(Effect):
+    """A load that is taken along at the ends of a gap; memory: its position and speed."""
+
+    parameters = (
+        Parameter("gap", "{position}", 0.0, 1e9, "free travel between the contacts"),
+        Parameter("load_inertia", "{inertia}", 1e-12, 1e9, "part of the inertia beyond the gap"),
+        Parameter(
+            "deceleration",
+            "{position}/s^2",
+            0.0,
+            1e9,
+            "of the free load by its Coulomb friction: that over load_inertia",
+        ),
+        Parameter(
+            "damping_rate", "1/s", 0.0, 1e6, "its viscous friction over load_inertia", default=0.0
+        ),
+        Parameter(
+            "weight", "{position}/s^2", -1e9, 1e9, "its share of the offset over it", default=0.0
+        ),
+        Parameter(
+            "contact_rate", "rad/s", 1.0, 1e6, "the load's resonance on a contact", default=300.0
+        ),
+    )
+    discrepancy = 0.4
+    open_shapes = ("deceleration",)
+    needs_reversals = True
+    forms = (
+        Form(("load_inertia",), ("gap", "deceleration", "damping_rate", "weight", "contact_rate")),
+    )
+    signature = "a stretch of little effort and of fixed length after each reversal, then an impact"
+    rivals = ("presliding_hysteresis", "coupling_compliance")
+    experiment = (
+        "reversals at several accelerations, some smaller than the play: --motion multisine"
+    )
+    memory_size = 2
+
+    def possible(self, values: Values, extent: Extent) -> bool:
+        """A gap that the encoder resolves, and no more inertia than the drive moved."""
+        seen = np.all(values["gap"] >= 0.5 * extent.resolution)
+        return bool(seen) and extent.moved(values["load_inertia"])
+
+    def load(self, at: Motion, values: Values) -> Array:
+        """Contact, in place of the viscous friction and the weight of a load that is carried."""
+        carried = values["damping_rate"] * at.velocity + values["weight"]
+        return _contact(at, values) - values["load_inertia"] * carried
+
+    def friction(self, at: Motion, values: Values) -> Array:
+        """What is left of it on the encoder's side."""
+        return -values["load_inertia"] * values["deceleration"]
+
+    def inertia(self, at: Motion, values: Values) -> Array:
+        """What is left of it on the encoder's side."""
+        return -values["load_inertia"]
+
+    def start(self, at: Motion, values: Values) -> Array:
+        """In the middle of the gap, at rest."""
+        return np.array([at.position, np.zeros_like(at.position)])
+
+    def rates(self, at: Motion, values: Values) -> Array:
+        """Of the load; its friction is smoothed where it would stop within a contact's time."""
+        speed = at.memory[1]
+        deceleration = values["deceleration"]
+        stopping = values["contact_rate"] * speed
+        smoothed = np.minimum(np.maximum(stopping, -deceleration), deceleration)
+        slowing = smoothed + values["damping_rate"] * speed + values["weight"]
+        return np.array([speed, _contact(at, values) / values["load_inertia"] - slowing])
+
+    def fastest_rate(self, values: Values, inertia: Array, speed: float) -> Array:
+        """Of the contact, with both sides moving."""
+        return values["contact_rate"] * (1.0 + values["load_inertia"] / inertia)
+
+    def resistance(self, motion: Motion, values: Values) -> Array:
+        """Let the load move on by itself and on the contacts, sample by sample.
+
+        A load forgets what it did before it was last carried, so stretches of the motion are
+        integrated side by side, each from one stretch earlier on, where the axis is quick.
+        """
+        step_s = float(motion.time_s[1] - motion.time_s[0])
+        carried = values["deceleration"] * motion.direction
+        carried = carried + values["damping_rate"] * motion.velocity
+        carried = motion.acceleration + carried + values["weight"]
+        starts = _starts(motion.velocity)
+        begins = np.concatenate([[0], starts[:-2]])
+        length = int(np.max(starts[1:] - begins)) + 1
+        along = np.minimum(begins[:, None] + np.arange(length), len(motion.time_s) - 1)
+        pushed = _pushed(
+            motion.position[..., along],
+            motion.velocity[..., begins],
+            carried[..., begins],
+            values,
+            step_s,
+        )
+        contact = np.empty((*pushed.shape[:-2], len(motion.time_s)))
+        for row, (begin, start, end) in enumerate(zip(begins, starts, starts[1:], strict=False)):
+            contact[..., start:end] = pushed[..., row, start - begin : end - begin]
+        return values["load_inertia"] * (contact - carried)
+
+    def grid(self, extent: Extent) -> dict[str, Array]:
+        """Gaps from what the encoder just resolves; loads with more or less than their share of
+        the axis's friction."""
+        inertia, viscous, coulomb, offset = extent.base
+        inertia, viscous, coulomb = (max(x, 1e-9) for x in (inertia, viscous, coulomb))
+        gaps, shares = np.meshgrid(
+            np.geomspace(0.5 * extent.resolution, 0.03 * extent.travel, 24),
+            np.array([0.1, 0.4, 1.0, 2.5]),
+        )
+        return {
+            "gap": gaps.ravel(),
+            "deceleration": shares.ravel() * coulomb / inertia,
+            "damping_rate": np.full(gaps.size, 1.5 * viscous / inertia),
+            "weight": np.full(gaps.size, 2.0 * offset / inertia),
+            "contact_rate": np.full(gaps.size, _CONTACT_BAND * 2.0 * np.pi * extent.cutoff_hz),
+        }
+
+    def draw(self, draws: Draws, scale: Scale) -> dict[str, Array]:
+        """0.02 % to 1 % of the travel; the load has 20 % to 80 % of inertia and friction."""
+        gap = draws.log_uniform(2e-4, 1e-2) * scale.travel
+        load_inertia = draws.uniform(0.2, 0.8) * scale.inertia
+        friction = draws.uniform(0.2, 0.8) * scale.coulomb_friction
+        return {
+            "gap": gap,
+            "load_inertia": load_inertia,
+            "deceleration": friction / load_inertia,
+            "damping_rate": scale.viscous_friction / scale.inertia,
+            "weight": np.zeros(draws.shape),
+            "contact_rate": 2.0 * np.pi * draws.log_uniform(20.0, 100.0),
+        }
+
+
+def _starts(velocity: Array) -> NDArray[np.intp]:
+    """Where stretches start (K + 1), the end included: where the axis is quick, evenly spread."""
+    speed = np.abs(velocity).reshape(-1, velocity.shape[-1])[0]
+    count = max(1, min(_STRETCHES, len(speed) // _SHORTEST))
+    near = len(speed) // (4 * count)
+    even = len(speed) * np.arange(1, count) // count
+    quick = [k - near + int(np.argmax(speed[k - near : k + near])) for k in even]
+    return np.array([0, *quick, len(speed)])
+
+
+def _pushed(drive: Array, speed: Array, carried: Array, values: Values, step_s: float) -> Array:
+    """Acceleration (..., K, N) that the contacts give a load (implicit midpoint rule; dry friction
+    takes off what speed it can).
+
+    Parameters
+    ----------
+    drive : (..., K, N) array
+        Positions of the encoder's side along K stretches.
+    speed, carried : (..., K) arrays
+        Where they begin: speed, and the contact's acceleration of a load that is carried.
+    """
+    half, friction = 0.5 * values["gap"], step_s * values["deceleration"]
+    rate = np.minimum(values["contact_rate"], 2.0 / step_s)  # what samples resolve
+    spring, damper = rate**2, 2.0 * _CONTACT_DAMPING * rate
+    position = drive[..., 0] - np.copysign(half, carried) - carried / spring
+    implicit = 1.0 + 0.5 * step_s * (damper + 0.5 * step_s * spring)
+    spring, damper = spring / implicit, damper / implicit
+    fading, weight = -np.expm1(-values["damping_rate"] * step_s) / step_s, values["weight"]
+    middle, moving = 0.5 * (drive[..., 1:] + drive[..., :-1]), np.diff(drive) / step_s
+    pushed = np.empty((*position.shape, drive.shape[-1]))
+    for k in range(moving.shape[-1]):
+        loss = -weight - fading * speed
+        ahead = speed + 0.5 * step_s * loss
+        behind = middle[..., k] - position - 0.5 * step_s * ahead
+        depth = behind - np.minimum(np.maximum(behind, -half), half)
+        push = spring * depth + damper * (moving[..., k] - ahead)
+        push = np.where(push * depth > 0.0, push, 0.0)
+        free = speed + step_s * (loss + push)
+        free = free - np.minimum(np.maximum(free, -friction), friction)
+        position = position + 0.5 * step_s * (speed + free)
+        speed = free
+        pushed[..., k] = push
+    pushed[..., -1] = pushed[..., -2]
+    pushed[..., 1:-1] = 0.5 * (pushed[..., :-2] + pushed[..., 1:-1])
+    return pushed
+
+
+def _contact(at: Motion, values: Values) -> Array:
+    """Effort of the contact, which pushes and never pulls."""
+    behind = at.position - at.memory[0]
+    half, rate = 0.5 * values["gap"], values["contact_rate"]
+    depth = behind - np.minimum(np.maximum(behind, -half), half)
+    pull = rate * (depth * rate + 2.0 * _CONTACT_DAMPING * (at.velocity - at.memory[1]))
+    return np.where(pull * depth > 0.0, values["load_inertia"] * pull, 0.0)
+
+
+EFFECT: Final = Backlash()

@@ -1,0 +1,176 @@
+"""Coupling compliance: part of the inertia hangs on a spring and a damper.
+
+The load, of load_inertia J, lags by d = x - x_load: d'' + 2·ζ·ω·d' + ω²·d = a + friction of the
+load over J, where ω is the load's resonance with the encoder's side held. The drive feels the
+spring instead of the load: ringing of fixed frequency after reversals, and for slow motion
+-(J/ω²)·a'', the snap, which a smooth slow motion hardly shows. The load has its share of the axis's
+friction, which can hold it; what the base model calls so includes it.
+Source: two-mass drive, Ellis, Control System Design Guide, ch. 16.
+"""
+
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from edge_ident.model.effect import Array, Effect, Extent, Form, Motion, Parameter, Values
+from edge_ident.model.strengths import Draws, Scale
+
+Complex = NDArray[np.complex128]
+
+_STOPPING_RATE: Final = 300.0
+"""In 1/s, with which dry friction stops the load in a simulation."""
+
+
+class CouplingCompliance(Effect):
+    """A load on a spring; memory: how far and how fast it lags."""
+
+    parameters = (
+        Parameter("load_inertia", "{inertia}", 1e-12, 1e9, "part of the inertia behind the spring"),
+        Parameter("rate", "rad/s", 1e-3, 1e6, "the load's resonance, encoder's side held"),
+        Parameter("damping_ratio", "1", 0.0, 0.99, "of that resonance"),
+        Parameter(
+            "deceleration",
+            "{position}/s^2",
+            0.0,
+            1e9,
+            "of the load by its Coulomb friction: that over load_inertia",
+            default=0.0,
+        ),
+        Parameter(
+            "damping_rate", "1/s", 0.0, 1e6, "its viscous friction over load_inertia", default=0.0
+        ),
+        Parameter(
+            "weight", "{position}/s^2", -1e9, 1e9, "its share of the offset over it", default=0.0
+        ),
+    )
+    discrepancy = 0.4
+    open_shapes = ("rate", "damping_ratio", "deceleration")
+    forms = (
+        Form(
+            ("load_inertia",), ("rate", "damping_ratio", "deceleration", "damping_rate", "weight")
+        ),
+    )
+    signature = "ringing of one frequency, whatever the amplitude, where the acceleration jumps"
+    rivals = ("time_delay", "backlash", "presliding_hysteresis")
+    experiment = "a motion with content up to the resonance: --motion multisine"
+    memory_size = 2
+
+    def possible(self, values: Values, extent: Extent) -> bool:
+        """No more inertia than the drive moved."""
+        return extent.moved(values["load_inertia"])
+
+    def load(self, at: Motion, values: Values) -> Array:
+        """Spring and damper, in place of the viscous friction of a load that is carried along."""
+        carried = values["damping_rate"] * at.velocity + values["weight"]
+        return values["load_inertia"] * (_pull(at.memory[0], at.memory[1], values) - carried)
+
+    def friction(self, at: Motion, values: Values) -> Array:
+        """What is left of it on the encoder's side."""
+        return -values["load_inertia"] * values["deceleration"]
+
+    def inertia(self, at: Motion, values: Values) -> Array:
+        """What is left of it on the encoder's side."""
+        return -values["load_inertia"]
+
+    def start(self, at: Motion, values: Values) -> Array:
+        """The load's position and speed are those of the encoder's side."""
+        return np.zeros((2, *np.shape(at.position)))
+
+    def rates(self, at: Motion, values: Values) -> Array:
+        """In the lag's coordinates; friction is smoothed where the load would stop at once."""
+        lag, lag_speed = at.memory
+        speed, deceleration = at.velocity - lag_speed, values["deceleration"]
+        slowing = np.minimum(np.maximum(_STOPPING_RATE * speed, -deceleration), deceleration)
+        slowing = slowing + values["damping_rate"] * speed + values["weight"]
+        return np.array([lag_speed, at.acceleration + slowing - _pull(lag, lag_speed, values)])
+
+    def fastest_rate(self, values: Values, inertia: Array, speed: float) -> Array:
+        """Resonance with both sides free."""
+        return values["rate"] * np.sqrt(1.0 + values["load_inertia"] / inertia)
+
+    def resistance(self, motion: Motion, values: Values) -> Array:
+        """The lag's equation, exact for loads straight between samples and for dry friction that is
+        constant between them."""
+        rate = values["rate"]
+        ratio = np.minimum(values["damping_ratio"] + 0.5 * values["damping_rate"] / rate, 0.99)
+        pole = rate * (-ratio + 1j * np.sqrt(1.0 - ratio**2))
+        viscous = values["damping_rate"] * motion.velocity
+        smooth = motion.acceleration + viscous + values["weight"]
+        period_s = float(motion.time_s[1] - motion.time_s[0])
+        u = _lag(pole, smooth, motion.velocity, values["deceleration"], period_s)
+        carried = smooth + values["deceleration"] * motion.direction
+        lag = u.imag / pole.imag
+        lag_speed = u.real + pole.real * lag
+        pull = _pull(lag, lag_speed, values)
+        return values["load_inertia"] * (pull - carried)
+
+    def grid(self, extent: Extent) -> dict[str, Array]:
+        """Resonances that the filter passes, and those beyond, of which a trace is left."""
+        highest = 3.0 * 2.0 * np.pi * extent.cutoff_hz
+        lowest = max(highest / 30.0, 2.0 * np.pi / extent.duration_s)
+        inertia, viscous, coulomb, offset = extent.base
+        inertia, viscous, coulomb = (max(x, 1e-9) for x in (inertia, viscous, coulomb))
+        # the lighter the damping, the narrower the resonance
+        sets = [
+            (rate, ratio, share)
+            for ratio, count in ((0.03, 40), (0.1, 16), (0.3, 6), (0.8, 4))
+            for rate in np.geomspace(lowest, highest, count)
+            for share in (0.3, 1.5)
+        ]
+        rate, ratio, share = np.array(sets).T
+        return {
+            "rate": rate,
+            "damping_ratio": ratio,
+            "deceleration": share * coulomb / inertia,
+            "damping_rate": np.full(len(rate), 1.5 * viscous / inertia),
+            "weight": np.full(len(rate), 2.0 * offset / inertia),
+        }
+
+    def draw(self, draws: Draws, scale: Scale) -> dict[str, Array]:
+        """20 % to 80 % of the inertia at 2 to 30 Hz, hardly to well damped."""
+        return {
+            "load_inertia": draws.uniform(0.2, 0.8) * scale.inertia,
+            "rate": 2.0 * np.pi * draws.log_uniform(2.0, 30.0),
+            "damping_ratio": draws.log_uniform(0.01, 0.3),
+            "deceleration": draws.uniform(0.0, 1.0) * scale.coulomb_friction / scale.inertia,
+            "damping_rate": draws.uniform(0.0, 1.0) * scale.viscous_friction / scale.inertia,
+            "weight": np.zeros(draws.shape),
+        }
+
+
+def _pull(lag: Array, lag_speed: Array, values: Values) -> Array:
+    """Acceleration that spring and damper give the load."""
+    rate = values["rate"]
+    return rate * (rate * lag + 2.0 * values["damping_ratio"] * lag_speed)
+
+
+def _lag(pole: Complex, load: Array, velocity: Array, most: Array, period_s: float) -> Complex:
+    """u = d' - conj(pole)·d, which obeys u' = pole·u + load + friction, from the steady lag.
+
+    Dry friction, of `most` at most, is constant over a sample: what stops the load at its end, or
+    all there is.
+    """
+    step = pole * period_s
+    decay = np.exp(step)
+    # response to a load that rises to one, and one that falls from it, over a sample
+    rising = (decay - 1.0 - step) / (pole * step)
+    falling = (decay - 1.0) / pole - rising
+    forcing = falling * load[..., :-1] + rising * load[..., 1:]
+    most = most[..., 0]
+    start = load[..., 0] + most * np.sign(velocity[..., 0])
+    u = np.asarray(-start / pole[..., 0])
+    result = np.empty((*u.shape, forcing.shape[-1] + 1), dtype=np.complex128)
+    result[..., 0] = u
+    decay, response = decay[..., 0], (rising + falling)[..., 0]
+    lean = pole.real[..., 0] / pole.imag[..., 0]
+    mobility = response.real + lean * response.imag
+    for k in range(forcing.shape[-1]):
+        u = decay * u + forcing[..., k]
+        stopping = (velocity[..., k + 1] - u.real - lean * u.imag) / mobility
+        u = u + response * np.minimum(np.maximum(stopping, -most), most)
+        result[..., k + 1] = u
+    return result
+
+
+EFFECT: Final = CouplingCompliance()

@@ -1,0 +1,71 @@
+"""Cross-axis coupling: the motion of another axis costs effort on this one.
+
+f = (inertia + inertia_cosine·cos x)·a₂ + viscous_friction·v₂ + coulomb_friction·sign(v₂) +
+centrifugal_sine·sin(x)·v₂², where 2 is the source axis: a
+carried axis that accelerates, guides out of square, a shared cable chain.
+Source: off-diagonal elements of a multi-body inertia matrix; skewed guides.
+"""
+
+from typing import Final
+
+import numpy as np
+
+from edge_ident.model.effect import Array, Effect, Form, Motion, Parameter, Values
+from edge_ident.model.strengths import Draws, Scale
+
+
+class CrossAxisCoupling(Effect):
+    """Effort in proportion to another axis's acceleration, velocity and friction."""
+
+    parameters = (
+        Parameter("inertia", "{inertia}", -1e9, 1e9, "per acceleration of the source"),
+        Parameter("viscous_friction", "{effort}*s/{position}", -1e9, 1e9, "per its velocity"),
+        Parameter("coulomb_friction", "{effort}", -1e9, 1e9, "with the sign of its velocity"),
+        Parameter(
+            "inertia_cosine", "{inertia}", -1e9, 1e9, "by the cosine of the own angle", default=0.0
+        ),
+        Parameter(
+            "centrifugal_sine",
+            "{inertia}",
+            -1e9,
+            1e9,
+            "per its velocity squared, by the sine of it",
+            default=0.0,
+        ),
+    )
+    discrepancy = 0.1
+    forms = (
+        Form(("inertia",), coupled=True),
+        Form(("viscous_friction",), coupled=True),
+        Form(("coulomb_friction",), coupled=True),
+        Form(("inertia", "viscous_friction", "coulomb_friction"), coupled=True),
+        Form(("inertia", "inertia_cosine", "centrifugal_sine"), coupled=True, rotary=True),
+    )
+    signature = "follows the other axis, and is gone when that one rests"
+    rivals = ("position_dependent_load", "offset_drift")
+    experiment = "both axes at different frequencies, then one at rest: --motion multisine"
+    needs_source = True
+
+    def load(self, at: Motion, values: Values) -> Array:
+        """By velocity and its sign."""
+        viscous = values["viscous_friction"] * at.partner.velocity
+        centrifugal = values["centrifugal_sine"] * np.sin(at.position) * at.partner.velocity**2
+        return viscous + values["coulomb_friction"] * at.partner.direction + centrifugal
+
+    def cross_inertia(self, at: Motion, values: Values) -> Array:
+        """An element of the inertia matrix, which may depend on the angle between the axes."""
+        return np.asarray(values["inertia"] + values["inertia_cosine"] * np.cos(at.position))
+
+    def draw(self, draws: Draws, scale: Scale) -> dict[str, Array]:
+        """5 % to 50 % of the axis's own coefficients, any mixture, either sign."""
+        share = draws.log_uniform(0.05, 0.5)
+        return {
+            "inertia": draws.uniform(-1.0, 1.0) * share * scale.inertia,
+            "viscous_friction": draws.uniform(-1.0, 1.0) * share * scale.viscous_friction,
+            "coulomb_friction": draws.uniform(-1.0, 1.0) * share * scale.coulomb_friction,
+            "inertia_cosine": np.zeros(draws.shape),
+            "centrifugal_sine": np.zeros(draws.shape),
+        }
+
+
+EFFECT: Final = CrossAxisCoupling()

@@ -1,0 +1,81 @@
+"""Encoder eccentricity: the disc runs out, and the reading errs once per turn.
+
+reading = x + cosine·cos(2π·x/period) + sine·sin(2π·x/period). The true motion is uneven where the
+reading is even, and costs effort that grows with the square of the speed.
+Source: first harmonic of an eccentrically mounted graduation.
+"""
+
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+from edge_ident.model.effect import Array, Effect, Extent, Form, Motion, Parameter, Values
+from edge_ident.model.strengths import Draws, Scale
+
+_ITERATIONS: Final = 5
+"""Of Newton's method, at most; for errors that keep the reading increasing it needs fewer."""
+_CONVERGED: Final = 1e-13
+_SMALLEST: Final = 0.1
+"""Of the encoder's resolution."""
+
+
+class EncoderEccentricity(Effect):
+    """A position error that repeats every turn."""
+
+    parameters = (
+        Parameter("cosine", "{position}", -1e9, 1e9, "error in phase with position zero"),
+        Parameter("sine", "{position}", -1e9, 1e9, "error a quarter turn later"),
+        Parameter("period", "{position}", 1e-9, 1e9, "travel of one turn of the encoder"),
+    )
+    forms = (Form(("cosine", "sine"), ("period",)),)
+    signature = "repeats every turn and grows with the square of the speed"
+    rivals = ("torque_ripple", "position_dependent_load")
+    experiment = "several speeds over whole turns: --motion staircase"
+
+    def possible(self, values: Values, extent: Extent) -> bool:
+        """An error that is more than a trace of the encoder's own rounding."""
+        amplitude = np.hypot(values["cosine"], values["sine"])
+        return bool(np.all(amplitude > _SMALLEST * extent.resolution))
+
+    def reading(self, position: Array, values: Values) -> Array:
+        """Position and its error."""
+        return position + _error(position, values)[0]
+
+    def true_motion(self, motion: Motion, values: Values) -> Motion:
+        """Solve the reading for the position; the chain rule gives speed and acceleration."""
+        position = motion.position
+        for _ in range(_ITERATIONS):
+            error, slope, bend = _error(position, values)
+            step = (position + error - motion.position) / (1.0 + slope)
+            position = position - step
+            if np.max(np.abs(step)) < _CONVERGED * np.max(np.abs(motion.position)):
+                break
+        velocity = motion.velocity / (1.0 + slope)
+        acceleration = (motion.acceleration - bend * velocity**2) / (1.0 + slope)
+        return replace(motion, position=position, velocity=velocity, acceleration=acceleration)
+
+    def grid(self, extent: Extent) -> dict[str, Array]:
+        """Turns of an encoder that sees from half a turn to many."""
+        return {"period": extent.orders(0.5, 40.0, step=0.25)}
+
+    def draw(self, draws: Draws, scale: Scale) -> dict[str, Array]:
+        """One to 20 turns in the travel; the acceleration doubles at most, or errs by 3 %."""
+        period = scale.travel / draws.log_uniform(1.0, 20.0)
+        rate = 2.0 * np.pi / period
+        unevenness = draws.log_uniform(0.03, 1.0) * scale.acceleration
+        amplitude = np.minimum(unevenness / (rate * scale.speed) ** 2 * 2.0, 0.2 / rate)
+        cosine, sine = draws.phase()
+        return {"cosine": amplitude * cosine, "sine": amplitude * sine, "period": period}
+
+
+def _error(position: Array, values: Values) -> tuple[Array, Array, Array]:
+    """The error, and its first and second derivative by position."""
+    rate = 2.0 * np.pi / values["period"]
+    cosine, sine = np.cos(rate * position), np.sin(rate * position)
+    error = values["cosine"] * cosine + values["sine"] * sine
+    slope = rate * (values["sine"] * cosine - values["cosine"] * sine)
+    return error, slope, -(rate**2) * error
+
+
+EFFECT: Final = EncoderEccentricity()

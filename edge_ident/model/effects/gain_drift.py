@@ -1,0 +1,69 @@
+"""Gain drift: the effort column's scale changes, and every coefficient with it.
+
+command = torque·(1 + rate·t + curvature·t²), or with a time constant τ in place of the curvature
+τ·(1 - exp(-t/τ)) in place of t: a magnet that warms, an amplifier that drifts. Before the record
+starts the scale is that at its start.
+Source: Taylor expansion, first-order warming; NdFeB magnets lose about 0.1 % of their torque
+constant per kelvin.
+"""
+
+from typing import Final
+
+import numpy as np
+
+from edge_ident.model.effect import Array, Effect, Extent, Form, Parameter, Values
+from edge_ident.model.effects.offset_drift import TIME_CONSTANT, settling, time_constants
+from edge_ident.model.strengths import Draws, Scale
+
+_SMALLEST: Final = 0.05
+"""Scale below which it stays, so that a long record never divides by zero."""
+
+
+class GainDrift(Effect):
+    """A factor on the whole effort, a parabola of time."""
+
+    parameters = (
+        Parameter("rate", "1/s", -10.0, 10.0, "relative growth of the effort at the start"),
+        Parameter("curvature", "1/s^2", -10.0, 10.0, "half the growth of the rate", default=0.0),
+        TIME_CONSTANT,
+    )
+    open_shapes = ("time_constant",)
+    discrepancy = 0.1
+    forms = (
+        Form(("rate",)),
+        Form(("rate", "curvature")),
+        Form(("rate",), ("time_constant",)),
+    )
+    signature = "all coefficients move together"
+    rivals = ("warm_up", "payload_change", "offset_drift")
+    experiment = "the same motion at the beginning and at the end of a long record"
+
+    def command(self, torque: Array, time_s: Array, values: Values) -> Array:
+        """More command for the same torque."""
+        return torque * _scale(time_s, values)
+
+    def torque(self, command: Array, time_s: Array, values: Values) -> Array:
+        """Less torque for the same command."""
+        return command / _scale(time_s, values)
+
+    def grid(self, extent: Extent) -> dict[str, Array]:
+        """From a straight line to what is over in a twentieth of the record."""
+        return time_constants(extent)
+
+    def draw(self, draws: Draws, scale: Scale) -> dict[str, Array]:
+        """4 % to 50 % over the record, up or down."""
+        drift = draws.sign() * draws.log_uniform(0.04, 0.5) / scale.duration_s
+        bend = draws.uniform(-0.5, 0.5)
+        return {
+            "rate": drift * (1.0 - bend),
+            "curvature": drift * bend / scale.duration_s,
+            "time_constant": np.full(draws.shape, 1e9),
+        }
+
+
+def _scale(time_s: Array, values: Values) -> Array:
+    since = settling(time_s, values)
+    return np.maximum(1.0 + (values["rate"] + values["curvature"] * since) * since, _SMALLEST)
+
+
+EFFECT: Final = GainDrift()

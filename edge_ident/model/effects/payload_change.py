@@ -1,0 +1,62 @@
+"""Payload change: from one moment on, the axis carries more or less.
+
+From that time inertia·a + coulomb_friction·sign(v) + offset are added: the mass, the friction and,
+on an axis that lifts, the weight of what was put on or taken off.
+Source: rigid-body dynamics.
+"""
+
+from typing import Final
+
+import numpy as np
+
+from edge_ident.model.effect import Array, Effect, Extent, Form, Motion, Parameter, Values
+from edge_ident.model.strengths import Draws, Scale
+
+
+class PayloadChange(Effect):
+    """A step of inertia, Coulomb friction and offset."""
+
+    parameters = (
+        Parameter("time", "s", -1e9, 1e9, "of the change, from the start of the record"),
+        Parameter("inertia", "{inertia}", -1e9, 1e9, "added; negative where something is dropped"),
+        Parameter("coulomb_friction", "{effort}", -1e9, 1e9, "added with it"),
+        Parameter("offset", "{effort}", -1e9, 1e9, "its weight"),
+    )
+    discrepancy = 0.05
+    essential = ("inertia",)
+    forms = (
+        Form(("inertia", "coulomb_friction"), ("time",)),
+        Form(("inertia", "coulomb_friction", "offset"), ("time",)),
+    )
+    signature = "coefficients before a moment and after it differ"
+    rivals = ("gain_drift", "warm_up", "offset_drift", "disturbance_event")
+    experiment = "accelerations throughout the record: --motion multisine"
+
+    def load(self, at: Motion, values: Values) -> Array:
+        """Weight."""
+        return values["offset"] * (at.time_s >= values["time"])
+
+    def friction(self, at: Motion, values: Values) -> Array:
+        """Dry friction of the payload."""
+        return values["coulomb_friction"] * (at.time_s >= values["time"])
+
+    def inertia(self, at: Motion, values: Values) -> Array:
+        """Mass of the payload."""
+        return values["inertia"] * (at.time_s >= values["time"])
+
+    def grid(self, extent: Extent) -> dict[str, Array]:
+        """Anywhere but at the ends."""
+        return {"time": extent.duration_s * np.linspace(0.04, 0.96, 70)}
+
+    def draw(self, draws: Draws, scale: Scale) -> dict[str, Array]:
+        """5 % to 60 % of inertia, up to that of Coulomb friction, weight a tenth of it."""
+        share = draws.sign() * draws.log_uniform(0.05, 0.6)
+        return {
+            "time": draws.uniform(0.2, 0.8) * scale.duration_s,
+            "inertia": share * scale.inertia,
+            "coulomb_friction": share * draws.uniform(0.3, 1.0) * scale.coulomb_friction,
+            "offset": share * draws.uniform(0.0, 0.1) * scale.coulomb_friction,
+        }
+
+
+EFFECT: Final = PayloadChange()

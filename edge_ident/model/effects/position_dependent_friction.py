@@ -1,0 +1,61 @@
+"""Friction that depends on position: a guide that tightens, a bent screw, a worn stretch.
+
+f = sign(v)·(gradient·x + cosine·cos(2π·x/period) + sine·sin(2π·x/period)), on top of Coulomb
+friction; its mean is Coulomb friction. It is half the difference of the maps of the residual
+forward and backward.
+Source: Popović and Goldenberg, IEEE Trans. Robotics and Automation 14 (1998) 114 (spectral
+friction model).
+"""
+
+from typing import Final
+
+import numpy as np
+
+from edge_ident.model.effect import Array, Effect, Extent, Form, Motion, Parameter, Values
+from edge_ident.model.strengths import Draws, Scale
+
+
+class PositionDependentFriction(Effect):
+    """Dry friction with a slope and one wave over the stroke."""
+
+    parameters = (
+        Parameter("gradient", "{effort}/{position}", -1e9, 1e9, "rise of friction along the axis"),
+        Parameter("cosine", "{effort}", -1e9, 1e9, "amplitude in phase with position zero"),
+        Parameter("sine", "{effort}", -1e9, 1e9, "amplitude a quarter period later"),
+        Parameter("period", "{position}", 1e-9, 1e9, "travel after which the wave repeats"),
+    )
+    repeats = True
+    discrepancy = 0.05
+    forms = (Form(("gradient",)), Form(("cosine", "sine"), ("period",)))
+    signature = "differs along the stroke and changes its sign with the direction"
+    rivals = ("torque_ripple", "position_dependent_load", "asymmetric_friction")
+    experiment = "the whole stroke both ways at several speeds: --motion staircase"
+
+    def friction(self, at: Motion, values: Values) -> Array:
+        """Level above Coulomb friction, or below."""
+        angle = 2.0 * np.pi / values["period"] * at.position
+        wave = values["cosine"] * np.cos(angle) + values["sine"] * np.sin(angle)
+        return values["gradient"] * at.position + wave
+
+    def fastest_rate(self, values: Values, inertia: Array, speed: float) -> Array:
+        """Passing the waves at top speed."""
+        return 2.0 * np.pi / values["period"] * speed
+
+    def grid(self, extent: Extent) -> dict[str, Array]:
+        """From a quarter of a wave over the travel to twenty."""
+        return {"period": extent.orders(0.25, 20.0, step=0.25)}
+
+    def draw(self, draws: Draws, scale: Scale) -> dict[str, Array]:
+        """Slope and wave 4 % to 80 % of Coulomb friction; one to 20 waves in the travel."""
+        amplitude = draws.log_uniform(0.04, 0.8) * scale.coulomb_friction
+        slope = draws.uniform(0.0, 1.0)
+        cosine, sine = draws.phase()
+        return {
+            "gradient": draws.sign() * slope * amplitude / (0.5 * scale.travel),
+            "cosine": (1.0 - slope) * amplitude * cosine,
+            "sine": (1.0 - slope) * amplitude * sine,
+            "period": scale.travel / draws.log_uniform(1.0, 20.0),
+        }
+
+
+EFFECT: Final = PositionDependentFriction()

@@ -1,0 +1,87 @@
+"""A load that depends on position: a spring, a cable chain, weight over the angle of an arm.
+
+f = stiffness·x + curvature·x² + cosine·cos(2π·x/period) + sine·sin(2π·x/period); an arm that
+hangs has a period of 2π rad. On a joint that another one carries in the same plane, weight follows
+the sum of both angles: sum_cosine·cos(x + x₂) + sum_sine·sin(x + x₂). It is half the sum of the
+maps of the residual forward and backward.
+On a purely sinusoidal motion the stiffness looks like inertia, since a is proportional to x there.
+Source: statics.
+"""
+
+from typing import Final
+
+import numpy as np
+
+from edge_ident.model.effect import Array, Effect, Extent, Form, Motion, Parameter, Values
+from edge_ident.model.strengths import Draws, Scale
+
+
+class PositionDependentLoad(Effect):
+    """A conservative load along the stroke."""
+
+    parameters = (
+        Parameter("stiffness", "{effort}/{position}", -1e9, 1e9, "of a spring about zero"),
+        Parameter("curvature", "{effort}/{position}^2", -1e9, 1e9, "rise of the stiffness, half"),
+        Parameter("cosine", "{effort}", -1e9, 1e9, "of the position's angle"),
+        Parameter("sine", "{effort}", -1e9, 1e9, "of the position's angle"),
+        Parameter("period", "{position}", 1e-9, 1e9, "travel of one turn of that angle"),
+        Parameter(
+            "sum_cosine", "{effort}", -1e9, 1e9, "of the sum of two joints' angles", default=0.0
+        ),
+        Parameter(
+            "sum_sine", "{effort}", -1e9, 1e9, "of the sum of two joints' angles", default=0.0
+        ),
+    )
+    takes_source = True
+    forms = (
+        Form(("stiffness",)),
+        Form(("stiffness", "curvature")),
+        Form(("cosine", "sine"), ("period",)),
+        Form(("sum_cosine", "sum_sine"), coupled=True, rotary=True),
+    )
+    signature = "differs along the stroke and is the same both ways"
+    rivals = ("torque_ripple", "position_dependent_friction", "offset_drift", "cross_axis_coupling")
+    experiment = "the whole stroke at several accelerations: --motion multisine"
+
+    def load(self, at: Motion, values: Values) -> Array:
+        """Parabola and sinusoid."""
+        x = at.position
+        angle = 2.0 * np.pi / values["period"] * x
+        wave = values["cosine"] * np.cos(angle) + values["sine"] * np.sin(angle)
+        load = (values["stiffness"] + values["curvature"] * x) * x + wave
+        if at.source is not None:
+            both = x + at.source.position
+            load = load + values["sum_cosine"] * np.cos(both) + values["sum_sine"] * np.sin(both)
+        return np.asarray(load)
+
+    def fastest_rate(self, values: Values, inertia: Array, speed: float) -> Array:
+        """Resonance on the steepest slope, at most ten seconds of travel away."""
+        rate = 2.0 * np.pi / values["period"]
+        wave = np.hypot(values["cosine"], values["sine"]) * rate
+        bend = 20.0 * np.abs(values["curvature"]) * speed
+        return np.sqrt((np.abs(values["stiffness"]) + bend + wave) / inertia)
+
+    def grid(self, extent: Extent) -> dict[str, Array]:
+        """A tenth of a wave over the travel to two; what repeats more often is called ripple."""
+        return {"period": extent.orders(0.1, 2.0, step=0.1)}
+
+    def draw(self, draws: Draws, scale: Scale) -> dict[str, Array]:
+        """2 % to 30 % of the effort: of spring, bend and one to three slow waves, any mixture."""
+        effort = draws.strength() * scale.effort
+        spring, bend, wave = draws.rng.dirichlet(np.ones(3), draws.shape).transpose(
+            -1, *range(len(draws.shape))
+        )
+        half = 0.5 * scale.travel
+        cosine, sine = draws.phase()
+        return {
+            "stiffness": draws.sign() * 1.4 * spring * effort / half,
+            "curvature": draws.sign() * 2.2 * bend * effort / half**2,
+            "cosine": 1.4 * wave * effort * cosine,
+            "sine": 1.4 * wave * effort * sine,
+            "period": scale.travel / draws.uniform(1.0, 3.0),
+            "sum_cosine": np.zeros(draws.shape),
+            "sum_sine": np.zeros(draws.shape),
+        }
+
+
+EFFECT: Final = PositionDependentLoad()

@@ -1,0 +1,93 @@
+"""Presliding hysteresis: dry friction that builds up with the distance since a reversal.
+
+Part of the Coulomb friction, the level, acts through bristles: springs of one strength that give
+way at reaches of their own, whatever the speed. The reaches are such that after a long stroke and a
+reversal f/level goes from one side to the other like 1 - 2·exp(-distance travelled/distance). The
+friction remembers every reversal until the motion passes it again, so smaller reversals make closed
+loops inside.
+Source: Iwan, J. Applied Mechanics 33 (1966) 893; Al-Bender and Swevers, IEEE Control Systems 28
+(2008) 64 (presliding of machines, Maxwell-slip elements).
+"""
+
+from typing import Final
+
+import numpy as np
+
+from edge_ident.model.effect import Array, Effect, Extent, Form, Motion, Parameter, Values
+from edge_ident.model.strengths import Draws, Scale
+
+_BRISTLES: Final = 10
+_FINE: Final = np.linspace(0.0, 20.0, 20_001)
+_REACHES: Final = 0.5 * np.interp(
+    (np.arange(_BRISTLES) + 0.5) / _BRISTLES, 1.0 - (1.0 + _FINE) * np.exp(-_FINE), _FINE
+)
+"""Over the distance; gamma distributed: of very many, friction from rest grows exponentially."""
+
+
+class PreslidingHysteresis(Effect):
+    """Coulomb friction that needs a distance to change its sign; memory: the bristles' shares."""
+
+    parameters = (
+        Parameter("level", "{effort}", 0.0, 1e9, "part of the Coulomb friction that builds up"),
+        Parameter("distance", "{position}", 1e-9, 1e9, "in which 63 % of it is built up"),
+    )
+    discrepancy = 0.15
+    needs_reversals = True
+    forms = (Form(("level",), ("distance",)),)
+    signature = "depends on the distance since the reversal, not on speed or time"
+    rivals = ("backlash", "stribeck_friction", "coupling_compliance")
+    experiment = "small reversals of several sizes: --motion multisine"
+    memory_size = _BRISTLES
+
+    def possible(self, values: Values, extent: Extent) -> bool:
+        """No more friction than the drive overcame."""
+        return bool(np.all(values["level"] < extent.effort))
+
+    def load(self, at: Motion, values: Values) -> Array:
+        """Of the bristles."""
+        return np.asarray(values["level"] * np.mean(at.memory, axis=0))
+
+    def friction(self, at: Motion, values: Values) -> Array:
+        """What the bristles take over from Coulomb friction."""
+        return -values["level"]
+
+    def rates(self, at: Motion, values: Values) -> Array:
+        """Of the bristles, each of which stretches or slips; what a step overshoots comes back."""
+        stretching = at.memory * np.sign(at.velocity) < 1.0
+        beyond = at.memory - np.clip(at.memory, -1.0, 1.0)
+        reach = np.multiply.outer(_REACHES, values["distance"])
+        return np.asarray((at.velocity * stretching - np.abs(at.velocity) * beyond) / reach)
+
+    def fastest_rate(self, values: Values, inertia: Array, speed: float) -> Array:
+        """Bristle resonance, or saturation at top speed."""
+        stiffness = values["level"] / values["distance"] * np.mean(1.0 / _REACHES)
+        return np.asarray(np.maximum(np.sqrt(stiffness / inertia), speed / values["distance"]))
+
+    def resistance(self, motion: Motion, values: Values) -> Array:
+        """Every bristle from each reversal to the next."""
+        distance, position, direction = values["distance"], motion.position, motion.direction
+        reach = _REACHES.reshape(-1, *(1,) * max(distance.ndim, position.ndim)) * distance
+        held = np.empty(np.broadcast_shapes(distance.shape, position.shape))
+        turns = np.flatnonzero(np.diff(direction)) + 1
+        start = np.full((_BRISTLES, *held[..., :1].shape), direction[0])  # fully stretched
+        for first, last in zip([0, *turns], [*turns, len(direction)], strict=True):
+            before = max(first - 1, 0)
+            moved = position[..., first:last] - position[..., before, None]
+            bristles = np.clip(start + moved / reach, -1.0, 1.0)
+            held[..., first:last] = np.mean(bristles, axis=0)
+            start = bristles[..., -1:]
+        return np.asarray(values["level"] * (held - direction))
+
+    def grid(self, extent: Extent) -> dict[str, Array]:
+        """From what the encoder just resolves to a tenth of the travel."""
+        return {"distance": np.geomspace(2.0 * extent.resolution, 0.1 * extent.travel, 16)}
+
+    def draw(self, draws: Draws, scale: Scale) -> dict[str, Array]:
+        """20 % to all of the Coulomb friction, within 0.02 % to 2 % of the travel."""
+        return {
+            "level": draws.uniform(0.2, 1.0) * scale.coulomb_friction,
+            "distance": draws.log_uniform(2e-4, 2e-2) * scale.travel,
+        }
+
+
+EFFECT: Final = PreslidingHysteresis()

@@ -1,0 +1,49 @@
+"""Stribeck friction: dry friction that falls as a lubricant film builds up with speed.
+
+f = level·exp(-(v/speed)²)·sign(v), on top of Coulomb friction. The bump below the Stribeck speed is
+the same accelerating and decelerating, and the same both ways.
+Source: Armstrong-Hélouvry, Dupont and Canudas de Wit, Automatica 30 (1994) 1083.
+"""
+
+from typing import Final
+
+import numpy as np
+
+from edge_ident.model.effect import Array, Effect, Extent, Form, Motion, Parameter, Values
+from edge_ident.model.strengths import Draws, Scale
+
+
+class StribeckFriction(Effect):
+    """Static friction above Coulomb friction, decaying with speed."""
+
+    parameters = (
+        Parameter("level", "{effort}", 0.0, 1e9, "static friction less Coulomb friction"),
+        Parameter("speed", "{position}/s", 1e-9, 1e9, "at which 1/e of it is left"),
+    )
+    discrepancy = 0.05
+    forms = (Form(("level",), ("speed",)),)
+    signature = "friction is higher at low speed, the same accelerating and decelerating"
+    rivals = ("nonlinear_viscous", "presliding_hysteresis")
+    experiment = "slow speeds held for long, both ways: --motion staircase"
+
+    def friction(self, at: Motion, values: Values) -> Array:
+        """The bump."""
+        return values["level"] * np.exp(-((at.velocity / values["speed"]) ** 2))
+
+    def fastest_rate(self, values: Values, inertia: Array, speed: float) -> Array:
+        """Steepest slope of the bump, √(2/e)·level/speed, over the inertia."""
+        return 0.86 * values["level"] / (values["speed"] * inertia)
+
+    def grid(self, extent: Extent) -> dict[str, Array]:
+        """From a hundredth of the top speed to where it would look viscous."""
+        return {"speed": extent.speed * np.geomspace(0.01, 0.6, 16)}
+
+    def draw(self, draws: Draws, scale: Scale) -> dict[str, Array]:
+        """Static friction 5 % to 100 % above Coulomb's, gone at 2 % to 30 % of the top speed."""
+        return {
+            "level": draws.log_uniform(0.05, 1.0) * scale.coulomb_friction,
+            "speed": draws.log_uniform(0.02, 0.3) * scale.speed,
+        }
+
+
+EFFECT: Final = StribeckFriction()

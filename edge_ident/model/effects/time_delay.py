@@ -1,0 +1,45 @@
+"""Time delay: the effort column is recorded late (or early) against the position column.
+
+recorded(t) = effort(t - delay), the same at all amplitudes and frequencies. The half sample of a
+zero-order hold is no fault: a recording states it as its effort shift.
+Source: linear phase of a pure delay.
+"""
+
+from typing import Final
+
+import numpy as np
+
+from edge_ident.model.effect import Array, Effect, Extent, Form, Parameter, Values
+from edge_ident.model.strengths import Draws, Scale
+
+
+class TimeDelay(Effect):
+    """Shift of the whole effort in time."""
+
+    parameters = (Parameter("delay", "s", -1.0, 1.0, "by which the effort is recorded late"),)
+    forms = (Form(("delay",)),)
+    signature = "the whole effort is shifted, the same at all amplitudes"
+    rivals = ("coupling_compliance", "presliding_hysteresis")
+    experiment = "quick changes of acceleration: --motion multisine"
+
+    def possible(self, values: Values, extent: Extent) -> bool:
+        """Up to half a turn of what is quickest; more could be anything with a phase."""
+        return bool(np.all(np.abs(values["delay"]) * extent.cutoff_hz < 0.5))
+
+    def recorded(self, effort: Array, time_s: Array, values: Values) -> Array:
+        """Linear between samples; the ends stay as they are."""
+        shape = np.broadcast_shapes(values["delay"].shape, effort.shape)
+        rows = np.broadcast_to(effort, shape).reshape(-1, shape[-1])
+        delays = np.broadcast_to(values["delay"], (*shape[:-1], 1)).reshape(-1)
+        shifted = [
+            np.interp(time_s - delay, time_s, row) for delay, row in zip(delays, rows, strict=True)
+        ]
+        return np.reshape(shifted, shape)
+
+    def draw(self, draws: Draws, scale: Scale) -> dict[str, Array]:
+        """A fifth of a sample to 20 samples, three times out of four late."""
+        sign = np.where(draws.uniform(0.0, 1.0) < 0.25, -1.0, 1.0)
+        return {"delay": sign * draws.log_uniform(0.2, 20.0) * scale.period_s}
+
+
+EFFECT: Final = TimeDelay()

@@ -1,0 +1,57 @@
+"""Torque ripple: cogging, gear mesh, a bent screw; periodic in position, whatever the speed.
+
+f = cosine·cos(2π·x/period) + sine·sin(2π·x/period), the same in both directions. Several
+orders are several terms.
+Source: Holtz and Springob, IEEE Trans. Industrial Electronics 43 (1996) 309.
+"""
+
+from typing import Final
+
+import numpy as np
+
+from edge_ident.model.effect import Array, Effect, Extent, Form, Motion, Parameter, Values
+from edge_ident.model.strengths import Draws, Scale
+
+
+class TorqueRipple(Effect):
+    """One order of a load that repeats with the position."""
+
+    parameters = (
+        Parameter("cosine", "{effort}", -1e9, 1e9, "amplitude in phase with position zero"),
+        Parameter("sine", "{effort}", -1e9, 1e9, "amplitude a quarter period later"),
+        Parameter("period", "{position}", 1e-9, 1e9, "travel after which it repeats"),
+    )
+    repeats = True
+    forms = (Form(("cosine", "sine"), ("period",)),)
+    signature = "repeats with the position, the same at all speeds and in both directions"
+    rivals = ("encoder_eccentricity", "position_dependent_load", "position_dependent_friction")
+    experiment = "several speeds over the same stroke: --motion staircase"
+
+    def load(self, at: Motion, values: Values) -> Array:
+        """A sinusoid of position."""
+        angle = 2.0 * np.pi / values["period"] * at.position
+        return values["cosine"] * np.cos(angle) + values["sine"] * np.sin(angle)
+
+    def fastest_rate(self, values: Values, inertia: Array, speed: float) -> Array:
+        """Resonance on its steepest slope, or passing its periods at top speed."""
+        rate = 2.0 * np.pi / values["period"]
+        slope = np.hypot(values["cosine"], values["sine"]) * rate
+        return np.maximum(np.sqrt(slope / inertia), rate * speed)
+
+    def grid(self, extent: Extent) -> dict[str, Array]:
+        """From one wave over the travel, which no repetition tells from a load along it, up to what
+        the filter lets through."""
+        return {"period": extent.orders(0.75, 2000.0)}
+
+    def draw(self, draws: Draws, scale: Scale) -> dict[str, Array]:
+        """2 % to 30 % of the effort, 2 to 400 periods in the travel, any phase."""
+        amplitude = np.sqrt(2.0) * draws.strength() * scale.effort
+        cosine, sine = draws.phase()
+        return {
+            "cosine": amplitude * cosine,
+            "sine": amplitude * sine,
+            "period": scale.travel / draws.log_uniform(2.0, 400.0),
+        }
+
+
+EFFECT: Final = TorqueRipple()

@@ -1,0 +1,51 @@
+"""Warm-up: viscous friction that falls as the lubricant warms.
+
+f = excess·exp(-t/time_constant)·v from the start of the record; before it, as cold as at its start.
+Source: Simoni, Beschi, Legnani and Visioli, IEEE/RSJ IROS 2015 (friction with temperature effects),
+with first-order heating.
+"""
+
+from typing import Final
+
+import numpy as np
+
+from edge_ident.model.effect import Array, Effect, Extent, Form, Motion, Parameter, Values
+from edge_ident.model.strengths import Draws, Scale
+
+
+class WarmUp(Effect):
+    """Viscous friction of the cold machine that fades."""
+
+    parameters = (
+        Parameter("excess", "{effort}*s/{position}", -1e9, 1e9, "viscous friction at the start"),
+        Parameter("time_constant", "s", 1e-3, 1e9, "in which 63 % of it is gone"),
+    )
+    open_shapes = ("time_constant",)
+    discrepancy = 0.1
+    forms = (Form(("excess",), ("time_constant",)),)
+    signature = "viscous friction falls from repeat to repeat, and inertia does not"
+    rivals = ("gain_drift", "nonlinear_viscous", "payload_change")
+    experiment = "the same motion for longer than the machine takes to warm"
+
+    def load(self, at: Motion, values: Values) -> Array:
+        """Viscous, fading."""
+        left = np.exp(-np.maximum(at.time_s, 0.0) / values["time_constant"])
+        return values["excess"] * left * at.velocity
+
+    def fastest_rate(self, values: Values, inertia: Array, speed: float) -> Array:
+        """That of viscous friction when cold."""
+        return np.abs(values["excess"]) / inertia
+
+    def grid(self, extent: Extent) -> dict[str, Array]:
+        """From an instant to where it looks like a straight line."""
+        return {"time_constant": extent.duration_s * np.geomspace(0.03, 3.0, 12)}
+
+    def draw(self, draws: Draws, scale: Scale) -> dict[str, Array]:
+        """5 % to 100 % more viscous friction, gone in a tenth to twice the record."""
+        return {
+            "excess": draws.log_uniform(0.05, 1.0) * scale.viscous_friction,
+            "time_constant": draws.log_uniform(0.1, 2.0) * scale.duration_s,
+        }
+
+
+EFFECT: Final = WarmUp()

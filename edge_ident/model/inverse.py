@@ -1,0 +1,119 @@
+"""The inverse direction: the effort column that belongs to a known motion, for any model."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from types import MappingProxyType
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from edge_ident.errors import ModelError
+from edge_ident.model.effect import Effect, Motion, Values
+from edge_ident.model.effects import named
+from edge_ident.model.model import AxisModel, Term
+
+Array = NDArray[np.float64]
+
+_ALONE: Final[Mapping[str, Motion]] = MappingProxyType({})
+
+
+def inverse_effort(
+    axis: AxisModel,
+    motion: Motion,
+    others: Mapping[str, Motion] = _ALONE,
+    kept: dict[object, Array] | None = None,
+) -> Array:
+    """Effort of one axis along its motion as the encoder reads it.
+
+    In physical order: the encoder's errors are taken out of the motion, the resistances of all
+    terms add up, the actuator's faults say what must be commanded for that sum, and the record's
+    delay shifts it.
+
+    Parameters
+    ----------
+    axis : AxisModel
+        With values for one drive, or arrays (D,) for D of them.
+    motion : Motion
+        Smooth, (N,), evenly sampled.
+    others : mapping of axis name to Motion
+        Motions of the other axes, for effects that couple them.
+    kept : dict, optional
+        Where efforts of effects with memory, which take long to integrate, are kept for the next
+        call with this motion.
+
+    Returns
+    -------
+    (N,) or (D, N) array
+
+    Raises
+    ------
+    ModelError
+        An effect is unknown, or the axis that acts on this one is not among the others.
+    """
+    terms = [(named(term.effect), along_motion(term), term.source_axis) for term in axis.terms]
+    if any(effect.overrides("true_motion") for effect, _, _ in terms):
+        kept = None
+    for effect, values, _ in terms:
+        motion = effect.true_motion(motion, values)
+    base = terms[0][1]
+    accelerated = base["inertia"] * motion.acceleration
+    rubbed = base["viscous_friction"] * motion.velocity
+    motion = replace(
+        motion,
+        transmitted=accelerated + base["offset"],
+        accelerated=accelerated,
+        rubbed=rubbed + base["coulomb_friction"] * motion.direction,
+    )
+    effort: Array = np.zeros(())
+    for effect, values, source in terms:
+        seen = _with_source(motion, effect, source, others)
+        effort = effort + _resistance(effect, seen, values, kept)
+    for effect, values, _ in terms:
+        effort = effect.command(effort, motion.time_s, values)
+    for effect, values, _ in terms:
+        effort = effect.recorded(effort, motion.time_s, values)
+    return effort
+
+
+def _resistance(
+    effect: Effect, motion: Motion, values: Values, kept: dict[object, Array] | None
+) -> Array:
+    """What an effect resists with; of one with memory, in proportion to its only amplitude."""
+    amplitude = effect.forms[0].amplitudes[0] if effect.memory_size else ""
+    shapes = {name: value for name, value in values.items() if name != amplitude}
+    if kept is None or not effect.memory_size or any(v.size > 1 for v in shapes.values()):
+        return effect.resistance(motion, values)
+    key = (effect.name, *(float(value.item()) for value in shapes.values()))
+    if key not in kept:
+        unit = {name: value.reshape(1) for name, value in shapes.items()}
+        kept[key] = effect.resistance(motion, {**unit, amplitude: np.ones(1)})
+    return values[amplitude] * kept[key]
+
+
+def obeyed(axis: AxisModel) -> AxisModel:
+    """The axis without what its actuator withholds, which is read from a recorded effort
+    (`Effect.withheld`): along a motion that was made, the actuator gave what it needed."""
+    terms = tuple(t for t in axis.terms if not named(t.effect).overrides("withheld"))
+    return replace(axis, terms=terms)
+
+
+def along_motion(term: Term) -> Values:
+    """A term's values with an axis for the motion's samples behind that of the drives."""
+    return {
+        name: np.asarray(value, dtype=np.float64)[..., None]
+        for name, value in named(term.effect).complete(term.values).items()
+    }
+
+
+def _with_source(
+    motion: Motion, effect: Effect, source: str | None, others: Mapping[str, Motion]
+) -> Motion:
+    if not effect.has_source(source):
+        return motion
+    if source is None or source not in others:
+        raise ModelError(
+            f"{effect.name} needs the motion of axis {source}",
+            f"name one of {', '.join(others) or 'several axes'}, and give its motion",
+        )
+    return replace(motion, source=others[source])

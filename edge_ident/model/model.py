@@ -1,0 +1,134 @@
+"""What is known about a drive: terms per axis, the first of them the base model.
+
+The base model is rigid body and friction, linear in its four parameters:
+
+effort = inertia·a + viscous_friction·v + coulomb_friction·sign(v) + offset
+
+A reconstruction of the paper's reduced model (the text fixes four coefficients per axis, three
+positive and one of either sign, but not their names). Further terms are effects of the catalogue
+(`edge_ident.model.effects`).
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+PARAMETERS: Final = ("inertia", "viscous_friction", "coulomb_friction", "offset")
+POSITIVE: Final = np.array([True, True, True, False])
+"""Which parameters physics requires to be positive; the offset may have either sign."""
+
+
+BASE: Final = "rigid_body"
+"""Name of the base term."""
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """Parameters in the order of `PARAMETERS` with their standard deviations, (4,) each, SI."""
+
+    parameters: NDArray[np.float64]
+    std: NDArray[np.float64]
+
+
+def regressor(
+    velocity: NDArray[np.float64], acceleration: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Columns that multiply the parameters, in the order of `PARAMETERS`.
+
+    Parameters
+    ----------
+    velocity, acceleration : (N,) arrays
+        In rad/s and rad/s², or m/s and m/s².
+
+    Returns
+    -------
+    (N, 4) array
+        Acceleration, velocity, its sign, and one.
+    """
+    return np.column_stack(
+        [acceleration, velocity, np.sign(velocity), np.ones_like(velocity)]
+    ).astype(np.float64)
+
+
+@dataclass(frozen=True)
+class Term:
+    """The base term or one effect, with its values.
+
+    Attributes
+    ----------
+    effect : str
+        `BASE`, or a name from the catalogue.
+    values : mapping of parameter name to float or (D,) array
+        SI; arrays for D drives at once.
+    std : mapping of parameter name to float
+        Standard deviations, where known.
+    source_axis : str or None
+        The axis that acts on this one, for effects that need one.
+    """
+
+    effect: str
+    values: Mapping[str, float | NDArray[np.float64]]
+    std: Mapping[str, float] = field(default_factory=dict)
+    source_axis: str | None = None
+
+
+@dataclass(frozen=True)
+class AxisModel:
+    """One axis: the base term first, then effects, those of the actuator from inside outwards."""
+
+    terms: tuple[Term, ...]
+    position_unit: str = "rad"
+    effort_unit: str = "N*m"
+
+    @property
+    def parameters(self) -> NDArray[np.float64]:
+        """Of the base term, (4,) or (D, 4), in the order of `PARAMETERS`."""
+        values = [np.asarray(self.terms[0].values[name], dtype=np.float64) for name in PARAMETERS]
+        return np.stack(np.broadcast_arrays(*values), axis=-1)
+
+
+@dataclass(frozen=True)
+class SourceFile:
+    """A recording that a model was made from."""
+
+    file: str
+    sha256: str
+
+
+@dataclass(frozen=True)
+class Model:
+    """All axes of a drive, and where the numbers come from.
+
+    Attributes
+    ----------
+    axes : mapping of axis name to AxisModel
+    recordings : tuple of SourceFile
+    versions : mapping of package name to version
+    """
+
+    axes: Mapping[str, AxisModel]
+    recordings: tuple[SourceFile, ...] = ()
+    versions: Mapping[str, str] = field(default_factory=dict)
+
+
+def base_axis(
+    estimate: Estimate, position_unit: str = "rad", effort_unit: str = "N*m"
+) -> AxisModel:
+    """Model of an axis of which nothing but the base parameters is known."""
+    values = dict(zip(PARAMETERS, estimate.parameters.tolist(), strict=True))
+    std = dict(zip(PARAMETERS, estimate.std.tolist(), strict=True))
+    return AxisModel((Term(BASE, values, std),), position_unit, effort_unit)
+
+
+def effect_names(axis: AxisModel) -> tuple[str, ...]:
+    """Names of an axis's effects, in the order of its terms."""
+    return tuple(term.effect for term in axis.terms[1:])
+
+
+def inertia_unit(position_unit: str, effort_unit: str) -> str:
+    """Effort per acceleration, by its usual name where it has one."""
+    usual = {("rad", "N*m"): "kg*m^2", ("m", "N"): "kg"}
+    return usual.get((position_unit, effort_unit), f"{effort_unit}*s^2/{position_unit}")

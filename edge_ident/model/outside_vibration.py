@@ -1,0 +1,37 @@
+"""A vibration from outside: something shakes the machine, and follows the clock, not the motion.
+
+f = cosine·cos(2π·frequency·t) + sine·sin(2π·frequency·t), t from the start of the record. It is no
+property of an axis and so no effect of the catalogue: the diagnosis knows it in order not to
+blame the axis for it.
+"""
+
+from typing import Final
+
+import numpy as np
+
+from edge_ident.model.effect import Array, Effect, Form, Motion, Parameter, Values
+
+_MANY: Final = 1e9
+
+
+class OutsideVibration(Effect):
+    """A sinusoid in time."""
+
+    parameters = (
+        Parameter(
+            "cosine", "{effort}", -_MANY, _MANY, "amplitude in phase with the record's start"
+        ),
+        Parameter("sine", "{effort}", -_MANY, _MANY, "amplitude a quarter period later"),
+        Parameter("frequency", "Hz", 0.0, _MANY, "of the vibration"),
+    )
+    repeats = True
+    forms = (Form(("cosine", "sine"), ("frequency",)),)
+    signature = "follows the clock, whatever the motion"
+
+    def load(self, at: Motion, values: Values) -> Array:
+        """A sinusoid of time."""
+        angle = 2.0 * np.pi * values["frequency"] * at.time_s
+        return values["cosine"] * np.cos(angle) + values["sine"] * np.sin(angle)
+
+
+OUTSIDE_VIBRATION: Final = OutsideVibration()

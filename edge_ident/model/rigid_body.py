@@ -1,0 +1,39 @@
+"""Rigid body and friction: the base term that every axis has.
+
+effort = inertia·a + viscous_friction·v + coulomb_friction·sign(v) + offset, the paper's reduced
+model (a reconstruction, see `edge_ident.model.model`).
+"""
+
+from typing import Final
+
+from edge_ident.model.effect import Array, Effect, Motion, Parameter, Values
+
+_MANY: Final = 1e9
+
+
+class RigidBody(Effect):
+    """Inertia, viscous and Coulomb friction, and a constant effort."""
+
+    parameters = (
+        Parameter("inertia", "{inertia}", 0.0, _MANY, "moved by the effort"),
+        Parameter("viscous_friction", "{effort}*s/{position}", 0.0, _MANY, "per speed"),
+        Parameter("coulomb_friction", "{effort}", 0.0, _MANY, "at any speed, against the motion"),
+        Parameter("offset", "{effort}", -_MANY, _MANY, "weight and amplifier offset"),
+    )
+
+    discrepancy = 0.003
+
+    def load(self, at: Motion, values: Values) -> Array:
+        """Viscous friction and offset."""
+        return values["viscous_friction"] * at.velocity + values["offset"]
+
+    def friction(self, at: Motion, values: Values) -> Array:
+        """Coulomb's."""
+        return values["coulomb_friction"]
+
+    def inertia(self, at: Motion, values: Values) -> Array:
+        """Of everything that moves with the encoder."""
+        return values["inertia"]
+
+
+RIGID_BODY: Final = RigidBody()

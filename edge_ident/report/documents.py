@@ -1,0 +1,198 @@
+"""The JSON documents that scripts outside the project rely on (schemas edge-ident/*/1)."""
+
+import dataclasses
+import hashlib
+from collections.abc import Mapping
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from edge_ident.commissioning.profiling import TARGET_MS, Profile, spread
+from edge_ident.commissioning.run import CAPTURE_FILE, Outcome
+from edge_ident.commissioning.verification import Verification
+from edge_ident.control.gain_design import GainDesign
+from edge_ident.estimation.network import Network
+from edge_ident.estimation.trust import Finding
+from edge_ident.identification.identify import AxisIdentification, Identification
+from edge_ident.model.model import PARAMETERS, Estimate
+from edge_ident.signals.recording import Recording
+from edge_ident.support.json_text import finite
+from firmware_interface.board import BoardIdentity
+
+
+def identification_document(identification: Identification) -> dict[str, Any]:
+    """Schema edge-ident/identification/1."""
+    return {
+        "schema": "edge-ident/identification/1",
+        "axes": {name: _axis(axis) for name, axis in identification.axes.items()},
+        "trusted": identification.trusted,
+        "timing_ms": {name: round(ms, 3) for name, ms in identification.timing_ms.items()},
+    }
+
+
+def _axis(axis: AxisIdentification) -> dict[str, Any]:
+    network = None if axis.network is None else _estimate(axis.network, axis.units)
+    return {
+        "parameters": _estimate(axis.estimate, axis.units),
+        "parameters_from": {"estimator": "least_squares", "reason": axis.reason},
+        "estimators": {"cnn": network, "least_squares": _estimate(axis.least_squares, axis.units)},
+        "cnn_reason": axis.network_reason,
+        "metric": {
+            "time_spectral": axis.metric.time_spectral,
+            "fit": axis.metric.fit,
+            "relative_residual": axis.metric.relative_residual,
+        },
+        "assumed_effects": list(axis.assumed_effects),
+        "cutoff_hz": axis.cutoff_hz,
+        "condition_number": finite(axis.condition_number),
+        "trusted": axis.trusted,
+        "warnings": [finding_document(finding) for finding in axis.findings],
+    }
+
+
+def _estimate(estimate: Estimate, units: tuple[str, ...]) -> dict[str, Any]:
+    return {
+        name: {
+            "value": float(estimate.parameters[i]),
+            "std": float(estimate.std[i]),
+            "unit": units[i],
+        }
+        for i, name in enumerate(PARAMETERS)
+    }
+
+
+def finding_document(finding: Finding) -> dict[str, Any]:
+    """One warning; `blocks` tells whether it forbids acting on the result."""
+    return {
+        "code": finding.code,
+        "message": finding.message,
+        "next_step": finding.next_step,
+        "blocks": finding.blocks,
+    }
+
+
+def gains_document(
+    identification: Identification, designs: Mapping[str, GainDesign]
+) -> dict[str, Any]:
+    """Schema edge-ident/gains/1: designs by axis, empty where the identification is not trusted."""
+    return {
+        "schema": "edge-ident/gains/1",
+        "axes": {name: design_document(design) for name, design in designs.items()},
+        "identification": identification_document(identification),
+    }
+
+
+def design_document(design: GainDesign) -> dict[str, Any]:
+    """Gains of one axis and what they promise; an infinite gain margin is null."""
+    return {
+        "gains": dataclasses.asdict(design.gains),
+        "bandwidth_rad_s": design.bandwidth_rad_s,
+        "phase_margin_deg": design.phase_margin_deg,
+        "gain_margin": finite(design.gain_margin),
+        "quantization_effort_nm": design.quantization_effort_nm,
+        "not_used": [dataclasses.asdict(unused) for unused in design.unused],
+    }
+
+
+def run_document(
+    outcome: Outcome, identity: BoardIdentity, network: Network, folder: Path
+) -> dict[str, Any]:
+    """Schema edge-ident/run/1, with the hashes that tie it to its capture and network."""
+    capture = folder / CAPTURE_FILE
+    return {
+        "schema": "edge-ident/run/1",
+        "identification": identification_document(outcome.identification),
+        "designs": {name: design_document(design) for name, design in outcome.designs.items()},
+        "gains_before": {
+            name: dataclasses.asdict(gains) for name, gains in outcome.gains_before.items()
+        },
+        "verification": _verification(outcome.verification),
+        "confirmed": outcome.confirmed,
+        "stored": outcome.stored,
+        "conclusion": outcome.conclusion,
+        "capture": {
+            "file": str(capture),
+            "sha256": hashlib.sha256(capture.read_bytes()).hexdigest(),
+            "samples": len(outcome.capture.recording.time_s),
+            "pages": outcome.capture.pages,
+            "tail_s": outcome.capture.tail_s,
+        },
+        "network_sha256": network.sha256,
+        "board": dataclasses.asdict(identity),
+        "version": version("edge-ident"),
+        "timing_ms": {name: round(ms, 3) for name, ms in outcome.timing_ms.items()},
+    }
+
+
+def _verification(verification: Verification | None) -> dict[str, Any] | None:
+    if verification is None:
+        return None
+    return {
+        axis: {
+            "tracking_rms_before_rad": verification.before_rad[axis],
+            "tracking_rms_after_rad": verification.after_rad[axis],
+            "ratio": verification.ratio(axis),
+        }
+        for axis in verification.before_rad
+    }
+
+
+def profile_document(profile: Profile) -> dict[str, Any]:
+    """Schema edge-ident/profile/1: percentiles in ms by start, precision and stage."""
+    return {
+        "schema": "edge-ident/profile/1",
+        "device": profile.device,
+        "machine": profile.machine,
+        "repetitions": profile.repetitions,
+        "target_ms": TARGET_MS,
+        "tail_ms": profile.tail_ms,
+        "stop_ms": profile.stop_ms,
+        "runs": [
+            {
+                "start": run.start,
+                "precision": run.precision,
+                "stages_ms": {
+                    stage: dataclasses.asdict(spread(times))
+                    for stage, times in run.stages_ms.items()
+                },
+                "within_target": profile.within_target(run),
+            }
+            for run in profile.runs
+        ],
+        "faster_precision": profile.faster_precision,
+        "verdict": profile.verdict,
+    }
+
+
+def simulation_document(
+    recording: Recording, file: Path, model: str, motion: str, seed: int
+) -> dict[str, Any]:
+    """Schema edge-ident/simulation/1: what was simulated and where it lies."""
+    return {
+        "schema": "edge-ident/simulation/1",
+        "file": str(file),
+        "sha256": hashlib.sha256(file.read_bytes()).hexdigest(),
+        "model": model,
+        "motion": motion,
+        "seed": seed,
+        "samples": len(recording.time_s),
+        "period_s": float(np.mean(np.diff(recording.time_s))),
+        "axes": {
+            name: {
+                "tracking_rms": _rms(axis.position - axis.reference),
+                "effort_rms": _rms(axis.effort),
+                "position_unit": axis.position_unit,
+                "effort_unit": axis.effort_unit,
+            }
+            for name, axis in recording.axes.items()
+            if axis.reference is not None
+        },
+        "version": version("edge-ident"),
+    }
+
+
+def _rms(signal: NDArray[np.float64]) -> float:
+    return float(np.sqrt(np.mean(signal**2)))

@@ -1,0 +1,225 @@
+"""From measured samples to smooth signals: the bandwidth, the filtering, what to leave out.
+
+One code path serves training and run time, so the network never sees two kinds of preprocessing.
+"""
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from edge_ident.model.model import regressor
+from edge_ident.signals.filters import (
+    differentiate,
+    even_grid,
+    interpolate,
+    lowpass,
+    sampling_jitter,
+)
+
+Array = NDArray[np.float64]
+
+SAMPLES_PER_CUTOFF_PERIOD: Final = 2.5
+"""Rate after decimation, in cut-offs: what the filter passes is kept, no more."""
+_SAMPLED_PER_PERIOD: Final = 20
+"""Gautier's rule: sample at least 100 times faster than the dynamics, filter at 5 times."""
+_FEWEST_CUTOFF_PERIODS: Final = 10.0
+"""In a record; a motion without acceleration would ask for none."""
+_ACCELERATION_NOISE_SHARE: Final = 0.05
+"""Encoder noise allowed in the acceleration; its square biases the inertia, by 0.25 %."""
+_TINY: Final = float(np.finfo(float).tiny)
+_DECAY_PERIODS: Final = 1.5
+"""Cut-off periods after which 3 % of the filter's response are left."""
+_STANDSTILL_NOISE: Final = 8.0
+"""Range of the position, in standard deviations of its noise, up to which the axis stands."""
+JITTER_LIMIT: Final = 0.05
+"""Deviation from an even grid, in sampling periods, above which samples are interpolated."""
+
+
+@dataclass(frozen=True)
+class Signals:
+    """One axis, smooth and evenly sampled, all columns filtered alike.
+
+    Attributes
+    ----------
+    period_s : float
+        Sampling period of the even grid.
+    cutoff_hz : float
+        -6 dB frequency of the zero-phase filter.
+    effort : (N,) array
+        (D, N) where several efforts were given.
+    regressor : (N, 4) array
+        Columns of `edge_ident.model.model.regressor`, low-passed like the effort.
+    moving : (N,) array of bool
+        False where the axis stood still for longer than the filter can resolve. Friction is
+        not determined by the motion there; effort and regressor are bridged by straight lines,
+        alike, so that what is linear between them stays so.
+    acceleration_noise : float
+        Encoder noise in the acceleration over its rms value; the square of it is the share by
+        which least squares underestimates the inertia (errors in variables).
+    jitter : float
+        Largest deviation of a time stamp from an even grid, in sampling periods.
+    """
+
+    period_s: float
+    cutoff_hz: float
+    effort: Array
+    regressor: Array
+    moving: NDArray[np.bool_]
+    acceleration_noise: float
+    jitter: float
+
+    @property
+    def interpolated(self) -> bool:
+        """Whether the sampling was too uneven to be taken for even."""
+        return self.jitter > JITTER_LIMIT
+
+
+def condition(
+    time_s: Array, position: Array, effort: Array, *, effort_shift_s: float = 0.0
+) -> Signals:
+    """Filter and differentiate one axis.
+
+    Parameters
+    ----------
+    time_s, position : (N,) arrays
+        Uneven sampling is interpolated to an even grid of the mean period.
+    effort : (N,) array, or (D, N) on an even grid
+        Several efforts may share one motion.
+    effort_shift_s : float
+        Time from a row's stamp to the middle of the interval in which its effort acted.
+    """
+    even, period_s = even_grid(time_s)
+    jitter = sampling_jitter(time_s)
+    if jitter > JITTER_LIMIT:
+        position = interpolate(even, time_s, position)
+        effort = interpolate(even, time_s, effort)
+    cutoff_hz = choose_cutoff(position, period_s)
+    smooth_effort = lowpass(effort, cutoff_hz, period_s, delay_s=effort_shift_s)
+    columns = filtered_regressor(position, cutoff_hz, period_s)
+    moving = ~standing(position, cutoff_hz, period_s)
+    noise = acceleration_noise(position_noise(position), cutoff_hz, period_s)
+    return Signals(
+        period_s=period_s,
+        cutoff_hz=cutoff_hz,
+        effort=bridge(smooth_effort, moving),
+        regressor=bridge(columns.T, moving).T,
+        moving=moving,
+        acceleration_noise=noise / max(float(np.std(columns[:, 0])), _TINY),
+        jitter=jitter,
+    )
+
+
+def filtered_regressor(position: Array, cutoff_hz: float, period_s: float) -> Array:
+    """Regressor (N, 4) of a position (N,), all columns filtered alike, the velocity's sign too."""
+    _, velocity, acceleration = differentiate(position, cutoff_hz, period_s)
+    columns = regressor(velocity, acceleration)
+    columns[:, 2] = lowpass(columns[:, 2], cutoff_hz, period_s)
+    return columns
+
+
+def choose_cutoff(position: Array, period_s: float) -> float:
+    """Widest cut-off at which encoder noise spoils the acceleration little.
+
+    The narrower the filter, the longer every reversal and standstill is smeared; the wider, the
+    more noise. It ends where the noise reaches 5 % of the rms acceleration, but not above a
+    twentieth of the sampling rate, nor so low that the record is but a few cut-off periods long.
+
+    Returns
+    -------
+    float
+        In Hz.
+    """
+    ceiling_hz = 1.0 / (_SAMPLED_PER_PERIOD * period_s)
+    floor_hz = _FEWEST_CUTOFF_PERIODS / (period_s * len(position))
+    noise = position_noise(position)
+    cutoff_hz = ceiling_hz
+    for _ in range(8):  # the rms acceleration itself depends, weakly, on the cut-off
+        _, _, acceleration = differentiate(position, cutoff_hz, period_s)
+        allowed = _ACCELERATION_NOISE_SHARE * float(np.std(acceleration))
+        excess = acceleration_noise(noise, cutoff_hz, period_s) / max(allowed, _TINY)
+        wanted_hz = cutoff_hz * float(max(excess, _TINY) ** -0.4)
+        wanted_hz = max(floor_hz, min(ceiling_hz, wanted_hz))
+        if abs(wanted_hz - cutoff_hz) < 0.01 * cutoff_hz:
+            break
+        cutoff_hz = wanted_hz
+    return cutoff_hz
+
+
+def acceleration_noise(position_noise: float, cutoff_hz: float, period_s: float) -> float:
+    """Standard deviation that white position noise has in the filtered second derivative.
+
+    Noise of deviation s, sampled at f_s, has density 2s²/f_s; differentiated twice and cut off
+    at f_c its variance is (2π)⁴·f_c⁵/5 · 2s²/f_s.
+    """
+    variance = (2.0 * np.pi) ** 4 * cutoff_hz**5 / 5.0 * 2.0 * position_noise**2 * period_s
+    return float(np.sqrt(variance))
+
+
+def standing(
+    position: Array, cutoff_hz: float, period_s: float, decay_periods: float = _DECAY_PERIODS
+) -> NDArray[np.bool_]:
+    """Samples in or near a standstill of at least one cut-off period.
+
+    A standstill is a stretch in which the encoder shows nothing but its own noise. It spoils
+    filtered signals to either side, until the filter's response has decayed, `decay_periods` of
+    the cut-off later. A shorter reversal is left in: there the filtered sign of the velocity
+    describes what the filter leaves of the friction.
+
+    Returns
+    -------
+    (N,) array of bool
+    """
+    width = int(np.ceil(1.0 / (cutoff_hz * period_s)))
+    margin = int(np.ceil(decay_periods * width))
+    if width >= len(position):
+        return np.zeros(len(position), dtype=np.bool_)
+    windows = np.lib.stride_tricks.sliding_window_view(position, width)
+    still = np.ptp(windows, axis=1) <= _STANDSTILL_NOISE * position_noise(position)
+    # from the windows' first samples to all of their samples and the margins at both sides
+    spread = np.convolve(still, np.ones(width + 2 * margin))[margin : margin + len(position)]
+    return np.asarray(spread > 0.5)
+
+
+def decimation(cutoff_hz: float, period_s: float) -> int:
+    """Samples from one to the next after decimation to what the filter passes."""
+    return max(1, int(1.0 / (SAMPLES_PER_CUTOFF_PERIOD * cutoff_hz * period_s)))
+
+
+def decimated(samples: int, cutoff_hz: float, period_s: float) -> NDArray[np.intp]:
+    """Samples that tell all that the filter passes.
+
+    One filter's settling time is left out at both ends, where effort and position are
+    continued differently.
+    """
+    margin = min(round(1.0 / (cutoff_hz * period_s)), samples // 20)
+    return np.arange(margin, samples - margin, decimation(cutoff_hz, period_s))
+
+
+def bridge(signal: Array, moving: NDArray[np.bool_]) -> Array:
+    """Replace (..., N) signals by straight lines where the axis does not move."""
+    if moving.all() or not moving.any():
+        return signal
+    index = np.arange(signal.shape[-1])
+    bridged = signal.copy()
+    for row in bridged.reshape(-1, len(index)):
+        row[~moving] = np.interp(index[~moving], index[moving], row[moving])
+    return bridged
+
+
+def position_noise(position: Array) -> float:
+    """Standard deviation of white noise in a position, at least that of its quantization.
+
+    Third differences remove the motion and multiply white noise by √20.
+    """
+    third = np.diff(position, 3)
+    quantization = encoder_count(position) / np.sqrt(12.0)
+    return float(max(np.sqrt(np.mean(third**2) / 20.0), quantization))
+
+
+def encoder_count(position: Array) -> float:
+    """Smallest step between values that a position takes, 0 where it takes but one."""
+    steps = np.diff(np.unique(position))
+    count = float(np.min(steps, initial=np.inf, where=steps > 1e-9 * np.ptp(position)))
+    return count if count < np.inf else 0.0

@@ -1,0 +1,60 @@
+"""What a drive did: position and effort over time, per axis."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from edge_ident.model.model import inertia_unit
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class AxisRecord:
+    """One axis of a recording; every array has one value per time stamp.
+
+    Attributes
+    ----------
+    position, effort : (N,) arrays
+        In the units that `position_unit` and `effort_unit` name.
+    position_unit : "rad" or "m"
+    effort_unit : "N*m", "N", "A" or "V"
+    reference, velocity, temperature_c : (N,) arrays or None
+    """
+
+    position: Array
+    effort: Array
+    position_unit: str
+    effort_unit: str
+    reference: Array | None = None
+    velocity: Array | None = None
+    temperature_c: Array | None = None
+
+    @property
+    def parameter_units(self) -> tuple[str, str, str, str]:
+        """Units of inertia, viscous friction, Coulomb friction and offset."""
+        effort, position = self.effort_unit, self.position_unit
+        return inertia_unit(position, effort), f"{effort}*s/{position}", effort, effort
+
+
+@dataclass(frozen=True)
+class Recording:
+    """A measured motion.
+
+    Attributes
+    ----------
+    time_s : (N,) array
+        Increasing; uneven sampling is allowed.
+    axes : mapping of axis name to AxisRecord
+    source : str
+        File or board that it came from, for messages.
+    effort_shift_s : float
+        Time from a row's stamp to the middle of the interval in which its effort acted.
+    """
+
+    time_s: Array
+    axes: Mapping[str, AxisRecord]
+    source: str
+    effort_shift_s: float = 0.0

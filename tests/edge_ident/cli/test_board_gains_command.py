@@ -1,0 +1,168 @@
+"""The life of a board's gains, through the command line."""
+
+import json
+from dataclasses import asdict, replace
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from edge_ident.cli import app
+from firmware_interface.errors import BoardError
+from firmware_interface.gains import AxisGains
+from firmware_interface.registers import State
+from firmware_interface.virtual.settings import CONSERVATIVE_GAINS, BoardSettings
+from tests.edge_ident.shared_board import SharedBoard
+
+BETTER = replace(
+    CONSERVATIVE_GAINS,
+    proportional=100.0,
+    derivative=12.0,
+    inertia_feedforward=0.4,
+    viscous_feedforward=0.8,
+    coulomb_feedforward=1.2,
+)
+
+
+@pytest.fixture
+def shared(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> SharedBoard:
+    monkeypatch.setenv("EDGE_IDENT_BACKUPS", str(tmp_path / "backups"))
+    return SharedBoard(monkeypatch, BoardSettings(serial_number=42))
+
+
+def gains_file(folder: Path, gains: AxisGains, **more: object) -> Path:
+    path = folder / "gains.json"
+    axes = dict.fromkeys(("x", "z"), asdict(gains))
+    path.write_text(json.dumps({"schema": "edge-ident/gain-backup/1", "axes": axes, **more}))
+    return path
+
+
+def backups(folder: Path) -> list[Path]:
+    return sorted((folder / "backups").glob("*.json"))
+
+
+def test_from_staging_to_permanent_memory_and_back(shared: SharedBoard, tmp_path: Path) -> None:
+    file = gains_file(tmp_path, BETTER)
+    assert shared.json("gains", "show")["axes"]["x"]["new"] is None
+    staged = shared.json("gains", "stage", file)
+    assert staged["axes"]["z"]["active"]["proportional"] == 30.0
+    assert shared.json("gains", "show")["axes"]["x"]["new"]["proportional"] == 100.0
+    assert shared.board.active_gains()["x"].proportional == 30.0
+
+    committed = shared.json("gains", "commit")
+    assert committed["confirmed"]
+    assert Path(committed["backup"]).name.startswith("board-42-")
+    tracking = committed["axes"]["x"]["tracking_rms_rad"]
+    assert tracking["after"] < 0.2 * tracking["before"]
+    assert not shared.board.status().unconfirmed
+
+    banks = shared.virtual.machine.banks
+    assert banks.stored["x"].proportional == 30.0
+    shared.json("gains", "store")
+    assert banks.stored["x"].proportional == 100.0
+
+    restored = shared.json("gains", "restore", staged["backup"])
+    assert restored["confirmed"]
+    assert restored["axes"]["x"]["tracking_rms_rad"]["before"] is None
+    assert shared.board.active_gains()["x"].numbers() == pytest.approx(
+        CONSERVATIVE_GAINS.numbers(), rel=1e-6
+    )
+
+
+def test_gains_that_follow_worse_are_rolled_back(shared: SharedBoard, tmp_path: Path) -> None:
+    softer = replace(CONSERVATIVE_GAINS, proportional=15.0)
+    shared.json("gains", "stage", gains_file(tmp_path, softer))
+    code, text, _ = shared.run("gains", "commit")
+    assert code == 1
+    assert "rolled back" in text
+    assert shared.board.active_gains()["x"].proportional == 30.0
+    assert not shared.board.status().unconfirmed
+
+
+@pytest.mark.parametrize(
+    "gains",
+    [
+        replace(CONSERVATIVE_GAINS, proportional=151.0),
+        replace(CONSERVATIVE_GAINS, derivative=0.79),
+        replace(CONSERVATIVE_GAINS, integral=1.0),
+        replace(CONSERVATIVE_GAINS, velocity_filter_s=0.0),
+    ],
+)
+def test_steps_beyond_five_times_need_a_word(
+    shared: SharedBoard, tmp_path: Path, gains: AxisGains
+) -> None:
+    file = gains_file(tmp_path, gains)
+    code, _, errors = shared.run("gains", "stage", file)
+    assert code == 1
+    assert "5 times" in errors
+    assert "--large-steps" in errors
+    assert not shared.board.status().staged_crc_ok
+    assert not backups(tmp_path)
+    shared.json("gains", "stage", file, "--large-steps")
+    assert shared.run("gains", "commit")[0] == 1  # the word is asked for again
+
+
+def test_the_boards_own_limits_stand_above_any_word(shared: SharedBoard, tmp_path: Path) -> None:
+    file = gains_file(tmp_path, replace(CONSERVATIVE_GAINS, proportional=601.0))
+    code, _, errors = shared.run("gains", "stage", file, "--large-steps")
+    assert code == 1
+    assert "outside the board's limits" in errors
+
+
+def test_a_commit_without_anything_staged(shared: SharedBoard) -> None:
+    code, _, errors = shared.run("gains", "commit")
+    assert code == 4
+    assert "nothing is staged" in errors
+
+
+def test_rollback_takes_back_what_a_dead_host_left(shared: SharedBoard, tmp_path: Path) -> None:
+    board = shared.board
+    board.stage_gains(dict.fromkeys(("x", "z"), BETTER))
+    board.commit()
+    assert shared.json("gains", "show")["unconfirmed_s"] > 100.0
+    shared.json("gains", "rollback")
+    assert shared.board.active_gains()["x"].proportional == 30.0
+    code, _, errors = shared.run("gains", "rollback")
+    assert code == 4
+    assert "gains restore" in errors
+
+
+def test_a_backup_of_another_board_is_not_restored(shared: SharedBoard, tmp_path: Path) -> None:
+    code, _, errors = shared.run("gains", "restore", gains_file(tmp_path, BETTER, serial_number=41))
+    assert code == 5
+    assert "backup is of board 41" in errors
+    assert not shared.board.status().staged_crc_ok
+
+
+def test_a_fault_in_the_motion_after_a_restore_leaves_the_gains_of_before(
+    shared: SharedBoard, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from edge_ident.commissioning import gain_change
+
+    def fault(*_: object) -> None:
+        raise BoardError("an axis fell too far behind", "look at it")
+
+    monkeypatch.setattr(gain_change, "verification_motion", fault)
+    code, _, errors = shared.run("gains", "restore", gains_file(tmp_path, BETTER))
+    assert code == 4
+    assert "too far behind" in errors
+    status = shared.board.status()
+    assert status.state is State.IDLE
+    assert not status.unconfirmed
+    assert shared.board.active_gains()["x"].proportional == 30.0
+
+
+def test_diff_writes_nothing(shared: SharedBoard, tmp_path: Path) -> None:
+    code, text, _ = shared.run("gains", "diff", gains_file(tmp_path, BETTER))
+    assert code == 0
+    assert "× 3.33" in text
+    assert "+1.2" in text
+    assert not shared.board.status().staged_crc_ok
+    assert not backups(tmp_path)
+
+
+@pytest.mark.parametrize("verb", [[], ["design"]])
+def test_a_file_without_a_verb_is_designed_from(verb: list[str], tmp_path: Path) -> None:
+    result = CliRunner().invoke(app, ["gains", *verb, "--json", str(tmp_path / "absent.csv")])
+    assert result.exit_code == 5
+    assert "give the path of a .csv or .npz recording" in json.loads(result.stdout)["next_step"]

@@ -1,0 +1,158 @@
+"""What a run does when things go wrong: gains end old, the machine at rest."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from edge_ident.commissioning import gain_transfer
+from edge_ident.commissioning import run as commissioning
+from edge_ident.commissioning.run import Plan, commission
+from edge_ident.control.gain_design import GainDesign
+from edge_ident.drive.description import DriveDescription, load_drive
+from edge_ident.errors import BoardError, GainError
+from firmware_interface.board import Board
+from firmware_interface.gains import AxisGains
+from firmware_interface.registers import State
+from firmware_interface.virtual.board import VirtualBoard
+from firmware_interface.virtual.settings import CONSERVATIVE_GAINS
+
+
+class Silent:
+    def stage(self, title: str) -> None: ...
+
+    def samples(self, in_hand: int, expected: int) -> None: ...
+
+
+class Impatient(Silent):
+    """A user who presses Ctrl-C once a stage has begun and some samples are in."""
+
+    def __init__(self, stage: str) -> None:
+        self.wanted, self.current = stage, ""
+
+    def stage(self, title: str) -> None:
+        self.current = title
+
+    def samples(self, in_hand: int, expected: int) -> None:
+        if self.current == self.wanted and in_hand > 1000:
+            raise KeyboardInterrupt
+
+
+@pytest.fixture
+def board() -> Board:
+    return Board.connect(VirtualBoard())
+
+
+def run(board: Board, folder: Path, observer: Silent | None = None, **plan: object):
+    return commission(board, drive(), None, Plan(**plan), folder, observer or Silent())
+
+
+def drive() -> DriveDescription:
+    return load_drive()
+
+
+def assert_old_gains(board: Board) -> None:
+    old = CONSERVATIVE_GAINS.numbers()
+    assert board.active_gains()["x"].numbers() == pytest.approx(old, rel=1e-6)
+
+
+def assert_old_gains_at_rest(board: Board) -> None:
+    status = board.status()
+    assert status.state is State.IDLE
+    assert not status.unconfirmed
+    assert_old_gains(board)
+
+
+def design_softly(gains: AxisGains, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let the design come out worse than what the board started with."""
+
+    def design(*_: object) -> dict[str, GainDesign]:
+        return {axis: GainDesign(gains, 1.0, 1.0, 10.0, 0.0) for axis in ("x", "z")}
+
+    monkeypatch.setattr(commissioning, "design_gains", design)
+
+
+def test_least_squares_alone_carries_a_run(board: Board, tmp_path: Path) -> None:
+    outcome = run(board, tmp_path)
+    assert outcome.confirmed
+    assert outcome.verification is not None
+    assert min(outcome.verification.ratio(axis) for axis in ("x", "z")) > 5
+    assert board.active_gains()["x"].inertia_feedforward == pytest.approx(0.43, rel=0.02)
+
+
+def test_gains_that_follow_worse_are_rolled_back(
+    board: Board, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    design_softly(replace(CONSERVATIVE_GAINS, proportional=15.0), monkeypatch)
+    outcome = run(board, tmp_path)
+    assert not outcome.confirmed
+    assert "rolled back" in outcome.conclusion
+    assert_old_gains_at_rest(board)
+
+
+def test_a_fault_during_verification_gives_the_old_gains_back(
+    board: Board, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    design_softly(replace(CONSERVATIVE_GAINS, proportional=2.0, derivative=1.0), monkeypatch)
+    with pytest.raises(BoardError, match="FOLLOWING_ERROR"):
+        run(board, tmp_path)
+    assert_old_gains(board)
+
+
+@pytest.mark.parametrize("stage", ["identification motion", "verification motion"])
+def test_interrupt_at_any_motion(board: Board, tmp_path: Path, stage: str) -> None:
+    with pytest.raises(KeyboardInterrupt):
+        run(board, tmp_path, Impatient(stage))
+    assert_old_gains_at_rest(board)
+
+
+def test_a_dry_run_designs_and_writes_nothing(board: Board, tmp_path: Path) -> None:
+    outcome = run(board, tmp_path, write=False)
+    assert outcome.designs
+    assert outcome.verification is None
+    assert_old_gains_at_rest(board)
+
+
+def test_store_only_on_request(tmp_path: Path) -> None:
+    link = VirtualBoard()
+    outcome = run(Board.connect(link), tmp_path, store=True)
+    assert outcome.stored
+    assert link.machine.banks.stored["x"].inertia_feedforward > 0.4
+
+
+def test_a_step_too_large_at_once_is_refused(board: Board) -> None:
+    limits = {axis: replace(limit, gain_step=0.05) for axis, limit in board.limits().items()}
+    wanted = {axis: replace(CONSERVATIVE_GAINS, proportional=100.0) for axis in ("x", "z")}
+    with pytest.raises(GainError, match="proportional would change by 70 at once"):
+        gain_transfer.check_gains(wanted, board.active_gains(), limits)
+
+
+@pytest.mark.parametrize("value", [-1.0, np.nan, np.inf])
+def test_senseless_gains_are_refused(board: Board, value: float) -> None:
+    wanted = {"x": replace(CONSERVATIVE_GAINS, derivative=value)}
+    with pytest.raises(GainError, match="derivative"):
+        gain_transfer.check_gains(wanted, board.active_gains(), board.limits())
+
+
+def test_a_difference_in_the_last_bit_is_seen() -> None:
+    value = np.float32(0.43)
+    read = float(np.nextafter(value, np.float32(1)))
+    written = {"x": replace(CONSERVATIVE_GAINS, inertia_feedforward=float(value))}
+    got = {"x": replace(CONSERVATIVE_GAINS, inertia_feedforward=read)}
+    gain_transfer.compare_gains("staged", written, written)
+    with pytest.raises(BoardError, match="staged inertia_feedforward reads back"):
+        gain_transfer.compare_gains("staged", written, got)
+
+
+def test_many_cycles_do_not_outlast_the_window_to_confirm(board: Board, tmp_path: Path) -> None:
+    outcome = run(board, tmp_path, cycles=5)
+    assert len(outcome.capture.recording.time_s) == 43709
+    assert outcome.confirmed
+
+
+def test_a_verification_longer_than_the_window_is_refused(board: Board, tmp_path: Path) -> None:
+    slow = replace(drive(), angular_frequency_rad_s=0.05)
+    with pytest.raises(BoardError, match="verification motion takes 133 s"):
+        commission(board, slow, None, Plan(), tmp_path, Silent())
+    assert_old_gains_at_rest(board)

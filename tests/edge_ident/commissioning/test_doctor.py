@@ -1,0 +1,128 @@
+"""Checks of host, ports and link: what is well, what is not, and the remedy."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from edge_ident.cli import app
+from edge_ident.commissioning import doctor, link_checks
+from firmware_interface.registers import Fault
+from firmware_interface.virtual.settings import BoardSettings
+from tests.edge_ident.shared_board import SharedBoard
+
+PERIOD_S = 0.0025
+
+
+@pytest.mark.parametrize("start", [0, 2**32 - 100])
+def test_a_clock_that_keeps_time_does_so_across_its_wrap_around(start: int) -> None:
+    times = 10.0 + 0.01 * np.arange(200)
+    samples = (start + np.floor((times - 10.0) / PERIOD_S)) % 2**32
+    clock, jitter = link_checks.clock_checks(times, samples, PERIOD_S)
+    assert clock.good, clock
+    assert jitter.good, jitter
+
+
+def test_a_clock_a_tenth_of_a_percent_off_is_found() -> None:
+    times = 0.01 * np.arange(400)
+    samples = np.floor(times * 1.002 / PERIOD_S)
+    clock, jitter = link_checks.clock_checks(times, samples, PERIOD_S)
+    assert not clock.good
+    assert float(clock.detail.split()[0]) == pytest.approx(1.002, abs=2e-4)
+    assert clock.next_step
+    assert jitter.good
+
+
+def test_one_request_that_comes_late_is_jitter_not_a_wrong_clock() -> None:
+    times = 0.01 * np.arange(400)
+    samples = np.floor(times / PERIOD_S)
+    times[200] -= 0.1
+    clock, jitter = link_checks.clock_checks(times, samples, PERIOD_S)
+    assert clock.good
+    assert not jitter.good
+
+
+@pytest.mark.parametrize(("duration_s", "good"), [(0.001, True), (0.016, False)])
+def test_round_trips_of_a_slow_adapter(duration_s: float, good: bool) -> None:
+    check = link_checks.round_trip_check(np.full(50, duration_s))
+    assert check.good is good
+    assert "latency timer" in check.next_step
+
+
+@pytest.mark.parametrize(("milliseconds", "good"), [("1", True), ("16", False)])
+def test_the_latency_timer(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, milliseconds: str, good: bool
+) -> None:
+    monkeypatch.setattr(doctor, "_TIMERS", tmp_path)
+    (tmp_path / "ttyUSB0").mkdir()
+    (tmp_path / "ttyUSB0" / "latency_timer").write_text(milliseconds + "\n")
+    (check,) = doctor.latency_timer("/dev/ttyUSB0")
+    assert check.good is good
+    assert str(tmp_path) in check.next_step
+    assert doctor.latency_timer("/dev/ttyACM0") == []
+
+
+def test_modem_manager_matters_to_ports_that_are_not_exempt(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(doctor, "_PROCESSES", tmp_path)
+    assert doctor.modem_manager(["/dev/ttyACM0"]).good
+    (tmp_path / "17").mkdir()
+    (tmp_path / "17" / "comm").write_text("ModemManager\n")
+    assert doctor.modem_manager(["/dev/ttyS0"]).good
+    check = doctor.modem_manager(["/dev/ttyACM0"])
+    assert not check.good
+    assert "ID_MM_DEVICE_IGNORE" in check.next_step
+    monkeypatch.setattr(doctor, "_ignored", lambda port: True)
+    assert doctor.modem_manager(["/dev/ttyACM0"]).good
+
+
+def test_a_port_without_permission(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(doctor.os, "access", lambda *_: False)
+    check = doctor.permission("/dev/ttyACM0")
+    assert not check.good
+    assert "dialout" in check.next_step
+
+
+@pytest.fixture
+def quick(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(link_checks, "_REQUESTS", 10)
+    monkeypatch.setattr(link_checks, "_PAUSE_S", 0.0)
+
+
+@pytest.mark.usefixtures("quick")
+@pytest.mark.parametrize(
+    ("settings", "bad", "next_step"),
+    [
+        (BoardSettings(map_crc=7), "register map", "same release"),
+        (BoardSettings(fault=Fault.FOLLOWING_ERROR), "state", "clear the fault"),
+    ],
+)
+def test_boards_that_cannot_be_used_get_a_remedy(
+    monkeypatch: pytest.MonkeyPatch, settings: BoardSettings, bad: str, next_step: str
+) -> None:
+    code, text, _ = SharedBoard(monkeypatch, settings).run("doctor", "--json")
+    checks = {check["what"]: check for check in json.loads(text)["checks"]}
+    assert code == 1
+    assert not checks[bad]["good"]
+    assert next_step in checks[bad]["next_step"]
+
+
+@pytest.mark.usefixtures("quick")
+def test_a_board_is_looked_at_and_left_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    shared = SharedBoard(monkeypatch)
+    _, text, _ = shared.run("doctor", "--json")
+    checks = {check["what"]: check["good"] for check in json.loads(text)["checks"]}
+    assert checks["register map"]
+    assert checks["state"]
+    assert {"round trip", "board clock", "jitter"} <= set(checks)
+    assert shared.board.status().last_token == 0
+
+
+def test_a_device_that_is_not_there(monkeypatch: pytest.MonkeyPatch) -> None:
+    result = CliRunner().invoke(app, ["doctor", "--device", "/dev/ttyNOTHERE", "--json"])
+    (link,) = [c for c in json.loads(result.stdout)["checks"] if c["what"] == "link"]
+    assert result.exit_code == 1
+    assert "edge-ident ports" in link["next_step"]

@@ -1,0 +1,95 @@
+"""Gains: the promised poles and margins, checked against simulations that share no formula."""
+
+import math
+
+import numpy as np
+import pytest
+import scipy.signal
+
+from edge_ident.control.gain_design import GAIN_MARGIN, PHASE_MARGIN_RAD, QUANTIZATION_SHARE, design
+from edge_ident.control.position_loop import LoopHardware
+from edge_ident.errors import GainError
+from edge_ident.model.model import AxisModel, Estimate, base_axis
+
+HARDWARE = LoopHardware(0.0025, 0.0005, 2 * math.pi / 8400, 12.0)
+PARAMETERS = np.array([0.43, 0.9, 1.4, 0.03])
+
+
+def axis(inertia_std: float = 0.0, parameters: np.ndarray = PARAMETERS) -> AxisModel:
+    return base_axis(Estimate(parameters, np.array([inertia_std, 0.0, 0.0, 0.0])))
+
+
+def step_loop(gain: float, delay_samples: int, designed, samples: int = 4000) -> np.ndarray:
+    """Position error after a push: the sampled law around the continuous axis, by simulation."""
+    g = designed.gains
+    inertia, viscous = PARAMETERS[:2]
+    period = HARDWARE.sample_period_s
+    plant = (
+        np.array([[0.0, 1.0], [0.0, -viscous / inertia]]),
+        np.array([[0.0], [1.0 / inertia]]),
+        np.eye(2),
+        np.zeros((2, 1)),
+    )
+    a, b, *_ = scipy.signal.cont2discrete(plant, period)
+    state, filtered, last = np.array([0.0, 0.1]), 0.0, 0.0
+    queue = [0.0] * delay_samples
+    smoothing = period / (g.velocity_filter_s + period)
+    trace = np.empty(samples)
+    for k in range(samples):
+        filtered += smoothing * ((state[0] - last) / period - filtered)
+        last = state[0]
+        queue.append(-gain * (g.proportional * state[0] + g.derivative * filtered))
+        state = a @ state + b[:, 0] * queue.pop(0)
+        trace[k] = state[0]
+    return trace
+
+
+def test_margins_quantization_and_poles_are_as_promised() -> None:
+    found = design(axis(0.02), HARDWARE)
+    assert found.phase_margin_rad >= PHASE_MARGIN_RAD
+    assert found.gain_margin >= GAIN_MARGIN
+    assert found.quantization_effort_nm <= QUANTIZATION_SHARE * HARDWARE.effort_limit_nm
+    gains = found.gains
+    closed = [PARAMETERS[0], PARAMETERS[1] + gains.derivative, gains.proportional]
+    np.testing.assert_allclose(np.abs(np.roots(closed)), found.bandwidth_rad_s, rtol=1e-6)
+    assert gains.inertia_feedforward == PARAMETERS[0]
+    assert gains.coulomb_feedforward == PARAMETERS[2]
+
+
+def test_gain_margin_is_where_a_simulated_loop_turns_unstable() -> None:
+    found = design(axis(), HARDWARE)
+    no_delay = LoopHardware(0.0025, 0.0, 2 * math.pi / 8400, 12.0)
+    exact = design(axis(), no_delay, found.bandwidth_rad_s)
+    stable = step_loop(0.93 * exact.gain_margin, 0, exact)
+    unstable = step_loop(1.07 * exact.gain_margin, 0, exact)
+    assert np.max(np.abs(stable[-500:])) < 1e-3 * np.max(np.abs(stable))
+    assert np.max(np.abs(unstable[-500:])) > np.max(np.abs(unstable[:500]))
+
+
+def test_delay_costs_bandwidth() -> None:
+    slow = LoopHardware(0.0025, 0.020, 2 * math.pi / 8400, 1e6)
+    quick = LoopHardware(0.0025, 0.0005, 2 * math.pi / 8400, 1e6)
+    assert design(axis(), slow).bandwidth_rad_s < 0.5 * design(axis(), quick).bandwidth_rad_s
+
+
+def test_doubt_about_the_inertia_is_paid_for_in_margin() -> None:
+    sure = design(axis(), HARDWARE, 8.0)
+    unsure = design(axis(0.05), HARDWARE, 8.0)
+    assert unsure.phase_margin_rad < sure.phase_margin_rad
+
+
+@pytest.mark.parametrize(
+    ("parameters", "std", "bandwidth", "message"),
+    [
+        ([-0.1, 0.9, 1.4, 0.0], 0.01, None, "no gains follow from inertia"),
+        ([0.4, 0.9, -1.4, 0.0], 0.01, None, "no gains follow from inertia"),
+        ([0.4, 0.9, 1.4, 0.0], 0.3, None, "no gains follow from inertia"),
+        ([0.4, 0.9, 1.4, 0.0], 0.01, 150.0, "leaves a phase margin of"),
+    ],
+)
+def test_doubtful_gains_are_refused(
+    parameters: list[float], std: float, bandwidth: float | None, message: str
+) -> None:
+    with pytest.raises(GainError, match=message) as error:
+        design(axis(std, np.array(parameters)), HARDWARE, bandwidth)
+    assert error.value.exit_code == 1

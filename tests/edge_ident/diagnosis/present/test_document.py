@@ -1,0 +1,102 @@
+"""What scripts read of a diagnosis: the contract's fields, finite numbers, the same bytes."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from edge_ident.diagnosis.present.document import diagnosis_document
+from edge_ident.diagnosis.result import Verdict
+from edge_ident.support.json_text import to_json
+from tests.edge_ident.diagnosis import hand_made
+
+
+def read(**options: bool) -> dict:
+    return json.loads(to_json(diagnosis_document(hand_made.diagnosis(**options), Path("m.json"))))
+
+
+def test_every_field_of_the_contract_is_there() -> None:
+    document = read(doubtful=True)
+    assert document["schema"] == "edge-ident/diagnosis/1"
+    assert document["model"] == "m.json"
+    assert document["data_quality"] == [
+        {
+            "code": "uneven_sampling",
+            "axis": "x",
+            "message": "stamps stray by 0.3 sampling periods",
+        }
+    ]
+    axis = document["axes"]["x"]
+    assert axis["verdict"] == "explained"
+    assert axis["not_testable"][0].keys() == {"effect", "reason", "experiment"}
+    for model in (axis["base"], axis["extended"]):
+        assert model["relative_residual"].keys() == {"fitted", "held_out"}
+        assert model["metric"].keys() == {"time_spectral", "fit", "relative_residual"}
+        assert model["parameters"]["inertia"].keys() == {"value", "std", "unit"}
+        assert model["motion_error"] == {"rms": None, "unit": "rad"}
+    assert axis["residual_whereabouts"]["base"].keys() == {
+        "position", "velocity", "distance_since_reversal", "acceleration_of_z", "time",
+    }  # fmt: skip
+    assert isinstance(axis["noise_floor"], float)
+    assert axis["parameters_shift"]["inertia"] == {"base": 0.42, "extended": 0.5}
+
+
+def test_a_cause_names_its_effect_with_values_units_gain_and_rivals() -> None:
+    first, second = read()["axes"]["x"]["causes"]
+    assert (first["effect"], second["effect"]) == ("torque_ripple", "asymmetric_friction")
+    assert first["parameters"]["period"] == {"value": 0.9, "std": 0.0005, "unit": "rad"}
+    assert first["held_out_gain"] == 0.31
+    assert first["held_out_gain_interval"] == [0.27, 0.35]
+    assert first["evidence"].startswith("effort rises and falls")
+    rival = second["rivals"][0]
+    assert (rival["effect"], rival["separable"]) == ("nonlinear_viscous", False)
+    assert rival["evidence"] == "0.97 alike [on this motion]"
+
+
+def test_units_follow_from_those_of_the_axis() -> None:
+    diagnosis = hand_made.diagnosis()
+    axis = diagnosis.axes["x"]
+    linear = replace(axis, model=replace(axis.model, position_unit="m", effort_unit="A"))
+    document = diagnosis_document(replace(diagnosis, axes={"q": linear}), None)
+    found = document["axes"]["q"]
+    assert found["base"]["parameters"]["inertia"]["unit"] == "A*s^2/m"
+    assert found["causes"][0]["parameters"]["cosine"]["unit"] == "A"
+    assert document["model"] is None
+
+
+def test_validation_is_null_without_a_recording_for_it() -> None:
+    diagnosis = hand_made.diagnosis()
+    validated = diagnosis_document(diagnosis, None)["validation"]
+    assert validated["x"]["base"] == {"relative_residual": 0.12}
+    assert validated["x"]["extended"] == {"relative_residual": 0.04}
+    assert diagnosis_document(replace(diagnosis, validation={}), None)["validation"] is None
+
+
+def test_what_could_not_be_determined_is_null_for_json_has_no_infinity() -> None:
+    diagnosis = hand_made.diagnosis()
+    axis = diagnosis.axes["x"]
+    cause = replace(axis.causes[0], held_out_gain_interval=(np.nan, np.inf))
+    unsure = replace(axis.base.estimate, std=np.array([np.inf, 0.1, 0.1, 0.1]))
+    changed = replace(axis, causes=(cause,), base=replace(axis.base, estimate=unsure))
+    document = json.loads(
+        to_json(diagnosis_document(replace(diagnosis, axes={"x": changed}), None))
+    )
+    found = document["axes"]["x"]
+    assert found["causes"][0]["held_out_gain_interval"] == [None, None]
+    assert found["base"]["parameters"]["inertia"]["std"] is None
+
+
+@pytest.mark.parametrize("verdict", Verdict)
+def test_the_verdict_is_one_word_of_the_contract(verdict: Verdict) -> None:
+    diagnosis = hand_made.diagnosis()
+    axes = {"x": replace(diagnosis.axes["x"], verdict=verdict)}
+    found = diagnosis_document(replace(diagnosis, axes=axes), None)["axes"]["x"]["verdict"]
+    assert found in ("adequate", "explained", "unexplained")
+
+
+def test_the_same_diagnosis_gives_the_same_bytes() -> None:
+    assert read() == read()
+    texts = {to_json(diagnosis_document(hand_made.diagnosis(), None)) for _ in range(2)}
+    assert len(texts) == 1

@@ -1,0 +1,199 @@
+"""The parts that the diagnosis is made of, on motions and noise made by hand."""
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from edge_ident.diagnosis.diagnose import diagnose
+from edge_ident.diagnosis.fit.fitting import fit
+from edge_ident.diagnosis.fit.noise_floor import noise_floor
+from edge_ident.diagnosis.prepare.preparing import view_of
+from edge_ident.diagnosis.present.wording import verdict_sentence, vibrations
+from edge_ident.diagnosis.result import Verdict
+from edge_ident.diagnosis.select.judging import gain
+from edge_ident.model.effect import Extent
+from edge_ident.model.effects import catalogue
+from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Term
+from edge_ident.signals.recording import AxisRecord, Recording
+
+Array = NDArray[np.float64]
+
+PERIOD_S = 1e-3
+TEMPLATE = AxisModel((Term(BASE, dict.fromkeys(PARAMETERS, 0.0)),))
+
+
+def swing(seconds: float = 20.0, seed: int = 0) -> tuple[Array, Array, Array, Array]:
+    """Time, position, velocity and acceleration of five sines of random phase."""
+    rng = np.random.default_rng(seed)
+    t = np.arange(0.0, seconds, PERIOD_S)
+    rate = 2.0 * np.pi * np.array([0.11, 0.23, 0.37, 0.61, 0.89])
+    phase = rng.uniform(0.0, 2.0 * np.pi, 5)
+    angle = rate * t[:, None] + phase
+    x, v, a = (np.sin(angle) / rate, np.cos(angle), -rate * np.sin(angle))
+    return t, x.sum(1), v.sum(1), a.sum(1)
+
+
+def recorded(
+    t: Array, x: Array, effort: Array, noise: float, seed: int = 1, count: float = 1e-5
+) -> Recording:
+    rng = np.random.default_rng(seed)
+    read = np.round(x / count) * count
+    measured = effort + noise * rng.standard_normal(len(t))
+    return Recording(t, {"x": AxisRecord(read, measured, "rad", "N*m")}, "by hand")
+
+
+def rigid(v: Array, a: Array) -> Array:
+    return 0.5 * a + 0.8 * v + 1.1 * np.sign(v) + 0.2
+
+
+def test_every_effect_says_what_the_search_needs() -> None:
+    """Adding an effect touches one file: what a file must hold is checked here for all."""
+    base = np.array([0.5, 1.0, 1.0, 0.1])
+    extent = Extent(3.0, 2.0, 1.0, 4.0, 5.0, 1e-4, 20.0, 8.0, base)
+    for name, effect in catalogue().items():
+        parameters = {p.name for p in effect.parameters}
+        assert effect.forms, name
+        assert effect.signature, name
+        assert effect.experiment, name
+        assert effect.rivals, name
+        assert set(effect.rivals) <= set(catalogue()) - {name}, name
+        grid = effect.grid(extent)
+        assert set(grid) <= parameters, name
+        assert len({len(values) for values in grid.values()}) <= 1, name
+        for form in effect.forms:
+            assert set(form.amplitudes) | set(form.shapes) <= parameters, name
+            assert set(form.shapes) <= set(grid), name
+
+
+def test_the_floor_is_the_noise_that_was_added() -> None:
+    t, x, v, a = swing()
+    view = view_of([recorded(t, x, rigid(v, a), noise=0.05)], "x")
+    start = fit(view, TEMPLATE, np.zeros(4), ())
+    left = np.sqrt(start.error / np.count_nonzero(view.clear))
+    assert noise_floor(view, start).rms == pytest.approx(left, rel=0.15)
+
+
+def test_a_motion_that_repeats_shows_what_repeats() -> None:
+    """Slow noise that no high frequency betrays is found by comparing laps."""
+    laps, samples = 4, 7000
+    angle = 2.0 * np.pi * np.arange(samples) / samples
+    x = np.tile(np.sin(angle) + 0.4 * np.cos(3.0 * angle), laps)
+    rate = 2.0 * np.pi / (samples * PERIOD_S)
+    v = np.tile(rate * (np.cos(angle) - 1.2 * np.sin(3.0 * angle)), laps)
+    a = np.tile(rate**2 * (-np.sin(angle) - 3.6 * np.cos(3.0 * angle)), laps)
+    time = PERIOD_S * np.arange(len(x))
+    slow = np.interp(time, np.arange(0.0, 30.0, 0.3), np.random.default_rng(2).normal(0, 0.1, 100))
+    view = view_of([recorded(time, x, rigid(v, a) + slow, noise=0.002)], "x")
+    floor = noise_floor(view, fit(view, TEMPLATE, np.zeros(4), ()))
+    assert floor.source == "from the motion's repetition"
+    assert floor.rms == pytest.approx(np.std(slow), rel=0.35)
+
+
+def spring_on_one_sine(stiffness: float) -> tuple[Recording, float]:
+    """Acceleration is proportional to position there: the spring is inertia, exactly."""
+    t = np.arange(0.0, 22.0, PERIOD_S)
+    rate = 2.0 * np.pi / 11.0
+    x, v, a = np.sin(rate * t), rate * np.cos(rate * t), -(rate**2) * np.sin(rate * t)
+    return recorded(t, x, rigid(v, a) + stiffness * x, noise=0.02), 0.5 - stiffness / rate**2
+
+
+def test_a_spring_that_looks_like_less_inertia_is_not_named() -> None:
+    record, apparent = spring_on_one_sine(0.1)
+    axis = diagnose([record]).axes["x"]
+    assert axis.verdict is Verdict.ADEQUATE
+    assert axis.base.estimate.parameters[0] == pytest.approx(apparent, abs=0.05)
+
+
+def test_a_spring_that_looks_like_negative_inertia_is_named() -> None:
+    record, apparent = spring_on_one_sine(0.3)
+    assert apparent < 0.0
+    axis = diagnose([record]).axes["x"]
+    assert [cause.term.effect for cause in axis.causes] == ["position_dependent_load"]
+    assert axis.base.estimate.parameters[0] == 0.0, "no physics makes it negative"
+
+
+def test_a_vibration_from_outside_is_said_and_not_blamed_on_the_axis() -> None:
+    t, x, v, a = swing()
+    effort = rigid(v, a) + 0.1 * np.sin(2.0 * np.pi * 1.73 * t + 0.4)
+    axis = diagnose([recorded(t, x, effort, noise=0.02)]).axes["x"]
+    assert axis.verdict is Verdict.UNEXPLAINED
+    assert axis.causes == ()
+    ((frequency_hz, amplitude),) = vibrations(axis)
+    assert frequency_hz == pytest.approx(1.73, abs=0.005)
+    assert amplitude == pytest.approx(0.1, rel=0.05)
+    assert "1.73 Hz" in verdict_sentence(axis)
+    assert [term.effect for term in axis.model.terms] == [BASE]
+    error = axis.extended.estimate.parameters - [0.5, 0.8, 1.1, 0.2]
+    assert np.abs(error) == pytest.approx(0.0, abs=0.02), "nor does it bias the base"
+
+
+@pytest.mark.parametrize("early_s", [0.2, 0.4])
+def test_a_push_while_the_encoders_counts_beat_is_seen(early_s: float) -> None:
+    """At its top speed the axis moves one count a sample, and rounding looks like motion."""
+    t = np.arange(0.0, 32.0, PERIOD_S)
+    rate, count = 0.3, 1e-3
+    x, v, a = np.sin(rate * t) / rate, np.cos(rate * t), -rate * np.sin(rate * t)
+    begins, lasts = 2.0 * np.pi / rate - early_s, 0.4
+    pushed = (t > begins) & (t < begins + lasts)
+    push = np.where(pushed, np.sin(np.pi * (t - begins) / lasts), 0.0)
+    record = recorded(t, x, rigid(v, a) - push, noise=0.02, count=count)
+    view = view_of([record], "x")
+    time_s = view.stretches[0].motion.time_s[view.stretches[0].picks]
+    assert not np.any(view.clear[(time_s > begins) & (time_s < begins + lasts)])
+    axis = diagnose([record]).axes["x"]
+    (cause,) = axis.causes
+    assert cause.term.effect == "disturbance_event"
+    assert cause.term.values["time"] == pytest.approx(begins, abs=0.2)
+    assert axis.extended.held_out < 0.1 * axis.base.held_out, "nobody can foresee a push"
+
+
+def test_friction_that_changes_alone_is_no_payload() -> None:
+    t, x, v, a = swing()
+    step = 0.1 * np.sign(v) * (t > 11.0)
+    axis = diagnose([recorded(t, x, rigid(v, a) + step, noise=0.02)]).axes["x"]
+    assert "payload_change" not in {cause.term.effect for cause in axis.causes}
+    with_mass = rigid(v, a) + step + 0.1 * a * (t > 11.0)
+    axis = diagnose([recorded(t, x, with_mass, noise=0.02)]).axes["x"]
+    assert [cause.term.effect for cause in axis.causes] == ["payload_change"]
+
+
+def test_ripple_is_named_with_its_period_and_nothing_else() -> None:
+    t, x, v, a = swing()
+    effort = rigid(v, a) + 0.08 * np.sin(2.0 * np.pi * x / 0.31 + 0.4)
+    axis = diagnose([recorded(t, x, effort, noise=0.05)]).axes["x"]
+    assert axis.verdict is Verdict.EXPLAINED
+    (cause,) = axis.causes
+    assert cause.term.effect == "torque_ripple"
+    assert cause.term.values["period"] == pytest.approx(0.31, rel=1e-3)
+    assert np.hypot(cause.term.values["cosine"], cause.term.values["sine"]) == pytest.approx(
+        0.08, rel=0.05
+    )
+    assert 0.0 < cause.held_out_gain_interval[0] < cause.held_out_gain
+
+
+def test_several_recordings_are_fitted_together_and_another_validates() -> None:
+    def session(seed: int) -> Recording:
+        t, x, v, a = swing(seed=seed)
+        return recorded(t, x, rigid(v, a) + 0.25 * abs(v), noise=0.05, seed=seed)
+
+    found = diagnose([session(4), session(5)], validate=session(6))
+    assert [c.term.effect for c in found.axes["x"].causes] == ["asymmetric_friction"]
+    assert found.validation["x"].extended < 0.5 * found.validation["x"].base
+
+
+def test_a_model_that_knows_the_effect_leaves_nothing_to_find() -> None:
+    from edge_ident.model.model import Model
+
+    t, x, v, a = swing(seed=7)
+    record = recorded(t, x, rigid(v, a) + 0.25 * abs(v), noise=0.05)
+    known = Model({"x": diagnose([record]).axes["x"].model})
+    again = diagnose([record], model=known).axes["x"]
+    assert again.verdict is Verdict.ADEQUATE
+    assert [term.effect for term in again.model.terms] == [BASE, "asymmetric_friction"]
+
+
+def test_a_column_of_noise_gains_nothing_where_it_was_not_fitted() -> None:
+    t, x, v, a = swing(seed=8)
+    view = view_of([recorded(t, x, rigid(v, a), noise=0.05)], "x")
+    start = fit(view, TEMPLATE, np.zeros(4), ())
+    assert not gain(view, start, start).certain

@@ -1,0 +1,66 @@
+"""When an estimate is not trusted, and what the user is told."""
+
+import numpy as np
+import pytest
+
+from edge_ident.estimation.trust import compare_estimators, judge
+from edge_ident.model.model import Estimate
+
+TIME = 0.01 * np.arange(2000)
+VELOCITY = np.cos(TIME)
+REGRESSOR = np.column_stack([-np.sin(TIME), VELOCITY, np.sign(VELOCITY), np.ones(2000)])
+VALUES = np.array([0.4, 0.9, 1.4, 0.05])
+EFFORT = REGRESSOR @ VALUES
+
+
+def estimate(values=VALUES, std=(0.01, 0.01, 0.01, 0.01)) -> Estimate:
+    return Estimate(np.array(values, dtype=float), np.array(std, dtype=float))
+
+
+def test_a_good_estimate_raises_nothing() -> None:
+    assert judge(estimate(), REGRESSOR, EFFORT, 0.03) == []
+
+
+def test_a_weak_inertia_is_reported_with_its_number_and_a_motion() -> None:
+    [finding] = judge(estimate(std=(0.08, 0.01, 0.01, 0.01)), REGRESSOR, EFFORT, 0.03)
+    assert finding.code == "weak_inertia"
+    assert not finding.blocks
+    assert "±20%" in finding.message
+    # 5 % instead of 20 % needs four times the rms acceleration, which is 0.70 here
+    assert "acceleration of 2.8 or more (now 0.7)" in finding.next_step
+    assert "--motion multisine" in finding.next_step
+
+
+@pytest.mark.parametrize(
+    ("values", "std", "residual", "code"),
+    [
+        (VALUES, (0.01,) * 4, 0.4, "poor_fit"),
+        ((-0.4, 0.9, 1.4, 0.05), (0.01,) * 4, 0.03, "unphysical_inertia"),
+        (VALUES, (0.01, 0.5, 0.01, 0.01), 0.03, "undetermined_viscous_friction"),
+        ((0.4, 0.9, -0.001, 0.05), (0.01,) * 4, 0.03, "undetermined_coulomb_friction"),
+    ],
+)
+def test_reasons_to_refuse(values, std, residual: float, code: str) -> None:
+    findings = judge(estimate(values, std), REGRESSOR, EFFORT, residual)
+    assert [finding.code for finding in findings if finding.blocks] == [code]
+
+
+def test_one_way_motion_cannot_tell_coulomb_friction_from_offset() -> None:
+    one_way = REGRESSOR.copy()
+    one_way[:, 1], one_way[:, 2] = 2.0 + VELOCITY, 1.0
+    [finding] = judge(estimate(), one_way, one_way @ VALUES, 0.03)
+    assert finding.code == "inseparable"
+    assert finding.blocks
+    assert finding.message.startswith("coulomb_friction and offset cannot be told apart")
+
+
+def test_a_negative_offset_is_physical() -> None:
+    assert judge(estimate((0.4, 0.9, 1.4, -0.5)), REGRESSOR, EFFORT, 0.03) == []
+
+
+def test_estimators_may_differ_within_their_uncertainty_only() -> None:
+    near = estimate((0.43, 0.9, 1.4, 0.05))
+    assert compare_estimators(near, estimate()) == []
+    [finding] = compare_estimators(estimate((0.45, 0.9, 1.4, 0.05)), estimate())
+    assert finding.code == "estimators_disagree_inertia"
+    assert finding.blocks

@@ -1,0 +1,99 @@
+"""Bandwidth, even grid, standstills: what becomes of measured samples before estimation."""
+
+import numpy as np
+import pytest
+
+from edge_ident.signals import conditioning
+from edge_ident.signals.filters import differentiate
+
+PERIOD_S = 0.0025
+COUNT_RAD = 2 * np.pi / 8400
+
+
+def sine(phase: float, samples: int = 8742) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Position, velocity and acceleration of the paper's motion."""
+    angle = 0.2875 * PERIOD_S * np.arange(samples) + phase
+    amplitude = 2 * np.pi
+    return (
+        amplitude * np.sin(angle),
+        amplitude * 0.2875 * np.cos(angle),
+        -amplitude * 0.2875**2 * np.sin(angle),
+    )
+
+
+@pytest.mark.parametrize("phase", [0.0, np.pi / 2, 2.5])
+def test_encoder_noise_stays_small_in_the_acceleration_ends_included(phase: float) -> None:
+    position, _, acceleration = sine(phase)
+    quantized = COUNT_RAD * np.round(position / COUNT_RAD)
+    cutoff = conditioning.choose_cutoff(quantized, PERIOD_S)
+    _, _, a = differentiate(quantized, cutoff, PERIOD_S)
+    rms = np.std(acceleration)
+    assert np.std(a - acceleration) < 0.08 * rms
+    assert np.max(np.abs(a - acceleration)) < 0.5 * rms
+
+
+def test_cutoff_follows_resolution_and_sampling() -> None:
+    position = sine(0.0)[0]
+    coarse = conditioning.choose_cutoff(COUNT_RAD * np.round(position / COUNT_RAD), PERIOD_S)
+    count = COUNT_RAD / 8
+    fine = conditioning.choose_cutoff(count * np.round(position / count), PERIOD_S)
+    assert fine == pytest.approx(8**0.4 * coarse, rel=0.1)  # noise grows with cut-off to the 2.5
+    assert conditioning.choose_cutoff(position, PERIOD_S) == pytest.approx(1 / (20 * PERIOD_S))
+
+
+def test_uneven_sampling_is_interpolated() -> None:
+    rng = np.random.default_rng(5)
+    time = PERIOD_S * (np.arange(8742) + rng.uniform(-0.4, 0.4, 8742))
+    position = 2 * np.pi * np.sin(0.2875 * time)
+    velocity = 2 * np.pi * 0.2875 * np.cos(0.2875 * time)
+    effort = 0.9 * velocity
+    even = conditioning.condition(time, position, effort)
+    assert even.interpolated
+    assert 0.35 < even.jitter < 0.45
+    expected = 2 * np.pi * 0.2875 * np.cos(0.2875 * (time[0] + even.period_s * np.arange(8742)))
+    np.testing.assert_allclose(even.regressor[:, 1], expected, atol=2e-3)
+    np.testing.assert_allclose(even.effort[100:-100], 0.9 * expected[100:-100], atol=2e-3)
+
+
+def test_friction_column_is_filtered_like_the_effort() -> None:
+    position, velocity, _ = sine(0.0)
+    smooth = conditioning.condition(PERIOD_S * np.arange(8742), position, 1.4 * np.sign(velocity))
+    np.testing.assert_allclose(1.4 * smooth.regressor[:, 2], smooth.effort, atol=1e-9)
+
+
+def stick_slip() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """A sine that stands for 0.8 s at one reversal, as friction makes it, and then runs on."""
+    position, _, _ = sine(0.0)
+    reversal, held = 2186, 320
+    stuck = np.concatenate([position[:reversal], np.full(held, position[reversal - 1])])
+    stuck = np.concatenate([stuck, position[reversal:-held]])
+    return COUNT_RAD * np.round(stuck / COUNT_RAD), np.arange(reversal, reversal + held), position
+
+
+def test_a_standstill_is_found_and_a_quick_reversal_is_not() -> None:
+    stuck, where, free = stick_slip()
+    moving = ~conditioning.standing(stuck, 3.0, PERIOD_S)
+    assert not moving[where].any()
+    margin = int(1.5 / 3.0 / PERIOD_S) + 60
+    assert moving[: where[0] - margin].all()
+    assert moving[where[-1] + margin :].all()
+    assert not conditioning.standing(COUNT_RAD * np.round(free / COUNT_RAD), 3.0, PERIOD_S).any()
+
+
+def test_bridging_keeps_effort_and_regressor_in_proportion() -> None:
+    stuck, where, _ = stick_slip()
+    time = PERIOD_S * np.arange(len(stuck))
+    effort = 1.4 * np.sign(np.gradient(stuck)) + 0.9 * np.gradient(stuck, PERIOD_S)
+    effort[where] = np.linspace(1.4, -1.4, len(where))  # what a stuck axis holds is no friction law
+    smooth = conditioning.condition(time, stuck, effort)
+    model = smooth.regressor @ np.array([0.0, 0.9, 1.4, 0.0])
+    gap = where[0] - 200, where[-1] + 200
+    error = np.abs(smooth.effort - model)[gap[0] : gap[1]]
+    assert np.max(error) < 0.06
+
+
+def test_a_motion_without_acceleration_still_has_a_cutoff() -> None:
+    time = PERIOD_S * np.arange(8742)
+    smooth = conditioning.condition(time, COUNT_RAD * np.round(time / COUNT_RAD), np.ones(8742))
+    assert smooth.cutoff_hz == pytest.approx(10.0 / (PERIOD_S * 8742))
+    np.testing.assert_allclose(smooth.regressor[500:-500, 1], 1.0, atol=1e-3)

@@ -1,0 +1,35 @@
+"""Filtering and differentiation against scipy and against analytic motions, ends included."""
+
+import numpy as np
+import pytest
+import scipy.signal
+
+from edge_ident.signals import filters
+
+PERIOD_S = 0.0025
+
+
+@pytest.mark.parametrize("phase", [0.0, np.pi / 2, 1.0, 4.0])
+def test_derivatives_are_exact_up_to_the_ends(phase: float) -> None:
+    angle = 0.2875 * PERIOD_S * np.arange(8742) + phase
+    position = 2 * np.pi * np.sin(angle)
+    velocity, acceleration = 2 * np.pi * 0.2875 * np.cos(angle), -(0.2875**2) * position
+    _, v, a = filters.differentiate(position, 20.0, PERIOD_S)
+    np.testing.assert_allclose(v, velocity, atol=1e-6 * 1.8)
+    np.testing.assert_allclose(a, acceleration, atol=1e-4 * 0.52)
+
+
+def test_lowpass_is_a_butterworth_run_both_ways() -> None:
+    rng = np.random.default_rng(3)
+    noise = rng.normal(size=4000)
+    section = scipy.signal.butter(4, 5.0, fs=1 / PERIOD_S, output="sos")
+    expected = scipy.signal.sosfiltfilt(section, noise)
+    filtered = filters.lowpass(noise, 5.0, PERIOD_S)
+    middle = slice(400, -400)
+    assert np.max(np.abs(filtered - expected)[middle]) < 0.01 * np.max(np.abs(expected))
+
+
+def test_lowpass_moves_a_signal_by_a_fraction_of_a_sample() -> None:
+    time = PERIOD_S * np.arange(6000)
+    moved = filters.lowpass(np.sin(3 * time), 20.0, PERIOD_S, delay_s=0.0017)
+    np.testing.assert_allclose(moved[500:-500], np.sin(3 * (time - 0.0017))[500:-500], atol=1e-6)
