@@ -5,7 +5,8 @@ EdgeIdentError
 │   └── NoReplyError  no answer in time; a write may or may not have reached the board
 └── BoardError        the board refused a command or is in fault (exit code 4)
     ├── ValueRefusedError   a value is outside its register's range
-    └── BoardBusyError      another host holds the board, or an axis moves
+    ├── BusyError           another host holds the board, or an axis moves
+    └── RestartedError      it was off since it was asked before
 """
 
 
@@ -46,10 +47,6 @@ class BoardError(EdgeIdentError):
 
 class ValueRefusedError(BoardError):
     """A value is outside its register's range."""
-
-
-class BoardBusyError(BoardError):
-    """Not now: another host holds the board, or an axis moves (Modbus exception 6)."""
 
 
 class BusyError(BoardError):

@@ -44,7 +44,7 @@ class VirtualTime:
         """Let time pass."""
         self._now_s = max(self._now_s, when_s)
 
-    def advance(self, machine: Machine) -> None:
+    def advance(self, machine: Machine, status_read: bool) -> None:
         """Run the samples that are due."""
         while self._samples * SAMPLE_PERIOD_S < self._now_s:
             self._samples += 1
@@ -52,7 +52,7 @@ class VirtualTime:
 
     def idle(self, machine: Machine) -> None:
         """The same."""
-        self.advance(machine)
+        self.advance(machine, False)
 
 
 class MemoryLine:
