@@ -21,7 +21,7 @@ bool gain_banks_staged_crc_ok(void);
 bool gain_banks_unconfirmed(void);
 uint32_t gain_banks_remaining_us(void);
 
-/* Each number inside its maximum and of a sign that it may have. */
+/* Each number finite, inside its maximum and of a sign that it may have. */
 bool gain_banks_within_maxima(const struct fd_gain_bank gains[FD_AXES]);
 
 /* Swap the shadow bank in, if it may be; keep what was committed; or return to before. */

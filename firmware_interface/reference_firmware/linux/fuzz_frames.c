@@ -83,9 +83,38 @@ void port_write_effort(const int16_t counts[FD_AXES])
     faults += machine.state == FD_STATE_FAULT;
 }
 
+static bool stop_latched;
+
+void port_release_brake(bool released)
+{
+    (void)released;
+}
+
 bool port_sto_active(void)
 {
-    return below(5000) == 0;
+    const bool active = below(5000) == 0;
+    stop_latched = stop_latched || active;
+    return active;
+}
+
+bool port_sto_latched(void)
+{
+    return stop_latched;
+}
+
+void port_sto_rearm(void)
+{
+    stop_latched = false;
+}
+
+uint16_t port_homed(void)
+{
+    return 0;
+}
+
+uint16_t port_limit_switches(void)
+{
+    return 0;
 }
 
 size_t port_uart_receive(uint8_t *bytes, size_t capacity)
@@ -202,6 +231,9 @@ int main(int count, char **words)
         settings.axis[axis].travel_rad = 10.0f;
         settings.axis[axis].speed_rad_s = 4.0f;
         settings.axis[axis].effort_nm = 12.0f;
+        settings.axis[axis].acceleration_rad_s2 = 60.0f;
+        settings.axis[axis].gain_step = 0.6f;
+        settings.axis[axis].gain_maximum = settings.axis[axis].first_gains;
         settings.axis[axis].following_error_rad = 1.0f;
         settings.axis[axis].first_gains.offset_feedforward = 1.0f;
         settings.axis[axis].first_gains.coulomb_smoothing = 1.0f;
