@@ -147,7 +147,7 @@ static enum fd_result idle_at_rest(void)
 }
 
 /* With the lock. */
-static enum fd_result gain_command(uint16_t opcode)
+static enum fd_result gain_command(uint16_t opcode, uint32_t argument)
 {
     enum fd_result result = idle_at_rest();
     if (result != FD_RESULT_DONE) {
@@ -159,7 +159,7 @@ static enum fd_result gain_command(uint16_t opcode)
     if (opcode == FD_OPCODE_ROLL_BACK) {
         return machine_roll_back();
     }
-    result = gain_banks_commit();
+    result = gain_banks_commit(argument);
     if (result == FD_RESULT_DONE) {
         machine_exchange_gains();
     }
@@ -206,7 +206,7 @@ static enum fd_result execute_at_once(const struct command *command)
     case FD_OPCODE_COMMIT:
     case FD_OPCODE_CONFIRM:
     case FD_OPCODE_ROLL_BACK:
-        return gain_command(command->opcode);
+        return gain_command(command->opcode, command->argument);
     default:
         return FD_RESULT_UNKNOWN_COMMAND;
     }

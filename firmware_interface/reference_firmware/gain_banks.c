@@ -120,13 +120,13 @@ static bool within_step(const struct fd_gain_bank staged[FD_AXES])
     return true;
 }
 
-enum fd_result gain_banks_commit(void)
+enum fd_result gain_banks_commit(uint32_t crc)
 {
     struct fd_gain_bank staged[FD_AXES];
     if (unconfirmed) {
         return FD_RESULT_UNCONFIRMED;
     }
-    if (!staged_crc_ok) {
+    if (!staged_crc_ok || register_u32(FD_REG_SHADOW_CRC) != crc) {
         return FD_RESULT_GAIN_CRC;
     }
     register_take_gains(FD_REG_SHADOW_X_PROPORTIONAL, SHADOW_STRIDE, staged);

@@ -148,11 +148,11 @@ static enum fd_fault violation(unsigned axis, const struct drive_sample *measure
 {
     const struct axis_settings *limit = &port_settings()->axis[axis];
     const float error_rad = (float)measured->following_error[axis] * drive_rad_per_count();
-    if (fabsf(drive_position_rad(axis)) > limit->travel_rad) {
-        return FD_FAULT_TRAVEL;
-    }
     if (onto_switch(axis)) {
         return FD_FAULT_LIMIT_SWITCH;
+    }
+    if (fabsf(drive_position_rad(axis)) > limit->travel_rad) {
+        return FD_FAULT_TRAVEL;
     }
     if (fabsf(error_rad) > limit->following_error_rad) {
         return FD_FAULT_FOLLOWING_ERROR;

@@ -35,6 +35,12 @@ static uint64_t turns(double angle_rad)
     return share < 1.0 ? (uint64_t)(share * TURN) : 0;
 }
 
+/* Half a turn a sample and more would be another motion, seen at the samples; a NaN is none. */
+static bool slower_than_sampling(float rate_rad_s)
+{
+    return fabs((double)rate_rad_s) * (SAMPLE_PERIOD_NS * 1e-9) < PI;
+}
+
 static bool read_sines(struct axis_motion *motion, uint16_t axis, uint32_t lead_in_samples)
 {
     motion->components = register_u16(
@@ -44,8 +50,8 @@ static bool read_sines(struct axis_motion *motion, uint16_t axis, uint32_t lead_
         const float phase_rad = entry_f32(FD_REG_TRAJECTORY_X_PHASE, axis, n);
         sine->amplitude_rad = entry_f32(FD_REG_TRAJECTORY_X_AMPLITUDE, axis, n);
         sine->rate_rad_s = entry_f32(FD_REG_TRAJECTORY_X_ANGULAR_FREQUENCY, axis, n);
-        /* half a turn a sample and more would be another motion, seen at the samples */
-        if (!(fabs((double)sine->rate_rad_s) * (SAMPLE_PERIOD_NS * 1e-9) < PI)) {
+        if (!isfinite(sine->amplitude_rad) || !isfinite(phase_rad)
+            || !slower_than_sampling(sine->rate_rad_s)) {
             return false;
         }
         sine->step = turns((double)sine->rate_rad_s * (SAMPLE_PERIOD_NS * 1e-9));
@@ -63,34 +69,12 @@ static bool read_stairs(struct staircase *stairs, uint16_t axis, uint32_t lead_i
     stairs->late_s = -(float)lead_in_samples * SAMPLE_PERIOD_S; /* the first speed holds before */
     for (uint16_t n = 0; n < stairs->levels; n++) {
         stairs->speed_rad_s[n] = entry_f32(FD_REG_TRAJECTORY_X_LEVEL_SPEED, axis, n);
-    }
-    return stairs->levels > 0 && stairs->dwell_s >= 0.0f && stairs->acceleration_rad_s2 > 0.0f;
-}
-
-/* Every number of an axis, in use or not: they lie in a row. */
-static bool finite_numbers(uint16_t axis)
-{
-    const uint16_t numbers =
-        (FD_REG_TRAJECTORY_X_ACCELERATION - FD_REG_TRAJECTORY_X_AMPLITUDE) / 2u + 1u;
-    for (uint16_t n = 0; n < numbers; n++) {
-        if (!isfinite(entry_f32(FD_REG_TRAJECTORY_X_AMPLITUDE, axis, n))) {
+        if (!isfinite(stairs->speed_rad_s[n])) {
             return false;
         }
     }
-    return true;
-}
-
-static bool read_axis(struct axis_motion *motion, uint16_t axis, uint16_t kind,
-                      uint32_t lead_in_samples)
-{
-    if (!finite_numbers(axis)) {
-        return false;
-    }
-    if (kind == FD_TRAJECTORYKIND_MULTISINE) {
-        return read_sines(motion, axis, lead_in_samples);
-    }
-    return kind == FD_TRAJECTORYKIND_STAIRCASE
-        && read_stairs(&motion->stairs, axis, lead_in_samples);
+    return stairs->levels > 0 && isfinite(stairs->dwell_s) && stairs->dwell_s >= 0.0f
+        && isfinite(stairs->acceleration_rad_s2) && stairs->acceleration_rad_s2 > 0.0f;
 }
 
 bool trajectory_read(struct trajectory *trajectory)
@@ -103,8 +87,14 @@ bool trajectory_read(struct trajectory *trajectory)
         return false; /* never written */
     }
     for (uint16_t axis = 0; axis < FD_AXES; axis++) {
-        if (!read_axis(&trajectory->axis[axis], axis, trajectory->kind,
-                       trajectory->lead_in_samples)) {
+        struct axis_motion *motion = &trajectory->axis[axis];
+        bool complete = false;
+        if (trajectory->kind == FD_TRAJECTORYKIND_MULTISINE) {
+            complete = read_sines(motion, axis, trajectory->lead_in_samples);
+        } else if (trajectory->kind == FD_TRAJECTORYKIND_STAIRCASE) {
+            complete = read_stairs(&motion->stairs, axis, trajectory->lead_in_samples);
+        }
+        if (!complete) {
             return false;
         }
     }

@@ -8,6 +8,23 @@
 /* two positions of some rad differ by as much as this share of a step, for rounding alone */
 #define JUMP_MARGIN 1.01f
 
+/* Whether the ramps between levels are allowed; one may be too short for any sample to fall on it,
+ * so that the walk would not see it. Only with levels that differ there are ramps. */
+static bool ramps_allowed(const struct trajectory *trajectory)
+{
+    for (unsigned axis = 0; axis < FD_AXES; axis++) {
+        const struct staircase *stairs = &trajectory->axis[axis].stairs;
+        const float limit = port_settings()->axis[axis].acceleration_rad_s2;
+        for (unsigned n = 0; n < stairs->levels; n++) {
+            const float change = stairs->speed_rad_s[n + 1u] - stairs->speed_rad_s[n];
+            if (fabsf(change) > 0.0f && !(stairs->acceleration_rad_s2 <= limit)) {
+                return false;
+            }
+        }
+    }
+    return true;
+}
+
 void trajectory_check_begin(struct trajectory_check *check, const struct trajectory *trajectory,
                             const struct fd_gain_bank gains[FD_AXES])
 {
@@ -17,6 +34,7 @@ void trajectory_check_begin(struct trajectory_check *check, const struct traject
         check->last_position_rad[axis] = trajectory->axis[axis].rest_rad;
     }
     check->samples_left = trajectory->lead_in_samples + trajectory->capture_samples;
+    check->allowed = ramps_allowed(trajectory);
 }
 
 /* Every comparison is written so that what is no number fails. */
@@ -54,10 +72,9 @@ static bool next_allowed(struct trajectory_check *check)
 
 bool trajectory_check_go_on(struct trajectory_check *check, uint32_t samples)
 {
-    for (; samples > 0 && check->samples_left > 0; samples--, check->samples_left--) {
-        if (!next_allowed(check)) {
-            return false;
-        }
+    for (; samples > 0 && check->samples_left > 0 && check->allowed; samples--) {
+        check->allowed = next_allowed(check);
+        check->samples_left--;
     }
-    return true;
+    return check->allowed;
 }

@@ -13,6 +13,7 @@ struct trajectory_check {
     struct fd_gain_bank gains[FD_AXES]; /* whose feed-forward must not ask for too much */
     float last_position_rad[FD_AXES];
     uint32_t samples_left;
+    bool allowed; /* so far */
 };
 
 /* Begin, with a trajectory that has begun at the rest position and the gains in force. */
