@@ -1,4 +1,4 @@
-"""Modbus RTU and TCP, client and server; the only file that knows pymodbus.
+"""Modbus RTU and TCP, the client's half; the only file that knows pymodbus.
 
 RTU replies carry no number, so after a timeout the late reply to one request can pass for the
 reply to the next. Hence a link is dirty from the moment a request leaves until its reply is in
@@ -11,10 +11,8 @@ place could be on its way, words count when more replies than that say the same.
 none of this, for they say which they are. Reads are repeated, writes never.
 """
 
-import asyncio
 import errno
 import logging
-import struct
 import time
 from collections.abc import Callable
 from contextlib import suppress
@@ -24,15 +22,10 @@ import serial
 from pymodbus.client import ModbusSerialClient, ModbusTcpClient
 from pymodbus.constants import ExcCodes
 from pymodbus.exceptions import ConnectionException, ModbusException
-from pymodbus.framer import FramerBase, FramerRTU, FramerSocket
-from pymodbus.pdu import DecodePDU, ExceptionResponse, ModbusPDU
+from pymodbus.pdu import ExceptionResponse, ModbusPDU
 from pymodbus.pdu.register_message import (
-    ReadHoldingRegistersRequest,
     ReadHoldingRegistersResponse,
-    WriteMultipleRegistersRequest,
     WriteMultipleRegistersResponse,
-    WriteSingleRegisterRequest,
-    WriteSingleRegisterResponse,
 )
 
 from firmware_interface.board_types import NONCE_WORDS
@@ -45,16 +38,12 @@ from firmware_interface.errors import (
     RestartedError,
     ValueRefusedError,
 )
-from firmware_interface.link import Link
 from firmware_interface.registers import MAGIC, PAGE_ADDRESS, REGISTERS
 
 DEVICE_ID: Final = 1
 _NONCE: Final = REGISTERS["identity.nonce"]
 _IDENTITY: Final = (REGISTERS["identity.magic"].address, NONCE_WORDS)
 _TRIES: Final = 3
-_READ_LIMIT: Final = 125
-_WRITE_LIMIT: Final = 123
-_FRAME_GAP_S: Final = 0.05
 _LATEST_S: Final = 2.0
 """After which no adapter still holds a reply."""
 
@@ -283,83 +272,3 @@ def open_tcp(host: str, port: int, timeout_s: float) -> ModbusLink:
             "check address and port, and that the board (or `edge-ident board`) is running",
         )
     return ModbusLink(client, name, timeout_s)
-
-
-# ---- server
-
-
-class ServerSession(asyncio.Protocol):
-    """Answers requests out of a link's registers; one per connection.
-
-    Parameters
-    ----------
-    link : Link
-    send : callable, optional
-        Where replies go on a serial line, in RTU frames; without it the session is a TCP
-        connection's.
-    """
-
-    def __init__(self, link: Link, send: Callable[[bytes], object] | None = None) -> None:
-        self._link = link
-        self._serial = send is not None
-        framer = FramerRTU if self._serial else FramerSocket
-        decoder = DecodePDU(True)
-        decoder.register(_ReadRequest)
-        self._framer: FramerBase = framer(decoder)
-        self._send = send
-        self._buffer = b""
-        self._last_s = 0.0
-
-    def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        """A TCP client connected."""
-        if isinstance(transport, asyncio.WriteTransport):
-            self._send = transport.write
-
-    def data_received(self, data: bytes) -> None:
-        """Answer every complete request."""
-        now_s = time.monotonic()
-        if self._serial and now_s - self._last_s > _FRAME_GAP_S:
-            self._buffer = b""  # a pause ends a frame, whatever came of it
-        self._last_s = now_s
-        self._buffer += data
-        while self._buffer:
-            try:
-                used, request = self._framer.handleFrame(self._buffer, 0, 0)
-            except ModbusException:
-                used, request = len(self._buffer), None
-            self._buffer = self._buffer[used:]
-            if request and self._send and (request.dev_id == DEVICE_ID or not self._serial):
-                reply = _answer(self._link, request)
-                reply.dev_id, reply.transaction_id = request.dev_id, request.transaction_id
-                self._send(self._framer.buildFrame(reply))
-            if not used:
-                return
-
-
-class _ReadRequest(ReadHoldingRegistersRequest):
-    """Leaves a wrong count to the answer, an exception; pymodbus would keep silent."""
-
-    def decode(self, data: bytes) -> None:
-        self.address, self.count = struct.unpack(">HH", data[:4])
-
-
-def _answer(link: Link, request: ModbusPDU) -> ModbusPDU:
-    try:
-        if isinstance(request, _ReadRequest) and 1 <= request.count <= _READ_LIMIT:
-            words = link.read(request.address, request.count)
-            return ReadHoldingRegistersResponse(registers=words)
-        if type(request) is WriteSingleRegisterRequest:
-            link.write(request.address, list(request.registers))
-            return WriteSingleRegisterResponse(address=request.address, registers=request.registers)
-        if type(request) is WriteMultipleRegistersRequest and (
-            1 <= request.count <= _WRITE_LIMIT and request.byte_count == 2 * request.count
-        ):
-            link.write(request.address, list(request.registers))
-            return WriteMultipleRegistersResponse(address=request.address, count=request.count)
-    except ValueRefusedError:
-        return ExceptionResponse(request.function_code, ExcCodes.ILLEGAL_VALUE)
-    except BoardError:
-        return ExceptionResponse(request.function_code, ExcCodes.ILLEGAL_ADDRESS)
-    known = isinstance(request, (_ReadRequest, WriteMultipleRegistersRequest))
-    code = ExcCodes.ILLEGAL_VALUE if known else ExcCodes.ILLEGAL_FUNCTION
-    return ExceptionResponse(request.function_code, code)

@@ -44,7 +44,7 @@ class VirtualBoard:
     def __init__(self, settings: BoardSettings | None = None, clock: Clock | None = None) -> None:
         self._clock = clock or RequestClock()
         settings = settings or BoardSettings()
-        self.inputs = Inputs(settings.homed)
+        self.inputs = Inputs(settings.homed, settings.switches_rad)
         self._power_up(settings, machine_at_rest())
 
     def read(self, address: int, count: int) -> list[int]:

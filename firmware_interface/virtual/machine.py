@@ -188,7 +188,8 @@ class Machine:
     # ---- protection
 
     def _look_around(self) -> None:
-        """Emergency stop and watchdog, before anything is moved."""
+        """Switches, emergency stop and watchdog, before anything is moved."""
+        self.inputs.feel(self.drive.plant.output_rad.tolist())
         if self.inputs.sto_latched and self.fault is not Fault.STO:
             self._latch(Fault.STO)
             self.coast()

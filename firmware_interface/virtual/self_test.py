@@ -6,11 +6,13 @@ from typing import Final
 from firmware_interface.board_types import AxisLimits
 from firmware_interface.gains import POSITIVE, SIGNED, AxisGains
 from firmware_interface.registers import AXES
-from firmware_interface.virtual.drive import EFFORT_PER_COUNT_NM
+from firmware_interface.virtual.drive import EFFORT_PER_COUNT_NM, RAD_PER_COUNT
 from firmware_interface.virtual.settings import BoardSettings
 
 LONGEST_WINDOW_S: Final = 1800.0
 _LARGEST_EFFORT_COUNT: Final = 2**15 - 1
+_LARGEST_TRAVEL_COUNT: Final = 2**29
+"""A quarter of the counter's round: leaving the travel shows long before it wraps."""
 
 
 def settings_sound(settings: BoardSettings) -> bool:
@@ -19,7 +21,7 @@ def settings_sound(settings: BoardSettings) -> bool:
         axis in settings.limits
         and axis in settings.gains
         and _limits_sound(settings.limits[axis])
-        and _gains_sound(settings.gains[axis])
+        and _gains_sound(settings.gains[axis], settings.limits[axis].gain_maximum)
         for axis in AXES
     )
 
@@ -36,14 +38,16 @@ def _limits_sound(limits: AxisLimits) -> bool:
     return (
         all(math.isfinite(size) and size > 0.0 for size in sizes)
         and limits.effort_nm / EFFORT_PER_COUNT_NM <= _LARGEST_EFFORT_COUNT
+        and limits.travel_rad / RAD_PER_COUNT <= _LARGEST_TRAVEL_COUNT
         and limits.gain_step <= 1.0
         and all(math.isfinite(m) and m >= 0.0 for m in limits.gain_maximum.numbers().values())
     )
 
 
-def _gains_sound(gains: AxisGains) -> bool:
+def _gains_sound(gains: AxisGains, maxima: AxisGains) -> bool:
+    largest = maxima.numbers()
     return all(
-        math.isfinite(value)
+        abs(value) <= largest[name]
         and (value >= 0.0 or name in SIGNED)
         and (value > 0.0 or name not in POSITIVE)
         for name, value in gains.numbers().items()

@@ -1,5 +1,6 @@
 """How a virtual board is set up at power-up."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Final
@@ -67,6 +68,8 @@ class BoardSettings:
         From a commit to the roll back that a confirmation prevents.
     homed : int
         Bit n: axis n counts from the machine's reference mark.
+    switches_rad : float
+        Distance from the machine's zero at which an axis presses its limit switches.
     stores : int
         Times that permanent memory was written.
     """
@@ -82,4 +85,5 @@ class BoardSettings:
     )
     confirm_window_s: float = CONFIRM_WINDOW_S
     homed: int = 0
+    switches_rad: float = math.inf
     stores: int = 0

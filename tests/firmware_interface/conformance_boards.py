@@ -26,16 +26,20 @@ from firmware_interface.codec import encode
 from firmware_interface.connection import open_link
 from firmware_interface.errors import BoardError
 from firmware_interface.gains import AxisGains
+from firmware_interface.motion import Trajectory
 from firmware_interface.registers import REGISTERS, Fault, Result, State
 
 SPEED = 20.0
 SOURCE = Path(registers.__file__).with_name("reference_firmware")
 _SERVE = """
-from firmware_interface.virtual import gain_banks
 from firmware_interface.virtual.server import serve
-gain_banks.CONFIRM_WINDOW_S = {window_s}
-serve(pty=True, speed={speed}, on_ready=lambda device: print(device, flush=True))
+from firmware_interface.virtual.settings import BoardSettings
+settings = BoardSettings({settings})
+serve(pty=True, speed={speed}, settings=settings, on_ready=lambda url: print(url, flush=True))
 """
+_WAIT_S = 60.0
+"""For what comes sooner or later: no test fails because the computer is busy."""
+_ORDERLY_END_S = 20.0
 
 
 def build_firmware(folder: Path, target: str) -> None:
@@ -51,21 +55,35 @@ def build_firmware(folder: Path, target: str) -> None:
 class BoardCommand(Protocol):
     """Gives the command line of a board."""
 
-    def __call__(self, window_s: float = 120.0, speed: float = SPEED) -> list[str]:
-        """With a confirm window of so many seconds, so many times faster than time."""
+    def __call__(
+        self, window_s: float = 120.0, speed: float = SPEED, switches_rad: float = 0.0
+    ) -> list[str]:
+        """With a confirm window of so many seconds, so many times faster than time.
+
+        Limit switches, if any, so far from zero.
+        """
 
 
-def python_command(window_s: float = 120.0, speed: float = SPEED) -> list[str]:
+def python_command(
+    window_s: float = 120.0, speed: float = SPEED, switches_rad: float = 0.0
+) -> list[str]:
     """Command line of a Python virtual board."""
-    return [sys.executable, "-c", _SERVE.format(window_s=window_s, speed=speed)]
+    settings = f"confirm_window_s={window_s}"
+    settings += f", switches_rad={switches_rad}" if switches_rad else ""
+    return [sys.executable, "-c", _SERVE.format(settings=settings, speed=speed)]
 
 
 def c_command(
-    programs: Path, *options: str, window_s: float = 120.0, speed: float = SPEED
+    programs: Path,
+    *options: str,
+    window_s: float = 120.0,
+    speed: float = SPEED,
+    switches_rad: float = 0.0,
 ) -> list[str]:
     """Command line of a C board."""
     common = ["--confirm-window", str(window_s), "--speed", str(speed)]
-    return [str(programs / "firmware"), *common, *options]
+    switches = ["--switches", str(switches_rad)] if switches_rad else []
+    return [str(programs / "firmware"), *common, *switches, *options]
 
 
 @dataclass(frozen=True)
@@ -85,26 +103,33 @@ class Served:
             link.close()
 
     def press_stop(self, pressed: bool) -> None:
-        """The wired emergency stop of the C board."""
+        """The wired emergency stop."""
         self.process.send_signal(signal.SIGUSR1 if pressed else signal.SIGUSR2)
 
 
 @contextmanager
 def serving(command: list[str]) -> Iterator[Served]:
-    """Run a board; it must end in order: a sanitizer's complaint is an exit code."""
+    """Run a board; it must end in order: a sanitizer's complaint is an exit code.
+
+    It ends by SIGTERM, for whatever is started in the background may have to ignore SIGINT; and
+    none outlives its test.
+    """
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     assert process.stdout is not None
-    url = process.stdout.readline().strip()
     try:
-        yield Served(url, process)
+        yield Served(process.stdout.readline().strip(), process)
     finally:
-        process.send_signal(signal.SIGINT)
-        _, complaints = process.communicate(timeout=10)
-        assert process.returncode == 0, complaints
+        process.terminate()
+        try:
+            _, complaints = process.communicate(timeout=_ORDERLY_END_S)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            _, complaints = process.communicate()
+    assert process.returncode == 0, complaints
 
 
 def clean_up(board: Board, first_gains: Mapping[str, AxisGains]) -> None:
-    """Bring a board back to IDLE with the gains that it had at power-up."""
+    """Bring a board back to where it was at power-up: IDLE, without effort, held by nobody."""
     board.quick_stop()
     until(board, lambda status: status.state in (State.IDLE, State.FAULT))
     if board.status().state is State.FAULT:
@@ -113,6 +138,10 @@ def clean_up(board: Board, first_gains: Mapping[str, AxisGains]) -> None:
         board.roll_back()
     if board.active_gains() != first_gains:
         put_gains(board, first_gains)
+    board.disable()
+    watchdog = encode("watchdog.timeout", 1.0) + encode("watchdog.action", 1)
+    board._link.write(REGISTERS["watchdog.timeout"].address, watchdog)
+    board.release()
 
 
 def put_gains(board: Board, gains: Mapping[str, AxisGains]) -> None:
@@ -122,26 +151,58 @@ def put_gains(board: Board, gains: Mapping[str, AxisGains]) -> None:
     board.confirm()
 
 
-def until(board: Board, condition: Callable[[BoardStatus], bool], timeout_s: float = 5.0) -> None:
-    """Poll the status until the condition holds."""
-    deadline = time.monotonic() + timeout_s
-    while not condition(board.status()):
-        assert time.monotonic() < deadline, board.status()
+def until(board: Board, condition: Callable[[BoardStatus], bool]) -> BoardStatus:
+    """Poll the status, by a host that is alive, until the condition holds."""
+    return _poll(board, condition, board._session.keep)
+
+
+def until_abandoned(board: Board, condition: Callable[[BoardStatus], bool]) -> BoardStatus:
+    """Poll the status, by a host that gives no sign of life, until the condition holds."""
+    return _poll(board, condition, lambda status: None)
+
+
+def _poll(
+    board: Board, condition: Callable[[BoardStatus], bool], keep: Callable[[BoardStatus], None]
+) -> BoardStatus:
+    deadline = time.monotonic() + _WAIT_S
+    while not condition(status := board.status()):
+        assert time.monotonic() < deadline, status
+        keep(status)
         time.sleep(0.002)
+    return status
 
 
 def until_fault(board: Board) -> Fault:
     """Poll until the board is in FAULT; gives which."""
-    until(board, lambda status: status.state is State.FAULT)
-    return board.status().fault
+    return until(board, lambda status: status.state is State.FAULT).fault
 
 
-def command(board: Board, opcode: int, token: int, argument: int = 0) -> Result:
-    """Write a command as it is, once; gives what is said of the last one."""
+def start(board: Board, motion: Trajectory) -> None:
+    """Switch the effort on and start a motion."""
+    board.enable()
+    board.write_trajectory(motion)
+    board.arm()
+    board.start()
+
+
+def key_of(board: Board) -> int:
+    """The session key of a host."""
+    return board._session._key
+
+
+def command(
+    board: Board, opcode: int, token: int, argument: int = 0, key: int | None = None
+) -> Result:
+    """Write a command as it is, once, by this host or another; gives what is said of the last."""
+    if key is None:
+        board.claim()
+        key = key_of(board)
     words = encode("command.opcode", opcode) + encode("command.token", token)
-    words += encode("command.argument", argument)
+    words += encode("command.argument", argument) + encode("command.key", key)
     board._link.write(REGISTERS["command.opcode"].address, words)
-    return board.status().last_result
+    return until_abandoned(
+        board, lambda status: status.last_result is not Result.PENDING
+    ).last_result
 
 
 def refused(board: Board, address: int, words: list[int]) -> int:
@@ -149,11 +210,19 @@ def refused(board: Board, address: int, words: list[int]) -> int:
     try:
         board._link.write(address, words)
     except BoardError as error:
-        return int(error.cause.rpartition("exception ")[2].rstrip(")"))
+        return int(error.cause.partition("exception ")[2].partition(")")[0])
     return 0
 
 
+def refused_value(board: Board, name: str, *values: float) -> int:
+    """The same for the values of a register."""
+    return refused(board, REGISTERS[name].address, encode(name, *values))
+
+
 # ---- raw frames
+
+SILENCE_S = 0.15
+"""Longer than both boards take to see the end of a frame on a pseudo-terminal."""
 
 
 def crc16(data: bytes) -> bytes:
@@ -188,16 +257,25 @@ class Line:
         """Put bytes on the line."""
         os.write(self._file, data)
 
-    def replies(self, count: int = 8, wait_s: float = 0.2) -> bytes:
-        """What comes back: so many bytes, or what came in time."""
+    def reply(self, count: int) -> bytes:
+        """So many bytes of a reply that is sure to come."""
         found = b""
-        while len(found) < count and select.select([self._file], [], [], wait_s)[0]:
+        while len(found) < count:
+            assert select.select([self._file], [], [], _WAIT_S)[0], found.hex()
+            found += os.read(self._file, 512)
+        return found
+
+    def silence(self) -> bytes:
+        """What comes in a time in which nothing should."""
+        time.sleep(SILENCE_S)
+        found = b""
+        while select.select([self._file], [], [], 0.0)[0]:
             found += os.read(self._file, 512)
         return found
 
     def ask(self, body: str, count: int = 5) -> str:
         """Send a whole request; gives the reply in hexadecimal digits, without its CRC."""
         self.send(framed(body))
-        reply = self.replies(count)
+        reply = self.reply(count)
         assert crc16(reply[:-2]) == reply[-2:]
         return reply[:-2].hex()
