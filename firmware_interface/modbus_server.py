@@ -122,7 +122,7 @@ class RtuSession:
         size = _expected(self._frame)
         if self._frame[:1] != bytes([DEVICE_ID]):
             self._deaf = True
-        elif 0 < size <= len(self._frame) and _whole(self._frame[:size]):
+        elif 0 < size <= min(len(self._frame), _LONGEST_FRAME) and _whole(self._frame[:size]):
             request, self._frame = self._frame[1 : size - _CRC_BYTES], b""
             self._reply(answer(self._link, request))
         elif len(self._frame) > _LONGEST_FRAME:

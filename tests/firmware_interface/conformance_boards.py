@@ -4,11 +4,8 @@ The Python virtual board and the C reference firmware were written apart from ea
 the register map and its words mean is what both of them do.
 """
 
-import os
-import select
 import shutil
 import signal
-import struct
 import subprocess
 import sys
 import time
@@ -217,65 +214,3 @@ def refused(board: Board, address: int, words: list[int]) -> int:
 def refused_value(board: Board, name: str, *values: float) -> int:
     """The same for the values of a register."""
     return refused(board, REGISTERS[name].address, encode(name, *values))
-
-
-# ---- raw frames
-
-SILENCE_S = 0.15
-"""Longer than both boards take to see the end of a frame on a pseudo-terminal."""
-
-
-def crc16(data: bytes) -> bytes:
-    """CRC-16 of Modbus, as it follows the frame."""
-    crc = 0xFFFF
-    for byte in data:
-        crc ^= byte
-        for _ in range(8):
-            crc = crc >> 1 ^ (0xA001 if crc & 1 else 0)
-    return struct.pack("<H", crc)
-
-
-def framed(body: str) -> bytes:
-    """A frame out of hexadecimal digits, with its CRC."""
-    data = bytes.fromhex(body)
-    return data + crc16(data)
-
-
-class Line:
-    """The host's end of a serial line, byte by byte."""
-
-    def __init__(self, url: str) -> None:
-        self._file = os.open(url, os.O_RDWR | os.O_NOCTTY)
-
-    def __enter__(self) -> "Line":
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        os.close(self._file)
-
-    def send(self, data: bytes) -> None:
-        """Put bytes on the line."""
-        os.write(self._file, data)
-
-    def reply(self, count: int) -> bytes:
-        """So many bytes of a reply that is sure to come."""
-        found = b""
-        while len(found) < count:
-            assert select.select([self._file], [], [], _WAIT_S)[0], found.hex()
-            found += os.read(self._file, 512)
-        return found
-
-    def silence(self) -> bytes:
-        """What comes in a time in which nothing should."""
-        time.sleep(SILENCE_S)
-        found = b""
-        while select.select([self._file], [], [], 0.0)[0]:
-            found += os.read(self._file, 512)
-        return found
-
-    def ask(self, body: str, count: int = 5) -> str:
-        """Send a whole request; gives the reply in hexadecimal digits, without its CRC."""
-        self.send(framed(body))
-        reply = self.reply(count)
-        assert crc16(reply[:-2]) == reply[-2:]
-        return reply[:-2].hex()

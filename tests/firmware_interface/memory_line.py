@@ -13,7 +13,13 @@ from unittest import mock
 from fault_line import FaultyLine, Sender
 from witness import SETTINGS, Witness
 
-from firmware_interface import board_checks, board_session, capture_pages, modbus
+from firmware_interface import (
+    board_checks,
+    board_session,
+    capture_pages,
+    modbus,
+    modbus_server,
+)
 from firmware_interface.board import Board
 from firmware_interface.errors import LinkError
 from firmware_interface.modbus import ModbusLink
