@@ -23,7 +23,7 @@ void drive_init(void)
     rad_per_count = counts > 0 ? TWO_PI / (float)counts : 0.0f; /* the self-test tells of it */
     memset(history, 0, sizeof history);
     latched = newest = 0;
-    powered = false;
+    drive_power_off();
 }
 
 void drive_set_gains(const struct fd_gain_bank exchanged[FD_AXES])
@@ -41,7 +41,10 @@ void drive_power_on(void)
 
 void drive_power_off(void)
 {
+    static const int16_t none[FD_AXES];
     powered = false;
+    port_write_effort(none); /* at once: what this sample has commanded is not in force yet */
+    port_release_brake(false);
 }
 
 bool drive_powered(void)

@@ -135,8 +135,7 @@ static void check_watchdog(void)
     }
 }
 
-/* Whether the setpoint moves on towards a limit switch that is pressed; away from it is the way out.
- */
+/* Whether the setpoint moves on towards a limit switch that is pressed; away is the way out. */
 static bool onto_switch(unsigned axis)
 {
     const float velocity = setpoints_current()[axis].velocity_rad_s;

@@ -30,10 +30,11 @@ void port_unlock(void);
  * are zero where the axis stood at power-up, or at the reference mark where it is homed. */
 void port_read_encoders(int32_t counts[FD_AXES]);
 
-/* [sample] PWM counts of all axes, in force control_delay_ns after the latch; zero is no effort. */
+/* [both] PWM counts of all axes, in force control_delay_ns after the latch; zero is no effort. Of
+ * two in one sample the later counts: where a fault is found it takes the effort back. */
 void port_write_effort(const int16_t counts[FD_AXES]);
 
-/* [sample] Release the holding brake or apply it, every sample. */
+/* [both] Release the holding brake or apply it, every sample. */
 void port_release_brake(bool released);
 
 /* [both] Whether the wired emergency stop cuts the effort; an input, and only to be told of. */

@@ -47,7 +47,7 @@ struct trajectory {
     struct axis_motion axis[FD_AXES];
 };
 
-/* [main] CRC-32 of the table's words in the registers: the host tells by it which table it means. */
+/* [main] CRC-32 of the table's words in the registers: by it the host says which one it means. */
 uint32_t trajectory_crc(void);
 
 /* [main] Take the table out of the registers; false where it is incomplete, not finite or faster

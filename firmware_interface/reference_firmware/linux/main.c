@@ -1,6 +1,6 @@
 /* The reference firmware on Linux: prints the pseudo-terminal to connect to, then serves until a
- * signal ends it. SIGUSR1 presses the wired emergency stop, SIGUSR2 releases it; the press is latched
- * where it arrives, however soon the release follows. */
+ * signal ends it. SIGUSR1 presses the wired emergency stop, SIGUSR2 releases it; the press is
+ * latched where it arrives, however soon the release follows. */
 #define _XOPEN_SOURCE 700
 
 #include <signal.h>

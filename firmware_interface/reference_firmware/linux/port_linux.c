@@ -15,37 +15,16 @@
 #include <unistd.h>
 
 #include "../port.h"
+#include "default_settings.h"
 #include "plant.h"
 
 #define SLOT_BYTES 512
 #define LARGEST_BACKLOG 100.0 /* samples: where the host is busy, board time falls behind */
 #define NAP_NS 500000
-#define EFFORT_PER_COUNT_NM 0.004
-#define COUNTS_PER_TURN 8400
 #define CONTROL_DELAY_S 0.0005
 #define SAMPLE_S (SAMPLE_PERIOD_NS * 1e-9)
 /* the clock wraps around soon after power-up, so that every use of it is tried */
 #define CLOCK_AT_START_US (UINT32_MAX - 3000000u)
-
-#define LIMITS \
-    { \
-        .travel_rad = 10.0f, .speed_rad_s = 4.0f, .acceleration_rad_s2 = 60.0f, \
-        .effort_nm = 12.0f, .following_error_rad = 0.6f, .gain_step = 0.6f, \
-        .gain_maximum = { \
-            .proportional = 600.0f, .derivative = 60.0f, .integral = 2000.0f, \
-            .velocity_filter = 0.1f, .inertia_feedforward = 2.0f, .viscous_feedforward = 5.0f, \
-            .coulomb_feedforward = 5.0f, .coulomb_smoothing = 5.0f, .offset_feedforward = 5.0f, \
-            .stribeck_feedforward = 5.0f, .stribeck_speed = 5.0f, \
-            .viscous_difference_feedforward = 5.0f, .ripple_cosine = {5.0f, 5.0f, 5.0f, 5.0f}, \
-            .ripple_sine = {5.0f, 5.0f, 5.0f, 5.0f}, \
-            .ripple_period = {20.0f, 20.0f, 20.0f, 20.0f}, \
-        }, \
-        .first_gains = { /* soft feedback without feed-forward */ \
-            .proportional = 30.0f, .derivative = 4.0f, .velocity_filter = 0.01f, \
-            .coulomb_smoothing = 0.1f, .stribeck_speed = 1.0f, \
-            .ripple_period = {1.0f, 1.0f, 1.0f, 1.0f}, \
-        }, \
-    }
 
 static struct board_settings settings = {
     .serial_number = 2u,
@@ -56,7 +35,6 @@ static struct board_settings settings = {
     .frame_gap_us = 50000u,
     .turnaround_us = 0u,
     .confirm_window_us = 120000000u,
-    .axis = {LIMITS, LIMITS},
 };
 
 /* rigid-body sums of the virtual board's drive: docs/virtual_board.md */
@@ -96,6 +74,9 @@ const char *port_linux_open(const struct linux_options *options)
     int host_side;
     speed = options->speed;
     store_path = options->store;
+    for (unsigned axis = 0; axis < FD_AXES; axis++) {
+        settings.axis[axis] = default_axis;
+    }
     homed = (uint16_t)options->homed;
     switches_rad = options->switches_rad;
     settings.confirm_window_us = (uint32_t)(1e6 * options->confirm_window_s);
