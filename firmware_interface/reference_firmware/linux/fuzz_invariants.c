@@ -3,6 +3,7 @@
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "../capture_ring.h"
 #include "../commands.h"
@@ -27,6 +28,13 @@ static struct {
     uint32_t holder;
     unsigned long replies;
 } before;
+
+/* As the last call of the main loop left it; since then there were only samples. */
+static struct {
+    uint32_t samples;
+    bool powered;
+    uint32_t holder;
+} left;
 
 static void hold(bool holds, const char *what)
 {
@@ -87,8 +95,20 @@ static void check_effort(void)
 
 /* ---- around every call of the main loop, which carries out one request at most */
 
+/* What no sample may do by itself. */
+static void check_samples(void)
+{
+    if (machine.samples < left.samples) {
+        memset(&left, 0, sizeof left); /* the power was cut */
+    }
+    hold(left.powered || !drive_powered(), "enabled by itself");
+    hold(session_key() == left.holder || (session_key() == 0 && !machine_busy()),
+         "the host was lost in a motion");
+}
+
 static void look_before(void)
 {
+    check_samples();
     before.state = machine.state;
     before.result = commands_last_result();
     before.powered = drive_powered();
@@ -146,12 +166,16 @@ static void look_after(void)
     hold(drive_powered() || !simulation.brake_released, "brake released while not enabled");
     hold(capture.acknowledged <= capture.pages_written, "more pages acknowledged than written");
     hold(capture.overflows <= capture.pages_written, "false overflows");
+    left.samples = machine.samples;
+    left.powered = drive_powered();
+    left.holder = session_key();
     invariants_seen.refused_trajectories += before.result == FD_RESULT_PENDING
         && commands_last_result() == FD_RESULT_TRAJECTORY_LIMITS;
 }
 
 void invariants_watch(void)
 {
+    memset(&left, 0, sizeof left);
     simulation.on_effort = check_effort;
     simulation.before_poll = look_before;
     simulation.after_poll = look_after;

@@ -246,6 +246,7 @@ static void get_ready(void)
 
 static void motion(void)
 {
+    const bool silent = fuzz_rarely(10); /* dead after START */
     get_ready();
     write_table();
     command(FD_OPCODE_ARM, fuzz_rarely(30) ? fuzz_random() : table_crc);
@@ -253,9 +254,9 @@ static void motion(void)
         simulation_pass(200u);
     }
     command(FD_OPCODE_START, FD_MAP_CRC);
-    for (unsigned n = 0; n < 60u && machine_in_motion(); n++) {
+    for (unsigned n = 0; n < 80u && machine_in_motion(); n++) {
         simulation_samples(fuzz_below(60));
-        if (!fuzz_rarely(10)) {
+        if (!silent && !fuzz_rarely(10)) {
             heartbeat();
         }
         if (fuzz_rarely(20)) {

@@ -71,6 +71,17 @@ static void put_sines(uint16_t *table, unsigned axis, uint32_t times)
     }
 }
 
+/* Two components that cancel each other: where they overflow, what is left is no number. */
+static void put_twins(uint16_t *table, unsigned axis)
+{
+    const float amplitude = fuzz_hostile(), rate = fuzz_between(0.0f, 1200.0f);
+    client_set_u16(table, axis, FD_REG_TRAJECTORY_X_COMPONENTS, 2u);
+    for (unsigned n = 0; n < 2u; n++) {
+        client_set_f32(table, axis, FD_REG_TRAJECTORY_X_AMPLITUDE, n, n ? -amplitude : amplitude);
+        client_set_f32(table, axis, FD_REG_TRAJECTORY_X_ANGULAR_FREQUENCY, n, rate);
+    }
+}
+
 static void put_stairs(uint16_t *table, unsigned axis, uint32_t times)
 {
     const unsigned levels = 1u + fuzz_below(12);
@@ -95,6 +106,8 @@ void fuzz_table(uint16_t table[TABLE_WORDS])
     for (unsigned axis = 0; axis < FD_AXES; axis++) {
         if (stairs) {
             put_stairs(table, axis, times);
+        } else if (fuzz_rarely(times)) {
+            put_twins(table, axis);
         } else {
             put_sines(table, axis, times);
         }
