@@ -15,7 +15,7 @@ from firmware_interface.codec import crc32, decode_gains, encode, encode_gains, 
 from firmware_interface.errors import BoardError
 from firmware_interface.gains import Bank
 from firmware_interface.motion import Multisine, SineComponent, Staircase, Trajectory
-from firmware_interface.registers import MAP_CRC, REGISTERS, Opcode, Result
+from firmware_interface.registers import MAP_CRC, REGISTERS, Opcode, Result, State
 from firmware_interface.virtual.drive import SAMPLE_PERIOD_S
 from firmware_interface.virtual.trajectory_check import TRAJECTORY_ADDRESS, TRAJECTORY_WORDS
 
@@ -58,6 +58,7 @@ class BoardUnderRandomHosts(RuleBasedStateMachine):
         self.sent: list[tuple[int, int, int, int]] = []
         self.started_tokens: set[int] = set()
         self.motions = 0
+        self.asked_for_effort = False
         self.accepted: list[Bank] = [decode_gains(encode_gains(OLD))]
         follow = self.machine._setpoints.follow
 
@@ -100,6 +101,8 @@ class BoardUnderRandomHosts(RuleBasedStateMachine):
                 self.started_tokens.add(token)
             if opcode == Opcode.COMMIT:
                 self.accepted.append(staged)
+            if opcode in (Opcode.ENABLE, Opcode.DISABLE):
+                self.asked_for_effort = opcode == Opcode.ENABLE
 
     # ---- what they do
 
@@ -218,6 +221,12 @@ class BoardUnderRandomHosts(RuleBasedStateMachine):
     @invariant()
     def one_motion_per_token_and_only_by_the_holder(self) -> None:
         assert self.motions == len(self.started_tokens)
+
+    @invariant()
+    def no_effort_without_being_asked(self) -> None:
+        """And after every fault it must be asked for anew."""
+        self.asked_for_effort &= self.machine.state is not State.FAULT
+        assert self.asked_for_effort or not self.machine.enabled
 
     @invariant()
     def setpoints_and_efforts_are_numbers_and_asked_for(self) -> None:
