@@ -17,10 +17,10 @@ void session_init(void)
 
 void session_sample(bool busy)
 {
-    if (busy) {
+    if (session_remaining_us() == 0) {
+        holder = 0; /* for good: neither the clock, which comes around, nor a push brings it back */
+    } else if (busy) {
         renewed_us = port_time_us();
-    } else if (session_remaining_us() == 0) {
-        holder = 0; /* at once: the clock comes around and would bring the host back */
     }
 }
 

@@ -31,8 +31,8 @@ static struct {
 
 /* As the last call of the main loop left it; since then there were only samples. */
 static struct {
-    uint32_t samples;
-    bool powered;
+    unsigned long power_ups;
+    bool powered, busy;
     uint32_t holder;
 } left;
 
@@ -98,11 +98,11 @@ static void check_effort(void)
 /* What no sample may do by itself. */
 static void check_samples(void)
 {
-    if (machine.samples < left.samples) {
-        memset(&left, 0, sizeof left); /* the power was cut */
+    if (simulation.power_ups != left.power_ups) {
+        memset(&left, 0, sizeof left);
     }
     hold(left.powered || !drive_powered(), "enabled by itself");
-    hold(session_key() == left.holder || (session_key() == 0 && !machine_busy()),
+    hold(session_key() == left.holder || (session_key() == 0 && !left.busy),
          "the host was lost in a motion");
 }
 
@@ -166,8 +166,9 @@ static void look_after(void)
     hold(drive_powered() || !simulation.brake_released, "brake released while not enabled");
     hold(capture.acknowledged <= capture.pages_written, "more pages acknowledged than written");
     hold(capture.overflows <= capture.pages_written, "false overflows");
-    left.samples = machine.samples;
+    left.power_ups = simulation.power_ups;
     left.powered = drive_powered();
+    left.busy = machine_busy();
     left.holder = session_key();
     invariants_seen.refused_trajectories += before.result == FD_RESULT_PENDING
         && commands_last_result() == FD_RESULT_TRAJECTORY_LIMITS;

@@ -35,6 +35,7 @@ void simulation_power_cycle(void)
     simulation.stop_latched = simulation.stop_pressed;
     simulation.line_left = 0;
     sampled_us = simulation.time_us;
+    simulation.power_ups++;
     board_power_up();
 }
 

@@ -37,6 +37,7 @@ struct simulation {
     size_t reply_length; /* of the last one; 0 before */
     unsigned long replies;
 
+    unsigned long power_ups;
     uint16_t token; /* of the client's last command */
 
     /* Called where they are not null. */
