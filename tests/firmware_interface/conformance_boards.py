@@ -23,7 +23,7 @@ from firmware_interface.codec import encode
 from firmware_interface.connection import open_link
 from firmware_interface.errors import BoardError
 from firmware_interface.gains import AxisGains
-from firmware_interface.motion import Trajectory
+from firmware_interface.motion import Multisine, SineComponent, Trajectory
 from firmware_interface.registers import REGISTERS, Fault, Result, State
 
 SPEED = 20.0
@@ -180,6 +180,11 @@ def start(board: Board, motion: Trajectory) -> None:
     board.write_trajectory(motion)
     board.arm()
     board.start()
+
+
+def sines(*components: tuple[float, float, float]) -> Multisine:
+    """Of amplitude, angular frequency and phase."""
+    return Multisine(tuple(SineComponent(*component) for component in components))
 
 
 def key_of(board: Board) -> int:
