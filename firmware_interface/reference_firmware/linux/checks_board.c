@@ -26,7 +26,8 @@ static void power_up_leaves_the_effort_off(void)
     CHECK(client_command(FD_OPCODE_ENABLE, 0) == FD_RESULT_DONE && simulation.brake_released);
 }
 
-static void spoil(struct board_settings *settings, unsigned which)
+/* Numbers that are none, and below zero. */
+static void spoil_float(struct board_settings *settings, unsigned which)
 {
     struct axis_settings *axis = &settings->axis[1];
     float *const numbers[] = {
@@ -36,12 +37,16 @@ static void spoil(struct board_settings *settings, unsigned which)
         &axis->first_gains.coulomb_smoothing, &axis->first_gains.inertia_feedforward,
     };
     static const float spoilt[] = {NAN, INFINITY, -1.0f};
-    const unsigned count = sizeof numbers / sizeof numbers[0];
-    if (which < 3u * count) {
-        *numbers[which / 3u] = spoilt[which % 3u];
-        return;
-    }
-    switch (which - 3u * count) {
+    *numbers[which / 3u] = spoilt[which % 3u];
+}
+
+#define FLOAT_SPOILS (3u * 11u)
+
+/* Numbers that something else cannot bear. */
+static void spoil_size(struct board_settings *settings, unsigned which)
+{
+    struct axis_settings *axis = &settings->axis[1];
+    switch (which) {
     case 0: settings->counts_per_turn = 0; break;
     case 1: settings->frame_gap_us = 0; break;
     case 2: settings->turnaround_us = 2000000u; break;
@@ -50,21 +55,24 @@ static void spoil(struct board_settings *settings, unsigned which)
     case 5: axis->effort_nm = 32768.0f * settings->effort_per_count_nm; break;
     case 6: axis->travel_rad = 900000.0f; break; /* in counts, too near to the counter's end */
     case 7: axis->gain_step = 1.5f; break;
-    case 8: axis->first_gains.proportional = 601.0f; break;
-    default: settings->control_delay_ns = 200000000u; break;
+    default: axis->first_gains.proportional = 601.0f; break;
     }
 }
 
-#define SPOILS (3u * 11u + 10u)
+#define SIZE_SPOILS 9u
 
 static void bad_settings_fail_the_self_test_for_good(void)
 {
     simulation_power_cycle();
     simulation_samples(30);
     CHECK(machine.state == FD_STATE_IDLE);
-    for (unsigned which = 0; which < SPOILS; which++) {
+    for (unsigned which = 0; which < FLOAT_SPOILS + SIZE_SPOILS; which++) {
         simulation_reset();
-        spoil(&simulation.settings, which);
+        if (which < FLOAT_SPOILS) {
+            spoil_float(&simulation.settings, which);
+        } else {
+            spoil_size(&simulation.settings, which - FLOAT_SPOILS);
+        }
         simulation_power_cycle();
         simulation.settings.frame_gap_us = LINE_GAP_US; /* so that the line can be used to ask */
         simulation.settings.turnaround_us = LINE_GAP_US;

@@ -18,7 +18,8 @@
 
 #define BATCH 20000ul
 
-static unsigned long seed = 1, inputs;
+static unsigned long seed = 1, limit, inputs;
+static double limit_s;
 
 static double now_s(void)
 {
@@ -38,14 +39,14 @@ static void on_abort(int number)
     raise(number);
 }
 
-static unsigned long batch(unsigned long limit)
+static unsigned long batch(unsigned long size)
 {
     unsigned long count = 0;
     fuzz_seed(seed);
     simulation_reset();
     invariants_watch();
     simulation_power_cycle();
-    while (count < limit) {
+    while (count < size) {
         count += fuzz_play();
     }
     return count;
@@ -62,10 +63,9 @@ static void report(double duration_s)
            seen->samples_with_effort, seen->samples_in_motion, seen->samples_in_fault);
 }
 
-int main(int count, char **words)
+/* Options come in pairs of name and number. */
+static void parse(int count, char **words)
 {
-    unsigned long limit = 0;
-    double limit_s = 0.0;
     for (int n = 1; n + 1 < count; n += 2) {
         if (strcmp(words[n], "--inputs") == 0) {
             limit = strtoul(words[n + 1], NULL, 10);
@@ -75,6 +75,11 @@ int main(int count, char **words)
             seed = strtoul(words[n + 1], NULL, 10);
         }
     }
+}
+
+int main(int count, char **words)
+{
+    parse(count, words);
     if (limit == 0 && !(limit_s > 0.0)) {
         fprintf(stderr, "usage: %s [--inputs N | --seconds S] [--seed N]\n", words[0]);
         return 2;

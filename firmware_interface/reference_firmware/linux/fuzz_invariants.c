@@ -88,6 +88,9 @@ static void check_effort(void)
     for (unsigned axis = 0; axis < FD_AXES && drive_powered(); axis++) {
         check_setpoint(axis);
     }
+    hold(machine.state != FD_STATE_MOVING || machine.fault != FD_FAULT_NONE
+             || session_silence_us() <= 1000u * register_u16(FD_REG_WATCHDOG_TIMEOUT),
+         "motion of a host that is silent");
     invariants_seen.samples_with_effort += effort;
     invariants_seen.samples_in_motion += machine.state == FD_STATE_MOVING;
     invariants_seen.samples_in_fault += machine.state == FD_STATE_FAULT;
@@ -136,6 +139,10 @@ static void check_asked_for(void)
              "enabled without ENABLE by the holder");
         invariants_seen.enables++;
     }
+}
+
+static void check_holder(void)
+{
     hold(session_key() == before.holder || before.holder == 0 || session_key() == 0,
          "one host took over from another");
     hold(session_key() == before.holder || before.holder == 0 || !machine_busy(),
@@ -158,6 +165,7 @@ static void look_after(void)
 {
     const struct capture_counters capture = capture_ring_counters();
     check_asked_for();
+    check_holder();
     if (simulation.replies != before.replies) {
         check_reply();
     }

@@ -244,16 +244,9 @@ static void get_ready(void)
     command(FD_OPCODE_ENABLE, 0);
 }
 
-static void motion(void)
+/* Until the motion has ended, or the host loses patience. */
+static void see_through(bool silent)
 {
-    const bool silent = fuzz_rarely(10); /* dead after START */
-    get_ready();
-    write_table();
-    command(FD_OPCODE_ARM, fuzz_rarely(30) ? fuzz_random() : table_crc);
-    for (unsigned n = 0; n < 400u && machine.state == FD_STATE_CHECKING; n++) {
-        simulation_pass(200u);
-    }
-    command(FD_OPCODE_START, FD_MAP_CRC);
     for (unsigned n = 0; n < 80u && machine_in_motion(); n++) {
         simulation_samples(fuzz_below(60));
         if (!silent && !fuzz_rarely(10)) {
@@ -263,6 +256,18 @@ static void motion(void)
             accident();
         }
     }
+}
+
+static void motion(void)
+{
+    get_ready();
+    write_table();
+    command(FD_OPCODE_ARM, fuzz_rarely(30) ? fuzz_random() : table_crc);
+    for (unsigned n = 0; n < 400u && machine.state == FD_STATE_CHECKING; n++) {
+        simulation_pass(200u);
+    }
+    command(FD_OPCODE_START, FD_MAP_CRC);
+    see_through(fuzz_rarely(10)); /* some die after START */
     command(fuzz_rarely(3) ? FD_OPCODE_QUICK_STOP : FD_OPCODE_FINISH, 0);
     if (fuzz_rarely(5)) {
         command(FD_OPCODE_DISABLE, 0);
