@@ -17,6 +17,7 @@ void machine_init(bool self_test_passed)
 {
     memset(&machine, 0, sizeof machine);
     machine.fault = self_test_passed ? FD_FAULT_NONE : FD_FAULT_SELF_TEST;
+    port_sto_rearm(); /* what the latch holds from before is no pulse that anybody missed */
     drive_init();
     drive_set_gains(gain_banks_active());
     setpoints_init();
