@@ -20,6 +20,7 @@
 
 static unsigned long seed = 1, limit, inputs;
 static double limit_s;
+static volatile sig_atomic_t ended; /* by a signal: what was done until then is reported */
 
 static double now_s(void)
 {
@@ -37,6 +38,12 @@ static void on_abort(int number)
     fwrite(text, 1, (size_t)length, stderr);
     signal(number, SIG_DFL);
     raise(number);
+}
+
+static void on_end(int number)
+{
+    (void)number;
+    ended = 1;
 }
 
 static unsigned long batch(unsigned long size)
@@ -86,7 +93,9 @@ int main(int count, char **words)
     }
     const double start_s = now_s();
     signal(SIGABRT, on_abort);
-    for (; inputs < limit || now_s() - start_s < limit_s; seed++) {
+    signal(SIGINT, on_end);
+    signal(SIGTERM, on_end);
+    for (; !ended && (inputs < limit || now_s() - start_s < limit_s); seed++) {
         inputs += batch(limit > 0 && limit - inputs < BATCH ? limit - inputs : BATCH);
     }
     report(now_s() - start_s);
