@@ -137,8 +137,8 @@ def refusal(opcode: Opcode, status: BoardStatus) -> BoardError:
         return BoardError(f"{opcode.name} refused: fault {status.fault.name}, {meaning}", next_step)
     if status.last_result is Result.NOT_HELD and not status.session_remaining_s:
         return BoardError(
-            f"{opcode.name} refused: this host's hold on the board has run out since it began",
-            "begin again: what was armed or committed may be another host's by now",
+            f"{opcode.name} refused: this host does not hold the board, or no longer",
+            "begin again: what is armed or committed there may be another host's",
         )
     meaning, next_step = RESULT_TEXTS[status.last_result]
     return BoardError(f"{opcode.name} refused: {meaning} (board is {status.state.name})", next_step)
