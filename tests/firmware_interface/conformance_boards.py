@@ -36,6 +36,7 @@ serve(pty=True, speed={speed}, settings=settings, on_ready=lambda url: print(url
 """
 _WAIT_S = 60.0
 """For what comes sooner or later: no test fails because the computer is busy."""
+_REPLY_S = 2.0
 _ORDERLY_END_S = 20.0
 
 
@@ -93,7 +94,7 @@ class Served:
     @contextmanager
     def connected(self) -> Iterator[Board]:
         """The host's verbs for it."""
-        link = open_link(self.url)
+        link = open_link(self.url, timeout_s=_REPLY_S)
         try:
             yield Board.connect(link)
         finally:
@@ -199,12 +200,27 @@ def command(
     if key is None:
         board.claim()
         key = key_of(board)
-    words = encode("command.opcode", opcode) + encode("command.token", token)
-    words += encode("command.argument", argument) + encode("command.key", key)
-    board._link.write(REGISTERS["command.opcode"].address, words)
+    send(board, opcode, token, argument, key)
     return until_abandoned(
         board, lambda status: status.last_result is not Result.PENDING
     ).last_result
+
+
+def send(board: Board, opcode: int, token: int, argument: int, key: int) -> None:
+    """Write a command as it is, once."""
+    words = encode("command.opcode", opcode) + encode("command.token", token)
+    words += encode("command.argument", argument) + encode("command.key", key)
+    board._link.write(REGISTERS["command.opcode"].address, words)
+
+
+def fresh_token(board: Board) -> int:
+    """One that the board has not seen."""
+    return (board.status().last_token + 777) % 0xFFFF + 1
+
+
+def ask(board: Board, opcode: int, argument: int = 0, key: int | None = None) -> Result:
+    """The same with a token that the board has not seen."""
+    return command(board, opcode, fresh_token(board), argument, key)
 
 
 def refused(board: Board, address: int, words: list[int]) -> int:
