@@ -56,10 +56,11 @@ void publish_constants(void)
     put_limits(port_settings());
 }
 
-/* In ticks, saturating: what is left counts on at the top for a while rather than wrap around. */
+/* In ticks, rounded up so that 0 is said of nothing that is left; saturating, for a time that wraps
+ * around would seem to be nearly over. */
 static uint16_t ticks(uint32_t us)
 {
-    const uint32_t count = us / TICK_US;
+    const uint32_t count = us / TICK_US + (us % TICK_US > 0);
     return (uint16_t)(count < UINT16_MAX ? count : UINT16_MAX);
 }
 
