@@ -127,7 +127,7 @@ def test_what_is_measured_is_where_the_axes_are(either_board: Board) -> None:
     for position in status.position_rad.values():
         assert position == pytest.approx(0.3, abs=0.05)
     start(either_board, replace(LONG, lead_in_s=0.5))
-    status = until(either_board, lambda status: status.samples_captured > 40)
+    status = until(either_board, lambda status: status.samples_captured > 400)
     wanted = 0.5 * math.cos(0.5 * status.samples_captured * 0.0025)
     for speed in status.speed_rad_s.values():
         assert speed == pytest.approx(wanted, abs=0.15)
