@@ -205,6 +205,9 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Site]:
 def kill_at(site: Site, step: str) -> None:
     """A run that is killed when a request is on the line, and what it must leave."""
     request, times = STEPS[step]
+    if step == "disable":  # a run leaves the effort on where a dead host had left it on
+        with site.board() as board:
+            board.disable()
     with site.run() as process:
         site.proxy.line.choose = ambush = Ambush(request, times, process.kill)
         _, messages = process.communicate(timeout=90)
