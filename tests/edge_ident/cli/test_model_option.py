@@ -101,7 +101,7 @@ def test_a_run_writes_what_it_was_told_of_effects_to_the_board(tmp_path: Path) -
     assert left.axes["x"].terms[1].values == stribeck.values
 
 
-def test_known_effects_load_no_heavy_package(file: Path, model_file: Path) -> None:
+def test_compensation_loads_no_heavy_package(file: Path, model_file: Path) -> None:
     source = f"""
 import sys
 from edge_ident.cli import app
