@@ -104,7 +104,7 @@ class Batches:
         self.configuration = configuration
         self.nominal = motion.shapes(configuration.points)
         """Columns (points, 4) of the nominal motion over their scales."""
-        self.inverse = np.linalg.pinv(self.nominal)
+        self.inverse: Array = np.asarray(np.linalg.pinv(self.nominal), dtype=np.float64)
         self._held_out = held_out
         self._recordings = self._record(motion, on_progress)
 
@@ -154,7 +154,7 @@ class Batches:
         scale = effort_scale(effort, configuration.normalization)[:, None]
         return Examples(recordings.measured[index], effort / scale, truth / scale)
 
-    def _drives(self, rng: np.random.Generator, index: Array) -> tuple[Array, Array]:
+    def _drives(self, rng: np.random.Generator, index: NDArray[np.intp]) -> tuple[Array, Array]:
         """Base parameters, and what the effects of each drive add to its effort."""
         recordings, count = self._recordings, len(index)
         normalization = self.configuration.normalization
@@ -179,7 +179,7 @@ class Batches:
             which = (index[chosen], effect[chosen], drive[chosen])
             added[chosen] += recordings.added[which]
             if rank == 1 and known is None:
-                more = _more(rng, np.count_nonzero(chosen))
+                more = _more(rng, int(np.count_nonzero(chosen)))
                 truth[chosen] = recordings.parameters[which] + more * truth[chosen]
         return truth, added
 
@@ -208,7 +208,7 @@ class Batches:
         truth, columns, count = examples.truth, examples.columns, len(examples.truth)
         direction = rng.normal(size=truth.shape)
         direction /= np.linalg.norm(direction, axis=1, keepdims=True)
-        distance = np.exp(rng.uniform(*np.log(DISTANCES), (count, 1)))
+        distance = _log_uniform(rng, DISTANCES, count)
         fitted = (np.linalg.pinv(columns) @ examples.measured[:, :, None])[:, :, 0]
         kind = rng.choice(3, size=(count, 1), p=GUESSES)
         near = np.where(kind == 1, truth, fitted) + distance * direction
@@ -230,7 +230,7 @@ class Batches:
         if self.configuration.drives == "halves":
             return np.zeros_like(effort)
         noisy = rng.uniform(size=(len(effort), 1)) < 0.7
-        level = noisy * np.exp(rng.uniform(*np.log(NOISE), (len(effort), 1)))
+        level = noisy * _log_uniform(rng, NOISE, len(effort))
         return np.asarray(level * rng.normal(size=effort.shape))
 
     def basis(self) -> Array:
@@ -241,11 +241,17 @@ class Batches:
         rest = measured - measured @ self.inverse.T @ self.nominal.T
         _, size, details = np.linalg.svd(rest - rest.mean(axis=0), full_matrices=False)
         deviation = size[:DETAILS, None] / np.sqrt(len(rest))
-        return np.vstack([self.inverse, 0.3 * details[:DETAILS] / deviation])
+        return np.asarray(np.vstack([self.inverse, 0.3 * details[:DETAILS] / deviation]))
 
     def _generator(self, number: int, *key: int) -> np.random.Generator:
         seed = (self.configuration.seed, int(self._held_out), number, *key)
         return np.random.default_rng(seed)
+
+
+def _log_uniform(rng: np.random.Generator, between: tuple[float, float], count: int) -> Array:
+    """Random numbers (count, 1) whose logarithms are uniform."""
+    low, high = np.log(between).tolist()
+    return np.asarray(np.exp(rng.uniform(low, high, (count, 1))))
 
 
 def _more(rng: np.random.Generator, count: int) -> Array:
@@ -254,7 +260,7 @@ def _more(rng: np.random.Generator, count: int) -> Array:
     return rng.uniform(-1.0, 1.0, (count, 1)).clip(min=0.0)
 
 
-def rotate(model: Array, measured: Array, turns: Array) -> tuple[Array, Array]:
+def rotate(model: Array, measured: Array, turns: NDArray[np.intp]) -> tuple[Array, Array]:
     """Factors (n, points) of images turned by quarters, counter-clockwise.
 
     Turning ψαᵀ once gives (α reversed)ψᵀ: the factors change places, one of them reversed.

@@ -72,7 +72,7 @@ class TrainingMotion:
     @property
     def time_s(self) -> Array:
         """Time stamps (N,) from zero."""
-        return self.period_s * np.arange(len(self.position))
+        return np.asarray(self.period_s * np.arange(len(self.position)))
 
     @property
     def column_scales(self) -> Array:
@@ -128,7 +128,7 @@ def motion_from(recording: Recording, axis: str | None, name: str) -> TrainingMo
     """
     if axis is None and len(recording.axes) == 1:
         axis = next(iter(recording.axes))
-    if axis not in recording.axes:
+    if axis is None or axis not in recording.axes:
         raise DataError(
             f"{recording.source}: a network is trained for one axis; there are "
             + ", ".join(recording.axes),
@@ -177,7 +177,7 @@ def with_effects(motion: TrainingMotion, model: Model, axis: str | None) -> Trai
     """
     if axis is None and len(model.axes) == 1:
         axis = next(iter(model.axes))
-    if axis not in model.axes:
+    if axis is None or axis not in model.axes:
         raise ModelError(
             f"a network is trained for one axis; the model has {', '.join(model.axes)}",
             "name one with --axis",

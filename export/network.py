@@ -66,7 +66,7 @@ class ResidualNetwork(nn.Module):
         # maximum over neighbouring columns, then rows: five times faster than pooling the product
         columns = torch.maximum(torch.bmm(left, right[..., ::2]), torch.bmm(left, right[..., 1::2]))
         pairs = columns.view(-1, maps, rows // 2, 2, columns.shape[-1])
-        constant = self.first.bias + bias[:, None] * kernel.sum(dim=(1, 2))
+        constant = self.first.get_parameter("bias") + bias[:, None] * kernel.sum(dim=(1, 2))
         pooled = torch.maximum(pairs[:, :, :, 0], pairs[:, :, :, 1]) + constant[:, :, None, None]
         # this order of memory makes the second convolution a fifth faster
         return self.pooled_layers(pooled.contiguous(memory_format=torch.channels_last))[-1]

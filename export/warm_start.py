@@ -22,7 +22,7 @@ from torch import Tensor, nn
 
 from edge_ident.model.model import PARAMETERS
 from export.data import Array, Batch, Batches, tensor
-from export.network import ResidualNetwork
+from export.network import DENSE, ResidualNetwork
 
 CHUNK: Final = 500
 """Images whose features are computed at once."""
@@ -51,7 +51,7 @@ class Head(nn.Module):
         self._basis = basis
         inputs = len(basis) * (len(PARAMETERS) if self._products else 1) + 1
         self.layers = nn.Sequential(
-            nn.Linear(inputs, network.dense[0].out_features, bias=False),
+            nn.Linear(inputs, DENSE, bias=False),
             nn.ReLU(),
             network.dense[1],
             nn.ReLU(),
@@ -74,12 +74,12 @@ class Head(nn.Module):
 
     def _answer_linearly(self) -> None:
         """Let pairs of opposite units carry minus the parameters of least squares."""
-        first, second, third = (self.layers[index].weight for index in (0, 2, 4))
+        first, second, third = (self.layers[index].get_parameter("weight") for index in (0, 2, 4))
         carried = 2 * len(PARAMETERS)
         with torch.no_grad():
             for weight in (first, second):
                 weight[:carried] = 0.0
-            third *= _SMALL
+            third.mul_(_SMALL)
             third[:, :carried] = 0.0
             for parameter in range(len(PARAMETERS)):
                 plus, minus = 2 * parameter, 2 * parameter + 1
@@ -98,9 +98,9 @@ def look_linear(network: ResidualNetwork) -> None:
             if kernel.shape[1] > 1:  # the input comes in pairs as well
                 kernel = torch.stack([kernel[:, ::2], -kernel[:, ::2]], 2).flatten(1, 2)
             layer.weight.copy_(torch.stack([kernel, -kernel], 1).flatten(0, 1))
-            layer.bias.zero_()
+            layer.get_parameter("bias").zero_()
         network.third.weight[-2:].zero_()
-        network.third.bias[-2:].fill_(1.0)
+        network.third.get_parameter("bias")[-2:].fill_(1.0)
 
 
 @dataclass(frozen=True)
@@ -145,11 +145,14 @@ def join(network: ResidualNetwork, head: Head, features: Features) -> None:
     gram = torch.zeros(size, size, dtype=torch.float64)
     moment = torch.zeros(size, features.known.shape[1], dtype=torch.float64)
     for values, known in zip(
-        features.values.split(4 * CHUNK), features.known.split(4 * CHUNK), strict=True
+        torch.split(features.values, 4 * CHUNK),
+        torch.split(features.known, 4 * CHUNK),
+        strict=True,
     ):
         gram += values.T.double() @ values.double()
         moment += values.T.double() @ known.double()
     gram.diagonal().add_(RIDGE * gram.diagonal().mean())
     reader = torch.linalg.solve(gram, moment)
     with torch.no_grad():
-        network.dense[0].weight.copy_(head.layers[0].weight.double() @ reader.T)
+        answers = head.layers[0].get_parameter("weight").double() @ reader.T
+        network.dense[0].get_parameter("weight").copy_(answers)

@@ -61,7 +61,7 @@ def _image(kind: str, shapes: Array, guess: Array, measured: Array) -> NDArray[n
 
 
 def _outer(first: Array, second: Array, normalization: Normalization) -> NDArray[np.float32]:
-    return effort_image(first[None], second, normalization)[0, 0]
+    return np.asarray(effort_image(first[None], second, normalization)[0, 0])
 
 
 def section(sources: Sources) -> Section:
