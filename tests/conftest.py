@@ -20,6 +20,21 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
+_REAL_TIME = ("firmware_interface", "test_link_overhead.py", "test_refusals.py", "test_run.py")
+"""Folder and files below this one whose tests wait for boards that go by the clock."""
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark the tests that go by the clock; a file's tests share its fixtures in one process."""
+    for item in items:
+        place = item.path.relative_to(Path(__file__).parent)
+        if place.parts[0] in _REAL_TIME:
+            item.add_marker(pytest.mark.real_time)
+        if item.get_closest_marker("xdist_group") is None:
+            item.add_marker(pytest.mark.xdist_group(str(place)))
+
+
 @pytest.fixture(scope="session")
 def measured_data() -> MeasuredData:
     """Measured recordings: of EDGE_IDENT_DATA, else of ../shared/data beside the checkout."""
