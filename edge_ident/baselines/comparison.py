@@ -100,8 +100,7 @@ def compare(
     DataError
         Hardly any sample shows an axis in motion.
     """
-    known = all_methods()
-    axes = {}
+    known, axes = all_methods(), {}
     for name, axis in recording.axes.items():
         problem = pose(recording, name, network=network, tries=tries, seed=seed, note=on_note)
         rows = []

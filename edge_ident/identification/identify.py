@@ -5,16 +5,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from edge_ident.estimation import cnn, least_squares
+from edge_ident.estimation import least_squares, network_estimate
 from edge_ident.estimation.alignment import align
-from edge_ident.estimation.assumed_effects import Remainder, without_effects
+from edge_ident.estimation.compensation import CompensatedAxis, compensate_effects
 from edge_ident.estimation.network import Network
 from edge_ident.estimation.trust import (
     Finding,
-    assumed_in_time,
     compare_estimators,
     describe_data,
     judge,
+    tied_to_time,
 )
 from edge_ident.model.model import AxisModel, Estimate, Model, base_axis, effect_names
 from edge_ident.signals.conditioning import Signals
@@ -35,7 +35,7 @@ class AxisIdentification:
         None where no network applies; `network_reason` says why, or how it ended.
     least_squares : Estimate
     model : AxisModel
-        `estimate` as the base term, and the effects that were taken off the effort before.
+        `estimate` as the base term, and the effects that the effort is compensated for.
     metric : Metric
         Of `model`, on the filtered effort.
     units : tuple of str
@@ -59,12 +59,12 @@ class AxisIdentification:
 
     @property
     def estimate(self) -> Estimate:
-        """What is reported and acted on: least squares; the network is its witness."""
+        """What is reported and used: least squares. The network confirms it."""
         return self.least_squares
 
     @property
-    def assumed_effects(self) -> tuple[str, ...]:
-        """Names of the effects that were taken for known."""
+    def compensated_effects(self) -> tuple[str, ...]:
+        """Names of the effects that the effort is compensated for."""
         return effect_names(self.model)
 
     @property
@@ -102,7 +102,7 @@ def identify(
     network : Network or None
         Without one, least squares alone.
     model : Model, optional
-        Its effects are taken off the effort before the base parameters are estimated.
+        The effort is compensated for its effects before the base parameters are estimated.
     seed : int
         Of the network's random starting points.
     stopwatch : Stopwatch, optional
@@ -117,14 +117,14 @@ def identify(
     axes = {}
     for name, axis in recording.axes.items():
         with watch.stage("signals"):
-            remainder = without_effects(recording, name, model)
-            legible = remainder
+            compensated = compensate_effects(recording, name, model)
+            network_input = compensated
             if network is not None and network.manifest.motion.effects:
-                legible = without_effects(recording, name, None)
+                network_input = compensate_effects(recording, name, None)
         with watch.stage("cnn"):
-            estimate, reason = run_network(legible.signals, axis, network, seed, watch)
+            estimate, reason = run_network(network_input.signals, axis, network, seed, watch)
         with watch.stage("estimate"):
-            axes[name] = _conclude(remainder, axis, estimate, reason)
+            axes[name] = _conclude(compensated, axis, estimate, reason)
     return Identification(axes, watch.timing_ms())
 
 
@@ -153,36 +153,38 @@ def run_network(
             f"not {axis.position_unit} and {axis.effort_unit}"
         )
     with watch.stage("align"):
-        found = align(signals, motion.columns[:, 1], motion.period_s)
+        found = align(signals, motion.regressor[:, 1], motion.period_s)
     if found is None:
         return None, f"the recording is shorter than the {motion.period_s:.4g} s of its motion"
-    mismatch = cnn.motion_mismatch(found.columns, network)
+    mismatch = network_estimate.motion_mismatch(found.regressor, network)
     limit = network.manifest.mismatch_limit
     if mismatch > limit:
         return None, f"no network was trained for that motion: it differs by {mismatch:.1%} " + (
             f"(limit {limit:.1%})"
         )
-    result = cnn.identify(found.columns, found.effort, network, seed=seed, stopwatch=watch)
+    result = network_estimate.estimate(
+        found.regressor, found.effort, network, seed=seed, stopwatch=watch
+    )
     if not result.trusted:
         return None, result.reason
     return Estimate(result.parameters, result.std), result.reason
 
 
 def _conclude(
-    remainder: Remainder, axis: AxisRecord, network: Estimate | None, reason: str
+    compensated: CompensatedAxis, axis: AxisRecord, network: Estimate | None, reason: str
 ) -> AxisIdentification:
-    signals = remainder.signals
+    signals = compensated.signals
     part = least_squares.estimation_part(signals)
-    regressor, effects = signals.regressor[part], remainder.taken_off[part]
+    regressor, effects = signals.regressor[part], compensated.effects_effort[part]
     measured = signals.effort[part] + effects
-    linear = least_squares.fit(signals)
+    linear = least_squares.fit(signals, part)
     if network is not None:
         # slow noise moves both answers alike; the network's own figures know white noise alone
         network = Estimate(network.parameters, np.hypot(network.std, linear.std))
     metric = compare(measured, regressor @ linear.parameters + effects)
     base = base_axis(linear, axis.position_unit, axis.effort_unit)
     findings = describe_data(signals)
-    findings += assumed_in_time(remainder.tied_to_time)
+    findings += tied_to_time(compensated.tied_to_time)
     findings += judge(linear, regressor, measured, metric.relative_residual)
     if network is not None:
         findings += compare_estimators(network, linear)
@@ -191,7 +193,7 @@ def _conclude(
         network=network,
         network_reason=reason,
         least_squares=linear,
-        model=replace(base, terms=(*base.terms, *remainder.effects)),
+        model=replace(base, terms=(*base.terms, *compensated.effects)),
         metric=metric,
         units=axis.parameter_units,
         cutoff_hz=signals.cutoff_hz,

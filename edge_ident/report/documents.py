@@ -45,7 +45,7 @@ def _axis(axis: AxisIdentification) -> dict[str, Any]:
             "fit": axis.metric.fit,
             "relative_residual": axis.metric.relative_residual,
         },
-        "assumed_effects": list(axis.assumed_effects),
+        "assumed_effects": list(axis.compensated_effects),
         "cutoff_hz": axis.cutoff_hz,
         "condition_number": finite(axis.condition_number),
         "trusted": axis.trusted,

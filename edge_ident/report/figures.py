@@ -61,7 +61,7 @@ def _draw_effort(top: Any, middle: Any, name: str, recording: Recording, axis: A
         recording.time_s, axis.position, axis.effort, effort_shift_s=recording.effort_shift_s
     )
     part = least_squares.estimation_part(signals)
-    found = least_squares.fit(signals)
+    found = least_squares.fit(signals, part)
     shown = slice(part[0], part[-1])
     time, effort = recording.time_s[shown], signals.effort[shown]
     model = signals.regressor[shown] @ found.parameters

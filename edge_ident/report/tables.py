@@ -26,8 +26,8 @@ def print_identification(identification: Identification) -> None:
             f"  relative residual {axis.metric.relative_residual:.2%}, "
             f"fit {axis.metric.fit:.3f}, time-spectral {axis.metric.time_spectral:.4f}"
         )
-        if axis.assumed_effects:
-            _console.print(f"  taken off first: {', '.join(axis.assumed_effects)}")
+        if axis.compensated_effects:
+            _console.print(f"  compensated: {', '.join(axis.compensated_effects)}")
         if axis.network is None:
             _console.print(f"  network: {axis.network_reason}")
         for finding in axis.findings:

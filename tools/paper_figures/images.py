@@ -38,22 +38,22 @@ class Pictured:
 
 def make_images() -> list[Pictured]:
     """Every guess in every kind, against one measurement with white noise."""
-    shapes = paper_motion().shapes(POINTS)
-    unit = effort_scale(shapes @ TRUTH, "effort-scale")
+    regressor = paper_motion().scaled_regressor(POINTS)
+    unit = effort_scale(regressor @ TRUTH, "effort-scale")
     noise = NOISE * np.random.default_rng(0).normal(size=POINTS)
-    measured = shapes @ TRUTH / unit + noise
+    measured = regressor @ TRUTH / unit + noise
     return [
-        Pictured(kind, name, _image(kind, shapes, guess / unit, measured))
+        Pictured(kind, name, _image(kind, regressor, guess / unit, measured))
         for kind in KINDS
         for name, guess in GUESSES.items()
     ]
 
 
-def _image(kind: str, shapes: Array, guess: Array, measured: Array) -> NDArray[np.float32]:
-    model = shapes @ guess
+def _image(kind: str, regressor: Array, guess: Array, measured: Array) -> NDArray[np.float32]:
+    model = regressor @ guess
     if kind == "remainder":
         left = measured - model
-        start = shapes @ np.array(IMPROVED.start_shares)
+        start = regressor @ np.array(IMPROVED.start_shares)
         return _outer(start, left / effort_scale(left, "effort-scale"), "effort-scale")
     normalization: Normalization = "min-max" if kind == "min-max" else "effort-scale"
     scale = effort_scale(measured, normalization)
@@ -77,15 +77,17 @@ def section(sources: Sources) -> Section:
     numbers = table(["image", *(f"{name} from the match" for name in others)], rows)
     return Section(
         "Images",
-        "Shows images of 100×100 points made of two vectors multiplied, ψαᵀ, normalized to [0, 1].",
+        "It shows images of 100×100 points made of two vectors multiplied, ψαᵀ, normalized to [0, "
+        "1].",
         "ψ, the guess, runs downwards; α, the measurement, to the right. Largest difference of an "
         f"image from that of the matching guess, over the range of its values:\n\n{numbers}\n\n"
         f"{picture}",
-        "The first row is the paper's kind: a guess twice too large makes the very image of the "
+        "The first row is the paper's kind. A guess twice too large makes the very image of the "
         "match, so no network can tell how far off it is. The second row divides both vectors by "
-        "the scale of the measurement. The third is what the package's network sees: ψ stays that "
-        "of a fixed start, α is what the guess leaves of the effort, over its own scale, so the "
-        "match leaves noise and every other guess its own error ([method](method.md#network)).",
+        "the scale of the measurement. The third is what the built-in network sees. ψ stays that "
+        "of a fixed start; α is what the guess leaves of the effort, over its own scale. The "
+        "match then leaves noise, and every other guess leaves its own error "
+        "([network](network.md#the-loop)).",
     )
 
 

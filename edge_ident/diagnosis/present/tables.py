@@ -19,7 +19,7 @@ _COLOUR: Final = {
 
 
 def print_diagnosis(diagnosis: Diagnosis) -> None:
-    """What is doubtful about the data, then axis by axis verdict, causes, rivals, and the gain."""
+    """Print defects of the data, then each axis: verdict, causes, alternatives, and both models."""
     for finding in diagnosis.data_quality:
         _say(f"[yellow]{finding.code}[/], axis {finding.axis}: {escape(finding.message)}")
     for name, axis in diagnosis.axes.items():
@@ -29,6 +29,8 @@ def print_diagnosis(diagnosis: Diagnosis) -> None:
             _console.print(_causes_table(axis))
         for cause in axis.causes:
             _say_why(cause)
+        for refused in axis.refused:
+            _say(f"  {escape(wording.refused_sentence(refused))}")
         _console.print(_comparison_table(name, diagnosis))
         for experiment, effects in wording.not_testable(axis).items():
             _say(f"  not testable: {', '.join(effects)}; record {escape(experiment)}")
@@ -37,7 +39,7 @@ def print_diagnosis(diagnosis: Diagnosis) -> None:
 def _causes_table(axis: AxisDiagnosis) -> Table:
     table = _table()
     table.add_column("cause")
-    table.add_column("takes off the\nheld-out residual", justify="right", no_wrap=True)
+    table.add_column("reduction of\nheld-out residual", justify="right", no_wrap=True)
     table.add_column("share of\nthe effort", justify="right")
     table.add_column("parameters", no_wrap=True)
     for cause in axis.causes:
@@ -52,8 +54,9 @@ def _causes_table(axis: AxisDiagnosis) -> Table:
 
 def _say_why(cause: Cause) -> None:
     _say(f"  {wording.spoken(cause.term.effect)}: {escape(cause.evidence)}")
-    for rival in cause.rivals:
-        _say(f"    {escape(wording.rival_sentence(rival))}")
+    _say(f"    accepted: {escape(cause.decision)}")
+    for alternative in cause.alternatives:
+        _say(f"    {escape(wording.alternative_sentence(alternative))}")
 
 
 def _comparison_table(name: str, diagnosis: Diagnosis) -> Table:
@@ -69,7 +72,7 @@ def _comparison_table(name: str, diagnosis: Diagnosis) -> Table:
 
 
 def _say(text: str) -> None:
-    """One sentence, broken by the terminal alone."""
+    """Print one sentence; only the terminal breaks it."""
     _console.print(text, soft_wrap=True)
 
 

@@ -1,0 +1,58 @@
+"""External vibrations: the strongest sinusoids in time in a residual."""
+
+from dataclasses import dataclass
+from typing import Final, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from edge_ident.diagnosis.fit.candidates import Candidate
+from edge_ident.diagnosis.fit.scoring import Grid
+from edge_ident.diagnosis.prepare.axis_data import AxisData
+from edge_ident.model.outside_vibration import OUTSIDE_VIBRATION
+
+Array = NDArray[np.float64]
+
+VIBRATION: Final = Candidate(OUTSIDE_VIBRATION.name, OUTSIDE_VIBRATION.search.forms[0])
+"""Competes with the causes, and is none."""
+
+_FEWEST_PERIODS: Final = 5.0
+"""Fewest periods in the record: a slower sinusoid looks like a drift or like laps."""
+_STEP: Final = 0.5
+"""Step of the frequencies, of the resolution of the record."""
+_STRONGEST: Final = 6
+"""Frequencies that are tried."""
+
+
+@dataclass(frozen=True)
+class Spectrum:
+    """Complex exponentials at the valid samples.
+
+    Attributes
+    ----------
+    frequency_hz : (F,) array
+    waves : (F, n) complex array
+    """
+
+    frequency_hz: Array
+    waves: NDArray[np.complex64]
+
+    @classmethod
+    def of(cls, data: AxisData) -> Self:
+        """All frequencies that a single recording resolves and its filter passes.
+
+        There are none for several recordings, because the phase from one to the next is unknown.
+        """
+        first, *others = data.segments
+        duration_s = float(first.motion.time_s[-1])
+        lowest, highest = _FEWEST_PERIODS / duration_s, 0.0 if others else first.cutoff_hz
+        frequency_hz = np.arange(lowest, highest, _STEP / duration_s)
+        angle = 2.0 * np.pi * frequency_hz[:, None] * data.of_motion("time_s")[data.valid]
+        return cls(frequency_hz, np.exp(-1j * angle).astype(np.complex64))
+
+    def strongest(self, residual: Array) -> Grid:
+        """Frequencies of the highest peaks of a residual (n,) at the valid samples."""
+        power = np.abs(self.waves @ residual.astype(np.complex64))
+        peaks = np.flatnonzero((power[1:-1] >= power[:-2]) & (power[1:-1] >= power[2:])) + 1
+        strongest = peaks[np.argsort(power[peaks])[::-1][:_STRONGEST]]
+        return {"frequency": self.frequency_hz[strongest]}
