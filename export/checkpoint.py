@@ -104,7 +104,7 @@ def load(path: Path) -> Checkpoint:
     """
     try:
         content = torch.load(path, map_location="cpu", weights_only=True)
-        motion = {key: _restored(value) for key, value in content.pop("motion").items()}
+        motion = {name: _restored(value) for name, value in content.pop("motion").items()}
         return Checkpoint(
             configuration=Configuration(**content.pop("configuration")),
             motion=TrainingMotion(**motion),

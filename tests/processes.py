@@ -24,10 +24,11 @@ def running(
 
 
 def stop(process: subprocess.Popen[str]) -> None:
-    """End a process that may have ended already."""
+    """End a process that may have ended already; one that ignores SIGTERM fails the test."""
     process.terminate()
     try:
         process.wait(timeout=10)
     except subprocess.TimeoutExpired:
         process.kill()
         process.wait()
+        raise

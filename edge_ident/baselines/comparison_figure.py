@@ -8,7 +8,7 @@ import numpy as np
 from edge_ident.baselines.comparison import AxisComparison, Comparison
 from edge_ident.errors import DataError
 from edge_ident.model.model import PARAMETERS
-from edge_ident.support.whole_files import whole_file
+from edge_ident.support.atomic_files import atomic_write
 
 _INTERVAL: Final = 1.96
 """Standard deviations to either side: 95 %."""
@@ -47,7 +47,7 @@ def draw_comparison(comparison: Comparison, picture: Path) -> Path:
         )
         panels[0].set_ylim(len(axis.rows) - 0.5, -0.5)
         panels[0].set_ylabel(f"axis {name}")
-    with whole_file(picture) as partial:
+    with atomic_write(picture) as partial:
         figure.savefig(partial, dpi=120)
     return picture
 

@@ -170,6 +170,10 @@ class ProgressBars:
         """Show how far the stage is."""
         self._progress.update(self._task, completed=in_hand, total=expected)
 
+    def say(self, message: str) -> None:
+        """Say something above the bars."""
+        self._progress.console.print(message, highlight=False, markup=False, soft_wrap=True)
+
     def note(self, text: str) -> None:
         """Show a word beside the bar."""
         self._progress.update(self._task, note=text)

@@ -11,7 +11,7 @@ from edge_ident.estimation import least_squares
 from edge_ident.signals.conditioning import condition
 from edge_ident.signals.recording import AxisRecord, Recording
 from edge_ident.signals.recording_files import load_recording
-from edge_ident.support.whole_files import whole_file
+from edge_ident.support.atomic_files import atomic_write
 
 _STRETCHES = 120
 """The tracking error is drawn as its largest value in each of so many stretches."""
@@ -51,7 +51,7 @@ def draw_run(folder: Path, picture: Path) -> Path:
     for column, (name, axis) in enumerate(before.axes.items()):
         _draw_effort(grid[0][column], grid[1][column], name, before, axis)
         _draw_tracking(grid[2][column], name, before, after)
-    with whole_file(picture) as partial:
+    with atomic_write(picture) as partial:
         figure.savefig(partial, dpi=120)
     return picture
 

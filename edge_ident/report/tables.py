@@ -95,16 +95,17 @@ def print_outcome(outcome: Outcome) -> None:
     print_identification(outcome.identification)
     if outcome.designs:
         print_designs(outcome.designs)
-    if outcome.verification:
+    if outcome.change and outcome.change.verification:
         table = Table(title="tracking error, rms", title_justify="left")
-        for heading in ("axis", "before", "after", "smaller by"):
+        for heading in ("axis", "before", "after", "smaller by", "repeats within"):
             table.add_column(heading, justify="right", no_wrap=True)
-        for axis, before in outcome.verification.before_rad.items():
+        for axis, tracking in outcome.change.verification.axes.items():
             table.add_row(
                 axis,
-                f"{1e3 * before:.2f} mrad",
-                f"{1e3 * outcome.verification.after_rad[axis]:.2f} mrad",
-                f"{outcome.verification.ratio(axis):.1f}",
+                f"{1e3 * tracking.before_rad:.2f} mrad",
+                f"{1e3 * tracking.after_rad:.2f} mrad",
+                f"{tracking.ratio:.1f}",
+                f"{1e3 * tracking.repeatability_rad:.2f} mrad",
             )
         _console.print(table)
     _console.print(outcome.conclusion)
