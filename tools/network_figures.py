@@ -130,7 +130,8 @@ class Setting:
         if seen is None:
             raise SystemExit("the network belongs to a longer motion: name another one")
         try:
-            solved = least_squares.fit(signals).parameters
+            part = least_squares.estimation_part(signals)
+            solved = least_squares.fit(signals, part).parameters
         except DataError:
             return None
         looped = network_estimate.estimate(seen.regressor, seen.effort, self.network, passes=PASSES)

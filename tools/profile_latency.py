@@ -24,6 +24,9 @@ class _Lines:
     def samples(self, in_hand: int, expected: int) -> None:
         pass
 
+    def say(self, message: str) -> None:
+        print(message, flush=True)
+
 
 def main() -> None:
     """Profile each device in turn."""

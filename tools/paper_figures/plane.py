@@ -35,6 +35,9 @@ class _Silence:
     def samples(self, in_hand: int, expected: int) -> None:
         pass
 
+    def say(self, message: str) -> None:
+        pass
+
 
 @dataclass(frozen=True)
 class Path2D:

@@ -17,9 +17,10 @@ from edge_ident.model.model import Estimate
 from edge_ident.signals.recording import AxisRecord, Recording
 from edge_ident.signals.recording_files import load_recording, save_recording
 from tests.edge_ident.baselines.drives import PERIOD_S, TRUTH, record
+from tests.measured import MeasuredData
 
 
-def test_emps_by_every_method(measured_data: Path) -> None:
+def test_emps_by_every_method(measured_data: MeasuredData) -> None:
     """Published values of the EMPS benchmark (Janot, Gautier, Brunot 2019)."""
     published = np.array([95.1089, 203.5034, 20.3935, -3.1648])
     axis = compare(load_recording(measured_data / "emps_train.csv"), None).axes["q"]
