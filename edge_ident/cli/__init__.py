@@ -7,18 +7,19 @@ from edge_ident.cli import (
     checkup,
     compare,
     diagnose,
-    files,
     gains,
+    identify,
     motion,
     offline,
     registers,
+    run_report,
     simulate,
 )
 from edge_ident.support.interrupts import end_as_by_ctrl_c
 
 app = typer.Typer(
     name="edge-ident",
-    help="Identify a feed drive, write better gains back safely, and say how far to trust them.",
+    help="Identify a feed drive, diagnose its model, and write better gains back safely.",
     no_args_is_help=True,
     add_completion=False,
     rich_markup_mode="markdown",
@@ -26,7 +27,8 @@ app = typer.Typer(
 )
 for commands in (
     motion,
-    files,
+    identify,
+    run_report,
     gains,
     diagnose,
     simulate,

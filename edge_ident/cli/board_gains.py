@@ -304,8 +304,9 @@ def _stable(forecasts: "Forecasts") -> "Forecasts":
 
 
 def _deliver(report: "GainReport", output: Path | None, json: bool) -> None:
-    from edge_ident.report.gain_report import print_report, report_document
+    from edge_ident.report.gain_report import gain_report_document, gain_report_view
+    from edge_ident.report.output import show
 
-    deliver(report_document(report), "board_gains.json", output, json)
+    deliver(gain_report_document(report), "board_gains.json", output, json)
     if not json:
-        print_report(report)
+        show(gain_report_view(report))

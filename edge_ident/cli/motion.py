@@ -76,8 +76,7 @@ def run(
     Example: `edge-ident run --device /dev/ttyACM0 --dry-run`
     """
     from edge_ident.commissioning.run import CAPTURE_FILE, Plan, commission
-    from edge_ident.report.documents import run_document
-    from edge_ident.report.tables import print_outcome
+    from edge_ident.report import outcome_view, run_document, show
 
     known = given_model(model)
     plan = Plan(_motion(motion), cycles, bandwidth, not dry_run, store, seed, known)
@@ -89,7 +88,7 @@ def run(
     deliver(document, "report.json", opened.folder, json)
     leave_model(outcome.identification, opened.folder / CAPTURE_FILE, known, opened.folder)
     if not json:
-        print_outcome(outcome)
+        show(outcome_view(outcome))
         say(f"written: {opened.folder}")
     if not outcome.identification.trusted or (outcome.verification and not outcome.confirmed):
         raise typer.Exit(UNTRUSTED)
@@ -158,15 +157,14 @@ def profile(
     Example: `edge-ident profile --repetitions 200 --json`
     """
     from edge_ident.commissioning.profiling import profile_device
-    from edge_ident.report.documents import profile_document
-    from edge_ident.report.tables import print_profile
+    from edge_ident.report import profile_document, profile_view, show
 
     with shown_progress() as observer:
         profiled = profile_device(device, baud_rate, repetitions, observer)
     document = profile_document(profiled)
     deliver(document, "profile.json", output, json)
     if not json:
-        print_profile(profiled)
+        show(profile_view(profiled))
 
 
 @guarded

@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.drive.description import DriveDescription
+from edge_ident.drive.description import Drive
 from edge_ident.errors import DataError, LinkError
 from edge_ident.signals.recording import AxisRecord, Recording
 from firmware_interface.board import Board, CapturePage
@@ -40,7 +40,7 @@ class Capture:
     tracking_rms_rad: dict[str, float]
 
 
-def check_drive(board: Board, drive: DriveDescription) -> None:
+def check_drive(board: Board, drive: Drive) -> None:
     """Make sure that board and drive description speak of the same machine.
 
     Raises

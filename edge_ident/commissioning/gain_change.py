@@ -15,7 +15,7 @@ from edge_ident.commissioning.gain_transfer import (
 from edge_ident.commissioning.run import Observer
 from edge_ident.commissioning.safety import left_safe
 from edge_ident.commissioning.verification import verification_motion
-from edge_ident.drive.description import DriveDescription
+from edge_ident.drive.description import Drive
 from edge_ident.drive.motions import named_trajectory
 from edge_ident.errors import BoardError, DataError
 from firmware_interface.board import Board
@@ -91,9 +91,7 @@ def staged_whole(board: Board) -> dict[str, AxisGains]:
     return board.staged_gains()
 
 
-def commit_staged(
-    board: Board, drive: DriveDescription, staged: Bank, observer: Observer
-) -> GainChange:
+def commit_staged(board: Board, drive: Drive, staged: Bank, observer: Observer) -> GainChange:
     """Move with the old gains, then with the new ones; keep these if no axis follows worse.
 
     Parameters
@@ -113,9 +111,7 @@ def commit_staged(
     return GainChange(before, after, confirmed=not worse)
 
 
-def restore_gains(
-    board: Board, drive: DriveDescription, wanted: Bank, observer: Observer
-) -> GainChange:
+def restore_gains(board: Board, drive: Drive, wanted: Bank, observer: Observer) -> GainChange:
     """Stage gains of before and put them in force; they stay if the drive moves without a fault.
 
     It does not move with the present gains, which may be the reason for the restoration.
@@ -159,9 +155,7 @@ def check_owner(board: Board, file: GainFile) -> None:
         )
 
 
-def _in_force(
-    board: Board, drive: DriveDescription, wanted: Bank, observer: Observer
-) -> dict[str, float]:
+def _in_force(board: Board, drive: Drive, wanted: Bank, observer: Observer) -> dict[str, float]:
     commit_gains(board, wanted)
     observer.stage("motion, new gains")
     trajectory = named_trajectory(drive, "sinusoid", 1)

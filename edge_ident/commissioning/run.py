@@ -13,7 +13,7 @@ from edge_ident.commissioning.safety import left_safe, make_ready
 from edge_ident.commissioning.verification import Verification, verification_motion
 from edge_ident.control.gain_design import GainDesign, design
 from edge_ident.control.position_loop import LoopHardware
-from edge_ident.drive.description import DriveDescription
+from edge_ident.drive.description import Drive
 from edge_ident.drive.motions import MotionName, named_trajectory
 from edge_ident.estimation.network import Network
 from edge_ident.identification.identify import Identification, identify
@@ -102,7 +102,7 @@ class Outcome:
 
 def commission(
     board: Board,
-    drive: DriveDescription,
+    drive: Drive,
     network: Network | None,
     plan: Plan,
     folder: Path,

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from edge_ident.diagnosis.fit.fitting import Fitted, deviations, fit
 from edge_ident.diagnosis.fit.noise_floor import noise_floor
+from edge_ident.diagnosis.motion_check import with_motion_errors
 from edge_ident.diagnosis.prepare.preparing import view_of
 from edge_ident.diagnosis.prepare.quality import data_findings
 from edge_ident.diagnosis.prepare.view import View
@@ -48,7 +49,7 @@ def diagnose(
     validate: Recording | None = None,
     on_progress: Progress = lambda stage, done, of: None,
 ) -> Diagnosis:
-    """Find what the base model gets wrong.
+    """Find what the base model gets wrong, name the cause, and extend the model.
 
     Parameters
     ----------
@@ -61,10 +62,21 @@ def diagnose(
     on_progress : callable
         Told the stage, and how much of it is done.
 
+    Returns
+    -------
+    Diagnosis
+
     Raises
     ------
     DataError
         An axis moves too little to say anything, or is not in every recording.
+
+    Examples
+    --------
+    >>> import edge_ident
+    >>> found = edge_ident.diagnose([edge_ident.simulate()])
+    >>> found.axes["x"].verdict.value
+    'adequate'
     """
     names = list(recordings[0].axes)
     for other in [*recordings[1:], *([validate] if validate else [])]:
@@ -82,7 +94,9 @@ def diagnose(
         if validate is not None:
             validation[name] = _validated(view_of([validate], name), axes[name], template)
     on_progress("diagnosis", len(names), len(names))
-    return Diagnosis(axes, data_findings(recordings, axes), validation)
+    on_progress("simulated motion", 0, 1)
+    found = Diagnosis(axes, data_findings(recordings, axes), validation)
+    return with_motion_errors(found, recordings)
 
 
 def _template(recording: Recording, name: str, model: Model | None) -> AxisModel:

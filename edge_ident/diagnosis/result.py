@@ -3,12 +3,18 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.model.model import AxisModel, Estimate, Term
+from edge_ident.model.model import AxisModel, Estimate, Model, Term
 from edge_ident.signals.metrics import Metric
+from edge_ident.support.readable import Readable
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from rich.console import RenderableType
 
 Array = NDArray[np.float64]
 
@@ -192,12 +198,14 @@ class Validation:
     extended: float
 
 
-@dataclass(frozen=True)
-class Diagnosis:
-    """All axes.
+@dataclass(frozen=True, repr=False)
+class Diagnosis(Readable):
+    """What the base model gets wrong about all axes.
 
     Attributes
     ----------
+    axes : mapping of axis name to AxisDiagnosis
+    data_quality : tuple of DataFinding
     validation : mapping of axis name to Validation
         Empty without a validation recording.
     """
@@ -205,3 +213,30 @@ class Diagnosis:
     axes: Mapping[str, AxisDiagnosis]
     data_quality: tuple[DataFinding, ...]
     validation: Mapping[str, Validation]
+
+    @property
+    def understood(self) -> bool:
+        """Whether no axis has structure left that no known effect explains."""
+        return all(axis.verdict is not Verdict.UNEXPLAINED for axis in self.axes.values())
+
+    @property
+    def model(self) -> Model:
+        """The extended models of all axes as one model."""
+        return Model({name: axis.model for name, axis in self.axes.items()})
+
+    def __rich__(self) -> "RenderableType":
+        from edge_ident.diagnosis.present.tables import diagnosis_view
+
+        return diagnosis_view(self)
+
+    def plot(self) -> "Figure":
+        """Draw measured and modelled effort of every axis, and the residuals of both models.
+
+        Raises
+        ------
+        DataError
+            matplotlib is not installed.
+        """
+        from edge_ident.diagnosis.present.effort_figure import diagnosis_figure
+
+        return diagnosis_figure(self)

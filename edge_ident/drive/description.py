@@ -58,7 +58,7 @@ class DriveAxis:
 
 
 @dataclass(frozen=True)
-class DriveDescription:
+class Drive:
     """A drive, as its user describes it.
 
     Attributes
@@ -89,18 +89,31 @@ class DriveDescription:
         )
 
 
-def load_drive(path: Path | None = None) -> DriveDescription:
+def load_drive(path: str | Path | None = None) -> Drive:
     """Read a drive description, or the built-in feed drive.
+
+    Parameters
+    ----------
+    path : str or Path, optional
+        A TOML file; without one, the built-in feed drive.
 
     Raises
     ------
     DataError
         The file is missing, is no TOML, lacks a key, or a value is outside its range; the
         message names the line.
+
+    Examples
+    --------
+    >>> import edge_ident
+    >>> drive = edge_ident.load_drive()
+    >>> drive.sampling_period_s
+    0.0025
     """
     if path is None:
         text = (files("edge_ident.drive") / "feed_drive.toml").read_text("utf-8")
         return _Reader("feed_drive.toml", text).drive()
+    path = Path(path)
     if not path.is_file():
         raise DataError(f"{path}: no such file", "give the path of a drive description (.toml)")
     return _Reader(str(path), path.read_text("utf-8", errors="replace")).drive()
@@ -117,7 +130,7 @@ class _Reader:
         except tomllib.TOMLDecodeError as error:
             raise DataError(f"{source}: {error}", "correct the TOML at that line") from error
 
-    def drive(self) -> DriveDescription:
+    def drive(self) -> Drive:
         unknown = set(self.data) - _TABLES
         if unknown:
             raise self.error("", min(unknown), "is not known", f"known: {sorted(_TABLES)}")
@@ -125,7 +138,7 @@ class _Reader:
         if not isinstance(axes, dict) or not axes:
             raise DataError(f"{self.source}: it describes no axis", "add a table [axes.x]")
         values = {table: self.numbers(table, r) for table, r in _TABLE_RANGES.items()}
-        drive = DriveDescription(
+        drive = Drive(
             name=str(self.data.get("name", "drive")),
             sampling_period_s=values["sampling"]["period_s"],
             angular_frequency_rad_s=values["trajectory"]["angular_frequency_rad_s"],

@@ -2,8 +2,10 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from edge_ident.estimation import cnn, least_squares
 from edge_ident.estimation.alignment import align
@@ -20,7 +22,29 @@ from edge_ident.model.model import AxisModel, Estimate, Model, base_axis, effect
 from edge_ident.signals.conditioning import Signals
 from edge_ident.signals.metrics import Metric, compare
 from edge_ident.signals.recording import AxisRecord, Recording
+from edge_ident.support.readable import Readable
 from edge_ident.support.stopwatch import Stopwatch
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from rich.console import RenderableType
+
+
+@dataclass(frozen=True)
+class EffortTrace:
+    """What a plot shows of one axis: the samples that were estimated from.
+
+    Attributes
+    ----------
+    time_s : (N,) array
+        From the start of the recording.
+    measured, modelled : (N,) arrays
+        Filtered alike.
+    """
+
+    time_s: NDArray[np.float64]
+    measured: NDArray[np.float64]
+    modelled: NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -44,6 +68,7 @@ class AxisIdentification:
     condition_number : float
         Of the regressor with columns of unit length.
     findings : tuple of Finding
+    trace : EffortTrace
     """
 
     reason: str
@@ -56,6 +81,7 @@ class AxisIdentification:
     cutoff_hz: float
     condition_number: float
     findings: tuple[Finding, ...]
+    trace: EffortTrace
 
     @property
     def estimate(self) -> Estimate:
@@ -73,9 +99,15 @@ class AxisIdentification:
         return not any(finding.blocks for finding in self.findings)
 
 
-@dataclass(frozen=True)
-class Identification:
-    """All axes of a recording, and where the time went (ms, by stage)."""
+@dataclass(frozen=True, repr=False)
+class Identification(Readable):
+    """What was found out about all axes of a recording.
+
+    Attributes
+    ----------
+    axes : mapping of axis name to AxisIdentification
+    timing_ms : mapping of stage to milliseconds
+    """
 
     axes: Mapping[str, AxisIdentification]
     timing_ms: Mapping[str, float]
@@ -85,16 +117,38 @@ class Identification:
         """Whether every axis is."""
         return all(axis.trusted for axis in self.axes.values())
 
+    @property
+    def model(self) -> Model:
+        """The identified axes as a model, with the effects that were compensated."""
+        return Model({name: axis.model for name, axis in self.axes.items()})
+
+    def __rich__(self) -> "RenderableType":
+        from edge_ident.report.identification_tables import identification_view
+
+        return identification_view(self)
+
+    def plot(self) -> "Figure":
+        """Draw measured and modelled effort of every axis, and the residual.
+
+        Raises
+        ------
+        DataError
+            matplotlib is not installed.
+        """
+        from edge_ident.report.effort_figure import effort_figure
+
+        return effort_figure(self)
+
 
 def identify(
     recording: Recording,
-    network: Network | None,
+    network: Network | None = None,
     *,
     model: Model | None = None,
     seed: int = 0,
     stopwatch: Stopwatch | None = None,
 ) -> Identification:
-    """Identify every axis of a recording.
+    """Identify the parameters of every axis of a recording.
 
     Parameters
     ----------
@@ -108,10 +162,26 @@ def identify(
     stopwatch : Stopwatch, optional
         Continued if given, so that the caller's stages are reported too.
 
+    Returns
+    -------
+    Identification
+
     Raises
     ------
+    DataError
+        Hardly any sample shows an axis in motion.
     ModelError
         The model does not fit the recording.
+
+    Examples
+    --------
+    >>> import edge_ident
+    >>> found = edge_ident.identify(edge_ident.simulate())
+    >>> found.trusted
+    True
+    >>> inertia, viscous, coulomb, offset = found.axes["x"].estimate.parameters
+    >>> round(float(inertia), 2), found.axes["x"].units[0]
+    (0.43, 'kg*m^2')
     """
     watch = stopwatch or Stopwatch()
     axes = {}
@@ -179,7 +249,8 @@ def _conclude(
     if network is not None:
         # slow noise moves both answers alike; the network's own figures know white noise alone
         network = Estimate(network.parameters, np.hypot(network.std, linear.std))
-    metric = compare(measured, regressor @ linear.parameters + effects)
+    modelled = regressor @ linear.parameters + effects
+    metric = compare(measured, modelled)
     base = base_axis(linear, axis.position_unit, axis.effort_unit)
     findings = describe_data(signals)
     findings += assumed_in_time(remainder.tied_to_time)
@@ -197,6 +268,7 @@ def _conclude(
         cutoff_hz=signals.cutoff_hz,
         condition_number=least_squares.condition_number(regressor),
         findings=tuple(findings),
+        trace=EffortTrace(signals.period_s * part.astype(np.float64), measured, modelled),
     )
 
 
