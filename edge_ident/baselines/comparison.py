@@ -77,6 +77,13 @@ class Comparison(Readable):
     Attributes
     ----------
     axes : mapping of axis name to AxisComparison
+
+    Examples
+    --------
+    >>> import edge_ident
+    >>> found = edge_ident.compare(edge_ident.simulate(), methods=["least_squares"])
+    >>> found.answered
+    True
     """
 
     axes: Mapping[str, AxisComparison]

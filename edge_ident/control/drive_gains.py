@@ -46,6 +46,14 @@ class GainDesigns(Readable):
     ----------
     axes : mapping of axis name to GainDesign
     loops : mapping of axis name to OpenLoop
+
+    Examples
+    --------
+    >>> import edge_ident
+    >>> designs = edge_ident.design_gains(edge_ident.reduced_model())
+    >>> print(designs)  # doctest: +ELLIPSIS
+    gains
+    ...
     """
 
     axes: Mapping[str, GainDesign]

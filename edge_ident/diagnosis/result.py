@@ -165,6 +165,13 @@ class AxisDiagnosis:
         Bandwidth of the comparison.
     knee_hz : float
         Frequency above which less and less is compared, because noise of the encoder prevails.
+
+    Examples
+    --------
+    >>> import edge_ident
+    >>> axis = edge_ident.diagnose([edge_ident.simulate()]).axes["x"]
+    >>> axis.verdict.value, axis.causes
+    ('adequate', ())
     """
 
     verdict: Verdict
@@ -208,6 +215,15 @@ class Diagnosis(Readable):
     data_quality : tuple of DataFinding
     validation : mapping of axis name to Validation
         Empty without a validation recording.
+
+    Examples
+    --------
+    >>> import edge_ident
+    >>> found = edge_ident.diagnose([edge_ident.simulate()])
+    >>> found.understood
+    True
+    >>> print(found)  # doctest: +ELLIPSIS
+    axis x the base model is adequate: ...
     """
 
     axes: Mapping[str, AxisDiagnosis]

@@ -40,7 +40,14 @@ _TABLES: Final = {"name", "axes", "board", *_TABLE_RANGES}
 
 @dataclass(frozen=True)
 class DriveAxis:
-    """One axis: mechanics, limits and its share of the default trajectory."""
+    """One axis: mechanics, limits and its share of the default trajectory.
+
+    Examples
+    --------
+    >>> import edge_ident
+    >>> edge_ident.load_drive().axes["x"].encoder_counts_per_turn
+    8400.0
+    """
 
     gear_ratio: float
     encoder_counts_per_turn: float
@@ -65,6 +72,13 @@ class Drive:
     ----------
     device, baud_rate
         Where the board is found when neither a flag nor the environment says so.
+
+    Examples
+    --------
+    >>> import edge_ident
+    >>> drive = edge_ident.load_drive()
+    >>> list(drive.axes), drive.sampling_period_s
+    (['x', 'z'], 0.0025)
     """
 
     name: str
@@ -96,6 +110,10 @@ def load_drive(path: str | Path | None = None) -> Drive:
     ----------
     path : str or Path, optional
         A TOML file; without one, the built-in feed drive.
+
+    Returns
+    -------
+    Drive
 
     Raises
     ------

@@ -69,6 +69,15 @@ class AxisIdentification:
         Of the regressor with columns of unit length.
     findings : tuple of Finding
     trace : EffortTrace
+
+    Examples
+    --------
+    >>> import edge_ident
+    >>> axis = edge_ident.identify(edge_ident.simulate()).axes["x"]
+    >>> axis.trusted
+    True
+    >>> axis.metric.relative_residual < 0.01
+    True
     """
 
     reason: str
@@ -107,6 +116,16 @@ class Identification(Readable):
     ----------
     axes : mapping of axis name to AxisIdentification
     timing_ms : mapping of stage to milliseconds
+
+    Examples
+    --------
+    >>> import edge_ident
+    >>> found = edge_ident.identify(edge_ident.simulate())
+    >>> list(found.axes)
+    ['x', 'z']
+    >>> print(found)  # doctest: +ELLIPSIS
+    axis x
+    ...
     """
 
     axes: Mapping[str, AxisIdentification]

@@ -152,6 +152,10 @@ def load_model(path: str | Path) -> Model:
     path : str or Path
         The JSON file.
 
+    Returns
+    -------
+    Model
+
     Raises
     ------
     ModelError

@@ -4,6 +4,7 @@ from typing import Any
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Group
+from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
@@ -35,7 +36,7 @@ def _remarks(axis: AxisComparison) -> dict[str, list[str]]:
 
 def _table(name: str, axis: AxisComparison) -> Table:
     table = Table(
-        title=f"axis {name}: {axis.samples} samples, filtered at {axis.cutoff_hz:.3g} Hz",
+        title=f"axis {escape(name)}: {axis.samples} samples, filtered at {axis.cutoff_hz:.3g} Hz",
         title_justify="left",
         box=SIMPLE_HEAD,
         padding=(0, 1, 0, 0),

@@ -40,7 +40,7 @@ def _axis(name: str, axis: AxisIdentification) -> Iterator[RenderableType]:
 
 
 def _parameter_table(name: str, axis: AxisIdentification) -> Table:
-    table = Table(title=f"axis {name}", title_justify="left")
+    table = Table(title=escape(f"axis {name}"), title_justify="left")
     table.add_column("parameter", no_wrap=True)
     for estimator in ("network", "least squares (used)"):
         table.add_column(estimator, justify="right", no_wrap=True)
@@ -64,7 +64,7 @@ def designs_view(designs: Mapping[str, GainDesign]) -> Group:
     table = Table(title="gains", title_justify="left")
     table.add_column("")
     for name in designs:
-        table.add_column(f"axis {name}", justify="right")
+        table.add_column(escape(f"axis {name}"), justify="right")
     for label, values in _gain_rows(list(designs.values())):
         table.add_row(label, *values)
     unused = (

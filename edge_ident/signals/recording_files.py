@@ -59,6 +59,10 @@ def load_recording(path: str | Path, rename: Mapping[str, str] | None = None) ->
     rename : mapping, optional
         From a column's name in the file to its name in the contract.
 
+    Returns
+    -------
+    Recording
+
     Raises
     ------
     DataError

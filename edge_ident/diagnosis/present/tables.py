@@ -22,7 +22,7 @@ _COLOUR: Final = {
 def diagnosis_view(diagnosis: Diagnosis) -> Group:
     """What is doubtful about the data, then axis by axis verdict, causes, rivals, and the gain."""
     findings = (
-        _line(f"[yellow]{finding.code}[/], axis {finding.axis}: {escape(finding.message)}")
+        _line(f"[yellow]{finding.code}[/], {escape(f'axis {finding.axis}: {finding.message}')}")
         for finding in diagnosis.data_quality
     )
     axes = (part for name in diagnosis.axes for part in _axis(name, diagnosis))
@@ -32,7 +32,7 @@ def diagnosis_view(diagnosis: Diagnosis) -> Group:
 def _axis(name: str, diagnosis: Diagnosis) -> Iterator[RenderableType]:
     axis = diagnosis.axes[name]
     sentence = escape(wording.verdict_sentence(axis))
-    yield _line(f"[bold]axis {name}[/] [{_COLOUR[axis.verdict]}]{sentence}[/]")
+    yield _line(f"[bold]axis {escape(name)}[/] [{_COLOUR[axis.verdict]}]{sentence}[/]")
     if axis.causes:
         yield _causes_table(axis)
     for cause in axis.causes:
