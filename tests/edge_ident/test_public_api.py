@@ -175,3 +175,10 @@ def test_gains_of_an_axis_that_the_drive_lacks_are_refused() -> None:
 def test_a_method_that_there_is_not_is_refused(simulated: None) -> None:
     with pytest.raises(ValueError, match="least_squares"):
         edge_ident.compare(edge_ident.simulate(), methods=["divination"])
+
+
+def test_the_page_names_every_export() -> None:
+    page = (ROOT / "docs" / "api.md").read_text(encoding="utf-8")
+    named = set(re.findall(r"`(\w+)`", page))
+    missing = set(edge_ident.__all__) - named
+    assert not missing
