@@ -5,10 +5,10 @@ from typing import Annotated
 
 import typer
 
+from edge_ident import report as reports
 from edge_ident.cli.command import command
 from edge_ident.cli.messages import print_document
 from edge_ident.cli.options import ResultOptions
-from edge_ident.report import run_figure, save_figure
 
 
 def register(app: typer.Typer) -> None:
@@ -26,7 +26,8 @@ def report(
 
     Example: `edge-ident report edge-ident-runs/2026-01-31T09-15-00`
     """
-    picture = save_figure(run_figure(folder), (results.output or folder) / "report.png")
+    figure = reports.run_figure(folder)
+    picture = reports.save_figure(figure, (results.output or folder) / "report.png")
     if results.json:
         print_document({"schema": "edge-ident/report/1", "figure": str(picture)})
     else:

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 import edge_ident
-from edge_ident import report
+from edge_ident import commissioning, report
 from edge_ident.simulation import simulate as simulation
 
 ROOT = Path(__file__).parents[2]
@@ -51,7 +51,7 @@ def test_what_is_promised_is_exported() -> None:
     assert dir(edge_ident) == sorted(edge_ident.__all__)
 
 
-@pytest.mark.parametrize("package", [edge_ident, report])
+@pytest.mark.parametrize("package", [edge_ident, commissioning, report])
 def test_names_at_run_time_are_those_that_type_checkers_see(package) -> None:
     tree = ast.parse(Path(package.__file__).read_text())
     (block,) = (node for node in tree.body if isinstance(node, ast.If))
