@@ -76,7 +76,7 @@ def _sections() -> Iterator[str]:
 
 
 def _parameters(effect: Effect) -> Iterator[str]:
-    amplitudes = {name for form in effect.forms for name in form.amplitudes}
+    amplitudes = {name for form in effect.forms for name in form.linear}
     yield "| parameter | meaning | unit | range | diagnosis |"
     yield "| --- | --- | --- | --- | --- |"
     for parameter in effect.parameters:

@@ -61,10 +61,10 @@ class Form:
 
     Attributes
     ----------
-    amplitudes : tuple of parameter names
+    linear : tuple of parameter names
         The effort is proportional to them, or nearly so while they are small; those of other
         forms are zero.
-    shapes : tuple of parameter names
+    nonlinear : tuple of parameter names
         The others that matter, found by search (`Effect.grid`).
     coupled : bool
         Whether another axis takes part.
@@ -72,14 +72,14 @@ class Form:
         Whether it takes positions for angles.
     """
 
-    amplitudes: tuple[str, ...]
-    shapes: tuple[str, ...] = ()
+    linear: tuple[str, ...]
+    nonlinear: tuple[str, ...] = ()
     coupled: bool = False
     rotary: bool = False
 
 
 @dataclass(frozen=True)
-class Extent:
+class Excitation:
     """What a recording reaches: the measure of what can be searched for in it.
 
     Attributes
@@ -183,7 +183,7 @@ class Effect:
     discrepancy: ClassVar[float] = 0.03
     """Share of its effort by which the formula may be off on a machine that has the effect: what
     is left within that is no evidence of another one. A judgement, not a measurement."""
-    open_shapes: ClassVar[tuple[str, ...]] = ()
+    open_ended: ClassVar[tuple[str, ...]] = ()
     """Shapes whose grid ends where more makes no difference: the best may lie on its edge."""
     essential: ClassVar[tuple[str, ...]] = ()
     """Amplitudes without which it is something else."""
@@ -232,11 +232,11 @@ class Effect:
         """Random values, from hardly visible to a machine that needs repair."""
         raise NotImplementedError
 
-    def possible(self, values: Values, extent: Extent) -> bool:
-        """Whether a recording of this extent can tell values as large as these."""
+    def possible(self, values: Values, excitation: Excitation) -> bool:
+        """Whether a recording of this excitation can tell values as large as these."""
         return True
 
-    def grid(self, extent: Extent) -> dict[str, Array]:
+    def grid(self, excitation: Excitation) -> dict[str, Array]:
         """Values of the shape parameters to search through, arrays of one length."""
         return {}
 

@@ -80,7 +80,7 @@ def _resistance(
     effect: Effect, motion: Motion, values: Values, kept: dict[object, Array] | None
 ) -> Array:
     """What an effect resists with; of one with memory, in proportion to its only amplitude."""
-    amplitude = effect.forms[0].amplitudes[0] if effect.memory_size else ""
+    amplitude = effect.forms[0].linear[0] if effect.memory_size else ""
     shapes = {name: value for name, value in values.items() if name != amplitude}
     if kept is None or not effect.memory_size or any(v.size > 1 for v in shapes.values()):
         return effect.resistance(motion, values)

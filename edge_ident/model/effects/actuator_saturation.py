@@ -11,7 +11,7 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.model.effect import Array, Effect, Extent, Form, Parameter, Values
+from edge_ident.model.effect import Array, Effect, Excitation, Form, Parameter, Values
 from edge_ident.model.strengths import Draws, Scale
 
 
@@ -33,10 +33,10 @@ class ActuatorSaturation(Effect):
         """Nothing above the limit."""
         return np.clip(command, -values["limit"], values["limit"])
 
-    def grid(self, extent: Extent) -> dict[str, Array]:
+    def grid(self, excitation: Excitation) -> dict[str, Array]:
         """Below the peak, which a controller that winds up commands far above the limit."""
         shares = np.concatenate([np.geomspace(0.05, 0.38, 8), np.linspace(0.4, 0.98, 30)])
-        return {"limit": extent.effort * shares}
+        return {"limit": excitation.effort * shares}
 
     def withheld(self, effort: Array, values: Values) -> Array:
         """What was commanded above the limit."""

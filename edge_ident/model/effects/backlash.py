@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.model.effect import Array, Effect, Extent, Form, Motion, Parameter, Values
+from edge_ident.model.effect import Array, Effect, Excitation, Form, Motion, Parameter, Values
 from edge_ident.model.strengths import Draws, Scale
 
 _STRETCHES: Final = 12
@@ -49,7 +49,7 @@ class Backlash(Effect):
         ),
     )
     discrepancy = 0.4
-    open_shapes = ("deceleration",)
+    open_ended = ("deceleration",)
     needs_reversals = True
     forms = (
         Form(("load_inertia",), ("gap", "deceleration", "damping_rate", "weight", "contact_rate")),
@@ -61,10 +61,10 @@ class Backlash(Effect):
     )
     memory_size = 2
 
-    def possible(self, values: Values, extent: Extent) -> bool:
+    def possible(self, values: Values, excitation: Excitation) -> bool:
         """A gap that the encoder resolves, and no more inertia than the drive moved."""
-        seen = np.all(values["gap"] >= 0.5 * extent.resolution)
-        return bool(seen) and extent.moved(values["load_inertia"])
+        seen = np.all(values["gap"] >= 0.5 * excitation.resolution)
+        return bool(seen) and excitation.moved(values["load_inertia"])
 
     def load(self, at: Motion, values: Values) -> Array:
         """Contact, in place of the viscous friction and the weight of a load that is carried."""
@@ -122,13 +122,13 @@ class Backlash(Effect):
             contact[..., start:end] = pushed[..., row, start - begin : end - begin]
         return values["load_inertia"] * (contact - carried)
 
-    def grid(self, extent: Extent) -> dict[str, Array]:
+    def grid(self, excitation: Excitation) -> dict[str, Array]:
         """Gaps from what the encoder just resolves; loads with more or less than their share of
         the axis's friction."""
-        inertia, viscous, coulomb, offset = extent.base
+        inertia, viscous, coulomb, offset = excitation.base
         inertia, viscous, coulomb = (max(x, 1e-9) for x in (inertia, viscous, coulomb))
         gaps, shares = np.meshgrid(
-            np.geomspace(0.5 * extent.resolution, 0.03 * extent.travel, 24),
+            np.geomspace(0.5 * excitation.resolution, 0.03 * excitation.travel, 24),
             np.array([0.1, 0.4, 1.0, 2.5]),
         )
         return {
@@ -136,7 +136,7 @@ class Backlash(Effect):
             "deceleration": shares.ravel() * coulomb / inertia,
             "damping_rate": np.full(gaps.size, 1.5 * viscous / inertia),
             "weight": np.full(gaps.size, 2.0 * offset / inertia),
-            "contact_rate": np.full(gaps.size, _CONTACT_BAND * 2.0 * np.pi * extent.cutoff_hz),
+            "contact_rate": np.full(gaps.size, _CONTACT_BAND * 2.0 * np.pi * excitation.cutoff_hz),
         }
 
     def draw(self, draws: Draws, scale: Scale) -> dict[str, Array]:

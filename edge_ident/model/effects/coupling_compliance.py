@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.model.effect import Array, Effect, Extent, Form, Motion, Parameter, Values
+from edge_ident.model.effect import Array, Effect, Excitation, Form, Motion, Parameter, Values
 from edge_ident.model.strengths import Draws, Scale
 
 Complex = NDArray[np.complex128]
@@ -45,7 +45,7 @@ class CouplingCompliance(Effect):
         ),
     )
     discrepancy = 0.4
-    open_shapes = ("rate", "damping_ratio", "deceleration")
+    open_ended = ("rate", "damping_ratio", "deceleration")
     forms = (
         Form(
             ("load_inertia",), ("rate", "damping_ratio", "deceleration", "damping_rate", "weight")
@@ -56,9 +56,9 @@ class CouplingCompliance(Effect):
     experiment = "a motion with content up to the resonance: --motion multisine"
     memory_size = 2
 
-    def possible(self, values: Values, extent: Extent) -> bool:
+    def possible(self, values: Values, excitation: Excitation) -> bool:
         """No more inertia than the drive moved."""
-        return extent.moved(values["load_inertia"])
+        return excitation.moved(values["load_inertia"])
 
     def load(self, at: Motion, values: Values) -> Array:
         """Spring and damper, in place of the viscous friction of a load that is carried along."""
@@ -105,11 +105,11 @@ class CouplingCompliance(Effect):
         pull = _pull(lag, lag_speed, values)
         return values["load_inertia"] * (pull - carried)
 
-    def grid(self, extent: Extent) -> dict[str, Array]:
+    def grid(self, excitation: Excitation) -> dict[str, Array]:
         """Resonances that the filter passes, and those beyond, of which a trace is left."""
-        highest = 3.0 * 2.0 * np.pi * extent.cutoff_hz
-        lowest = max(highest / 30.0, 2.0 * np.pi / extent.duration_s)
-        inertia, viscous, coulomb, offset = extent.base
+        highest = 3.0 * 2.0 * np.pi * excitation.cutoff_hz
+        lowest = max(highest / 30.0, 2.0 * np.pi / excitation.duration_s)
+        inertia, viscous, coulomb, offset = excitation.base
         inertia, viscous, coulomb = (max(x, 1e-9) for x in (inertia, viscous, coulomb))
         # the lighter the damping, the narrower the resonance
         sets = [

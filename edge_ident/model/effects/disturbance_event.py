@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.model.effect import Array, Effect, Extent, Form, Motion, Parameter, Values
+from edge_ident.model.effect import Array, Effect, Excitation, Form, Motion, Parameter, Values
 from edge_ident.model.strengths import Draws, Scale
 
 
@@ -22,17 +22,17 @@ class DisturbanceEvent(Effect):
     )
     repeats = True
     discrepancy = 0.1
-    open_shapes = ("duration",)
+    open_ended = ("duration",)
     forms = (Form(("level",), ("time", "duration")),)
     signature = "one short stretch of time, and not again where the motion repeats"
     rivals = ("payload_change", "actuator_saturation", "backlash")
     experiment = "the same motion again"
 
-    def possible(self, values: Values, extent: Extent) -> bool:
+    def possible(self, values: Values, excitation: Excitation) -> bool:
         """One that begins and ends within the record; nobody knows what an axis with a memory has
         been through before."""
         begins, ends = values["time"], values["time"] + values["duration"]
-        return bool(np.all((begins > 0.0) & (ends < extent.duration_s)))
+        return bool(np.all((begins > 0.0) & (ends < excitation.duration_s)))
 
     def load(self, at: Motion, values: Values) -> Array:
         """A pulse in time."""
@@ -43,15 +43,15 @@ class DisturbanceEvent(Effect):
         """Of the pulse itself."""
         return 2.0 * np.pi / values["duration"]
 
-    def grid(self, extent: Extent) -> dict[str, Array]:
+    def grid(self, excitation: Excitation) -> dict[str, Array]:
         """From the shortest pulse that the filter shows, or a record has room for in a search, to
         a tenth of the record."""
         durations, times = [], []
-        longest = 0.1 * extent.duration_s
-        duration = min(max(0.35 / extent.cutoff_hz, extent.duration_s / 250.0), longest)
+        longest = 0.1 * excitation.duration_s
+        duration = min(max(0.35 / excitation.cutoff_hz, excitation.duration_s / 250.0), longest)
         while duration <= longest:
-            step = max(duration / 2.0, 0.2 / extent.cutoff_hz)
-            starts = np.arange(0.5 * step, extent.duration_s - duration, step)
+            step = max(duration / 2.0, 0.2 / excitation.cutoff_hz)
+            starts = np.arange(0.5 * step, excitation.duration_s - duration, step)
             times.append(starts)
             durations.append(np.full(len(starts), duration))
             duration *= 2.0

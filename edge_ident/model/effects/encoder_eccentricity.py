@@ -10,7 +10,7 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.model.effect import Array, Effect, Extent, Form, Motion, Parameter, Values
+from edge_ident.model.effect import Array, Effect, Excitation, Form, Motion, Parameter, Values
 from edge_ident.model.strengths import Draws, Scale
 
 _ITERATIONS: Final = 5
@@ -33,10 +33,10 @@ class EncoderEccentricity(Effect):
     rivals = ("torque_ripple", "position_dependent_load")
     experiment = "several speeds over whole turns: --motion staircase"
 
-    def possible(self, values: Values, extent: Extent) -> bool:
+    def possible(self, values: Values, excitation: Excitation) -> bool:
         """An error that is more than a trace of the encoder's own rounding."""
         amplitude = np.hypot(values["cosine"], values["sine"])
-        return bool(np.all(amplitude > _SMALLEST * extent.resolution))
+        return bool(np.all(amplitude > _SMALLEST * excitation.resolution))
 
     def reading(self, position: Array, values: Values) -> Array:
         """Position and its error."""
@@ -55,9 +55,9 @@ class EncoderEccentricity(Effect):
         acceleration = (motion.acceleration - bend * velocity**2) / (1.0 + slope)
         return replace(motion, position=position, velocity=velocity, acceleration=acceleration)
 
-    def grid(self, extent: Extent) -> dict[str, Array]:
+    def grid(self, excitation: Excitation) -> dict[str, Array]:
         """Turns of an encoder that sees from half a turn to many."""
-        return {"period": extent.orders(0.5, 40.0, step=0.25)}
+        return {"period": excitation.orders(0.5, 40.0, step=0.25)}
 
     def draw(self, draws: Draws, scale: Scale) -> dict[str, Array]:
         """One to 20 turns in the travel; the acceleration doubles at most, or errs by 3 %."""

@@ -11,7 +11,7 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.model.effect import Array, Effect, Extent, Form, Parameter, Values
+from edge_ident.model.effect import Array, Effect, Excitation, Form, Parameter, Values
 from edge_ident.model.effects.offset_drift import TIME_CONSTANT, settling, time_constants
 from edge_ident.model.strengths import Draws, Scale
 
@@ -27,7 +27,7 @@ class GainDrift(Effect):
         Parameter("curvature", "1/s^2", -10.0, 10.0, "half the growth of the rate", default=0.0),
         TIME_CONSTANT,
     )
-    open_shapes = ("time_constant",)
+    open_ended = ("time_constant",)
     discrepancy = 0.1
     forms = (
         Form(("rate",)),
@@ -46,9 +46,9 @@ class GainDrift(Effect):
         """Less torque for the same command."""
         return command / _scale(time_s, values)
 
-    def grid(self, extent: Extent) -> dict[str, Array]:
+    def grid(self, excitation: Excitation) -> dict[str, Array]:
         """From a straight line to what is over in a twentieth of the record."""
-        return time_constants(extent)
+        return time_constants(excitation)
 
     def draw(self, draws: Draws, scale: Scale) -> dict[str, Array]:
         """4 % to 50 % over the record, up or down."""

@@ -12,7 +12,7 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.model.effect import Array, Effect, Extent, Form, Motion, Parameter, Values
+from edge_ident.model.effect import Array, Effect, Excitation, Form, Motion, Parameter, Values
 from edge_ident.model.strengths import Draws, Scale
 
 
@@ -26,7 +26,7 @@ class LoadDependentFriction(Effect):
         ),
         Parameter("moved", "1", 0.0, 1.0, "part of the inertia beyond it", default=1.0),
     )
-    open_shapes = ("guided", "moved")
+    open_ended = ("guided", "moved")
     discrepancy = 0.1
     follows_base = True
     forms = (Form(("share",), ("guided", "moved")),)
@@ -48,7 +48,7 @@ class LoadDependentFriction(Effect):
         share = values["share"] * motion.direction * np.sign(output)
         return output / (1.0 - share) - output
 
-    def grid(self, extent: Extent) -> dict[str, Array]:
+    def grid(self, excitation: Excitation) -> dict[str, Array]:
         """From all of it on the motor's side to nothing there."""
         shares = np.meshgrid(np.linspace(0.0, 1.0, 5), np.linspace(0.0, 1.0, 5))
         return dict(zip(("guided", "moved"), map(np.ravel, shares), strict=True))

@@ -10,7 +10,7 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.model.effect import Array, Effect, Extent, Form, Motion, Parameter, Values
+from edge_ident.model.effect import Array, Effect, Excitation, Form, Motion, Parameter, Values
 from edge_ident.model.strengths import Draws, Scale
 
 
@@ -37,7 +37,7 @@ class NonlinearViscous(Effect):
         at_speed = np.where(exponent < 1.0, 0.01 * speed, speed)
         return np.abs(values["level"]) * exponent * at_speed ** (exponent - 1.0) / inertia
 
-    def grid(self, extent: Extent) -> dict[str, Array]:
+    def grid(self, excitation: Excitation) -> dict[str, Array]:
         """Away from one, where it would be viscous friction."""
         return {"exponent": np.array([0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 1.4, 1.7, 2.0, 2.3, 2.7, 3.0])}
 

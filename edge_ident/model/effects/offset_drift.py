@@ -9,7 +9,7 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.model.effect import Array, Effect, Extent, Form, Motion, Parameter, Values
+from edge_ident.model.effect import Array, Effect, Excitation, Form, Motion, Parameter, Values
 from edge_ident.model.strengths import Draws, Scale
 
 TIME_CONSTANT: Final = Parameter(
@@ -25,7 +25,7 @@ class OffsetDrift(Effect):
         Parameter("curvature", "{effort}/s^2", -1e9, 1e9, "half the growth of the rate"),
         TIME_CONSTANT,
     )
-    open_shapes = ("time_constant",)
+    open_ended = ("time_constant",)
     discrepancy = 0.1
     forms = (
         Form(("rate",)),
@@ -41,9 +41,9 @@ class OffsetDrift(Effect):
         since = settling(at.time_s, values)
         return (values["rate"] + values["curvature"] * since) * since
 
-    def grid(self, extent: Extent) -> dict[str, Array]:
+    def grid(self, excitation: Excitation) -> dict[str, Array]:
         """From a straight line to what is over in a twentieth of the record."""
-        return time_constants(extent)
+        return time_constants(excitation)
 
     def draw(self, draws: Draws, scale: Scale) -> dict[str, Array]:
         """2 % to 30 % of the effort about its mean, straight or bent."""
@@ -62,10 +62,10 @@ def settling(time_s: Array, values: Values) -> Array:
     return np.asarray(-constant * np.expm1(-np.maximum(time_s, 0.0) / constant))
 
 
-def time_constants(extent: Extent) -> dict[str, Array]:
+def time_constants(excitation: Excitation) -> dict[str, Array]:
     """Those to search, the first a straight line."""
     share = np.concatenate([[1e3], np.geomspace(3.0, 0.05, 10)])
-    return {"time_constant": extent.duration_s * share}
+    return {"time_constant": excitation.duration_s * share}
 
 
 EFFECT: Final = OffsetDrift()

@@ -9,7 +9,7 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.model.effect import Array, Effect, Extent, Form, Motion, Parameter, Values
+from edge_ident.model.effect import Array, Effect, Excitation, Form, Motion, Parameter, Values
 from edge_ident.model.strengths import Draws, Scale
 
 
@@ -44,9 +44,9 @@ class PayloadChange(Effect):
         """Mass of the payload."""
         return values["inertia"] * (at.time_s >= values["time"])
 
-    def grid(self, extent: Extent) -> dict[str, Array]:
+    def grid(self, excitation: Excitation) -> dict[str, Array]:
         """Anywhere but at the ends."""
-        return {"time": extent.duration_s * np.linspace(0.04, 0.96, 70)}
+        return {"time": excitation.duration_s * np.linspace(0.04, 0.96, 70)}
 
     def draw(self, draws: Draws, scale: Scale) -> dict[str, Array]:
         """5 % to 60 % of inertia, up to that of Coulomb friction, weight a tenth of it."""

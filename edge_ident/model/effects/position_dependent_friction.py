@@ -11,7 +11,7 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.model.effect import Array, Effect, Extent, Form, Motion, Parameter, Values
+from edge_ident.model.effect import Array, Effect, Excitation, Form, Motion, Parameter, Values
 from edge_ident.model.strengths import Draws, Scale
 
 
@@ -41,9 +41,9 @@ class PositionDependentFriction(Effect):
         """Passing the waves at top speed."""
         return 2.0 * np.pi / values["period"] * speed
 
-    def grid(self, extent: Extent) -> dict[str, Array]:
+    def grid(self, excitation: Excitation) -> dict[str, Array]:
         """From a quarter of a wave over the travel to twenty."""
-        return {"period": extent.orders(0.25, 20.0, step=0.25)}
+        return {"period": excitation.orders(0.25, 20.0, step=0.25)}
 
     def draw(self, draws: Draws, scale: Scale) -> dict[str, Array]:
         """Slope and wave 4 % to 80 % of Coulomb friction; one to 20 waves in the travel."""

@@ -12,7 +12,7 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.model.effect import Array, Effect, Extent, Form, Motion, Parameter, Values
+from edge_ident.model.effect import Array, Effect, Excitation, Form, Motion, Parameter, Values
 from edge_ident.model.strengths import Draws, Scale
 
 
@@ -61,9 +61,9 @@ class PositionDependentLoad(Effect):
         bend = 20.0 * np.abs(values["curvature"]) * speed
         return np.sqrt((np.abs(values["stiffness"]) + bend + wave) / inertia)
 
-    def grid(self, extent: Extent) -> dict[str, Array]:
+    def grid(self, excitation: Excitation) -> dict[str, Array]:
         """A tenth of a wave over the travel to two; what repeats more often is called ripple."""
-        return {"period": extent.orders(0.1, 2.0, step=0.1)}
+        return {"period": excitation.orders(0.1, 2.0, step=0.1)}
 
     def draw(self, draws: Draws, scale: Scale) -> dict[str, Array]:
         """2 % to 30 % of the effort: of spring, bend and one to three slow waves, any mixture."""

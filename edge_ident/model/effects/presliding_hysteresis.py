@@ -13,7 +13,7 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.model.effect import Array, Effect, Extent, Form, Motion, Parameter, Values
+from edge_ident.model.effect import Array, Effect, Excitation, Form, Motion, Parameter, Values
 from edge_ident.model.strengths import Draws, Scale
 
 _BRISTLES: Final = 10
@@ -39,9 +39,9 @@ class PreslidingHysteresis(Effect):
     experiment = "small reversals of several sizes: --motion multisine"
     memory_size = _BRISTLES
 
-    def possible(self, values: Values, extent: Extent) -> bool:
+    def possible(self, values: Values, excitation: Excitation) -> bool:
         """No more friction than the drive overcame."""
-        return bool(np.all(values["level"] < extent.effort))
+        return bool(np.all(values["level"] < excitation.effort))
 
     def load(self, at: Motion, values: Values) -> Array:
         """Of the bristles."""
@@ -78,9 +78,9 @@ class PreslidingHysteresis(Effect):
             start = bristles[..., -1:]
         return np.asarray(values["level"] * (held - direction))
 
-    def grid(self, extent: Extent) -> dict[str, Array]:
+    def grid(self, excitation: Excitation) -> dict[str, Array]:
         """From what the encoder just resolves to a tenth of the travel."""
-        return {"distance": np.geomspace(2.0 * extent.resolution, 0.1 * extent.travel, 16)}
+        return {"distance": np.geomspace(2.0 * excitation.resolution, 0.1 * excitation.travel, 16)}
 
     def draw(self, draws: Draws, scale: Scale) -> dict[str, Array]:
         """20 % to all of the Coulomb friction, within 0.02 % to 2 % of the travel."""

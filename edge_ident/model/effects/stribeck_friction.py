@@ -9,7 +9,7 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.model.effect import Array, Effect, Extent, Form, Motion, Parameter, Values
+from edge_ident.model.effect import Array, Effect, Excitation, Form, Motion, Parameter, Values
 from edge_ident.model.strengths import Draws, Scale
 
 
@@ -34,9 +34,9 @@ class StribeckFriction(Effect):
         """Steepest slope of the bump, √(2/e)·level/speed, over the inertia."""
         return 0.86 * values["level"] / (values["speed"] * inertia)
 
-    def grid(self, extent: Extent) -> dict[str, Array]:
+    def grid(self, excitation: Excitation) -> dict[str, Array]:
         """From a hundredth of the top speed to where it would look viscous."""
-        return {"speed": extent.speed * np.geomspace(0.01, 0.6, 16)}
+        return {"speed": excitation.speed * np.geomspace(0.01, 0.6, 16)}
 
     def draw(self, draws: Draws, scale: Scale) -> dict[str, Array]:
         """Static friction 5 % to 100 % above Coulomb's, gone at 2 % to 30 % of the top speed."""

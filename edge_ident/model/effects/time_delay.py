@@ -9,7 +9,7 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.model.effect import Array, Effect, Extent, Form, Parameter, Values
+from edge_ident.model.effect import Array, Effect, Excitation, Form, Parameter, Values
 from edge_ident.model.strengths import Draws, Scale
 
 
@@ -22,9 +22,9 @@ class TimeDelay(Effect):
     rivals = ("coupling_compliance", "presliding_hysteresis")
     experiment = "quick changes of acceleration: --motion multisine"
 
-    def possible(self, values: Values, extent: Extent) -> bool:
+    def possible(self, values: Values, excitation: Excitation) -> bool:
         """Up to half a turn of what is quickest; more could be anything with a phase."""
-        return bool(np.all(np.abs(values["delay"]) * extent.cutoff_hz < 0.5))
+        return bool(np.all(np.abs(values["delay"]) * excitation.cutoff_hz < 0.5))
 
     def recorded(self, effort: Array, time_s: Array, values: Values) -> Array:
         """Linear between samples; the ends stay as they are."""

@@ -9,7 +9,7 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.model.effect import Array, Effect, Extent, Form, Motion, Parameter, Values
+from edge_ident.model.effect import Array, Effect, Excitation, Form, Motion, Parameter, Values
 from edge_ident.model.strengths import Draws, Scale
 
 
@@ -38,10 +38,10 @@ class TorqueRipple(Effect):
         slope = np.hypot(values["cosine"], values["sine"]) * rate
         return np.maximum(np.sqrt(slope / inertia), rate * speed)
 
-    def grid(self, extent: Extent) -> dict[str, Array]:
+    def grid(self, excitation: Excitation) -> dict[str, Array]:
         """From one wave over the travel, which no repetition tells from a load along it, up to what
         the filter lets through."""
-        return {"period": extent.orders(0.75, 2000.0)}
+        return {"period": excitation.orders(0.75, 2000.0)}
 
     def draw(self, draws: Draws, scale: Scale) -> dict[str, Array]:
         """2 % to 30 % of the effort, 2 to 400 periods in the travel, any phase."""

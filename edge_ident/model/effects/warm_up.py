@@ -9,7 +9,7 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.model.effect import Array, Effect, Extent, Form, Motion, Parameter, Values
+from edge_ident.model.effect import Array, Effect, Excitation, Form, Motion, Parameter, Values
 from edge_ident.model.strengths import Draws, Scale
 
 
@@ -20,7 +20,7 @@ class WarmUp(Effect):
         Parameter("excess", "{effort}*s/{position}", -1e9, 1e9, "viscous friction at the start"),
         Parameter("time_constant", "s", 1e-3, 1e9, "in which 63 % of it is gone"),
     )
-    open_shapes = ("time_constant",)
+    open_ended = ("time_constant",)
     discrepancy = 0.1
     forms = (Form(("excess",), ("time_constant",)),)
     signature = "viscous friction falls from repeat to repeat, and inertia does not"
@@ -36,9 +36,9 @@ class WarmUp(Effect):
         """That of viscous friction when cold."""
         return np.abs(values["excess"]) / inertia
 
-    def grid(self, extent: Extent) -> dict[str, Array]:
+    def grid(self, excitation: Excitation) -> dict[str, Array]:
         """From an instant to where it looks like a straight line."""
-        return {"time_constant": extent.duration_s * np.geomspace(0.03, 3.0, 12)}
+        return {"time_constant": excitation.duration_s * np.geomspace(0.03, 3.0, 12)}
 
     def draw(self, draws: Draws, scale: Scale) -> dict[str, Array]:
         """5 % to 100 % more viscous friction, gone in a tenth to twice the record."""
