@@ -1,43 +1,35 @@
-"""The board's verbs, on top of a link.
+"""The board's verbs, on top of a link: motion, effort and gains.
 
-A command carries a fresh token and is written once. What became of it is read back by that
-token, so that a lost reply neither repeats a motion nor hides a refusal.
+How a command travels, and who may give one, is in `firmware_interface.board_session`.
 """
 
 import math
-import secrets
-import time
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from typing import Final, Self
 
-from firmware_interface.board_checks import (
-    MotionWatch,
-    check_capture,
-    check_clock,
-    check_map,
-    refusal,
-)
+from firmware_interface.board_checks import check_map
+from firmware_interface.board_session import Session
 from firmware_interface.board_types import (
     AxisLimits,
     BoardIdentity,
     BoardStatus,
     CapturePage,
-    page_in_si,
     read_identity,
     read_limits,
-    read_status,
 )
+from firmware_interface.capture_pages import fetch_pages, read_page
 from firmware_interface.codec import (
     GAIN_WORDS,
     crc32,
+    decode,
     decode_array,
-    decode_page,
     encode,
     encode_gains,
     encode_trajectory,
+    trajectory_words,
 )
-from firmware_interface.errors import BoardError, LinkError, NoReplyError
+from firmware_interface.errors import BoardError, EdgeIdentError
 from firmware_interface.gains import AxisGains
 from firmware_interface.link import Link
 from firmware_interface.motion import Trajectory
@@ -45,28 +37,14 @@ from firmware_interface.received import received_gains
 from firmware_interface.registers import (
     AXES,
     MAP_CRC,
-    PAGE_ADDRESS,
-    PAGE_SAMPLES,
-    PAGE_SLOT_REGISTERS,
-    PAGE_SLOTS,
-    PAGE_WORDS,
     REGISTERS,
     STORE_SIGNATURE,
     Opcode,
-    Result,
     State,
 )
 
 __all__ = ["AxisLimits", "Board", "BoardIdentity", "BoardStatus", "CapturePage"]
 
-_POLL_S: Final = 0.005
-_COMMAND_TIMEOUT_S: Final = 0.5
-_REST_TIMEOUT_S: Final = 10.0
-_PAGE_TRIES: Final = 3
-_PAGES_PER_ACKNOWLEDGE: Final = 16
-_TOKEN_LEAP: Final = 128
-_TOKEN_SPREAD: Final = 640
-"""Sixty-four leaps, and so all that a board remembers, do not go once around all tokens."""
 _BANK_WORDS: Final = REGISTERS["shadow.crc"].address - REGISTERS["shadow.x.proportional"].address
 
 
@@ -85,16 +63,14 @@ class Board:
     def __init__(self, link: Link, identity: BoardIdentity) -> None:
         self.identity = identity
         self._link = link
-        status = read_status(link.read)
-        self._clock = status.clock_samples
-        # beyond those of earlier hosts: the board ignores what it remembers, and last frames of a
-        # host that is gone may still come
-        self._token = status.last_token + _TOKEN_LEAP + secrets.randbelow(_TOKEN_SPREAD)
+        self._session = Session(link, identity.sample_period_s)
         self._motion_samples = 0
+        self._trajectory_crc = 0
+        self._staged_crc: int | None = None
 
     @classmethod
     def connect(cls, link: Link) -> Self:
-        """Check that the board speaks this register map.
+        """Check that the board speaks this register map; nothing is written.
 
         Raises
         ------
@@ -105,38 +81,59 @@ class Board:
         """
         check_map(link)
         board = cls(link, read_identity(link.read))
-        board._wait_for(set(State) - {State.INIT}, "end its self-test")
+        board._session.wait_for(set(State) - {State.INIT}, "end its self-test")
         return board
 
     def close(self) -> None:
-        """Let go of the link."""
+        """Let go of the board and of the link."""
+        with suppress(EdgeIdentError):  # a hold that stays runs out by itself
+            self.release()
         self._link.close()
 
     def status(self) -> BoardStatus:
-        """State, fault, last command and counters, all of one moment.
-
-        Raises
-        ------
-        BoardError
-            The board has restarted since it was asked last; said once.
-        """
-        status = read_status(self._link.read)
-        before, self._clock = self._clock, status.clock_samples
-        check_clock(before, status.clock_samples)
-        return status
+        """State, fault, last command and counters, all of one moment; see `Session.status`."""
+        return self._session.status()
 
     def limits(self) -> Mapping[str, AxisLimits]:
         """What the board enforces, by axis."""
-        return {axis: read_limits(self._link.read, axis) for axis in self.axes}
+        return {axis: read_limits(self._session.read, axis) for axis in self.axes}
 
     def register_values(self, name: str) -> tuple[float, ...]:
         """Values of a register as they stand there, believable or not."""
         register = REGISTERS[name]
-        return decode_array(name, self._link.read(register.address, register.words))
+        return decode_array(name, self._session.read(register.address, register.words))
 
     def write_register(self, name: str, *values: float) -> None:
         """Write one register, read back and compared; see `codec.encode` for ValueError."""
-        self._write_verified(REGISTERS[name].address, encode(name, *values))
+        self._session.write_verified(REGISTERS[name].address, encode(name, *values))
+
+    # ---- who commands
+
+    def claim(self) -> None:
+        """Hold the board, so that no other host commands it; see `Session.claim`.
+
+        Commands do this by themselves. The hold runs out seconds after the last command or
+        heartbeat, but not while the machine moves.
+        """
+        self._session.claim()
+
+    def release(self) -> None:
+        """Let go of the board; it must not be moving."""
+        self._session.release()
+
+    def heartbeat(self) -> None:
+        """Renew the hold and feed the watchdog."""
+        self._session.beat()
+
+    # ---- effort
+
+    def enable(self) -> None:
+        """Release the brake and let the control law act, where the axes stand."""
+        self._session.command(Opcode.ENABLE)
+
+    def disable(self) -> None:
+        """Apply the brake and switch the effort off, at rest only."""
+        self._session.command(Opcode.DISABLE)
 
     # ---- motion
 
@@ -146,7 +143,7 @@ class Board:
         Raises
         ------
         BoardError
-            The board cannot represent it.
+            The board cannot represent it, or another host holds the board.
         LinkError
             What was read back differs.
         """
@@ -156,21 +153,27 @@ class Board:
             raise BoardError(
                 f"the board cannot follow this motion: {error}", "choose another motion"
             ) from error
+        self._session.hold()
         for address, words in writes:
-            self._write_verified(address, words)
+            self._session.write_verified(address, words)
+        self._trajectory_crc = crc32(trajectory_words(writes))
         motion_s = trajectory.lead_in_s + trajectory.duration_s
         self._motion_samples = math.ceil(motion_s / self.identity.sample_period_s) + 1
 
     def arm(self) -> None:
-        """Have the board check the trajectory against its limits, from where it stands."""
-        self._command(Opcode.ARM)
+        """Have the board check the trajectory that was written, from where the axes stand."""
+        self._session.command(Opcode.ARM, self._trajectory_crc)
 
     def start(self) -> None:
         """Start the armed motion."""
-        self._command(Opcode.START, MAP_CRC)
+        self._session.pages_in_hand = 0
+        register = REGISTERS["watchdog.timeout"]
+        words = self._session.read(register.address, register.words)
+        self._session.beat_every(decode(register.name, words))
+        self._session.command(Opcode.START, MAP_CRC)
 
     def capture_pages(self) -> Iterator[CapturePage]:
-        """Fetch the capture of the trajectory written before, while it runs, to its last sample.
+        """Fetch the capture of the motion just started, while it runs, to its last sample.
 
         Raises
         ------
@@ -179,20 +182,7 @@ class Board:
         LinkError
             A page was lost or cannot be read.
         """
-        fetched = 0
-        watch = MotionWatch(self._motion_samples)
-        while True:
-            status = self.status()
-            check_capture(status)
-            watch.look(status)
-            for index in range(fetched, status.pages_written):
-                yield self._read_page(index)
-                fetched = index + 1
-                if fetched % _PAGES_PER_ACKNOWLEDGE == 0 or fetched == status.pages_written:
-                    self._acknowledge(fetched)
-            if status.state is not State.MOVING:
-                return
-            time.sleep(_POLL_S)
+        return fetch_pages(self._session, self.identity, self._motion_samples)
 
     def read_last_page(self) -> CapturePage:
         """The newest page of the last capture, once more; it stays until the next start.
@@ -205,130 +195,79 @@ class Board:
         pages = self.status().pages_written
         if not pages:
             raise BoardError("the board holds no capture", "run a motion first")
-        return self._read_page(pages - 1)
+        return read_page(self._session, self.identity, pages - 1)
 
     def finish(self) -> None:
-        """Wait until the machine is at rest after a capture, then leave the motion."""
-        self._wait_for({State.DONE, State.FAULT, State.IDLE}, "come to rest after the motion")
-        self._command(Opcode.FINISH)
+        """Wait until the machine is at rest and has every page acknowledged, then leave the motion.
+
+        The last acknowledgement may have been lost: each heartbeat repeats it.
+        """
+        at_its_end = {State.DONE, State.FAULT, State.IDLE}
+        self._session.wait_for(at_its_end, "come to rest after the motion")
+        self._session.command(Opcode.FINISH)
 
     def quick_stop(self) -> None:
-        """Decelerate to rest and wait for it. No safety function."""
-        self._command(Opcode.QUICK_STOP)
-        self._wait_for({State.IDLE, State.FAULT}, "stop")
+        """Decelerate to rest and wait for it. No safety function; needs no hold."""
+        self._session.command(Opcode.QUICK_STOP)
+        self._session.wait_for({State.IDLE, State.FAULT}, "stop")
 
     def clear_fault(self) -> None:
-        """Leave a latched fault, once its cause is gone and the machine at rest."""
-        self._command(Opcode.CLEAR_FAULT)
+        """Leave a latched fault, once its cause is gone and the machine at rest; effort is off."""
+        self._session.command(Opcode.CLEAR_FAULT)
 
     # ---- gains
 
     def active_gains(self) -> dict[str, AxisGains]:
         """Gains in force, by axis."""
-        return self._bank("active", _BANK_WORDS)
+        return self._gains("active", self._bank("active", _BANK_WORDS))
 
     def staged_gains(self) -> dict[str, AxisGains]:
-        """Gains in the shadow bank, by axis."""
+        """Gains in the shadow bank, by axis; `commit` then means these."""
         # with its CRC: of another length than the active bank, neither passes for the other
-        return self._bank("shadow", _BANK_WORDS + REGISTERS["shadow.crc"].words)
+        words = self._bank("shadow", _BANK_WORDS + REGISTERS["shadow.crc"].words)
+        gains = self._gains("shadow", words)
+        self._staged_crc = crc32(words[:_BANK_WORDS])
+        return gains
 
     def stage_gains(self, gains: Mapping[str, AxisGains]) -> None:
         """Write the shadow bank with its CRC, read back and compared; not in force yet."""
         words = encode_gains(gains)
-        words += encode("shadow.crc", crc32(words))
-        self._write_verified(_bank_address("shadow"), words)
+        crc = crc32(words)
+        self._session.hold()
+        self._session.write_verified(_bank_address("shadow"), words + encode("shadow.crc", crc))
+        self._staged_crc = crc
 
     def commit(self) -> None:
-        """Swap the shadow bank in; without `confirm` the board rolls back by itself."""
-        self._command(Opcode.COMMIT)
+        """Swap the shadow bank in, as this host staged or last read it.
+
+        Without `confirm` the board rolls back by itself.
+        """
+        if self._staged_crc is None:
+            self.staged_gains()
+        self._session.command(Opcode.COMMIT, self._staged_crc or 0)
 
     def confirm(self) -> None:
         """Keep the committed gains."""
-        self._command(Opcode.CONFIRM)
+        self._session.command(Opcode.CONFIRM)
 
     def roll_back(self) -> None:
         """Return to the gains before the last commit."""
-        self._command(Opcode.ROLL_BACK)
+        self._session.command(Opcode.ROLL_BACK)
 
     def store(self) -> None:
         """Write the confirmed gains to permanent memory."""
-        self._command(Opcode.STORE, STORE_SIGNATURE)
+        self._session.command(Opcode.STORE, STORE_SIGNATURE)
 
     # ---- inside
 
-    def _bank(self, group: str, count: int) -> dict[str, AxisGains]:
-        words = self._link.read(_bank_address(group), count)
+    def _bank(self, group: str, count: int) -> list[int]:
+        return self._session.read(_bank_address(group), count)
+
+    def _gains(self, group: str, words: list[int]) -> dict[str, AxisGains]:
         return {
             axis: received_gains(f"{group}.{axis}", words[n * GAIN_WORDS : (n + 1) * GAIN_WORDS])
             for n, axis in enumerate(AXES)
         }
-
-    def _write_verified(self, address: int, words: list[int]) -> None:
-        with suppress(NoReplyError):  # what counts is what reads back
-            self._link.write(address, words)
-        if self._link.read(address, len(words)) != words:
-            raise LinkError(
-                f"registers from {address:#06x} read back differently from what was written",
-                "check the cable and that no other host talks to the board, then try again",
-            )
-
-    def _command(self, opcode: Opcode, argument: int = 0) -> None:
-        """Have a command carried out; one refused because an axis still settles, once it stands."""
-        deadline = time.monotonic() + _REST_TIMEOUT_S
-        while (status := self._send(opcode, argument)).last_result is Result.NOT_AT_REST:
-            if time.monotonic() > deadline:
-                break
-            time.sleep(_POLL_S)
-        if status.last_result is not Result.DONE:
-            raise refusal(opcode, status)
-
-    def _send(self, opcode: Opcode, argument: int) -> BoardStatus:
-        """Write a command once and wait until the board has taken it."""
-        self._token = self._token % 0xFFFF + 1
-        words = encode("command.opcode", opcode) + encode("command.token", self._token)
-        words += encode("command.argument", argument)
-        with suppress(NoReplyError):  # the token tells whether it arrived
-            self._link.write(REGISTERS["command.opcode"].address, words)
-        deadline = time.monotonic() + _COMMAND_TIMEOUT_S
-        while (status := self.status()).last_token != self._token:
-            if time.monotonic() > deadline:
-                raise LinkError(
-                    f"{opcode.name} did not reach the board: nothing was carried out",
-                    "check the cable, then try again",
-                )
-            time.sleep(_POLL_S)
-        return status
-
-    def _wait_for(self, states: set[State], what: str) -> BoardStatus:
-        deadline = time.monotonic() + _REST_TIMEOUT_S
-        while (status := self.status()).state not in states:
-            if time.monotonic() > deadline:
-                raise BoardError(
-                    f"the board is still {status.state.name} after {_REST_TIMEOUT_S:g} s: "
-                    f"it did not {what}",
-                    "look at the machine; use the wired emergency stop if it moves",
-                )
-            time.sleep(_POLL_S)
-        return status
-
-    def _acknowledge(self, pages: int) -> None:
-        with suppress(NoReplyError):  # the next acknowledge includes this one
-            self._link.write(
-                REGISTERS["capture.pages_acknowledged"].address,
-                encode("capture.pages_acknowledged", pages),
-            )
-
-    def _read_page(self, index: int) -> CapturePage:
-        address = PAGE_ADDRESS + index % PAGE_SLOTS * PAGE_SLOT_REGISTERS
-        for _ in range(_PAGE_TRIES):
-            with suppress(ValueError):
-                page = decode_page(self._link.read(address, PAGE_WORDS))
-                if page.index == index and page.first_sample == index * PAGE_SAMPLES:
-                    return page_in_si(page, self.identity)
-        raise LinkError(
-            f"capture page {index} is lost: it fails its CRC or was overwritten",
-            "use a faster link or a less busy host, then repeat the motion",
-        )
 
 
 def _bank_address(group: str) -> int:

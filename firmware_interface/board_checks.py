@@ -79,13 +79,9 @@ def check_capture(status: BoardStatus) -> None:
         )
 
 
-def check_clock(before: int, now: int) -> None:
-    """Make sure that the board's clock went on; it wraps around after 2^32 samples."""
-    if (now - before) % _CLOCK_RANGE >= _CLOCK_RANGE // 2:
-        raise BoardError(
-            f"the board has restarted: its clock went back from {before} to {now} samples",
-            "look at its supply, then start again; gains that were not stored are gone",
-        )
+def went_back(before: int, now: int) -> bool:
+    """Whether a board's clock cannot have gone on from one to the other; it wraps around."""
+    return (now - before) % _CLOCK_RANGE >= _CLOCK_RANGE // 2
 
 
 class MotionWatch:
@@ -139,5 +135,10 @@ def refusal(opcode: Opcode, status: BoardStatus) -> BoardError:
     if status.last_result is Result.WRONG_STATE and status.state is State.FAULT:
         meaning, next_step = FAULT_TEXTS[status.fault]
         return BoardError(f"{opcode.name} refused: fault {status.fault.name}, {meaning}", next_step)
+    if status.last_result is Result.NOT_HELD and not status.session_remaining_s:
+        return BoardError(
+            f"{opcode.name} refused: this host does not hold the board, or no longer",
+            "begin again: what is armed or committed there may be another host's",
+        )
     meaning, next_step = RESULT_TEXTS[status.last_result]
     return BoardError(f"{opcode.name} refused: {meaning} (board is {status.state.name})", next_step)

@@ -1,15 +1,16 @@
 """What a board tells of itself, in SI units."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from firmware_interface.codec import GAIN_WORDS, RawPage
+from firmware_interface.codec import GAIN_WORDS, RawPage, decode_integer
+from firmware_interface.errors import LinkError
 from firmware_interface.gains import AxisGains
 from firmware_interface.received import received, received_gains, received_integer
-from firmware_interface.registers import REGISTERS, Fault, Result, State
+from firmware_interface.registers import AXES, MAGIC, REGISTERS, Fault, Result, State
 
 Array = NDArray[np.float64]
 ReadWords = Callable[[int, int], list[int]]
@@ -53,8 +54,25 @@ class BoardStatus:
     ----------
     fault_sample : int
         Control sample of the fault, counted from power-up like `clock_samples`.
+    sto_latched : bool
+        The wired emergency stop acted since the last clear_fault, however shortly.
     unconfirmed : bool
         Committed gains wait for confirm; `confirm_remaining_s` until the board rolls back.
+    enabled, brake_released : bool
+        The control law may command effort, and what the board asks of the brake.
+    homed : tuple of str
+        Axes that count from the machine's reference mark, the others from where they stood at
+        power-up.
+    limit_switches : tuple of str
+        Those pressed, as axis and side: `x-`, `z+`.
+    samples_to_check : int
+        That ARM has still before it.
+    stores : int
+        Times that permanent memory was written, over the board's life.
+    session_remaining_s : float
+        For which a host still holds the board; 0 when none does.
+    position_rad, speed_rad_s : mapping of axis name to float
+        Measured now.
     pages_written, samples_captured, overflows : int
         Since the last start.
     """
@@ -63,6 +81,7 @@ class BoardStatus:
     fault: Fault
     fault_sample: int
     sto_active: bool
+    sto_latched: bool
     last_token: int
     last_result: Result
     staged_crc_ok: bool
@@ -72,6 +91,15 @@ class BoardStatus:
     pages_written: int
     samples_captured: int
     overflows: int
+    enabled: bool
+    brake_released: bool
+    homed: tuple[str, ...]
+    limit_switches: tuple[str, ...]
+    samples_to_check: int
+    stores: int
+    session_remaining_s: float
+    position_rad: Mapping[str, float]
+    speed_rad_s: Mapping[str, float]
 
 
 @dataclass(frozen=True)
@@ -88,6 +116,7 @@ class AxisLimits:
 
     travel_rad: float
     speed_rad_s: float
+    acceleration_rad_s2: float
     effort_nm: float
     following_error_rad: float
     gain_step: float
@@ -109,8 +138,12 @@ class CapturePage:
 
 
 _STATUS_BASE = REGISTERS["status.state"].address
-_STATUS_WORDS = REGISTERS["capture.overflows"].address + 2 - _STATUS_BASE
+_STATUS_LAST = REGISTERS[f"measured.{AXES[-1]}.speed"]
+_STATUS_WORDS = _STATUS_LAST.address + _STATUS_LAST.words - _STATUS_BASE
+_SWITCHES = tuple(f"{axis}{side}" for axis in AXES for side in "-+")
 _IDENTITY_BASE = REGISTERS["identity.magic"].address
+NONCE_WORDS = REGISTERS["identity.nonce"].address + 2 - _IDENTITY_BASE
+"""From the identity's first word to the end of the nonce."""
 _IDENTITY_WORDS = REGISTERS["identity.effort_per_count"].address + 2 - _IDENTITY_BASE
 
 
@@ -133,6 +166,17 @@ def read_identity(read: ReadWords) -> BoardIdentity:
     )
 
 
+def read_nonce(read: ReadWords) -> int:
+    """The number that the board drew at power-up; one transfer that says whose it is."""
+    words = read(_IDENTITY_BASE, NONCE_WORDS)
+    if decode_integer("identity.magic", words) != MAGIC:
+        raise LinkError(
+            "what answers for the board's identity is something else",
+            "check the cable and that no other host or device is on the line, then try again",
+        )
+    return received_integer("identity.nonce", words, _IDENTITY_BASE)
+
+
 def read_status(read: ReadWords) -> BoardStatus:
     """One transfer, so that state, token and counters belong together."""
     words = read(_STATUS_BASE, _STATUS_WORDS)
@@ -140,21 +184,39 @@ def read_status(read: ReadWords) -> BoardStatus:
     def integer(name: str) -> int:
         return received_integer(name, words, _STATUS_BASE)
 
+    def number(name: str) -> float:
+        return received(name, words, _STATUS_BASE)
+
     return BoardStatus(
         state=State(integer("status.state")),
         fault=Fault(integer("status.fault_code")),
         fault_sample=integer("status.fault_sample"),
         sto_active=bool(integer("status.sto_active")),
+        sto_latched=bool(integer("status.sto_latched")),
         last_token=integer("status.last_token"),
         last_result=Result(integer("status.last_result")),
         staged_crc_ok=bool(integer("status.staged_crc_ok")),
         unconfirmed=bool(integer("status.unconfirmed")),
-        confirm_remaining_s=received("status.confirm_remaining", words, _STATUS_BASE),
+        confirm_remaining_s=number("status.confirm_remaining"),
         clock_samples=integer("status.board_clock"),
         pages_written=integer("capture.pages_written"),
         samples_captured=integer("capture.samples_captured"),
         overflows=integer("capture.overflows"),
+        enabled=bool(integer("status.enabled")),
+        brake_released=bool(integer("status.brake_released")),
+        homed=_named_bits(integer("status.homed"), AXES),
+        limit_switches=_named_bits(integer("status.limit_switches"), _SWITCHES),
+        samples_to_check=integer("status.samples_to_check"),
+        stores=integer("status.stores"),
+        session_remaining_s=number("session.remaining"),
+        position_rad={axis: number(f"measured.{axis}.position") for axis in AXES},
+        speed_rad_s={axis: number(f"measured.{axis}.speed") for axis in AXES},
     )
+
+
+def _named_bits(bits: int, names: Sequence[str]) -> tuple[str, ...]:
+    """Names of the bits that are set, from the lowest on."""
+    return tuple(name for n, name in enumerate(names) if bits >> n & 1)
 
 
 def read_limits(read: ReadWords, axis: str) -> AxisLimits:
@@ -169,6 +231,7 @@ def read_limits(read: ReadWords, axis: str) -> AxisLimits:
     return AxisLimits(
         travel_rad=value("travel"),
         speed_rad_s=value("speed"),
+        acceleration_rad_s2=value("acceleration"),
         effort_nm=value("effort"),
         following_error_rad=value("following_error"),
         gain_step=value("gain_step"),

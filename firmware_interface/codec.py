@@ -210,6 +210,19 @@ def encode_trajectory(
     ]
 
 
+def trajectory_words(writes: Iterable[tuple[int, list[int]]]) -> list[int]:
+    """The whole trajectory group as a board holds it after these writes.
+
+    From its first register to its last, gaps as zeros: ARM names these words by their CRC-32.
+    """
+    names = [name for name in REGISTERS if name.startswith("trajectory.")]
+    base, last = REGISTERS[names[0]].address, REGISTERS[names[-1]]
+    words = [0] * (last.address + last.words - base)
+    for address, part in writes:
+        words[address - base : address - base + len(part)] = part
+    return words
+
+
 def decode_trajectory(words: Sequence[int], base: int, sample_period_s: float) -> Trajectory:
     """A trajectory from a copy of the whole trajectory group."""
 

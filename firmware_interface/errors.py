@@ -4,7 +4,9 @@ EdgeIdentError
 ├── LinkError         the line between host and board failed (exit code 3)
 │   └── NoReplyError  no answer in time; a write may or may not have reached the board
 └── BoardError        the board refused a command or is in fault (exit code 4)
-    └── ValueRefusedError   a value is outside its register's range
+    ├── ValueRefusedError   a value is outside its register's range
+    ├── BusyError           another host holds the board, or an axis moves
+    └── RestartedError      it was off since it was asked before
 """
 
 
@@ -45,3 +47,24 @@ class BoardError(EdgeIdentError):
 
 class ValueRefusedError(BoardError):
     """A value is outside its register's range."""
+
+
+class BusyError(BoardError):
+    """Another host holds the board, or it moves and does not take this now."""
+
+
+class RestartedError(BoardError):
+    """The board was off since it was asked before.
+
+    Parameters
+    ----------
+    nonce : int
+        The number that it drew at its power-up.
+    """
+
+    def __init__(self, nonce: int) -> None:
+        super().__init__(
+            "the board has restarted: it names itself by a new number since power-up",
+            "look at its supply, then start again; gains that were not stored are gone",
+        )
+        self.nonce = nonce

@@ -64,6 +64,7 @@ def _python(source: RegisterMap) -> Iterator[str]:
     yield ""
     yield _NOTE
     yield '"""'
+    yield "# ruff: noqa: E501"
     yield ""
     yield "from enum import IntEnum"
     yield "from typing import Final"
@@ -76,6 +77,7 @@ def _python(source: RegisterMap) -> Iterator[str]:
     yield f"MAP_CRC: Final = 0x{source.crc:08X}"
     yield f"FLOAT_TEST: Final = {source.float_test}"
     yield f"STORE_SIGNATURE: Final = 0x{source.store_signature:08X}"
+    yield f"SESSION_LEASE_S: Final = {source.session_lease}"
     axes = ", ".join(f'"{axis}"' for axis in source.axes)
     yield f"AXES: Final = ({axes})"
     yield f"PAGE_ADDRESS: Final = {page.address:#06x}"
@@ -145,6 +147,7 @@ def _header(source: RegisterMap) -> Iterator[str]:
     yield f"#define FD_MAP_CRC {source.crc:#010x}u"
     yield f"#define FD_FLOAT_TEST {source.float_test}f"
     yield f"#define FD_STORE_SIGNATURE {source.store_signature:#010x}u"
+    yield f"#define FD_SESSION_LEASE_S {source.session_lease}f"
     yield f"#define FD_AXES {len(source.axes)}u"
     yield f"#define FD_PAGE_ADDRESS {page.address:#06x}u"
     yield f"#define FD_PAGE_SLOTS {page.slots}u"

@@ -1,20 +1,18 @@
-"""Modbus RTU and TCP, client and server; the only file that knows pymodbus.
+"""Modbus RTU and TCP, the client's half; the only file that knows pymodbus.
 
 RTU replies carry no number, so after a timeout the late reply to one request can pass for the
 reply to the next. Hence a link is dirty from the moment a request leaves until its reply is in
 hand. The next request on a dirty link first drains the line, keeps silent for the board's worst
-reply time and reads the nonce, which must be the one read at connect; another number may be a
-late reply itself, so that is tried again. A second copy of a reply could pass for the next one,
-too: between two reads of one length from different places stands one of another length. And a
-reply may be later still: as long as one of the same length from another place could be on its way,
-words count when more replies than that say the same. Capture pages need none of this, for they say
-which they are. Reads are repeated, writes never.
+reply time and reads the identity, which nothing else can pass for: it begins with the magic
+number. Its nonce, and only that, tells that the board has restarted. A second copy of a reply
+could pass for the next one, too: between two reads of one length from different places stands one
+of another length. And a reply may be later still: as long as one of the same length from another
+place could be on its way, words count when more replies than that say the same. Capture pages need
+none of this, for they say which they are. Reads are repeated, writes never.
 """
 
-import asyncio
 import errno
 import logging
-import struct
 import time
 from collections.abc import Callable
 from contextlib import suppress
@@ -24,27 +22,28 @@ import serial
 from pymodbus.client import ModbusSerialClient, ModbusTcpClient
 from pymodbus.constants import ExcCodes
 from pymodbus.exceptions import ConnectionException, ModbusException
-from pymodbus.framer import FramerBase, FramerRTU, FramerSocket
-from pymodbus.pdu import DecodePDU, ExceptionResponse, ModbusPDU
+from pymodbus.pdu import ExceptionResponse, ModbusPDU
 from pymodbus.pdu.register_message import (
-    ReadHoldingRegistersRequest,
     ReadHoldingRegistersResponse,
-    WriteMultipleRegistersRequest,
     WriteMultipleRegistersResponse,
-    WriteSingleRegisterRequest,
-    WriteSingleRegisterResponse,
 )
 
-from firmware_interface.errors import BoardError, LinkError, NoReplyError, ValueRefusedError
-from firmware_interface.link import Link
-from firmware_interface.registers import PAGE_ADDRESS, REGISTERS
+from firmware_interface.board_types import NONCE_WORDS
+from firmware_interface.codec import decode_integer
+from firmware_interface.errors import (
+    BoardError,
+    BusyError,
+    LinkError,
+    NoReplyError,
+    RestartedError,
+    ValueRefusedError,
+)
+from firmware_interface.registers import MAGIC, PAGE_ADDRESS, REGISTERS
 
 DEVICE_ID: Final = 1
 _NONCE: Final = REGISTERS["identity.nonce"]
+_IDENTITY: Final = (REGISTERS["identity.magic"].address, NONCE_WORDS)
 _TRIES: Final = 3
-_READ_LIMIT: Final = 125
-_WRITE_LIMIT: Final = 123
-_FRAME_GAP_S: Final = 0.05
 _LATEST_S: Final = 2.0
 """After which no adapter still holds a reply."""
 
@@ -81,7 +80,7 @@ class ModbusLink:
         self._unanswered: list[tuple[int, int, float]] = []
         """Address and count of reads whose reply may still come, and when they were given up."""
         try:
-            self._nonce = self._first_nonce()
+            self._identity = self._first_identity()
         except (NoReplyError, BoardError) as error:
             client.close()  # type: ignore[no-untyped-call]
             raise LinkError(
@@ -115,12 +114,15 @@ class ModbusLink:
         """Let go of the port."""
         self._client.close()  # type: ignore[no-untyped-call]
 
-    def _first_nonce(self) -> list[int]:
+    def _first_identity(self) -> list[int]:
+        """Whatever it is: who has another magic number is told apart by what it is asked next."""
         for _ in range(_TRIES - 1):
             with suppress(NoReplyError):
-                return self._read_once(_NONCE.address, _NONCE.words)
+                words = self._read_once(*_IDENTITY)
+                if _is_identity(words):
+                    return words
             self._drain()
-        return self._read_once(_NONCE.address, _NONCE.words)
+        return self._read_once(*_IDENTITY)
 
     def _read_clean(self, address: int, count: int) -> list[int]:
         self._clean()
@@ -129,6 +131,8 @@ class ModbusLink:
         if self._last_read[0] != address:
             self._read_between(count)
         words = self._read_once(address, count)
+        if address == _IDENTITY[0] and count >= NONCE_WORDS and _is_identity(words):
+            self._identity = words[:NONCE_WORDS]  # whoever asks for it judges it
         for _ in range(self._perhaps_late(address, count)):
             self._read_between(count)
             if self._read_once(address, count) != words:
@@ -173,11 +177,18 @@ class ModbusLink:
             raise self._no_reply(f"no reply within {self._silence_s:g} s") from error
         self._dirty = False
         if isinstance(reply, ExceptionResponse):
-            raise BoardError(
-                f"{self._name} refuses the request (Modbus exception {reply.exception_code})",
-                "bring firmware and host to the same release",
-            )
+            raise self._refused(reply.exception_code)
         return reply
+
+    def _refused(self, code: int) -> BoardError:
+        cause = f"{self._name} refuses the request (Modbus exception {code})"
+        if code == ExcCodes.DEVICE_BUSY:
+            return BusyError(
+                f"{cause}: another host holds the board, or it moves",
+                "wait until it is free and at rest, or stop it with edge-ident stop",
+            )
+        kind = ValueRefusedError if code == ExcCodes.ILLEGAL_VALUE else BoardError
+        return kind(cause, "bring firmware and host to the same release")
 
     def _clean(self) -> None:
         """Make sure that no late reply can pass for the next one."""
@@ -185,13 +196,16 @@ class ModbusLink:
             return
         for _ in range(_TRIES):
             self._drain()
-            if self._read_once(_NONCE.address, _NONCE.words) == self._nonce:
+            words = self._read_once(*_IDENTITY)
+            if words == self._identity:
                 return
+            if _is_identity(words):
+                self._identity = words
+                raise RestartedError(decode_integer(_NONCE.name, words, _IDENTITY[0]))
         self._dirty = True
         raise LinkError(
-            f"{self._name} no longer answers as the board it was: it has restarted, or "
-            "another host is on the line",
-            "make sure that this host is alone, then connect again",
+            f"{self._name} no longer answers as the board it was",
+            "make sure that no other host or device is on the line, then connect again",
         )
 
     def _drain(self) -> None:
@@ -206,6 +220,10 @@ class ModbusLink:
 
     def _no_reply(self, cause: str) -> NoReplyError:
         return NoReplyError(f"{self._name}: {cause}", "check cable and power of the board")
+
+
+def _is_identity(words: list[int]) -> bool:
+    return decode_integer("identity.magic", words) == MAGIC
 
 
 class _PromptSerialClient(ModbusSerialClient):
@@ -254,83 +272,3 @@ def open_tcp(host: str, port: int, timeout_s: float) -> ModbusLink:
             "check address and port, and that the board (or `edge-ident board`) is running",
         )
     return ModbusLink(client, name, timeout_s)
-
-
-# ---- server
-
-
-class ServerSession(asyncio.Protocol):
-    """Answers requests out of a link's registers; one per connection.
-
-    Parameters
-    ----------
-    link : Link
-    send : callable, optional
-        Where replies go on a serial line, in RTU frames; without it the session is a TCP
-        connection's.
-    """
-
-    def __init__(self, link: Link, send: Callable[[bytes], object] | None = None) -> None:
-        self._link = link
-        self._serial = send is not None
-        framer = FramerRTU if self._serial else FramerSocket
-        decoder = DecodePDU(True)
-        decoder.register(_ReadRequest)
-        self._framer: FramerBase = framer(decoder)
-        self._send = send
-        self._buffer = b""
-        self._last_s = 0.0
-
-    def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        """A TCP client connected."""
-        if isinstance(transport, asyncio.WriteTransport):
-            self._send = transport.write
-
-    def data_received(self, data: bytes) -> None:
-        """Answer every complete request."""
-        now_s = time.monotonic()
-        if self._serial and now_s - self._last_s > _FRAME_GAP_S:
-            self._buffer = b""  # a pause ends a frame, whatever came of it
-        self._last_s = now_s
-        self._buffer += data
-        while self._buffer:
-            try:
-                used, request = self._framer.handleFrame(self._buffer, 0, 0)
-            except ModbusException:
-                used, request = len(self._buffer), None
-            self._buffer = self._buffer[used:]
-            if request and self._send and (request.dev_id == DEVICE_ID or not self._serial):
-                reply = _answer(self._link, request)
-                reply.dev_id, reply.transaction_id = request.dev_id, request.transaction_id
-                self._send(self._framer.buildFrame(reply))
-            if not used:
-                return
-
-
-class _ReadRequest(ReadHoldingRegistersRequest):
-    """Leaves a wrong count to the answer, an exception; pymodbus would keep silent."""
-
-    def decode(self, data: bytes) -> None:
-        self.address, self.count = struct.unpack(">HH", data[:4])
-
-
-def _answer(link: Link, request: ModbusPDU) -> ModbusPDU:
-    try:
-        if isinstance(request, _ReadRequest) and 1 <= request.count <= _READ_LIMIT:
-            words = link.read(request.address, request.count)
-            return ReadHoldingRegistersResponse(registers=words)
-        if type(request) is WriteSingleRegisterRequest:
-            link.write(request.address, list(request.registers))
-            return WriteSingleRegisterResponse(address=request.address, registers=request.registers)
-        if type(request) is WriteMultipleRegistersRequest and (
-            1 <= request.count <= _WRITE_LIMIT and request.byte_count == 2 * request.count
-        ):
-            link.write(request.address, list(request.registers))
-            return WriteMultipleRegistersResponse(address=request.address, count=request.count)
-    except ValueRefusedError:
-        return ExceptionResponse(request.function_code, ExcCodes.ILLEGAL_VALUE)
-    except BoardError:
-        return ExceptionResponse(request.function_code, ExcCodes.ILLEGAL_ADDRESS)
-    known = isinstance(request, (_ReadRequest, WriteMultipleRegistersRequest))
-    code = ExcCodes.ILLEGAL_VALUE if known else ExcCodes.ILLEGAL_FUNCTION
-    return ExceptionResponse(request.function_code, code)

@@ -52,6 +52,7 @@ class RegisterMap:
     version: int
     float_test: float
     store_signature: int
+    session_lease: float
     axes: tuple[str, ...]
     page: PageLayout
     enums: tuple[Enumeration, ...]
@@ -61,6 +62,7 @@ class RegisterMap:
     def crc(self) -> int:
         """CRC-32 of all that both sides must agree on; descriptions are left out."""
         lines = [f"magic {self.magic} version {self.version} axes {' '.join(self.axes)}"]
+        lines.append(f"session lease {self.session_lease!r}")
         page = self.page
         lines.append(f"page {page.address} {page.slots} {page.slot_registers} {page.samples}")
         lines += [f"{e.name} {c.name} {c.value}" for e in self.enums for c in e.codes]
@@ -93,6 +95,7 @@ def load_map(path: Path = SOURCE) -> RegisterMap:
         version=data["version"],
         float_test=data["float_test"],
         store_signature=data["store_signature"],
+        session_lease=data["session_lease"],
         axes=tuple(data["axes"]),
         page=PageLayout(**data["page"]),
         enums=tuple(

@@ -6,10 +6,11 @@
 #include <stdint.h>
 
 #define FD_MAGIC 0x4d464453u
-#define FD_MAP_VERSION 2u
-#define FD_MAP_CRC 0x0c2cbe4fu
+#define FD_MAP_VERSION 3u
+#define FD_MAP_CRC 0x58329fe3u
 #define FD_FLOAT_TEST 3.1415927f
 #define FD_STORE_SIGNATURE 0x65766173u
+#define FD_SESSION_LEASE_S 5.0f
 #define FD_AXES 2u
 #define FD_PAGE_ADDRESS 0x1000u
 #define FD_PAGE_SLOTS 256u
@@ -20,13 +21,14 @@
 /* State of the board. */
 enum fd_state {
     FD_STATE_INIT = 0, /* self-test after power-up */
-    FD_STATE_IDLE = 1, /* holds its position, takes commands */
+    FD_STATE_IDLE = 1, /* at rest, takes commands; holds its position if enabled, otherwise without effort */
     FD_STATE_ARMED = 2, /* the trajectory is checked, START may follow */
     FD_STATE_MOVING = 3, /* lead-in and captured motion */
     FD_STATE_DRAINING = 4, /* capture is complete: comes to rest, pages still to be fetched */
     FD_STATE_DONE = 5, /* at rest, every page acknowledged */
     FD_STATE_FAULT = 6, /* latched until CLEAR_FAULT, effort off */
     FD_STATE_STOPPING = 7, /* decelerates to rest */
+    FD_STATE_CHECKING = 8, /* ARM walks through the trajectory; the axes hold their position */
 };
 
 /* Why the board is in FAULT. */
@@ -36,21 +38,25 @@ enum fd_fault {
     FD_FAULT_TRAVEL = 2, /* an axis left its travel range */
     FD_FAULT_SPEED = 3, /* an axis was faster than its speed limit */
     FD_FAULT_FOLLOWING_ERROR = 4, /* an axis fell too far behind its reference */
-    FD_FAULT_WATCHDOG = 5, /* no valid frame came from the host in time */
+    FD_FAULT_WATCHDOG = 5, /* the host that started the motion fell silent */
     FD_FAULT_STO = 6, /* the wired emergency stop cut the effort */
+    FD_FAULT_NOT_FINITE = 7, /* a setpoint or an effort was not a finite number */
+    FD_FAULT_LIMIT_SWITCH = 8, /* an axis moved onto a limit switch */
 };
 
 /* Commands; each is written with a fresh token and its argument in one write. */
 enum fd_opcode {
-    FD_OPCODE_ARM = 1, /* check the trajectory, take the present position as rest */
+    FD_OPCODE_ARM = 1, /* check the trajectory from the present position on; argument: CRC-32 of the trajectory's words */
     FD_OPCODE_START = 2, /* start the armed motion; argument: the map CRC */
     FD_OPCODE_QUICK_STOP = 3, /* decelerate to rest; no safety function */
     FD_OPCODE_FINISH = 4, /* leave DONE for IDLE */
-    FD_OPCODE_CLEAR_FAULT = 5, /* leave FAULT for IDLE, at rest only */
-    FD_OPCODE_COMMIT = 6, /* swap the shadow bank into the active one where the axes stand, keep the old one */
+    FD_OPCODE_CLEAR_FAULT = 5, /* leave FAULT for IDLE, at rest only; the effort stays off */
+    FD_OPCODE_COMMIT = 6, /* swap the shadow bank into the active one where the axes stand, keep the old one; argument: CRC of the shadow bank */
     FD_OPCODE_CONFIRM = 7, /* keep the committed gains */
     FD_OPCODE_ROLL_BACK = 8, /* return to the gains before the last COMMIT */
     FD_OPCODE_STORE = 9, /* write confirmed gains to permanent memory; argument: 0x65766173 */
+    FD_OPCODE_ENABLE = 10, /* let the control law act and release the brake, where the axes stand */
+    FD_OPCODE_DISABLE = 11, /* apply the brake and switch the effort off, at rest only */
 };
 
 /* What became of the last command. */
@@ -60,15 +66,18 @@ enum fd_result {
     FD_RESULT_UNKNOWN_COMMAND = 2, /* the board does not know this command */
     FD_RESULT_WRONG_STATE = 3, /* not allowed in the board's present state */
     FD_RESULT_WRONG_ARGUMENT = 4, /* the argument is not the expected signature */
-    FD_RESULT_BAD_TRAJECTORY = 5, /* the trajectory is incomplete or not finite */
-    FD_RESULT_TRAJECTORY_LIMITS = 6, /* the trajectory would leave the travel or speed limits */
-    FD_RESULT_GAIN_CRC = 7, /* the shadow bank does not match its CRC */
+    FD_RESULT_BAD_TRAJECTORY = 5, /* the trajectory is incomplete, not finite, faster than the sampling, or not the one that the host wrote */
+    FD_RESULT_TRAJECTORY_LIMITS = 6, /* the trajectory would leave the limits of travel, speed, acceleration or effort */
+    FD_RESULT_GAIN_CRC = 7, /* the shadow bank does not match its CRC, or is not the one that the host staged */
     FD_RESULT_GAIN_LIMITS = 8, /* a staged gain is outside the board's limits or changes too much at once */
     FD_RESULT_UNCONFIRMED = 9, /* gains committed before are not confirmed yet */
     FD_RESULT_NOTHING_COMMITTED = 10, /* there are no unconfirmed gains; the window may have expired */
     FD_RESULT_STO_ACTIVE = 11, /* the wired emergency stop is active */
     FD_RESULT_NOT_AT_REST = 12, /* an axis still moves */
     FD_RESULT_STORE_FAILED = 13, /* permanent memory did not take the gains */
+    FD_RESULT_PENDING = 14, /* still being carried out */
+    FD_RESULT_NOT_ENABLED = 15, /* the effort is off */
+    FD_RESULT_NOT_HELD = 16, /* the command came from a host that does not hold the board */
 };
 
 /* Which of the two tables the board follows. */
@@ -107,10 +116,25 @@ enum fd_watchdogaction {
 #define FD_REG_CAPTURE_PAGES_WRITTEN 0x004cu
 #define FD_REG_CAPTURE_SAMPLES_CAPTURED 0x004eu
 #define FD_REG_CAPTURE_OVERFLOWS 0x0050u
+#define FD_REG_STATUS_ENABLED 0x0052u
+#define FD_REG_STATUS_HOMED 0x0053u
+#define FD_REG_STATUS_LIMIT_SWITCHES 0x0054u
+#define FD_REG_STATUS_BRAKE_RELEASED 0x0055u
+#define FD_REG_STATUS_STO_LATCHED 0x0056u
+#define FD_REG_STATUS_SAMPLES_TO_CHECK 0x0057u
+#define FD_REG_STATUS_STORES 0x0059u
+#define FD_REG_SESSION_REMAINING 0x005bu
+#define FD_REG_MEASURED_X_POSITION 0x005cu
+#define FD_REG_MEASURED_X_SPEED 0x005eu
+#define FD_REG_MEASURED_Z_POSITION 0x0060u
+#define FD_REG_MEASURED_Z_SPEED 0x0062u
 #define FD_REG_COMMAND_OPCODE 0x0080u
 #define FD_REG_COMMAND_TOKEN 0x0081u
 #define FD_REG_COMMAND_ARGUMENT 0x0082u
-#define FD_REG_CAPTURE_PAGES_ACKNOWLEDGED 0x0090u
+#define FD_REG_COMMAND_KEY 0x0084u
+#define FD_REG_SESSION_RELEASE 0x008eu
+#define FD_REG_SESSION_KEY 0x0090u
+#define FD_REG_CAPTURE_PAGES_ACKNOWLEDGED 0x0092u
 #define FD_REG_WATCHDOG_TIMEOUT 0x00a0u
 #define FD_REG_WATCHDOG_ACTION 0x00a1u
 #define FD_REG_TRAJECTORY_KIND 0x0100u
@@ -137,41 +161,43 @@ enum fd_watchdogaction {
 #define FD_REG_LIMITS_X_EFFORT 0x0204u
 #define FD_REG_LIMITS_X_FOLLOWING_ERROR 0x0206u
 #define FD_REG_LIMITS_X_GAIN_STEP 0x0208u
-#define FD_REG_GAIN_MAXIMUM_X_PROPORTIONAL 0x020au
-#define FD_REG_GAIN_MAXIMUM_X_DERIVATIVE 0x020cu
-#define FD_REG_GAIN_MAXIMUM_X_INTEGRAL 0x020eu
-#define FD_REG_GAIN_MAXIMUM_X_VELOCITY_FILTER 0x0210u
-#define FD_REG_GAIN_MAXIMUM_X_INERTIA_FEEDFORWARD 0x0212u
-#define FD_REG_GAIN_MAXIMUM_X_VISCOUS_FEEDFORWARD 0x0214u
-#define FD_REG_GAIN_MAXIMUM_X_COULOMB_FEEDFORWARD 0x0216u
-#define FD_REG_GAIN_MAXIMUM_X_COULOMB_SMOOTHING 0x0218u
-#define FD_REG_GAIN_MAXIMUM_X_OFFSET_FEEDFORWARD 0x021au
-#define FD_REG_GAIN_MAXIMUM_X_STRIBECK_FEEDFORWARD 0x021cu
-#define FD_REG_GAIN_MAXIMUM_X_STRIBECK_SPEED 0x021eu
-#define FD_REG_GAIN_MAXIMUM_X_VISCOUS_DIFFERENCE_FEEDFORWARD 0x0220u
-#define FD_REG_GAIN_MAXIMUM_X_RIPPLE_COSINE 0x0222u
-#define FD_REG_GAIN_MAXIMUM_X_RIPPLE_SINE 0x022au
-#define FD_REG_GAIN_MAXIMUM_X_RIPPLE_PERIOD 0x0232u
+#define FD_REG_LIMITS_X_ACCELERATION 0x020au
+#define FD_REG_GAIN_MAXIMUM_X_PROPORTIONAL 0x020cu
+#define FD_REG_GAIN_MAXIMUM_X_DERIVATIVE 0x020eu
+#define FD_REG_GAIN_MAXIMUM_X_INTEGRAL 0x0210u
+#define FD_REG_GAIN_MAXIMUM_X_VELOCITY_FILTER 0x0212u
+#define FD_REG_GAIN_MAXIMUM_X_INERTIA_FEEDFORWARD 0x0214u
+#define FD_REG_GAIN_MAXIMUM_X_VISCOUS_FEEDFORWARD 0x0216u
+#define FD_REG_GAIN_MAXIMUM_X_COULOMB_FEEDFORWARD 0x0218u
+#define FD_REG_GAIN_MAXIMUM_X_COULOMB_SMOOTHING 0x021au
+#define FD_REG_GAIN_MAXIMUM_X_OFFSET_FEEDFORWARD 0x021cu
+#define FD_REG_GAIN_MAXIMUM_X_STRIBECK_FEEDFORWARD 0x021eu
+#define FD_REG_GAIN_MAXIMUM_X_STRIBECK_SPEED 0x0220u
+#define FD_REG_GAIN_MAXIMUM_X_VISCOUS_DIFFERENCE_FEEDFORWARD 0x0222u
+#define FD_REG_GAIN_MAXIMUM_X_RIPPLE_COSINE 0x0224u
+#define FD_REG_GAIN_MAXIMUM_X_RIPPLE_SINE 0x022cu
+#define FD_REG_GAIN_MAXIMUM_X_RIPPLE_PERIOD 0x0234u
 #define FD_REG_LIMITS_Z_TRAVEL 0x0240u
 #define FD_REG_LIMITS_Z_SPEED 0x0242u
 #define FD_REG_LIMITS_Z_EFFORT 0x0244u
 #define FD_REG_LIMITS_Z_FOLLOWING_ERROR 0x0246u
 #define FD_REG_LIMITS_Z_GAIN_STEP 0x0248u
-#define FD_REG_GAIN_MAXIMUM_Z_PROPORTIONAL 0x024au
-#define FD_REG_GAIN_MAXIMUM_Z_DERIVATIVE 0x024cu
-#define FD_REG_GAIN_MAXIMUM_Z_INTEGRAL 0x024eu
-#define FD_REG_GAIN_MAXIMUM_Z_VELOCITY_FILTER 0x0250u
-#define FD_REG_GAIN_MAXIMUM_Z_INERTIA_FEEDFORWARD 0x0252u
-#define FD_REG_GAIN_MAXIMUM_Z_VISCOUS_FEEDFORWARD 0x0254u
-#define FD_REG_GAIN_MAXIMUM_Z_COULOMB_FEEDFORWARD 0x0256u
-#define FD_REG_GAIN_MAXIMUM_Z_COULOMB_SMOOTHING 0x0258u
-#define FD_REG_GAIN_MAXIMUM_Z_OFFSET_FEEDFORWARD 0x025au
-#define FD_REG_GAIN_MAXIMUM_Z_STRIBECK_FEEDFORWARD 0x025cu
-#define FD_REG_GAIN_MAXIMUM_Z_STRIBECK_SPEED 0x025eu
-#define FD_REG_GAIN_MAXIMUM_Z_VISCOUS_DIFFERENCE_FEEDFORWARD 0x0260u
-#define FD_REG_GAIN_MAXIMUM_Z_RIPPLE_COSINE 0x0262u
-#define FD_REG_GAIN_MAXIMUM_Z_RIPPLE_SINE 0x026au
-#define FD_REG_GAIN_MAXIMUM_Z_RIPPLE_PERIOD 0x0272u
+#define FD_REG_LIMITS_Z_ACCELERATION 0x024au
+#define FD_REG_GAIN_MAXIMUM_Z_PROPORTIONAL 0x024cu
+#define FD_REG_GAIN_MAXIMUM_Z_DERIVATIVE 0x024eu
+#define FD_REG_GAIN_MAXIMUM_Z_INTEGRAL 0x0250u
+#define FD_REG_GAIN_MAXIMUM_Z_VELOCITY_FILTER 0x0252u
+#define FD_REG_GAIN_MAXIMUM_Z_INERTIA_FEEDFORWARD 0x0254u
+#define FD_REG_GAIN_MAXIMUM_Z_VISCOUS_FEEDFORWARD 0x0256u
+#define FD_REG_GAIN_MAXIMUM_Z_COULOMB_FEEDFORWARD 0x0258u
+#define FD_REG_GAIN_MAXIMUM_Z_COULOMB_SMOOTHING 0x025au
+#define FD_REG_GAIN_MAXIMUM_Z_OFFSET_FEEDFORWARD 0x025cu
+#define FD_REG_GAIN_MAXIMUM_Z_STRIBECK_FEEDFORWARD 0x025eu
+#define FD_REG_GAIN_MAXIMUM_Z_STRIBECK_SPEED 0x0260u
+#define FD_REG_GAIN_MAXIMUM_Z_VISCOUS_DIFFERENCE_FEEDFORWARD 0x0262u
+#define FD_REG_GAIN_MAXIMUM_Z_RIPPLE_COSINE 0x0264u
+#define FD_REG_GAIN_MAXIMUM_Z_RIPPLE_SINE 0x026cu
+#define FD_REG_GAIN_MAXIMUM_Z_RIPPLE_PERIOD 0x0274u
 #define FD_REG_ACTIVE_X_PROPORTIONAL 0x0300u
 #define FD_REG_ACTIVE_X_DERIVATIVE 0x0302u
 #define FD_REG_ACTIVE_X_INTEGRAL 0x0304u
@@ -262,14 +288,29 @@ enum fd_watchdogaction {
     X(0x004cu, 2u, 1u, 0u, 0u, 0xffffffffu) \
     X(0x004eu, 2u, 1u, 0u, 0u, 0xffffffffu) \
     X(0x0050u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0052u, 1u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0053u, 1u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0054u, 1u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0055u, 1u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0056u, 1u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0057u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0059u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x005bu, 1u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x005cu, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x005eu, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0060u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0062u, 2u, 1u, 0u, 0u, 0xffffffffu) \
     X(0x0080u, 1u, 1u, 1u, 0u, 0xffffffffu) \
     X(0x0081u, 1u, 1u, 1u, 0u, 0xffffffffu) \
     X(0x0082u, 2u, 1u, 1u, 0u, 0xffffffffu) \
+    X(0x0084u, 2u, 1u, 1u, 0u, 0xffffffffu) \
+    X(0x008eu, 2u, 1u, 1u, 0u, 0xffffffffu) \
     X(0x0090u, 2u, 1u, 1u, 0u, 0xffffffffu) \
+    X(0x0092u, 2u, 1u, 1u, 0u, 0xffffffffu) \
     X(0x00a0u, 1u, 1u, 1u, 100u, 5000u) \
     X(0x00a1u, 1u, 1u, 1u, 0u, 0xffffffffu) \
     X(0x0100u, 1u, 1u, 1u, 0u, 0xffffffffu) \
-    X(0x0101u, 2u, 1u, 1u, 40u, 24000u) \
+    X(0x0101u, 2u, 1u, 1u, 40u, 240000u) \
     X(0x0103u, 2u, 1u, 1u, 1u, 8640000u) \
     X(0x0110u, 1u, 1u, 1u, 0u, 8u) \
     X(0x0111u, 1u, 1u, 1u, 0u, 12u) \
@@ -304,9 +345,10 @@ enum fd_watchdogaction {
     X(0x021cu, 2u, 1u, 0u, 0u, 0xffffffffu) \
     X(0x021eu, 2u, 1u, 0u, 0u, 0xffffffffu) \
     X(0x0220u, 2u, 1u, 0u, 0u, 0xffffffffu) \
-    X(0x0222u, 2u, 4u, 0u, 0u, 0xffffffffu) \
-    X(0x022au, 2u, 4u, 0u, 0u, 0xffffffffu) \
-    X(0x0232u, 2u, 4u, 0u, 0u, 0xffffffffu) \
+    X(0x0222u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0224u, 2u, 4u, 0u, 0u, 0xffffffffu) \
+    X(0x022cu, 2u, 4u, 0u, 0u, 0xffffffffu) \
+    X(0x0234u, 2u, 4u, 0u, 0u, 0xffffffffu) \
     X(0x0240u, 2u, 1u, 0u, 0u, 0xffffffffu) \
     X(0x0242u, 2u, 1u, 0u, 0u, 0xffffffffu) \
     X(0x0244u, 2u, 1u, 0u, 0u, 0xffffffffu) \
@@ -324,9 +366,10 @@ enum fd_watchdogaction {
     X(0x025cu, 2u, 1u, 0u, 0u, 0xffffffffu) \
     X(0x025eu, 2u, 1u, 0u, 0u, 0xffffffffu) \
     X(0x0260u, 2u, 1u, 0u, 0u, 0xffffffffu) \
-    X(0x0262u, 2u, 4u, 0u, 0u, 0xffffffffu) \
-    X(0x026au, 2u, 4u, 0u, 0u, 0xffffffffu) \
-    X(0x0272u, 2u, 4u, 0u, 0u, 0xffffffffu) \
+    X(0x0262u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0264u, 2u, 4u, 0u, 0u, 0xffffffffu) \
+    X(0x026cu, 2u, 4u, 0u, 0u, 0xffffffffu) \
+    X(0x0274u, 2u, 4u, 0u, 0u, 0xffffffffu) \
     X(0x0300u, 2u, 1u, 0u, 0u, 0xffffffffu) \
     X(0x0302u, 2u, 1u, 0u, 0u, 0xffffffffu) \
     X(0x0304u, 2u, 1u, 0u, 0u, 0xffffffffu) \

@@ -2,6 +2,7 @@
 
 Generated from registers.toml by firmware_interface/generate.py; do not edit.
 """
+# ruff: noqa: E501
 
 from enum import IntEnum
 from typing import Final
@@ -9,10 +10,11 @@ from typing import Final
 from firmware_interface.register import Register
 
 MAGIC: Final = 0x4D464453
-MAP_VERSION: Final = 2
-MAP_CRC: Final = 0x0C2CBE4F
+MAP_VERSION: Final = 3
+MAP_CRC: Final = 0x58329FE3
 FLOAT_TEST: Final = 3.1415927
 STORE_SIGNATURE: Final = 0x65766173
+SESSION_LEASE_S: Final = 5.0
 AXES: Final = ("x", "z")
 PAGE_ADDRESS: Final = 0x1000
 PAGE_SLOTS: Final = 256
@@ -32,6 +34,7 @@ class State(IntEnum):
     DONE = 5
     FAULT = 6
     STOPPING = 7
+    CHECKING = 8
 
 
 class Fault(IntEnum):
@@ -44,6 +47,8 @@ class Fault(IntEnum):
     FOLLOWING_ERROR = 4
     WATCHDOG = 5
     STO = 6
+    NOT_FINITE = 7
+    LIMIT_SWITCH = 8
 
 
 class Opcode(IntEnum):
@@ -58,6 +63,8 @@ class Opcode(IntEnum):
     CONFIRM = 7
     ROLL_BACK = 8
     STORE = 9
+    ENABLE = 10
+    DISABLE = 11
 
 
 class Result(IntEnum):
@@ -77,6 +84,9 @@ class Result(IntEnum):
     STO_ACTIVE = 11
     NOT_AT_REST = 12
     STORE_FAILED = 13
+    PENDING = 14
+    NOT_ENABLED = 15
+    NOT_HELD = 16
 
 
 class TrajectoryKind(IntEnum):
@@ -115,12 +125,20 @@ FAULT_TEXTS: Final = {
         "look for an obstacle or a loose coupling, then clear the fault",
     ),
     Fault.WATCHDOG: (
-        "no valid frame came from the host in time",
+        "the host that started the motion fell silent",
         "check cable and host load, then clear the fault",
     ),
     Fault.STO: (
         "the wired emergency stop cut the effort",
         "release the emergency stop, then clear the fault",
+    ),
+    Fault.NOT_FINITE: (
+        "a setpoint or an effort was not a finite number",
+        "keep the trajectory and the gains for whoever maintains the firmware, then clear the fault",
+    ),
+    Fault.LIMIT_SWITCH: (
+        "an axis moved onto a limit switch",
+        "clear the fault, then move away from the switch: edge-ident home",
     ),
 }
 
@@ -146,16 +164,16 @@ RESULT_TEXTS: Final = {
         "bring firmware and host to the same release",
     ),
     Result.BAD_TRAJECTORY: (
-        "the trajectory is incomplete or not finite",
-        "write the whole trajectory again",
+        "the trajectory is incomplete, not finite, faster than the sampling, or not the one that the host wrote",
+        "make sure that no other host writes to the board, then write the whole trajectory again",
     ),
     Result.TRAJECTORY_LIMITS: (
-        "the trajectory would leave the travel or speed limits",
-        "use a smaller or slower motion, or a longer lead-in",
+        "the trajectory would leave the limits of travel, speed, acceleration or effort",
+        "use a smaller or slower motion, a longer lead-in, or start nearer to it: edge-ident home",
     ),
     Result.GAIN_CRC: (
-        "the shadow bank does not match its CRC",
-        "stage the gains again",
+        "the shadow bank does not match its CRC, or is not the one that the host staged",
+        "make sure that no other host writes to the board, then stage the gains again",
     ),
     Result.GAIN_LIMITS: (
         "a staged gain is outside the board's limits or changes too much at once",
@@ -180,6 +198,18 @@ RESULT_TEXTS: Final = {
     Result.STORE_FAILED: (
         "permanent memory did not take the gains",
         "have the board looked at; until its next power-up the gains stay in force",
+    ),
+    Result.PENDING: (
+        "still being carried out",
+        "wait for its end",
+    ),
+    Result.NOT_ENABLED: (
+        "the effort is off",
+        "enable the axes first",
+    ),
+    Result.NOT_HELD: (
+        "the command came from a host that does not hold the board",
+        "wait until the other host lets go of the board, or stop it with edge-ident stop",
     ),
 }
 
@@ -353,6 +383,102 @@ _ALL = (
         description="Pages overwritten before they were acknowledged, since START.",
     ),
     Register(
+        name="status.enabled",
+        address=82,
+        type="u16",
+        minimum=0,
+        maximum=1,
+        description="1 while the control law may command effort; 0 after power-up and after every fault.",
+    ),
+    Register(
+        name="status.homed",
+        address=83,
+        type="u16",
+        minimum=0,
+        maximum=3,
+        description="Bit n: axis n counts from the machine's reference mark; else travel counts from where the axis stood at power-up.",
+    ),
+    Register(
+        name="status.limit_switches",
+        address=84,
+        type="u16",
+        minimum=0,
+        maximum=15,
+        description="Bits 2n and 2n + 1: the limit switch of axis n at its negative and its positive end is pressed.",
+    ),
+    Register(
+        name="status.brake_released",
+        address=85,
+        type="u16",
+        minimum=0,
+        maximum=1,
+        description="What the board asks of the brake: released while enabled.",
+    ),
+    Register(
+        name="status.sto_latched",
+        address=86,
+        type="u16",
+        minimum=0,
+        maximum=1,
+        description="1 from a pulse of the wired emergency stop, however short, until CLEAR_FAULT.",
+    ),
+    Register(
+        name="status.samples_to_check",
+        address=87,
+        type="u32",
+        description="Samples of the trajectory that ARM has still to check.",
+    ),
+    Register(
+        name="status.stores",
+        address=89,
+        type="u32",
+        description="Times that permanent memory was written, over the board's life.",
+    ),
+    Register(
+        name="session.remaining",
+        address=91,
+        type="u16",
+        scale=0.01,
+        unit="s",
+        description="Time for which a host still holds the board; 0 when none does. Does not run out while an axis moves.",
+    ),
+    Register(
+        name="measured.x.position",
+        address=92,
+        type="f32",
+        unit="rad",
+        minimum=-1000000.0,
+        maximum=1000000.0,
+        description="Position latched last.",
+    ),
+    Register(
+        name="measured.x.speed",
+        address=94,
+        type="f32",
+        unit="rad/s",
+        minimum=-100000.0,
+        maximum=100000.0,
+        description="Mean over the last 50 ms.",
+    ),
+    Register(
+        name="measured.z.position",
+        address=96,
+        type="f32",
+        unit="rad",
+        minimum=-1000000.0,
+        maximum=1000000.0,
+        description="Position latched last.",
+    ),
+    Register(
+        name="measured.z.speed",
+        address=98,
+        type="f32",
+        unit="rad/s",
+        minimum=-100000.0,
+        maximum=100000.0,
+        description="Mean over the last 50 ms.",
+    ),
+    Register(
         name="command.opcode",
         address=128,
         type="u16",
@@ -375,11 +501,32 @@ _ALL = (
         description="Argument, 0 where none is needed.",
     ),
     Register(
-        name="capture.pages_acknowledged",
+        name="command.key",
+        address=132,
+        type="u32",
+        access="rw",
+        description="Session key of the host; any will do for QUICK_STOP.",
+    ),
+    Register(
+        name="session.release",
+        address=142,
+        type="u32",
+        access="rw",
+        description="A host that writes its key here lets go of the board; another key changes nothing.",
+    ),
+    Register(
+        name="session.key",
         address=144,
         type="u32",
         access="rw",
-        description="Pages that the host holds: their slots may be overwritten.",
+        description="A host that writes a key here holds the board, for 5 s each time; refused (exception 6) while another host holds it. During a motion it is the heartbeat. Reads as the holder's key, 0 when there is none.",
+    ),
+    Register(
+        name="capture.pages_acknowledged",
+        address=146,
+        type="u32",
+        access="rw",
+        description="Pages that the host holds: their slots may be overwritten. Never more than were written, and never fewer than before: a smaller number changes nothing.",
     ),
     Register(
         name="watchdog.timeout",
@@ -390,7 +537,7 @@ _ALL = (
         access="rw",
         minimum=0.1,
         maximum=5.0,
-        description="Longest silence during a motion; any valid frame counts.",
+        description="Longest silence, during a motion, of the host that started it: what feeds the watchdog is its key. Cannot be changed while an axis moves (exception 6).",
     ),
     Register(
         name="watchdog.action",
@@ -398,7 +545,7 @@ _ALL = (
         type="u16",
         access="rw",
         enum="WatchdogAction",
-        description="What the board does then.",
+        description="What the board does then. Cannot be changed while an axis moves (exception 6).",
     ),
     Register(
         name="trajectory.kind",
@@ -414,7 +561,7 @@ _ALL = (
         type="u32",
         access="rw",
         minimum=40,
-        maximum=24000,
+        maximum=240000,
         description="Samples between START and capture, in which the motion is blended in.",
     ),
     Register(
@@ -460,7 +607,7 @@ _ALL = (
         count=8,
         unit="rad/s",
         access="rw",
-        description="Angular frequency of each component.",
+        description="Angular frequency of each component; below pi / sample period.",
     ),
     Register(
         name="trajectory.x.phase",
@@ -530,7 +677,7 @@ _ALL = (
         count=8,
         unit="rad/s",
         access="rw",
-        description="Angular frequency of each component.",
+        description="Angular frequency of each component; below pi / sample period.",
     ),
     Register(
         name="trajectory.z.phase",
@@ -591,7 +738,7 @@ _ALL = (
         unit="N*m",
         minimum=0,
         maximum=1000000.0,
-        description="Largest effort; more is clipped.",
+        description="Largest effort; more is clipped, and a trajectory whose feed-forward asks for more is refused.",
     ),
     Register(
         name="limits.x.following_error",
@@ -611,92 +758,101 @@ _ALL = (
         description="Largest change of a gain in one COMMIT, as a share of its maximum.",
     ),
     Register(
-        name="gain_maximum.x.proportional",
+        name="limits.x.acceleration",
         address=522,
+        type="f32",
+        unit="rad/s^2",
+        minimum=0,
+        maximum=1000000.0,
+        description="Largest acceleration of a trajectory.",
+    ),
+    Register(
+        name="gain_maximum.x.proportional",
+        address=524,
         type="f32",
         unit="N*m/rad",
         description="Effort per position error.",
     ),
     Register(
         name="gain_maximum.x.derivative",
-        address=524,
+        address=526,
         type="f32",
         unit="N*m*s/rad",
         description="Effort per velocity error.",
     ),
     Register(
         name="gain_maximum.x.integral",
-        address=526,
+        address=528,
         type="f32",
         unit="N*m/(rad*s)",
         description="Effort per integrated position error.",
     ),
     Register(
         name="gain_maximum.x.velocity_filter",
-        address=528,
+        address=530,
         type="f32",
         unit="s",
         description="Time constant of the velocity filter.",
     ),
     Register(
         name="gain_maximum.x.inertia_feedforward",
-        address=530,
+        address=532,
         type="f32",
         unit="kg*m^2",
         description="Effort per reference acceleration.",
     ),
     Register(
         name="gain_maximum.x.viscous_feedforward",
-        address=532,
+        address=534,
         type="f32",
         unit="N*m*s/rad",
         description="Effort per reference velocity.",
     ),
     Register(
         name="gain_maximum.x.coulomb_feedforward",
-        address=534,
+        address=536,
         type="f32",
         unit="N*m",
         description="Effort in the direction of the reference velocity.",
     ),
     Register(
         name="gain_maximum.x.coulomb_smoothing",
-        address=536,
+        address=538,
         type="f32",
         unit="rad/s",
         description="Speed over which that effort changes sign.",
     ),
     Register(
         name="gain_maximum.x.offset_feedforward",
-        address=538,
+        address=540,
         type="f32",
         unit="N*m",
         description="Constant effort.",
     ),
     Register(
         name="gain_maximum.x.stribeck_feedforward",
-        address=540,
+        address=542,
         type="f32",
         unit="N*m",
         description="Effort above Coulomb's at rest, in the direction of the reference velocity.",
     ),
     Register(
         name="gain_maximum.x.stribeck_speed",
-        address=542,
+        address=544,
         type="f32",
         unit="rad/s",
         description="Speed at which 1/e of that effort is left.",
     ),
     Register(
         name="gain_maximum.x.viscous_difference_feedforward",
-        address=544,
+        address=546,
         type="f32",
         unit="N*m*s/rad",
         description="Effort per reference speed, the same sign both ways.",
     ),
     Register(
         name="gain_maximum.x.ripple_cosine",
-        address=546,
+        address=548,
         type="f32",
         count=4,
         unit="N*m",
@@ -704,7 +860,7 @@ _ALL = (
     ),
     Register(
         name="gain_maximum.x.ripple_sine",
-        address=554,
+        address=556,
         type="f32",
         count=4,
         unit="N*m",
@@ -712,7 +868,7 @@ _ALL = (
     ),
     Register(
         name="gain_maximum.x.ripple_period",
-        address=562,
+        address=564,
         type="f32",
         count=4,
         unit="rad",
@@ -743,7 +899,7 @@ _ALL = (
         unit="N*m",
         minimum=0,
         maximum=1000000.0,
-        description="Largest effort; more is clipped.",
+        description="Largest effort; more is clipped, and a trajectory whose feed-forward asks for more is refused.",
     ),
     Register(
         name="limits.z.following_error",
@@ -763,92 +919,101 @@ _ALL = (
         description="Largest change of a gain in one COMMIT, as a share of its maximum.",
     ),
     Register(
-        name="gain_maximum.z.proportional",
+        name="limits.z.acceleration",
         address=586,
+        type="f32",
+        unit="rad/s^2",
+        minimum=0,
+        maximum=1000000.0,
+        description="Largest acceleration of a trajectory.",
+    ),
+    Register(
+        name="gain_maximum.z.proportional",
+        address=588,
         type="f32",
         unit="N*m/rad",
         description="Effort per position error.",
     ),
     Register(
         name="gain_maximum.z.derivative",
-        address=588,
+        address=590,
         type="f32",
         unit="N*m*s/rad",
         description="Effort per velocity error.",
     ),
     Register(
         name="gain_maximum.z.integral",
-        address=590,
+        address=592,
         type="f32",
         unit="N*m/(rad*s)",
         description="Effort per integrated position error.",
     ),
     Register(
         name="gain_maximum.z.velocity_filter",
-        address=592,
+        address=594,
         type="f32",
         unit="s",
         description="Time constant of the velocity filter.",
     ),
     Register(
         name="gain_maximum.z.inertia_feedforward",
-        address=594,
+        address=596,
         type="f32",
         unit="kg*m^2",
         description="Effort per reference acceleration.",
     ),
     Register(
         name="gain_maximum.z.viscous_feedforward",
-        address=596,
+        address=598,
         type="f32",
         unit="N*m*s/rad",
         description="Effort per reference velocity.",
     ),
     Register(
         name="gain_maximum.z.coulomb_feedforward",
-        address=598,
+        address=600,
         type="f32",
         unit="N*m",
         description="Effort in the direction of the reference velocity.",
     ),
     Register(
         name="gain_maximum.z.coulomb_smoothing",
-        address=600,
+        address=602,
         type="f32",
         unit="rad/s",
         description="Speed over which that effort changes sign.",
     ),
     Register(
         name="gain_maximum.z.offset_feedforward",
-        address=602,
+        address=604,
         type="f32",
         unit="N*m",
         description="Constant effort.",
     ),
     Register(
         name="gain_maximum.z.stribeck_feedforward",
-        address=604,
+        address=606,
         type="f32",
         unit="N*m",
         description="Effort above Coulomb's at rest, in the direction of the reference velocity.",
     ),
     Register(
         name="gain_maximum.z.stribeck_speed",
-        address=606,
+        address=608,
         type="f32",
         unit="rad/s",
         description="Speed at which 1/e of that effort is left.",
     ),
     Register(
         name="gain_maximum.z.viscous_difference_feedforward",
-        address=608,
+        address=610,
         type="f32",
         unit="N*m*s/rad",
         description="Effort per reference speed, the same sign both ways.",
     ),
     Register(
         name="gain_maximum.z.ripple_cosine",
-        address=610,
+        address=612,
         type="f32",
         count=4,
         unit="N*m",
@@ -856,7 +1021,7 @@ _ALL = (
     ),
     Register(
         name="gain_maximum.z.ripple_sine",
-        address=618,
+        address=620,
         type="f32",
         count=4,
         unit="N*m",
@@ -864,7 +1029,7 @@ _ALL = (
     ),
     Register(
         name="gain_maximum.z.ripple_period",
-        address=626,
+        address=628,
         type="f32",
         count=4,
         unit="rad",

@@ -164,7 +164,8 @@ def commit(
 ) -> None:
     """Put the staged gains in force; they stay if the drive follows a motion no worse with them.
 
-    The machine moves twice, with the old gains and with the new ones.
+    The machine moves twice, with the old gains and with the new ones. Gains that the motion would
+    not tell from those in force are not written.
 
     Example: `edge-ident gains commit --device /dev/ttyACM0`
     """
@@ -184,7 +185,7 @@ def commit(
             change = commit_staged(board, described, staged, observer)
         report = GainReport(board.identity.serial_number, active, staged, foretold, backup, change)
     _deliver(report, output, json)
-    if not change.confirmed:
+    if not (change.confirmed or change.unchanged):
         raise typer.Exit(UNTRUSTED)
 
 

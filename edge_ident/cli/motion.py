@@ -1,4 +1,4 @@
-"""Commands that move a machine: run, capture, profile, stop, clear-fault."""
+"""Commands that move a machine: run, capture, profile, home, stop, clear-fault."""
 
 from pathlib import Path
 from typing import Annotated, Any
@@ -24,7 +24,7 @@ from edge_ident.cli.common import (
     say,
     shown_progress,
 )
-from edge_ident.cli.sessions import connected, session
+from edge_ident.cli.sessions import connected, located, session
 
 Cycles = Annotated[
     int | None,
@@ -41,6 +41,7 @@ def register(app: typer.Typer) -> None:
     app.command()(run)
     app.command()(capture)
     app.command()(profile)
+    app.command()(home)
     app.command()(stop)
     app.command("clear-fault")(clear_fault)
 
@@ -90,7 +91,7 @@ def run(
     if not json:
         show(outcome_view(outcome))
         say(f"written: {opened.folder}")
-    if not outcome.identification.trusted or (outcome.verification and not outcome.confirmed):
+    if not outcome.trusted:
         raise typer.Exit(UNTRUSTED)
 
 
@@ -110,22 +111,19 @@ def capture(
     """
     from edge_ident.commissioning.capture import capture_motion, check_drive
     from edge_ident.commissioning.run import CAPTURE_FILE
-    from edge_ident.commissioning.safety import left_safe, make_ready
+    from edge_ident.commissioning.safety import ready_to_move
     from edge_ident.drive.motions import named_trajectory
     from edge_ident.signals.data_checks import check_recording
-    from edge_ident.signals.recording_files import save_recording
 
     chosen = _motion(motion)
     with session(device, baud_rate, drive, output) as opened:
-        check_drive(opened.board, opened.drive)
-        make_ready(opened.board)
-        with shown_progress() as observer, left_safe(opened.board):
+        board, path = opened.board, opened.folder / CAPTURE_FILE
+        check_drive(board, opened.drive)
+        trajectory = named_trajectory(opened.drive, chosen, cycles)
+        with shown_progress() as observer, ready_to_move(board, observer.say):
             observer.stage(chosen)
-            trajectory = named_trajectory(opened.drive, chosen, cycles)
-            found = capture_motion(opened.board, trajectory, observer.samples)
-            opened.board.finish()
-    path = opened.folder / CAPTURE_FILE
-    save_recording(found.recording, path)
+            found = capture_motion(board, trajectory, observer.samples, path, observer.say)
+            board.finish()
     check_recording(found.recording)
     document = {
         "schema": "edge-ident/capture/1",
@@ -168,6 +166,58 @@ def profile(
 
 
 @guarded
+def home(
+    device: Device = None,
+    baud_rate: BaudRate = None,
+    drive: DriveFile = None,
+    to: Annotated[
+        list[str] | None,
+        typer.Option("--to", metavar="AXIS=RAD", help="Only this axis; repeat it for another."),
+    ] = None,
+    speed: Annotated[
+        float | None,
+        typer.Option("--speed", help="Largest on the way, rad/s; default a fifth of the limit."),
+    ] = None,
+    output: Output = None,
+    json: Json = False,
+) -> None:
+    """Move the axes slowly to position zero, or those named to where --to says.
+
+    It does not look for a reference mark: an axis that is not homed counts from where it stood
+    when the board was switched on.
+
+    Example: `edge-ident home --to x=1.5 --to z=-0.5 --device /dev/ttyACM0`
+    """
+    from dataclasses import asdict
+
+    from edge_ident.commissioning.homing import move_to
+
+    named = _targets(to or [])
+    with connected(device, baud_rate, drive) as (board, _), shown_progress() as observer:
+        targets = named or dict.fromkeys(board.axes, 0.0)
+        done = move_to(board, targets, observer, speed)
+    document = {
+        "schema": "edge-ident/home/1",
+        "axes": {axis: asdict(way) for axis, way in done.ways.items()},
+        "time_s": done.time_s,
+    }
+    deliver(document, "home.json", output, json)
+    for axis, way in done.ways.items() if not json else []:
+        print(f"{axis}: {way.from_rad:.4f} → {way.reached_rad:.4f} rad")
+
+
+def _targets(texts: list[str]) -> dict[str, float]:
+    targets = {}
+    for text in texts:
+        axis, _, number = text.partition("=")
+        try:
+            targets[axis] = float(number)
+        except ValueError:
+            raise typer.BadParameter(f"{text}: write AXIS=RAD", param_hint="--to") from None
+    return targets
+
+
+@guarded
 def stop(
     device: Device = None,
     baud_rate: BaudRate = None,
@@ -177,11 +227,14 @@ def stop(
 ) -> None:
     """Bring the machine to rest; unconfirmed gains are rolled back. Not an emergency stop.
 
+    Also where another command of this user holds the port: that one is ended as by Ctrl-C.
+
     Example: `edge-ident stop --device /dev/ttyACM0`
     """
-    with connected(device, baud_rate, drive) as (board, _):
-        board.quick_stop()
-        _report_state(board, output, json)
+    from edge_ident.commissioning.stopping import stop_machine
+
+    _, url, rate = located(device, baud_rate, drive)
+    _report_state(stop_machine(url, rate, say), output, json)
 
 
 @guarded
@@ -199,12 +252,13 @@ def clear_fault(
     with connected(device, baud_rate, drive) as (board, _):
         say(f"fault: {board.status().fault.name}")
         board.clear_fault()
-        _report_state(board, output, json)
+        _report_state(board.status(), output, json)
 
 
-def _report_state(board: Any, output: Path | None, json: bool) -> None:
-    state = board.status().state.name
-    deliver({"schema": "edge-ident/state/1", "state": state}, "state.json", output, json)
+def _report_state(status: Any, output: Path | None, json: bool) -> None:
+    state = status.state.name
+    document = {"schema": "edge-ident/state/1", "state": state, "enabled": status.enabled}
+    deliver(document, "state.json", output, json)
     if not json:
         print(state)
 

@@ -27,6 +27,10 @@ class ProgressBars:
         if self._task is not None:
             self._progress.update(self._task, completed=in_hand, total=expected)
 
+    def say(self, message: str) -> None:
+        """Print a message above the bars."""
+        self._progress.console.print(message, highlight=False, markup=False, soft_wrap=True)
+
     def note(self, text: str) -> None:
         """Show a remark beside the bar."""
         if self._task is not None:

@@ -2,7 +2,7 @@
 
 import logging
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -22,9 +22,24 @@ def connected(
     device: str | None, baud_rate: int | None, drive: Path | None
 ) -> Iterator[tuple[Any, Any]]:
     """The board that the options name, and its drive's description."""
-    from edge_ident.drive.description import load_drive
+    from edge_ident.commissioning.port_notes import noted
     from firmware_interface.board import Board
-    from firmware_interface.connection import DEFAULT_BAUD_RATE, open_link
+    from firmware_interface.connection import open_link
+
+    described, url, rate = located(device, baud_rate, drive)
+    with ExitStack() as ending:
+        link = open_link(url, baud_rate=rate)
+        ending.callback(link.close)
+        ending.enter_context(noted(url))
+        board = Board.connect(link)
+        ending.callback(_let_go, board)
+        yield board, described
+
+
+def located(device: str | None, baud_rate: int | None, drive: Path | None) -> tuple[Any, str, int]:
+    """The drive's description, where the board is, and its baud rate, from options."""
+    from edge_ident.drive.description import load_drive
+    from firmware_interface.connection import DEFAULT_BAUD_RATE
 
     described = load_drive(drive)
     url = device or described.device
@@ -34,11 +49,15 @@ def connected(
             "(edge-ident ports lists candidates)",
             param_hint="--device",
         )
-    link = open_link(url, baud_rate=baud_rate or described.baud_rate or DEFAULT_BAUD_RATE)
-    try:
-        yield Board.connect(link), described
-    finally:
-        link.close()
+    return described, url, baud_rate or described.baud_rate or DEFAULT_BAUD_RATE
+
+
+def _let_go(board: Any) -> None:
+    """So that the next command finds the board free; a hold that stays runs out by itself."""
+    from edge_ident.errors import EdgeIdentError
+
+    with suppress(EdgeIdentError):
+        board.release()
 
 
 @contextmanager

@@ -1,16 +1,23 @@
 """Let the board move and record what it did."""
 
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Final
 
 import numpy as np
 
+from edge_ident.commissioning.approach import with_lead_in
+from edge_ident.commissioning.safety import stop_at_once
 from edge_ident.drive.description import Drive
 from edge_ident.errors import DataError, LinkError
 from edge_ident.signals.recording import AxisRecord, Recording
+from edge_ident.signals.recording_files import save_recording
+from edge_ident.support.interrupts import deaf_to_interrupts
 from firmware_interface.board import Board, CapturePage
+from firmware_interface.errors import BusyError
 from firmware_interface.motion import Trajectory
 
 log = logging.getLogger(__name__)
@@ -73,24 +80,65 @@ def check_drive(board: Board, drive: Drive) -> None:
 
 
 def capture_motion(
-    board: Board, trajectory: Trajectory, on_samples: Callable[[int, int], None]
+    board: Board,
+    trajectory: Trajectory,
+    on_samples: Callable[[int, int], None],
+    file: Path | None = None,
+    say: Callable[[str], None] = log.warning,
 ) -> Capture:
     """Run one motion and drain its pages while it lasts.
+
+    Its lead-in is as long as the way there needs (`with_lead_in`). The recording is saved before
+    anything else is done with it; where the motion ends early, the machine is stopped and what
+    there is of the recording is kept beside that file, as `partial_file` names it.
 
     Parameters
     ----------
     board : Board
-        In state IDLE.
+        In state IDLE, enabled.
     trajectory : Trajectory
     on_samples : callable
         Called with samples in hand and samples expected.
+    file : Path, optional
+        For the recording.
+    say : callable
+        Takes what the person should know.
     """
-    board.write_trajectory(trajectory)
+    reachable = with_lead_in(board, trajectory)
+    if reachable.lead_in_s > trajectory.lead_in_s:
+        say(f"the axes stand far from the motion: the way there takes {reachable.lead_in_s:.1f} s")
+    board.write_trajectory(reachable)
     expected = round(trajectory.duration_s / board.identity.sample_period_s)
     board.arm()
-    board.start()
-    log.info("motion started, %d samples expected", expected)
     pages: list[CapturePage] = []
+    with _kept_if_cut_short(board, pages, file, say):
+        board.start()
+        log.info("motion started, %d samples expected", expected)
+        tail_s = _drain(board, pages, expected, on_samples)
+        capture = _assemble(board, pages, tail_s)
+        samples = len(capture.recording.time_s)
+        if samples != expected:
+            raise LinkError(
+                f"the board captured {samples} samples of {expected}", "repeat the motion"
+            )
+        if file is not None:
+            save_recording(capture.recording, file)
+    log.info("%d pages in hand %.3f s after the last sample", len(pages), capture.tail_s)
+    return capture
+
+
+def partial_file(file: Path) -> Path:
+    """Where what was captured is kept if the motion does not get to its end."""
+    return file.with_name(f"{file.stem}_partial{file.suffix}")
+
+
+def _drain(
+    board: Board,
+    pages: list[CapturePage],
+    expected: int,
+    on_samples: Callable[[int, int], None],
+) -> float:
+    """Fetch all pages; gives the board's time from the last sample to the last page, s."""
     capture_start = 0
     for page in board.capture_pages():
         if not pages:
@@ -101,12 +149,27 @@ def capture_motion(
     if not pages:
         raise LinkError("the board captured no samples", "repeat the motion")
     late = (board.status().clock_samples - capture_start - expected) % _CLOCK_RANGE
-    capture = _assemble(board, pages, late * board.identity.sample_period_s)
-    samples = len(capture.recording.time_s)
-    if samples != expected:
-        raise LinkError(f"the board captured {samples} samples of {expected}", "repeat the motion")
-    log.info("%d pages in hand %.3f s after the last sample", len(pages), capture.tail_s)
-    return capture
+    return late * board.identity.sample_period_s
+
+
+@contextmanager
+def _kept_if_cut_short(
+    board: Board, pages: list[CapturePage], file: Path | None, say: Callable[[str], None]
+) -> Iterator[None]:
+    try:
+        yield
+    except BusyError:  # another host has the board now
+        raise
+    except BaseException:
+        with deaf_to_interrupts():
+            stop_at_once(board)
+            if file is not None and pages:
+                path = partial_file(file)
+                recording = _assemble(board, pages, 0.0).recording
+                with suppress(OSError):  # the first error is the one to tell
+                    save_recording(recording, path)
+                    say(f"kept what was captured, {len(recording.time_s)} samples: {path}")
+        raise
 
 
 def _assemble(board: Board, pages: list[CapturePage], tail_s: float) -> Capture:

@@ -1,25 +1,38 @@
-"""From gains in force to others: backed up, committed, verified by a motion, kept or taken back."""
+"""From gains in force to others: checked, committed, verified by a motion, kept or taken back.
+
+`run` and `gains commit` go the same way: a motion with the gains in force, then `put_in_force`.
+
+How large a step may be: the board's own limits hold for everybody. Beyond them, feedback from a
+file may grow or shrink five times at once and not to or from zero, unless the user says
+`--large-steps`: nobody knows where a file comes from. `run` may take any step that the board
+allows, for its gains are designed with margins from a motion of this very drive that it has just
+identified and trusts; soft start-up gains are left by a step of four times, and by feed-forward
+from nothing. Either way a motion decides, and the board rolls back by itself.
+"""
 
 import logging
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 
-from edge_ident.commissioning.capture import capture_motion, check_drive
+from edge_ident.commissioning.capture import Capture, capture_motion, check_drive
 from edge_ident.commissioning.gain_files import GainFile
-from edge_ident.commissioning.gain_transfer import (
-    check_factor,
-    check_gains,
-    commit_gains,
-    stage_gains,
+from edge_ident.commissioning.gain_transfer import check_factor, check_gains, write_gains
+from edge_ident.commissioning.observer import Observer
+from edge_ident.commissioning.safety import ready_to_move
+from edge_ident.commissioning.verification import (
+    Verification,
+    compare_motions,
+    nothing_to_gain,
+    verification_motion,
 )
-from edge_ident.commissioning.run import Observer
-from edge_ident.commissioning.safety import left_safe
-from edge_ident.commissioning.verification import verification_motion
 from edge_ident.drive.description import Drive
 from edge_ident.drive.motions import named_trajectory
 from edge_ident.errors import BoardError, DataError
+from edge_ident.support.stopwatch import Stopwatch
 from firmware_interface.board import Board
 from firmware_interface.gains import AxisGains, Bank
+from firmware_interface.motion import Trajectory
 
 log = logging.getLogger(__name__)
 
@@ -30,16 +43,95 @@ class GainChange:
 
     Attributes
     ----------
-    tracking_before_rad : mapping of axis name to float, or None
-        Rms; None where the drive did not move with the old gains first.
-    tracking_after_rad : mapping of axis name to float
     confirmed : bool
-        Whether the new gains stay.
+        Whether the new gains are in force to stay.
+    unchanged : bool
+        There was nothing to gain, and nothing was written.
+    verification : Verification or None
+        Tracking with old and new gains; None where the drive did not move with both.
+    tracking_after_rad : mapping of axis name to float, or None
+        Rms with the new gains.
     """
 
-    tracking_before_rad: Mapping[str, float] | None
-    tracking_after_rad: Mapping[str, float]
     confirmed: bool
+    unchanged: bool = False
+    verification: Verification | None = None
+    tracking_after_rad: Mapping[str, float] | None = None
+
+    @property
+    def conclusion(self) -> str:
+        """One sentence."""
+        if self.unchanged:
+            return "already tuned, nothing changed: the drive would follow no better"
+        if self.verification is None:
+            return "gains restored and confirmed"
+        ratios = ", ".join(
+            f"{axis} {tracking.ratio:.1f} times"
+            for axis, tracking in self.verification.axes.items()
+        )
+        if not self.confirmed:
+            return f"new gains followed worse and were rolled back (error fell: {ratios})"
+        if self.verification.verdict == "equal":
+            return "new gains confirmed; the drive follows as well as before, as far as it repeats"
+        return f"new gains confirmed; the tracking error fell: {ratios}"
+
+
+@dataclass(frozen=True)
+class MotionBefore:
+    """A motion with the gains in force, to which the new ones must measure up.
+
+    Attributes
+    ----------
+    capture : Capture
+        Whole cycles of it.
+    trajectory : Trajectory
+        As it was followed.
+    one_cycle : Trajectory
+        What new gains are verified with.
+    """
+
+    capture: Capture
+    trajectory: Trajectory
+    one_cycle: Trajectory
+
+
+def put_in_force(
+    board: Board,
+    wanted: Bank,
+    before: MotionBefore,
+    observer: Observer,
+    file: Path | None = None,
+    watch: Stopwatch | None = None,
+) -> GainChange:
+    """Stage, commit, move with the new gains, and confirm them if no axis follows worse.
+
+    Nothing is written where there is nothing to gain. The rules are in
+    `edge_ident.commissioning.verification`.
+
+    Parameters
+    ----------
+    board : Board
+        At rest, enabled, within `edge_ident.commissioning.safety.left_safe`.
+    wanted : mapping of axis name to AxisGains
+        Checked.
+    before : MotionBefore
+    observer : Observer
+    file : Path, optional
+        For the recording of the verification motion.
+    watch : Stopwatch, optional
+        Notes how long writing and verifying take.
+    """
+    watch = watch or Stopwatch()
+    count_rad, active = board.identity.encoder_resolution_rad, board.active_gains()
+    recording = before.capture.recording
+    if nothing_to_gain(wanted, active, recording, before.trajectory, count_rad):
+        log.info("nothing to gain: nothing is written")
+        return GainChange(confirmed=False, unchanged=True)
+    after = _in_force(board, wanted, before.one_cycle, observer, file, watch)
+    verification = compare_motions(recording, after.recording, count_rad)
+    keep = verification.verdict != "worse"
+    _settle(board, keep=keep)
+    return GainChange(keep, False, verification, after.tracking_rms_rad)
 
 
 def wanted_gains(active: Bank, file: GainFile) -> dict[str, AxisGains]:
@@ -92,23 +184,15 @@ def staged_whole(board: Board) -> dict[str, AxisGains]:
 
 
 def commit_staged(board: Board, drive: Drive, staged: Bank, observer: Observer) -> GainChange:
-    """Move with the old gains, then with the new ones; keep these if no axis follows worse.
-
-    Parameters
-    ----------
-    board : Board
-        At rest, without unconfirmed gains (`edge_ident.commissioning.safety.make_ready`).
-    """
+    """Move with the old gains, then with the new ones; keep these if no axis follows worse."""
     check_drive(board, drive)
     trajectory = named_trajectory(drive, "sinusoid", 1)
-    with left_safe(board):
+    with ready_to_move(board, observer.say):
         observer.stage("motion, old gains")
-        before = capture_motion(board, trajectory, observer.samples).tracking_rms_rad
+        capture = capture_motion(board, trajectory, observer.samples, say=observer.say)
         board.finish()
-        after = _in_force(board, drive, staged, observer)
-        worse = [axis for axis in after if after[axis] > before[axis]]
-        _settle(board, keep=not worse)
-    return GainChange(before, after, confirmed=not worse)
+        before = MotionBefore(capture, trajectory, trajectory)
+        return put_in_force(board, staged, before, observer)
 
 
 def restore_gains(board: Board, drive: Drive, wanted: Bank, observer: Observer) -> GainChange:
@@ -117,11 +201,11 @@ def restore_gains(board: Board, drive: Drive, wanted: Bank, observer: Observer) 
     It does not move with the present gains, which may be the reason for the restoration.
     """
     check_drive(board, drive)
-    with left_safe(board):
-        stage_gains(board, wanted)
-        after = _in_force(board, drive, wanted, observer)
+    trajectory = named_trajectory(drive, "sinusoid", 1)
+    with ready_to_move(board, observer.say):
+        after = _in_force(board, wanted, trajectory, observer, None, Stopwatch())
         _settle(board, keep=True)
-    return GainChange(None, after, confirmed=True)
+    return GainChange(confirmed=True, tracking_after_rad=after.tracking_rms_rad)
 
 
 def roll_back_unconfirmed(board: Board) -> None:
@@ -155,11 +239,19 @@ def check_owner(board: Board, file: GainFile) -> None:
         )
 
 
-def _in_force(board: Board, drive: Drive, wanted: Bank, observer: Observer) -> dict[str, float]:
-    commit_gains(board, wanted)
-    observer.stage("motion, new gains")
-    trajectory = named_trajectory(drive, "sinusoid", 1)
-    return verification_motion(board, trajectory, observer.samples).tracking_rms_rad
+def _in_force(
+    board: Board,
+    wanted: Bank,
+    trajectory: Trajectory,
+    observer: Observer,
+    file: Path | None,
+    watch: Stopwatch,
+) -> Capture:
+    with watch.stage("last_sample_to_verified"):
+        write_gains(board, wanted)
+    observer.stage("verification motion")
+    with watch.stage("verification"):
+        return verification_motion(board, trajectory, observer.samples, file)
 
 
 def _settle(board: Board, *, keep: bool) -> None:

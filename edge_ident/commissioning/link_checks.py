@@ -71,7 +71,14 @@ def _state(board: Board) -> Check:
     if status.state is State.FAULT:
         error = fault_error(status)
         return Check("state", False, error.cause, error.next_step)
-    return Check("state", True, status.state.name)
+    unhomed = [axis for axis in board.axes if axis not in status.homed]
+    told = [status.state.name, f"effort {'on' if status.enabled else 'off'}"]
+    told += [f"not homed: {', '.join(unhomed)}"] if unhomed else []
+    told += [f"limit switches pressed: {', '.join(status.limit_switches)}"] * bool(
+        status.limit_switches
+    )
+    told += ["held by another host"] if status.session_remaining_s else []
+    return Check("state", True, "; ".join(told))
 
 
 def _timed(board: Board, on_request: Callable[[int, int], None]) -> tuple[Array, Array, Array]:

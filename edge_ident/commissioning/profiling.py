@@ -25,13 +25,14 @@ import numpy as np
 
 from edge_ident.commissioning.capture import capture_motion, check_drive
 from edge_ident.commissioning.gain_transfer import compare_gains
-from edge_ident.commissioning.run import Observer, design_gains
-from edge_ident.commissioning.safety import left_safe, make_ready
+from edge_ident.commissioning.observer import Observer
+from edge_ident.commissioning.run import design_gains
+from edge_ident.commissioning.safety import left_safe, ready_to_move
 from edge_ident.drive.description import load_drive
 from edge_ident.estimation.network import VARIANTS, Network, Variant, load_network, variant_named
 from edge_ident.identification.identify import identify
 from edge_ident.signals.recording import Recording
-from edge_ident.signals.recording_files import load_recording, save_recording
+from edge_ident.signals.recording_files import load_recording
 from edge_ident.support.stopwatch import Stopwatch
 from firmware_interface.board import Board
 from firmware_interface.connection import DEFAULT_BAUD_RATE, open_link
@@ -154,6 +155,7 @@ def profile_device(
             tail_ms, stop_ms = _record(board, file, observer)
             recording = load_recording(file)
             runs = [_warm(board, recording, p, repetitions, observer) for p in VARIANTS]
+            board.release()
         finally:
             link.close()
         runs += [_cold(url, baud_rate, file, p, repetitions, observer) for p in VARIANTS]
@@ -171,14 +173,12 @@ def _record(board: Board, file: Path, observer: Observer) -> tuple[float, float]
     """Capture the motion to work on; returns the times of tail and stop, ms."""
     drive = load_drive()
     check_drive(board, drive)
-    make_ready(board)
-    observer.stage("motion")
-    with left_safe(board):
-        capture = capture_motion(board, drive.trajectory(), observer.samples)
+    with ready_to_move(board, observer.say):
+        observer.stage("motion")
+        capture = capture_motion(board, drive.trajectory(), observer.samples, file)
         start_s = time.perf_counter()
         board.finish()
         stop_ms = 1e3 * (time.perf_counter() - start_s)
-    save_recording(capture.recording, file)
     return 1e3 * capture.tail_s, stop_ms
 
 
@@ -275,7 +275,7 @@ def _cold_start(url: str, baud_rate: str, file: str, precision: str, started_s: 
         board = Board.connect(link)
     with left_safe(board):
         times = _after_the_last_sample(board, recording, network, watch)
-    link.close()
+    board.close()
     times["start"] = start_ms
     times["total"] += start_ms + times["connect"]
     print(json.dumps(times))

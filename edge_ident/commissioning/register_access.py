@@ -45,10 +45,10 @@ def check_write(register: Register, values: Sequence[float]) -> None:
     """
     if register.access != "rw":
         raise BoardError(f"{register.name} may only be read", "choose a register with access rw")
-    if register.name.startswith("command."):
+    if register.name.startswith(("command.", "session.")):
         raise BoardError(
-            f"{register.name} is part of a command, which goes out whole with a fresh token",
-            "use the command line's own verbs: run, capture, stop, gains",
+            f"{register.name} is part of how a host commands the board, and no setting",
+            "use the command line's own verbs: run, capture, home, stop, gains",
         )
     for value in values:
         if not believable(register, value):
@@ -73,7 +73,7 @@ def write_register(board: Board, register: Register, values: Sequence[float]) ->
     Raises
     ------
     BoardError
-        See `check_write`; or the board is busy.
+        See `check_write`; or the board is busy, or another host holds it.
     LinkError
         What was read back differs.
     """
@@ -84,6 +84,7 @@ def write_register(board: Board, register: Register, values: Sequence[float]) ->
             f"the board is {state.name}",
             "write single registers while it is IDLE and nobody uses it",
         )
+    board.claim()
     board.write_register(register.name, *values)
 
 

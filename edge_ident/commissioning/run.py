@@ -4,13 +4,18 @@ import logging
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final, Protocol
+from typing import Final
 
 from edge_ident.commissioning.capture import Capture, capture_motion, check_drive
+from edge_ident.commissioning.gain_change import (
+    GainChange,
+    MotionBefore,
+    check_change,
+    put_in_force,
+)
 from edge_ident.commissioning.gain_files import save_backup
-from edge_ident.commissioning.gain_transfer import check_gains, write_gains
-from edge_ident.commissioning.safety import left_safe, make_ready
-from edge_ident.commissioning.verification import Verification, verification_motion
+from edge_ident.commissioning.observer import Observer
+from edge_ident.commissioning.safety import ready_to_move
 from edge_ident.control.gain_design import GainDesign, design
 from edge_ident.control.position_loop import LoopHardware
 from edge_ident.drive.description import Drive
@@ -19,26 +24,15 @@ from edge_ident.estimation.network import Network
 from edge_ident.identification.identify import Identification, identify
 from edge_ident.model.model import Model
 from edge_ident.signals.data_checks import check_recording
-from edge_ident.signals.recording_files import save_recording
 from edge_ident.support.stopwatch import Stopwatch
 from firmware_interface.board import Board
-from firmware_interface.gains import AxisGains
+from firmware_interface.gains import Bank
 
 log = logging.getLogger(__name__)
 
 CAPTURE_FILE: Final = "capture.npz"
 VERIFICATION_FILE: Final = "verification.npz"
 BACKUP_FILE: Final = "gains_before.json"
-
-
-class Observer(Protocol):
-    """Who wants to see the progress."""
-
-    def stage(self, title: str) -> None:
-        """Call when a stage begins."""
-
-    def samples(self, in_hand: int, expected: int) -> None:
-        """Call as captured samples arrive."""
 
 
 @dataclass(frozen=True)
@@ -79,25 +73,36 @@ class Outcome:
     designs : mapping of axis to GainDesign
         Empty where the identification is not trusted.
     gains_before : mapping of axis to AxisGains
-    verification : Verification or None
-        None where nothing was written.
-    confirmed, stored : bool
-        Whether the new gains stay, and whether they outlast a power cycle.
+    change : GainChange or None
+        None where no gains were to be written.
+    stored : bool
+        Whether the gains in force outlast a power cycle.
     conclusion : str
         One sentence.
     timing_ms : mapping of stage to milliseconds
-        `last_sample_to_verified` runs from the last page in hand to gains committed and read back.
+        `last_sample_to_verified` runs from the last page in hand to gains committed and read back,
+        the stop included.
     """
 
     capture: Capture
     identification: Identification
     designs: Mapping[str, GainDesign]
-    gains_before: Mapping[str, AxisGains]
-    verification: Verification | None
-    confirmed: bool
+    gains_before: Bank
+    change: GainChange | None
     stored: bool
     conclusion: str
     timing_ms: Mapping[str, float]
+
+    @property
+    def confirmed(self) -> bool:
+        """Whether new gains are in force to stay."""
+        return self.change is not None and self.change.confirmed
+
+    @property
+    def trusted(self) -> bool:
+        """Whether all went well: the gains in force are the best that is known."""
+        good = self.change is None or self.change.confirmed or self.change.unchanged
+        return self.identification.trusted and good
 
 
 def commission(
@@ -122,44 +127,36 @@ def commission(
     LinkError, BoardError, DataError, ModelError, GainError
     """
     check_drive(board, drive)
-    make_ready(board)
     watch = Stopwatch()
     trajectory = named_trajectory(drive, plan.motion, plan.cycles)
-    with left_safe(board):
-        before = board.active_gains()
-        save_backup(before, board.identity, folder / BACKUP_FILE)
+    with ready_to_move(board, observer.say):
+        gains_before = board.active_gains()
+        save_backup(gains_before, board.identity, folder / BACKUP_FILE)
         observer.stage("identification motion")
         with watch.stage("motion"):
-            capture = capture_motion(board, trajectory, observer.samples)
-        observer.stage("identification")
+            capture = capture_motion(
+                board, trajectory, observer.samples, folder / CAPTURE_FILE, observer.say
+            )
         with watch.stage("last_sample_to_verified"):
-            save_recording(capture.recording, folder / CAPTURE_FILE)
+            board.finish()
+            observer.stage("identification")
             check_recording(capture.recording)
             found = identify(capture.recording, network, model=plan.model, seed=plan.seed)
             designs = design_gains(board, found, plan.bandwidth_rad_s) if found.trusted else {}
-            board.finish()  # the machine came to rest meanwhile
-            written = _write(board, designs, before, plan)
-        verification = None
-        if written:
-            observer.stage("verification motion")
-            with watch.stage("verification"):
-                verified = verification_motion(
-                    board, named_trajectory(drive, plan.motion, 1), observer.samples
-                )
-            save_recording(verified.recording, folder / VERIFICATION_FILE)
-            verification = Verification(capture.tracking_rms_rad, verified.tracking_rms_rad)
-            _settle(board, verification, plan)
-    confirmed = verification is not None and verification.improved
-    conclusion = _conclude(found, verification)
+        before = MotionBefore(capture, trajectory, named_trajectory(drive, plan.motion, 1))
+        change = _change(board, designs, gains_before, before, plan, folder, observer, watch)
+        stored = plan.store and change is not None and (change.confirmed or change.unchanged)
+        if stored:
+            board.store()
+    conclusion = _conclude(found, change, stored)
     log.info(conclusion)
     return Outcome(
         capture=capture,
         identification=found,
         designs=designs,
-        gains_before=before,
-        verification=verification,
-        confirmed=confirmed,
-        stored=confirmed and plan.store,
+        gains_before=gains_before,
+        change=change,
+        stored=stored,
         conclusion=conclusion,
         timing_ms=watch.timing_ms(),
     )
@@ -176,41 +173,30 @@ def design_gains(
     }
 
 
-def _write(
+def _change(
     board: Board,
     designs: Mapping[str, GainDesign],
-    before: Mapping[str, AxisGains],
+    gains_before: Bank,
+    before: MotionBefore,
     plan: Plan,
-) -> bool:
-    """Check the designed gains and, unless this is a dry run, put them in force, unconfirmed."""
+    folder: Path,
+    observer: Observer,
+    watch: Stopwatch,
+) -> GainChange | None:
+    """Check the designed gains and, unless this is a dry run, put them in force."""
     if not designs:
-        return False
+        return None
     wanted = {axis: designed.gains for axis, designed in designs.items()}
-    check_gains(wanted, before, board.limits())
-    if plan.write:
-        write_gains(board, wanted)
-    return plan.write
+    check_change(board, gains_before, wanted, large_steps=True)
+    if not plan.write:
+        return None
+    return put_in_force(board, wanted, before, observer, folder / VERIFICATION_FILE, watch)
 
 
-def _settle(board: Board, verification: Verification, plan: Plan) -> None:
-    """Confirm gains that follow no worse, and store them if asked to; take the others back."""
-    if not verification.improved:
-        board.roll_back()
-        return
-    board.confirm()
-    if plan.store:
-        board.store()
-
-
-def _conclude(found: Identification, verification: Verification | None) -> str:
+def _conclude(found: Identification, change: GainChange | None, stored: bool) -> str:
     if not found.trusted:
         axes = ", ".join(name for name, axis in found.axes.items() if not axis.trusted)
         return f"axis {axes} is not trusted; nothing was written"
-    if verification is None:
+    if change is None:
         return "dry run: gains were designed and checked, nothing was written"
-    ratios = ", ".join(
-        f"{axis} {verification.ratio(axis):.1f} times" for axis in verification.before_rad
-    )
-    if verification.improved:
-        return f"new gains confirmed; the tracking error fell: {ratios}"
-    return f"new gains followed worse and were rolled back (error fell: {ratios})"
+    return change.conclusion + ("; the gains in force are stored" if stored else "")

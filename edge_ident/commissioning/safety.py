@@ -1,61 +1,138 @@
-"""Whatever happens, leave the machine stopped and its gains old or new.
+"""Whatever happens, leave the machine stopped, its effort as it was found, its gains old or new.
 
 This is order, not a safety function: the board's own limits, watchdog and confirm window act
 when the host is gone.
 """
 
 import logging
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import Final
 
 from edge_ident.errors import BoardError, EdgeIdentError
 from edge_ident.support.interrupts import deaf_to_interrupts
-from firmware_interface.board import Board
+from firmware_interface.board import Board, BoardStatus
 from firmware_interface.board_checks import fault_error
+from firmware_interface.errors import BusyError
 from firmware_interface.registers import Fault, State
 
 log = logging.getLogger(__name__)
 
+_MOVES: Final = (State.MOVING, State.DRAINING, State.STOPPING)
+_STOP_S: Final = 2.0
+"""Longest stop that follows a watchdog's end, with some to spare."""
+_POLL_S: Final = 0.01
 
-def make_ready(board: Board) -> None:
-    """Bring a board that an earlier host left behind back to IDLE with confirmed gains.
 
-    A host that vanished in the middle of a motion leaves the board stopped by its watchdog, in
-    that fault: nothing is wrong with the machine, and a host is there again.
+@contextmanager
+def ready_to_move(board: Board, say: Callable[[str], None]) -> Iterator[None]:
+    """Hold a board that is ready, with effort on; afterwards as it was found, stopped in any case.
+
+    Parameters
+    ----------
+    board : Board
+        Connected.
+    say : callable
+        Takes what the person at the machine should know.
 
     Raises
     ------
     BoardError
-        It is in another fault, or moving for somebody else.
+        It is in fault, or another host has it.
     """
+    make_ready(board)
     status = board.status()
+    unhomed = [axis for axis in board.axes if axis not in status.homed]
+    if unhomed:
+        say(
+            f"axis {', '.join(unhomed)} is not homed: travel counts from where it stood when "
+            "the board was switched on"
+        )
+    with left_safe(board), effort_on(board, say):
+        yield
+
+
+@contextmanager
+def effort_on(board: Board, say: Callable[[str], None]) -> Iterator[None]:
+    """Switch the effort on where it is off, and off again at the end where it was."""
+    if board.status().enabled:
+        yield
+        return
+    say(f"axes enabled ({', '.join(board.axes)}): the drives take effort now")
+    log.info("axes enabled")
+    board.enable()
+    yield
+    board.disable()
+    log.info("axes disabled")
+    say("axes disabled again")
+
+
+def make_ready(board: Board) -> None:
+    """Hold a board and bring what an earlier host left behind to IDLE with confirmed gains.
+
+    A host that vanished in the middle of a motion leaves the board moving until its watchdog stops
+    it, then in that fault: nothing is wrong with the machine, and a host is there again.
+
+    Raises
+    ------
+    BoardError
+        It is in another fault, or moves for somebody else, or another host holds it.
+    """
+    status = _at_rest(board)
+    board.claim()
     if status.state is State.FAULT:
         if status.fault is not Fault.WATCHDOG:
             raise fault_error(status)
         log.warning("an earlier host vanished during a motion: clearing the watchdog's fault")
         board.clear_fault()
         status = board.status()
-    if status.state in (State.MOVING, State.STOPPING):
-        raise BoardError(
-            f"the board is {status.state.name}: another host moves it",
-            "wait for its end, or stop it with edge-ident stop",
-        )
     if status.state is not State.IDLE or status.unconfirmed:
         log.warning("an earlier host left the board %s: cleaning up", status.state.name)
         board.quick_stop()
 
 
+def _at_rest(board: Board) -> BoardStatus:
+    """Wait as long as a motion may go on whose host is gone."""
+    (timeout_s,) = board.register_values("watchdog.timeout")
+    deadline = time.monotonic() + timeout_s + _STOP_S
+    while (status := board.status()).state in _MOVES:
+        if time.monotonic() > deadline:
+            if status.state is State.DRAINING:
+                return status  # stands, and waits for a host that will not come
+            raise BoardError(
+                f"the board is {status.state.name}: another host moves it",
+                "wait for its end, or stop it with edge-ident stop",
+            )
+        time.sleep(_POLL_S)
+    return status
+
+
 @contextmanager
 def left_safe(board: Board) -> Iterator[None]:
-    """Stop the machine and take back unconfirmed gains if the body does not end well."""
+    """Stop the machine, take back unconfirmed gains and switch off if the body does not end well.
+
+    The effort goes off unless it was on before. A board that another host has taken over is left
+    to it.
+    """
+    was_enabled = board.status().enabled
     try:
         yield
+    except BusyError:
+        raise
     except BaseException as reason:
         log.warning("ended early (%s): stopping the machine", type(reason).__name__)
         with deaf_to_interrupts():  # a second Ctrl-C must not cut the stop short
-            _attempt("stop", board.quick_stop)
+            stop_at_once(board)
             _attempt("roll back", lambda: _roll_back_unconfirmed(board))
+            if not was_enabled:
+                _attempt("disable", board.disable)
         raise
+
+
+def stop_at_once(board: Board) -> None:
+    """Stop the machine, or note that it could not be told to."""
+    _attempt("stop", board.quick_stop)
 
 
 def _roll_back_unconfirmed(board: Board) -> None:

@@ -58,25 +58,30 @@ def gain_report_document(report: GainReport) -> dict[str, Any]:
         "axes": {axis: _axis_document(report, axis) for axis in report.active},
         "unconfirmed_s": report.unconfirmed_s,
         "confirmed": None if change is None else change.confirmed,
+        "unchanged": None if change is None else change.unchanged,
         "backup": None if report.backup is None else str(report.backup),
     }
 
 
 def _axis_document(report: GainReport, axis: str) -> dict[str, Any]:
     change, forecasts = report.change, [_forecast(f[axis]) for f in report.forecasts]
-    tracking = None
-    if change is not None:
-        before = change.tracking_before_rad
-        tracking = {
-            "before": None if before is None else before[axis],
-            "after": change.tracking_after_rad[axis],
-        }
+    measured = _measured(change, axis)
+    tracking = None if measured is None else dict(zip(("before", "after"), measured, strict=True))
     return {
         "active": dataclasses.asdict(report.active[axis]),
         "new": None if report.new is None else dataclasses.asdict(report.new[axis]),
         "forecast": dict(zip(("active", "new"), forecasts, strict=False)) or None,
         "tracking_rms_rad": tracking,
     }
+
+
+def _measured(change: GainChange | None, axis: str) -> tuple[float | None, float] | None:
+    """Tracking error with the gains of before, where they were tried, and with the new ones."""
+    if change is None or change.tracking_after_rad is None:
+        return None
+    verified = change.verification
+    before = None if verified is None else verified.axes[axis].before_rad
+    return before, change.tracking_after_rad[axis]
 
 
 def _forecast(forecast: Forecast) -> dict[str, Any]:
@@ -97,8 +102,7 @@ def gain_report_view(report: GainReport) -> Group:
     if report.backup:
         parts.append(Text(f"backup of the previous gains: {report.backup}"))
     if report.change:
-        rolled_back = "rolled back: the drive followed the motion worse with them"
-        parts.append(Text(f"new gains {'confirmed' if report.change.confirmed else rolled_back}"))
+        parts.append(Text(report.change.conclusion))
     return Group(*parts)
 
 
@@ -141,8 +145,8 @@ def _predictions(report: GainReport, axis: str) -> list[tuple[str, list[str]]]:
     simulated = [f.tracking_rms_rad for f in forecasts if f.tracking_rms_rad is not None]
     if simulated:
         rows.append(("tracking error, simulated mrad", [f"{1e3 * rms:.3g}" for rms in simulated]))
-    if report.change:
-        before, after = report.change.tracking_before_rad, report.change.tracking_after_rad
-        measured = "" if before is None else f"{1e3 * before[axis]:.3g}"
-        rows.append(("tracking error, measured mrad", [measured, f"{1e3 * after[axis]:.3g}"]))
+    measured = _measured(report.change, axis)
+    if measured is not None:
+        cells = ["" if rms is None else f"{1e3 * rms:.3g}" for rms in measured]
+        rows.append(("tracking error, measured mrad", cells))
     return rows

@@ -6,9 +6,9 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from edge_ident.commissioning.gain_change import GainChange
 from edge_ident.commissioning.profiling import TARGET_MS, Profile, spread
 from edge_ident.commissioning.run import CAPTURE_FILE, Outcome
-from edge_ident.commissioning.verification import Verification
 from edge_ident.estimation.network import Network
 from edge_ident.report.documents import design_document, identification_document
 from firmware_interface.board import BoardIdentity
@@ -26,8 +26,9 @@ def run_document(
         "gains_before": {
             name: dataclasses.asdict(gains) for name, gains in outcome.gains_before.items()
         },
-        "verification": _verification(outcome.verification),
+        "verification": _verification(outcome.change),
         "confirmed": outcome.confirmed,
+        "unchanged": outcome.change is not None and outcome.change.unchanged,
         "stored": outcome.stored,
         "conclusion": outcome.conclusion,
         "capture": {
@@ -44,16 +45,18 @@ def run_document(
     }
 
 
-def _verification(verification: Verification | None) -> dict[str, Any] | None:
-    if verification is None:
+def _verification(change: GainChange | None) -> dict[str, Any] | None:
+    if change is None or change.verification is None:
         return None
     return {
         axis: {
-            "tracking_rms_before_rad": verification.before_rad[axis],
-            "tracking_rms_after_rad": verification.after_rad[axis],
-            "ratio": verification.ratio(axis),
+            "tracking_rms_before_rad": tracking.before_rad,
+            "tracking_rms_after_rad": tracking.after_rad,
+            "ratio": tracking.ratio,
+            "repeatability_rad": tracking.repeatability_rad,
+            "verdict": tracking.verdict,
         }
-        for axis in verification.before_rad
+        for axis, tracking in change.verification.axes.items()
     }
 
 

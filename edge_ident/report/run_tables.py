@@ -21,21 +21,22 @@ def _outcome_parts(outcome: Outcome) -> Iterator[RenderableType]:
     yield identification_view(outcome.identification)
     if outcome.designs:
         yield designs_view(outcome.designs)
-    if outcome.verification:
-        yield _tracking_table(outcome.verification)
+    if outcome.change and outcome.change.verification:
+        yield _tracking_table(outcome.change.verification)
     yield Text(outcome.conclusion)
 
 
 def _tracking_table(verification: Verification) -> Table:
     table = Table(title="tracking error, rms", title_justify="left")
-    for heading in ("axis", "before", "after", "smaller by"):
+    for heading in ("axis", "before", "after", "smaller by", "repeats within"):
         table.add_column(heading, justify="right", no_wrap=True)
-    for axis, before in verification.before_rad.items():
+    for axis, tracking in verification.axes.items():
         table.add_row(
             axis,
-            f"{1e3 * before:.2f} mrad",
-            f"{1e3 * verification.after_rad[axis]:.2f} mrad",
-            f"{verification.ratio(axis):.1f}",
+            f"{1e3 * tracking.before_rad:.2f} mrad",
+            f"{1e3 * tracking.after_rad:.2f} mrad",
+            f"{tracking.ratio:.1f}",
+            f"{1e3 * tracking.repeatability_rad:.2f} mrad",
         )
     return table
 

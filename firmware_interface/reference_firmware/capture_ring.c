@@ -3,7 +3,6 @@
 #include <string.h>
 
 #include "crc.h"
-#include "register_file.h"
 
 #define BODY_WORDS (FD_PAGE_WORDS - 2u)
 
@@ -15,7 +14,7 @@ union page {
 
 static union page slots[FD_PAGE_SLOTS];
 static union page pending;
-static uint32_t pages_written, samples, overflows;
+static struct capture_counters counters;
 
 static void put_u32(uint16_t words[2], uint32_t value)
 {
@@ -28,16 +27,15 @@ static int16_t saturated(int32_t value)
     return (int16_t)(value > INT16_MAX ? INT16_MAX : value < INT16_MIN ? INT16_MIN : value);
 }
 
-static uint32_t acknowledged(void)
-{
-    return register_u32(FD_REG_CAPTURE_PAGES_ACKNOWLEDGED);
-}
-
 void capture_ring_clear(void)
 {
-    pages_written = samples = overflows = 0;
+    memset(&counters, 0, sizeof counters);
     memset(&pending, 0, sizeof pending);
-    register_put_u32(FD_REG_CAPTURE_PAGES_ACKNOWLEDGED, 0);
+}
+
+struct capture_counters capture_ring_counters(void)
+{
+    return counters;
 }
 
 void capture_ring_add(const struct drive_sample *sample)
@@ -49,7 +47,7 @@ void capture_ring_add(const struct drive_sample *sample)
         pending.fields.sample[row][axis].following_error =
             (uint16_t)saturated(sample->following_error[axis]);
     }
-    samples++;
+    counters.samples++;
     if (pending.fields.count == FD_PAGE_SAMPLES) {
         capture_ring_flush();
     }
@@ -60,36 +58,36 @@ void capture_ring_flush(void)
     if (pending.fields.count == 0) {
         return;
     }
-    if (pages_written - acknowledged() >= FD_PAGE_SLOTS) {
-        overflows++;
+    if (counters.pages_written - counters.acknowledged >= FD_PAGE_SLOTS) {
+        counters.overflows++;
     }
-    put_u32(pending.fields.index, pages_written);
-    put_u32(pending.fields.first_sample, samples - pending.fields.count);
+    put_u32(pending.fields.index, counters.pages_written);
+    put_u32(pending.fields.first_sample, counters.samples - pending.fields.count);
     put_u32(pending.fields.crc, crc32_of_words(pending.words, BODY_WORDS));
-    slots[pages_written % FD_PAGE_SLOTS] = pending;
-    pages_written++;
+    slots[counters.pages_written % FD_PAGE_SLOTS] = pending;
+    counters.pages_written++;
     memset(&pending, 0, sizeof pending);
+}
+
+bool capture_ring_can_acknowledge(uint32_t pages)
+{
+    return pages <= counters.pages_written;
+}
+
+void capture_ring_acknowledge(uint32_t pages)
+{
+    if (pages > counters.acknowledged) {
+        counters.acknowledged = pages;
+    }
 }
 
 bool capture_ring_drained(void)
 {
-    return acknowledged() >= pages_written;
-}
-
-uint32_t capture_ring_samples(void)
-{
-    return samples;
+    return counters.acknowledged == counters.pages_written;
 }
 
 uint16_t capture_ring_word(uint32_t offset)
 {
     const uint32_t within = offset % FD_PAGE_SLOT_REGISTERS;
     return within < FD_PAGE_WORDS ? slots[offset / FD_PAGE_SLOT_REGISTERS].words[within] : 0;
-}
-
-void capture_ring_publish(void)
-{
-    register_put_u32(FD_REG_CAPTURE_PAGES_WRITTEN, pages_written);
-    register_put_u32(FD_REG_CAPTURE_SAMPLES_CAPTURED, samples);
-    register_put_u32(FD_REG_CAPTURE_OVERFLOWS, overflows);
 }

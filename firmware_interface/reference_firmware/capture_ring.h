@@ -11,22 +11,31 @@
 /* Begin a new capture. */
 void capture_ring_clear(void);
 
+/* What the host reads. */
+struct capture_counters {
+    uint32_t pages_written;
+    uint32_t samples;
+    uint32_t overflows;
+    uint32_t acknowledged; /* pages */
+};
+struct capture_counters capture_ring_counters(void);
+
 /* Take a sample; write the page that it completes. */
 void capture_ring_add(const struct drive_sample *sample);
 
 /* Write the samples that are pending, as a short page if need be. */
 void capture_ring_flush(void);
 
+/* Whether the host may claim to hold so many pages: no more than were written. */
+bool capture_ring_can_acknowledge(uint32_t pages);
+
+/* It does; fewer than before change nothing. */
+void capture_ring_acknowledge(uint32_t pages);
+
 /* The host holds every page. */
 bool capture_ring_drained(void);
 
-/* Since the last clear. */
-uint32_t capture_ring_samples(void);
-
 /* Word of the page slots, counted from the first. */
 uint16_t capture_ring_word(uint32_t offset);
-
-/* Put the counters where the host reads them. */
-void capture_ring_publish(void);
 
 #endif

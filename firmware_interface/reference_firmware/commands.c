@@ -2,19 +2,26 @@
 
 #include <string.h>
 
+#include "arming.h"
 #include "drive.h"
 #include "gain_banks.h"
 #include "gain_store.h"
 #include "machine.h"
 #include "port.h"
-#include "setpoints.h"
+#include "session.h"
 
 #define TOKENS_REMEMBERED 64u
 
 static uint16_t tokens[TOKENS_REMEMBERED];
 static uint32_t tokens_seen;
 static enum fd_result last_result;
-static struct trajectory armed;
+
+void commands_init(void)
+{
+    tokens_seen = 0;
+    last_result = FD_RESULT_NONE;
+    arming_init();
+}
 
 uint16_t commands_last_token(void)
 {
@@ -37,74 +44,18 @@ static bool remembered(uint16_t token)
     return false;
 }
 
-/* ---- those that take their time: the lock is held for their ends only */
-
-/* Whether a command that needs the axes at rest in IDLE may go on. */
-static enum fd_result idle_at_rest(void)
-{
-    port_lock();
-    const enum fd_result result = machine.state != FD_STATE_IDLE ? FD_RESULT_WRONG_STATE
-        : machine_moving() ? FD_RESULT_NOT_AT_REST : FD_RESULT_DONE;
-    port_unlock();
-    return result;
-}
-
-static enum fd_result arm(void)
-{
-    enum fd_result result = idle_at_rest();
-    if (result != FD_RESULT_DONE) {
-        return result;
-    }
-    if (!trajectory_read(&armed)) {
-        return FD_RESULT_BAD_TRAJECTORY;
-    }
-    port_lock();
-    trajectory_begin(&armed, setpoints_current());
-    port_unlock();
-    if (!trajectory_within_limits(&armed)) {
-        return FD_RESULT_TRAJECTORY_LIMITS;
-    }
-    port_lock();
-    /* a fault may have come meanwhile */
-    result = machine.state == FD_STATE_IDLE ? FD_RESULT_DONE : FD_RESULT_WRONG_STATE;
-    if (result == FD_RESULT_DONE) {
-        machine.state = FD_STATE_ARMED;
-    }
-    port_unlock();
-    return result;
-}
-
-static enum fd_result store(uint32_t argument)
-{
-    struct fd_gain_bank gains[FD_AXES];
-    enum fd_result result = idle_at_rest();
-    if (result != FD_RESULT_DONE) {
-        return result;
-    }
-    if (argument != FD_STORE_SIGNATURE) {
-        return FD_RESULT_WRONG_ARGUMENT;
-    }
-    port_lock();
-    result = gain_banks_unconfirmed() ? FD_RESULT_UNCONFIRMED : FD_RESULT_DONE;
-    memcpy(gains, gain_banks_active(), sizeof gains);
-    port_unlock();
-    if (result == FD_RESULT_DONE && !gain_store_save(gains)) {
-        result = FD_RESULT_STORE_FAILED;
-    }
-    return result;
-}
-
-/* ---- those that take effect at once, between two samples */
+/* ---- motion; with the lock */
 
 static enum fd_result start(uint32_t argument)
 {
     if (machine.state != FD_STATE_ARMED) {
-        return FD_RESULT_WRONG_STATE;
+        return machine.state == FD_STATE_IDLE && !drive_powered() ? FD_RESULT_NOT_ENABLED
+                                                                  : FD_RESULT_WRONG_STATE;
     }
     if (argument != FD_MAP_CRC) {
         return FD_RESULT_WRONG_ARGUMENT;
     }
-    machine_follow(&armed);
+    arming_start();
     return FD_RESULT_DONE;
 }
 
@@ -114,7 +65,8 @@ static enum fd_result quick_stop(void)
     if (machine.roll_back_due && !machine_moving()) {
         machine_roll_back();
     }
-    if (machine.state == FD_STATE_ARMED || machine.state == FD_STATE_DONE) {
+    if (machine.state == FD_STATE_CHECKING || machine.state == FD_STATE_ARMED
+        || machine.state == FD_STATE_DONE) {
         machine.state = FD_STATE_IDLE;
     } else if (machine.state == FD_STATE_MOVING || machine.state == FD_STATE_DRAINING) {
         machine_stop();
@@ -131,9 +83,11 @@ static enum fd_result finish(void)
     return FD_RESULT_DONE;
 }
 
+/* ---- effort; with the lock */
+
 static enum fd_result clear_fault(void)
 {
-    if (machine.state != FD_STATE_FAULT) {
+    if (machine.state != FD_STATE_FAULT || machine.fault == FD_FAULT_SELF_TEST) {
         return FD_RESULT_WRONG_STATE;
     }
     if (port_sto_active()) {
@@ -142,21 +96,62 @@ static enum fd_result clear_fault(void)
     if (machine_moving()) {
         return FD_RESULT_NOT_AT_REST;
     }
-    machine.fault = FD_FAULT_NONE;
-    machine.fault_sample = 0;
-    setpoints_hold_here();
-    drive_power_on();
-    machine.state = FD_STATE_IDLE;
+    machine_clear_fault();
     return FD_RESULT_DONE;
 }
 
-static enum fd_result gain_command(uint16_t opcode)
+static enum fd_result enable(void)
 {
     if (machine.state != FD_STATE_IDLE) {
         return FD_RESULT_WRONG_STATE;
     }
+    if (drive_powered()) {
+        return FD_RESULT_DONE;
+    }
+    if (machine_sto()) {
+        return FD_RESULT_STO_ACTIVE;
+    }
     if (machine_moving()) {
         return FD_RESULT_NOT_AT_REST;
+    }
+    machine_enable();
+    return FD_RESULT_DONE;
+}
+
+static enum fd_result disable(void)
+{
+    if (machine.state == FD_STATE_FAULT) {
+        return FD_RESULT_DONE;
+    }
+    if (machine.state != FD_STATE_IDLE && machine.state != FD_STATE_ARMED
+        && machine.state != FD_STATE_DONE) {
+        return FD_RESULT_WRONG_STATE;
+    }
+    if (machine_moving()) {
+        return FD_RESULT_NOT_AT_REST;
+    }
+    machine_disable();
+    if (machine.state == FD_STATE_ARMED) {
+        machine.state = FD_STATE_IDLE;
+    }
+    return FD_RESULT_DONE;
+}
+
+/* ---- gains */
+
+/* With the lock: whether a command that needs the axes at rest in IDLE may go on. */
+static enum fd_result idle_at_rest(void)
+{
+    return machine.state != FD_STATE_IDLE ? FD_RESULT_WRONG_STATE
+        : machine_moving() ? FD_RESULT_NOT_AT_REST : FD_RESULT_DONE;
+}
+
+/* With the lock. */
+static enum fd_result gain_command(uint16_t opcode, uint32_t argument)
+{
+    enum fd_result result = idle_at_rest();
+    if (result != FD_RESULT_DONE) {
+        return result;
     }
     if (opcode == FD_OPCODE_CONFIRM) {
         return gain_banks_confirm();
@@ -164,46 +159,107 @@ static enum fd_result gain_command(uint16_t opcode)
     if (opcode == FD_OPCODE_ROLL_BACK) {
         return machine_roll_back();
     }
-    const enum fd_result result = gain_banks_commit();
+    result = gain_banks_commit(argument);
     if (result == FD_RESULT_DONE) {
         machine_exchange_gains();
     }
     return result;
 }
 
-static enum fd_result execute_at_once(uint16_t opcode, uint32_t argument)
+/* Without the lock, which is held for the beginning only: memory is slow. */
+static enum fd_result store(uint32_t argument)
 {
-    switch (opcode) {
+    struct fd_gain_bank gains[FD_AXES];
+    port_lock();
+    enum fd_result result = idle_at_rest();
+    if (result == FD_RESULT_DONE && argument != FD_STORE_SIGNATURE) {
+        result = FD_RESULT_WRONG_ARGUMENT;
+    } else if (result == FD_RESULT_DONE && gain_banks_unconfirmed()) {
+        result = FD_RESULT_UNCONFIRMED;
+    }
+    memcpy(gains, gain_banks_active(), sizeof gains);
+    port_unlock();
+    if (result == FD_RESULT_DONE && !gain_store_save(gains)) {
+        result = FD_RESULT_STORE_FAILED;
+    }
+    return result;
+}
+
+/* ---- all of them */
+
+/* With the lock. */
+static enum fd_result execute_at_once(const struct command *command)
+{
+    switch (command->opcode) {
     case FD_OPCODE_START:
-        return start(argument);
+        return start(command->argument);
     case FD_OPCODE_QUICK_STOP:
         return quick_stop();
     case FD_OPCODE_FINISH:
         return finish();
     case FD_OPCODE_CLEAR_FAULT:
         return clear_fault();
+    case FD_OPCODE_ENABLE:
+        return enable();
+    case FD_OPCODE_DISABLE:
+        return disable();
     case FD_OPCODE_COMMIT:
     case FD_OPCODE_CONFIRM:
     case FD_OPCODE_ROLL_BACK:
-        return gain_command(opcode);
+        return gain_command(command->opcode, command->argument);
     default:
         return FD_RESULT_UNKNOWN_COMMAND;
     }
 }
 
-void commands_execute(uint16_t opcode, uint16_t token, uint32_t argument)
+static enum fd_result execute(const struct command *command)
 {
-    if (remembered(token)) {
-        return;
+    if (command->opcode == FD_OPCODE_ARM) {
+        return arming_begin(command->argument);
     }
-    tokens[tokens_seen++ % TOKENS_REMEMBERED] = token;
-    if (opcode == FD_OPCODE_ARM) {
-        last_result = arm();
-    } else if (opcode == FD_OPCODE_STORE) {
-        last_result = store(argument);
+    if (command->opcode == FD_OPCODE_STORE) {
+        return store(command->argument);
+    }
+    port_lock();
+    const enum fd_result result = execute_at_once(command);
+    port_unlock();
+    return result;
+}
+
+/* Whether the host that holds the board sent it: then that host is alive. */
+static bool from_holder(uint32_t key)
+{
+    port_lock();
+    const bool held = session_held_by(key);
+    if (held) {
+        session_claim(key);
+    }
+    port_unlock();
+    return held;
+}
+
+void commands_execute(const struct command *command)
+{
+    if (remembered(command->token)) {
+        return; /* nor does a late copy tell that the host is alive */
+    }
+    tokens[tokens_seen++ % TOKENS_REMEMBERED] = command->token;
+    /* whoever sees the need may stop the machine */
+    if (from_holder(command->key) || command->opcode == FD_OPCODE_QUICK_STOP) {
+        last_result = execute(command);
     } else {
-        port_lock();
-        last_result = execute_at_once(opcode, argument);
-        port_unlock();
+        last_result = FD_RESULT_NOT_HELD;
     }
+}
+
+bool commands_go_on(void)
+{
+    if (!arming_pending()) {
+        return false;
+    }
+    const enum fd_result result = arming_go_on();
+    if (last_result == FD_RESULT_PENDING) { /* else another command was refused or stopped it */
+        last_result = result;
+    }
+    return arming_pending();
 }

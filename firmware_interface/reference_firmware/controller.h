@@ -2,6 +2,7 @@
 #ifndef CONTROLLER_H
 #define CONTROLLER_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "../registers.h"
@@ -23,9 +24,13 @@ struct controller {
 /* Forget the past: the axis stands still at this position. */
 void controller_reset(struct controller *controller, int32_t counts);
 
-/* Effort for the position just latched, within +-limit_nm. */
+/* Effort for the position just latched, within +-limit_nm; where it comes out as no finite number
+ * it is 0, and *finite is cleared. */
 float controller_effort_nm(struct controller *controller, const struct fd_gain_bank *gains,
                            const struct setpoint *setpoint, int32_t counts, float rad_per_count,
-                           float limit_nm);
+                           float limit_nm, bool *finite);
+
+/* [both] What the reference alone asks for: the effort where the axis follows exactly. */
+float controller_feedforward_nm(const struct fd_gain_bank *gains, const struct setpoint *setpoint);
 
 #endif

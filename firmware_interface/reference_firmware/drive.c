@@ -3,10 +3,11 @@
 #include <math.h>
 #include <string.h>
 
+#include "numbers.h"
 #include "port.h"
 
 #define REST_SAMPLES 20u
-#define REST_COUNTS 2
+#define REST_COUNTS 2u
 
 static struct controller controllers[FD_AXES];
 static struct fd_gain_bank gains[FD_AXES];
@@ -18,9 +19,11 @@ static bool powered;
 
 void drive_init(void)
 {
-    rad_per_count = TWO_PI / (float)port_settings()->counts_per_turn;
+    const uint32_t counts = port_settings()->counts_per_turn;
+    rad_per_count = counts > 0 ? TWO_PI / (float)counts : 0.0f; /* the self-test tells of it */
+    memset(history, 0, sizeof history);
     latched = newest = 0;
-    powered = false;
+    drive_power_off();
 }
 
 void drive_set_gains(const struct fd_gain_bank exchanged[FD_AXES])
@@ -38,7 +41,10 @@ void drive_power_on(void)
 
 void drive_power_off(void)
 {
+    static const int16_t none[FD_AXES];
     powered = false;
+    port_write_effort(none); /* at once: what this sample has commanded is not in force yet */
+    port_release_brake(false);
 }
 
 bool drive_powered(void)
@@ -46,28 +52,44 @@ bool drive_powered(void)
     return powered;
 }
 
-static int16_t effort_counts(unsigned axis, const struct setpoint *setpoint, int32_t position)
+static float effort_nm(unsigned axis, const struct setpoint *setpoint, int32_t position,
+                       bool *finite)
 {
-    const struct board_settings *settings = port_settings();
-    const float effort_nm =
-        controller_effort_nm(&controllers[axis], &gains[axis], setpoint, position, rad_per_count,
-                             settings->axis[axis].effort_nm);
-    return (int16_t)lrintf(effort_nm / settings->effort_per_count_nm);
+    return controller_effort_nm(&controllers[axis], &gains[axis], setpoint, position, rad_per_count,
+                                port_settings()->axis[axis].effort_nm, finite);
 }
 
-void drive_take_sample(const struct setpoint setpoints[FD_AXES], struct drive_sample *sample)
+/* Saturating: an encoder that wraps around must not make the axis seem near its reference. */
+static int32_t following_error(const struct setpoint *setpoint, int32_t position)
 {
+    const int64_t reference = to_int32(setpoint->position_rad / rad_per_count);
+    const int64_t error = reference - position;
+    return (int32_t)(error > INT32_MAX ? INT32_MAX : error < -INT32_MAX ? -INT32_MAX : error);
+}
+
+bool drive_take_sample(const struct setpoint setpoints[FD_AXES], struct drive_sample *sample)
+{
+    float efforts_nm[FD_AXES] = {0.0f};
+    bool finite = true;
     port_read_encoders(sample->position);
     for (unsigned axis = 0; axis < FD_AXES; axis++) {
-        const int32_t position = sample->position[axis];
-        const long reference = lrintf(setpoints[axis].position_rad / rad_per_count);
-        sample->following_error[axis] = (int32_t)reference - position;
-        sample->effort[axis] = powered ? effort_counts(axis, &setpoints[axis], position) : 0;
+        sample->following_error[axis] =
+            following_error(&setpoints[axis], sample->position[axis]);
+        if (powered) {
+            efforts_nm[axis] =
+                effort_nm(axis, &setpoints[axis], sample->position[axis], &finite);
+        }
+    }
+    for (unsigned axis = 0; axis < FD_AXES; axis++) {
+        const float counts = efforts_nm[axis] / port_settings()->effort_per_count_nm;
+        sample->effort[axis] = finite ? to_int16(counts) : 0;
     }
     port_write_effort(sample->effort);
+    port_release_brake(powered);
     newest = (newest + 1u) % REST_SAMPLES;
     memcpy(history[newest], sample->position, sizeof history[newest]);
     latched += latched < REST_SAMPLES;
+    return finite;
 }
 
 float drive_position_rad(unsigned axis)
@@ -81,26 +103,29 @@ float drive_speed_rad_s(unsigned axis)
         return 0.0f;
     }
     const uint32_t oldest = (newest + REST_SAMPLES - (latched - 1u)) % REST_SAMPLES;
-    const int32_t way = history[newest][axis] - history[oldest][axis];
+    const int32_t way = counts_between(history[newest][axis], history[oldest][axis]);
     return (float)way * rad_per_count / ((float)(latched - 1u) * SAMPLE_PERIOD_S);
+}
+
+/* How far the axis strayed over the last 50 ms. */
+static uint32_t span_counts(unsigned axis)
+{
+    int32_t lowest = 0, highest = 0; /* from the newest on, so that the counter may wrap */
+    for (unsigned n = 0; n < REST_SAMPLES; n++) {
+        const int32_t way = counts_between(history[n][axis], history[newest][axis]);
+        lowest = way < lowest ? way : lowest;
+        highest = way > highest ? way : highest;
+    }
+    return (uint32_t)highest - (uint32_t)lowest;
 }
 
 bool drive_at_rest(void)
 {
-    if (latched < REST_SAMPLES) {
-        return false;
-    }
+    bool resting = latched == REST_SAMPLES;
     for (unsigned axis = 0; axis < FD_AXES; axis++) {
-        int32_t lowest = history[0][axis], highest = history[0][axis];
-        for (unsigned n = 1; n < REST_SAMPLES; n++) {
-            lowest = history[n][axis] < lowest ? history[n][axis] : lowest;
-            highest = history[n][axis] > highest ? history[n][axis] : highest;
-        }
-        if (highest - lowest > REST_COUNTS) {
-            return false;
-        }
+        resting = resting && span_counts(axis) <= REST_COUNTS;
     }
-    return true;
+    return resting;
 }
 
 float drive_rad_per_count(void)

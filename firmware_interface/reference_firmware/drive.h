@@ -20,13 +20,14 @@ void drive_init(void);
 /* Exchange the gains of all axes between two samples. */
 void drive_set_gains(const struct fd_gain_bank gains[FD_AXES]);
 
-/* Take up control where the axes stand; no effort until then. */
+/* Take up control where the axes stand; until then no effort, and the brake applied. */
 void drive_power_on(void);
 void drive_power_off(void);
 bool drive_powered(void);
 
-/* Latch the encoders, compute the efforts. */
-void drive_take_sample(const struct setpoint setpoints[FD_AXES], struct drive_sample *sample);
+/* Latch the encoders, command the efforts. False where an effort came out as no finite number: then
+ * none is commanded. */
+bool drive_take_sample(const struct setpoint setpoints[FD_AXES], struct drive_sample *sample);
 
 /* Position latched last. */
 float drive_position_rad(unsigned axis);

@@ -81,6 +81,13 @@ static struct row row_of(const struct fd_gain_bank *gains)
     return row;
 }
 
+/* Whether a number may stand in the place that the marks tell of; a NaN may in none. */
+static bool allowed(float number, float maximum, bool negative, bool positive)
+{
+    return isfinite(number) && fabsf(number) <= maximum && (negative || number >= 0.0f)
+        && (!positive || number > 0.0f);
+}
+
 bool gain_banks_within_maxima(const struct fd_gain_bank gains[FD_AXES])
 {
     const struct row negative = row_of(&may_be_negative), positive = row_of(&must_be_positive);
@@ -88,11 +95,8 @@ bool gain_banks_within_maxima(const struct fd_gain_bank gains[FD_AXES])
         const struct row maxima = row_of(&port_settings()->axis[axis].gain_maximum);
         const struct row row = row_of(&gains[axis]);
         for (unsigned n = 0; n < BANK_FLOATS; n++) {
-            const float number = row.number[n];
-            /* written so that a NaN fails */
-            if (!(fabsf(number) <= maxima.number[n])
-                || (number < 0.0f && negative.number[n] == 0.0f)
-                || (number == 0.0f && positive.number[n] != 0.0f)) {
+            if (!allowed(row.number[n], maxima.number[n], negative.number[n] > 0.0f,
+                         positive.number[n] > 0.0f)) {
                 return false;
             }
         }
@@ -116,13 +120,13 @@ static bool within_step(const struct fd_gain_bank staged[FD_AXES])
     return true;
 }
 
-enum fd_result gain_banks_commit(void)
+enum fd_result gain_banks_commit(uint32_t crc)
 {
     struct fd_gain_bank staged[FD_AXES];
     if (unconfirmed) {
         return FD_RESULT_UNCONFIRMED;
     }
-    if (!staged_crc_ok) {
+    if (!staged_crc_ok || register_u32(FD_REG_SHADOW_CRC) != crc) {
         return FD_RESULT_GAIN_CRC;
     }
     register_take_gains(FD_REG_SHADOW_X_PROPORTIONAL, SHADOW_STRIDE, staged);

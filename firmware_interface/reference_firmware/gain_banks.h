@@ -4,6 +4,7 @@
 #define GAIN_BANKS_H
 
 #include <stdbool.h>
+#include <stdint.h>
 
 #include "../registers.h"
 
@@ -21,11 +22,12 @@ bool gain_banks_staged_crc_ok(void);
 bool gain_banks_unconfirmed(void);
 uint32_t gain_banks_remaining_us(void);
 
-/* Each number inside its maximum and of a sign that it may have. */
+/* Each number finite, inside its maximum and of a sign that it may have. */
 bool gain_banks_within_maxima(const struct fd_gain_bank gains[FD_AXES]);
 
-/* Swap the shadow bank in, if it may be; keep what was committed; or return to before. */
-enum fd_result gain_banks_commit(void);
+/* Swap the shadow bank in, if it may be and is the one with this CRC; keep what was committed; or
+ * return to before. */
+enum fd_result gain_banks_commit(uint32_t crc);
 enum fd_result gain_banks_confirm(void);
 enum fd_result gain_banks_roll_back(void);
 

@@ -4,13 +4,18 @@
 #define GAIN_STORE_H
 
 #include <stdbool.h>
+#include <stdint.h>
 
 #include "../registers.h"
 
 /* The gains stored last; false where there are none that this firmware may use. */
 bool gain_store_load(struct fd_gain_bank gains[FD_AXES]);
 
-/* False where they do not read back. */
+/* Write them, unless they are what was stored last: memory wears out. False where they do not read
+ * back. */
 bool gain_store_save(const struct fd_gain_bank gains[FD_AXES]);
+
+/* Times that memory was written, over the board's life. */
+uint32_t gain_store_writes(void);
 
 #endif

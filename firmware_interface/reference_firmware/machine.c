@@ -8,21 +8,52 @@
 #include "gain_banks.h"
 #include "port.h"
 #include "register_file.h"
+#include "session.h"
 #include "setpoints.h"
 
 struct machine machine;
 
-void machine_init(void)
+void machine_init(bool self_test_passed)
 {
     memset(&machine, 0, sizeof machine);
-    machine.last_frame_us = port_time_us();
+    machine.fault = self_test_passed ? FD_FAULT_NONE : FD_FAULT_SELF_TEST;
+    port_sto_rearm(); /* what the latch holds from before is no pulse that anybody missed */
     drive_init();
     drive_set_gains(gain_banks_active());
+    setpoints_init();
 }
 
 bool machine_moving(void)
 {
     return setpoints_moving() || !drive_at_rest();
+}
+
+bool machine_in_motion(void)
+{
+    return setpoints_moving() || machine.state == FD_STATE_MOVING
+        || machine.state == FD_STATE_DRAINING || machine.state == FD_STATE_STOPPING;
+}
+
+bool machine_busy(void)
+{
+    return machine_in_motion() || machine.state == FD_STATE_CHECKING || !drive_at_rest();
+}
+
+bool machine_sto(void)
+{
+    return port_sto_active() || port_sto_latched();
+}
+
+void machine_enable(void)
+{
+    setpoints_hold_here();
+    drive_power_on();
+}
+
+void machine_disable(void)
+{
+    drive_power_off();
+    setpoints_hold_here();
 }
 
 void machine_follow(const struct trajectory *trajectory)
@@ -40,6 +71,14 @@ void machine_stop(void)
     machine.state = FD_STATE_STOPPING;
 }
 
+void machine_clear_fault(void)
+{
+    port_sto_rearm();
+    machine.fault = FD_FAULT_NONE;
+    machine.fault_sample = 0;
+    machine.state = FD_STATE_IDLE;
+}
+
 void machine_exchange_gains(void)
 {
     drive_set_gains(gain_banks_active());
@@ -52,6 +91,9 @@ enum fd_result machine_roll_back(void)
     const enum fd_result result = gain_banks_roll_back();
     machine.roll_back_due = false;
     machine_exchange_gains();
+    if (machine.state == FD_STATE_ARMED || machine.state == FD_STATE_CHECKING) {
+        machine.state = FD_STATE_IDLE;
+    }
     return result;
 }
 
@@ -69,30 +111,46 @@ static void latch(enum fd_fault fault)
 
 static void coast(void)
 {
-    drive_power_off();
-    setpoints_hold_here();
+    machine_disable();
     machine.state = FD_STATE_FAULT;
+}
+
+static void fail(enum fd_fault fault)
+{
+    latch(fault);
+    coast();
 }
 
 static void check_watchdog(void)
 {
     const uint32_t timeout_us = 1000u * register_u16(FD_REG_WATCHDOG_TIMEOUT);
     if (!setpoints_moving() || machine.fault != FD_FAULT_NONE
-        || port_time_us() - machine.last_frame_us <= timeout_us) {
+        || session_silence_us() <= timeout_us) {
         return;
     }
-    latch(FD_FAULT_WATCHDOG);
     if (register_u16(FD_REG_WATCHDOG_ACTION) == FD_WATCHDOGACTION_COAST) {
-        coast();
+        fail(FD_FAULT_WATCHDOG);
     } else {
+        latch(FD_FAULT_WATCHDOG);
         machine_stop();
     }
+}
+
+/* Whether the setpoint moves on towards a limit switch that is pressed; away is the way out. */
+static bool onto_switch(unsigned axis)
+{
+    const float velocity = setpoints_current()[axis].velocity_rad_s;
+    const unsigned pressed = (unsigned)port_limit_switches() >> 2u * axis;
+    return (velocity < 0.0f && (pressed & 1u)) || (velocity > 0.0f && (pressed & 2u));
 }
 
 static enum fd_fault violation(unsigned axis, const struct drive_sample *measured)
 {
     const struct axis_settings *limit = &port_settings()->axis[axis];
     const float error_rad = (float)measured->following_error[axis] * drive_rad_per_count();
+    if (onto_switch(axis)) {
+        return FD_FAULT_LIMIT_SWITCH;
+    }
     if (fabsf(drive_position_rad(axis)) > limit->travel_rad) {
         return FD_FAULT_TRAVEL;
     }
@@ -107,13 +165,12 @@ static enum fd_fault violation(unsigned axis, const struct drive_sample *measure
 
 static void check_limits(const struct drive_sample *measured)
 {
-    enum fd_fault fault = port_sto_active() ? FD_FAULT_STO : FD_FAULT_NONE;
-    for (unsigned axis = 0; axis < FD_AXES && fault == FD_FAULT_NONE; axis++) {
+    enum fd_fault fault = machine_sto() ? FD_FAULT_STO : FD_FAULT_NONE;
+    for (unsigned axis = 0; axis < FD_AXES && fault == FD_FAULT_NONE && drive_powered(); axis++) {
         fault = violation(axis, measured);
     }
     if (fault != FD_FAULT_NONE) {
-        latch(fault);
-        coast();
+        fail(fault);
     }
 }
 
@@ -126,25 +183,10 @@ static void capture(const struct drive_sample *measured)
         return;
     }
     capture_ring_add(measured);
-    if (capture_ring_samples() == machine.to_capture) {
+    if (capture_ring_counters().samples == machine.to_capture) {
         capture_ring_flush();
         setpoints_stop();
         machine.state = FD_STATE_DRAINING;
-    }
-}
-
-/* Self-test: what can be seen without moving. */
-static void leave_init(void)
-{
-    setpoints_hold_here();
-    if (port_sto_active()) {
-        latch(FD_FAULT_STO);
-    }
-    if (machine.fault == FD_FAULT_NONE) {
-        drive_power_on();
-        machine.state = FD_STATE_IDLE;
-    } else {
-        machine.state = FD_STATE_FAULT;
     }
 }
 
@@ -152,7 +194,8 @@ static void leave_init(void)
 static void follow_up(void)
 {
     if (machine.state == FD_STATE_INIT) {
-        leave_init();
+        /* without effort: nobody has asked for any */
+        machine.state = machine.fault == FD_FAULT_NONE ? FD_STATE_IDLE : FD_STATE_FAULT;
     } else if (machine.state == FD_STATE_DRAINING && !machine_moving() && capture_ring_drained()) {
         machine.state = FD_STATE_DONE;
     } else if (machine.state == FD_STATE_STOPPING && !machine_moving()) {
@@ -164,19 +207,33 @@ static void follow_up(void)
     }
 }
 
+/* Setpoints, encoders, efforts, and what they must not be. */
+static void control(struct drive_sample *measured)
+{
+    setpoints_advance();
+    if (!setpoints_finite()) {
+        fail(FD_FAULT_NOT_FINITE);
+    }
+    if (!drive_take_sample(setpoints_current(), measured)) {
+        fail(FD_FAULT_NOT_FINITE);
+    }
+    check_limits(measured);
+    if (!drive_powered()) {
+        setpoints_hold_here(); /* so that nothing pulls when the effort comes back */
+    }
+}
+
 void machine_sample(void)
 {
     struct drive_sample measured;
     machine.samples++;
     check_watchdog();
-    drive_take_sample(setpoints_advance(), &measured);
-    if (drive_powered()) {
-        check_limits(&measured);
-    }
+    control(&measured);
     if (machine.state == FD_STATE_MOVING) {
         capture(&measured);
     }
     follow_up();
+    session_sample(machine_busy());
     if (gain_banks_unconfirmed() && gain_banks_remaining_us() == 0) {
         machine.roll_back_due = true;
     }

@@ -16,14 +16,13 @@ struct machine {
     bool roll_back_due; /* as soon as the axes stand */
     uint32_t until_capture; /* samples */
     uint32_t to_capture;
-    uint32_t last_frame_us;
 };
 
 /* Written by the sample interrupt; in the main loop, hold the lock. */
 extern struct machine machine;
 
-/* [main] Before the first sample. */
-void machine_init(void);
+/* [main] Before the first sample; a self-test that failed is a fault which nothing clears. */
+void machine_init(bool self_test_passed);
 
 /* [sample] Let one control period pass. */
 void machine_sample(void);
@@ -33,16 +32,32 @@ void machine_sample(void);
 /* An axis moves or is about to. */
 bool machine_moving(void);
 
+/* A motion has begun and is not over. */
+bool machine_in_motion(void);
+
+/* Something goes on that nobody else may take over from the host that holds the board. */
+bool machine_busy(void);
+
+/* The wired emergency stop is pressed, or has been since the last CLEAR_FAULT. */
+bool machine_sto(void);
+
+/* Let the control law act where the axes stand; or switch the effort off. */
+void machine_enable(void);
+void machine_disable(void);
+
 /* Lead-in and captured motion. */
 void machine_follow(const struct trajectory *trajectory);
 
 /* Decelerate to rest. */
 void machine_stop(void);
 
+/* Leave FAULT, without effort. */
+void machine_clear_fault(void);
+
 /* Put the active bank in force where the axes stand. */
 void machine_exchange_gains(void);
 
-/* Put the previous gains back. */
+/* Put the previous gains back. A trajectory was checked with the others: it is armed no longer. */
 enum fd_result machine_roll_back(void);
 
 #endif

@@ -3,8 +3,8 @@
 #include <stdbool.h>
 #include <string.h>
 
-#include "board.h"
 #include "crc.h"
+#include "host_requests.h"
 #include "port.h"
 
 #define FRAME_LIMIT 256u
@@ -23,6 +23,7 @@ enum exception {
     ILLEGAL_FUNCTION = 1,
     ILLEGAL_ADDRESS = 2,
     ILLEGAL_VALUE = 3,
+    DEVICE_BUSY = 6,
 };
 
 static uint8_t request[FRAME_LIMIT];
@@ -30,7 +31,7 @@ static size_t received;
 static uint8_t reply[FRAME_LIMIT];
 static size_t to_send;
 static uint32_t last_byte_us;
-static bool deaf; /* until the next silence: what comes is a broken frame or for another device */
+static bool deaf; /* until the next silence: what comes is too long or for another device */
 
 static uint16_t word_at(const uint8_t *bytes)
 {
@@ -47,8 +48,13 @@ static void put_word(uint8_t *bytes, uint16_t word)
 
 static enum exception of_access(enum access result)
 {
-    return result == ACCESS_DONE ? NO_EXCEPTION
-        : result == ACCESS_BAD_VALUE ? ILLEGAL_VALUE : ILLEGAL_ADDRESS;
+    static const enum exception exceptions[] = {
+        [ACCESS_DONE] = NO_EXCEPTION,
+        [ACCESS_NO_REGISTER] = ILLEGAL_ADDRESS,
+        [ACCESS_BAD_VALUE] = ILLEGAL_VALUE,
+        [ACCESS_BUSY] = DEVICE_BUSY,
+    };
+    return exceptions[result];
 }
 
 static enum exception read_registers(size_t *length)
@@ -58,7 +64,7 @@ static enum exception read_registers(size_t *length)
     if (count == 0 || count > READ_LIMIT) {
         return ILLEGAL_VALUE;
     }
-    const enum exception exception = of_access(board_read(address, count, words));
+    const enum exception exception = of_access(host_read(address, count, words));
     if (exception == NO_EXCEPTION) {
         reply[2] = (uint8_t)(2u * count);
         for (uint16_t n = 0; n < count; n++) {
@@ -74,7 +80,7 @@ static enum exception write_register(size_t *length)
     const uint16_t word = word_at(&request[4]);
     memcpy(&reply[2], &request[2], 4u);
     *length = 6u;
-    return of_access(board_write(word_at(&request[2]), 1u, &word));
+    return of_access(host_write(word_at(&request[2]), 1u, &word));
 }
 
 static enum exception write_registers(size_t *length)
@@ -89,29 +95,50 @@ static enum exception write_registers(size_t *length)
     }
     memcpy(&reply[2], &request[2], 4u);
     *length = 6u;
-    return of_access(board_write(address, count, words));
+    return of_access(host_write(address, count, words));
 }
 
-/* Whether a frame is whole and unbroken. */
-static bool valid(size_t length)
+/* ---- frames */
+
+/* Whether what was received so far is a frame. */
+static bool valid(void)
 {
-    const uint16_t found = crc16(request, length - CRC_BYTES);
-    return request[length - 2u] == (uint8_t)found && request[length - 1u] == found >> 8;
+    const uint16_t found = crc16(request, received - CRC_BYTES);
+    return request[received - 2u] == (uint8_t)found && request[received - 1u] == found >> 8;
 }
 
-static void answer(void)
+/* Whether the function is one of those that are carried out: then it tells the length, too. */
+static bool function_known(void)
 {
-    enum exception exception = ILLEGAL_FUNCTION;
-    board_frame_seen();
-    to_send = 0;
+    return request[1] == READ_HOLDING_REGISTERS || request[1] == WRITE_REGISTER
+        || request[1] == WRITE_REGISTERS;
+}
+
+/* Length of the request that is coming in; 0 while it cannot be known. */
+static size_t expected(void)
+{
+    if (received < 7u || !function_known()) {
+        return 0;
+    }
+    return request[1] == WRITE_REGISTERS ? 7u + request[6] + CRC_BYTES : 8u;
+}
+
+/* Carry out a request of the right length. */
+static enum exception carry_out(void)
+{
+    if (request[1] == READ_HOLDING_REGISTERS) {
+        return read_registers(&to_send);
+    }
+    return request[1] == WRITE_REGISTER ? write_register(&to_send) : write_registers(&to_send);
+}
+
+/* Answer the frame that was received: by its length a request, or with an exception at once. */
+static void answer(enum exception exception)
+{
     reply[0] = MODBUS_DEVICE;
     reply[1] = request[1];
-    if (request[1] == READ_HOLDING_REGISTERS) {
-        exception = read_registers(&to_send);
-    } else if (request[1] == WRITE_REGISTER) {
-        exception = write_register(&to_send);
-    } else if (request[1] == WRITE_REGISTERS) {
-        exception = write_registers(&to_send);
+    if (exception == NO_EXCEPTION) {
+        exception = carry_out();
     }
     if (exception != NO_EXCEPTION) {
         reply[1] |= 0x80u;
@@ -121,59 +148,42 @@ static void answer(void)
     const uint16_t crc = crc16(reply, to_send);
     reply[to_send++] = (uint8_t)crc;
     reply[to_send++] = (uint8_t)(crc >> 8);
-}
-
-/* ---- frames */
-
-/* Whether the function code of the request tells its length. */
-static bool length_known(void)
-{
-    return request[1] == READ_HOLDING_REGISTERS || request[1] == WRITE_REGISTER
-        || request[1] == WRITE_REGISTERS;
-}
-
-/* Length of the request that is coming in; 0 while it cannot be known. */
-static size_t expected(void)
-{
-    if (received < 7u || !length_known()) {
-        return 0;
-    }
-    return request[1] == WRITE_REGISTERS ? 7u + request[6] + CRC_BYTES : 8u;
+    received = 0;
 }
 
 static void take(uint8_t byte)
 {
-    if (received == FRAME_LIMIT) {
-        deaf = true;
-    }
+    deaf = deaf || received == FRAME_LIMIT;
     if (deaf) {
         return;
     }
     request[received++] = byte;
     if (request[0] != MODBUS_DEVICE) {
         deaf = true;
-    } else if (received == expected()) {
-        if (valid(received)) {
-            answer();
-        } else {
-            deaf = true;
-        }
-        received = 0;
+    } else if (received == expected() && valid()) {
+        answer(NO_EXCEPTION);
     }
 }
 
-/* A silence ends a frame: one whose length no function code told is answered if its CRC is right;
- * whatever else there is was cut short. */
+/* A silence ends a frame. One that is whole by its CRC, and not by what its function asks for, is
+ * answered with an exception; whatever else there is was cut short or broken. */
 static void end_frame(void)
 {
-    if (!deaf && received > CRC_BYTES + 1u && !length_known() && valid(received)) {
-        answer();
+    if (!deaf && received > CRC_BYTES + 1u && valid()) {
+        answer(function_known() ? ILLEGAL_VALUE : ILLEGAL_FUNCTION);
     }
     received = 0;
     deaf = false;
 }
 
-void modbus_rtu_poll(void)
+void modbus_rtu_init(void)
+{
+    received = to_send = 0;
+    deaf = false;
+    last_byte_us = port_time_us();
+}
+
+bool modbus_rtu_poll(void)
 {
     uint8_t bytes[64];
     const size_t count = port_uart_receive(bytes, sizeof bytes);
@@ -181,12 +191,16 @@ void modbus_rtu_poll(void)
     if ((received > 0 || deaf) && silence_us >= port_settings()->frame_gap_us) {
         end_frame();
     }
-    for (size_t n = 0; n < count; n++) {
-        take(bytes[n]);
-        last_byte_us = now_us;
-    }
-    if (to_send > 0 && now_us - last_byte_us >= port_settings()->turnaround_us) {
+    /* nothing arrived since the request, however much that was: the answer may leave */
+    if (to_send > 0 && count == 0 && silence_us >= port_settings()->turnaround_us) {
         port_uart_send(reply, to_send);
         to_send = 0;
     }
+    for (size_t n = 0; n < count && to_send == 0; n++) {
+        take(bytes[n]);
+    }
+    if (count > 0) {
+        last_byte_us = now_us;
+    }
+    return to_send > 0;
 }

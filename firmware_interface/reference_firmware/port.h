@@ -26,14 +26,34 @@ uint32_t port_random(void);
 void port_lock(void);
 void port_unlock(void);
 
-/* [sample] Encoder counts of all axes, latched by hardware at the instant of the sample clock. */
+/* [sample] Encoder counts of all axes, latched by hardware at the instant of the sample clock. They
+ * are zero where the axis stood at power-up, or at the reference mark where it is homed. */
 void port_read_encoders(int32_t counts[FD_AXES]);
 
-/* [sample] PWM counts of all axes, in force control_delay_ns after the latch; zero is no effort. */
+/* [both] PWM counts of all axes, in force control_delay_ns after the latch; zero is no effort. Of
+ * two in one sample the later counts: where a fault is found it takes the effort back. */
 void port_write_effort(const int16_t counts[FD_AXES]);
+
+/* [both] Release the holding brake or apply it, every sample. */
+void port_release_brake(bool released);
 
 /* [both] Whether the wired emergency stop cuts the effort; an input, and only to be told of. */
 bool port_sto_active(void);
+
+/* [both] Whether it has done so since port_sto_rearm, for however short a time: latched by the
+ * hardware, for a pulse between two samples must not be missed. */
+bool port_sto_latched(void);
+
+/* [main] Begin to watch for a pulse anew; changes nothing while the stop is active. */
+void port_sto_rearm(void);
+
+/* [main] Bit n: axis n counts from the machine's reference mark. May change only while the brake
+ * is applied; so may the zero of the encoders. */
+uint16_t port_homed(void);
+
+/* [both] Bits 2n and 2n + 1: the limit switch of axis n at its negative and its positive end is
+ * pressed; 0 where there are none. */
+uint16_t port_limit_switches(void);
 
 /* [main] Take bytes that the serial line received, at most so many; gives their number. */
 size_t port_uart_receive(uint8_t *bytes, size_t capacity);

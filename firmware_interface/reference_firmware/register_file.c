@@ -3,8 +3,6 @@
 #include <stdbool.h>
 #include <string.h>
 
-#include "capture_ring.h"
-
 struct entry {
     uint16_t address;
     uint8_t value_words;
@@ -18,9 +16,13 @@ struct entry {
     {address, words, values, writable, lowest, highest},
 static const struct entry entries[] = {FD_REGISTERS(ENTRY)};
 #define ENTRIES (sizeof entries / sizeof entries[0])
-#define PAGES_END (FD_PAGE_ADDRESS + FD_PAGE_SLOTS * FD_PAGE_SLOT_REGISTERS)
 
 static uint16_t stored[FD_REG_END];
+
+void register_file_init(void)
+{
+    memset(stored, 0, sizeof stored);
+}
 
 uint16_t register_u16(uint16_t address)
 {
@@ -94,13 +96,26 @@ static uint32_t end_of(const struct entry *entry)
     return (uint32_t)entry->address + (uint32_t)entry->value_words * entry->values;
 }
 
+/* Whether an address is one at which a value of the register begins or ends. */
+static bool between_values(const struct entry *entry, uint32_t address)
+{
+    return (address - entry->address) % entry->value_words == 0;
+}
+
+/* Whether the host may write this part of a register. */
+static bool writable(const struct entry *entry, uint32_t address, uint32_t end)
+{
+    return entry->writable && between_values(entry, address)
+        && (end >= end_of(entry) || between_values(entry, end));
+}
+
 /* Whether registers cover all words, without a hole. */
 static bool covered(uint32_t address, uint32_t end, bool to_write)
 {
     for (size_t n = 0; n < ENTRIES && address < end; n++) {
         const struct entry *entry = &entries[n];
         if (entry->address <= address && address < end_of(entry)) {
-            if (to_write && !entry->writable) {
+            if (to_write && !writable(entry, address, end)) {
                 return false;
             }
             address = end_of(entry);
@@ -111,31 +126,24 @@ static bool covered(uint32_t address, uint32_t end, bool to_write)
 
 enum access register_file_read(uint16_t address, uint16_t count, uint16_t *words)
 {
-    const uint32_t end = (uint32_t)address + count;
-    if (address >= FD_PAGE_ADDRESS && end <= PAGES_END) {
-        for (uint32_t n = 0; n < count; n++) {
-            words[n] = capture_ring_word(address + n - FD_PAGE_ADDRESS);
-        }
-        return ACCESS_DONE;
-    }
-    if (!covered(address, end, false)) {
+    if (!covered(address, (uint32_t)address + count, false)) {
         return ACCESS_NO_REGISTER;
     }
     memcpy(words, &stored[address], count * sizeof *words);
     return ACCESS_DONE;
 }
 
-/* Whether every value that the write touches stays in its range, be it touched only in part. */
+/* Whether every value stays in its range. Only single values have one, and they come whole. */
 static bool in_range(uint32_t address, uint32_t end, const uint16_t *words)
 {
     for (size_t n = 0; n < ENTRIES; n++) {
         const struct entry *entry = &entries[n];
         uint32_t raw = 0;
-        if (end_of(entry) <= address || end <= entry->address || entry->highest == UINT32_MAX) {
+        if (entry->address < address || end <= entry->address || entry->highest == UINT32_MAX) {
             continue;
         }
         for (uint32_t at = entry->address; at < end_of(entry); at++) {
-            raw = raw << 16 | (at >= address && at < end ? words[at - address] : stored[at]);
+            raw = raw << 16 | words[at - address];
         }
         if (raw < entry->lowest || raw > entry->highest) {
             return false;
@@ -144,15 +152,16 @@ static bool in_range(uint32_t address, uint32_t end, const uint16_t *words)
     return true;
 }
 
-enum access register_file_write(uint16_t address, uint16_t count, const uint16_t *words)
+enum access register_file_check(uint16_t address, uint16_t count, const uint16_t *words)
 {
     const uint32_t end = (uint32_t)address + count;
     if (!covered(address, end, true)) {
         return ACCESS_NO_REGISTER;
     }
-    if (!in_range(address, end, words)) {
-        return ACCESS_BAD_VALUE;
-    }
+    return in_range(address, end, words) ? ACCESS_DONE : ACCESS_BAD_VALUE;
+}
+
+void register_file_write(uint16_t address, uint16_t count, const uint16_t *words)
+{
     memcpy(&stored[address], words, count * sizeof *words);
-    return ACCESS_DONE;
 }

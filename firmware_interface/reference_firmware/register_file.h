@@ -11,9 +11,13 @@
 
 enum access {
     ACCESS_DONE,
-    ACCESS_NO_REGISTER, /* there is none, or it is read-only */
+    ACCESS_NO_REGISTER, /* there is none, it is read-only, or a value is cut in two */
     ACCESS_BAD_VALUE, /* outside its range */
+    ACCESS_BUSY, /* not at present, or not by this host */
 };
+
+/* All zero, as after power-up. */
+void register_file_init(void);
 
 /* ---- the firmware's side, by address of the first word */
 
@@ -32,11 +36,14 @@ void register_put_gains(uint16_t address, uint16_t stride,
 /* The words themselves, for checksums. */
 const uint16_t *register_words(uint16_t address);
 
-/* ---- the host's side */
+/* ---- the host's side; host_requests.h is what serves it */
 
 enum access register_file_read(uint16_t address, uint16_t count, uint16_t *words);
 
-/* All words or none. */
-enum access register_file_write(uint16_t address, uint16_t count, const uint16_t *words);
+/* Whether the map lets the host write these words. */
+enum access register_file_check(uint16_t address, uint16_t count, const uint16_t *words);
+
+/* Write words that were checked. */
+void register_file_write(uint16_t address, uint16_t count, const uint16_t *words);
 
 #endif

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "drive.h"
+#include "numbers.h"
 #include "settings.h"
 
 static enum { HOLD, FOLLOW, STOP } mode;
@@ -19,6 +20,12 @@ static void hold(void)
         current[axis].velocity_rad_s = 0.0f;
         current[axis].acceleration_rad_s2 = 0.0f;
     }
+    mode = HOLD;
+}
+
+void setpoints_init(void)
+{
+    memset(current, 0, sizeof current);
     mode = HOLD;
 }
 
@@ -39,8 +46,11 @@ void setpoints_follow(const struct trajectory *trajectory)
 
 void setpoints_stop(void)
 {
+    if (mode != FOLLOW) {
+        return; /* a ramp that begins anew in the middle is up to a third longer */
+    }
     memcpy(stop_from, current, sizeof stop_from);
-    stop_samples = (uint32_t)lrintf(stop_duration_s(current) / SAMPLE_PERIOD_S);
+    stop_samples = (uint32_t)to_int32(stop_duration_s(current) / SAMPLE_PERIOD_S);
     stop_sample = 0;
     mode = STOP;
 }
@@ -80,4 +90,15 @@ const struct setpoint *setpoints_current(void)
 bool setpoints_moving(void)
 {
     return mode != HOLD;
+}
+
+bool setpoints_finite(void)
+{
+    for (unsigned axis = 0; axis < FD_AXES; axis++) {
+        if (!isfinite(current[axis].position_rad) || !isfinite(current[axis].velocity_rad_s)
+            || !isfinite(current[axis].acceleration_rad_s2)) {
+            return false;
+        }
+    }
+    return true;
 }

@@ -5,13 +5,16 @@
 
 #include "trajectory.h"
 
+/* Before the first sample: hold position zero. */
+void setpoints_init(void);
+
 /* Stay where the drive stands. */
 void setpoints_hold_here(void);
 
 /* Start a trajectory from the present setpoints. */
 void setpoints_follow(const struct trajectory *trajectory);
 
-/* Decelerate to rest from the present setpoints. */
+/* Decelerate to rest from the present setpoints; one stop is enough: a second changes nothing. */
 void setpoints_stop(void);
 
 /* The setpoints of the next sample. */
@@ -22,5 +25,8 @@ const struct setpoint *setpoints_current(void);
 
 /* They are not constant. */
 bool setpoints_moving(void);
+
+/* Each is a finite number. */
+bool setpoints_finite(void);
 
 #endif

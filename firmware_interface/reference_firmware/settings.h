@@ -1,4 +1,4 @@
-/* What differs from board to board. */
+/* What differs from board to board. self_test.c says what is refused. */
 #ifndef SETTINGS_H
 #define SETTINGS_H
 
@@ -13,6 +13,7 @@
 struct axis_settings {
     float travel_rad;
     float speed_rad_s;
+    float acceleration_rad_s2; /* of a trajectory */
     float effort_nm; /* at most 32767 PWM counts */
     float following_error_rad;
     float gain_step;

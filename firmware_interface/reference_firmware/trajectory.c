@@ -3,15 +3,24 @@
 #include <math.h>
 #include <string.h>
 
-#include "port.h"
+#include "crc.h"
 #include "register_file.h"
+#include "settings.h"
 
 #define AXIS_STRIDE (FD_REG_TRAJECTORY_Z_COMPONENTS - FD_REG_TRAJECTORY_X_COMPONENTS)
+#define TABLE_END (FD_REG_TRAJECTORY_Z_ACCELERATION + 2u)
 #define TURN 18446744073709551616.0 /* 2^64 */
+#define PI 3.141592653589793
 #define STOP_TIME_S 0.25f
 #define STOP_ACCELERATION_RAD_S2 12.0f
 
 /* ---- out of the registers */
+
+uint32_t trajectory_crc(void)
+{
+    return crc32_of_words(register_words(FD_REG_TRAJECTORY_KIND),
+                          TABLE_END - FD_REG_TRAJECTORY_KIND);
+}
 
 static float entry_f32(uint16_t base, uint16_t axis, uint16_t n)
 {
@@ -21,9 +30,15 @@ static float entry_f32(uint16_t base, uint16_t axis, uint16_t n)
 /* An angle as 2^-64 turns. Double precision, and slow for it, but only once per motion. */
 static uint64_t turns(double angle_rad)
 {
-    double share = angle_rad / 6.283185307179586;
+    double share = angle_rad / (2.0 * PI);
     share -= floor(share);
     return share < 1.0 ? (uint64_t)(share * TURN) : 0;
+}
+
+/* Half a turn a sample and more would be another motion, seen at the samples; a NaN is none. */
+static bool slower_than_sampling(float rate_rad_s)
+{
+    return fabs((double)rate_rad_s) * (SAMPLE_PERIOD_NS * 1e-9) < PI;
 }
 
 static bool read_sines(struct axis_motion *motion, uint16_t axis, uint32_t lead_in_samples)
@@ -35,8 +50,8 @@ static bool read_sines(struct axis_motion *motion, uint16_t axis, uint32_t lead_
         const float phase_rad = entry_f32(FD_REG_TRAJECTORY_X_PHASE, axis, n);
         sine->amplitude_rad = entry_f32(FD_REG_TRAJECTORY_X_AMPLITUDE, axis, n);
         sine->rate_rad_s = entry_f32(FD_REG_TRAJECTORY_X_ANGULAR_FREQUENCY, axis, n);
-        if (!isfinite(sine->amplitude_rad) || !isfinite(sine->rate_rad_s)
-            || !isfinite(phase_rad)) {
+        if (!isfinite(sine->amplitude_rad) || !isfinite(phase_rad)
+            || !slower_than_sampling(sine->rate_rad_s)) {
             return false;
         }
         sine->step = turns((double)sine->rate_rad_s * (SAMPLE_PERIOD_NS * 1e-9));
@@ -184,8 +199,6 @@ void trajectory_next(struct trajectory *trajectory, struct setpoint setpoints[FD
     trajectory->sample++;
 }
 
-/* ---- limits */
-
 float stop_duration_s(const struct setpoint setpoints[FD_AXES])
 {
     float duration = STOP_TIME_S;
@@ -194,28 +207,4 @@ float stop_duration_s(const struct setpoint setpoints[FD_AXES])
         duration = fmaxf(duration, 1.5f * speed / STOP_ACCELERATION_RAD_S2);
     }
     return duration;
-}
-
-static bool inside(const struct setpoint *setpoint, float stop_s, const struct axis_settings *limit)
-{
-    const float position = setpoint->position_rad, speed = setpoint->velocity_rad_s;
-    return fabsf(speed) <= limit->speed_rad_s && fabsf(position) <= limit->travel_rad
-        && fabsf(position + speed * stop_s / 2.0f) <= limit->travel_rad;
-}
-
-bool trajectory_within_limits(const struct trajectory *trajectory)
-{
-    struct trajectory walk = *trajectory;
-    const uint32_t samples = walk.lead_in_samples + walk.capture_samples;
-    while (walk.sample < samples) {
-        struct setpoint setpoints[FD_AXES];
-        trajectory_next(&walk, setpoints);
-        const float stop_s = stop_duration_s(setpoints);
-        for (unsigned axis = 0; axis < FD_AXES; axis++) {
-            if (!inside(&setpoints[axis], stop_s, &port_settings()->axis[axis])) {
-                return false;
-            }
-        }
-    }
-    return true;
 }

@@ -47,7 +47,11 @@ struct trajectory {
     struct axis_motion axis[FD_AXES];
 };
 
-/* [main] Take the table out of the registers; false where it is incomplete or not finite. */
+/* [main] CRC-32 of the table's words in the registers: by it the host says which one it means. */
+uint32_t trajectory_crc(void);
+
+/* [main] Take the table out of the registers; false where it is incomplete, not finite or faster
+ * than the sampling. */
 bool trajectory_read(struct trajectory *trajectory);
 
 /* [main] Begin the lead-in where the axes rest. */
@@ -55,10 +59,6 @@ void trajectory_begin(struct trajectory *trajectory, const struct setpoint rest[
 
 /* [both] The setpoints of the next sample. */
 void trajectory_next(struct trajectory *trajectory, struct setpoint setpoints[FD_AXES]);
-
-/* [main] Whether speed, and position with the way to a stop, stay inside the limits throughout;
- * takes the time of two sines and cosines per sample and axis. */
-bool trajectory_within_limits(const struct trajectory *trajectory);
 
 /* [both] Time in which a stop brings axes of this speed to rest. */
 float stop_duration_s(const struct setpoint setpoints[FD_AXES]);

@@ -1,36 +1,27 @@
 """The virtual board as a link: in-process, or behind a server."""
 
-import secrets
 from dataclasses import replace
+from typing import Final
 
-from firmware_interface.codec import decode_integer, encode, encode_axis_gains
-from firmware_interface.errors import BoardError
-from firmware_interface.registers import (
-    AXES,
-    FLOAT_TEST,
-    MAGIC,
-    MAP_VERSION,
-    REGISTERS,
-    Fault,
-    WatchdogAction,
-)
+from firmware_interface.codec import decode_integer
+from firmware_interface.errors import BoardError, BusyError, ValueRefusedError
+from firmware_interface.registers import REGISTERS, Fault
 from firmware_interface.virtual.clock import Clock, RequestClock
-from firmware_interface.virtual.drive import (
-    CONTROL_DELAY_S,
-    EFFORT_PER_COUNT_NM,
-    SAMPLE_PERIOD_S,
-    machine_at_rest,
-)
-from firmware_interface.virtual.feed_drive import COUNTS_PER_TURN
+from firmware_interface.virtual.commands import Commands
+from firmware_interface.virtual.drive import machine_at_rest
+from firmware_interface.virtual.inputs import Inputs
 from firmware_interface.virtual.machine import Machine
 from firmware_interface.virtual.plant import Plant
 from firmware_interface.virtual.register_file import RegisterFile
+from firmware_interface.virtual.session import FREE
 from firmware_interface.virtual.settings import BoardSettings
+from firmware_interface.virtual.status import fill, publish
 
-_FIRMWARE_VERSION = 0x0100
-_COMMAND_ADDRESS = REGISTERS["command.opcode"].address
-_COMMAND_WORDS = 4
-_CLOCK_RANGE = 2**32
+_STATE: Final = REGISTERS["status.state"].address
+_COMMAND: Final = REGISTERS["command.opcode"].address
+_COMMAND_WORDS: Final = REGISTERS["command.key"].address + 2 - _COMMAND
+_RELEASE, _KEY, _ACKNOWLEDGED = "session.release", "session.key", "capture.pages_acknowledged"
+_WATCHDOG: Final = ("watchdog.timeout", "watchdog.action")
 
 
 class VirtualBoard:
@@ -40,45 +31,64 @@ class VirtualBoard:
     ----------
     settings : BoardSettings, optional
     clock : Clock, optional
-        By default every request lets a stretch of board time pass.
+        By default requests let board time pass.
 
     Attributes
     ----------
+    inputs : Inputs
+        What is wired to the board: to press its emergency stop and its limit switches.
     machine : Machine
         For whoever wants to look inside.
     """
 
     def __init__(self, settings: BoardSettings | None = None, clock: Clock | None = None) -> None:
         self._clock = clock or RequestClock()
-        self._power_up(settings or BoardSettings(), machine_at_rest())
+        settings = settings or BoardSettings()
+        self.inputs = Inputs(settings.homed, settings.switches_rad)
+        self._power_up(settings, machine_at_rest())
 
     def read(self, address: int, count: int) -> list[int]:
         """Words of consecutive registers."""
-        self._pass_time()
+        self._clock.advance(self.machine, address <= _STATE < address + count)
+        publish(self._registers, self.machine, self._commands)
         return self._registers.host_read(address, count)
 
     def write(self, address: int, words: list[int]) -> None:
-        """Write consecutive registers; a command is complete or refused."""
-        self._pass_time()
-        if address <= _COMMAND_ADDRESS + _COMMAND_WORDS - 1 and address + len(words) > (
-            _COMMAND_ADDRESS
-        ):
-            if address != _COMMAND_ADDRESS or len(words) != _COMMAND_WORDS:
-                raise BoardError(
-                    "a command comes without token or argument",
-                    "write opcode, token and argument in one write",
+        """Write consecutive registers: all of them take effect, or none."""
+        self._clock.advance(self.machine, False)
+        publish(self._registers, self.machine, self._commands)
+        command = address < _COMMAND + _COMMAND_WORDS and address + len(words) > _COMMAND
+        if command and (address != _COMMAND or len(words) != _COMMAND_WORDS):
+            raise BoardError(
+                "a command comes without token, argument or key",
+                "write opcode, token, argument and key in one write",
+            )
+        self._registers.check_write(address, words)
+        written = {
+            name: decode_integer(name, words, address)
+            for name in (_RELEASE, _KEY, _ACKNOWLEDGED, *_WATCHDOG)
+            if address <= REGISTERS[name].address < address + len(words)
+        }
+        self._check_value(written)
+        self._check_time(written)
+        self._registers.put_words(address, words)
+        self._take(written)
+        if command:
+            self._commands.command(
+                *(
+                    decode_integer(f"command.{name}", words, address)
+                    for name in ("opcode", "token", "argument", "key")
                 )
-            self._registers.host_write(address, words)
-            self._command(words)
-        else:
-            self._registers.host_write(address, words)
+            )
 
     def close(self) -> None:
         """Nothing to let go of."""
 
     def power_cycle(self) -> None:
         """Cut the power and bring it back: stored gains stay, and the axes go on as they moved."""
-        stored = replace(self._settings, gains=self.machine.banks.stored, fault=Fault.NONE)
+        banks = self.machine.banks
+        stored = replace(self._settings, gains=banks.stored, stores=banks.stores, fault=Fault.NONE)
+        self.inputs.rearm_stop()
         self._power_up(stored, self.machine.drive.plant)
 
     def idle(self) -> None:
@@ -88,74 +98,44 @@ class VirtualBoard:
     def _power_up(self, settings: BoardSettings, plant: Plant) -> None:
         self._settings = settings
         self._registers = RegisterFile()
-        self._fill(settings)
-        self.machine = Machine(self._registers, settings, self._clock.now_s, plant)
+        fill(self._registers, settings)
+        self.machine = Machine(self._registers, settings, self._clock.now_s, plant, self.inputs)
+        self._commands = Commands(self.machine, self._registers, settings)
 
-    def _pass_time(self) -> None:
-        self._clock.advance(self.machine)
-        self.machine.frame_seen()
-        self._publish()
+    # ---- registers that do something
 
-    def _command(self, words: list[int]) -> None:
-        opcode, token, argument = (
-            decode_integer(f"command.{name}", words, _COMMAND_ADDRESS)
-            for name in ("opcode", "token", "argument")
-        )
-        self.machine.command(opcode, token, argument)
+    def _check_value(self, written: dict[str, int]) -> None:
+        """Make sure that the values make sense."""
+        if written.get(_KEY) == FREE:
+            raise ValueRefusedError("the session key 0 is refused", "choose another number")
+        pages = self.machine.capture.pages_written
+        if written.get(_ACKNOWLEDGED, 0) > pages:
+            raise ValueRefusedError(
+                f"{written[_ACKNOWLEDGED]} pages acknowledged of {pages} written",
+                "bring firmware and host to the same release",
+            )
 
-    def _publish(self) -> None:
-        """Put the status where the host reads it."""
-        machine, banks = self.machine, self.machine.banks
-        values = {
-            "state": machine.state,
-            "fault_code": machine.fault,
-            "fault_sample": machine.fault_sample % _CLOCK_RANGE,
-            "sto_active": 0,
-            "last_token": machine.last_token,
-            "last_result": machine.last_result,
-            "staged_crc_ok": banks.staged_crc_ok,
-            "unconfirmed": banks.unconfirmed,
-            "confirm_remaining": banks.remaining_s(self._clock.now_s()),
-            "board_clock": machine.samples % _CLOCK_RANGE,
-        }
-        words = [word for name, value in values.items() for word in encode(f"status.{name}", value)]
-        self._registers.put_words(REGISTERS["status.state"].address, words)
-        machine.capture.publish()
+    def _check_time(self, written: dict[str, int]) -> None:
+        """Make sure that now is the time for it."""
+        session = self.machine.session
+        if _KEY in written and not session.may_claim(written[_KEY]):
+            raise BusyError(
+                f"another host holds the board, for {session.remaining_s:.1f} s more",
+                "wait until it lets go of the board, or stop it with edge-ident stop",
+            )
+        leaves = written.get(_RELEASE, FREE) == session.key != FREE
+        if leaves and self.machine.busy:
+            raise BusyError("an axis moves: the board keeps its host", "stop the motion first")
+        if self.machine.in_motion and any(name in written for name in _WATCHDOG):
+            raise BusyError(
+                "the watchdog guards a motion and stays as it is", "stop the motion first"
+            )
 
-    def _fill(self, settings: BoardSettings) -> None:
-        """Registers that stay as they are, and defaults."""
-        identity = {
-            "magic": MAGIC,
-            "map_version": MAP_VERSION,
-            "firmware_version": _FIRMWARE_VERSION,
-            "map_crc": settings.map_crc,
-            "serial_number": settings.serial_number,
-            "float_test": FLOAT_TEST,
-            "nonce": secrets.randbits(32),
-            "sample_period": SAMPLE_PERIOD_S,
-            "control_delay": CONTROL_DELAY_S,
-            "counts_per_turn": COUNTS_PER_TURN,
-            "effort_per_count": EFFORT_PER_COUNT_NM,
-        }
-        for name, value in identity.items():
-            self._registers.put(f"identity.{name}", value)
-        self._registers.put("watchdog.timeout", 1.0)
-        self._registers.put("watchdog.action", WatchdogAction.QUICK_STOP)
-        for axis in AXES:
-            self._fill_limits(axis, settings)
-
-    def _fill_limits(self, axis: str, settings: BoardSettings) -> None:
-        limits = settings.limits[axis]
-        values = {
-            "travel": limits.travel_rad,
-            "speed": limits.speed_rad_s,
-            "effort": limits.effort_nm,
-            "following_error": limits.following_error_rad,
-            "gain_step": limits.gain_step,
-        }
-        for name, value in values.items():
-            self._registers.put(f"limits.{axis}.{name}", value)
-        self._registers.put_words(
-            REGISTERS[f"gain_maximum.{axis}.proportional"].address,
-            encode_axis_gains(limits.gain_maximum),
-        )
+    def _take(self, written: dict[str, int]) -> None:
+        session = self.machine.session
+        if written.get(_RELEASE, FREE) == session.key != FREE:
+            session.release()
+        if _KEY in written:
+            session.heard(written[_KEY])
+        if _ACKNOWLEDGED in written:
+            self.machine.capture.acknowledge(written[_ACKNOWLEDGED])

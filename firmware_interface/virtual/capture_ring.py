@@ -30,7 +30,13 @@ class CaptureRing:
         """Begin a new capture."""
         self.pages_written = self.samples = self.overflows = 0
         self._pending: list[DriveSample] = []
+        self._acknowledged = 0
         self._registers.put("capture.pages_acknowledged", 0)
+
+    def acknowledge(self, pages: int) -> None:
+        """The host holds so many pages; fewer than before is old news."""
+        self._acknowledged = max(pages, self._acknowledged)
+        self._registers.put("capture.pages_acknowledged", self._acknowledged)
 
     @property
     def drained(self) -> bool:
@@ -75,7 +81,3 @@ class CaptureRing:
             + encode("capture.samples_captured", self.samples)
             + encode("capture.overflows", self.overflows),
         )
-
-    @property
-    def _acknowledged(self) -> int:
-        return self._registers.integer("capture.pages_acknowledged")

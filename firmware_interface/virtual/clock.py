@@ -21,7 +21,7 @@ class Clock(Protocol):
     def now_s(self) -> float:
         """Time of watchdog and confirm window."""
 
-    def advance(self, machine: Machine) -> None:
+    def advance(self, machine: Machine, status_read: bool) -> None:
         """Bring the machine to the present; called before every request."""
 
     def idle(self, machine: Machine) -> None:
@@ -48,7 +48,7 @@ class WallClock:
         """Wall time."""
         return time.monotonic()
 
-    def advance(self, machine: Machine) -> None:
+    def advance(self, machine: Machine, status_read: bool) -> None:
         """Catch up with the wall clock."""
         self._catch_up(machine, _REQUEST_SHARE_S)
 
@@ -67,10 +67,11 @@ class WallClock:
 
 
 class RequestClock:
-    """Every request lets a fixed stretch of board time pass: deterministic, and fast.
+    """Requests let board time pass, and nothing else does: deterministic, and fast.
 
-    During a motion it is 0.28 s, but time stands still while the capture ring is full; at rest
-    it is one sample.
+    Every request lets one sample pass. Only a host that asks for the status during a motion, and
+    so waits for its end, has 0.28 s pass: less than the watchdog's patience. Time stands still
+    while the capture ring is full.
     """
 
     def __init__(self) -> None:
@@ -80,9 +81,9 @@ class RequestClock:
         """Board time."""
         return self._samples * SAMPLE_PERIOD_S
 
-    def advance(self, machine: Machine) -> None:
+    def advance(self, machine: Machine, status_read: bool) -> None:
         """Let the stretch pass."""
-        self.let_pass(machine, _STRETCH if machine.moving else 1)
+        self.let_pass(machine, _STRETCH if status_read and machine.moving else 1)
 
     def let_pass(self, machine: Machine, samples: int) -> None:
         """Let so many samples pass without a request."""

@@ -1,7 +1,8 @@
 """The control law of `firmware_interface.gains`, sample by sample, for one axis."""
 
 import math
-from typing import NamedTuple
+from types import ModuleType
+from typing import Any, NamedTuple
 
 from firmware_interface.gains import AxisGains
 
@@ -12,6 +13,11 @@ class Setpoint(NamedTuple):
     position_rad: float
     velocity_rad_s: float
     acceleration_rad_s2: float
+
+    @property
+    def finite(self) -> bool:
+        """All three are numbers."""
+        return all(map(math.isfinite, self))
 
 
 class AxisController:
@@ -24,6 +30,12 @@ class AxisController:
     period_s : float
     effort_limit_nm : float
         The effort is clipped to it, and the integral part stops growing there.
+
+    Attributes
+    ----------
+    finite : bool
+        Since the last reset every effort was a number before it was clipped; one that was not
+        became 0.
     """
 
     def __init__(self, gains: AxisGains, period_s: float, effort_limit_nm: float) -> None:
@@ -37,6 +49,7 @@ class AxisController:
         self._last_rad = position_rad
         self._velocity_rad_s = 0.0
         self._integral_nm = 0.0
+        self.finite = True
 
     def effort_nm(self, setpoint: Setpoint, position_rad: float) -> float:
         """Effort for the position just latched."""
@@ -47,27 +60,42 @@ class AxisController:
             period / (gains.velocity_filter_s + period) * (difference - self._velocity_rad_s)
         )
         error = setpoint.position_rad - position_rad
-        integral = self._integral_nm + gains.integral * error * period
-        self._integral_nm = min(max(integral, -self._limit_nm), self._limit_nm)
-        effort = (
+        self._integral_nm = self._clip(self._integral_nm + gains.integral * error * period)
+        return self._clip(
             gains.proportional * error
             + gains.derivative * (setpoint.velocity_rad_s - self._velocity_rad_s)
             + self._integral_nm
-            + _feedforward_nm(gains, setpoint)
+            + feedforward_nm(gains, setpoint)
         )
-        return min(max(effort, -self._limit_nm), self._limit_nm)
+
+    def _clip(self, effort_nm: float) -> float:
+        """Within the limit; what is no number must not become full effort."""
+        if not math.isfinite(effort_nm):
+            self.finite = False
+            return 0.0
+        return min(max(effort_nm, -self._limit_nm), self._limit_nm)
 
 
-def _feedforward_nm(gains: AxisGains, setpoint: Setpoint) -> float:
-    """What the reference alone asks for."""
+def feedforward_nm(gains: AxisGains, setpoint: Any, functions: ModuleType = math) -> Any:
+    """What the reference alone asks for.
+
+    Parameters
+    ----------
+    gains : AxisGains
+    setpoint : Setpoint or Reference
+        A finite one, or a stretch of them.
+    functions : module
+        `math`, or numpy for a stretch.
+    """
     velocity = setpoint.velocity_rad_s
-    bump = math.exp(-((velocity / gains.stribeck_speed_rad_s) ** 2))
+    slowness = velocity / gains.stribeck_speed_rad_s
+    bump = functions.exp(-slowness * slowness)
     effort = (
         gains.inertia_feedforward * setpoint.acceleration_rad_s2
         + gains.viscous_feedforward * velocity
         + gains.viscous_difference_feedforward * abs(velocity)
         + (gains.coulomb_feedforward + gains.stribeck_feedforward * bump)
-        * math.tanh(velocity / gains.coulomb_smoothing_rad_s)
+        * functions.tanh(velocity / gains.coulomb_smoothing_rad_s)
         + gains.offset_feedforward
     )
     for cosine, sine, period in zip(
@@ -75,5 +103,5 @@ def _feedforward_nm(gains: AxisGains, setpoint: Setpoint) -> float:
     ):
         if cosine or sine:
             angle = 2.0 * math.pi * setpoint.position_rad / period
-            effort += cosine * math.cos(angle) + sine * math.sin(angle)
+            effort = effort + cosine * functions.cos(angle) + sine * functions.sin(angle)
     return effort

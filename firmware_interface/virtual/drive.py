@@ -49,10 +49,21 @@ class Drive:
         By axis.
     plant : Plant
         May be in motion.
+    homed : int
+        Bit n: axis n counts from the machine's zero; any other from where it stands now.
+
+    Attributes
+    ----------
+    powered : bool
+        The control law acts and the brake is released.
     """
 
     def __init__(
-        self, gains: Mapping[str, AxisGains], limits: Mapping[str, AxisLimits], plant: Plant
+        self,
+        gains: Mapping[str, AxisGains],
+        limits: Mapping[str, AxisLimits],
+        plant: Plant,
+        homed: int,
     ) -> None:
         self.plant = plant
         self._controllers = [
@@ -61,6 +72,8 @@ class Drive:
         ]
         self._effort_nm = np.zeros(len(FEED_DRIVE))
         self._positions: deque[list[int]] = deque(maxlen=_REST_SAMPLES)
+        standing = [round(angle / RAD_PER_COUNT) for angle in plant.output_rad.tolist()]
+        self._zero = [0 if homed >> n & 1 else count for n, count in enumerate(standing)]
         self.powered = False
 
     @property
@@ -74,7 +87,7 @@ class Drive:
     @property
     def position_rad(self) -> list[float]:
         """What the encoders read, by axis."""
-        return [round(angle / RAD_PER_COUNT) * RAD_PER_COUNT for angle in self.plant.output_rad]
+        return [count * RAD_PER_COUNT for count in self._read_encoders()]
 
     @property
     def speed_rad_s(self) -> list[float]:
@@ -85,31 +98,31 @@ class Drive:
         first, last = self._positions[0], self._positions[-1]
         return [(b - a) * RAD_PER_COUNT / time_s for a, b in zip(first, last, strict=True)]
 
+    @property
+    def finite(self) -> bool:
+        """Every effort since power_on was a number."""
+        return all(controller.finite for controller in self._controllers)
+
     def set_gains(self, gains: Mapping[str, AxisGains]) -> None:
         """Exchange the gains of all axes between two samples."""
         for controller, axis in zip(self._controllers, FEED_DRIVE, strict=True):
             controller.gains = gains[axis]
 
     def power_on(self) -> None:
-        """Take up control where the axes stand."""
+        """Release the brake and take up control where the axes stand."""
         self.powered = True
         for controller, position in zip(self._controllers, self.position_rad, strict=True):
             controller.reset(position)
 
     def power_off(self) -> None:
-        """No effort until the next power_on."""
+        """Apply the brake; no effort until the next power_on."""
         self.powered = False
 
     def sample(self, setpoints: Sequence[Setpoint]) -> DriveSample:
         """Latch the encoders, compute the efforts, let one period pass."""
-        positions = [round(angle / RAD_PER_COUNT) for angle in self.plant.output_rad.tolist()]
+        positions = self._read_encoders()
         self._positions.append(positions)
-        counts = [0] * len(positions)
-        if self.powered:
-            counts = [
-                round(c.effort_nm(s, p * RAD_PER_COUNT) / EFFORT_PER_COUNT_NM)
-                for c, s, p in zip(self._controllers, setpoints, positions, strict=True)
-            ]
+        counts = self._efforts(setpoints, positions) if self.powered else [0] * len(positions)
         effort = np.array(counts) * EFFORT_PER_COUNT_NM
         self.plant.advance(self._effort_nm, effort)
         self._effort_nm = effort
@@ -118,3 +131,15 @@ class Drive:
             for s, p in zip(setpoints, positions, strict=True)
         ]
         return DriveSample(positions, counts, errors)
+
+    def _read_encoders(self) -> list[int]:
+        angles = self.plant.output_rad.tolist()
+        return [round(a / RAD_PER_COUNT) - zero for a, zero in zip(angles, self._zero, strict=True)]
+
+    def _efforts(self, setpoints: Sequence[Setpoint], positions: list[int]) -> list[int]:
+        """In PWM counts; none at all as soon as one is not a number."""
+        counts = [
+            round(c.effort_nm(s, p * RAD_PER_COUNT) / EFFORT_PER_COUNT_NM)
+            for c, s, p in zip(self._controllers, setpoints, positions, strict=True)
+        ]
+        return counts if self.finite else [0] * len(counts)

@@ -1,16 +1,16 @@
 """Active, shadow and previous gains: old or new, never a mixture."""
 
 import math
-from collections.abc import Mapping
 from typing import Final
 
-from firmware_interface.board_types import AxisLimits
 from firmware_interface.codec import crc32, decode_gains, encode_gains
 from firmware_interface.gains import POSITIVE, SIGNED, AxisGains, Bank
 from firmware_interface.registers import AXES, Result
 from firmware_interface.virtual.register_file import RegisterFile
+from firmware_interface.virtual.settings import BoardSettings
 
-CONFIRM_WINDOW_S: Final = 120.0
+_LONGEST_SHOWN_S: Final = 655.35
+"""As much as the register of the time that is left can say."""
 
 
 class GainBanks:
@@ -22,19 +22,21 @@ class GainBanks:
         In force.
     stored : mapping
         What permanent memory holds.
+    stores : int
+        Times that permanent memory was written.
     """
 
-    def __init__(
-        self, registers: RegisterFile, gains: Bank, limits: Mapping[str, AxisLimits]
-    ) -> None:
+    def __init__(self, registers: RegisterFile, settings: BoardSettings) -> None:
         self._registers = registers
-        self._limits = limits
+        self._limits = settings.limits
+        self._window_s = settings.confirm_window_s
+        self.stores = settings.stores
         self._shadow_address = registers.address(f"shadow.{AXES[0]}.proportional")
         self._active_address = registers.address(f"active.{AXES[0]}.proportional")
-        self._size = len(encode_gains(gains))
+        self._size = len(encode_gains(settings.gains))
         self._previous: Bank | None = None
         self._deadline_s = math.inf
-        self._put_active(gains)
+        self._put_active(settings.gains)
         self.stored = self.active
 
     @property
@@ -45,24 +47,29 @@ class GainBanks:
     @property
     def staged_crc_ok(self) -> bool:
         """The shadow bank matches its CRC."""
-        words = self._registers.words(self._shadow_address, self._size)
-        return crc32(words) == self._registers.integer("shadow.crc")
+        return crc32(self._staged_words) == self._registers.integer("shadow.crc")
 
     def remaining_s(self, now_s: float) -> float:
-        """Time left to confirm; 0 when there is nothing to."""
-        return max(self._deadline_s - now_s, 0.0) if self.unconfirmed else 0.0
+        """Time left to confirm, as far as it can be shown; 0 when there is nothing to."""
+        if not self.unconfirmed:
+            return 0.0
+        return min(max(self._deadline_s - now_s, 0.0), _LONGEST_SHOWN_S)
 
-    def commit(self, now_s: float) -> Result:
-        """Swap the shadow bank in, if it may be."""
+    def expired(self, now_s: float) -> bool:
+        """The window has ended without a confirmation."""
+        return self.unconfirmed and now_s >= self._deadline_s
+
+    def commit(self, now_s: float, crc: int) -> Result:
+        """Swap the shadow bank in, if it may be and is the one that the host means."""
         if self.unconfirmed:
             return Result.UNCONFIRMED
-        if not self.staged_crc_ok:
+        if not self.staged_crc_ok or crc32(self._staged_words) != crc:
             return Result.GAIN_CRC
-        staged = decode_gains(self._registers.words(self._shadow_address, self._size))
+        staged = decode_gains(self._staged_words)
         if not all(self._allowed(axis, staged[axis]) for axis in AXES):
             return Result.GAIN_LIMITS
         self._previous = self.active
-        self._deadline_s = now_s + CONFIRM_WINDOW_S
+        self._deadline_s = now_s + self._window_s
         self._put_active(staged)
         return Result.DONE
 
@@ -82,11 +89,17 @@ class GainBanks:
         return Result.DONE
 
     def store(self) -> Result:
-        """Write the active bank to permanent memory."""
+        """Write the active bank to permanent memory, unless it stands there."""
         if self.unconfirmed:
             return Result.UNCONFIRMED
-        self.stored = self.active
+        if self.stored != self.active:
+            self.stored = self.active
+            self.stores += 1
         return Result.DONE
+
+    @property
+    def _staged_words(self) -> list[int]:
+        return self._registers.words(self._shadow_address, self._size)
 
     def _put_active(self, gains: Bank) -> None:
         words = encode_gains(gains)

@@ -1,7 +1,11 @@
 """The board's registers as words, with access and ranges as the map says."""
 
+from typing import Final
+
 from firmware_interface.codec import decode, encode
 from firmware_interface.errors import BoardError, ValueRefusedError
+from firmware_interface.received import believable
+from firmware_interface.register import WORDS, Register
 from firmware_interface.registers import (
     PAGE_ADDRESS,
     PAGE_SLOT_REGISTERS,
@@ -9,7 +13,15 @@ from firmware_interface.registers import (
     REGISTERS,
 )
 
-_END = PAGE_ADDRESS + PAGE_SLOTS * PAGE_SLOT_REGISTERS
+_END: Final = PAGE_ADDRESS + PAGE_SLOTS * PAGE_SLOT_REGISTERS
+_CHECKED: Final = [
+    register
+    for register in REGISTERS.values()
+    if register.access == "rw"
+    and (register.minimum is not None or register.enum)
+    and register.name != "command.opcode"
+]
+"""Registers whose values have a range or codes; an unknown opcode gets a result instead."""
 
 
 class RegisterFile:
@@ -19,13 +31,14 @@ class RegisterFile:
         self._words = [0] * _END
         self._readable = bytearray(_END)
         self._writable = bytearray(_END)
+        self._begins = bytearray(_END)
         self._readable[PAGE_ADDRESS:] = b"\1" * (_END - PAGE_ADDRESS)
         for register in REGISTERS.values():
             span = slice(register.address, register.address + register.words)
             self._readable[span] = b"\1" * register.words
             if register.access == "rw":
                 self._writable[span] = b"\1" * register.words
-        self._ranged = [r for r in REGISTERS.values() if r.minimum is not None]
+            self._begins[span] = _first_words(register)
 
     # ---- the firmware's side
 
@@ -70,30 +83,42 @@ class RegisterFile:
             raise _no_register(address, count, "read")
         return self.words(address, count)
 
-    def host_write(self, address: int, words: list[int]) -> None:
-        """Words from the host; all or none.
+    def check_write(self, address: int, words: list[int]) -> None:
+        """Make sure that the host may write these words; they are whole values.
 
         Raises
         ------
         BoardError
-            There is no such register, or it is read-only.
+            There is no such register, it is read-only, or a value would be written in part.
         ValueRefusedError
-            A value would leave its range, be it touched only in part.
+            A value is outside its range, or no code.
         """
         end = address + len(words)
-        if address < 0 or end > _END or not all(self._writable[address:end]):
+        if (
+            address < 0
+            or end > PAGE_ADDRESS
+            or not all(self._writable[address:end])
+            or not self._begins[address]
+            or (self._writable[end] and not self._begins[end])
+        ):
             raise _no_register(address, len(words), "write")
-        after = [*self._words[:address], *words, *self._words[end:PAGE_ADDRESS]]
-        for register in self._ranged:
-            touched = address < register.address + register.words and register.address < end
-            if touched and register.minimum is not None:
-                value = decode(register.name, after, 0)
-                if not register.minimum <= value <= (register.maximum or value):
-                    raise ValueRefusedError(
-                        f"{register.name} = {value:g} {register.unit} is refused",
-                        f"allowed are {register.minimum:g} to {register.maximum:g}",
-                    )
-        self.put_words(address, words)
+        for register in _CHECKED:
+            if address <= register.address < end:
+                _check_value(register, decode(register.name, words, address))
+
+
+def _first_words(register: Register) -> bytes:
+    """1 for the first word of every value, 0 for its second."""
+    words = WORDS[register.type]
+    return bytes(n % words == 0 for n in range(register.words))
+
+
+def _check_value(register: Register, value: float) -> None:
+    if not believable(register, value):
+        raise ValueRefusedError(
+            f"{register.name} = {value:g} {register.unit} is refused",
+            "docs/registers.md says what is allowed",
+        )
 
 
 def _no_register(address: int, count: int, verb: str) -> BoardError:

@@ -1,22 +1,31 @@
 """Puts a virtual board behind a pseudo-terminal or a TCP port."""
 
 import asyncio
+import logging
 import os
+import signal
+import time
 import tty
-from collections.abc import Callable
+from collections.abc import Callable, Coroutine
 from contextlib import suppress
-from typing import Final
+from typing import Any, Final
 
 from firmware_interface.errors import LinkError
 from firmware_interface.link import Link
-from firmware_interface.modbus import ServerSession
+from firmware_interface.modbus_server import RtuSession, TcpSession
 from firmware_interface.virtual.board import VirtualBoard
 from firmware_interface.virtual.clock import RequestClock, WallClock
+from firmware_interface.virtual.inputs import Inputs
 from firmware_interface.virtual.settings import BoardSettings
 
 LOOPBACK: Final = "127.0.0.1"
 """Reached from this host alone."""
+CONNECTION_LIMIT: Final = 8
+"""TCP clients at one time."""
+IDLE_TIMEOUT_S: Final = 120.0
+"""After which a TCP client that asks nothing is hung up on."""
 _IDLE_S: Final = 0.005
+_LOG: Final = logging.getLogger(__name__)
 
 
 def serve(
@@ -28,7 +37,7 @@ def serve(
     speed: float | None = 1.0,
     settings: BoardSettings | None = None,
 ) -> None:
-    """Serve a new board until Ctrl-C.
+    """Serve a new board until Ctrl-C or SIGTERM.
 
     Parameters
     ----------
@@ -57,10 +66,17 @@ def serve(
         serving = serve_pty(board, board.idle, on_ready)
     else:
         serving = serve_tcp(board, tcp_port, board.idle, on_ready, bind)
-    try:
-        asyncio.run(serving)
-    except KeyboardInterrupt:
-        return
+    with suppress(KeyboardInterrupt, asyncio.CancelledError):
+        asyncio.run(_with_signals(serving, board.inputs))
+
+
+async def _with_signals(serving: Coroutine[None, None, None], inputs: Inputs) -> None:
+    """Serve with the wired emergency stop at SIGUSR1 (pull) and SIGUSR2 (release)."""
+    loop, task = asyncio.get_running_loop(), asyncio.ensure_future(serving)
+    loop.add_signal_handler(signal.SIGTERM, task.cancel)
+    loop.add_signal_handler(signal.SIGUSR1, inputs.press_stop)
+    loop.add_signal_handler(signal.SIGUSR2, inputs.release_stop)
+    await task
 
 
 async def serve_tcp(
@@ -90,16 +106,45 @@ async def serve_tcp(
         The address or port is in use, not allowed or not this host's.
     """
     loop = asyncio.get_running_loop()
+    loop.set_exception_handler(_AcceptErrors())
+    sessions: set[TcpSession] = set()
+
+    def look_after() -> None:
+        idle()
+        quiet_since_s = time.monotonic() - IDLE_TIMEOUT_S
+        for session in [session for session in sessions if session.heard_s < quiet_since_s]:
+            session.hang_up()
+
     try:
-        server = await loop.create_server(lambda: ServerSession(link), bind, port)
+        server = await loop.create_server(
+            lambda: TcpSession(link, sessions, CONNECTION_LIMIT), bind, port
+        )
     except OSError as error:
         raise LinkError(
             f"port {port} on {bind} cannot be served: {error.strerror}",
             "choose another port or address, or stop the program that uses it",
         ) from error
-    async with server:
+    try:
         on_ready(f"tcp://{bind}:{server.sockets[0].getsockname()[1]}")
-        await _idle_forever(idle)
+        await _forever(look_after)
+    finally:
+        server.close()
+        for session in list(sessions):
+            session.hang_up()
+
+
+class _AcceptErrors:
+    """Says once that connections cannot be accepted: the loop says so every second."""
+
+    def __init__(self) -> None:
+        self._said = False
+
+    def __call__(self, loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
+        if not isinstance(context.get("exception"), OSError) or "accept" not in context["message"]:
+            loop.default_exception_handler(context)
+        elif not self._said:
+            self._said = True
+            _LOG.warning("no further connection can be accepted: %s", context["exception"])
 
 
 async def serve_pty(link: Link, idle: Callable[[], None], on_ready: Callable[[str], None]) -> None:
@@ -113,22 +158,35 @@ async def serve_pty(link: Link, idle: Callable[[], None], on_ready: Callable[[st
     try:
         tty.setraw(slave)
         os.set_blocking(master, False)
-        session = ServerSession(link, lambda frame: _write_pty(master, frame))
-        loop.add_reader(master, lambda: session.data_received(os.read(master, 4096)))
+        session = RtuSession(link, lambda frame: _write_pty(master, frame))
+        loop.add_reader(master, lambda: session.data_received(_read_pty(master)))
         on_ready(os.ttyname(slave))
-        await _idle_forever(idle)
+
+        def look_after() -> None:
+            session.idle()
+            idle()
+
+        await _forever(look_after)
     finally:
         loop.remove_reader(master)
         os.close(master)
         os.close(slave)
 
 
+def _read_pty(master: int) -> bytes:
+    with suppress(BlockingIOError):
+        return os.read(master, 4096)
+    return b""
+
+
 def _write_pty(master: int, frame: bytes) -> None:
+    while _read_pty(master):  # what came before the answer left
+        pass
     with suppress(BlockingIOError):  # nobody reads: the bytes are lost, as on a real line
         os.write(master, frame)
 
 
-async def _idle_forever(idle: Callable[[], None]) -> None:
+async def _forever(look_after: Callable[[], None]) -> None:
     while True:
-        idle()
+        look_after()
         await asyncio.sleep(_IDLE_S)

@@ -1,20 +1,19 @@
 """Where the axes should be: holding, following the trajectory, or coming to rest."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from typing import Final
 
 import numpy as np
 
-from firmware_interface.board_types import AxisLimits
 from firmware_interface.motion import (
     Reference,
     Trajectory,
-    reference,
     stop_duration_s,
     stopping_reference,
 )
 from firmware_interface.virtual.controller import Setpoint
 from firmware_interface.virtual.drive import SAMPLE_PERIOD_S
+from firmware_interface.virtual.trajectory_check import chunk
 
 _CHUNK: Final = 2048
 
@@ -25,9 +24,11 @@ class SetpointGenerator:
     Attributes
     ----------
     current : sequence of Setpoint
-        The last ones given, by axis.
+        The last ones given, by axis; always numbers.
     moving : bool
         The reference is not constant.
+    finite : bool
+        None was asked for that is no number; such a one holds the axes instead.
     """
 
     def __init__(self, positions_rad: Sequence[float]) -> None:
@@ -35,6 +36,7 @@ class SetpointGenerator:
 
     def hold(self, positions_rad: Sequence[float]) -> None:
         """Stay at these positions."""
+        self.finite = True
         self.current: Sequence[Setpoint] = [Setpoint(p, 0.0, 0.0) for p in positions_rad]
         self._ahead: Iterator[Sequence[Setpoint]] = iter(())
         self.moving = False
@@ -42,7 +44,7 @@ class SetpointGenerator:
     def follow(self, trajectory: Trajectory) -> None:
         """Start a trajectory from the present position, then come to rest."""
         rest = [setpoint.position_rad for setpoint in self.current]
-        self._ahead = (row for chunk in _chunks(trajectory, rest) for row in _rows(chunk))
+        self._ahead = (row for stretch in _stretches(trajectory, rest) for row in _rows(stretch))
         self.moving = True
 
     def stop(self) -> None:
@@ -60,37 +62,21 @@ class SetpointGenerator:
         """The setpoints of the next sample."""
         if self.moving:
             following = next(self._ahead, None)
-            if following is None:
+            finite = following is None or all(setpoint.finite for setpoint in following)
+            if following is None or not finite:
                 self.hold([setpoint.position_rad for setpoint in self.current])
+                self.finite = finite
             else:
                 self.current = following
         return self.current
 
 
-def within_limits(
-    trajectory: Trajectory, rest_rad: Sequence[float], limits: Mapping[str, AxisLimits]
-) -> bool:
-    """Whether speed, and position with the way to a stop, stay inside the limits throughout."""
-    for chunk in _chunks(trajectory, rest_rad):
-        for axis, limit in zip(chunk, (limits[name] for name in trajectory.axes), strict=True):
-            speed = np.abs(axis.velocity_rad_s)
-            way = axis.velocity_rad_s * stop_duration_s(float(speed.max())) / 2.0
-            farthest = np.maximum(np.abs(axis.position_rad), np.abs(axis.position_rad + way))
-            if not (speed.max() <= limit.speed_rad_s and farthest.max() <= limit.travel_rad):
-                return False
-    return True
-
-
-def _chunks(trajectory: Trajectory, rest_rad: Sequence[float]) -> Iterator[list[Reference]]:
+def _stretches(trajectory: Trajectory, rest_rad: Sequence[float]) -> Iterator[list[Reference]]:
     """The references of all axes, a stretch of time after the other."""
     first = -round(trajectory.lead_in_s / SAMPLE_PERIOD_S)
     last = round(trajectory.duration_s / SAMPLE_PERIOD_S)
     for start in range(first, last, _CHUNK):
-        times = np.arange(start, min(start + _CHUNK, last)) * SAMPLE_PERIOD_S
-        yield [
-            reference(trajectory.axes[name], times, trajectory.lead_in_s, rest)
-            for name, rest in zip(trajectory.axes, rest_rad, strict=True)
-        ]
+        yield chunk(trajectory, rest_rad, start, min(_CHUNK, last - start))
 
 
 def _rows(axes: Sequence[Reference]) -> Iterator[Sequence[Setpoint]]:

@@ -1,5 +1,6 @@
 """How a virtual board is set up at power-up."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Final
@@ -7,6 +8,9 @@ from typing import Final
 from firmware_interface.board_types import AxisLimits
 from firmware_interface.gains import RIPPLES, AxisGains
 from firmware_interface.registers import AXES, MAP_CRC, Fault
+
+CONFIRM_WINDOW_S: Final = 120.0
+"""Time in which a commit must be confirmed."""
 
 CONSERVATIVE_GAINS: Final = AxisGains(
     proportional=30.0,
@@ -24,6 +28,7 @@ CONSERVATIVE_GAINS: Final = AxisGains(
 DEFAULT_LIMITS: Final = AxisLimits(
     travel_rad=10.0,
     speed_rad_s=4.0,
+    acceleration_rad_s2=60.0,
     effort_nm=12.0,
     following_error_rad=0.6,
     gain_step=0.6,
@@ -59,6 +64,14 @@ class BoardSettings:
         Latched at power-up unless NONE.
     limits, gains : mapping
         By axis.
+    confirm_window_s : float
+        From a commit to the roll back that a confirmation prevents.
+    homed : int
+        Bit n: axis n counts from the machine's reference mark.
+    switches_rad : float
+        Distance from the machine's zero at which an axis presses its limit switches.
+    stores : int
+        Times that permanent memory was written.
     """
 
     map_crc: int = MAP_CRC
@@ -70,3 +83,7 @@ class BoardSettings:
     gains: Mapping[str, AxisGains] = field(
         default_factory=lambda: dict.fromkeys(AXES, CONSERVATIVE_GAINS)
     )
+    confirm_window_s: float = CONFIRM_WINDOW_S
+    homed: int = 0
+    switches_rad: float = math.inf
+    stores: int = 0

@@ -40,16 +40,34 @@ class Bench:
         """Nobody asks the board anything for so long."""
         self.clock.let_pass(self.virtual.machine, round(seconds / SAMPLE_PERIOD_S))
 
-    def start(self, motion: Trajectory) -> None:
+    def arm(self, motion: Trajectory) -> None:
+        """Have a motion checked, with the effort on."""
+        self.board.enable()
         self.board.write_trajectory(motion)
         self.board.arm()
+
+    def start(self, motion: Trajectory) -> None:
+        """Start a motion."""
+        self.arm(motion)
         self.board.start()
 
-    def command(self, opcode: int, token: int, argument: int = 0) -> Result:
+    def commit(self) -> None:
+        """Put other gains in force, without a confirmation."""
+        self.board.stage_gains(NEW)
+        self.board.commit()
+
+    def command(self, opcode: int, token: int, argument: int = 0, key: int | None = None) -> Result:
+        """Write a command as it is, once, by the host that holds the board or another one."""
         words = encode("command.opcode", opcode) + encode("command.token", token)
         words += encode("command.argument", argument)
+        words += encode("command.key", self.key if key is None else key)
         self.virtual.write(REGISTERS["command.opcode"].address, words)
         return self.board.status().last_result
+
+    @property
+    def key(self) -> int:
+        """The session key of this bench's host."""
+        return self.board._session._key
 
 
 def long_motion(amplitude_rad: float = 1.0) -> Trajectory:

@@ -4,11 +4,8 @@ The Python virtual board and the C reference firmware were written apart from ea
 the register map and its words mean is what both of them do.
 """
 
-import os
-import select
 import shutil
 import signal
-import struct
 import subprocess
 import sys
 import time
@@ -26,16 +23,21 @@ from firmware_interface.codec import encode
 from firmware_interface.connection import open_link
 from firmware_interface.errors import BoardError
 from firmware_interface.gains import AxisGains
+from firmware_interface.motion import Multisine, SineComponent, Trajectory
 from firmware_interface.registers import REGISTERS, Fault, Result, State
 
 SPEED = 20.0
 SOURCE = Path(registers.__file__).with_name("reference_firmware")
 _SERVE = """
-from firmware_interface.virtual import gain_banks
 from firmware_interface.virtual.server import serve
-gain_banks.CONFIRM_WINDOW_S = {window_s}
-serve(pty=True, speed={speed}, on_ready=lambda device: print(device, flush=True))
+from firmware_interface.virtual.settings import BoardSettings
+settings = BoardSettings({settings})
+serve(pty=True, speed={speed}, settings=settings, on_ready=lambda url: print(url, flush=True))
 """
+_WAIT_S = 60.0
+"""For what comes sooner or later: no test fails because the computer is busy."""
+_REPLY_S = 2.0
+_ORDERLY_END_S = 20.0
 
 
 def build_firmware(folder: Path, target: str) -> None:
@@ -51,21 +53,35 @@ def build_firmware(folder: Path, target: str) -> None:
 class BoardCommand(Protocol):
     """Gives the command line of a board."""
 
-    def __call__(self, window_s: float = 120.0, speed: float = SPEED) -> list[str]:
-        """With a confirm window of so many seconds, so many times faster than time."""
+    def __call__(
+        self, window_s: float = 120.0, speed: float = SPEED, switches_rad: float = 0.0
+    ) -> list[str]:
+        """With a confirm window of so many seconds, so many times faster than time.
+
+        Limit switches, if any, so far from zero.
+        """
 
 
-def python_command(window_s: float = 120.0, speed: float = SPEED) -> list[str]:
+def python_command(
+    window_s: float = 120.0, speed: float = SPEED, switches_rad: float = 0.0
+) -> list[str]:
     """Command line of a Python virtual board."""
-    return [sys.executable, "-c", _SERVE.format(window_s=window_s, speed=speed)]
+    settings = f"confirm_window_s={window_s}"
+    settings += f", switches_rad={switches_rad}" if switches_rad else ""
+    return [sys.executable, "-c", _SERVE.format(settings=settings, speed=speed)]
 
 
 def c_command(
-    programs: Path, *options: str, window_s: float = 120.0, speed: float = SPEED
+    programs: Path,
+    *options: str,
+    window_s: float = 120.0,
+    speed: float = SPEED,
+    switches_rad: float = 0.0,
 ) -> list[str]:
     """Command line of a C board."""
     common = ["--confirm-window", str(window_s), "--speed", str(speed)]
-    return [str(programs / "firmware"), *common, *options]
+    switches = ["--switches", str(switches_rad)] if switches_rad else []
+    return [str(programs / "firmware"), *common, *switches, *options]
 
 
 @dataclass(frozen=True)
@@ -78,33 +94,40 @@ class Served:
     @contextmanager
     def connected(self) -> Iterator[Board]:
         """The host's verbs for it."""
-        link = open_link(self.url)
+        link = open_link(self.url, timeout_s=_REPLY_S)
         try:
             yield Board.connect(link)
         finally:
             link.close()
 
     def press_stop(self, pressed: bool) -> None:
-        """The wired emergency stop of the C board."""
+        """The wired emergency stop."""
         self.process.send_signal(signal.SIGUSR1 if pressed else signal.SIGUSR2)
 
 
 @contextmanager
 def serving(command: list[str]) -> Iterator[Served]:
-    """Run a board; it must end in order: a sanitizer's complaint is an exit code."""
+    """Run a board; it must end in order: a sanitizer's complaint is an exit code.
+
+    It ends by SIGTERM, for whatever is started in the background may have to ignore SIGINT; and
+    none outlives its test.
+    """
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     assert process.stdout is not None
-    url = process.stdout.readline().strip()
     try:
-        yield Served(url, process)
+        yield Served(process.stdout.readline().strip(), process)
     finally:
-        process.send_signal(signal.SIGINT)
-        _, complaints = process.communicate(timeout=10)
-        assert process.returncode == 0, complaints
+        process.terminate()
+        try:
+            _, complaints = process.communicate(timeout=_ORDERLY_END_S)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            _, complaints = process.communicate()
+    assert process.returncode == 0, complaints
 
 
 def clean_up(board: Board, first_gains: Mapping[str, AxisGains]) -> None:
-    """Bring a board back to IDLE with the gains that it had at power-up."""
+    """Bring a board back to where it was at power-up: IDLE, without effort, held by nobody."""
     board.quick_stop()
     until(board, lambda status: status.state in (State.IDLE, State.FAULT))
     if board.status().state is State.FAULT:
@@ -113,6 +136,10 @@ def clean_up(board: Board, first_gains: Mapping[str, AxisGains]) -> None:
         board.roll_back()
     if board.active_gains() != first_gains:
         put_gains(board, first_gains)
+    board.disable()
+    watchdog = encode("watchdog.timeout", 1.0) + encode("watchdog.action", 1)
+    board._link.write(REGISTERS["watchdog.timeout"].address, watchdog)
+    board.release()
 
 
 def put_gains(board: Board, gains: Mapping[str, AxisGains]) -> None:
@@ -122,26 +149,78 @@ def put_gains(board: Board, gains: Mapping[str, AxisGains]) -> None:
     board.confirm()
 
 
-def until(board: Board, condition: Callable[[BoardStatus], bool], timeout_s: float = 5.0) -> None:
-    """Poll the status until the condition holds."""
-    deadline = time.monotonic() + timeout_s
-    while not condition(board.status()):
-        assert time.monotonic() < deadline, board.status()
+def until(board: Board, condition: Callable[[BoardStatus], bool]) -> BoardStatus:
+    """Poll the status, by a host that is alive, until the condition holds."""
+    return _poll(board, condition, board._session.keep)
+
+
+def until_abandoned(board: Board, condition: Callable[[BoardStatus], bool]) -> BoardStatus:
+    """Poll the status, by a host that gives no sign of life, until the condition holds."""
+    return _poll(board, condition, lambda status: None)
+
+
+def _poll(
+    board: Board, condition: Callable[[BoardStatus], bool], keep: Callable[[BoardStatus], None]
+) -> BoardStatus:
+    deadline = time.monotonic() + _WAIT_S
+    while not condition(status := board.status()):
+        assert time.monotonic() < deadline, status
+        keep(status)
         time.sleep(0.002)
+    return status
 
 
 def until_fault(board: Board) -> Fault:
     """Poll until the board is in FAULT; gives which."""
-    until(board, lambda status: status.state is State.FAULT)
-    return board.status().fault
+    return until(board, lambda status: status.state is State.FAULT).fault
 
 
-def command(board: Board, opcode: int, token: int, argument: int = 0) -> Result:
-    """Write a command as it is, once; gives what is said of the last one."""
+def start(board: Board, motion: Trajectory) -> None:
+    """Switch the effort on and start a motion."""
+    board.enable()
+    board.write_trajectory(motion)
+    board.arm()
+    board.start()
+
+
+def sines(*components: tuple[float, float, float]) -> Multisine:
+    """Of amplitude, angular frequency and phase."""
+    return Multisine(tuple(SineComponent(*component) for component in components))
+
+
+def key_of(board: Board) -> int:
+    """The session key of a host."""
+    return board._session._key
+
+
+def command(
+    board: Board, opcode: int, token: int, argument: int = 0, key: int | None = None
+) -> Result:
+    """Write a command as it is, once, by this host or another; gives what is said of the last."""
+    if key is None:
+        board.claim()
+        key = key_of(board)
+    send(board, opcode, token, argument, key)
+    return until_abandoned(
+        board, lambda status: status.last_result is not Result.PENDING
+    ).last_result
+
+
+def send(board: Board, opcode: int, token: int, argument: int, key: int) -> None:
+    """Write a command as it is, once."""
     words = encode("command.opcode", opcode) + encode("command.token", token)
-    words += encode("command.argument", argument)
+    words += encode("command.argument", argument) + encode("command.key", key)
     board._link.write(REGISTERS["command.opcode"].address, words)
-    return board.status().last_result
+
+
+def fresh_token(board: Board) -> int:
+    """One that the board has not seen."""
+    return (board.status().last_token + 777) % 0xFFFF + 1
+
+
+def ask(board: Board, opcode: int, argument: int = 0, key: int | None = None) -> Result:
+    """The same with a token that the board has not seen."""
+    return command(board, opcode, fresh_token(board), argument, key)
 
 
 def refused(board: Board, address: int, words: list[int]) -> int:
@@ -149,55 +228,10 @@ def refused(board: Board, address: int, words: list[int]) -> int:
     try:
         board._link.write(address, words)
     except BoardError as error:
-        return int(error.cause.rpartition("exception ")[2].rstrip(")"))
+        return int(error.cause.partition("exception ")[2].partition(")")[0])
     return 0
 
 
-# ---- raw frames
-
-
-def crc16(data: bytes) -> bytes:
-    """CRC-16 of Modbus, as it follows the frame."""
-    crc = 0xFFFF
-    for byte in data:
-        crc ^= byte
-        for _ in range(8):
-            crc = crc >> 1 ^ (0xA001 if crc & 1 else 0)
-    return struct.pack("<H", crc)
-
-
-def framed(body: str) -> bytes:
-    """A frame out of hexadecimal digits, with its CRC."""
-    data = bytes.fromhex(body)
-    return data + crc16(data)
-
-
-class Line:
-    """The host's end of a serial line, byte by byte."""
-
-    def __init__(self, url: str) -> None:
-        self._file = os.open(url, os.O_RDWR | os.O_NOCTTY)
-
-    def __enter__(self) -> "Line":
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        os.close(self._file)
-
-    def send(self, data: bytes) -> None:
-        """Put bytes on the line."""
-        os.write(self._file, data)
-
-    def replies(self, count: int = 8, wait_s: float = 0.2) -> bytes:
-        """What comes back: so many bytes, or what came in time."""
-        found = b""
-        while len(found) < count and select.select([self._file], [], [], wait_s)[0]:
-            found += os.read(self._file, 512)
-        return found
-
-    def ask(self, body: str, count: int = 5) -> str:
-        """Send a whole request; gives the reply in hexadecimal digits, without its CRC."""
-        self.send(framed(body))
-        reply = self.replies(count)
-        assert crc16(reply[:-2]) == reply[-2:]
-        return reply[:-2].hex()
+def refused_value(board: Board, name: str, *values: float) -> int:
+    """The same for the values of a register."""
+    return refused(board, REGISTERS[name].address, encode(name, *values))

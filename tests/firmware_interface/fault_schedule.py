@@ -99,17 +99,19 @@ class Host:
     def vanish(self) -> None:
         """End without a word, as by kill -9; another host begins anew."""
         if self._board is not None:
-            self._board.close()
+            self._board._link.close()
         self._board = None
 
     # ---- actions
 
     def make_ready(self, board: Board) -> None:
-        """Bring the board to IDLE with confirmed gains, whatever was left."""
+        """Bring the board to IDLE with confirmed gains and effort, whatever was left."""
+        board.claim()
         board.quick_stop()
         if board.status().state is State.FAULT:
             board.clear_fault()
         board.write_register("watchdog.timeout", self.bench.watchdog_s)
+        board.enable()
 
     def move(self, board: Board) -> None:
         """One motion, captured to its last sample."""

@@ -13,11 +13,17 @@ from unittest import mock
 from fault_line import FaultyLine, Sender
 from witness import SETTINGS, Witness
 
-from firmware_interface import board as board_verbs
-from firmware_interface import board_checks, modbus
+from firmware_interface import (
+    board_checks,
+    board_session,
+    capture_pages,
+    modbus,
+    modbus_server,
+)
 from firmware_interface.board import Board
 from firmware_interface.errors import LinkError
-from firmware_interface.modbus import ModbusLink, ServerSession
+from firmware_interface.modbus import ModbusLink
+from firmware_interface.modbus_server import RtuSession
 from firmware_interface.virtual.board import VirtualBoard
 from firmware_interface.virtual.drive import SAMPLE_PERIOD_S
 from firmware_interface.virtual.machine import Machine
@@ -45,7 +51,7 @@ class VirtualTime:
         """Let time pass."""
         self._now_s = max(self._now_s, when_s)
 
-    def advance(self, machine: Machine) -> None:
+    def advance(self, machine: Machine, status_read: bool) -> None:
         """Run the samples that are due."""
         while self._samples * SAMPLE_PERIOD_S < self._now_s:
             self._samples += 1
@@ -53,7 +59,7 @@ class VirtualTime:
 
     def idle(self, machine: Machine) -> None:
         """The same."""
-        self.advance(machine)
+        self.advance(machine, False)
 
 
 class MemoryLine:
@@ -76,7 +82,7 @@ class MemoryLine:
         self.time = VirtualTime()
         self._virtual = VirtualBoard(SETTINGS, self.time)
         self.witness = Witness(self._virtual)
-        self._session = ServerSession(self._virtual, self._reply)
+        self._session = RtuSession(self._virtual, self._reply)
         self.in_hand = b""
         self.plugged_in = True
 
@@ -112,6 +118,7 @@ class MemoryLine:
         if not (for_bytes and self.in_hand):
             self.time.pass_to(when_s)
             self._virtual.idle()
+            self._session.idle()
 
     def send(self, data: bytes) -> None:
         """The host puts bytes on the line."""
@@ -137,7 +144,7 @@ def virtual_time(line: MemoryLine) -> Iterator[None]:
         sleep=lambda pause_s: line.wait_until(line.time.now_s() + pause_s),
     )
     with ExitStack() as patches:
-        for module in (modbus, board_verbs, board_checks):
+        for module in (modbus, modbus_server, board_session, board_checks, capture_pages):
             patches.enter_context(mock.patch.object(module, "time", clock))
         draw = random.Random(line.line.seed)
         patches.enter_context(mock.patch.object(secrets, "randbelow", draw.randrange))

@@ -7,10 +7,18 @@ from board_bench import NEW, OLD
 from firmware_interface.board import Board
 from firmware_interface.connection import open_link
 from firmware_interface.errors import BoardError, LinkError, NoReplyError
+from firmware_interface.link import Link
 from firmware_interface.motion import Multisine, SineComponent, Staircase, Trajectory
 from firmware_interface.registers import MAP_CRC, PAGE_ADDRESS, REGISTERS, Fault, Result, State
 from firmware_interface.virtual.board import VirtualBoard
 from firmware_interface.virtual.settings import DEFAULT_LIMITS, BoardSettings
+
+
+def enabled(link: Link) -> Board:
+    """A host on the board, with the effort on."""
+    board = Board.connect(link)
+    board.enable()
+    return board
 
 
 def run(board: Board, motion: Trajectory) -> np.ndarray:
@@ -28,7 +36,7 @@ def test_identity_comes_in_si_units() -> None:
     assert identity.sample_period_s == pytest.approx(0.0025)
     assert identity.control_delay_s == pytest.approx(0.0005)
     assert identity.counts_per_turn == 8400
-    assert identity.firmware_version == "1.0"
+    assert identity.firmware_version == "2.0"
 
 
 def test_limits_come_by_axis() -> None:
@@ -68,7 +76,7 @@ def test_another_device_and_swapped_words_are_told_apart() -> None:
 
 
 def test_a_capture_is_complete_and_follows_the_motion(short_motion: Trajectory) -> None:
-    board = Board.connect(VirtualBoard())
+    board = enabled(VirtualBoard())
     board.write_trajectory(short_motion)
     board.arm()
     board.start()
@@ -87,12 +95,12 @@ def test_a_capture_is_complete_and_follows_the_motion(short_motion: Trajectory) 
 
 def test_the_machine_is_at_rest_after_a_motion(short_motion: Trajectory) -> None:
     virtual = VirtualBoard()
-    run(Board.connect(virtual), short_motion)
+    run(enabled(virtual), short_motion)
     assert np.all(np.abs(virtual.machine.drive.plant.output_rad_s) < 1e-3)
 
 
 def test_a_motion_repeats_from_where_the_last_one_ended(short_motion: Trajectory) -> None:
-    board = Board.connect(VirtualBoard())
+    board = enabled(VirtualBoard())
     first, second = run(board, short_motion), run(board, short_motion)
     assert first.shape == second.shape
     # soft feedback: the lag at the first sample depends on the start, the rest does not
@@ -101,14 +109,14 @@ def test_a_motion_repeats_from_where_the_last_one_ended(short_motion: Trajectory
 
 def test_staircase_runs_at_its_speeds() -> None:
     stairs = {"x": Staircase((0.5, -0.5), 1.0, 2.0), "z": Staircase((-0.4, 0.8), 1.0, 2.0)}
-    position = run(Board.connect(VirtualBoard()), Trajectory(stairs, 2.4, 0.5))
+    position = run(enabled(VirtualBoard()), Trajectory(stairs, 2.4, 0.5))
     speed = np.gradient(position, 0.0025, axis=0)
     np.testing.assert_allclose(speed[200:380].mean(axis=0), [0.5, -0.4], atol=0.01)
     np.testing.assert_allclose(speed[760:900].mean(axis=0), [-0.5, 0.8], atol=0.02)
 
 
 def test_commands_in_the_wrong_state_are_refused(short_motion: Trajectory) -> None:
-    board = Board.connect(VirtualBoard())
+    board = enabled(VirtualBoard())
     with pytest.raises(BoardError, match="not allowed in the board's present state"):
         board.start()
     board.write_trajectory(short_motion)
@@ -123,9 +131,9 @@ def test_commands_in_the_wrong_state_are_refused(short_motion: Trajectory) -> No
 @pytest.mark.parametrize(("amplitude_rad", "rate"), [(10.5, 0.2875), (2.0, 2.5)])
 def test_motions_outside_travel_or_speed_are_not_armed(amplitude_rad: float, rate: float) -> None:
     sine = Multisine((SineComponent(amplitude_rad, rate, 0.0),))
-    board = Board.connect(VirtualBoard())
+    board = enabled(VirtualBoard())
     board.write_trajectory(Trajectory({"x": sine, "z": sine}, 5.0, 5.0))
-    with pytest.raises(BoardError, match="travel or speed limits"):
+    with pytest.raises(BoardError, match="leave the limits of travel"):
         board.arm()
 
 
@@ -139,16 +147,16 @@ def test_motions_outside_travel_or_speed_are_not_armed(amplitude_rad: float, rat
     ],
 )
 def test_incomplete_motions_are_not_armed(motion: Multisine) -> None:
-    board = Board.connect(VirtualBoard())
+    board = enabled(VirtualBoard())
     board.write_trajectory(Trajectory({"x": motion, "z": motion}, 5.0, 5.0))
-    with pytest.raises(BoardError, match="incomplete or not finite"):
+    with pytest.raises(BoardError, match="incomplete, not finite"):
         board.arm()
 
 
 def test_a_motion_that_the_board_cannot_hold_is_refused_before_the_line() -> None:
     sine = Multisine((SineComponent(0.1, 1.0, 0.0),) * 9)
     with pytest.raises(BoardError, match="at most 8"):
-        Board.connect(VirtualBoard()).write_trajectory(Trajectory({"x": sine, "z": sine}, 1.0))
+        enabled(VirtualBoard()).write_trajectory(Trajectory({"x": sine, "z": sine}, 1.0))
 
 
 def test_a_board_in_fault_says_which(short_motion: Trajectory) -> None:
@@ -162,12 +170,14 @@ def test_a_board_in_fault_says_which(short_motion: Trajectory) -> None:
     for _ in range(30):
         board.status()  # time passes; the board sees that the axes stand still
     board.clear_fault()
+    assert not board.status().enabled
+    board.enable()
     run(board, short_motion)
 
 
 def test_a_lost_page_is_a_link_error(short_motion: Trajectory) -> None:
     virtual = VirtualBoard()
-    board = Board.connect(virtual)
+    board = enabled(virtual)
     board.write_trajectory(short_motion)
     board.arm()
     board.start()
@@ -183,7 +193,7 @@ def test_a_lost_page_is_a_link_error(short_motion: Trajectory) -> None:
 
 
 def test_a_motion_that_somebody_stopped_ends_the_capture(short_motion: Trajectory) -> None:
-    board = Board.connect(VirtualBoard())
+    board = enabled(VirtualBoard())
     board.write_trajectory(short_motion)
     board.arm()
     board.start()
@@ -218,7 +228,7 @@ class LosingLink:
 
 def armed(motion: Trajectory) -> tuple[Board, LosingLink]:
     link = LosingLink(VirtualBoard())
-    board = Board.connect(link)
+    board = enabled(link)
     board.write_trajectory(motion)
     board.arm()
     link.writes.clear()

@@ -1,9 +1,8 @@
 """Both boards hold the same registers with the same access, ranges and exceptions."""
 
-import time
-
 import pytest
-from conformance_boards import Line, Served, command, framed, refused
+from board_bench import NEW
+from conformance_boards import BoardCommand, command, refused, refused_value, serving
 
 from firmware_interface.board import Board
 from firmware_interface.board_types import read_limits
@@ -22,6 +21,7 @@ from firmware_interface.registers import (
     REGISTERS,
     Opcode,
     Result,
+    TrajectoryKind,
     WatchdogAction,
 )
 from firmware_interface.virtual.settings import CONSERVATIVE_GAINS, DEFAULT_LIMITS
@@ -29,8 +29,8 @@ from firmware_interface.virtual.settings import CONSERVATIVE_GAINS, DEFAULT_LIMI
 ILLEGAL_FUNCTION, ILLEGAL_ADDRESS, ILLEGAL_VALUE = 1, 2, 3
 PAGES_END = PAGE_ADDRESS + PAGE_SLOTS * PAGE_SLOT_REGISTERS
 COMMAND = REGISTERS["command.opcode"].address
-SILENCE_S = 0.1
-"""Longer than both boards take to see the end of a frame on a pseudo-terminal."""
+ACTIVE = ("command.", "session.", "capture.")
+"""Groups whose registers do something when they are written, or have rules of their own."""
 
 
 def value(board: Board, name: str) -> float:
@@ -60,7 +60,8 @@ def test_power_up_values(either_board: Board) -> None:
     gains = CONSERVATIVE_GAINS.numbers()
     for axis in AXES:
         limits = read_limits(either_board._link.read, axis)
-        assert limits.travel_rad == pytest.approx(DEFAULT_LIMITS.travel_rad)
+        for name in ("travel_rad", "speed_rad_s", "acceleration_rad_s2", "effort_nm"):
+            assert getattr(limits, name) == pytest.approx(getattr(DEFAULT_LIMITS, name))
         assert limits.gain_step == pytest.approx(DEFAULT_LIMITS.gain_step)
         maxima = DEFAULT_LIMITS.gain_maximum.numbers()
         assert limits.gain_maximum.numbers() == pytest.approx(maxima)
@@ -98,14 +99,14 @@ def test_read_only_registers_refuse_writes_and_keep_their_words(either_board: Bo
 
 def test_writable_registers_give_back_what_was_written(either_board: Board) -> None:
     for register in REGISTERS.values():
-        if register.access == "rw" and not register.name.startswith("command."):
+        if register.access == "rw" and not register.name.startswith(ACTIVE):
             before = words_of(either_board, register)
-            least = register.minimum if register.minimum is not None else 2.5
+            least = register.minimum if register.minimum is not None else 2.0
             written = encode(register.name, *[least] * register.count)
             assert refused(either_board, register.address, written) == 0, register.name
             assert words_of(either_board, register) == written
             if register.minimum is None or decode_array(register.name, before)[0] >= least:
-                either_board._link.write(register.address, before)
+                refused(either_board, register.address, before)
 
 
 def test_values_outside_their_range_are_refused(either_board: Board) -> None:
@@ -114,109 +115,70 @@ def test_values_outside_their_range_are_refused(either_board: Board) -> None:
     assert ranged
     for register in ranged:
         for good in (register.minimum, register.maximum):
-            assert refused(either_board, register.address, encode(register.name, good)) == 0
+            assert refused_value(either_board, register.name, good) == 0
         step, written = register.scale, words_of(either_board, register)
         for bad in (register.minimum - step, register.maximum + step):
             if bad >= 0:
-                words = encode(register.name, bad)
-                assert refused(either_board, register.address, words) == ILLEGAL_VALUE
+                assert refused_value(either_board, register.name, bad) == ILLEGAL_VALUE
         assert words_of(either_board, register) == written
-    either_board._link.write(REGISTERS["watchdog.timeout"].address, encode("watchdog.timeout", 1.0))
 
 
-def test_half_a_value_cannot_leave_the_range_either(either_board: Board) -> None:
-    register = REGISTERS["trajectory.capture_samples"]
-    either_board._link.write(register.address, encode(register.name, 5000))
-    assert refused(either_board, register.address, [0xFFFF]) == ILLEGAL_VALUE
-    assert refused(either_board, register.address + 1, [0]) == ILLEGAL_VALUE
-    assert value(either_board, register.name) == 5000
+def test_unknown_codes_are_refused(either_board: Board) -> None:
+    for name, codes in (("watchdog.action", WatchdogAction), ("trajectory.kind", TrajectoryKind)):
+        for code in codes:
+            assert refused_value(either_board, name, code) == 0
+        for bad in (0, max(codes) + 1, 0x0101, 0xFFFF):
+            assert refused_value(either_board, name, bad) == ILLEGAL_VALUE
+        assert value(either_board, name) == max(codes)
+
+
+def test_a_value_is_written_whole_or_not_at_all(either_board: Board) -> None:
+    """One element of an array is a value of its own."""
+    capture, amplitude = REGISTERS["trajectory.capture_samples"], "trajectory.x.amplitude"
+    assert refused_value(either_board, capture.name, 5000) == 0
+    for offset, words in ((0, [0]), (1, [0]), (1, [0, 0]), (-1, [0, 0]), (-2, [0, 40, 0])):
+        assert refused(either_board, capture.address + offset, words) == ILLEGAL_ADDRESS
+    assert value(either_board, capture.name) == 5000
+    third = REGISTERS[amplitude].address + 4
+    assert refused(either_board, third, encode("trajectory.x.dwell", 0.5)) == 0
+    assert decode_array(amplitude, words_of(either_board, REGISTERS[amplitude]))[2] == 0.5
 
 
 def test_a_write_is_taken_whole_or_not_at_all(either_board: Board) -> None:
     timeout = REGISTERS["watchdog.timeout"]
     assert refused(either_board, timeout.address, [500, 1, 7]) == ILLEGAL_ADDRESS  # into a hole
     assert refused(either_board, timeout.address, [6000, 2]) == ILLEGAL_VALUE
+    assert refused(either_board, timeout.address, [500, 3]) == ILLEGAL_VALUE
     assert value(either_board, timeout.name) == 1.0
     assert value(either_board, "watchdog.action") == WatchdogAction.QUICK_STOP
 
 
-@pytest.mark.parametrize(("offset", "length"), [(0, 1), (0, 3), (1, 3), (-1, 5), (2, 2)])
+def test_no_more_pages_are_acknowledged_than_were_written(either_board: Board) -> None:
+    """One more, and the board would take the rest of the capture for overwritten."""
+    for pages in (1, 255, 2**32 - 1):
+        assert refused_value(either_board, "capture.pages_acknowledged", pages) == ILLEGAL_VALUE
+    assert refused_value(either_board, "capture.pages_acknowledged", 0) == 0
+    assert either_board.status().overflows == 0
+
+
+def test_the_time_left_to_confirm_says_no_less_than_it_can(
+    command_of_either: BoardCommand,
+) -> None:
+    """In 16 bits of 10 ms; more than that does not begin at zero again."""
+    with (
+        serving(command_of_either(window_s=1000.0)) as served,
+        served.connected() as board,
+    ):
+        board.stage_gains(NEW)
+        board.commit()
+        assert board.status().confirm_remaining_s == pytest.approx(655.35)
+
+
+@pytest.mark.parametrize(("offset", "length"), [(0, 1), (0, 5), (1, 5), (-1, 7), (2, 2)])
 def test_a_command_comes_whole_or_not_at_all(either_board: Board, offset: int, length: int) -> None:
     token = either_board.status().last_token
     assert refused(either_board, COMMAND + offset, [Opcode.ARM] * length) == ILLEGAL_ADDRESS
     assert either_board.status().last_token == token
-
-
-@pytest.mark.parametrize(
-    ("request_body", "reply"),
-    [
-        ("0103 0000 0002", "010304" + f"{MAGIC:08x}"),
-        ("0103 0000 0000", "018303"),  # no registers
-        ("0103 0000 007e", "018303"),  # more than a reply holds
-        ("0103 ffff 0002", "018302"),  # beyond the last address
-        ("0103 0f00 0001", "018302"),
-        ("0106 00a0 01f4", "010600a001f4"),
-        ("0106 00a0 0001", "018603"),
-        ("0106 0000 0001", "018602"),
-        ("0110 00a0 0001 02 01f4", "011000a00001"),
-        ("0110 00a0 0000 00", "019003"),
-        ("0110 00a0 0001 04 01f4 0001", "019003"),  # count and length differ
-        ("0110 00a0 0001 02 0001", "019003"),
-        ("0101 0000 0001", "018101"),
-        ("0104 0000 0002", "018401"),
-        ("012b 0e01 00", "01ab01"),
-        ("0117 0000 0001 0080 0001 02 00ff", "019701"),
-    ],
-)
-def test_requests_and_their_replies(either_kind: Served, request_body: str, reply: str) -> None:
-    with Line(either_kind.url) as line:
-        assert line.ask(request_body, len(reply) // 2 + 2) == reply
-        line.ask("0106 00a0 03e8", 8)
-
-
-READ_MAGIC = framed("0103 0000 0002")
-MAGIC_REPLY = framed(f"010304{MAGIC:08x}")
-BROKEN = {
-    "wrong CRC": READ_MAGIC[:-1] + bytes([READ_MAGIC[-1] ^ 1]),
-    "cut short": READ_MAGIC[:5],
-    "too short, with a right CRC": framed("0106 00a0"),
-    "no address at all, with a right CRC": framed("0106"),
-    "another device": framed("0203 0000 0002"),
-    "broadcast": framed("0010 00a0 0001 02 01f4"),
-    "noise": bytes(range(1, 41)),
-    "longer than any frame": b"\x01" * 300,
-}
-
-
-@pytest.mark.parametrize("what", BROKEN)
-def test_a_broken_frame_is_neither_answered_nor_in_the_way_of_the_next(
-    either_kind: Served, what: str
-) -> None:
-    with Line(either_kind.url) as line:
-        line.send(BROKEN[what])
-        assert line.replies(1, SILENCE_S) == b""
-        line.send(READ_MAGIC)
-        assert line.replies(9) == MAGIC_REPLY
-
-
-def test_a_silence_ends_a_frame(either_kind: Served) -> None:
-    """Two halves with a pause between them are no request."""
-    with Line(either_kind.url) as line:
-        line.send(READ_MAGIC[:4])
-        time.sleep(SILENCE_S)
-        line.send(READ_MAGIC[4:])
-        assert line.replies(1, SILENCE_S) == b""
-        line.send(READ_MAGIC)
-        assert line.replies(9) == MAGIC_REPLY
-
-
-def test_a_frame_in_pieces_without_a_silence_is_a_request(
-    either_kind: Served,
-) -> None:
-    with Line(either_kind.url) as line:
-        for byte in READ_MAGIC:
-            line.send(bytes([byte]))
-        assert line.replies(9) == MAGIC_REPLY
 
 
 def test_a_token_seen_before_is_ignored_even_if_not_the_last(either_board: Board) -> None:

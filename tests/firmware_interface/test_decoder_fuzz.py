@@ -6,9 +6,9 @@ from contextlib import suppress
 
 import numpy as np
 import pytest
-from conformance_boards import crc16
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
+from raw_line import crc16
 
 from firmware_interface import modbus
 from firmware_interface.board import Board

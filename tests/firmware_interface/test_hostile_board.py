@@ -11,8 +11,7 @@ from board_bench import NEW
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from firmware_interface import board as board_module
-from firmware_interface import board_checks
+from firmware_interface import board_checks, board_session
 from firmware_interface.board import Board
 from firmware_interface.codec import RawPage, crc32, decode_page, encode, encode_page
 from firmware_interface.connection import open_link
@@ -95,7 +94,7 @@ def test_any_words_at_all_end_in_values_or_in_an_error(data: st.DataObject) -> N
     virtual.lie(name, data.draw(st.lists(st.integers(0, 0xFFFF), min_size=6, max_size=24)))
     looks = (board.status, board.limits, board.active_gains, lambda: Board.connect(virtual))
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(board_module, "_REST_TIMEOUT_S", 0.01)  # a lie may be an endless self-test
+        patch.setattr(board_session, "REST_TIMEOUT_S", 0.01)  # a lie may be an endless self-test
         for look in looks:
             with suppress(EdgeIdentError):
                 look()
@@ -121,6 +120,7 @@ def test_a_page_that_fails_its_crc_each_time_is_lost(short_motion: Trajectory) -
 
 def moving(virtual: VirtualBoard, motion: Trajectory) -> Board:
     board = Board.connect(virtual)
+    board.enable()
     board.write_trajectory(motion)
     board.arm()
     board.start()

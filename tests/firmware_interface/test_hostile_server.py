@@ -8,17 +8,18 @@ from contextlib import contextmanager
 
 import pytest
 
+from firmware_interface.board_types import NONCE_WORDS
 from firmware_interface.connection import open_link
 from firmware_interface.errors import EdgeIdentError
-from firmware_interface.registers import REGISTERS
+from firmware_interface.registers import MAGIC, REGISTERS
 
-NONCE = REGISTERS["identity.nonce"].address
+IDENTITY = [MAGIC >> 16, MAGIC & 0xFFFF, *[0] * (NONCE_WORDS - 3), 7]
 STATUS = REGISTERS["status.state"].address
 
 
 @contextmanager
 def answering(body: bytes, stated_length: int | None = None) -> Iterator[str]:
-    """Modbus TCP: the nonce is read in order, every other request gets this body."""
+    """Modbus TCP: the identity is read in order, every other request gets this body."""
 
     def frame(request: bytes, reply: bytes, length: int | None) -> bytes:
         stated = len(reply) if length is None else length
@@ -27,8 +28,9 @@ def answering(body: bytes, stated_length: int | None = None) -> Iterator[str]:
     def converse(connection: socket.socket) -> None:
         with connection:
             while request := connection.recv(300):
-                if request[8:10] == struct.pack(">H", NONCE):
-                    connection.sendall(frame(request, b"\1\3\4\0\0\0\7", None))
+                if request[8:12] == struct.pack(">HH", 0, NONCE_WORDS):
+                    words = struct.pack(f">{NONCE_WORDS}H", *IDENTITY)
+                    connection.sendall(frame(request, bytes([1, 3, len(words)]) + words, None))
                 else:
                     connection.sendall(frame(request, body, stated_length))
 
@@ -75,5 +77,5 @@ def test_no_reply_but_the_right_one_is_taken(body: bytes, length: int | None) ->
         assert caught.value.next_step
         with pytest.raises(EdgeIdentError):
             link.write(STATUS, [0] * 18)
-        assert link.read(NONCE, 2) == [0, 7]
+        assert link.read(0, NONCE_WORDS) == IDENTITY
         link.close()

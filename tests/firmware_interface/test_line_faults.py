@@ -19,7 +19,7 @@ from fault_line import FaultyLine, LineFault, Pace, Sender, no_fault
 from fault_proxy import FaultProxy
 from pty_bench import connected_board
 
-from firmware_interface import board as board_verbs
+from firmware_interface import board_session
 from firmware_interface.board import Board, CapturePage
 from firmware_interface.errors import BoardError, LinkError
 from firmware_interface.motion import Multisine, SineComponent, Trajectory
@@ -36,7 +36,7 @@ SHADOW = REGISTERS["shadow.x.proportional"].address
 @pytest.fixture(autouse=True)
 def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
     """Give commands that got lost up sooner than usual."""
-    monkeypatch.setattr(board_verbs, "_COMMAND_TIMEOUT_S", 0.25)
+    monkeypatch.setattr(board_session, "COMMAND_TIMEOUT_S", 0.25)
 
 
 @contextmanager
@@ -67,6 +67,7 @@ def cleaned_up(proxy: FaultProxy, timeout_s: float = TIMEOUT_S) -> Iterator[Boar
     """A host on the line; afterwards the board is as at power-up."""
     with closing(connected_board(proxy.url, timeout_s)) as board:
         first_gains = board.active_gains()
+        board.enable()
         try:
             yield board
         finally:
@@ -81,7 +82,7 @@ def request_to(address: int, opcode: Opcode | None = None) -> bytes:
     """How a request begins: with its address, and a command with its opcode."""
     function = 3 if address in (STATUS, PAGE_ADDRESS) else 16
     begin = bytes([1, function]) + address.to_bytes(2, "big")
-    return begin if opcode is None else begin + bytes([0, 4, 8, 0, opcode])
+    return begin if opcode is None else begin + bytes([0, 6, 12, 0, opcode])
 
 
 class Strikes:

@@ -129,7 +129,7 @@ def test_the_witness_sees_a_second_motion_and_mixed_gains() -> None:
         line.line.choose = RandomFaults(0.0, 0.0, random.Random(0), line)
         assert host.attempt(host.move)
         machine = line.witness.virtual.machine
-        machine._setpoints.follow(machine._trajectory)  # type: ignore[arg-type]
+        machine._setpoints.follow(machine.check.trajectory)  # type: ignore[union-attr]
         with pytest.raises(AssertionError):
             line.witness.one_motion_per_token()
         with pytest.raises(AssertionError):

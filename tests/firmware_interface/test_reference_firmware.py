@@ -1,10 +1,13 @@
 """What only the C firmware can show: its inputs, its permanent memory, its decoder, its builds."""
 
 import json
+import re
 import shutil
 import subprocess
 import sys
 import time
+from dataclasses import replace
+from graphlib import TopologicalSorter
 from pathlib import Path
 
 import pytest
@@ -13,16 +16,20 @@ from conformance_boards import (
     SOURCE,
     build_firmware,
     c_command,
+    key_of,
     put_gains,
     serving,
+    start,
     until,
     until_fault,
 )
 
+from firmware_interface.board import Board
+from firmware_interface.codec import encode
 from firmware_interface.errors import BoardError
 from firmware_interface.gains import AxisGains
 from firmware_interface.motion import Multisine, SineComponent, Trajectory
-from firmware_interface.registers import Fault, State
+from firmware_interface.registers import REGISTERS, Fault, Opcode, State
 from firmware_interface.virtual.feed_drive import FEED_DRIVE, reduced_truth
 
 SLOT_BYTES = 512
@@ -52,25 +59,66 @@ def test_nothing_but_the_port_calls_the_operating_system() -> None:
         assert included <= allowed, path.name
 
 
+def test_its_modules_do_not_call_each_other_in_a_circle() -> None:
+    uses: dict[str, set[str]] = {}
+    for path in SOURCE.glob("*.[ch]"):
+        included = re.findall(r'#include "(\w+)\.h"', path.read_text("utf-8"))
+        uses.setdefault(path.stem, set()).update(set(included) - {path.stem})
+    TopologicalSorter(uses).prepare()  # raises CycleError with the circle
+
+
+CHECKS = (
+    "power_up_leaves_the_effort_off",
+    "bad_settings_fail_the_self_test_for_good",
+    "stop_pulse_between_two_samples_is_seen",
+    "a_pressed_limit_switch_lets_an_axis_only_away",
+    "store_writes_only_what_changed_and_counts",
+    "time_to_confirm_is_shown_saturating",
+    "of_frames_back_to_back_the_first_is_carried_out",
+    "every_other_function_is_refused",
+    "full_torque_from_finite_numbers",
+    "setpoint_that_is_no_number_switches_the_effort_off",
+    "effort_that_is_no_number_switches_both_axes_off",
+    "clamps_and_conversions_take_any_number",
+    "encoder_counts_may_wrap_around",
+    "quick_stop_in_a_stop_is_no_longer",
+    "long_trajectories_do_not_block_the_line",
+    "fault_during_the_check_ends_it",
+    "efforts_and_jumps_are_limits_of_a_trajectory",
+)
+
+
+def test_no_check_in_simulated_time_is_forgotten(firmware: Path) -> None:
+    listed = subprocess.run([firmware / "checks"], capture_output=True, text=True, check=True)
+    assert tuple(listed.stdout.split()) == CHECKS
+
+
+@pytest.mark.parametrize("name", CHECKS)
+def test_in_simulated_time(firmware: Path, name: str) -> None:
+    """Looks from inside, sample by sample, where no host can: `linux/checks_*.c`."""
+    ran = subprocess.run([firmware / "checks", name], capture_output=True, text=True, check=False)
+    assert ran.returncode == 0, ran.stderr
+
+
 @pytest.mark.parametrize("seed", ["1", "2", "3"])
-def test_random_bytes_bring_nothing_but_frames_and_no_effort_in_fault(
-    firmware: Path, seed: str
-) -> None:
-    command = [str(firmware / "fuzz_frames"), "100000", seed]
+def test_whatever_comes_over_the_line_nothing_moves_unasked(firmware: Path, seed: str) -> None:
+    """Plays whole hosts against `linux/fuzz_invariants.c`; `make fuzz` does so for an hour."""
+    command = [str(firmware / "fuzz_frames"), "--inputs", "60000", "--seed", seed]
     ran = subprocess.run(command, capture_output=True, text=True, check=False)
     assert ran.returncode == 0, ran.stderr
-    numbers = [int(word) for word in ran.stdout.split() if word.isdigit()]
-    rounds, replies, exceptions, samples_with_effort, samples_in_fault = numbers
-    assert rounds > replies > exceptions > 1000
-    assert min(replies - exceptions, samples_with_effort, samples_in_fault) > 1000
+    inputs, _, replies, exceptions, enabled, outside, starts, *samples = (
+        int(number) for number in re.findall(r"\d+", ran.stdout)
+    )
+    assert inputs > replies > exceptions > 1000
+    assert min(enabled, outside, starts) > 100
+    assert len(samples) == 3
+    assert min(samples) > 10_000
 
 
 def test_the_wired_stop_cuts_the_effort_and_latches(firmware: Path) -> None:
     sine = Multisine((SineComponent(0.5, 1.0, 0.0),))
     with serving(c_command(firmware)) as served, served.connected() as board:
-        board.write_trajectory(Trajectory({"x": sine, "z": sine}, 60.0, 1.0))
-        board.arm()
-        board.start()
+        start(board, Trajectory({"x": sine, "z": sine}, 60.0, 1.0))
         served.press_stop(True)
         assert until_fault(board) is Fault.STO
         until(board, lambda status: status.sto_active)
@@ -81,6 +129,53 @@ def test_the_wired_stop_cuts_the_effort_and_latches(firmware: Path) -> None:
         until(board, lambda status: not status.sto_active)
         board.clear_fault()
         assert board.status().state is State.IDLE
+        assert board.register_values("status.enabled") == (0,)
+
+
+def test_a_pulse_of_the_wired_stop_shorter_than_a_sample_is_seen(firmware: Path) -> None:
+    """In real time a sample takes 2.5 ms; press and release are microseconds apart."""
+    with serving(c_command(firmware, speed=1.0)) as served, served.connected() as board:
+        for _ in range(10):
+            board.enable()
+            served.press_stop(True)
+            served.press_stop(False)
+            assert until_fault(board) is Fault.STO
+            assert board.register_values("status.sto_latched") == (1,)
+            assert board.register_values("status.enabled") == (0,)
+            until(board, lambda status: not status.sto_active)
+            board.clear_fault()
+            assert board.register_values("status.sto_latched") == (0,)
+
+
+def test_the_line_is_served_while_a_long_trajectory_is_checked(firmware: Path) -> None:
+    """Six hours of eight sines on each axis, in real time: only counts are compared, no times."""
+    sines = Multisine(tuple(SineComponent(0.05, 0.3 + 0.1 * n, 0.0) for n in range(8)))
+    motion = Trajectory({"x": sines, "z": sines}, duration_s=21_600.0, lead_in_s=600.0)
+    with serving(c_command(firmware, speed=1.0)) as served, served.connected() as board:
+        board.enable()
+        board.write_trajectory(motion)
+        board.claim()
+        token = board.status().last_token + 1
+        words = trajectory_command(board, token)
+        board._link.write(REGISTERS["command.opcode"].address, words)
+        left = []
+        while board.status().state is State.CHECKING:
+            left += board.register_values("status.samples_to_check")
+            board.heartbeat()
+        assert board.status().state is State.ARMED
+        assert len(left) > 20
+        assert left == sorted(left, reverse=True)
+        assert left[0] > 8_000_000
+
+
+def trajectory_command(board: Board, token: int) -> list[int]:
+    """Words of ARM, to be sent without waiting for its end."""
+    return [
+        *encode("command.opcode", Opcode.ARM),
+        *encode("command.token", token),
+        *encode("command.argument", board._trajectory_crc),
+        *encode("command.key", key_of(board)),
+    ]
 
 
 def test_main_loop_and_sample_interrupt_share_nothing_without_the_lock(tmp_path: Path) -> None:
@@ -95,6 +190,7 @@ def test_main_loop_and_sample_interrupt_share_nothing_without_the_lock(tmp_path:
     sine = Multisine((SineComponent(0.3, 1.0, 0.0),))
     motion = Trajectory({"x": sine, "z": sine}, 1.0, 0.5)
     with serving(c_command(programs, window_s=0.2)) as served, served.connected() as board:
+        board.enable()
         board.write_trajectory(motion)
         for end in (board.finish, board.quick_stop):
             board.arm()
@@ -146,6 +242,25 @@ def test_stored_gains_outlast_a_power_cut_and_a_torn_write_leaves_the_ones_befor
         assert powered(firmware, memory, None) == NEW
     memory.write_bytes(bytes(len(whole)))
     assert powered(firmware, memory, None) == first
+
+
+def test_memory_is_written_only_for_other_gains_and_counts_its_writes_across_power_cuts(
+    firmware: Path, tmp_path: Path
+) -> None:
+    memory = tmp_path / "memory"
+    command = c_command(firmware, "--store", str(memory))
+    for before in (0, 2):
+        with serving(command) as served, served.connected() as board:
+            assert board.register_values("status.stores") == (before,)
+            if before == 0:
+                put_gains(board, NEW)
+                board.store()
+                put_gains(board, {axis: replace(NEW[axis], derivative=10.0) for axis in "xz"})
+            board.store()
+            written = memory.read_bytes()
+            board.store()
+            assert memory.read_bytes() == written
+            assert board.register_values("status.stores") == (2,)
 
 
 def test_gains_that_are_not_stored_do_not_outlast_a_power_cut(

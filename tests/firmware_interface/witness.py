@@ -1,5 +1,6 @@
 """What really happened on a virtual board, seen from inside, and what must hold of it."""
 
+from collections.abc import Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
 
@@ -8,18 +9,59 @@ from board_bench import NEW, OLD
 from fault_line import Sender
 
 from firmware_interface.board import CapturePage
-from firmware_interface.codec import decode_integer
+from firmware_interface.codec import bytes_to_words, decode_integer
 from firmware_interface.registers import REGISTERS, Opcode
 from firmware_interface.virtual.board import VirtualBoard
+from firmware_interface.virtual.controller import Setpoint
 from firmware_interface.virtual.drive import RAD_PER_COUNT, DriveSample
 from firmware_interface.virtual.settings import DEFAULT_LIMITS, BoardSettings
 
 _COMMAND = REGISTERS["command.opcode"].address
 _STANDSTILL_RAD_S = 1e-3
+_LARGEST_EFFORT_NM = DEFAULT_LIMITS.effort_nm + 1e-9
 SETS = (OLD, NEW)
 LIMITS = {"x": DEFAULT_LIMITS, "z": replace(DEFAULT_LIMITS, travel_rad=9.0)}
 SETTINGS = BoardSettings(gains=OLD, limits=LIMITS)
 """Of a board that is watched."""
+
+
+class EffortWatch:
+    """Looks at every sample of a board: what it sets, commands and has enabled.
+
+    Parameters
+    ----------
+    virtual : VirtualBoard
+    """
+
+    def __init__(self, virtual: VirtualBoard) -> None:
+        machine = virtual.machine
+        self._drive, self._setpoints = machine.drive, machine._setpoints
+        self.wrong: list[str] = []
+        sample = self._drive.sample
+
+        def watched(setpoints: Sequence[Setpoint]) -> DriveSample:
+            enabled, measured = self._drive.powered, sample(setpoints)
+            self._look(enabled, setpoints, measured)
+            return measured
+
+        self._drive.sample = watched  # type: ignore[method-assign]
+
+    def check(self) -> None:
+        """Nothing was wrong so far."""
+        assert not self.wrong, self.wrong[:3]
+
+    def _look(self, enabled: bool, setpoints: Sequence[Setpoint], measured: DriveSample) -> None:
+        if not all(setpoint.finite for setpoint in setpoints):
+            self.wrong.append(f"setpoint {setpoints}")
+        effort_nm = self._drive._effort_nm
+        if not (np.abs(effort_nm) <= _LARGEST_EFFORT_NM).all():
+            self.wrong.append(f"effort {effort_nm}")
+        if not enabled and (effort_nm.any() or any(measured.effort)):
+            self.wrong.append(f"effort {effort_nm} while not enabled")
+        if not enabled and self._setpoints.moving:
+            self.wrong.append("a motion while not enabled")
+        if not np.isfinite(self._drive.plant.state).all():
+            self.wrong.append("a plant beyond numbers")
 
 
 class Witness:
@@ -43,6 +85,8 @@ class Witness:
         forgotten its tokens.
     written_twice : bool
         The host has written a command again, token and all.
+    effort : EffortWatch
+        Of the board that is on now.
     """
 
     def __init__(
@@ -68,10 +112,10 @@ class Witness:
     def see(self, sender: Sender, frame: bytes) -> None:
         """Look at a frame on the line."""
         body = frame[7:-2]
-        if sender is Sender.HOST and frame[1:4] == bytes([16, 0, _COMMAND]) and len(body) == 8:
+        if sender is Sender.HOST and frame[1:4] == bytes([16, 0, _COMMAND]) and len(body) == 12:
             self.written_twice |= frame == self._last_command
             self._last_command = frame
-            words = [int.from_bytes(body[n : n + 2], "big") for n in range(0, 8, 2)]
+            words = bytes_to_words(body)
             if decode_integer("command.opcode", words, _COMMAND) == Opcode.START:
                 token = decode_integer("command.token", words, _COMMAND)
                 self.starts.add((self.power_ups, token))
@@ -89,6 +133,7 @@ class Witness:
             self.samples.append(sample)
             add(sample)
 
+        self.effort = EffortWatch(self.virtual)
         machine._setpoints.follow = counted  # type: ignore[method-assign]
         machine.capture.add = kept  # type: ignore[method-assign]
 
@@ -98,6 +143,10 @@ class Witness:
         """No START frame moves the machine twice, and nothing else does; none is written again."""
         assert not self.written_twice
         assert self.motions <= len(self.starts)
+
+    def effort_is_asked_for(self) -> None:
+        """None while the board is not enabled, and never a number that is none."""
+        self.effort.check()
 
     def gains_are_whole(self) -> None:
         """In force is one whole set of gains, the same for registers and controllers."""

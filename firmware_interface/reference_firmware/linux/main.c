@@ -1,5 +1,6 @@
 /* The reference firmware on Linux: prints the pseudo-terminal to connect to, then serves until a
- * signal ends it. SIGUSR1 presses the wired emergency stop, SIGUSR2 releases it. */
+ * signal ends it. SIGUSR1 presses the wired emergency stop, SIGUSR2 releases it; the press is
+ * latched where it arrives, however soon the release follows. */
 #define _XOPEN_SOURCE 700
 
 #include <signal.h>
@@ -10,12 +11,12 @@
 #include "../board.h"
 #include "port_linux.h"
 
-static volatile sig_atomic_t ended, stop_pressed;
+static volatile sig_atomic_t ended;
 
 static void on_signal(int number)
 {
     if (number == SIGUSR1 || number == SIGUSR2) {
-        stop_pressed = number == SIGUSR1;
+        port_linux_press_stop(number == SIGUSR1);
     } else {
         ended = 1;
     }
@@ -25,34 +26,61 @@ static void catch_signals(void)
 {
     static const int numbers[] = {SIGINT, SIGTERM, SIGUSR1, SIGUSR2};
     struct sigaction action = {.sa_handler = on_signal};
+    sigfillset(&action.sa_mask); /* else a release could overtake the press that it interrupts */
     for (size_t n = 0; n < sizeof numbers / sizeof numbers[0]; n++) {
         sigaction(numbers[n], &action, NULL);
     }
+}
+
+/* Where the number of an option goes; null where it is none. */
+static double *number_of(const char *name, struct linux_options *options)
+{
+    const struct {
+        const char *name;
+        double *number;
+    } known[] = {
+        {"--speed", &options->speed},
+        {"--confirm-window", &options->confirm_window_s},
+        {"--homed", &options->homed},
+        {"--switches", &options->switches_rad},
+    };
+    for (size_t n = 0; n < sizeof known / sizeof known[0]; n++) {
+        if (strcmp(name, known[n].name) == 0) {
+            return known[n].number;
+        }
+    }
+    return NULL;
+}
+
+static int usable(const struct linux_options *options)
+{
+    return options->speed > 0.0 && options->confirm_window_s > 0.0
+        && options->confirm_window_s < 1800.0 && options->homed >= 0.0 && options->homed <= 3.0
+        && options->switches_rad >= 0.0;
 }
 
 /* Options come in pairs of name and value. */
 static int parse(int count, char **words, struct linux_options *options)
 {
     for (int n = 1; n < count; n += 2) {
-        char *end = n + 1 < count ? words[n + 1] : NULL;
-        if (end == NULL) {
-            return 0;
-        } else if (strcmp(words[n], "--speed") == 0) {
-            options->speed = strtod(words[n + 1], &end);
-        } else if (strcmp(words[n], "--confirm-window") == 0) {
-            options->confirm_window_s = strtod(words[n + 1], &end);
-        } else if (strcmp(words[n], "--store") == 0) {
-            options->store = words[n + 1];
-            continue;
-        } else {
+        double *number = number_of(words[n], options);
+        char *end;
+        if (n + 1 == count) {
             return 0;
         }
+        if (strcmp(words[n], "--store") == 0) {
+            options->store = words[n + 1];
+            continue;
+        }
+        if (number == NULL) {
+            return 0;
+        }
+        *number = strtod(words[n + 1], &end);
         if (*end != '\0' || end == words[n + 1]) {
             return 0;
         }
     }
-    return options->speed > 0.0 && options->confirm_window_s > 0.0
-        && options->confirm_window_s < 2000.0;
+    return usable(options);
 }
 
 int main(int count, char **words)
@@ -60,7 +88,9 @@ int main(int count, char **words)
     struct linux_options options = {.speed = 1.0, .confirm_window_s = 120.0};
     if (!parse(count, words, &options)) {
         fprintf(stderr,
-                "usage: %s [--speed FACTOR] [--store FILE] [--confirm-window SECONDS]\n", words[0]);
+                "usage: %s [--speed FACTOR] [--store FILE] [--confirm-window SECONDS]"
+                " [--homed BITS] [--switches RAD]\n",
+                words[0]);
         return 2;
     }
     catch_signals();
@@ -77,9 +107,9 @@ int main(int count, char **words)
     puts(path);
     fflush(stdout);
     while (!ended) {
-        port_linux_press_stop(stop_pressed);
-        port_linux_wait();
-        board_poll();
+        if (!board_poll()) {
+            port_linux_wait();
+        }
     }
     port_linux_end();
     return EXIT_SUCCESS;

@@ -6,7 +6,7 @@
  * 0 where the axis sticks. */
 static double direction(const struct plant *plant, double force_nm)
 {
-    if (plant->velocity_rad_s != 0.0) {
+    if (fabs(plant->velocity_rad_s) > 0.0) {
         return copysign(1.0, plant->velocity_rad_s);
     }
     return fabs(force_nm) <= plant->coulomb_friction ? 0.0 : copysign(1.0, force_nm);
@@ -18,7 +18,7 @@ void plant_advance(struct plant *plant, double effort_nm, double time_s)
     const double decay_s = plant->inertia / plant->viscous_friction;
     while (time_s > 0.0) {
         const double sign = direction(plant, force_nm);
-        if (sign == 0.0) {
+        if (!(fabs(sign) > 0.0)) {
             return;
         }
         /* the velocity decays towards that of steady motion; it stops where it crosses zero */
@@ -27,7 +27,7 @@ void plant_advance(struct plant *plant, double effort_nm, double time_s)
         const double excess = plant->velocity_rad_s - steady;
         double step_s = time_s;
         double end = steady + excess * exp(-step_s / decay_s);
-        if (plant->velocity_rad_s != 0.0 && end * sign <= 0.0) {
+        if (fabs(plant->velocity_rad_s) > 0.0 && end * sign <= 0.0) {
             step_s = fmin(decay_s * log(excess / -steady), time_s);
             end = 0.0;
         }

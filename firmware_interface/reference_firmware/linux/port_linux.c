@@ -15,37 +15,16 @@
 #include <unistd.h>
 
 #include "../port.h"
+#include "default_settings.h"
 #include "plant.h"
 
 #define SLOT_BYTES 512
 #define LARGEST_BACKLOG 100.0 /* samples: where the host is busy, board time falls behind */
 #define NAP_NS 500000
-#define EFFORT_PER_COUNT_NM 0.004
-#define COUNTS_PER_TURN 8400
 #define CONTROL_DELAY_S 0.0005
 #define SAMPLE_S (SAMPLE_PERIOD_NS * 1e-9)
 /* the clock wraps around soon after power-up, so that every use of it is tried */
 #define CLOCK_AT_START_US (UINT32_MAX - 3000000u)
-
-#define LIMITS \
-    { \
-        .travel_rad = 10.0f, .speed_rad_s = 4.0f, .effort_nm = 12.0f, \
-        .following_error_rad = 0.6f, .gain_step = 0.6f, \
-        .gain_maximum = { \
-            .proportional = 600.0f, .derivative = 60.0f, .integral = 2000.0f, \
-            .velocity_filter = 0.1f, .inertia_feedforward = 2.0f, .viscous_feedforward = 5.0f, \
-            .coulomb_feedforward = 5.0f, .coulomb_smoothing = 5.0f, .offset_feedforward = 5.0f, \
-            .stribeck_feedforward = 5.0f, .stribeck_speed = 5.0f, \
-            .viscous_difference_feedforward = 5.0f, .ripple_cosine = {5.0f, 5.0f, 5.0f, 5.0f}, \
-            .ripple_sine = {5.0f, 5.0f, 5.0f, 5.0f}, \
-            .ripple_period = {20.0f, 20.0f, 20.0f, 20.0f}, \
-        }, \
-        .first_gains = { /* soft feedback without feed-forward */ \
-            .proportional = 30.0f, .derivative = 4.0f, .velocity_filter = 0.01f, \
-            .coulomb_smoothing = 0.1f, .stribeck_speed = 1.0f, \
-            .ripple_period = {1.0f, 1.0f, 1.0f, 1.0f}, \
-        }, \
-    }
 
 static struct board_settings settings = {
     .serial_number = 2u,
@@ -56,7 +35,6 @@ static struct board_settings settings = {
     .frame_gap_us = 50000u,
     .turnaround_us = 0u,
     .confirm_window_us = 120000000u,
-    .axis = {LIMITS, LIMITS},
 };
 
 /* rigid-body sums of the virtual board's drive: docs/virtual_board.md */
@@ -68,14 +46,18 @@ static double effort_nm[FD_AXES], effort_before_nm[FD_AXES];
 static const char *store_path;
 static unsigned char store_memory[STORE_SLOTS][SLOT_BYTES];
 static double speed;
+static double switches_rad;
+static uint16_t homed;
 static uint64_t start_us;
 static int line = -1;
+/* the emergency stop's wire, and the latch behind it that hardware would be */
+static int stop_pressed, stop_latched;
 
 /* the interrupt; what follows is shared with it, under the lock */
 static pthread_t interrupt;
 static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;
 static void (*on_sample)(void);
-static bool stop_pressed, ended;
+static bool ended;
 
 static uint64_t now_us(void)
 {
@@ -92,6 +74,11 @@ const char *port_linux_open(const struct linux_options *options)
     int host_side;
     speed = options->speed;
     store_path = options->store;
+    for (unsigned axis = 0; axis < FD_AXES; axis++) {
+        settings.axis[axis] = default_axis;
+    }
+    homed = (uint16_t)options->homed;
+    switches_rad = options->switches_rad;
     settings.confirm_window_us = (uint32_t)(1e6 * options->confirm_window_s);
     start_us = now_us();
     line = posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK);
@@ -160,11 +147,13 @@ void port_linux_wait(void)
     poll(&wait, 1, 1);
 }
 
+/* Interrupts the main loop wherever that is: no lock here. */
 void port_linux_press_stop(bool pressed)
 {
-    port_lock();
-    stop_pressed = pressed;
-    port_unlock();
+    if (pressed) {
+        __atomic_store_n(&stop_latched, 1, __ATOMIC_SEQ_CST);
+    }
+    __atomic_store_n(&stop_pressed, pressed, __ATOMIC_SEQ_CST);
 }
 
 /* ---- the port */
@@ -212,13 +201,47 @@ void port_read_encoders(int32_t counts[FD_AXES])
 void port_write_effort(const int16_t counts[FD_AXES])
 {
     for (unsigned axis = 0; axis < FD_AXES; axis++) {
-        effort_nm[axis] = stop_pressed ? 0.0 : EFFORT_PER_COUNT_NM * counts[axis];
+        effort_nm[axis] = port_sto_active() ? 0.0 : EFFORT_PER_COUNT_NM * counts[axis];
     }
+}
+
+/* Nothing here needs holding: the plant's friction does. */
+void port_release_brake(bool released)
+{
+    (void)released;
 }
 
 bool port_sto_active(void)
 {
-    return stop_pressed;
+    return __atomic_load_n(&stop_pressed, __ATOMIC_SEQ_CST) != 0;
+}
+
+bool port_sto_latched(void)
+{
+    return __atomic_load_n(&stop_latched, __ATOMIC_SEQ_CST) != 0;
+}
+
+void port_sto_rearm(void)
+{
+    __atomic_store_n(&stop_latched, 0, __ATOMIC_SEQ_CST);
+    if (port_sto_active()) { /* pressed just now, perhaps before its latch was taken back */
+        __atomic_store_n(&stop_latched, 1, __ATOMIC_SEQ_CST);
+    }
+}
+
+uint16_t port_homed(void)
+{
+    return homed;
+}
+
+uint16_t port_limit_switches(void)
+{
+    unsigned pressed = 0;
+    for (unsigned axis = 0; axis < FD_AXES && switches_rad > 0.0; axis++) {
+        pressed |= (plants[axis].position_rad <= -switches_rad ? 1u : 0u) << 2u * axis;
+        pressed |= (plants[axis].position_rad >= switches_rad ? 2u : 0u) << 2u * axis;
+    }
+    return (uint16_t)pressed;
 }
 
 size_t port_uart_receive(uint8_t *bytes, size_t capacity)

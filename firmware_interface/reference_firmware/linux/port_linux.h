@@ -9,6 +9,8 @@ struct linux_options {
     double speed; /* times real time */
     const char *store; /* file for permanent memory, or none */
     double confirm_window_s;
+    double homed; /* bit n: axis n */
+    double switches_rad; /* limit switches this far from zero, both ways; 0: none */
 };
 
 /* Open the pseudo-terminal; gives the path for the host, or null. */
@@ -21,7 +23,7 @@ void port_linux_end(void);
 /* Wait for the line, at most a millisecond. */
 void port_linux_wait(void);
 
-/* The wired emergency stop. */
+/* The wired emergency stop; may be called by a signal handler, as a wire may. */
 void port_linux_press_stop(bool pressed);
 
 #endif

@@ -38,7 +38,7 @@ def test_values_come_scaled_and_codes_by_name(shared: SharedBoard) -> None:
 
 def test_a_group_by_its_name() -> None:
     assert [r.name for r in registers_named("watchdog")] == ["watchdog.timeout", "watchdog.action"]
-    assert len(registers_named("limits.x")) == 5
+    assert len(registers_named("limits.x")) == 6
     assert registers_named("watch") == []
 
 

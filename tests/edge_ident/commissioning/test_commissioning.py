@@ -24,6 +24,8 @@ class Silent:
 
     def samples(self, in_hand: int, expected: int) -> None: ...
 
+    def say(self, message: str) -> None: ...
+
 
 class Impatient(Silent):
     """A user who presses Ctrl-C once a stage has begun and some samples are in."""
@@ -76,8 +78,9 @@ def design_softly(gains: AxisGains, monkeypatch: pytest.MonkeyPatch) -> None:
 def test_least_squares_alone_carries_a_run(board: Board, tmp_path: Path) -> None:
     outcome = run(board, tmp_path)
     assert outcome.confirmed
-    assert outcome.verification is not None
-    assert min(outcome.verification.ratio(axis) for axis in ("x", "z")) > 5
+    assert outcome.change is not None
+    assert outcome.change.verification is not None
+    assert min(of_axis.ratio for of_axis in outcome.change.verification.axes.values()) > 5
     assert board.active_gains()["x"].inertia_feedforward == pytest.approx(0.43, rel=0.02)
 
 
@@ -110,7 +113,7 @@ def test_interrupt_at_any_motion(board: Board, tmp_path: Path, stage: str) -> No
 def test_a_dry_run_designs_and_writes_nothing(board: Board, tmp_path: Path) -> None:
     outcome = run(board, tmp_path, write=False)
     assert outcome.designs
-    assert outcome.verification is None
+    assert outcome.change is None
     assert_old_gains_at_rest(board)
 
 

@@ -24,6 +24,7 @@ def nothing(done: int, total: int) -> None: ...
 def moved() -> tuple[Board, Recording, dict[str, float]]:
     """A board, a recorded motion with its start-up gains, and the tracking error measured."""
     board = Board.connect(VirtualBoard())
+    board.enable()
     capture = capture_motion(board, load_drive().trajectory(1), nothing)
     board.finish()
     return board, capture.recording, capture.tracking_rms_rad

@@ -1,0 +1,118 @@
+"""Moves the axes to a position, slowly: a motion of no frequency, all of it lead-in."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Final
+
+from edge_ident.commissioning.approach import with_lead_in
+from edge_ident.commissioning.capture import capture_motion
+from edge_ident.commissioning.observer import Observer
+from edge_ident.commissioning.safety import ready_to_move
+from edge_ident.errors import BoardError
+from firmware_interface.board import AxisLimits, Board
+from firmware_interface.errors import ValueRefusedError
+from firmware_interface.motion import Multisine, SineComponent, Trajectory
+
+_SPEED_SHARE: Final = 0.2
+"""Of the board's speed limit, where the user names no speed."""
+_PEAK: Final = 1.875
+"""Largest speed of the blend over its mean."""
+_SHORTEST_S: Final = 0.5
+_CAPTURED: Final = 8
+"""Samples at the end of the way, from which the position reached is taken."""
+
+
+@dataclass(frozen=True)
+class Way:
+    """Of one axis, rad."""
+
+    from_rad: float
+    to_rad: float
+    reached_rad: float
+
+
+@dataclass(frozen=True)
+class Homing:
+    """What the axes did.
+
+    Attributes
+    ----------
+    ways : mapping of axis name to Way
+    time_s : float
+        Of the board's time; 0 where all axes stood there already.
+    """
+
+    ways: Mapping[str, Way]
+    time_s: float
+
+
+def move_to(
+    board: Board,
+    targets: Mapping[str, float],
+    observer: Observer,
+    speed_rad_s: float | None = None,
+) -> Homing:
+    """Move axes to positions; the others stay where they stand.
+
+    Parameters
+    ----------
+    board : Board
+    targets : mapping of axis name to float
+        rad.
+    observer : Observer
+    speed_rad_s : float, optional
+        Largest on the way; default a fifth of the board's limit.
+
+    Raises
+    ------
+    ValueRefusedError
+        No such axis, a target outside the travel, or a speed that the board does not allow.
+    """
+    limits = board.limits()
+    speeds = {axis: _speed(axis, limits[axis], speed_rad_s) for axis in limits}
+    for axis, target_rad in targets.items():
+        _check_target(axis, target_rad, limits)
+    with ready_to_move(board, observer.say):
+        start = board.status().position_rad
+        wanted = {axis: targets.get(axis, start[axis]) for axis in board.axes}
+        far = {axis: abs(wanted[axis] - start[axis]) for axis in board.axes}
+        if max(far.values()) < board.identity.encoder_resolution_rad:
+            return Homing({axis: Way(start[axis], wanted[axis], start[axis]) for axis in far}, 0.0)
+        lead_in_s = max(_SHORTEST_S, *(_PEAK * far[axis] / speeds[axis] for axis in far))
+        axes = {
+            axis: Multisine((SineComponent(target, 0.0, math.pi / 2.0),))
+            for axis, target in wanted.items()
+        }
+        captured_s = _CAPTURED * board.identity.sample_period_s
+        way = with_lead_in(board, Trajectory(axes, captured_s, lead_in_s))
+        observer.stage("way")
+        legs = ", ".join(f"{axis} {start[axis]:.3f} → {wanted[axis]:.3f} rad" for axis in far)
+        observer.say(f"{legs}, in {way.lead_in_s:.1f} s")
+        capture = capture_motion(board, way, observer.samples)
+        board.finish()
+    reached = {axis: float(r.position[-1]) for axis, r in capture.recording.axes.items()}
+    ways = {axis: Way(start[axis], wanted[axis], reached[axis]) for axis in far}
+    return Homing(ways, way.lead_in_s + captured_s)
+
+
+def _speed(axis: str, limits: AxisLimits, wanted_rad_s: float | None) -> float:
+    if wanted_rad_s is None:
+        return _SPEED_SHARE * limits.speed_rad_s
+    if not 0.0 < wanted_rad_s <= limits.speed_rad_s:
+        raise ValueRefusedError(
+            f"axis {axis}: a speed of {wanted_rad_s:g} rad/s is refused",
+            f"allowed is more than 0 and at most {limits.speed_rad_s:g} rad/s",
+        )
+    return wanted_rad_s
+
+
+def _check_target(axis: str, target_rad: float, limits: Mapping[str, AxisLimits]) -> None:
+    if axis not in limits:
+        raise BoardError(f"the board has no axis {axis}", f"it has {', '.join(limits)}")
+    travel_rad = limits[axis].travel_rad
+    if not abs(target_rad) <= travel_rad:
+        raise ValueRefusedError(
+            f"axis {axis}: {target_rad:g} rad is outside the travel",
+            f"allowed are {-travel_rad:g} to {travel_rad:g} rad",
+        )

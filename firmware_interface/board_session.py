@@ -1,0 +1,332 @@
+"""One host's dealings with a board: its key, its commands, and what it saw last.
+
+A host holds the board with a key that it draws at connect. Commands carry the key; while nobody
+holds the board, the first command takes it. The hold lasts a few seconds from each write of the
+key, which is also all that feeds the board's watchdog. Reading needs no hold.
+
+A command carries a fresh token and is written once. What became of it is read back by that
+token, so that a lost reply neither repeats a motion nor hides a refusal.
+"""
+
+import math
+import secrets
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from typing import Final
+
+from firmware_interface.board_checks import refusal, went_back
+from firmware_interface.board_types import BoardStatus, read_nonce, read_status
+from firmware_interface.codec import decode_integer, encode
+from firmware_interface.errors import (
+    BoardError,
+    BusyError,
+    LinkError,
+    NoReplyError,
+    RestartedError,
+)
+from firmware_interface.link import Link
+from firmware_interface.registers import REGISTERS, SESSION_LEASE_S, Opcode, Result, State
+
+POLL_S: Final = 0.005
+COMMAND_TIMEOUT_S: Final = 0.5
+REST_TIMEOUT_S: Final = 10.0
+_STALL_S: Final = 2.0
+"""Longest time in which a check of a trajectory, or another host's lease, makes no progress."""
+_TRIES: Final = 3
+_TOKEN_LEAP: Final = 128
+_TOKEN_SPREAD: Final = 640
+"""Sixty-four leaps, and so all that a board remembers, do not go once around all tokens."""
+_CLOCK_RANGE: Final = 2**32
+_BEATS_PER_TIMEOUT: Final = 4
+_NEEDS_NO_HOLD: Final = frozenset({Opcode.QUICK_STOP})
+_ENDS_WHAT_BEGAN: Final = frozenset({Opcode.START, Opcode.CONFIRM})
+"""Commands that a host which has lost its hold must not send: what it armed or committed may be
+another host's by now."""
+
+
+class Session:
+    """One host's dealings with a board.
+
+    Parameters
+    ----------
+    link : Link
+    sample_period_s : float
+        Of the board's clock.
+
+    Attributes
+    ----------
+    pages_in_hand : int
+        Capture pages that the board may overwrite; goes out with every heartbeat.
+    """
+
+    def __init__(self, link: Link, sample_period_s: float) -> None:
+        self._link = link
+        self._period_s = sample_period_s
+        self._nonce = read_nonce(self.read)
+        status = read_status(self.read)
+        self._clock = status.clock_samples
+        # beyond those of earlier hosts: the board ignores what it remembers, and last frames of a
+        # host that is gone may still come
+        self._token = status.last_token + _TOKEN_LEAP + secrets.randbelow(_TOKEN_SPREAD)
+        self._key = secrets.randbelow(2**32 - 1) + 1
+        self._held = False
+        self._held_at_s = -math.inf
+        self._beat_every_s = 0.0
+        self._beat_clock = self._clock
+        self.pages_in_hand = 0
+
+    # ---- words
+
+    def read(self, address: int, count: int) -> list[int]:
+        """Words of consecutive registers."""
+        try:
+            return self._link.read(address, count)
+        except RestartedError as error:
+            self._restarted(error.nonce)
+            raise
+
+    def write(self, address: int, words: list[int]) -> None:
+        """Write consecutive registers in one transfer, once."""
+        try:
+            self._link.write(address, words)
+        except RestartedError as error:
+            self._restarted(error.nonce)
+            raise
+
+    def write_verified(self, address: int, words: list[int]) -> None:
+        """Write registers, read back and compared.
+
+        Raises
+        ------
+        LinkError
+            What was read back differs.
+        """
+        with suppress(NoReplyError):  # what counts is what reads back
+            self.write(address, words)
+        if self.read(address, len(words)) != words:
+            raise LinkError(
+                f"registers from {address:#06x} read back differently from what was written",
+                "check the cable and that no other host talks to the board, then try again",
+            )
+
+    # ---- status
+
+    def status(self) -> BoardStatus:
+        """State, fault, last command and counters, all of one moment.
+
+        A status that is older than the one before came late, unless the board has restarted: its
+        nonce decides.
+
+        Raises
+        ------
+        RestartedError
+            The board has restarted since it was asked last; said once.
+        LinkError
+            Old replies keep coming.
+        """
+        for _ in range(_TRIES):
+            status = read_status(self.read)
+            before, self._clock = self._clock, status.clock_samples
+            if not went_back(before, status.clock_samples):
+                return status
+            self._check_nonce()
+            self._clock = before
+        self._clock = status.clock_samples
+        raise LinkError(
+            f"late replies keep coming: the board's clock reads {status.clock_samples} samples "
+            f"after {before}",
+            "check the cable and what lies between host and board, then try again",
+        )
+
+    def wait_for(self, states: set[State], what: str) -> BoardStatus:
+        """Poll until the board is in one of these states; keeps the hold meanwhile."""
+        deadline = time.monotonic() + REST_TIMEOUT_S
+        while (status := self.status()).state not in states:
+            if time.monotonic() > deadline:
+                raise BoardError(
+                    f"the board is still {status.state.name} after {REST_TIMEOUT_S:g} s: "
+                    f"it did not {what}",
+                    "look at the machine; use the wired emergency stop if it moves",
+                )
+            self.keep(status)
+            time.sleep(POLL_S)
+        return status
+
+    # ---- the hold
+
+    def claim(self) -> None:
+        """Hold the board; waits for the hold of a host that is gone to run out.
+
+        Raises
+        ------
+        BusyError
+            Another host holds the board and renews its hold, or moves the machine.
+        """
+        left_s, since_s = math.inf, time.monotonic()
+        while not self._take():
+            status = self.status()
+            if status.session_remaining_s < left_s:
+                since_s = time.monotonic()
+            renewed = status.session_remaining_s > left_s
+            if renewed or time.monotonic() - since_s > _STALL_S:
+                raise BusyError(
+                    f"another host holds the board (it is {status.state.name})",
+                    "wait until that host lets go, or stop it with edge-ident stop",
+                )
+            left_s = status.session_remaining_s
+            time.sleep(POLL_S)
+
+    def hold(self) -> None:
+        """Hold the board, where that may have run out."""
+        if not self._held or time.monotonic() - self._held_at_s > SESSION_LEASE_S / 2.0:
+            self.claim()
+
+    def release(self) -> None:
+        """Let go of the board; while it moves, the hold runs out by itself afterwards."""
+        if not self._held:
+            return
+        self._held = False
+        with suppress(BusyError, NoReplyError):
+            self.write(REGISTERS["session.release"].address, encode("session.release", self._key))
+
+    def beat_every(self, watchdog_timeout_s: float) -> None:
+        """Set the pace of heartbeats."""
+        self._beat_every_s = watchdog_timeout_s / _BEATS_PER_TIMEOUT
+
+    def beat(self) -> None:
+        """Renew the hold, feed the watchdog and acknowledge the pages in hand, in one write."""
+        words = encode("session.key", self._key)
+        words += encode("capture.pages_acknowledged", self.pages_in_hand)
+        with suppress(NoReplyError):  # the next one says the same
+            try:
+                self.write(REGISTERS["session.key"].address, words)
+            except BusyError:
+                self._held = False
+                raise
+        self._note_hold()
+
+    def keep(self, status: BoardStatus | None = None) -> None:
+        """Beat if it is time, by this host's clock or the board's; nothing where it holds none."""
+        if not self._held:
+            return
+        passed_s = time.monotonic() - self._held_at_s
+        if status is not None:
+            samples = (status.clock_samples - self._beat_clock) % _CLOCK_RANGE
+            passed_s = max(passed_s, samples * self._period_s)
+        if passed_s >= self._beat_every_s:
+            self.beat()
+
+    def _take(self) -> bool:
+        """Write the key; says whether the board took it."""
+        register = REGISTERS["session.key"]
+        for _ in range(_TRIES):
+            try:
+                self.write(register.address, encode(register.name, self._key))
+            except BusyError:
+                self._held = False
+                return False
+            except NoReplyError:
+                words = self.read(register.address, register.words)
+                if decode_integer(register.name, words) != self._key:
+                    continue
+            self._note_hold()
+            return True
+        raise LinkError(
+            "the board did not take this host's key: nothing was carried out",
+            "check the cable, then try again",
+        )
+
+    def _note_hold(self) -> None:
+        self._held, self._held_at_s, self._beat_clock = True, time.monotonic(), self._clock
+
+    # ---- commands
+
+    def command(self, opcode: Opcode, argument: int = 0) -> BoardStatus:
+        """Have a command carried out; one refused because an axis still settles, once it stands.
+
+        Raises
+        ------
+        BoardError
+            The board refuses.
+        LinkError
+            It did not arrive.
+        """
+        if opcode not in _NEEDS_NO_HOLD | _ENDS_WHAT_BEGAN:
+            self.hold()
+        deadline = time.monotonic() + REST_TIMEOUT_S
+        while True:
+            status = self._settled(opcode, self._send(opcode, argument))
+            if status.last_result is Result.DONE:
+                return status
+            if status.last_result is Result.NOT_HELD and opcode not in _ENDS_WHAT_BEGAN:
+                self.claim()
+            elif status.last_result is not Result.NOT_AT_REST:
+                raise refusal(opcode, status)
+            if time.monotonic() > deadline:
+                raise refusal(opcode, status)
+            time.sleep(POLL_S)
+
+    def _send(self, opcode: Opcode, argument: int) -> BoardStatus:
+        """Write a command once and wait until the board has taken it."""
+        self._token = self._token % 0xFFFF + 1
+        words = encode("command.opcode", opcode) + encode("command.token", self._token)
+        words += encode("command.argument", argument) + encode("command.key", self._key)
+        with suppress(NoReplyError):  # the token tells whether it arrived
+            self.write(REGISTERS["command.opcode"].address, words)
+        status = self._poll(
+            lambda status: status.last_token == self._token,
+            COMMAND_TIMEOUT_S,
+            LinkError(
+                f"{opcode.name} did not reach the board: nothing was carried out",
+                "check the cable, then try again",
+            ),
+        )
+        if status.last_result is not Result.NOT_HELD and self._held:
+            self._note_hold()
+        return status
+
+    def _settled(self, opcode: Opcode, status: BoardStatus) -> BoardStatus:
+        """Wait while a command is being carried out, as long as that makes progress."""
+        stalled = BoardError(
+            f"{opcode.name} comes to no end: the board has stopped working on it",
+            "switch the board off and on; if it comes back, have the board looked at",
+        )
+        while status.last_result is Result.PENDING and status.last_token == self._token:
+            left = status.samples_to_check
+            status = self._poll(
+                lambda status, left=left: (  # type: ignore[misc]
+                    status.last_result is not Result.PENDING or status.samples_to_check != left
+                ),
+                _STALL_S,
+                stalled,
+            )
+        if status.last_token != self._token:
+            raise BoardError(
+                f"{opcode.name} was cut short: another host's command came in between",
+                "make sure that this host is alone, then try again",
+            )
+        return status
+
+    def _poll(
+        self, condition: Callable[[BoardStatus], bool], timeout_s: float, late: Exception
+    ) -> BoardStatus:
+        """Poll the status until the condition holds, or raise."""
+        deadline = time.monotonic() + timeout_s
+        while not condition(status := self.status()):
+            if time.monotonic() > deadline:
+                raise late
+            time.sleep(POLL_S)
+        return status
+
+    # ---- restarts
+
+    def _check_nonce(self) -> None:
+        nonce = read_nonce(self.read)
+        if nonce != self._nonce:
+            self._restarted(nonce)
+            raise RestartedError(nonce)
+
+    def _restarted(self, nonce: int) -> None:
+        """Whoever holds the board now, it is not this host; its clock began anew."""
+        self._nonce, self._clock, self._held = nonce, 0, False

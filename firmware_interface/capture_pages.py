@@ -1,0 +1,74 @@
+"""Fetches the pages of a capture while the machine moves, and keeps the board's watchdog fed."""
+
+import time
+from collections.abc import Iterator
+from contextlib import suppress
+from typing import Final
+
+from firmware_interface.board_checks import MotionWatch, check_capture
+from firmware_interface.board_session import POLL_S, Session
+from firmware_interface.board_types import BoardIdentity, CapturePage, page_in_si
+from firmware_interface.codec import decode_page
+from firmware_interface.errors import LinkError
+from firmware_interface.registers import (
+    PAGE_ADDRESS,
+    PAGE_SAMPLES,
+    PAGE_SLOT_REGISTERS,
+    PAGE_SLOTS,
+    PAGE_WORDS,
+    State,
+)
+
+_PAGE_TRIES: Final = 3
+_PAGES_PER_ACKNOWLEDGE: Final = 16
+
+
+def fetch_pages(
+    session: Session, identity: BoardIdentity, motion_samples: int
+) -> Iterator[CapturePage]:
+    """Give the pages of the motion just started, as they come, to the last.
+
+    Raises
+    ------
+    BoardError
+        The board is in fault, the motion was stopped or does not end.
+    LinkError
+        A page was lost or cannot be read.
+    """
+    fetched = 0
+    watch = MotionWatch(motion_samples)
+    while True:
+        status = session.status()
+        check_capture(status)
+        watch.look(status)
+        session.keep(status)
+        for index in range(fetched, status.pages_written):
+            yield read_page(session, identity, index)
+            fetched = session.pages_in_hand = index + 1
+            if fetched % _PAGES_PER_ACKNOWLEDGE == 0 or fetched == status.pages_written:
+                session.beat()
+            else:
+                session.keep()
+        if status.state is not State.MOVING:
+            return
+        time.sleep(POLL_S)
+
+
+def read_page(session: Session, identity: BoardIdentity, index: int) -> CapturePage:
+    """Read one page that the board still has.
+
+    Raises
+    ------
+    LinkError
+        It fails its CRC or was overwritten.
+    """
+    address = PAGE_ADDRESS + index % PAGE_SLOTS * PAGE_SLOT_REGISTERS
+    for _ in range(_PAGE_TRIES):
+        with suppress(ValueError):
+            page = decode_page(session.read(address, PAGE_WORDS))
+            if page.index == index and page.first_sample == index * PAGE_SAMPLES:
+                return page_in_si(page, identity)
+    raise LinkError(
+        f"capture page {index} is lost: it fails its CRC or was overwritten",
+        "use a faster link or a less busy host, then repeat the motion",
+    )

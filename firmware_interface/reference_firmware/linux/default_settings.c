@@ -1,0 +1,23 @@
+#include "default_settings.h"
+
+const struct axis_settings default_axis = {
+    .travel_rad = 10.0f,
+    .speed_rad_s = 4.0f,
+    .acceleration_rad_s2 = 60.0f,
+    .effort_nm = 12.0f,
+    .following_error_rad = 0.6f,
+    .gain_step = 0.6f,
+    .gain_maximum = {
+        .proportional = 600.0f, .derivative = 60.0f, .integral = 2000.0f, .velocity_filter = 0.1f,
+        .inertia_feedforward = 2.0f, .viscous_feedforward = 5.0f, .coulomb_feedforward = 5.0f,
+        .coulomb_smoothing = 5.0f, .offset_feedforward = 5.0f, .stribeck_feedforward = 5.0f,
+        .stribeck_speed = 5.0f, .viscous_difference_feedforward = 5.0f,
+        .ripple_cosine = {5.0f, 5.0f, 5.0f, 5.0f}, .ripple_sine = {5.0f, 5.0f, 5.0f, 5.0f},
+        .ripple_period = {20.0f, 20.0f, 20.0f, 20.0f},
+    },
+    .first_gains = { /* soft feedback without feed-forward */
+        .proportional = 30.0f, .derivative = 4.0f, .velocity_filter = 0.01f,
+        .coulomb_smoothing = 0.1f, .stribeck_speed = 1.0f,
+        .ripple_period = {1.0f, 1.0f, 1.0f, 1.0f},
+    },
+};

@@ -1,0 +1,290 @@
+#include "fuzz_plays.h"
+
+#include <string.h>
+
+#include "../capture_ring.h"
+#include "../crc.h"
+#include "../gain_banks.h"
+#include "../machine.h"
+#include "../register_file.h"
+#include "../session.h"
+#include "client.h"
+#include "fuzz_values.h"
+#include "simulation.h"
+
+#define BANK_WORDS (FD_REG_SHADOW_CRC - FD_REG_SHADOW_X_PROPORTIONAL)
+
+static unsigned long sent;
+static uint32_t table_crc; /* of the trajectory written last */
+static uint32_t bank_crc; /* of the gains staged last */
+
+/* ---- on the line */
+
+/* A frame without its CRC; some are damaged on their way, or come twice. */
+static void send(uint8_t frame[1024], size_t length)
+{
+    length = client_close_frame(frame, length);
+    if (fuzz_rarely(60)) {
+        frame[fuzz_below((uint32_t)length)] ^= (uint8_t)(1u << fuzz_below(8));
+    }
+    if (fuzz_rarely(100)) {
+        length = 1u + fuzz_below((uint32_t)length);
+    }
+    if (fuzz_rarely(100)) {
+        memcpy(&frame[length], frame, length);
+        length *= 2u;
+    }
+    simulation_exchange(frame, length);
+    sent++;
+}
+
+static void write_words(uint16_t address, const uint16_t *words, unsigned count)
+{
+    uint8_t frame[1024];
+    send(frame, client_write_frame(frame, address, words, count));
+}
+
+static uint32_t any_key(void)
+{
+    static const uint32_t keys[] = {CLIENT_KEY, 1u, 0u};
+    return fuzz_rarely(3) ? keys[fuzz_below(3)] : fuzz_rarely(4) ? session_key() : CLIENT_KEY;
+}
+
+static void command(enum fd_opcode opcode, uint32_t argument)
+{
+    uint16_t words[COMMAND_WORDS];
+    client_command_words(words, opcode, argument, fuzz_rarely(20) ? any_key() : CLIENT_KEY);
+    write_words(FD_REG_COMMAND_OPCODE, words, COMMAND_WORDS);
+}
+
+/* ---- frames */
+
+static void noise(void)
+{
+    uint8_t bytes[1024];
+    const size_t length = 1u + fuzz_below(400);
+    for (size_t n = 0; n < length; n++) {
+        bytes[n] = (uint8_t)fuzz_random();
+    }
+    simulation_exchange(bytes, length);
+    sent++;
+}
+
+/* Any function with any contents, whole by its CRC. */
+static void any_frame(void)
+{
+    uint8_t frame[1024] = {1u, (uint8_t)fuzz_random()};
+    const size_t length = 2u + fuzz_below(250);
+    for (size_t n = 2u; n < length; n++) {
+        frame[n] = (uint8_t)fuzz_random();
+    }
+    send(frame, length);
+}
+
+/* Reading and writing at the places where there is something. */
+static void any_request(void)
+{
+    static const uint16_t places[] = {
+        0x0000, 0x0040, 0x0052, 0x0080, 0x008e, 0x0090, 0x00a0, 0x0100, 0x0110, 0x0170, 0x0200,
+        0x0300, 0x0380, 0x03e0, 0x1000, 0x8f80, 0xfff0,
+    };
+    const uint16_t place = places[fuzz_below(sizeof places / sizeof places[0])];
+    const unsigned count = fuzz_below(130);
+    const uint16_t address = (uint16_t)(place + fuzz_below(8));
+    uint8_t frame[1024];
+    uint16_t words[130];
+    for (unsigned n = 0; n < count; n++) {
+        words[n] = (uint16_t)(fuzz_rarely(3) ? fuzz_random() : fuzz_below(12));
+    }
+    size_t length = client_write_frame(frame, address, words, count);
+    frame[1] = (uint8_t)(fuzz_rarely(2) ? 3u : fuzz_rarely(2) ? 6u : 16u);
+    if (frame[1] != 16u) {
+        length = 6u;
+    } else if (fuzz_rarely(10)) {
+        frame[6] = (uint8_t)fuzz_random();
+    }
+    send(frame, length);
+}
+
+/* ---- the host's verbs, in any order */
+
+static void any_command(void)
+{
+    const uint32_t arguments[] = {0, FD_MAP_CRC, FD_STORE_SIGNATURE, table_crc, bank_crc,
+                                  fuzz_random()};
+    uint16_t words[COMMAND_WORDS];
+    client_command_words(words, (enum fd_opcode)fuzz_below(13), arguments[fuzz_below(6)],
+                         any_key());
+    if (fuzz_rarely(10)) {
+        words[1] = (uint16_t)(words[1] - fuzz_below(100)); /* a token seen before */
+    }
+    write_words(FD_REG_COMMAND_OPCODE, words, COMMAND_WORDS);
+}
+
+/* The key, and the pages that the host holds; or letting go. */
+static void heartbeat(void)
+{
+    uint16_t words[4];
+    const uint32_t pages = capture_ring_counters().pages_written;
+    client_put_u32(words, fuzz_rarely(20) ? any_key() : CLIENT_KEY);
+    client_put_u32(&words[2], fuzz_rarely(10) ? pages + fuzz_below(5) - 2u : pages);
+    write_words(FD_REG_SESSION_KEY, words, fuzz_rarely(5) ? 2u : 4u);
+}
+
+static void release(void)
+{
+    uint16_t words[2];
+    client_put_u32(words, any_key());
+    write_words(FD_REG_SESSION_RELEASE, words, 2u);
+}
+
+static void write_table(void)
+{
+    uint16_t table[TABLE_WORDS];
+    fuzz_table(table);
+    table_crc = client_table_crc(table);
+    client_write_table(table);
+    sent += 3u;
+}
+
+static void stage_and_commit(void)
+{
+    struct fd_gain_bank gains[FD_AXES];
+    uint16_t words[BANK_WORDS + 2u];
+    memcpy(gains, gain_banks_active(), sizeof gains);
+    float numbers[BANK_WORDS / 2u];
+    memcpy(numbers, gains, sizeof numbers);
+    fuzz_gains(numbers, BANK_WORDS / 2u);
+    for (unsigned n = 0; n < BANK_WORDS / 2u; n++) {
+        client_put_f32(&words[2u * n], numbers[n]);
+    }
+    bank_crc = crc32_of_words(words, BANK_WORDS);
+    client_put_u32(&words[BANK_WORDS], bank_crc);
+    write_words(FD_REG_SHADOW_X_PROPORTIONAL, words, BANK_WORDS / 2u);
+    write_words(FD_REG_SHADOW_Z_PROPORTIONAL, &words[BANK_WORDS / 2u], BANK_WORDS / 2u + 2u);
+    command(FD_OPCODE_COMMIT, bank_crc);
+    if (!fuzz_rarely(3)) {
+        command(fuzz_rarely(3) ? FD_OPCODE_ROLL_BACK : FD_OPCODE_CONFIRM, 0);
+        command(FD_OPCODE_STORE, FD_STORE_SIGNATURE);
+    }
+}
+
+/* ---- accidents */
+
+static void inputs(void)
+{
+    const unsigned axis = fuzz_below(FD_AXES);
+    switch (fuzz_below(6)) {
+    case 0:
+        simulation_press_stop(true);
+        simulation_press_stop(fuzz_rarely(3));
+        break;
+    case 1:
+        simulation.limit_switches = (uint16_t)(fuzz_rarely(2) ? fuzz_below(16) : 0);
+        break;
+    case 2: /* the encoder loses its place, or is far from home */
+        simulation.encoder_offset[axis] = fuzz_rarely(4) ? INT32_MAX - 100
+            : fuzz_rarely(3) ? (int32_t)fuzz_below(1000) - 500 : 0;
+        break;
+    case 3: /* pushed by hand */
+        simulation.plants[axis].velocity_rad_s = (double)fuzz_between(-2.0f, 2.0f);
+        break;
+    default:
+        simulation_press_stop(false);
+        simulation.limit_switches = 0;
+        simulation.encoder_offset[axis] = 0;
+        break;
+    }
+}
+
+static void power(void)
+{
+    simulation.settings.turnaround_us = fuzz_rarely(2) ? 0 : LINE_GAP_US;
+    simulation.memory_fails = fuzz_rarely(5);
+    if (fuzz_rarely(10)) { /* cut in the middle of a write */
+        simulation.memory[fuzz_below(STORE_SLOTS)][fuzz_below(208)] ^= 1u;
+    }
+    if (fuzz_rarely(2)) { /* brought back to where it started */
+        memset(simulation.encoder_offset, 0, sizeof simulation.encoder_offset);
+        for (unsigned axis = 0; axis < FD_AXES; axis++) {
+            simulation.plants[axis].position_rad = simulation.plants[axis].velocity_rad_s = 0.0;
+        }
+    }
+    simulation_power_cycle();
+}
+
+static void wait(void)
+{
+    simulation_samples(fuzz_rarely(50) ? 2500u : fuzz_below(60));
+}
+
+/* ---- a host's whole work, and what may come in between */
+
+static void accident(void)
+{
+    static void (*const accidents[])(void) = {
+        noise, any_frame, any_request, any_command, release, write_table, inputs, inputs, wait,
+        stage_and_commit, any_command, power,
+    };
+    accidents[fuzz_below(sizeof accidents / sizeof accidents[0])]();
+}
+
+static void get_ready(void)
+{
+    heartbeat();
+    if (machine.state == FD_STATE_FAULT) {
+        simulation_press_stop(false);
+        command(FD_OPCODE_CLEAR_FAULT, 0);
+    }
+    if (machine.state != FD_STATE_IDLE) {
+        command(FD_OPCODE_QUICK_STOP, 0);
+        simulation_samples(150);
+    }
+    simulation_samples(30);
+    command(FD_OPCODE_ENABLE, 0);
+}
+
+/* Until the motion has ended, or the host loses patience. */
+static void see_through(bool silent)
+{
+    for (unsigned n = 0; n < 80u && machine_in_motion(); n++) {
+        simulation_samples(fuzz_below(60));
+        if (!silent && !fuzz_rarely(10)) {
+            heartbeat();
+        }
+        if (fuzz_rarely(20)) {
+            accident();
+        }
+    }
+}
+
+static void motion(void)
+{
+    get_ready();
+    write_table();
+    command(FD_OPCODE_ARM, fuzz_rarely(30) ? fuzz_random() : table_crc);
+    for (unsigned n = 0; n < 400u && machine.state == FD_STATE_CHECKING; n++) {
+        simulation_pass(200u);
+    }
+    command(FD_OPCODE_START, FD_MAP_CRC);
+    see_through(fuzz_rarely(10)); /* some die after START */
+    command(fuzz_rarely(3) ? FD_OPCODE_QUICK_STOP : FD_OPCODE_FINISH, 0);
+    if (fuzz_rarely(5)) {
+        command(FD_OPCODE_DISABLE, 0);
+    }
+}
+
+unsigned long fuzz_play(void)
+{
+    static void (*const plays[])(void) = {
+        noise, any_frame, any_request, any_request, any_request, any_command, any_command,
+        heartbeat, heartbeat, release, write_table, stage_and_commit, inputs, wait, motion, motion,
+    };
+    sent = 0;
+    if (fuzz_rarely(100)) {
+        power();
+    } else {
+        plays[fuzz_below(sizeof plays / sizeof plays[0])]();
+    }
+    return sent;
+}

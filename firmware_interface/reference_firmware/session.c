@@ -1,0 +1,64 @@
+#include "session.h"
+
+#include "../registers.h"
+#include "port.h"
+
+#define LEASE_US ((uint32_t)(FD_SESSION_LEASE_S * 1e6f))
+
+static uint32_t holder;
+static uint32_t renewed_us; /* the lease runs from here */
+static uint32_t fed_us; /* the watchdog runs from here */
+
+void session_init(void)
+{
+    holder = 0;
+    renewed_us = fed_us = port_time_us();
+}
+
+void session_sample(bool busy)
+{
+    if (session_remaining_us() == 0) {
+        holder = 0; /* for good: neither the clock, which comes around, nor a push brings it back */
+    } else if (busy) {
+        renewed_us = port_time_us();
+    }
+}
+
+bool session_open_to(uint32_t key)
+{
+    return holder == 0 || holder == key || session_remaining_us() == 0;
+}
+
+void session_claim(uint32_t key)
+{
+    holder = key;
+    renewed_us = fed_us = port_time_us();
+}
+
+void session_release(uint32_t key)
+{
+    if (holder == key) {
+        holder = 0;
+    }
+}
+
+bool session_held_by(uint32_t key)
+{
+    return key != 0 && session_key() == key;
+}
+
+uint32_t session_key(void)
+{
+    return session_remaining_us() > 0 ? holder : 0;
+}
+
+uint32_t session_remaining_us(void)
+{
+    const uint32_t passed_us = port_time_us() - renewed_us;
+    return holder != 0 && passed_us < LEASE_US ? LEASE_US - passed_us : 0;
+}
+
+uint32_t session_silence_us(void)
+{
+    return port_time_us() - fed_us;
+}

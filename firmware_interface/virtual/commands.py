@@ -1,0 +1,201 @@
+"""What hosts ask of the board, and what becomes of it."""
+
+from collections import deque
+from typing import Final
+
+from firmware_interface.codec import crc32
+from firmware_interface.registers import (
+    STORE_SIGNATURE,
+    Fault,
+    Opcode,
+    Result,
+    State,
+)
+from firmware_interface.virtual.machine import Machine
+from firmware_interface.virtual.register_file import RegisterFile
+from firmware_interface.virtual.session import FREE
+from firmware_interface.virtual.settings import BoardSettings
+from firmware_interface.virtual.trajectory_check import (
+    TRAJECTORY_ADDRESS,
+    TRAJECTORY_WORDS,
+    TrajectoryCheck,
+    read_trajectory,
+)
+
+_TOKENS_REMEMBERED: Final = 64
+_GAIN_COMMANDS: Final = frozenset({Opcode.COMMIT, Opcode.CONFIRM, Opcode.ROLL_BACK, Opcode.STORE})
+
+
+class Commands:
+    """Carries out or refuses commands, each token once.
+
+    Parameters
+    ----------
+    machine : Machine
+    registers : RegisterFile
+    settings : BoardSettings
+
+    Attributes
+    ----------
+    last_token : int
+        Of the last command carried out or refused.
+    """
+
+    def __init__(self, machine: Machine, registers: RegisterFile, settings: BoardSettings) -> None:
+        self._machine = machine
+        self._registers = registers
+        self._settings = settings
+        self._tokens: deque[int] = deque(maxlen=_TOKENS_REMEMBERED)
+        self._result = Result.NONE
+        self.last_token = 0
+
+    @property
+    def last_result(self) -> Result:
+        """What became of it; of ARM it is known once the check has ended."""
+        check, state = self._machine.check, self._machine.state
+        if self._result is Result.PENDING and check and state is not State.CHECKING:
+            if state is State.ARMED:
+                self._result = Result.DONE
+            else:
+                self._result = Result.WRONG_STATE if check.passed else Result.TRAJECTORY_LIMITS
+        return self._result
+
+    def command(self, opcode: int, token: int, argument: int, key: int) -> None:
+        """Carry out or refuse a command; a token seen before is ignored."""
+        if token in self._tokens:
+            return
+        self._tokens.append(token)
+        self.last_token = token
+        held = key != FREE and key == self._machine.session.key
+        if held:
+            self._machine.session.heard(key)
+        if held or opcode == Opcode.QUICK_STOP:
+            self._result = self._execute(opcode, argument)
+        else:
+            self._result = Result.NOT_HELD
+
+    def _execute(self, opcode: int, argument: int) -> Result:
+        match opcode:
+            case Opcode.QUICK_STOP:
+                return self._quick_stop()
+            case Opcode.ENABLE:
+                return self._enable()
+            case Opcode.DISABLE:
+                return self._disable()
+            case Opcode.ARM:
+                return self._arm(argument)
+            case Opcode.START:
+                return self._start(argument)
+            case Opcode.FINISH:
+                return self._finish()
+            case Opcode.CLEAR_FAULT:
+                return self._clear_fault()
+        if opcode in _GAIN_COMMANDS:
+            return self._gain_command(opcode, argument)
+        return Result.UNKNOWN_COMMAND
+
+    # ---- effort
+
+    def _enable(self) -> Result:
+        machine = self._machine
+        if machine.state is not State.IDLE:
+            return Result.WRONG_STATE
+        if machine.enabled:
+            return Result.DONE
+        if machine.inputs.sto_latched:
+            return Result.STO_ACTIVE
+        if machine.moving:
+            return Result.NOT_AT_REST
+        machine.switch_on()
+        return Result.DONE
+
+    def _disable(self) -> Result:
+        machine = self._machine
+        if machine.state is State.FAULT:
+            return Result.DONE
+        if machine.state not in (State.IDLE, State.ARMED, State.DONE):
+            return Result.WRONG_STATE
+        if machine.moving:
+            return Result.NOT_AT_REST
+        machine.switch_off()
+        if machine.state is State.ARMED:
+            machine.state = State.IDLE
+        return Result.DONE
+
+    # ---- motion
+
+    def _arm(self, crc: int) -> Result:
+        machine = self._machine
+        if machine.state is not State.IDLE:
+            return Result.WRONG_STATE
+        if not machine.enabled:
+            return Result.NOT_ENABLED
+        if machine.moving:
+            return Result.NOT_AT_REST
+        words = self._registers.words(TRAJECTORY_ADDRESS, TRAJECTORY_WORDS)
+        trajectory = read_trajectory(words) if crc32(words) == crc else None
+        if trajectory is None:
+            return Result.BAD_TRAJECTORY
+        machine.check = TrajectoryCheck(
+            trajectory, machine.rest_rad, self._settings.limits, machine.banks.active
+        )
+        machine.state = State.CHECKING
+        return Result.PENDING
+
+    def _start(self, argument: int) -> Result:
+        machine = self._machine
+        if machine.state is State.IDLE and not machine.enabled:
+            return Result.NOT_ENABLED
+        if machine.state is not State.ARMED or machine.check is None:
+            return Result.WRONG_STATE
+        if argument != self._settings.map_crc:
+            return Result.WRONG_ARGUMENT
+        machine.follow(machine.check.trajectory)
+        return Result.DONE
+
+    def _quick_stop(self) -> Result:
+        machine = self._machine
+        machine.roll_back_due = machine.banks.unconfirmed
+        if machine.roll_back_due and not machine.moving:
+            machine.roll_back()
+        if machine.state in (State.CHECKING, State.ARMED, State.DONE):
+            machine.state = State.IDLE
+        elif machine.state in (State.MOVING, State.DRAINING):
+            machine.stop()
+        return Result.DONE
+
+    def _finish(self) -> Result:
+        if self._machine.state is not State.DONE:
+            return Result.WRONG_STATE
+        self._machine.state = State.IDLE
+        return Result.DONE
+
+    def _clear_fault(self) -> Result:
+        machine = self._machine
+        if machine.state is not State.FAULT or machine.fault is Fault.SELF_TEST:
+            return Result.WRONG_STATE
+        if machine.inputs.sto_active:
+            return Result.STO_ACTIVE
+        if machine.moving:
+            return Result.NOT_AT_REST
+        machine.clear_fault()
+        return Result.DONE
+
+    # ---- gains
+
+    def _gain_command(self, opcode: int, argument: int) -> Result:
+        machine = self._machine
+        if machine.state is not State.IDLE:
+            return Result.WRONG_STATE
+        if machine.moving:
+            return Result.NOT_AT_REST
+        if opcode == Opcode.COMMIT:
+            result = machine.banks.commit(machine.now_s(), argument)
+            if result is Result.DONE:
+                machine.exchange_gains()
+            return result
+        if opcode == Opcode.CONFIRM:
+            return machine.banks.confirm()
+        if opcode == Opcode.ROLL_BACK:
+            return machine.roll_back()
+        return machine.banks.store() if argument == STORE_SIGNATURE else Result.WRONG_ARGUMENT
