@@ -1,17 +1,20 @@
-"""The command line: thin commands over the library, one file for each family."""
+"""The command line: thin commands over the public API, one file for each command or family."""
 
 import typer
 
 from edge_ident.cli import (
     board,
+    capture,
     checkup,
     compare,
     diagnose,
     gains,
     identify,
-    motion,
+    machine,
     offline,
+    profile,
     registers,
+    run,
     run_report,
     simulate,
 )
@@ -26,7 +29,10 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 for commands in (
-    motion,
+    run,
+    capture,
+    profile,
+    machine,
     identify,
     run_report,
     gains,

@@ -1,8 +1,10 @@
 """The front door of the link: from a device's name to a board."""
 
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 
+from edge_ident.commissioning.port_notes import noted
+from edge_ident.errors import EdgeIdentError
 from firmware_interface.board import Board
 from firmware_interface.connection import DEFAULT_BAUD_RATE, open_link
 
@@ -22,7 +24,7 @@ def connect(device: str, *, baud_rate: int = DEFAULT_BAUD_RATE) -> Iterator[Boar
     Yields
     ------
     Board
-        Closed when the body ends, however it ends.
+        Released and closed when the body ends, however it ends.
 
     Raises
     ------
@@ -38,13 +40,16 @@ def connect(device: str, *, baud_rate: int = DEFAULT_BAUD_RATE) -> Iterator[Boar
     ...     board.status().state.name
     'IDLE'
     """
-    link = open_link(device, baud_rate=baud_rate)
-    try:
+    with ExitStack() as ending:
+        link = open_link(device, baud_rate=baud_rate)
+        ending.callback(link.close)
+        ending.enter_context(noted(device))
         board = Board.connect(link)
-    except BaseException:
-        link.close()
-        raise
-    try:
+        ending.callback(_release, board)
         yield board
-    finally:
-        board.close()
+
+
+def _release(board: Board) -> None:
+    """Let the next host find the board free; a hold that stays runs out by itself."""
+    with suppress(EdgeIdentError):
+        board.release()

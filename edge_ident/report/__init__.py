@@ -18,22 +18,33 @@ if TYPE_CHECKING:
     )
     from edge_ident.report.gain_report import GainReport, gain_report_document, gain_report_view
     from edge_ident.report.output import save_figure, show
-    from edge_ident.report.run_documents import profile_document, run_document
+    from edge_ident.report.register_tables import numbers, register_lines, registers_document
+    from edge_ident.report.run_documents import (
+        capture_document,
+        home_document,
+        profile_document,
+        run_document,
+    )
     from edge_ident.report.run_figure import run_figure
     from edge_ident.report.run_tables import outcome_view, profile_view
     from edge_ident.support.json_text import to_json, write_json
 
 __all__ = [
     "GainReport",
+    "capture_document",
     "comparison_document",
     "diagnosis_document",
     "gain_report_document",
     "gain_report_view",
     "gains_document",
+    "home_document",
     "identification_document",
+    "numbers",
     "outcome_view",
     "profile_document",
     "profile_view",
+    "register_lines",
+    "registers_document",
     "run_document",
     "run_figure",
     "save_figure",
@@ -47,6 +58,11 @@ __all__ = [
 __getattr__ = lazy_names(
     __name__,
     {
+        "registers_document": "edge_ident.report.register_tables",
+        "register_lines": "edge_ident.report.register_tables",
+        "numbers": "edge_ident.report.register_tables",
+        "home_document": "edge_ident.report.run_documents",
+        "capture_document": "edge_ident.report.run_documents",
         "GainReport": "edge_ident.report.gain_report",
         "comparison_document": "edge_ident.report.comparison_tables",
         "diagnosis_document": "edge_ident.diagnosis.present.document",

@@ -6,7 +6,9 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from edge_ident.commissioning.capture import Capture
 from edge_ident.commissioning.gain_change import GainChange
+from edge_ident.commissioning.homing import Homing
 from edge_ident.commissioning.profiling import TARGET_MS, Profile, spread
 from edge_ident.commissioning.run import CAPTURE_FILE, Outcome
 from edge_ident.estimation.network import Network
@@ -57,6 +59,27 @@ def _verification(change: GainChange | None) -> dict[str, Any] | None:
             "verdict": tracking.verdict,
         }
         for axis, tracking in change.verification.axes.items()
+    }
+
+
+def capture_document(capture: Capture, file: Path) -> dict[str, Any]:
+    """Schema edge-ident/capture/1: what was recorded and where it lies."""
+    return {
+        "schema": "edge-ident/capture/1",
+        "file": str(file),
+        "samples": len(capture.recording.time_s),
+        "pages": capture.pages,
+        "tail_s": capture.tail_s,
+        "tracking_rms_rad": capture.tracking_rms_rad,
+    }
+
+
+def home_document(homing: Homing) -> dict[str, Any]:
+    """Schema edge-ident/home/1: where each axis came from and where it stands."""
+    return {
+        "schema": "edge-ident/home/1",
+        "axes": {axis: dataclasses.asdict(way) for axis, way in homing.ways.items()},
+        "time_s": homing.time_s,
     }
 
 
