@@ -177,7 +177,7 @@ def _calibration(
         with torch.no_grad():
             features.append(network.features(*batch.factors).flatten(1).numpy().astype(np.float64))
         if number < CALIBRATION_IMAGES // BATCH:
-            # the gain is in the factor already; the constant is what is left to add
+            # the scale is in the factor already; the offset is left to add
             product = effort_image(batch.model_effort, batch.measured_effort, "effort-scale")
-            images.append(product + batch.bias.astype(np.float32)[:, None, None, None])
+            images.append(product + batch.offset.astype(np.float32)[:, None, None, None])
     return np.concatenate(images), np.concatenate(features)

@@ -180,7 +180,7 @@ def _causes(
     causes = []
     for k, f in enumerate(model.found):
         deviations = dict(zip(f.amplitudes, std[model.columns_of(k)].tolist(), strict=True))
-        names = f.candidate.form.shapes
+        names = f.candidate.form.nonlinear
         deviations |= dict(zip(names, std[shape_at : shape_at + len(names)].tolist(), strict=True))
         shape_at += len(names)
         share = _rms(contributions[k][view.clear]) / _rms(view.effort[view.clear])
@@ -203,7 +203,7 @@ def _causes(
 def _evidence(term: Term, found: Gain, share: float) -> str:
     where = "where it acts" if found.one_off else "in stretches that it was not fitted to"
     return (
-        f"{named(term.effect).signature}; it makes up {share:.1%} of the effort and takes "
+        f"{named(term.effect).search.signature}; it makes up {share:.1%} of the effort and takes "
         f"{found.value:.0%} off the residual {where}"
     )
 

@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.prepare.view import View
-from edge_ident.model.effect import Extent, Form
 from edge_ident.model.effects import catalogue, named
 from edge_ident.model.model import AxisModel, Term
+from edge_ident.model.search import Excitation, Form
 
 Array = NDArray[np.float64]
 
@@ -35,26 +35,26 @@ class Candidate:
     @property
     def size(self) -> int:
         """Number of free parameters."""
-        return len(self.form.amplitudes) + len(self.form.shapes)
+        return len(self.form.linear) + len(self.form.nonlinear)
 
 
 def candidates(view: View, rotary: bool) -> tuple[Candidate, ...]:
     """All that could befall the axis of a view; `rotary` where its positions are angles."""
     found = []
     for name, effect in catalogue().items():
-        if effect.needs_reversals and not view.reverses:
+        if effect.search.needs_reversals and not view.reverses:
             continue
-        for form in effect.forms:
+        for form in effect.search.forms:
             if not form.rotary or rotary:
                 sources = view.other_axes if form.coupled else (None,)
                 found += [Candidate(name, form, source) for source in sources]
     return tuple(found)
 
 
-def grid(candidate: Candidate, extent: Extent) -> dict[str, Array]:
+def grid(candidate: Candidate, excitation: Excitation) -> dict[str, Array]:
     """Shapes to try, arrays (D,); of length one for a form without any."""
-    values = named(candidate.effect).grid(extent)
-    if not candidate.form.shapes:
+    values = named(candidate.effect).search.grid(excitation)
+    if not candidate.form.nonlinear:
         return {name: array[:1] for name, array in values.items()}
     return values
 
@@ -96,7 +96,7 @@ def columns(
     """
     shapes = {name: np.atleast_1d(value) for name, value in shapes.items()}
     count = len(next(iter(shapes.values()))) if shapes else 1
-    names = candidate.form.amplitudes or (None,)
+    names = candidate.form.linear or (None,)
     rows = max(1, _ROW_LIMIT // view.samples)
     result = np.empty((count, len(names), len(view.effort)))
     if all(named(t.effect).additive for t in axis.terms) and named(candidate.effect).additive:

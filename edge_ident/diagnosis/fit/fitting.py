@@ -214,7 +214,7 @@ def shape_derivatives(view: View, fitted: Fitted) -> Array:
     template = fitted.template
     kept, adds = len(template.terms), additive(template, fitted.found)
     for k, f in enumerate(fitted.found):
-        for name in f.candidate.form.shapes:
+        for name in f.candidate.form.nonlinear:
             step = _DERIVATIVE * (abs(f.shapes[name]) or 1.0)
             sides = [{**f.shapes, name: f.shapes[name] + s} for s in (-step, step)]
             if adds:

@@ -30,7 +30,7 @@ def explained(
     # products of what no column of the basis holds already
     gram = gram - known @ known.transpose(0, 2, 1)
     length = np.sqrt(np.maximum(np.einsum("dkk->dk", gram), 0.0))
-    if not candidate.form.amplitudes:
+    if not candidate.form.linear:
         left = total - 2.0 * right[:, 0] + gram[:, 0, 0]
         return np.maximum(left, _TINY), np.ones((len(rows), 0))
     new = np.all(length > _OWN_SHARE * whole, axis=1) & np.all(length > 0.0, axis=1)
@@ -44,7 +44,7 @@ def explained(
     errors = total - np.einsum("dk,dk->d", normalized, right)
     amplitudes = normalized / scale
     bounds = named(candidate.effect).bounds
-    low, high = np.array([bounds[name] for name in candidate.form.amplitudes]).T
+    low, high = np.array([bounds[name] for name in candidate.form.linear]).T
     physical = np.all((amplitudes >= low) & (amplitudes <= high), axis=1)
     return np.where(new & physical, np.maximum(errors, _TINY), np.inf), amplitudes
 

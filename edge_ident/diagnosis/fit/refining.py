@@ -32,10 +32,10 @@ _TINY: Final = float(np.finfo(float).tiny)
 def refined(gap: Gap, trial: Trial, grid: Shapes) -> Trial:
     """Close in on the best shapes, all of them together; many of them then go downhill."""
     candidate = trial.found.candidate
-    names = candidate.form.shapes
+    names = candidate.form.nonlinear
     width = {name: _spacing(grid, name, trial.found.shapes) for name in names}
     around = AROUND.get(len(names), AROUND[max(AROUND)])
-    many = len(names) > _MANY and len(candidate.form.amplitudes) == 1
+    many = len(names) > _MANY and len(candidate.form.linear) == 1
     # what was refined before is where points around many shapes are too sparse to help
     rounds = 0 if many and np.isinf(trial.error) else _ROUNDS
     for _ in range(rounds if names else 0):
@@ -57,7 +57,7 @@ def refined(gap: Gap, trial: Trial, grid: Shapes) -> Trial:
 def _descended(gap: Gap, trial: Trial, grid: Shapes) -> Trial:
     """Where a descent from a trial's shapes ends (trust region, after projection)."""
     candidate = trial.found.candidate
-    names = candidate.form.shapes
+    names = candidate.form.nonlinear
     start = np.array([trial.found.shapes[name] for name in names])
     largest = _BEYOND * np.array([float(np.max(np.abs(grid[name]))) for name in names])
     low, high = np.array([named(candidate.effect).bounds[name] for name in names]).T
@@ -98,7 +98,7 @@ def _descended(gap: Gap, trial: Trial, grid: Shapes) -> Trial:
 
 
 def _within(candidate: Candidate, name: str, grid: Shapes, points: Array) -> Array:
-    """Points inside a shape's grid where that has an extent, else inside its bounds."""
+    """Points inside a shape's grid where that has a width, else inside its bounds."""
     low, high = (float(f(grid[name])) for f in (np.min, np.max))
     if low == high:
         low, high = named(candidate.effect).bounds[name]

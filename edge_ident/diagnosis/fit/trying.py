@@ -75,7 +75,7 @@ class Gap:
         errors, amplitudes = explained(candidate, rows, self.residual, self.basis)
         if not named(candidate.effect).overrides("withheld"):
             return errors, amplitudes
-        fitted = dict(zip(candidate.form.amplitudes, amplitudes.T, strict=True))
+        fitted = dict(zip(candidate.form.linear, amplitudes.T, strict=True))
         return errors * surcharge(self.view, term(candidate, shapes, fitted)), amplitudes
 
     def best(self, candidate: Candidate, shapes: Shapes, rows: Array, grid: Shapes) -> Trial:
@@ -83,7 +83,7 @@ class Gap:
         errors, amplitudes = self.explained(candidate, shapes, rows)
         best = int(np.argmin(errors))
         at = {name: float(array[best]) for name, array in shapes.items()}
-        values = dict(zip(candidate.form.amplitudes, amplitudes[best].tolist(), strict=False))
+        values = dict(zip(candidate.form.linear, amplitudes[best].tolist(), strict=False))
         found = Found(candidate, at, values)
         return Trial(found, float(errors[best]), _on_edge(candidate, at, grid))
 
@@ -112,7 +112,7 @@ def surcharge(view: View, added: Term) -> Array:
 
 
 def _on_edge(candidate: Candidate, at: Mapping[str, float], grid: Shapes) -> bool:
-    closed = set(candidate.form.shapes) - set(named(candidate.effect).open_shapes)
+    closed = set(candidate.form.nonlinear) - set(named(candidate.effect).search.open_ended)
     return any(
         np.ptp(grid[name]) > 0.0
         and at[name] in (float(np.min(grid[name])), float(np.max(grid[name])))

@@ -13,7 +13,7 @@ from edge_ident.model.outside_vibration import OUTSIDE_VIBRATION
 
 Array = NDArray[np.float64]
 
-VIBRATION: Final = Candidate(OUTSIDE_VIBRATION.name, OUTSIDE_VIBRATION.forms[0])
+VIBRATION: Final = Candidate(OUTSIDE_VIBRATION.name, OUTSIDE_VIBRATION.search.forms[0])
 
 _FEWEST_PERIODS: Final = 5.0
 """In the record; what repeats less often is not told from a drift, or from the motion's laps."""

@@ -29,8 +29,9 @@ from edge_ident.signals.conditioning import (
     encoder_count,
     position_noise,
 )
-from edge_ident.signals.filters import differentiate, even_grid, interpolate, lowpass
+from edge_ident.signals.filters import differentiate, lowpass
 from edge_ident.signals.recording import Recording
+from edge_ident.signals.resampling import EvenGrid
 
 Array = NDArray[np.float64]
 
@@ -90,12 +91,10 @@ def view_of(recordings: Sequence[Recording], name: str) -> View:
 
 def _stretch(recording: Recording, name: str) -> Stretch:
     axis = recording.axes[name]
-    time_s, period_s = even_grid(recording.time_s)
-    positions = {
-        other: interpolate(time_s, recording.time_s, record.position)
-        for other, record in recording.axes.items()
-    }
-    effort = interpolate(time_s, recording.time_s, axis.effort)
+    grid = EvenGrid.of(recording.time_s)
+    time_s, period_s = grid.time_s, grid.period_s
+    positions = {other: grid.resampled(record.position) for other, record in recording.axes.items()}
+    effort = grid.resampled(axis.effort)
     widest_hz = choose_cutoff(positions[name], period_s)
     density = 2.0 * period_s * white_noise(effort, positions[name], widest_hz, period_s) ** 2
     noise = position_noise(axis.position)

@@ -9,10 +9,11 @@ import scipy.sparse
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.prepare.bandwidth import Band
-from edge_ident.model.effect import Extent, Motion
+from edge_ident.model.effect import Motion
 from edge_ident.model.effects import named
 from edge_ident.model.inverse import along_motion, inverse_effort, obeyed
 from edge_ident.model.model import AxisModel
+from edge_ident.model.search import Excitation
 from edge_ident.signals.filters import lowpass
 
 Array = NDArray[np.float64]
@@ -183,12 +184,12 @@ class View:
         )
         return replace(self, stretches=stretches, clear=self.clear | samples, kept={})
 
-    def extent(self, base: Array) -> Extent:
+    def excitation(self, base: Array) -> Excitation:
         """What the recordings reach, together; `base` are the base parameters (4,)."""
         position, velocity, acceleration = (
             self.of_motion(name) for name in ("position", "velocity", "acceleration")
         )
-        return Extent(
+        return Excitation(
             travel=float(np.ptp(position)),
             speed=float(np.max(np.abs(velocity))),
             typical_speed=float(np.sqrt(np.mean(velocity**2))),

@@ -78,7 +78,7 @@ def _gain(view: View, before: Fitted, after: Fitted, after_held_out: Array) -> G
 
 def unclear(view: View, fitted: Fitted) -> list[int]:
     """Places of what was found of which an essential amplitude may be zero."""
-    essential = [named(f.candidate.effect).essential for f in fitted.found]
+    essential = [named(f.candidate.effect).search.essential for f in fitted.found]
     if not any(essential):
         return []
     near_zero = np.abs(fitted.linear) < _FROM_ZERO * deviations(view, fitted)[: len(fitted.linear)]
@@ -146,7 +146,7 @@ def contest(search: Search, model: Fitted, index: int) -> Contest:
     ]
     gained, best = max(better, key=lambda pair: pair[0], default=(0.0, None))
     tried = {r.effect for r in rivals}
-    for name in named(found.candidate.effect).rivals:
+    for name in named(found.candidate.effect).search.alternatives:
         if name not in tried:
             rivals.append(_declared(name, trials, rest, model))
     return Contest(_once(rivals), best if gained > 0.0 else None)
@@ -163,13 +163,13 @@ def _rival(search: Search, model: Fitted, candidate: Candidate, other: Fitted) -
         evidence = f"in its place it leaves as little residual ({larger:+.1%})"
     else:
         evidence = f"in its place it leaves {larger:.1%} more residual"
-    experiment = named(candidate.effect).experiment
+    experiment = named(candidate.effect).search.experiment
     return Rival(candidate.effect, bool(distance >= DECISIVE), evidence, experiment)
 
 
 def _declared(name: str, trials: list[Trial], rest: Fitted, model: Fitted) -> Rival:
     errors = [t.error for t in trials if t.found.candidate.effect == name]
-    experiment = named(name).experiment
+    experiment = named(name).search.experiment
     if not errors:
         return Rival(name, True, "in its place it explains next to nothing", experiment)
     larger = np.sqrt(min(errors) / max(model.error, _TINY)) - 1.0

@@ -49,9 +49,9 @@ class Search:
         self.shaken = view.shaken
         self.samples = float(np.count_nonzero(view.clear))
         """Independent ones: those of which the residual's colour leaves so many."""
-        self.extent = view.extent(start.base)
+        self.excitation = view.excitation(start.base)
         self.candidates = candidates(view, template.position_unit == "rad")
-        self.grids = {c: grid(c, self.extent) for c in self.candidates}
+        self.grids = {c: grid(c, self.excitation) for c in self.candidates}
         self._closest: dict[object, Trial] = {}
         self.spectrum = Spectrum.of(view)
         self.grids[VIBRATION] = {"frequency": self.spectrum.frequency_hz}
@@ -92,7 +92,7 @@ class Search:
         base = fitted.jacobian[clear, : len(PARAMETERS)]
         varying = base @ fitted.base
         varying = varying - np.mean(varying)
-        doubt = named(BASE).discrepancy ** 2 * float(varying @ varying)
+        doubt = named(BASE).search.discrepancy ** 2 * float(varying @ varying)
         basis = orthonormal(base)
         for k, f in enumerate(fitted.found):
             if f.amplitudes:
@@ -101,7 +101,7 @@ class Search:
             else:
                 effort = self._contribution(f, fitted)
             own = effort - basis @ (basis.T @ effort)
-            doubt += named(f.candidate.effect).discrepancy ** 2 * float(own @ own)
+            doubt += named(f.candidate.effect).search.discrepancy ** 2 * float(own @ own)
         return doubt
 
     def _contribution(self, found: Found, fitted: Fitted) -> Array:
@@ -163,10 +163,10 @@ class Search:
         """Whether an effect with columns (k, n) stays within the effort that was measured, and can
         be told from it."""
         values = {name: np.asarray(value) for name, value in found.term.values.items()}
-        if not named(found.candidate.effect).possible(values, self.extent):
+        if not named(found.candidate.effect).search.physical(values, self.excitation):
             return False
         amplitudes = np.array(list(found.amplitudes.values()) or [1.0])
-        return float(np.max(np.abs(amplitudes @ rows))) < _LARGEST * self.extent.effort
+        return float(np.max(np.abs(amplitudes @ rows))) < _LARGEST * self.excitation.effort
 
     def _clarity(self, found: Found, rows: Array, fitted: Fitted, shaken_jacobian: Array) -> float:
         """Share of what is the own of columns (k, n) that is motion, and not noise of the encoders.
@@ -228,7 +228,7 @@ class Search:
     def polished(self, fitted: Fitted) -> Fitted:
         """Search the shapes of each term once more, beside all the others."""
         for k, f in enumerate(fitted.found):
-            if not f.candidate.form.shapes:
+            if not f.candidate.form.nonlinear:
                 continue
             rest = self.fit(fitted.base, fitted.without(k))
             # the inertia may be free beside this term, and not without it
@@ -253,7 +253,7 @@ class Search:
 def present(model: Fitted) -> frozenset[str]:
     """Effects of a model that a drive can have but once."""
     names = {term.effect for term in model.axis.terms[1:]}
-    return frozenset(name for name in names if not named(name).repeats)
+    return frozenset(name for name in names if not named(name).search.repeats)
 
 
 def _count(shapes: dict[str, Array]) -> int:

@@ -35,7 +35,7 @@ def not_testable(search: Search, model: Fitted, noise: float) -> tuple[NotTestab
     for name in catalogue():
         if name in found:
             continue
-        experiment = named(name).experiment
+        experiment = named(name).search.experiment
         if named(name).needs_source and not view.other_axes:
             reason = "no other axis moves in this recording"
             missing.append(NotTestable(name, reason, experiment))

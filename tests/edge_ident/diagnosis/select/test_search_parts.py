@@ -11,9 +11,9 @@ from edge_ident.diagnosis.prepare.preparing import view_of
 from edge_ident.diagnosis.present.wording import verdict_sentence, vibrations
 from edge_ident.diagnosis.result import Verdict
 from edge_ident.diagnosis.select.judging import gain
-from edge_ident.model.effect import Extent
 from edge_ident.model.effects import catalogue
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Term
+from edge_ident.model.search import Excitation
 from edge_ident.signals.recording import AxisRecord, Recording
 
 Array = NDArray[np.float64]
@@ -49,20 +49,20 @@ def rigid(v: Array, a: Array) -> Array:
 def test_every_effect_says_what_the_search_needs() -> None:
     """Adding an effect touches one file: what a file must hold is checked here for all."""
     base = np.array([0.5, 1.0, 1.0, 0.1])
-    extent = Extent(3.0, 2.0, 1.0, 4.0, 5.0, 1e-4, 20.0, 8.0, base)
+    excitation = Excitation(3.0, 2.0, 1.0, 4.0, 5.0, 1e-4, 20.0, 8.0, base)
     for name, effect in catalogue().items():
         parameters = {p.name for p in effect.parameters}
-        assert effect.forms, name
-        assert effect.signature, name
-        assert effect.experiment, name
-        assert effect.rivals, name
-        assert set(effect.rivals) <= set(catalogue()) - {name}, name
-        grid = effect.grid(extent)
+        assert effect.search.forms, name
+        assert effect.search.signature, name
+        assert effect.search.experiment, name
+        assert effect.search.alternatives, name
+        assert set(effect.search.alternatives) <= set(catalogue()) - {name}, name
+        grid = effect.search.grid(excitation)
         assert set(grid) <= parameters, name
         assert len({len(values) for values in grid.values()}) <= 1, name
-        for form in effect.forms:
-            assert set(form.amplitudes) | set(form.shapes) <= parameters, name
-            assert set(form.shapes) <= set(grid), name
+        for form in effect.search.forms:
+            assert set(form.linear) | set(form.nonlinear) <= parameters, name
+            assert set(form.nonlinear) <= set(grid), name
 
 
 def test_the_floor_is_the_noise_that_was_added() -> None:
