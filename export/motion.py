@@ -14,7 +14,7 @@ from edge_ident.model.model import AxisModel, Model, regressor
 from edge_ident.signals.conditioning import choose_cutoff, encoder_count, position_noise
 from edge_ident.signals.dct import POINTS, subsample
 from edge_ident.signals.filters import differentiate
-from edge_ident.signals.recording import Recording
+from edge_ident.signals.recording import AxisRecord, Recording
 from edge_ident.signals.resampling import EvenGrid
 from edge_ident.simulation.loop import counted
 
@@ -126,15 +126,7 @@ def motion_from(recording: Recording, axis: str | None, name: str) -> TrainingMo
     DataError
         The axis is not in the recording, it has to be named, or its laps have too few samples.
     """
-    if axis is None and len(recording.axes) == 1:
-        axis = next(iter(recording.axes))
-    if axis not in recording.axes:
-        raise DataError(
-            f"{recording.source}: a network is trained for one axis; there are "
-            + ", ".join(recording.axes),
-            "name one with --axis",
-        )
-    record, grid = recording.axes[axis], EvenGrid.of(recording.time_s)
+    record, grid = _chosen(recording, axis), EvenGrid.of(recording.time_s)
     period_s, read = grid.period_s, grid.resampled(record.position)
     noise = position_noise(read)
     smooth = np.stack(differentiate(read, choose_cutoff(read, period_s, noise), period_s))
@@ -157,6 +149,18 @@ def motion_from(recording: Recording, axis: str | None, name: str) -> TrainingMo
         largest_lag=0.0,
         partner=None,
     )
+
+
+def _chosen(recording: Recording, axis: str | None) -> AxisRecord:
+    if axis is None and len(recording.axes) == 1:
+        axis = next(iter(recording.axes))
+    if axis is None or axis not in recording.axes:
+        raise DataError(
+            f"{recording.source}: a network is trained for one axis; there are "
+            + ", ".join(recording.axes),
+            "name one with --axis",
+        )
+    return recording.axes[axis]
 
 
 def with_effects(motion: TrainingMotion, model: Model, axis: str | None) -> TrainingMotion:

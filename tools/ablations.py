@@ -1,4 +1,4 @@
-"""What each choice of the recipe is worth: the rows of the ablation table in docs/method.md.
+"""What each choice of the recipe is worth: the rows of the ablation table in docs/accuracy.md.
 
     python tools/ablations.py                   all rows, about an hour on one core
     python tools/ablations.py min-max rotations

@@ -10,7 +10,7 @@ lie at a fifth of the bandwidth in which its efforts are compared (Gautier's rul
 times above the dynamics, read backwards), with the inertia of the extended model. A residual r of
 effort that is slow against the poles shows as r/(inertia·pole²) of position.
 
-The recording is cut into overlapping stretches that are simulated side by side, as in multiple
+The recording is cut into overlapping segments that are simulated side by side, as in multiple
 shooting (Bock 1981). Each starts with the measured motion; what effects remember settles in a
 lead-in, which is not judged.
 """
@@ -83,14 +83,14 @@ def with_motion_errors(diagnosis: Diagnosis, recordings: Sequence[Recording]) ->
 
 @dataclass(frozen=True)
 class _Course:
-    """What was measured in D stretches, of K steps each, on A axes.
+    """What was measured in D segments, of K steps each, on A axes.
 
     Attributes
     ----------
     recordings : tuple of Recording
         Evenly sampled, time from the first sample.
     instants_s : tuple of (K + 1, d) arrays
-        Ends of the steps in the d stretches of each recording; all d add up to D.
+        Ends of the steps in the d segments of each recording; all d add up to D.
     position, velocity : (K + 1, A, D) arrays
         Smooth.
     poles : (A, 1) array
@@ -141,7 +141,7 @@ class _Course:
 
     def _efforts(self, axes: Mapping[str, AxisModel]) -> Array:
         """Mean commanded efforts (K, A, D) over the steps."""
-        stretches = []
+        segments = []
         for recording, instants in zip(self.recordings, self.instants_s, strict=True):
             period_s = recording.time_s[1] - recording.time_s[0]
             first_s = recording.effort_shift_s - 0.5 * period_s
@@ -151,14 +151,14 @@ class _Course:
                 effort = _commanded(axis, recording.axes[name].effort, recording.time_s)
                 integral = np.concatenate([[0.0], np.cumsum(effort)]) * period_s
                 held.append(np.diff(np.interp(instants, edges_s, integral), axis=0) / self.step_s)
-            stretches.append(np.stack(held, axis=1))
-        return np.concatenate(stretches, axis=2)
+            segments.append(np.stack(held, axis=1))
+        return np.concatenate(segments, axis=2)
 
 
 def _course(
     recordings: Sequence[Recording], names: tuple[str, ...], bandwidth_hz: Array
 ) -> _Course:
-    """Cut the recordings; a stretch is two lead-ins long, and the next begins a lead-in later."""
+    """Cut the recordings; a segment is two lead-ins long, and the next begins a lead-in later."""
     even = tuple(_even(recording, names) for recording in recordings)
     poles = 2.0 * np.pi * _POLE_SHARE * bandwidth_hz
     shortest_s = min(float(recording.time_s[-1]) for recording in even)

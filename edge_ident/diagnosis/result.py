@@ -1,4 +1,9 @@
-"""What a diagnosis says: verdict, causes with rivals, and the model before and after."""
+"""The result of a diagnosis: verdict, causes with their alternatives, and the models compared.
+
+Every residual, metric and share of a diagnosis is taken over the valid samples (`Traces.valid`) of
+the recording that it belongs to, and relative to the measured effort at the same samples. So all
+figures of one table have one denominator.
+"""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -20,29 +25,29 @@ Array = NDArray[np.float64]
 
 
 class Verdict(StrEnum):
-    """How an axis stands."""
+    """Whether the model of an axis is complete."""
 
     ADEQUATE = "adequate"
-    """The base model leaves nothing beyond the noise floor."""
+    """The residual of the base model is within the noise floor."""
     EXPLAINED = "explained"
-    """With the causes, nothing is left beyond the noise floor."""
+    """The residual of the extended model is within the noise floor."""
     UNEXPLAINED = "unexplained"
-    """Structure is left that no known effect accounts for."""
+    """The residual has structure that no known effect accounts for."""
 
 
 @dataclass(frozen=True)
-class Rival:
-    """Another effect that might have been the cause.
+class Alternative:
+    """Another effect, tested in the place of a cause.
 
     Attributes
     ----------
     effect : str
     separable : bool
-        Whether this motion tells it from the cause.
+        Whether this motion distinguishes it from the cause.
     evidence : str
         One sentence with the numbers.
     experiment : str
-        The motion that separates the two.
+        The motion that distinguishes the two.
     """
 
     effect: str
@@ -53,35 +58,53 @@ class Rival:
 
 @dataclass(frozen=True)
 class Cause:
-    """An effect that was found.
+    """An effect that the data support.
 
     Attributes
     ----------
     term : Term
         The effect with its values and their standard deviations.
     held_out_gain : float
-        Share of the held-out residual (rms) that it takes away from what the other causes leave.
+        Relative reduction of the held-out residual's rms, against the model with all other causes.
     held_out_gain_interval : (float, float)
-        95 % of block-bootstrap resamples.
+        95 % interval of the block bootstrap.
     share : float
         Rms of its contribution over the rms of the effort.
-    rivals : tuple of Rival
+    alternatives : tuple of Alternative
         The nearest first.
     evidence : str
-        One sentence that a person understands.
+        What sets the effect apart, and how much it explains, in one sentence.
+    decision : str
+        Why the acceptance rule accepts it (`edge_ident.diagnosis.select.acceptance`).
     """
 
     term: Term
     held_out_gain: float
     held_out_gain_interval: tuple[float, float]
     share: float
-    rivals: tuple[Rival, ...]
+    alternatives: tuple[Alternative, ...]
     evidence: str
+    decision: str
+
+
+@dataclass(frozen=True)
+class Refused:
+    """An effect that entered the model, and that the acceptance rule then took out.
+
+    Attributes
+    ----------
+    effect : str
+    reason : str
+        The decision in words.
+    """
+
+    effect: str
+    reason: str
 
 
 @dataclass(frozen=True)
 class NotTestable:
-    """An effect that this motion cannot show, and the motion that would."""
+    """An effect that this motion does not excite, and the motion that does."""
 
     effect: str
     reason: str
@@ -89,19 +112,19 @@ class NotTestable:
 
 
 @dataclass(frozen=True)
-class Fit:
-    """How well a model describes the recordings.
+class ModelFit:
+    """How well a model describes the valid samples of the recordings.
 
     Attributes
     ----------
     estimate : Estimate
         Base parameters with standard deviations.
     fitted, held_out : float
-        Relative residual where the model was fitted, and in stretches that were left out of it.
+        Relative residual of the fit, and of five-fold cross-validation by blocks of time.
     metric : Metric
     motion_error : float or None
-        Rms position error when the model is simulated through the recordings
-        (`edge_ident.diagnosis.motion_check`); None where that was not done.
+        Rms position error of the model in simulation (`edge_ident.diagnosis.motion_check`); None
+        where it was not simulated.
     """
 
     estimate: Estimate
@@ -113,22 +136,22 @@ class Fit:
 
 @dataclass(frozen=True)
 class Traces:
-    """What a person would look at, over the N samples that the diagnosis used, file after file.
+    """Signals over the N samples of a diagnosis, one recording after the other.
 
     Attributes
     ----------
     time_s, position, velocity, acceleration, effort : (N,) arrays
-        Filtered alike.
+        Filtered alike; SI units.
     base_effort, extended_effort : (N,) arrays
-        Of the base model fitted alone, and of the extended model.
-    shares : mapping of effect to (N,) array
-        What each cause contributes to the extended model's effort.
+        Predictions of the base model, fitted alone, and of the extended model.
+    contributions : mapping of effect to (N,) array
+        Contribution of each cause to the prediction of the extended model.
     since_reversal : (N,) array
-        Distance travelled since the last reversal; since the start before the first.
-    clear : (N,) array of bool
-        Samples that were judged; at the others the encoder's counts beat with the sampling.
+        Distance travelled since the last reversal, or since the start before the first.
+    valid : (N,) array of bool
+        False where encoder quantization aliases into the band; those samples do not count.
     file : (N,) array of int
-        Number of the recording that a sample comes from.
+        Number of the recording.
     """
 
     time_s: Array
@@ -138,33 +161,38 @@ class Traces:
     effort: Array
     base_effort: Array
     extended_effort: Array
-    shares: Mapping[str, Array]
+    contributions: Mapping[str, Array]
     since_reversal: Array
-    clear: NDArray[np.bool_]
+    valid: NDArray[np.bool_]
     file: NDArray[np.intp]
 
 
 @dataclass(frozen=True)
 class AxisDiagnosis:
-    """One axis.
+    """The diagnosis of one axis.
 
     Attributes
     ----------
     causes : tuple of Cause
         Strongest first.
-    vibrations : tuple of Term
-        What shakes the axis from outside (`edge_ident.model.outside_vibration`), strongest first;
-        no property of the axis, and so neither a cause nor part of the model.
+    refused : tuple of Refused
+        Effects that entered the model and left it again.
+    external_vibrations : tuple of Term
+        Sinusoids in time (`edge_ident.model.outside_vibration`), strongest first. They are no
+        property of the axis: neither causes nor part of the model.
+    converged : bool
+        Whether backward elimination reached a model that it does not change. Otherwise the causes
+        are those of its last round.
     noise_floor : float
-        Relative residual that noise alone would leave.
+        Relative residual that noise alone leaves.
     noise_floor_source : str
-        How it was found, in words.
+        How it was determined, in words.
     model : AxisModel
-        The extended model; the base model where nothing was found.
+        The extended model; the base model where there is no cause.
     cutoff_hz : float
         Bandwidth of the comparison.
     knee_hz : float
-        Frequency above which less and less is compared, because noise of the encoder prevails.
+        Frequency above which encoder noise dominates and the filter attenuates.
 
     Examples
     --------
@@ -176,10 +204,12 @@ class AxisDiagnosis:
 
     verdict: Verdict
     causes: tuple[Cause, ...]
-    vibrations: tuple[Term, ...]
+    refused: tuple[Refused, ...]
+    external_vibrations: tuple[Term, ...]
+    converged: bool
     not_testable: tuple[NotTestable, ...]
-    base: Fit
-    extended: Fit
+    base: ModelFit
+    extended: ModelFit
     noise_floor: float
     noise_floor_source: str
     model: AxisModel
@@ -190,7 +220,7 @@ class AxisDiagnosis:
 
 @dataclass(frozen=True)
 class DataFinding:
-    """Something about the data that matters before any physics does."""
+    """A defect of the data, to be read before any cause."""
 
     code: str
     axis: str
@@ -199,7 +229,7 @@ class DataFinding:
 
 @dataclass(frozen=True)
 class Validation:
-    """Relative residuals of one axis on a recording that the fit never saw."""
+    """Relative residuals of one axis over the valid samples of a recording outside the fit."""
 
     base: float
     extended: float
@@ -207,7 +237,7 @@ class Validation:
 
 @dataclass(frozen=True, repr=False)
 class Diagnosis(Readable):
-    """What the base model gets wrong about all axes.
+    """The diagnosis of all axes.
 
     Attributes
     ----------

@@ -110,15 +110,23 @@ def estimate(
     share_scales = manifest.motion.column_scales
     scaled, measured = regressor / share_scales, effort / scale
     best, done = _best(scaled, measured, network, seed, passes, stopwatch or Stopwatch())
+    time_spectral = compare(measured, scaled @ best.shares).time_spectral
+    return _in_si(best, done, scale, network, time_spectral)
+
+
+def _in_si(
+    best: _Candidate, passes: int, scale: float, network: Network, time_spectral: float
+) -> NetworkEstimate:
+    manifest, share_scales = network.manifest, network.manifest.motion.column_scales
     unexplained = manifest.parameter_std_per_residual * best.residual
     std = np.hypot(manifest.parameter_std[network.variant], unexplained)
-    trusted, reason = _judge(best, done)
+    trusted, reason = _judge(best, passes)
     return NetworkEstimate(
         parameters=best.shares * scale / share_scales,
         std=std * scale / share_scales,
         relative_residual=best.residual,
-        time_spectral=compare(measured, scaled @ best.shares).time_spectral,
-        passes=done,
+        time_spectral=time_spectral,
+        passes=passes,
         trusted=trusted,
         reason=reason,
     )

@@ -24,36 +24,26 @@ def inverse_effort(
     others: Mapping[str, Motion] = _ALONE,
     kept: dict[object, Array] | None = None,
 ) -> Array:
-    """Effort of one axis along its motion as the encoder reads it.
-
-    In physical order: the encoder's errors are taken out of the motion, the resistances of all
-    terms add up, the actuator's faults say what must be commanded for that sum, and the record's
-    delay shifts it.
+    """Effort (N,) or (D, N) of an axis along its motion as the encoder reads it.
 
     Parameters
     ----------
     axis : AxisModel
-        With values for one drive, or arrays (D,) for D of them.
     motion : Motion
         Smooth, (N,), evenly sampled.
     others : mapping of axis name to Motion
-        Motions of the other axes, for effects that couple them.
+        For effects that couple axes.
     kept : dict, optional
-        Where efforts of effects with memory, which take long to integrate, are kept for the next
-        call with this motion.
-
-    Returns
-    -------
-    (N,) or (D, N) array
+        Keeps slow results of effects with memory for the next call with this motion.
 
     Raises
     ------
     ModelError
-        An effect is unknown, or the axis that acts on this one is not among the others.
+        An effect is unknown, or its source axis is not among the others.
     """
+    # in physical order: encoder, resistances, actuator, record
     terms = [(named(term.effect), along_motion(term), term.source_axis) for term in axis.terms]
-    if any(effect.overrides("true_motion") for effect, _, _ in terms):
-        kept = None
+    kept = None if any(effect.overrides("true_motion") for effect, _, _ in terms) else kept
     for effect, values, _ in terms:
         motion = effect.true_motion(motion, values)
     motion = _with_base_efforts(motion, terms[0][1])

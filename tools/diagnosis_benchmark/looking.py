@@ -56,8 +56,8 @@ def _print_axis(axis: AxisDiagnosis, console: Console) -> None:
             f"  [bold]{cause.term.effect}[/]: gain {cause.held_out_gain:.1%} "
             f"({low:.1%} to {high:.1%}), share {cause.share:.2%}; {values}\n    {cause.evidence}"
         )
-        for rival in cause.rivals:
-            told = "" if rival.separable else "NOT SEPARABLE, "
-            console.print(f"    rival {rival.effect}: {told}{rival.evidence}")
+        for alternative in cause.alternatives:
+            told = "" if alternative.separable else "NOT SEPARABLE, "
+            console.print(f"    alternative {alternative.effect}: {told}{alternative.evidence}")
     for effect in axis.not_testable:
         console.print(f"  not testable: {effect.effect}: {effect.reason}")

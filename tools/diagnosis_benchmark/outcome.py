@@ -25,18 +25,18 @@ JUDGED: Final = ("inertia", "viscous_friction", "coulomb_friction")
 
 @dataclass(frozen=True)
 class Named:
-    """A cause: its effect, and the rivals that it says the motion cannot tell from it."""
+    """A cause: its effect, and the alternatives that this motion does not separate from it."""
 
     effect: str
     inseparable: tuple[str, ...]
 
     def meets(self, hidden: str) -> bool:
-        """Whether it names the hidden effect; of two at most that it cannot tell apart."""
+        """Whether it is the hidden effect, or has it as its only inseparable alternative."""
         return len(self.inseparable) < 2 and hidden in (self.effect, *self.inseparable)
 
     @property
     def confident(self) -> bool:
-        """Whether nothing else could be it."""
+        """Whether this motion separates it from every alternative."""
         return not self.inseparable
 
     def __str__(self) -> str:
@@ -44,16 +44,16 @@ class Named:
 
 
 def causes_of(axis: AxisDiagnosis) -> tuple[Named, ...]:
-    """What is named on an axis, strongest first; several orders of one effect are one cause."""
+    """Causes of an axis, strongest first; several orders of one effect are one cause."""
     named_: dict[str, Named] = {}
     for cause in axis.causes:
-        rivals = tuple(r.effect for r in cause.rivals if not r.separable)
-        named_.setdefault(cause.term.effect, Named(cause.term.effect, rivals))
+        inseparable = tuple(r.effect for r in cause.alternatives if not r.separable)
+        named_.setdefault(cause.term.effect, Named(cause.term.effect, inseparable))
     return tuple(named_.values())
 
 
 def all_named(hidden: tuple[str, ...], causes: tuple[Named, ...]) -> bool:
-    """Whether each hidden effect has a cause of its own that names it."""
+    """Whether each hidden effect has a cause of its own that meets it."""
     return any(
         all(cause.meets(name) for cause, name in zip(chosen, hidden, strict=True))
         for chosen in permutations(causes, len(hidden))
@@ -122,12 +122,17 @@ class Outcome:
 
     @property
     def right(self) -> bool:
-        """Whether the first cause is one that was hidden."""
+        """Whether the first cause is a hidden effect."""
+        return bool(self.causes) and self.causes[0].effect in self.hidden
+
+    @property
+    def met(self) -> bool:
+        """Whether the first cause, or its only inseparable alternative, is a hidden effect."""
         return bool(self.causes) and any(self.causes[0].meets(name) for name in self.hidden)
 
     @property
     def found_all(self) -> bool:
-        """Whether each hidden effect has a cause of its own that names it."""
+        """Whether each hidden effect has a cause of its own that meets it."""
         return all_named(self.hidden, self.causes)
 
     @property
@@ -138,12 +143,12 @@ class Outcome:
 
     @property
     def undecided(self) -> bool:
-        """Whether the first cause has a rival that this motion cannot tell from it."""
+        """Whether this motion does not separate the first cause from an alternative."""
         return bool(self.causes) and bool(self.causes[0].inseparable)
 
     @property
     def confident(self) -> bool:
-        """Whether it names a cause without such a rival."""
+        """Whether it has a cause without such an alternative."""
         return any(cause.confident for cause in self.causes)
 
     def line(self) -> str:

@@ -213,21 +213,20 @@ def section(sources: Sources) -> Section:
     millions = ", ".join(f"{layer.multiplications / 1e6:.1f}" for layer in LAYERS)
     return Section(
         "Convolution time by method and layer",
-        "Shows the run time of its convolutions by method and layer on a GTX 1060 and an i7; a "
+        "It shows the run time of its convolutions by method and layer on a GTX 1060 and an i7. A "
         "pass through its network takes 3.3426 ms.",
         f"Medians of {REPETITIONS} turns on one thread of a processor, float32, one image; in "
         f"brackets as ratios to {REFERENCE}. In plain sums the layers take {millions} million "
         f"multiplications. All methods agree to {worst:.0e} of the largest output.\n\n"
         f"{table(heading, rows)}\n\n{picture}",
-        "The paper's times and methods are not to be had; these are the usual ones, and their "
+        "The paper's times and methods are not available. These are the usual methods. Their "
         "ratios hold better than the times, which depend on what else a machine does. What FFT "
-        "saves in multiplications it spends on the transforms of the maps; what im2col spends on "
-        "copying windows, its matrix product regains. The last row is open to this network alone: "
-        "its image is an outer product, so its first layer is two small matrix products of the "
+        "saves in multiplications it spends on the transforms of the maps. What im2col spends on "
+        "copying windows, its matrix product regains. The last row is open to this network alone. "
+        "Its image is an outer product, so its first layer is two small matrix products of the "
         f"image's factors, {first[REFERENCE].time_s / first['rank one'].time_s:.1f} times faster "
-        f"than {REFERENCE} and "
-        f"{first['onnxruntime'].time_s / first['rank one'].time_s:.1f} times faster than "
-        "onnxruntime. Training uses it.",
+        f"than {REFERENCE} and {first['onnxruntime'].time_s / first['rank one'].time_s:.1f} times "
+        "faster than onnxruntime. Training uses it.",
     )
 
 

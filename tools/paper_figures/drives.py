@@ -134,10 +134,10 @@ def section(sources: Sources) -> Section:
     turning, moving = reversal_errors(cases)
     return Section(
         "Five simulated drives",
-        "Identifies five simulations, two of them with parameters outside [-1, 1], with a metric "
-        "above 98 %, in under 1 s; a pass takes 3.3426 ms on a GTX 1060 and an i7. Its plots show "
-        "the torques of drive and model; on its real robot, where the metric exceeds 90 %, the "
-        "error is largest where the torque changes sign.",
+        "It identifies five simulations, two of them with parameters outside [-1, 1]. The metric "
+        "is above 98 %, and the time is under 1 s. A pass takes 3.3426 ms on a GTX 1060 and an "
+        "i7. Its plots show the torques of drive and model. On its real robot the metric exceeds "
+        "90 %, and the error is largest where the torque changes sign.",
         f"Metric {percent(lowest, 3)} or more, {slowest:.0f} ms or less from recording to "
         f"parameters, a pass {pass_ms(network):.2f} ms, on one thread of a processor. Drives "
         f"{_outside(cases)} lie outside [-1, 1] (bold). True → network alone:\n\n"
@@ -154,18 +154,17 @@ def section(sources: Sources) -> Section:
 def _differences(cases: list[Case]) -> str:
     passed = np.mean([guesses_that_pass(case) for case in cases], axis=0)
     return (
-        "The paper does not print its drives. These are flexible simulations of two axes in closed "
-        "loop, with an encoder of 8400 counts and 2 % effort noise, that share no formula with the "
-        "network's training; an identification is one axis. The paper's loop begins with "
-        "random parameters; that of the package's network begins with one guess and reads from "
-        "what the guess leaves of the effort. The paper's metric is one of "
-        "correlations, and says little: of single random guesses in [0, 1], the offset's in "
-        f"[-1, 1], without any network, {percent(passed[0], 0)} pass 0.90 on these drives and "
-        f"{percent(passed[1], 0)} pass 0.98. Fit and relative residual tell the "
-        "methods apart. The model is right for these drives, and there least squares needs no "
-        "network beside it ([method](method.md) has drives with effects). What is left at "
-        "reversals is mostly friction that changes side, which neither the filter nor a rigid "
-        "model follows there."
+        "The paper does not print its drives. These are flexible simulations of two axes in "
+        "closed loop, with an encoder of 8400 counts and 2 % effort noise. They share no formula "
+        "with the network's training. An identification is one axis. The paper's loop begins with "
+        "random parameters. That of the built-in network begins with one guess and reads from "
+        "what the guess leaves of the effort. The paper's metric is one of correlations, and it "
+        "says little: of single random guesses in [0, 1], the offset's in [-1, 1], without any "
+        f"network, {percent(passed[0], 0)} pass 0.90 on these drives and {percent(passed[1], 0)} "
+        "pass 0.98. Fit and relative residual tell the methods apart. The model is right for "
+        "these drives, so least squares needs no network beside it ([accuracy](accuracy.md) has "
+        "drives with effects). Most of what is left at reversals is friction that changes sign, "
+        "which neither the filter nor a rigid model follows there."
     )
 
 

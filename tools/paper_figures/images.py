@@ -77,15 +77,17 @@ def section(sources: Sources) -> Section:
     numbers = table(["image", *(f"{name} from the match" for name in others)], rows)
     return Section(
         "Images",
-        "Shows images of 100×100 points made of two vectors multiplied, ψαᵀ, normalized to [0, 1].",
+        "It shows images of 100×100 points made of two vectors multiplied, ψαᵀ, normalized to [0, "
+        "1].",
         "ψ, the guess, runs downwards; α, the measurement, to the right. Largest difference of an "
         f"image from that of the matching guess, over the range of its values:\n\n{numbers}\n\n"
         f"{picture}",
-        "The first row is the paper's kind: a guess twice too large makes the very image of the "
+        "The first row is the paper's kind. A guess twice too large makes the very image of the "
         "match, so no network can tell how far off it is. The second row divides both vectors by "
-        "the scale of the measurement. The third is what the package's network sees: ψ stays that "
-        "of a fixed start, α is what the guess leaves of the effort, over its own scale, so the "
-        "match leaves noise and every other guess its own error ([method](method.md#network)).",
+        "the scale of the measurement. The third is what the built-in network sees. ψ stays that "
+        "of a fixed start; α is what the guess leaves of the effort, over its own scale. The "
+        "match then leaves noise, and every other guess leaves its own error "
+        "([network](network.md#the-loop)).",
     )
 
 

@@ -123,18 +123,18 @@ def section(sources: Sources) -> Section:
     numbers = table(heading, rows)
     return Section(
         "Spectra of the kernels",
-        "Shows the spectra of its 210 kernels after training.",
-        f"Magnitudes of the two-dimensional Fourier transforms of the package network's {count} "
+        "It shows the spectra of its 210 kernels after training.",
+        f"Magnitudes of the two-dimensional Fourier transforms of the built-in network's {count} "
         "kernels, each over its own peak; frequency zero is in the middle of each tile, half the "
         "sampling rate at its edges. A white kernel has a quarter of its energy in the lower half "
         "of both frequencies. The last column is how far training has moved a layer's kernels, "
         f"over their length at its start.\n\n{numbers}\n\n{picture}",
         "The paper's spectra are those of kernels that plain back propagation has learned from "
         "random ones. Here training begins with random kernels in pairs of opposite sign, through "
-        "which an image passes linearly whatever the ReLU does; the first layer keeps them, the "
+        "which an image passes linearly whatever the ReLU does. The first layer keeps them. The "
         "others are trained last, when the dense layers have learned most of it "
-        "([training](training.md)). The last two rows of the third layer began as zeros, for a "
-        "constant.",
+        "([network](network.md#the-training-recipe)). The last two rows of the third layer began "
+        "as zeros, for a constant.",
     )
 
 

@@ -84,18 +84,19 @@ def section(sources: Sources) -> Section:
     heading = ["run, stage", "steps", "train, first", "train, last", "test, first", "test, last"]
     return Section(
         "Loss curves",
-        "Shows the loss over 0.1·10⁶ iterations of plain back propagation at rate 0.14, for the "
-        "training and for the test part of its data.",
+        "It shows the loss over 0.1·10⁶ iterations of plain back propagation at rate 0.14, for "
+        "the training and for the test part of its data.",
         "Mean training loss since the point before, and loss of 512 drives that training never "
         f"sees.\n\n{table(heading, rows)}\n\n{picture}",
-        "The loss of *paper* is half the squared error of the sigmoids (reconstruction); an answer "
-        f"that is always the same has {constant:.3g} on its test drives. Two things keep it from "
-        "zero: min-max images hide the scale, and turned ones keep a label that is not theirs. "
-        "The loss of *improved* is the mean absolute error of the residual itself, and its stages "
-        "train different things: the dense layers on known numbers, then on stored features, then "
-        "the whole network ([training](training.md)); levels compare within a panel, not between "
-        "them. *Paper* never sees a drive twice. *Improved* mixes its drives from a few thousand "
-        "recordings, while the test drives have motions and effects of their own.",
+        "The loss of *paper* is half the squared error of the sigmoids (reconstruction). An "
+        f"answer that is always the same has {constant:.3g} on its test drives. Two things keep it "
+        "from zero: min-max images hide the scale, and turned ones keep a label that is not "
+        "theirs. The loss of *improved* is the mean absolute error of the residual itself. Its "
+        "stages train different things: the dense layers on known numbers, then on stored "
+        "features, then the whole network ([network](network.md#the-training-recipe)). Levels "
+        "compare within a panel, not between panels. *Paper* never sees a drive twice. *Improved* "
+        "mixes its drives from a few thousand recordings, while the test drives have motions and "
+        "effects of their own.",
     )
 
 

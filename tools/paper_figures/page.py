@@ -17,9 +17,9 @@ LINE: Final = 100
 INTRODUCTION: Final = """\
 # The paper's tables and figures on our data
 
-Written by `python tools/paper.py`; every number comes from the run that wrote it. The paper's
-equations, tables and pictures are not to be had: what is said of them is what its text says
-([method](method.md)). Where a figure differs, it says why.
+`python tools/paper.py` writes this page; every number comes from the run that wrote it. The paper's
+equations, tables and pictures are not available, so what is said of them is what its text says
+([method](method.md)). Where a figure differs from the paper's, the page says why.
 """
 
 

@@ -124,16 +124,16 @@ def section(sources: Sources) -> Section:
     heading = ["", "distance from command, rms", "largest", "off the circle, largest"]
     return Section(
         "The path in the plane",
-        "Shows the path of its robot in the plane of x and z, commanded and measured: "
-        "θ = 2π·sin(0.2875 t), φ = 2π·cos(0.2875 t), a circle of 4 mm radius at the tables.",
+        "It shows the path of its robot in the plane of x and z, commanded and measured: θ = "
+        "2π·sin(0.2875 t), φ = 2π·cos(0.2875 t), a circle of 4 mm radius at the tables.",
         "The virtual board, captured over its registers; one count of the encoder is "
         f"{1e6 * count_m:.2f} µm.\n\n{table(heading, rows)}\n\n{picture}",
         "The board is a flexible simulation of the paper's drive with parameters from "
         "catalogue-like parts ([virtual board](virtual_board.md)), not its robot. The paper moves "
-        "with one controller; here `edge-ident run` identifies the drive on the first circle and "
-        "writes gains, and the second circle is its verification. Behind soft gains friction holds "
-        "each axis back by a constant angle that changes side at its reversals, hence the corners; "
-        "what the designed gains leave is little more than the encoder's counts.",
+        "with one controller. Here `edge-ident run` identifies the drive on the first circle and "
+        "writes gains; the second circle is its verification. Behind soft gains, friction holds "
+        "each axis back by a constant angle that changes sign at its reversals, hence the "
+        "corners. What the designed gains leave is little more than the encoder's counts.",
     )
 
 

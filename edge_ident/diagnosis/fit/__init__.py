@@ -1,1 +1,1 @@
-"""Candidate causes, and how they and what shakes from outside are fitted to a residual."""
+"""Fits: candidate effects, their regressors, models with several of them, and the noise floor."""

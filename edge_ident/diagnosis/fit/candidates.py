@@ -1,7 +1,7 @@
-"""What each effect would add to the effort, per unit of its amplitudes: columns to regress on.
+"""Candidate effects and their regressors: what each adds to the effort per unit of amplitude.
 
-A column is the difference that a small amplitude makes to what the present model predicts, so one
-rule serves loads, friction, memory, actuator, encoder and clock alike.
+A regressor is the change that a small amplitude makes to the prediction of a model. So one rule
+serves loads, friction, memory, actuator, encoder and timing: each effect's file says how it acts.
 """
 
 from collections.abc import Mapping
@@ -11,102 +11,104 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.prepare.view import View
+from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.model.effects import catalogue, named
 from edge_ident.model.model import AxisModel, Term
 from edge_ident.model.search import Excitation, Form
 
 Array = NDArray[np.float64]
+Values = Mapping[str, float] | Mapping[str, Array]
+"""Values of parameters by name: numbers, or arrays (D,)."""
 
 _SMALL: Final = 1e-6
-"""Amplitude of a difference; most effects are linear in it, the others nearly so."""
+"""Amplitude of the difference; most effects are linear in it, the others nearly so."""
 _ROW_LIMIT: Final = 1_000_000
-"""Samples computed at once, to stay within a processor's cache and a small board's memory."""
+"""Samples computed at once: they fit a processor's cache and a small board's memory."""
 
 
 @dataclass(frozen=True)
 class Candidate:
-    """An effect in one of its forms, from one axis where it couples axes."""
+    """An effect in one of its forms, with the other axis that takes part, if any."""
 
     effect: str
     form: Form
     source: str | None = None
 
     @property
-    def size(self) -> int:
+    def parameter_count(self) -> int:
         """Number of free parameters."""
         return len(self.form.linear) + len(self.form.nonlinear)
 
 
-def candidates(view: View, rotary: bool) -> tuple[Candidate, ...]:
-    """All that could befall the axis of a view; `rotary` where its positions are angles."""
+def candidates(data: AxisData, rotary: bool) -> tuple[Candidate, ...]:
+    """All candidates for an axis; `rotary` where its positions are angles."""
     found = []
     for name, effect in catalogue().items():
-        if effect.search.needs_reversals and not view.reverses:
+        if effect.search.needs_reversals and not data.reverses:
             continue
         for form in effect.search.forms:
             if not form.rotary or rotary:
-                sources = view.other_axes if form.coupled else (None,)
+                sources = data.other_axes if form.coupled else (None,)
                 found += [Candidate(name, form, source) for source in sources]
     return tuple(found)
 
 
 def grid(candidate: Candidate, excitation: Excitation) -> dict[str, Array]:
-    """Shapes to try, arrays (D,); of length one for a form without any."""
+    """Values of the nonlinear parameters to try, arrays (D,).
+
+    The arrays have length one for a form without nonlinear parameters.
+    """
     values = named(candidate.effect).search.grid(excitation)
     if not candidate.form.nonlinear:
         return {name: array[:1] for name, array in values.items()}
     return values
 
 
-def term(
-    candidate: Candidate,
-    shapes: Mapping[str, float] | Mapping[str, Array],
-    amplitudes: Mapping[str, float] | Mapping[str, Array],
-) -> Term:
-    """A term of the model: its shapes, its amplitudes, and zero for those of other forms."""
+def term(candidate: Candidate, nonlinear: Values, linear: Values) -> Term:
+    """The term of a candidate; parameters of the effect's other forms are zero."""
     effect = named(candidate.effect)
-    values = {p.name: amplitudes.get(p.name, shapes.get(p.name, 0.0)) for p in effect.parameters}
+    values = {p.name: linear.get(p.name, nonlinear.get(p.name, 0.0)) for p in effect.parameters}
     return Term(candidate.effect, values, source_axis=candidate.source)
 
 
-def unit_columns(
-    view: View, axis: AxisModel, candidate: Candidate, shapes: Mapping[str, float]
+def cached_regressors(
+    data: AxisData, axis: AxisModel, candidate: Candidate, nonlinear: Mapping[str, float]
 ) -> Array:
-    """Columns (k, n) of an additive candidate at one set of shapes, made once for a view."""
-    key = (candidate, tuple(sorted(shapes.items())))
-    if key not in view.kept:
-        view.kept[key] = columns(view, replace(axis, terms=axis.terms[:1]), candidate, shapes)[0]
-    return view.kept[key]
+    """Regressors (k, n) of an additive candidate, computed once for the data."""
+    key = (candidate, tuple(sorted(nonlinear.items())))
+    if key not in data.cache:
+        base = replace(axis, terms=axis.terms[:1])
+        data.cache[key] = regressors(data, base, candidate, nonlinear)[0]
+    return data.cache[key]
 
 
-def columns(
-    view: View,
-    axis: AxisModel,
-    candidate: Candidate,
-    shapes: Mapping[str, float] | Mapping[str, Array],
-) -> Array:
-    """Columns of a candidate at one set of shapes, or at D of them, on top of a model.
+def regressors(data: AxisData, axis: AxisModel, candidate: Candidate, nonlinear: Values) -> Array:
+    """Regressors of a candidate on top of a model.
+
+    Parameters
+    ----------
+    nonlinear : mapping of parameter name to float or (D,) array
+        One set of nonlinear parameters, or D of them.
 
     Returns
     -------
     (D, k, n) array
-        Effort per unit of each of the k amplitudes; for a form without amplitudes (D, 1, n), the
-        effort that the shapes alone add.
+        Effort per unit of each of the k linear parameters; for a form without any (D, 1, n), the
+        effort that the nonlinear parameters alone add.
     """
-    shapes = {name: np.atleast_1d(value) for name, value in shapes.items()}
-    count = len(next(iter(shapes.values()))) if shapes else 1
+    values = {name: np.atleast_1d(value) for name, value in nonlinear.items()}
+    count = len(next(iter(values.values()))) if values else 1
     names = candidate.form.linear or (None,)
-    rows = max(1, _ROW_LIMIT // view.samples)
-    result = np.empty((count, len(names), len(view.effort)))
+    batch = max(1, _ROW_LIMIT // data.samples)
+    result = np.empty((count, len(names), len(data.effort)))
     if all(named(t.effect).additive for t in axis.terms) and named(candidate.effect).additive:
         axis = replace(axis, terms=axis.terms[:1])
-    present = view.predicted(axis)
-    for first in range(0, count, rows):
-        part = {name: array[first : first + rows] for name, array in shapes.items()}
+    present = data.predicted(axis)
+    for first in range(0, count, batch):
+        part = {name: array[first : first + batch] for name, array in values.items()}
         for k, name in enumerate(names):
             amplitudes = {} if name is None else {name: _SMALL}
             added = replace(axis, terms=(*axis.terms, term(candidate, part, amplitudes)))
             step = 1.0 if name is None else _SMALL
-            result[first : first + rows, k] = (view.predicted(added) - present) / step
+            result[first : first + batch, k] = (data.predicted(added) - present) / step
     return result

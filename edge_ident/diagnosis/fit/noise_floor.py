@@ -1,11 +1,11 @@
-"""What noise alone would leave: the measure of every residual.
+"""The noise floor: the residual that noise alone leaves, against which every residual is judged.
 
-The larger of two: where the motion repeats, half the variance of what does not repeat (an encoder's
-rounding repeats as well); and the noise of effort and encoder, both known from frequencies that no
-motion reaches, through the filter. The latter is rather too much of the encoder's, whose rounding
-is not all random: where the quickest changes of the base model's residual, second differences from
-sample to sample, are smaller than those of such noise, the encoder's share is lowered to them. The
-floor is never raised by a residual.
+It is the larger of two estimates. Where the motion repeats: half the variance of the difference
+between laps, because encoder rounding repeats as well. Otherwise: the noise of effort and encoder
+through the filter, both known from frequencies that no motion reaches. The second estimate
+overstates the encoder noise, because rounding is not entirely random. So the encoder's part is
+lowered where the second differences of the base model's residual are smaller than it predicts. A
+residual never raises the floor.
 """
 
 from dataclasses import dataclass
@@ -15,36 +15,36 @@ import numpy as np
 import scipy.signal
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.fit.fitting import Fitted
+from edge_ident.diagnosis.fit.fitting import FittedModel
+from edge_ident.diagnosis.prepare.axis_data import AxisData, Segment
 from edge_ident.diagnosis.prepare.masks import widened
-from edge_ident.diagnosis.prepare.view import Stretch, View
 
 Array = NDArray[np.float64]
 
 _MISMATCH: Final = 0.01
-"""Rms deviation of a repeated motion from itself, over its own rms, that counts as none."""
+"""Rms deviation between laps, over the rms of the motion, below which the motion repeats."""
 _FEWEST_PAIRS: Final = 30
 _PEAKS: Final = 3
-"""Of the autocorrelation, the shortest lags, that are looked at for a period."""
+"""Peaks of the autocorrelation, at the shortest lags, that are tried as a period."""
 _LEAST_FREEDOM: Final = 0.2
-_DOUBT: Final = 0.2
-"""Relative uncertainty of noise that is not measured in the band itself."""
+_UNMEASURED: Final = 0.2
+"""Relative uncertainty of noise that is not measured inside the band."""
 _TINY: Final = float(np.finfo(float).tiny)
 _LOWEST_SHARE: Final = 0.05
-"""Of the record: a shorter lag compares neighbours, not repeats."""
+"""Shortest lag, of the record: a shorter one compares neighbours, not laps."""
 
 
 @dataclass(frozen=True)
-class Floor:
-    """Rms of the noise in the clear samples of the filtered effort.
+class NoiseFloor:
+    """Rms of the noise in the valid samples of the filtered effort.
 
     Attributes
     ----------
     rms : float
     uncertainty : float
-        Relative standard deviation of it.
+        Relative standard deviation of the rms.
     source : str
-        How it was found, in words.
+        How it was determined, in words.
     """
 
     rms: float
@@ -52,74 +52,74 @@ class Floor:
     source: str
 
 
-def noise_floor(view: View, start: Fitted, inertia: float = 0.0) -> Floor:
-    """Find the noise floor.
+def noise_floor(data: AxisData, start: FittedModel, inertia: float = 0.0) -> NoiseFloor:
+    """Estimate the noise floor of the filtered effort.
 
     Parameters
     ----------
-    start : Fitted
+    start : FittedModel
         The base model.
     inertia : float, optional
-        By which the encoder's noise becomes effort, where the base model has none.
+        Inertia that turns encoder noise into effort, where the base model has none.
     """
     inertia = float(start.base[0]) or inertia
-    repeated, measured = _from_repetition(view), _from_instruments(view, start, inertia)
+    repeated, measured = _from_repetition(data), _from_instruments(data, start, inertia)
     return repeated if repeated is not None and repeated.rms > measured.rms else measured
 
 
-def _from_instruments(view: View, start: Fitted, inertia: float) -> Floor:
-    """From the noise of effort and encoder, through the filter."""
-    clear = view.clear
-    left = (view.effort - start.predicted)[clear]
+def _from_instruments(data: AxisData, start: FittedModel, inertia: float) -> NoiseFloor:
+    """Estimate from the noise of effort and encoder, through the filter."""
+    valid = data.valid
+    left = (data.effort - start.predicted)[valid]
     freedom = max(1.0 - start.jacobian.shape[1] / len(left), _LEAST_FREEDOM)
-    expected, quick, quick_expected, count = np.zeros(2), 0.0, np.zeros(2), 0
-    for stretch, values in _parts(view, left / np.sqrt(freedom)):
-        covariance = _noise_covariance(stretch, inertia)
-        expected += covariance[:, 0] * np.count_nonzero(stretch.clear)
-        three = stretch.clear[2:] & stretch.clear[1:-1] & stretch.clear[:-2]
-        three &= np.diff(stretch.picks, 2) == 0
-        bends = np.diff(values, 2)[three]
-        quick += float(bends @ bends)
-        quick_expected += len(bends) * (covariance @ [6.0, -8.0, 2.0])
-        count += len(bends)
-    encoder, uncertainty = 1.0, _DOUBT
+    expected, energy, predicted_energy, count = np.zeros(2), 0.0, np.zeros(2), 0
+    for segment, values in _parts(data, left / np.sqrt(freedom)):
+        covariance = _noise_covariance(segment, inertia)
+        expected += covariance[:, 0] * np.count_nonzero(segment.valid)
+        three = segment.valid[2:] & segment.valid[1:-1] & segment.valid[:-2]
+        three &= np.diff(segment.sample_index, 2) == 0
+        second_differences = np.diff(values, 2)[three]
+        energy += float(second_differences @ second_differences)
+        predicted_energy += len(second_differences) * (covariance @ [6.0, -8.0, 2.0])
+        count += len(second_differences)
+    encoder, uncertainty = 1.0, _UNMEASURED
     if count >= _FEWEST_PAIRS:
-        share = (quick - quick_expected[0]) / max(float(quick_expected[1]), _TINY)
+        share = (energy - predicted_energy[0]) / max(float(predicted_energy[1]), _TINY)
         encoder, uncertainty = float(np.clip(share, 0.0, 1.0)), 1.0 / np.sqrt(count)
-    rms = float(np.sqrt((expected[0] + encoder * expected[1]) / np.count_nonzero(clear)))
-    return Floor(rms, uncertainty, "from the noise of effort and encoder")
+    rms = float(np.sqrt((expected[0] + encoder * expected[1]) / np.count_nonzero(valid)))
+    return NoiseFloor(rms, uncertainty, "from the noise of effort and encoder")
 
 
-def _noise_covariance(stretch: Stretch, inertia: float) -> Array:
-    """Covariance (2, 3) of the noise of effort and encoder in the filtered effort less model, at
-    lags of 0, 1 and 2 picks."""
+def _noise_covariance(segment: Segment, inertia: float) -> Array:
+    """Covariance (2, 3) of the noise of effort and encoder in the filtered residual, at lags of 0,
+    1 and 2 compared samples."""
     share = np.linspace(0.0, 3.0, 601)
-    encoder = 5.0 * share**4 * (inertia * stretch.acceleration_noise) ** 2
-    density = np.stack([np.full_like(share, stretch.effort_noise**2), encoder])
-    frequency_hz = share * stretch.cutoff_hz
-    step_s = float(np.min(np.diff(stretch.picks))) * stretch.period_s
+    encoder = 5.0 * share**4 * (inertia * segment.acceleration_noise) ** 2
+    density = np.stack([np.full_like(share, segment.effort_noise**2), encoder])
+    frequency_hz = share * segment.cutoff_hz
+    step_s = float(np.min(np.diff(segment.sample_index))) * segment.period_s
     waves = np.cos(np.arange(3)[:, None] * 2.0 * np.pi * frequency_hz * step_s)
-    seen = density[:, None] * stretch.band.power(frequency_hz) * waves
+    seen = density[:, None] * segment.band.power(frequency_hz) * waves
     return np.asarray(np.trapezoid(seen, share, axis=-1))
 
 
-def _parts(view: View, values: Array) -> list[tuple[Stretch, Array]]:
-    """Values at the clear samples, recording by recording, with zeros where it is not clear."""
-    whole = np.zeros(len(view.effort))
-    whole[view.clear] = values
-    ends = np.cumsum([len(s.picks) for s in view.stretches])[:-1]
-    return list(zip(view.stretches, np.split(whole, ends), strict=True))
+def _parts(data: AxisData, values: Array) -> list[tuple[Segment, Array]]:
+    """Values at the valid samples, recording by recording, with zeros at the others."""
+    whole = np.zeros(len(data.effort))
+    whole[data.valid] = values
+    ends = np.cumsum([len(s.sample_index) for s in data.segments])[:-1]
+    return list(zip(data.segments, np.split(whole, ends), strict=True))
 
 
-def _from_repetition(view: View) -> Floor | None:
-    """From lap to lap, where a stretch repeats its motion."""
+def _from_repetition(data: AxisData) -> NoiseFloor | None:
+    """Estimate from the difference between laps, where a recording repeats its motion."""
     sums, pairs = 0.0, 0
-    for s in view.stretches:
+    for s in data.segments:
         lag = _period(s)
         if lag is None:
             continue
         usable = np.zeros(len(s.effort), dtype=np.bool_)
-        usable[s.picks[s.far]] = True
+        usable[s.sample_index[s.far]] = True
         both = np.flatnonzero(usable[:-lag] & _near(usable[lag:]))
         difference = s.effort[both + lag] - s.effort[both]
         sums += 0.5 * float(difference @ difference)
@@ -127,20 +127,20 @@ def _from_repetition(view: View) -> Floor | None:
     if pairs < _FEWEST_PAIRS:
         return None
     uncertainty = 1.0 / np.sqrt(2.0 * pairs)
-    return Floor(float(np.sqrt(sums / pairs)), uncertainty, "from the motion's repetition")
+    return NoiseFloor(float(np.sqrt(sums / pairs)), uncertainty, "from the motion's repetition")
 
 
 def _near(usable: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Samples between usable ones."""
+    """Usable samples and those between them."""
     places = np.flatnonzero(usable)
     if len(places) < 2:
         return usable
     return widened(usable, int(np.median(np.diff(places))))
 
 
-def _period(stretch: Stretch) -> int | None:
-    """Lag, in samples, after which position and velocity come back."""
-    motion = stretch.motion
+def _period(segment: Segment) -> int | None:
+    """Lag, in samples, after which position and velocity repeat."""
+    motion = segment.motion
     samples = len(motion.position)
     scale = [float(np.std(x)) for x in (motion.position, motion.velocity)]
     if min(scale) <= 0.0:
@@ -163,6 +163,6 @@ def _lags(position: Array, samples: int) -> NDArray[np.intp]:
     overlap = np.arange(samples, 0, -1)
     peaks, _ = scipy.signal.find_peaks(correlation / overlap)
     peaks = peaks[(peaks > _LOWEST_SHARE * samples) & (peaks < 0.75 * samples)]
-    # the peaks of what is but a few laps lie a little beside the period
+    # with few laps the peaks lie a little beside the period
     nearby = [np.arange(int(0.97 * peak), int(1.03 * peak) + 1) for peak in peaks[:_PEAKS]]
     return np.unique(np.concatenate(nearby)) if nearby else peaks

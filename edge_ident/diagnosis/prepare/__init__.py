@@ -1,1 +1,1 @@
-"""From recordings to what is compared: the band, the samples that count, the data's quality."""
+"""Preparation: recordings become filtered signals, valid samples and remarks on their quality."""

@@ -1,8 +1,9 @@
-"""The band of a diagnosis, and the noise that it follows from.
+"""The bandwidth of the comparison, chosen from the noise of effort and encoder.
 
-The density of the effort's noise is the same at all frequencies; that of the encoder's, in the
-inertia's torque, grows with their fourth power. Above a knee it is the larger of the two: where it
-filled the residual, least squares would rather lose some inertia than explain an effort.
+The effort noise has the same power density at all frequencies. The encoder noise, seen through the
+torque of the inertia, has a density that grows with the fourth power of the frequency. Above the
+knee the encoder noise dominates. In a wider band least squares would reduce the inertia, and with
+it the encoder noise, rather than explain the effort.
 """
 
 from dataclasses import dataclass
@@ -17,41 +18,44 @@ from edge_ident.signals.filters import gain, lowpass, whitening
 Array = NDArray[np.float64]
 
 _NARROWEST: Final = 0.25
-"""Of the bandwidth that identification uses."""
+"""Lowest cut-off over that of the identification."""
 _CUTOFF: Final = 2.1
-"""Of the knee: the encoder's noise up to there would have twice the rms of the effort's."""
+"""Cut-off over knee: the encoder noise below it would have twice the rms of the effort noise."""
 _MEDIAN_OF_NORMAL: Final = 0.6745
-"""Of the absolute value, in standard deviations."""
+"""Median of the absolute value of a normal variable, in standard deviations."""
 _LAGS: Final = 12
-"""Samples for which a controller remembers its encoder's rounding."""
+"""Samples for which a controller answers the rounding of its encoder."""
 _TINY: Final = float(np.finfo(float).tiny)
 
 
 @dataclass(frozen=True)
 class Band:
-    """What is judged of an effort: all below the knee, from there to the cut-off less and less, so
-    that its noise, with that of the encoder in the inertia's torque, is white."""
+    """The low-pass filter of the comparison.
+
+    It passes everything below the knee. From there to the cut-off it attenuates with the square of
+    the frequency, so that the noise of effort and encoder together is white.
+    """
 
     cutoff_hz: float
     knee_hz: float
 
     def lowpass(self, signal: Array, period_s: float) -> Array:
-        """What it passes of a signal (..., N)."""
+        """Filter a signal (..., N), zero-phase."""
         return lowpass(signal, self.cutoff_hz, period_s, knee_hz=self.knee_hz)
 
     @property
-    def swing(self) -> float:
-        """Acceleration that is passed of a motion of amplitude 1 at the cut-off."""
+    def acceleration_gain(self) -> float:
+        """Filtered acceleration, 1/s², of a motion of amplitude 1 at the cut-off."""
         passed = float(whitening(np.array(self.cutoff_hz / self.knee_hz)))
         return (2.0 * np.pi * self.cutoff_hz) ** 2 * passed
 
     def power(self, frequency_hz: Array) -> Array:
-        """Squared gain."""
+        """Squared magnitude of the frequency response."""
         passed = gain(frequency_hz / self.cutoff_hz) * whitening(frequency_hz / self.knee_hz)
         return np.asarray(passed**2)
 
 
-def judged_band(
+def comparison_band(
     position: Array,
     effort: Array,
     noise: float,
@@ -59,15 +63,24 @@ def judged_band(
     widest_hz: float,
     period_s: float,
 ) -> Band:
-    """The band in which noise of the encoder, of standard deviation `noise`, and of the effort, of
-    power `density` (per Hz), are balanced.
+    """Find the band in which encoder noise and effort noise are balanced.
 
-    Narrower, and of the shorter stretches between reversals nothing would be left.
+    A narrower band would leave nothing of the short segments between reversals.
+
+    Parameters
+    ----------
+    position, effort : (N,) arrays
+    noise : float
+        Standard deviation of the encoder noise.
+    density : float
+        Power density of the effort noise, per Hz.
+    widest_hz : float
+        Upper limit of the cut-off.
     """
-    columns = filtered_regressor(position, widest_hz, period_s)
+    regressor = filtered_regressor(position, widest_hz, period_s)
     smooth = lowpass(effort, widest_hz, period_s)
-    inertia = abs(float(np.linalg.lstsq(columns, smooth, rcond=None)[0][0]))
-    # the encoder's power, up to the widest, is a fifth of what its density there would make
+    inertia = abs(float(np.linalg.lstsq(regressor, smooth, rcond=None)[0][0]))
+    # the integral of f⁴ up to the widest frequency is a fifth of its value there
     encoder = np.sqrt(5.0) * inertia * acceleration_noise(noise, widest_hz, period_s)
     ratio = np.sqrt(density * widest_hz) / max(float(encoder), _TINY)
     knee_hz = widest_hz * max(float(np.sqrt(ratio)), _NARROWEST / _CUTOFF)
@@ -75,11 +88,11 @@ def judged_band(
 
 
 def white_noise(effort: Array, position: Array, cutoff_hz: float, period_s: float) -> float:
-    """Standard deviation of white noise in the effort, from what its highest frequencies leave.
+    """Standard deviation of the white noise in the effort, from its highest frequencies.
 
-    A controller answers the rounding of its encoder, and that answer is no noise: it really
-    drives the axis. The recorded position holds the same rounding, so what follows from it by a
-    short linear filter is taken off first.
+    The controller's answer to the rounding of its encoder is no noise, because it drives the axis.
+    The recorded position holds the same rounding. So the part of the effort that follows from the
+    position by a short linear filter is subtracted first.
     """
     above_hz = min(max(3.0 * cutoff_hz, 0.05 / period_s), 0.25 / period_s)
     high = [x - lowpass(x, above_hz, period_s) for x in (effort, position)]
@@ -89,6 +102,6 @@ def white_noise(effort: Array, position: Array, cutoff_hz: float, period_s: floa
     scale = max(float(np.max(np.abs(answers))), _TINY)
     answer = answers @ np.linalg.lstsq(answers / scale, high[0][inside], rcond=1e-8)[0] / scale
     left = high[0][inside] - answer
-    # jumps of friction reach up here as well, but only now and then
+    # the median ignores the steps of friction, which reach these frequencies now and then
     deviation = float(np.median(np.abs(left))) / _MEDIAN_OF_NORMAL
     return float(deviation / np.sqrt(1.0 - 2.0 * above_hz * period_s))

@@ -1,5 +1,8 @@
-"""Samples that lie: where nobody knows whereto an axis slides, where the encoder's counts beat with
-the sampling."""
+"""Samples that the diagnosis leaves out.
+
+Two kinds of sample say nothing about the model: those at which the encoder does not resolve the
+direction of motion, and those at which encoder quantization aliases into the band.
+"""
 
 from typing import Final
 
@@ -12,16 +15,16 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 SMEAR_PERIODS: Final = 0.7
-"""Cut-off periods to either side over which the filter spreads what happens at one moment."""
+"""Cut-off periods to either side over which the filter spreads a single sample."""
 _TURN_NOISE: Final = 8.0
-"""Distance from a turning point, in standard deviations of the encoder's noise, within which the
-axis may not have turned yet: two counts and a third of one that has no other noise."""
+"""Distance from a turning point, in standard deviations of the encoder noise, below which the
+direction is unknown. It is 2.3 counts of an encoder without other noise."""
 _STILL_NOISE: Final = 6.0
-"""Range of the position, in the same unit, of an axis that stands: less than two counts."""
+"""Range of the position, in the same unit, of an axis at rest: less than two counts."""
 _HARMONICS: Final = 2
-"""Of the rounding error, which is a sawtooth."""
+"""Harmonics of the rounding error, a sawtooth, that are considered."""
 _SLOW_SWEEP: Final = 8.0
-"""Cut-off periods over the time in which a beat crosses the band, at which it is still one."""
+"""Cut-off periods in which an aliased tone may cross the band and still look like motion."""
 
 
 def reversals(motion: Motion) -> NDArray[np.intp]:
@@ -30,43 +33,65 @@ def reversals(motion: Motion) -> NDArray[np.intp]:
 
 
 def widened(mask: Mask, by: int) -> Mask:
-    """A mask (N,) and so many samples to either side of it."""
+    """Extend a mask (N,) by a number of samples to either side."""
     return np.asarray(np.convolve(mask, np.ones(2 * by + 1), "same") > 0.5)
 
 
 def tapered(mask: Mask, by: float) -> Array:
-    """From 0, twice so many samples away from a mask (N,), smoothly to 1 well before it begins."""
+    """Weight (N,) that rises smoothly from 0, far from a mask, to 1 inside it.
+
+    The rise begins twice `by` samples before the mask.
+    """
     half = int(np.ceil(by))
     window = np.hanning(2 * half + 3)
     spread = np.convolve(widened(mask, half), window / np.sum(window), "same")
     return np.asarray(np.clip(spread, 0.0, 1.0))
 
 
-def beating(motion: Motion, count: float, cutoff_hz: float, period_s: float, smear: int) -> Mask:
-    """Samples (N,) near which the encoder's counts beat slowly with the sampling.
+def aliasing_mask(
+    motion: Motion, count: float, cutoff_hz: float, period_s: float, smear: int
+) -> Mask:
+    """Samples (N,) at which encoder quantization aliases into the band.
 
-    At a speed of a whole number of counts per sample the rounding error, a tone otherwise far
-    above the filter, is folded into its band; where the speed stays there for a while it looks
-    like motion, and the controller answers it.
+    The rounding error of the encoder is a tone whose frequency is the speed in counts per second.
+    At a whole number of counts per sample, sampling folds this tone to low frequencies. Where the
+    speed stays there for a while, the aliased tone looks like motion, and the controller answers
+    it.
+
+    Parameters
+    ----------
+    motion : Motion
+        (N,), filtered at the cut-off.
+    count : float
+        Encoder resolution; zero for an encoder without steps.
+    smear : int
+        Samples by which the mask is widened.
     """
-    beats = np.zeros(len(motion.velocity))
+    tones = np.zeros(len(motion.velocity))
     if count > 0.0:
         for harmonic in range(1, _HARMONICS + 1):
             per_sample = harmonic * np.abs(motion.velocity) * period_s / count
             folded_hz = np.abs(per_sample - np.round(per_sample)) / period_s
             sweep = harmonic * np.abs(motion.acceleration) / count
-            beats += (
+            tones += (
                 (per_sample > 0.5) & (folded_hz < cutoff_hz) & (sweep < cutoff_hz**2 * _SLOW_SWEEP)
             )
-    return widened(beats > 0.5, smear)
+    return widened(tones > 0.5, smear)
 
 
-def undecided(position: Array, noise: float, cutoff_hz: float, period_s: float) -> Mask:
-    """Samples (N,) in which the encoder cannot tell whereto the axis slides.
+def direction_unknown(position: Array, noise: float, cutoff_hz: float, period_s: float) -> Mask:
+    """Samples (N,) at which the encoder does not resolve the direction of motion.
 
-    Those around each turning point that lie within the encoder's noise of it, and those of
-    standstills of half a cut-off period. Until the axis has moved on, its friction is anything
-    between both its directions.
+    These are the samples within the encoder noise of a turning point, and standstills of at least
+    half a cut-off period. Until the axis has moved on, its friction may be anything between the
+    friction of both directions.
+
+    Parameters
+    ----------
+    position : (N,) array
+        As measured.
+    noise : float
+        Standard deviation of the encoder noise.
     """
     turning = np.zeros(len(position), dtype=np.bool_)
     for turn in _turning_points(position, _TURN_NOISE * noise):
@@ -83,7 +108,7 @@ def undecided(position: Array, noise: float, cutoff_hz: float, period_s: float) 
 
 
 def _turning_points(position: Array, least: float) -> list[int]:
-    """Extremes from which the position comes back by more than the least."""
+    """Extremes from which the position returns by more than `least`."""
     turns: list[int] = []
     highest = lowest = 0
     direction = 0

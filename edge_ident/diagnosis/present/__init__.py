@@ -1,1 +1,1 @@
-"""What was found becomes something to read: wording, tables, figures, page, document."""
+"""Presentation: a diagnosis as sentences, tables, figures, a page and a JSON document."""

@@ -1,26 +1,26 @@
-"""A diagnosis as a document for scripts."""
+"""A diagnosis as a JSON document for scripts."""
 
 from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from edge_ident.diagnosis.present.whereabouts import whereabouts
-from edge_ident.diagnosis.present.wording import vibrations
-from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Diagnosis, Fit, Validation
+from edge_ident.diagnosis.present.explained_variance import explained_variance
+from edge_ident.diagnosis.present.wording import external_vibrations
+from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Diagnosis, ModelFit, Validation
 from edge_ident.model.model import PARAMETERS, AxisModel, base_axis
 from edge_ident.model.model_files import values_document
 from edge_ident.support.json_text import finite
 
 
 def diagnosis_document(diagnosis: Diagnosis, model_file: Path | None) -> dict[str, Any]:
-    """Schema edge-ident/diagnosis/1: the same diagnosis gives the same document.
+    """The document of schema edge-ident/diagnosis/1; equal diagnoses give equal documents.
 
     Parameters
     ----------
     diagnosis : Diagnosis
     model_file : Path or None
-        Where the extended model lies, if it was written.
+        Path of the extended model's file, if there is one.
     """
     return {
         "schema": "edge-ident/diagnosis/1",
@@ -39,8 +39,12 @@ def _axis(name: str, axes: Mapping[str, AxisDiagnosis]) -> dict[str, Any]:
     base, extended = (fit.estimate.parameters for fit in (axis.base, axis.extended))
     return {
         "verdict": axis.verdict.value,
+        "converged": axis.converged,
         "causes": [_cause(cause, axis.model) for cause in axis.causes],
-        "outside_vibrations": [{"frequency_hz": f, "amplitude": a} for f, a in vibrations(axis)],
+        "refused": [asdict(refused) for refused in axis.refused],
+        "outside_vibrations": [
+            {"frequency_hz": f, "amplitude": a} for f, a in external_vibrations(axis)
+        ],
         "not_testable": [asdict(effect) for effect in axis.not_testable],
         "base": _fit(axis.base, axis.model),
         "extended": _fit(axis.extended, axis.model),
@@ -50,7 +54,7 @@ def _axis(name: str, axes: Mapping[str, AxisDiagnosis]) -> dict[str, Any]:
             parameter: {"base": float(base[i]), "extended": float(extended[i])}
             for i, parameter in enumerate(PARAMETERS)
         },
-        "residual_whereabouts": whereabouts(name, axes),
+        "residual_whereabouts": explained_variance(name, axes),
         "cutoff_hz": axis.cutoff_hz,
         "knee_hz": axis.knee_hz,
     }
@@ -65,12 +69,13 @@ def _cause(cause: Cause, axis: AxisModel) -> dict[str, Any]:
         "held_out_gain": finite(cause.held_out_gain),
         "held_out_gain_interval": [finite(end) for end in cause.held_out_gain_interval],
         "share": cause.share,
-        "rivals": [asdict(rival) for rival in cause.rivals],
+        "rivals": [asdict(alternative) for alternative in cause.alternatives],
         "evidence": cause.evidence,
+        "decision": cause.decision,
     }
 
 
-def _fit(fit: Fit, axis: AxisModel) -> dict[str, Any]:
+def _fit(fit: ModelFit, axis: AxisModel) -> dict[str, Any]:
     base = base_axis(fit.estimate, axis.position_unit, axis.effort_unit)
     return {
         "parameters": values_document(base.terms[0], base),

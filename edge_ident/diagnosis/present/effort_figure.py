@@ -1,12 +1,12 @@
-"""Measured effort against that of the base and of the extended model, and what each misses."""
+"""Figure: measured effort, predictions of both models, and their residuals over time."""
 
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from edge_ident.diagnosis.present import panels
+from edge_ident.diagnosis.present.explained_variance import running_time
 from edge_ident.diagnosis.present.panels import Array
-from edge_ident.diagnosis.present.whereabouts import running_time
 from edge_ident.diagnosis.result import AxisDiagnosis, Diagnosis
 from edge_ident.support.drawing import new_figure
 
@@ -14,11 +14,11 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _DETAIL: Final = 0.08
-"""Share of the samples that the detail shows."""
+"""Share of the samples in the detail."""
 
 
 def diagnosis_figure(diagnosis: Diagnosis) -> "Figure":
-    """The efforts of all axes, one axis above the other."""
+    """Draw the efforts of all axes, one axis above the other."""
     count = len(diagnosis.axes)
     figure = new_figure(12, 6 * count)
     parts = figure.subfigures(count, squeeze=False)[:, 0]
@@ -27,8 +27,8 @@ def diagnosis_figure(diagnosis: Diagnosis) -> "Figure":
     return figure
 
 
-def effort_figure(name: str, axis: AxisDiagnosis) -> Any:
-    """All of the time to the left, the stretch that the causes change most to the right."""
+def effort_figure(name: str, axis: AxisDiagnosis) -> "Figure":
+    """Draw all of the time to the left, and the part that the causes change most to the right."""
     figure = new_figure(12, 6)
     _draw_axis(figure, name, axis)
     return figure
@@ -54,12 +54,12 @@ def _draw_axis(figure: Any, name: str, axis: AxisDiagnosis) -> None:
 
 
 def _busiest(axis: AxisDiagnosis) -> slice:
-    """The stretch in which the extended model differs most from the base model."""
+    """The part of the time in which the extended model differs most from the base model."""
     traces = axis.traces
     changed = traces.extended_effort if axis.causes else traces.effort
     samples = len(changed)
     width = max(2, round(_DETAIL * samples))
-    energy = np.cumsum(np.where(traces.clear, changed - traces.base_effort, 0.0) ** 2)
+    energy = np.cumsum(np.where(traces.valid, changed - traces.base_effort, 0.0) ** 2)
     first = int(np.argmax(energy[width:] - energy[:-width]))
     return slice(first, first + width)
 
@@ -74,22 +74,22 @@ def _draw_efforts(panel: Any, axis: AxisDiagnosis, time: Array, part: slice) -> 
 
 
 def _draw_residuals(panel: Any, axis: AxisDiagnosis, time: Array, part: slice) -> None:
-    """Faint where it is not judged."""
+    """Draw residuals, faint at samples that are not valid."""
     traces = axis.traces
     x, file = time[part], traces.file[part]
     panels.noise_band(panel, axis)
     shown = 0.0
     for colour, label, effort in _models(axis):
         residual = traces.effort - effort
-        judged = np.where(traces.clear, residual, np.nan)
+        of_valid = np.where(traces.valid, residual, np.nan)
         panels.line(panel, x, residual[part], file, color=colour, linewidth=0.6, alpha=0.35)
-        panels.line(panel, x, judged[part], file, color=colour, linewidth=0.9, label=label)
-        shown = max(shown, panels.reach(residual[traces.clear]))
+        panels.line(panel, x, of_valid[part], file, color=colour, linewidth=0.9, label=label)
+        shown = max(shown, panels.reach(residual[traces.valid]))
     panel.set_ylim(-shown, shown)
 
 
 def _models(axis: AxisDiagnosis) -> list[tuple[str, str, Array]]:
-    """Colour, label and effort of those there are to compare."""
+    """Colour, label and prediction of each model."""
     base = (panels.BASE, "base model", axis.traces.base_effort)
     extended = (panels.EXTENDED, "extended model", axis.traces.extended_effort)
     return [base, extended] if axis.causes else [base]

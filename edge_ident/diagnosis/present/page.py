@@ -1,4 +1,4 @@
-"""A diagnosis as one Markdown page, with its figures beside it."""
+"""A diagnosis as a Markdown page with its figures."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from importlib.util import find_spec
@@ -7,9 +7,9 @@ from typing import Any, Final
 
 from edge_ident.diagnosis.present import wording
 from edge_ident.diagnosis.present.effort_figure import effort_figure
+from edge_ident.diagnosis.present.explained_variance import explained_variance
 from edge_ident.diagnosis.present.residual_maps import residual_maps
 from edge_ident.diagnosis.present.share_figure import share_figure
-from edge_ident.diagnosis.present.whereabouts import whereabouts
 from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Diagnosis
 
 PAGE_FILE: Final = "report.md"
@@ -25,7 +25,7 @@ def write_page(diagnosis: Diagnosis, sources: Sequence[str], folder: Path) -> Pa
     sources : sequence of str
         Names of the recordings.
     folder : Path
-        Gets the page and its figures. Without matplotlib there are none, and the page says so.
+        Receives the page and its figures. Without matplotlib the page has none, and says so.
 
     Returns
     -------
@@ -54,7 +54,7 @@ def _page(diagnosis: Diagnosis, sources: Sequence[str], folder: Path) -> Iterato
     drawn = find_spec("matplotlib") is not None
     for name in diagnosis.axes:
         yield from _axis(name, diagnosis)
-        yield from _whereabouts(name, diagnosis.axes)
+        yield from _explained_variance(name, diagnosis.axes)
         if drawn:
             yield from _figures(name, diagnosis.axes, folder)
         yield from _not_testable(diagnosis.axes[name])
@@ -64,18 +64,19 @@ def _page(diagnosis: Diagnosis, sources: Sequence[str], folder: Path) -> Iterato
 
 def _axis(name: str, diagnosis: Diagnosis) -> Iterator[str]:
     axis = diagnosis.axes[name]
-    fading = f", fading from {axis.knee_hz:.3g} Hz" if axis.knee_hz < axis.cutoff_hz else ""
+    fading = f", attenuated from {axis.knee_hz:.3g} Hz on" if axis.knee_hz < axis.cutoff_hz else ""
     yield f"## Axis {name}"
     yield ""
     yield f"**{_sentence(wording.verdict_sentence(axis))}**"
     yield ""
     yield (
         f"Compared up to {axis.cutoff_hz:.3g} Hz{fading}. Noise floor {axis.noise_floor_source}: "
-        f"{wording.percent(axis.noise_floor)} of the effort."
+        f"{wording.percent(axis.noise_floor)} of the effort. All shares are of the valid samples."
     )
     yield ""
     if axis.causes:
         yield from _causes(axis)
+    yield from _refused(axis)
     models = ("base", "extended") if axis.causes else ("base",)
     rows = wording.before_and_after(axis, diagnosis.validation.get(name))
     yield from _table(("", *models), [row[: 1 + len(models)] for row in rows])
@@ -83,7 +84,7 @@ def _axis(name: str, diagnosis: Diagnosis) -> Iterator[str]:
 
 def _causes(axis: AxisDiagnosis) -> Iterator[str]:
     yield from _table(
-        ("cause", "takes off the held-out residual", "95 %", "share of the effort", "parameters"),
+        ("cause", "reduces the held-out residual by", "95 %", "share of the effort", "parameters"),
         [
             (
                 wording.spoken(cause.term.effect),
@@ -99,17 +100,25 @@ def _causes(axis: AxisDiagnosis) -> Iterator[str]:
     yield ""
 
 
+def _refused(axis: AxisDiagnosis) -> Iterator[str]:
+    if axis.refused:
+        for refused in axis.refused:
+            yield f"- {_plain(wording.refused_sentence(refused))}"
+        yield ""
+
+
 def _why(cause: Cause) -> Iterator[str]:
     yield f"- **{wording.spoken(cause.term.effect)}**: {_plain(cause.evidence)}"
-    for rival in cause.rivals:
-        yield f"  - {_plain(wording.rival_sentence(rival))}"
+    yield f"  - accepted: {_plain(cause.decision)}"
+    for alternative in cause.alternatives:
+        yield f"  - {_plain(wording.alternative_sentence(alternative))}"
 
 
-def _whereabouts(name: str, axes: Mapping[str, AxisDiagnosis]) -> Iterator[str]:
+def _explained_variance(name: str, axes: Mapping[str, AxisDiagnosis]) -> Iterator[str]:
     models = ("base", "extended") if axes[name].causes else ("base",)
-    found = whereabouts(name, axes)
+    found = explained_variance(name, axes)
     yield from _table(
-        ("share of the residual's variance that follows from", *models),
+        ("variance of the residual explained by", *models),
         [
             (wording.spoken(of), *(f"{100 * found[model][of]:.0f} %" for model in models))
             for of in found["base"]
@@ -121,17 +130,17 @@ def _figures(name: str, axes: Mapping[str, AxisDiagnosis], folder: Path) -> Iter
     axis = axes[name]
     yield from _figure(effort_figure(name, axis), f"{name}_effort", folder)
     yield (
-        "Measured effort against the models; below, what they miss. "
-        "Effort and models fade out where the direction of sliding is not known. Faint: not "
-        "judged, as the encoder's counts beat with the sampling."
+        "Above, the measured effort and the predictions of the models; below, their residuals. "
+        "Effort and predictions fade out where the direction of motion is unknown. Faint lines "
+        "are not valid: encoder quantization aliases into the band there."
     )
     yield ""
     yield from _figure(residual_maps(name, axes), f"{name}_residual_maps", folder)
-    yield "Where the residual lives. Lines are means; a level line at zero hides nothing."
+    yield "The residual against each quantity. Lines are means; a level line at zero is good."
     yield ""
     if axis.causes:
         yield from _figure(share_figure(name, axis), f"{name}_shares", folder)
-        yield "Each cause's own share, over what the rest of the model leaves."
+        yield "The contribution of each cause, over the residual of the model without it."
         yield ""
 
 
@@ -146,7 +155,7 @@ def _not_testable(axis: AxisDiagnosis) -> Iterator[str]:
         yield "### Not testable with this motion"
         yield ""
         yield from _table(
-            ("effect", "why", "motion that would show it"),
+            ("effect", "why", "motion that excites it"),
             [(wording.spoken(e.effect), e.reason, e.experiment) for e in axis.not_testable],
         )
 

@@ -1,4 +1,4 @@
-"""What the figures of a diagnosis are made of: colours, clouds of points, means over bins."""
+"""Parts of the figures of a diagnosis: colours, clouds of points, means over bins."""
 
 from dataclasses import dataclass
 from typing import Any, Final
@@ -16,44 +16,44 @@ EXTENDED: Final = "tab:blue"
 FORWARD: Final = "tab:green"
 BACKWARD: Final = "tab:purple"
 _POINTS: Final = 3000
-"""Of a cloud; more only blacken it."""
+"""Most points of a cloud; more only blacken it."""
 _BINS: Final = 60
-"""Of a line of means, at most."""
+"""Most bins of a line of means."""
 _PER_BIN: Final = 15
-"""Samples, were they even; a bin with less than a third of it is left out."""
+"""Mean number of samples; a bin with less than a third of it is left out."""
 
 
 @dataclass(frozen=True)
 class Units:
-    """Of an axis, as they are written at the figures' axes."""
+    """Units of an axis, as the figures print them."""
 
     position: str
     effort: str
 
     @classmethod
     def of(cls, axis: AxisDiagnosis) -> "Units":
-        """Those of its model."""
+        """The units of an axis's model."""
         return cls(axis.model.position_unit, axis.model.effort_unit.replace("*", "·"))
 
     @property
     def velocity(self) -> str:
-        """Position a second."""
+        """Unit of the velocity."""
         return f"{self.position}/s"
 
     @property
     def acceleration(self) -> str:
-        """Velocity a second."""
+        """Unit of the acceleration."""
         return f"{self.position}/s²"
 
 
 def line(panel: Any, x: Array, y: Array, file: NDArray[np.intp], **style: Any) -> None:
-    """A line that is broken between recordings."""
+    """Draw a line that is broken between recordings."""
     breaks = np.flatnonzero(np.diff(file)) + 1
     panel.plot(np.insert(x, breaks, np.nan), np.insert(y, breaks, np.nan), **style)
 
 
 def cloud(panel: Any, x: Array, y: Array, colour: str, strength: float = 0.3) -> None:
-    """Points, thinned out evenly; the fewer, the larger."""
+    """Draw points, thinned out evenly; fewer points are larger."""
     thin = slice(None, None, max(1, len(x) // _POINTS))
     size = float(np.clip(100.0 / np.sqrt(len(x[thin]) + 1), 2.5, 5.0))
     style = {"color": colour, "alpha": strength, "markersize": size, "markeredgewidth": 0}
@@ -61,7 +61,7 @@ def cloud(panel: Any, x: Array, y: Array, colour: str, strength: float = 0.3) ->
 
 
 def mean_line(panel: Any, x: Array, y: Array, colour: str, label: str | None = None) -> None:
-    """Means over bins that are equally wide on paper, whatever the panel's scale."""
+    """Draw means over bins of equal width on paper, whatever the panel's scale."""
     if not len(x):
         return
     bins = int(np.clip(len(x) // _PER_BIN, 1, _BINS))
@@ -75,7 +75,7 @@ def mean_line(panel: Any, x: Array, y: Array, colour: str, label: str | None = N
 
 
 def by_direction(panel: Any, x: Array, y: Array, velocity: Array, *, means: bool = True) -> None:
-    """Clouds, forward and backward apart, with their means or dense enough to do without."""
+    """Draw clouds, forward and backward apart, with their means or denser without them."""
     for colour, label, part in (
         (FORWARD, "forward", velocity > 0.0),
         (BACKWARD, "backward", velocity < 0.0),
@@ -86,11 +86,12 @@ def by_direction(panel: Any, x: Array, y: Array, velocity: Array, *, means: bool
 
 
 def noise_band(panel: Any, axis: AxisDiagnosis) -> None:
-    """Where noise alone would leave two residuals of three."""
-    rms = axis.noise_floor * float(np.sqrt(np.mean(axis.traces.effort**2)))
+    """Shade one standard deviation of the noise floor to either side of zero."""
+    effort = axis.traces.effort[axis.traces.valid]
+    rms = axis.noise_floor * float(np.sqrt(np.mean(effort**2))) if len(effort) else 0.0
     panel.axhspan(-rms, rms, color="0.85", zorder=0, label="noise floor")
 
 
 def reach(values: Array) -> float:
-    """Half of a panel's height that shows all but the farthest values."""
+    """Half the height of a panel that shows all but the farthest values."""
     return 1.3 * float(np.quantile(np.abs(np.append(values, 0.0)), 0.995)) or 1.0

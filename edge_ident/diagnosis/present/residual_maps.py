@@ -1,4 +1,4 @@
-"""Where the residual lives, before and after: position, velocity, distance, time, frequency."""
+"""Figure: the residual against position, velocity, distance, time and frequency."""
 
 from collections.abc import Mapping
 from typing import Any, Final
@@ -7,27 +7,30 @@ import numpy as np
 from scipy.signal import welch
 
 from edge_ident.diagnosis.present import panels
+from edge_ident.diagnosis.present.explained_variance import acceleration_at, running_time
 from edge_ident.diagnosis.present.panels import Array, Units
-from edge_ident.diagnosis.present.whereabouts import acceleration_at, running_time
 from edge_ident.diagnosis.result import AxisDiagnosis, Traces
 from edge_ident.support.drawing import new_figure
 
 _SEGMENTS: Final = 8
-"""Of a spectrum, at least."""
+"""Segments over which a spectrum is averaged, at least."""
+_SPECTRUM_BAND: Final = 1.5
+"""Highest frequency of the spectrum, over the bandwidth. Samples are 2.5 per period of the
+bandwidth at least, so their spectrum ends at 1.25 times the bandwidth, or somewhat above."""
 
 
 def residual_maps(name: str, diagnosed: Mapping[str, AxisDiagnosis]) -> Any:
-    """A row for each quantity, the base model to the left, the extended one to the right.
+    """Draw a row for each quantity, the base model to the left, the extended one to the right.
 
     Parameters
     ----------
     name : str
-        Of the axis that is shown.
+        Of the axis to draw.
     diagnosed : mapping of axis name to AxisDiagnosis
-        All axes; the others' motion is a quantity, too.
+        All axes; the acceleration of the others is a quantity, too.
     """
     axis = diagnosed[name]
-    traces, clear = axis.traces, axis.traces.clear
+    traces, valid = axis.traces, axis.traces.valid
     others = {
         f"acceleration of axis {other} ({Units.of(its).acceleration})": acceleration_at(
             traces, its.traces
@@ -41,7 +44,7 @@ def residual_maps(name: str, diagnosed: Mapping[str, AxisDiagnosis]) -> Any:
     rows = 5 + len(others)
     figure = new_figure(6.0 * len(models), 2.3 * rows)
     grid = figure.subplots(rows, len(models), squeeze=False, sharey="row", sharex="row")
-    shown = panels.reach((traces.effort - traces.base_effort)[clear])
+    shown = panels.reach((traces.effort - traces.base_effort)[valid])
     for column, (model, effort) in zip(grid.T, models.items(), strict=True):
         residual = traces.effort - effort
         _draw_maps(column, axis, residual, others)
@@ -60,41 +63,41 @@ def residual_maps(name: str, diagnosed: Mapping[str, AxisDiagnosis]) -> Any:
 def _draw_maps(
     column: Any, axis: AxisDiagnosis, residual: Array, others: Mapping[str, Array]
 ) -> None:
-    """Of the samples that were judged; the others in grey, where distance matters.
+    """Draw the valid samples; the others in grey, over the distance only.
 
     `others` holds accelerations (N,) by label.
     """
     traces, units = axis.traces, Units.of(axis)
-    clear = traces.clear
-    velocity, left = traces.velocity[clear], residual[clear]
+    valid = traces.valid
+    velocity, left = traces.velocity[valid], residual[valid]
     position, speed, distance, time, *rest = column
-    panels.by_direction(position, traces.position[clear], left, velocity)
+    panels.by_direction(position, traces.position[valid], left, velocity)
     position.set_xlabel(f"position ({units.position})")
     panels.by_direction(speed, velocity, left, velocity)
     speed.set_xlabel(f"velocity ({units.velocity})")
     distance.set_xscale("function", functions=(np.sqrt, np.square))  # most happens at reversals
     distance.set_xlim(0.0, float(np.max(traces.since_reversal)) or 1.0)
-    panels.cloud(distance, traces.since_reversal[~clear], residual[~clear], "0.6")
-    panels.by_direction(distance, traces.since_reversal[clear], left, velocity)
-    distance.set_xlabel(f"distance since reversal ({units.position}); grey: not judged")
-    seconds = running_time(traces)[clear]
+    panels.cloud(distance, traces.since_reversal[~valid], residual[~valid], "0.6")
+    panels.by_direction(distance, traces.since_reversal[valid], left, velocity)
+    distance.set_xlabel(f"distance since reversal ({units.position}); grey: not valid")
+    seconds = running_time(traces)[valid]
     panels.cloud(time, seconds, left, "0.45")
     panels.mean_line(time, seconds, left, panels.MEASURED)
     time.set_xlabel("time (s)")
     for panel, (label, acceleration) in zip(rest, others.items(), strict=False):
-        panels.by_direction(panel, acceleration[clear], left, velocity)
+        panels.by_direction(panel, acceleration[valid], left, velocity)
         panel.set_xlabel(label)
 
 
 def _draw_spectrum(panel: Any, axis: AxisDiagnosis, residual: Array) -> None:
-    """Amplitude densities, up to twice the bandwidth."""
+    """Draw amplitude densities, up to 1.5 times the bandwidth."""
     traces, units = axis.traces, Units.of(axis)
     for signal, colour, label in (
         (traces.effort, "0.6", "measured effort"),
         (residual, panels.MEASURED, "residual"),
     ):
         frequency, density = _density(traces, signal)
-        seen = (frequency > 0.0) & (frequency <= 1.5 * axis.cutoff_hz)
+        seen = (frequency > 0.0) & (frequency <= _SPECTRUM_BAND * axis.cutoff_hz)
         panel.semilogy(frequency[seen], density[seen], color=colour, linewidth=1.2, label=label)
     panel.axvline(axis.cutoff_hz, color="0.4", linestyle=":", linewidth=1, label="bandwidth")
     panel.set_xlabel("frequency (Hz)")
@@ -102,7 +105,7 @@ def _draw_spectrum(panel: Any, axis: AxisDiagnosis, residual: Array) -> None:
 
 
 def _density(traces: Traces, signal: Array) -> tuple[Array, Array]:
-    """Frequencies in Hz, and the root of Welch's power density."""
+    """Frequencies in Hz, and the square root of the power density (Welch 1967)."""
     period_s = float(np.median(np.diff(traces.time_s)))
     length = max(16, 2 * len(signal) // _SEGMENTS)
     frequency, power = welch(signal, 1.0 / period_s, nperseg=min(length, len(signal)))

@@ -20,7 +20,7 @@ _COLOUR: Final = {
 
 
 def diagnosis_view(diagnosis: Diagnosis) -> Group:
-    """What is doubtful about the data, then axis by axis verdict, causes, rivals, and the gain."""
+    """Defects of the data, then each axis: verdict, causes, alternatives, and both models."""
     findings = (
         _line(f"[yellow]{finding.code}[/], {escape(f'axis {finding.axis}: {finding.message}')}")
         for finding in diagnosis.data_quality
@@ -37,15 +37,17 @@ def _axis(name: str, diagnosis: Diagnosis) -> Iterator[RenderableType]:
         yield _causes_table(axis)
     for cause in axis.causes:
         yield from _why(cause)
+    for refused in axis.refused:
+        yield Text(f"  {wording.refused_sentence(refused)}")
     yield _comparison_table(name, diagnosis)
     for experiment, effects in wording.not_testable(axis).items():
-        yield _line(f"  not testable: {', '.join(effects)}; record {escape(experiment)}")
+        yield Text(f"  not testable: {', '.join(effects)}; record {experiment}")
 
 
 def _causes_table(axis: AxisDiagnosis) -> Table:
     table = _table()
     table.add_column("cause")
-    table.add_column("takes off the\nheld-out residual", justify="right", no_wrap=True)
+    table.add_column("reduces the\nheld-out residual by", justify="right", no_wrap=True)
     table.add_column("share of\nthe effort", justify="right")
     table.add_column("parameters", no_wrap=True)
     for cause in axis.causes:
@@ -59,9 +61,10 @@ def _causes_table(axis: AxisDiagnosis) -> Table:
 
 
 def _why(cause: Cause) -> Iterator[Text]:
-    yield _line(f"  {wording.spoken(cause.term.effect)}: {escape(cause.evidence)}")
-    for rival in cause.rivals:
-        yield _line(f"    {escape(wording.rival_sentence(rival))}")
+    yield Text(f"  {wording.spoken(cause.term.effect)}: {cause.evidence}")
+    yield Text(f"    accepted: {cause.decision}")
+    for alternative in cause.alternatives:
+        yield Text(f"    {wording.alternative_sentence(alternative)}")
 
 
 def _comparison_table(name: str, diagnosis: Diagnosis) -> Table:

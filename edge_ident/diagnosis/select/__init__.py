@@ -1,1 +1,1 @@
-"""Which candidates become causes, and which of them no motion could have shown."""
+"""Selection: which candidates become causes. The rule and its thresholds: `acceptance`."""

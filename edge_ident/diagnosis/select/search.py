@@ -1,260 +1,188 @@
-"""Which effects are in the data: one after the other, each time the one that explains most.
+"""The search for candidates: scored on a grid, refined, screened.
 
-Every candidate is tried at every shape of its grid, on what the present model cannot explain and
-after projection on what it can (variable projection: Golub and Pereyra 1973). The best few are
-refined between the points of their grids, and compared by the extended Bayesian information
-criterion (Chen and Chen, Biometrika 95 (2008) 759), which makes a candidate pay for its parameters
-and for the number of others that were tried.
+Every candidate is scored at every point of its grid, on the residual of the present model and after
+projection on what that model spans (variable projection: Golub and Pereyra 1973). The best few are
+refined between the points of their grids.
 """
 
-from dataclasses import replace
-from typing import Final
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.fit.candidates import Candidate, candidates, columns, grid
-from edge_ident.diagnosis.fit.fitting import Fitted, Found, fit, jacobian_of, solve
+from edge_ident.diagnosis.fit.candidates import Candidate, candidates, grid, regressors
+from edge_ident.diagnosis.fit.external_vibrations import VIBRATION, Spectrum
+from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm, fit, jacobian_of
 from edge_ident.diagnosis.fit.projection import orthonormal
-from edge_ident.diagnosis.fit.refining import refined
-from edge_ident.diagnosis.fit.trying import Gap, Trial, surcharge
-from edge_ident.diagnosis.fit.vibrations import VIBRATION, Spectrum
-from edge_ident.diagnosis.prepare.view import View
-from edge_ident.model.effects import catalogue, named
-from edge_ident.model.model import BASE, PARAMETERS, AxisModel
+from edge_ident.diagnosis.fit.refinement import refined
+from edge_ident.diagnosis.fit.scoring import Grid, ResidualSubspace, ScoredCandidate
+from edge_ident.diagnosis.prepare.axis_data import AxisData
+from edge_ident.diagnosis.select.acceptance import MOST_REFINED, PROMISING, SLIGHTEST
+from edge_ident.diagnosis.select.criterion import Criterion
+from edge_ident.diagnosis.select.screening import physical, reliable
+from edge_ident.model.effects import named
+from edge_ident.model.model import AxisModel
+from edge_ident.model.search import Excitation
 
 Array = NDArray[np.float64]
 
-DECISIVE: Final = 10.0
-"""Difference of the criterion that counts as decisive (Kass and Raftery 1995)."""
-_REFINED: Final = 4
-"""Candidates that are refined before one is chosen."""
-_PROMISING: Final = 0.4
-"""Of what the best candidate gains, below which refinement brings none to the front."""
-_SLIGHTEST: Final = 3.0
-"""Gain, before any penalty, below which a candidate has seen nothing."""
-_LARGEST: Final = 2.0
-"""Peak of an effect over that of the effort, beyond which it was fitted to its tails alone."""
-_CLARITY: Final = 0.75
-"""Least share of motion in what is a candidate's own."""
-_TINY: Final = float(np.finfo(float).tiny)
 
-
+@dataclass(frozen=True)
 class Search:
-    """Candidates and their columns for one view, kept while the model grows."""
+    """Candidates and their regressors for the data of one axis.
 
-    def __init__(self, view: View, template: AxisModel, start: Fitted) -> None:
-        self.view = view
-        self.template = template
-        self.shaken = view.shaken
-        self.samples = float(np.count_nonzero(view.clear))
-        """Independent ones: those of which the residual's colour leaves so many."""
-        self.excitation = view.excitation(start.base)
-        self.candidates = candidates(view, template.position_unit == "rad")
-        self.grids = {c: grid(c, self.excitation) for c in self.candidates}
-        self._closest: dict[object, Trial] = {}
-        self.spectrum = Spectrum.of(view)
-        self.grids[VIBRATION] = {"frequency": self.spectrum.frequency_hz}
-        self.library = {
-            c: columns(view, start.axis, c, self.grids[c])[..., view.clear] for c in self.candidates
-        }
+    Attributes
+    ----------
+    data : AxisData
+    noise_replica : AxisData
+        The same samples with the encoder noise added a second time.
+    template : AxisModel
+        The axis with the effects that it is known to have.
+    excitation : Excitation
+    criterion : Criterion
+    spectrum : Spectrum
+        Of external vibrations.
+    library : mapping of Candidate to (D, k, n) array
+        Regressors at all points of each candidate's grid, at the valid samples.
+    cache : dict
+        Candidates that were refined before.
+    """
 
-    def penalty(self, candidate: Candidate) -> float:
-        """What a candidate has to pay, in the unit of n·log(error)."""
-        tried = len(catalogue()) * _count(self.grids[candidate])
-        return float(candidate.size * np.log(self.samples) + 2.0 * np.log(tried))
+    data: AxisData
+    noise_replica: AxisData
+    template: AxisModel
+    excitation: Excitation
+    criterion: Criterion
+    spectrum: Spectrum
+    library: Mapping[Candidate, Array]
+    cache: dict[object, ScoredCandidate] = field(default_factory=dict, compare=False)
 
-    def criterion(self, fitted: Fitted) -> float:
-        """Extended Bayesian information of a model, the smaller the better."""
-        return self._misfit(fitted.error) + self._paid(fitted)
+    @classmethod
+    def of(cls, data: AxisData, template: AxisModel, start: FittedModel) -> Self:
+        """Prepare the search; `start` is the fitted base model."""
+        excitation = data.excitation(start.base)
+        every = candidates(data, template.position_unit == "rad")
+        grids: dict[Candidate, Grid] = {c: grid(c, excitation) for c in every}
+        spectrum = Spectrum.of(data)
+        library = {c: regressors(data, start.axis, c, grids[c])[..., data.valid] for c in every}
+        grids[VIBRATION] = {"frequency": spectrum.frequency_hz}
+        criterion = Criterion(data, grids, float(np.count_nonzero(data.valid)))
+        replica = data.noise_replica
+        return cls(data, replica, template, excitation, criterion, spectrum, library)
 
-    def gain(self, before: Fitted, after: Fitted) -> float:
-        """What a model gains over another one, beyond that by which the formulas of either may be
-        off: in the unit of the criterion."""
-        doubt = max(self.doubt(before), self.doubt(after))
-        misfit = self._misfit(before.error + doubt) - self._misfit(after.error + doubt)
-        return misfit - self._paid(after) + self._paid(before)
+    def with_samples(self, samples: float) -> Self:
+        """The same search, whose criterion counts another number of independent samples."""
+        return replace(self, criterion=self.criterion.with_samples(samples))
 
-    def _misfit(self, error: float) -> float:
-        return self.samples * float(np.log(max(error, _TINY)))
+    @property
+    def grids(self) -> Mapping[Candidate, Grid]:
+        """Nonlinear parameters to try, by candidate."""
+        return self.criterion.grids
 
-    def _paid(self, fitted: Fitted) -> float:
-        """What all that was found pays."""
-        paid = 0.0
-        for f in fitted.found:
-            paid += self.penalty(f.candidate)
-            paid += self.samples * float(np.log(surcharge(self.view, f.term)[0]))
-        return paid
+    def gain(self, before: FittedModel, after: FittedModel) -> float:
+        """Gain of the criterion from one model to another."""
+        return self.criterion.gain(before, after)
 
-    def doubt(self, fitted: Fitted) -> float:
-        """Sum of squares by which the formulas of a model may be off."""
-        clear = self.view.clear
-        base = fitted.jacobian[clear, : len(PARAMETERS)]
-        varying = base @ fitted.base
-        varying = varying - np.mean(varying)
-        doubt = named(BASE).search.discrepancy ** 2 * float(varying @ varying)
-        basis = orthonormal(base)
-        for k, f in enumerate(fitted.found):
-            if f.amplitudes:
-                columns_of = fitted.columns_of(k)
-                effort = fitted.jacobian[clear, columns_of] @ fitted.linear[columns_of]
-            else:
-                effort = self._contribution(f, fitted)
-            own = effort - basis @ (basis.T @ effort)
-            doubt += named(f.candidate.effect).search.discrepancy ** 2 * float(own @ own)
-        return doubt
+    def fit(self, base: Array, terms: tuple[FittedTerm, ...]) -> FittedModel:
+        """Fit a model to the data."""
+        return fit(self.data, self.template, base, terms)
 
-    def _contribution(self, found: Found, fitted: Fitted) -> Array:
-        rows = columns(self.view, fitted.axis, found.candidate, found.shapes)
-        return np.asarray(rows[0, 0, self.view.clear])
+    def score(
+        self, fitted: FittedModel, without: frozenset[str] = frozenset()
+    ) -> list[ScoredCandidate]:
+        """Score all candidates on top of a model; refine and screen the most promising.
 
-    def trials(self, fitted: Fitted, without: frozenset[str] = frozenset()) -> list[Trial]:
-        """The most promising candidates on top of a model, refined, the best first."""
-        gap = Gap.of(self.view, fitted)
-        doubt = self.doubt(fitted)
-        shaken = jacobian_of(self.shaken, fitted)[self.view.clear]
-        coarse = []
-        for candidate in self.candidates:
-            if candidate.effect in without:
-                continue
-            shapes = self.grids[candidate]
-            trial = gap.best(candidate, shapes, self.library[candidate], shapes)
-            if np.isfinite(trial.error):
-                coarse.append(trial)
-        coarse += self._vibrations(gap)
+        Parameters
+        ----------
+        fitted : FittedModel
+        without : frozenset of str
+            Effects that are left out.
 
-        def alone(trial: Trial) -> float:
-            return self._alone(trial, doubt)
-
-        coarse.sort(key=alone)
-        found: list[Trial] = []
-        before = self._misfit(fitted.error + doubt)
-        for trial in coarse:
-            gained = before - alone(trial)
-            if len(found) == _REFINED or gained < _PROMISING * (before - alone(coarse[0])):
-                break
-            if gained < _SLIGHTEST - self.penalty(trial.found.candidate):
-                break
-            better = self._refined(gap, trial)
-            rows = columns(self.view, fitted.axis, better.found.candidate, better.found.shapes)[0]
-            if self._plausible(better.found, rows) and (
-                self._clarity(better.found, rows, fitted, shaken) > _CLARITY
-            ):
-                found.append(better)
-        return sorted(found, key=alone)
-
-    def _vibrations(self, gap: Gap) -> list[Trial]:
-        """The loudest vibration from outside, if there can be one."""
-        loudest = self.spectrum.loudest(gap.residual)
-        if loudest["frequency"].size == 0:
-            return []
-        rows = gap.columns(VIBRATION, loudest)
-        return [gap.best(VIBRATION, loudest, rows, self.grids[VIBRATION])]
-
-    def _refined(self, gap: Gap, trial: Trial) -> Trial:
-        """A trial at its best shapes; the same one comes up again in other contexts."""
-        left = float(gap.residual @ gap.residual)
-        key = (trial.found.candidate, *trial.found.shapes.values(), trial.error, left)
-        if key not in self._closest:
-            self._closest[key] = refined(gap, trial, self.grids[trial.found.candidate])
-        return self._closest[key]
-
-    def _plausible(self, found: Found, rows: Array) -> bool:
-        """Whether an effect with columns (k, n) stays within the effort that was measured, and can
-        be told from it."""
-        values = {name: np.asarray(value) for name, value in found.term.values.items()}
-        if not named(found.candidate.effect).search.physical(values, self.excitation):
-            return False
-        amplitudes = np.array(list(found.amplitudes.values()) or [1.0])
-        return float(np.max(np.abs(amplitudes @ rows))) < _LARGEST * self.excitation.effort
-
-    def _clarity(self, found: Found, rows: Array, fitted: Fitted, shaken_jacobian: Array) -> float:
-        """Share of what is the own of columns (k, n) that is motion, and not noise of the encoders.
-
-        The least of its columns counts. What the model's columns do not explain of a candidate's
-        is all that tells them apart. On slow motions that can be noise of the model's columns.
+        Returns
+        -------
+        list of ScoredCandidate
+            The best first.
         """
-        clear = self.view.clear
-        seen = rows[:, clear]
-        shaken = columns(self.shaken, fitted.axis, found.candidate, found.shapes)[0][:, clear]
-        jacobian = fitted.jacobian[clear]
-        noise = shaken_jacobian - jacobian
-        worst = 1.0
-        for k in range(len(seen)):
-            others = np.hstack([jacobian, np.delete(seen, k, axis=0).T])
-            weights = solve(others, seen[k])
-            own = seen[k] - others @ weights
-            moved = np.hstack([noise, np.delete(shaken - seen, k, axis=0).T])
-            spoiled = (shaken - seen)[k] - moved @ weights
-            worst = min(worst, 1.0 - float(spoiled @ spoiled) / max(float(own @ own), _TINY))
-        return worst
+        subspace = ResidualSubspace.of(self.data, fitted)
+        discrepancy = self.criterion.discrepancy(fitted)
+        replica_jacobian = jacobian_of(self.noise_replica, fitted)[self.data.valid]
 
-    def own_shares(self, candidate: Candidate, fitted: Fitted) -> Array:
-        """Of each shape's effort, all amplitudes alike, the share (D,) that no term explains."""
-        rows = self.library[candidate]
-        length = np.linalg.norm(rows, axis=2, keepdims=True)
-        effort = np.sum(rows / np.maximum(length, _TINY), axis=1)
-        basis = orthonormal(fitted.jacobian[self.view.clear])
-        own = effort - (effort @ basis) @ basis.T
-        whole = np.linalg.norm(effort, axis=1)
-        return np.asarray(np.linalg.norm(own, axis=1) / np.maximum(whole, _TINY))
+        def value(scored: ScoredCandidate) -> float:
+            return self.criterion.scored(scored, discrepancy)
 
-    def promised(self, trial: Trial, fitted: Fitted) -> float:
-        """What a model would gain by a trial, beyond that by which its formulas may be off."""
-        doubt = self.doubt(fitted)
-        return self._misfit(fitted.error + doubt) - self._alone(trial, doubt)
-
-    def _alone(self, trial: Trial, doubt: float) -> float:
-        """Criterion of a trial without what the model pays that it stands on."""
-        return self._misfit(trial.error + doubt) + self.penalty(trial.found.candidate)
-
-    def independent(self, fitted: Fitted) -> float:
-        """How many independent samples a model's residual is worth to a column of like colour:
-        Bartlett's formula for the correlation of two series (1935), summed to where the
-        autocorrelation is first lost (Geyer 1992)."""
-        residual = np.where(self.view.clear, self.view.effort - fitted.predicted, 0.0)
-        here = self.view.clear.astype(np.float64)
-        count = float(np.sum(here))
-        power = float(residual @ residual) / count
-        spread = 1.0
-        for lag in range(1, len(residual) // 4):
-            pairs = float(here[lag:] @ here[:-lag])
-            correlation = float(residual[lag:] @ residual[:-lag]) / max(pairs, 1.0) / power
-            if correlation < 2.0 / np.sqrt(max(pairs, 1.0)):
+        coarse = sorted(self._coarse(subspace, without), key=value)
+        before = self.criterion.misfit(fitted.error + discrepancy)
+        found: list[ScoredCandidate] = []
+        for scored in coarse:
+            gained = before - value(scored)
+            if len(found) == MOST_REFINED.value:
                 break
-            spread += 2.0 * correlation**2
-        return count / spread
+            if gained < PROMISING.value * (before - value(coarse[0])):
+                break
+            if gained < SLIGHTEST.value - self.criterion.penalty(scored.candidate):
+                break
+            best = self._refined(subspace, scored)
+            if self._admissible(best.term, fitted, replica_jacobian):
+                found.append(best)
+        return sorted(found, key=value)
 
-    def polished(self, fitted: Fitted) -> Fitted:
-        """Search the shapes of each term once more, beside all the others."""
-        for k, f in enumerate(fitted.found):
-            if not f.candidate.form.nonlinear:
+    def _coarse(self, subspace: ResidualSubspace, without: frozenset[str]) -> list[ScoredCandidate]:
+        """Each candidate at the best point of its grid, and the strongest vibration."""
+        coarse = []
+        for candidate, rows in self.library.items():
+            if candidate.effect not in without:
+                points = self.grids[candidate]
+                scored = subspace.score(candidate, points, rows, points)
+                if np.isfinite(scored.error):
+                    coarse.append(scored)
+        strongest = self.spectrum.strongest(subspace.residual)
+        if strongest["frequency"].size:
+            rows = subspace.regressors(VIBRATION, strongest)
+            coarse.append(subspace.score(VIBRATION, strongest, rows, self.grids[VIBRATION]))
+        return coarse
+
+    def _refined(self, subspace: ResidualSubspace, scored: ScoredCandidate) -> ScoredCandidate:
+        """A candidate at its best nonlinear parameters; the same one recurs in other contexts."""
+        left = float(subspace.residual @ subspace.residual)
+        key = (scored.candidate, *scored.term.nonlinear.values(), scored.error, left)
+        if key not in self.cache:
+            self.cache[key] = refined(subspace, scored, self.grids[scored.candidate])
+        return self.cache[key]
+
+    def _admissible(self, term: FittedTerm, fitted: FittedModel, replica_jacobian: Array) -> bool:
+        """Whether a candidate is physical, and more than encoder noise."""
+        valid = self.data.valid
+        rows = regressors(self.data, fitted.axis, term.candidate, term.nonlinear)[0]
+        if not physical(term, rows, self.excitation):
+            return False
+        replica = regressors(self.noise_replica, fitted.axis, term.candidate, term.nonlinear)[0]
+        return reliable(rows[:, valid], replica[:, valid], fitted.jacobian[valid], replica_jacobian)
+
+    def polished(self, fitted: FittedModel) -> FittedModel:
+        """Refine the nonlinear parameters of each term once more, beside all the others."""
+        for k, t in enumerate(fitted.terms):
+            if not t.candidate.form.nonlinear:
                 continue
             rest = self.fit(fitted.base, fitted.without(k))
             # the inertia may be free beside this term, and not without it
-            gap = replace(Gap.of(self.view, rest), basis=self._basis_without(fitted, k))
-            better = self._refined(gap, Trial(f, np.inf)).found
-            found = (*fitted.found[:k], better, *fitted.found[k + 1 :])
-            candidate = self.fit(fitted.base, found)
+            basis = self._basis_without(fitted, k)
+            subspace = replace(ResidualSubspace.of(self.data, rest), basis=basis)
+            better = self._refined(subspace, ScoredCandidate(t, np.inf)).term
+            terms = (*fitted.terms[:k], better, *fitted.terms[k + 1 :])
+            candidate = self.fit(fitted.base, terms)
             if candidate.error < fitted.error:
                 fitted = candidate
         return fitted
 
-    def _basis_without(self, fitted: Fitted, index: int) -> Array:
-        """What the columns of a model span, but for those of one term."""
+    def _basis_without(self, fitted: FittedModel, index: int) -> Array:
+        """Orthonormal basis of a model's Jacobian without one term."""
         kept = np.delete(fitted.jacobian, fitted.columns_of(index), axis=1)
-        return orthonormal(kept[self.view.clear])
-
-    def fit(self, base: Array, found: tuple[Found, ...]) -> Fitted:
-        """Fit a model to the view."""
-        return fit(self.view, self.template, base, found)
+        return orthonormal(kept[self.data.valid])
 
 
-def present(model: Fitted) -> frozenset[str]:
-    """Effects of a model that a drive can have but once."""
+def unrepeatable(model: FittedModel) -> frozenset[str]:
+    """Effects of a model that an axis can have only once."""
     names = {term.effect for term in model.axis.terms[1:]}
     return frozenset(name for name in names if not named(name).search.repeats)
-
-
-def _count(shapes: dict[str, Array]) -> int:
-    return max((len(array) for array in shapes.values()), default=1)

@@ -1,4 +1,4 @@
-"""What a recording cannot show: effects that, in this motion, look like the base model."""
+"""Testability: effects that this motion does not distinguish from the base model."""
 
 from typing import Final
 
@@ -6,63 +6,78 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.fit.candidates import Candidate
-from edge_ident.diagnosis.fit.fitting import Fitted
+from edge_ident.diagnosis.fit.fitting import FittedModel
+from edge_ident.diagnosis.fit.projection import orthonormal
 from edge_ident.diagnosis.result import NotTestable
-from edge_ident.diagnosis.select.search import DECISIVE, Search
+from edge_ident.diagnosis.select.acceptance import DECISIVE, INDISTINGUISHABLE, NOT_TESTABLE
+from edge_ident.diagnosis.select.search import Search
 from edge_ident.model.effects import catalogue, named
 
 Array = NDArray[np.float64]
 
-_LARGE: Final = 0.1
-"""Share of the effort; an effect that could hide that much is not tested."""
 _TINY: Final = float(np.finfo(float).tiny)
 
 
-def not_testable(search: Search, model: Fitted, noise: float) -> tuple[NotTestable, ...]:
-    """Effects that are not in a model and of which a tenth of the effort could go unseen.
+def not_testable(search: Search, model: FittedModel, noise: float) -> tuple[NotTestable, ...]:
+    """Effects outside a model that could be large without being noticed.
 
     Parameters
     ----------
     search : Search
-    model : Fitted
+    model : FittedModel
     noise : float
-        Rms of what the model leaves at the clear samples.
+        Rms of the model's residual at the valid samples.
     """
-    view = search.view
-    effort = float(np.sqrt(np.mean(view.effort[view.clear] ** 2)))
-    found = {f.candidate.effect for f in model.found}
+    data = search.data
+    effort = float(np.sqrt(np.mean(data.effort[data.valid] ** 2)))
     missing = []
     for name in catalogue():
-        if name in found:
+        if name in model.effects:
             continue
         experiment = named(name).search.experiment
-        if named(name).needs_source and not view.other_axes:
+        if named(name).needs_source and not data.other_axes:
             reason = "no other axis moves in this recording"
             missing.append(NotTestable(name, reason, experiment))
             continue
         hidden = min(
             (
-                _hidden(search, model, candidate, noise)
-                for candidate in search.candidates
+                _unnoticed_effort(search, model, candidate, noise)
+                for candidate in search.library
                 if candidate.effect == name
             ),
             default=0.0,
         )
-        if hidden > _LARGE * effort:
+        if hidden > NOT_TESTABLE.value * effort:
             missing.append(NotTestable(name, _reason(hidden / effort), experiment))
     return tuple(missing)
 
 
-def _hidden(search: Search, model: Fitted, candidate: Candidate, noise: float) -> float:
-    """Rms effort that a candidate of typical shape may have without being noticed."""
-    samples = search.samples
-    cost = search.penalty(candidate) + DECISIVE
-    noticed = noise * np.sqrt(np.expm1(cost / samples))
-    share = float(np.median(search.own_shares(candidate, model)))
+def _unnoticed_effort(
+    search: Search, model: FittedModel, candidate: Candidate, noise: float
+) -> float:
+    """Rms effort that a candidate with typical parameters may have without being noticed."""
+    cost = search.criterion.penalty(candidate) + DECISIVE.value
+    noticed = noise * np.sqrt(np.expm1(cost / search.criterion.samples))
+    share = float(np.median(_orthogonal_shares(search, model, candidate)))
     return float(noticed / max(share, _TINY))
 
 
+def _orthogonal_shares(search: Search, model: FittedModel, candidate: Candidate) -> Array:
+    """Length (D,) of the orthogonal component of a candidate's effort, over its whole length.
+
+    All linear parameters contribute alike.
+    """
+    rows = search.library[candidate]
+    length = np.linalg.norm(rows, axis=2, keepdims=True)
+    effort = np.sum(rows / np.maximum(length, _TINY), axis=1)
+    basis = orthonormal(model.jacobian[search.data.valid])
+    orthogonal = effort - (effort @ basis) @ basis.T
+    whole = np.linalg.norm(effort, axis=1)
+    return np.asarray(np.linalg.norm(orthogonal, axis=1) / np.maximum(whole, _TINY))
+
+
 def _reason(hidden: float) -> str:
-    if hidden > 10.0:
+    """In words; `hidden` is relative to the effort."""
+    if hidden > INDISTINGUISHABLE.value:
         return "in this motion it looks exactly like the base model's terms"
     return f"in this motion it could make up {hidden:.0%} of the effort and not be noticed"

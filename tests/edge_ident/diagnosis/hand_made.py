@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 
 from edge_ident.diagnosis.result import (
+    Alternative,
     AxisDiagnosis,
     Cause,
     DataFinding,
     Diagnosis,
-    Fit,
+    ModelFit,
     NotTestable,
-    Rival,
     Traces,
     Validation,
     Verdict,
@@ -44,12 +44,12 @@ def traces(axis: AxisModel, samples: int = 4000, noise: float = 0.02) -> Traces:
         acceleration -= amplitude * rate**2 * np.sin(angle)
     motion = Motion.known(time, position, velocity, acceleration)
     extended = inverse_effort(axis, motion)
-    shares = {
+    contributions = {
         term.effect: inverse_effort(AxisModel((axis.terms[0], term)), motion)
         - inverse_effort(AxisModel(axis.terms[:1]), motion)
         for term in axis.terms[1:]
     }
-    parameters = BIASED if shares else TRUTH
+    parameters = BIASED if contributions else TRUTH
     turns = np.flatnonzero(np.diff(np.sign(velocity))) + 1
     last = np.concatenate([[0], turns])[np.searchsorted(turns, np.arange(samples), side="right")]
     travelled = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(position)))])
@@ -61,9 +61,9 @@ def traces(axis: AxisModel, samples: int = 4000, noise: float = 0.02) -> Traces:
         effort=extended + np.random.default_rng(1).normal(0.0, noise, samples),
         base_effort=inverse_effort(base_axis(Estimate(parameters, STD)), motion),
         extended_effort=extended,
-        shares=shares,
+        contributions=contributions,
         since_reversal=travelled - travelled[last],
-        clear=np.abs(velocity) > 0.15,
+        valid=np.abs(velocity) > 0.15,
         file=np.zeros(samples, dtype=np.intp),
     )
 
@@ -79,17 +79,19 @@ def axis(verdict: Verdict, *causes: Cause, samples: int = 4000) -> AxisDiagnosis
     return AxisDiagnosis(
         verdict=verdict,
         causes=causes,
-        vibrations=(),
+        refused=(),
+        external_vibrations=(),
+        converged=True,
         not_testable=(
             NotTestable("backlash", "too few reversals", "a staircase of short moves"),
             NotTestable("presliding_hysteresis", "too few reversals", "a staircase of short moves"),
             NotTestable("load_dependent_friction", "the load is constant", "two payloads"),
         ),
-        base=Fit(
+        base=ModelFit(
             Estimate(BIASED if causes else TRUTH, STD),
             before.relative_residual, 1.05 * before.relative_residual, before,
         ),
-        extended=Fit(
+        extended=ModelFit(
             Estimate(TRUTH, STD), after.relative_residual, 1.05 * after.relative_residual, after
         ),
         noise_floor=0.9 * after.relative_residual,
@@ -104,16 +106,18 @@ def axis(verdict: Verdict, *causes: Cause, samples: int = 4000) -> AxisDiagnosis
 def ripple() -> Cause:
     return Cause(
         RIPPLE, 0.31, (0.27, 0.35), 0.12,
-        (Rival("encoder_eccentricity", True, "it would grow with speed squared", "two speeds"),),
+        (Alternative("encoder_eccentricity", True, "it grows with speed squared", "two speeds"),),
         "effort rises and falls 6.98 times per turn, at all speeds alike",
+        "it gains 412 units of the criterion (more than 25 are required)",
     )  # fmt: skip
 
 
 def friction_by_direction() -> Cause:
     return Cause(
         DIRECTION, 0.12, (0.08, 0.17), 0.05,
-        (Rival("nonlinear_viscous", False, "0.97 alike [on this motion]", "a faster multisine"),),
+        (Alternative("nonlinear_viscous", False, "0.97 alike [so far]", "a faster multisine"),),
         "viscous friction is 12 % larger forward than backward",
+        "it gains 57 units of the criterion (more than 25 are required)",
     )  # fmt: skip
 
 

@@ -141,7 +141,7 @@ def test_tables_say_verdict_causes_rivals_and_what_no_motion_showed(answered, fi
     assert "27 to 35 %" in text
     assert "period 0.9 ± 0.0005 rad" in text
     assert "nonlinear viscous cannot be told apart from it by this motion" in text
-    assert "0.97 alike [on this motion]" in text
+    assert "0.97 alike [so far]" in text
     assert "record a faster multisine" in text
     assert "axis z the base model is adequate" in text
     assert "axis y unexplained: torque ripple found, but" in text

@@ -6,7 +6,7 @@ import pytest
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.diagnose import diagnose
-from edge_ident.diagnosis.prepare.masks import tapered, undecided
+from edge_ident.diagnosis.prepare.masks import direction_unknown, tapered
 from edge_ident.diagnosis.result import Verdict
 from edge_ident.model.effect import Motion
 from edge_ident.model.effects import named
@@ -30,7 +30,7 @@ def test_turning_points_and_standstills_are_undecided_and_slow_creep_is_not() ->
     creep = parabola[-1] + 30.0 * COUNT * np.arange(1, 1601) * PERIOD_S
     stop = np.full(1600, creep[-1])
     position = counted(np.concatenate([parabola, creep, stop]))
-    unknown = undecided(position, NOISE, CUTOFF_HZ, PERIOD_S)
+    unknown = direction_unknown(position, NOISE, CUTOFF_HZ, PERIOD_S)
     near = np.abs(position - position[400]) <= 8.0 * NOISE
     assert np.array_equal(np.flatnonzero(unknown[:800]), np.flatnonzero(near[:800]))
     assert not unknown[830:2360].any(), "30 counts a second"
@@ -72,7 +72,7 @@ def test_a_load_behind_play_is_carried_in_step() -> None:
     rate = 2.0 * np.pi * 0.8
     x, v, a = np.sin(rate * time), rate * np.cos(rate * time), -(rate**2) * np.sin(rate * time)
     one = {
-        "gap": 0.01,
+        "subspace": 0.01,
         "load_inertia": 0.3,
         "deceleration": 4.0,
         "damping_rate": 1.0,

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import scipy.signal
 
-from edge_ident.diagnosis.prepare.bandwidth import Band, judged_band
+from edge_ident.diagnosis.prepare.bandwidth import Band, comparison_band
 from edge_ident.signals.conditioning import choose_cutoff
 from edge_ident.signals.filters import differentiate
 
@@ -38,7 +38,7 @@ def test_above_the_knee_the_filter_falls_as_the_noise_grows() -> None:
     density = 2.0 * PERIOD_S * EFFORT_NOISE**2
     position, effort = swing()
     widest_hz = choose_cutoff(position, PERIOD_S)
-    band = judged_band(position, effort, POSITION_NOISE, density, widest_hz, PERIOD_S)
+    band = comparison_band(position, effort, POSITION_NOISE, density, widest_hz, PERIOD_S)
     both_alike_hz = np.sqrt(EFFORT_NOISE / (INERTIA * POSITION_NOISE)) / (2.0 * np.pi)
     assert band.knee_hz == pytest.approx(both_alike_hz, rel=0.05)
     assert band.cutoff_hz == pytest.approx(2.1 * band.knee_hz)
@@ -49,6 +49,6 @@ def test_above_the_knee_the_filter_falls_as_the_noise_grows() -> None:
 @pytest.mark.parametrize(("noise", "density"), [(0.0, 1e-5), (2e-4, 0.0)])
 def test_a_perfect_instrument_has_a_band_too(noise: float, density: float) -> None:
     position, effort = swing()
-    band = judged_band(position, effort, noise, density, 50.0, PERIOD_S)
+    band = comparison_band(position, effort, noise, density, 50.0, PERIOD_S)
     assert 0.0 < band.cutoff_hz <= 50.0
     assert np.all(np.isfinite(band.lowpass(effort, PERIOD_S)))

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from edge_ident.diagnosis.present.document import diagnosis_document
-from edge_ident.diagnosis.result import Verdict
+from edge_ident.diagnosis.present.wording import verdict_sentence
+from edge_ident.diagnosis.result import Refused, Verdict
 from edge_ident.support.json_text import to_json
 from tests.edge_ident.diagnosis import hand_made
 
@@ -50,9 +51,9 @@ def test_a_cause_names_its_effect_with_values_units_gain_and_rivals() -> None:
     assert first["held_out_gain"] == 0.31
     assert first["held_out_gain_interval"] == [0.27, 0.35]
     assert first["evidence"].startswith("effort rises and falls")
-    rival = second["rivals"][0]
-    assert (rival["effect"], rival["separable"]) == ("nonlinear_viscous", False)
-    assert rival["evidence"] == "0.97 alike [on this motion]"
+    alternative = second["rivals"][0]
+    assert (alternative["effect"], alternative["separable"]) == ("nonlinear_viscous", False)
+    assert alternative["evidence"] == "0.97 alike [so far]"
 
 
 def test_units_follow_from_those_of_the_axis() -> None:
@@ -88,12 +89,39 @@ def test_what_could_not_be_determined_is_null_for_json_has_no_infinity() -> None
     assert found["base"]["parameters"]["inertia"]["std"] is None
 
 
-@pytest.mark.parametrize("verdict", Verdict)
-def test_the_verdict_is_one_word_of_the_contract(verdict: Verdict) -> None:
+@pytest.mark.parametrize(
+    ("verdict", "word"),
+    [
+        (Verdict.ADEQUATE, "adequate"),
+        (Verdict.EXPLAINED, "explained"),
+        (Verdict.UNEXPLAINED, "unexplained"),
+    ],
+)
+def test_each_verdict_has_its_word_of_the_contract(verdict: Verdict, word: str) -> None:
     diagnosis = hand_made.diagnosis()
     axes = {"x": replace(diagnosis.axes["x"], verdict=verdict)}
-    found = diagnosis_document(replace(diagnosis, axes=axes), None)["axes"]["x"]["verdict"]
-    assert found in ("adequate", "explained", "unexplained")
+    document = json.loads(to_json(diagnosis_document(replace(diagnosis, axes=axes), None)))
+    assert document["axes"]["x"]["verdict"] == word
+    assert len(Verdict) == 3, "a new verdict needs a word in the contract"
+
+
+def test_a_selection_that_did_not_converge_says_so() -> None:
+    diagnosis = hand_made.diagnosis()
+    axis = replace(diagnosis.axes["x"], converged=False)
+    assert read()["axes"]["x"]["converged"] is True
+    document = diagnosis_document(replace(diagnosis, axes={"x": axis}), None)
+    assert document["axes"]["x"]["converged"] is False
+    assert "did not converge" in verdict_sentence(axis)
+    assert "did not converge" not in verdict_sentence(diagnosis.axes["x"])
+
+
+def test_a_cause_says_why_it_is_accepted_and_a_refused_effect_why_not() -> None:
+    diagnosis = hand_made.diagnosis()
+    refused = Refused("warm_up", "it gains 7 units of the criterion; more than 25 are required")
+    axis = replace(diagnosis.axes["x"], refused=(refused,))
+    found = diagnosis_document(replace(diagnosis, axes={"x": axis}), None)["axes"]["x"]
+    assert found["causes"][0]["decision"].startswith("it gains 412 units of the criterion")
+    assert found["refused"] == [{"effect": "warm_up", "reason": refused.reason}]
 
 
 def test_the_same_diagnosis_gives_the_same_bytes() -> None:

@@ -9,10 +9,10 @@ import pytest
 
 from edge_ident.diagnosis.present import page
 from edge_ident.diagnosis.present.effort_figure import effort_figure
+from edge_ident.diagnosis.present.explained_variance import running_time
 from edge_ident.diagnosis.present.page import write_page
 from edge_ident.diagnosis.present.residual_maps import residual_maps
 from edge_ident.diagnosis.present.share_figure import share_figure
-from edge_ident.diagnosis.present.whereabouts import running_time
 from edge_ident.diagnosis.result import Diagnosis, NotTestable, Verdict
 from tests.edge_ident.diagnosis import hand_made
 
@@ -38,7 +38,8 @@ def test_the_page_says_what_the_terminal_says(folder: Path) -> None:
     assert "stamps stray by 0.3 sampling periods" in said
     assert "**Explained by torque ripple and asymmetric friction:" in said
     assert "| torque ripple | 31 % | 27 to 35 % | 12.0 % | cosine 0.2 ± 0.01 N\\*m<br>" in said
-    assert "nonlinear viscous cannot be told apart from it by this motion" in said
+    assert "this motion does not distinguish it from nonlinear viscous" in said
+    assert "accepted: it gains 412 units of the criterion" in said
     assert "| relative residual, validation | 12.0 % | 4.00 % |" in said
     assert "| distance since reversal |" in said
     assert "| load dependent friction | the load is constant | two payloads |" in said
@@ -84,7 +85,7 @@ def test_every_quantity_has_a_map_and_its_unit() -> None:
     assert labels(figure)[::2] == [
         "position (m)",
         "velocity (m/s)",
-        "distance since reversal (m); grey: not judged",
+        "distance since reversal (m); grey: not valid",
         "time (s)",
         "acceleration of axis z (rad/s²)",
         "frequency (Hz)",
@@ -129,7 +130,7 @@ def test_several_recordings_are_drawn_one_after_the_other_with_a_gap() -> None:
 
 def test_long_recordings_and_hardly_moving_axes_can_be_drawn(tmp_path: Path) -> None:
     long = hand_made.axis(Verdict.ADEQUATE, samples=20_000)
-    blind = replace(long.traces, clear=np.zeros(20_000, dtype=np.bool_))
+    blind = replace(long.traces, valid=np.zeros(20_000, dtype=np.bool_))
     for name, axis in {"x": long, "z": replace(long, traces=blind)}.items():
         effort_figure(name, axis).savefig(tmp_path / f"{name}.png")
         residual_maps(name, {name: axis})

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from edge_ident.diagnosis.present.whereabouts import acceleration_at, whereabouts
+from edge_ident.diagnosis.present.explained_variance import acceleration_at, explained_variance
 from edge_ident.diagnosis.result import Traces, Verdict
 from tests.edge_ident.diagnosis import hand_made
 
@@ -19,7 +19,7 @@ def shares(residual: np.ndarray) -> dict[str, float]:
     traces = replace(AXIS.traces, base_effort=AXIS.traces.effort - residual)
     other = replace(AXIS.traces, acceleration=np.sin(9.7 * AXIS.traces.time_s))
     axes = {"x": replace(AXIS, traces=traces), "z": replace(AXIS, traces=other)}
-    return whereabouts("x", axes)["base"]
+    return explained_variance("x", axes)["base"]
 
 
 @pytest.mark.parametrize(
@@ -52,8 +52,8 @@ def test_white_noise_lives_nowhere() -> None:
 
 def test_what_does_not_vary_and_what_was_never_judged_have_no_share() -> None:
     assert set(shares(np.zeros(len(AXIS.traces.time_s))).values()) == {0.0}
-    blind = replace(AXIS, traces=replace(AXIS.traces, clear=np.zeros(4000, dtype=np.bool_)))
-    assert set(whereabouts("x", {"x": blind})["base"].values()) == {0.0}
+    blind = replace(AXIS, traces=replace(AXIS.traces, valid=np.zeros(4000, dtype=np.bool_)))
+    assert set(explained_variance("x", {"x": blind})["base"].values()) == {0.0}
 
 
 def test_another_axis_is_read_at_the_times_of_this_one_and_in_the_same_recording() -> None:

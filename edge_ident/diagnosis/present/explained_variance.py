@@ -1,4 +1,4 @@
-"""Where a residual lives, as numbers: how much of it follows from one quantity alone."""
+"""How much of a residual's variance each quantity explains."""
 
 from collections.abc import Mapping
 from typing import Final
@@ -11,19 +11,22 @@ from edge_ident.diagnosis.result import AxisDiagnosis, Traces
 Array = NDArray[np.float64]
 
 _BINS: Final = 40
-"""Of a quantity, in each direction, at most."""
+"""Most bins of a quantity, in each direction."""
 _PER_BIN: Final = 20
-"""Samples, at least, of both directions."""
+"""Fewest samples of a bin, of both directions."""
 _TIME_BINS: Final = 10
-"""Few, so that time does not stand for whatever moves slowly."""
+"""Few, so that time does not stand for whatever changes slowly."""
 
 
-def whereabouts(name: str, diagnosed: Mapping[str, AxisDiagnosis]) -> dict[str, dict[str, float]]:
-    """For each quantity, the share of the residual's variance that its bins' means have.
+def explained_variance(
+    name: str, diagnosed: Mapping[str, AxisDiagnosis]
+) -> dict[str, dict[str, float]]:
+    """Variance of the residual that each quantity explains, as a share (correlation ratio).
 
-    Pearson's correlation ratio, adjusted for the number of bins as R² is for that of parameters:
-    zero where the quantity says nothing, one where it says all. Bins are those of one direction,
-    but for time. Quantities that move together have their shares together.
+    Pearson's correlation ratio η², adjusted for the number of bins as R² is for the number of
+    parameters. It is zero where the quantity explains nothing, and one where it explains all. The
+    directions of motion have bins of their own, except for time. Quantities that move together
+    explain the same share.
 
     Parameters
     ----------
@@ -38,7 +41,7 @@ def whereabouts(name: str, diagnosed: Mapping[str, AxisDiagnosis]) -> dict[str, 
         By "base" and "extended", then by quantity.
     """
     traces = diagnosed[name].traces
-    clear, forward = traces.clear, (traces.velocity > 0.0)[traces.clear]
+    valid, forward = traces.valid, (traces.velocity > 0.0)[traces.valid]
     quantities = {
         "position": traces.position,
         "velocity": traces.velocity,
@@ -49,17 +52,17 @@ def whereabouts(name: str, diagnosed: Mapping[str, AxisDiagnosis]) -> dict[str, 
         if other != name
     }
     bins = min(_BINS, len(forward) // _PER_BIN)
-    groups = {of: 2 * _bins(values[clear], bins) + forward for of, values in quantities.items()}
-    groups["time"] = _bins(running_time(traces)[clear], _TIME_BINS)
+    groups = {of: 2 * _bins(values[valid], bins) + forward for of, values in quantities.items()}
+    groups["time"] = _bins(running_time(traces)[valid], _TIME_BINS)
     residuals = {"base": traces.base_effort, "extended": traces.extended_effort}
     return {
-        model: {of: _ratio((traces.effort - effort)[clear], group) for of, group in groups.items()}
+        model: {of: _ratio((traces.effort - effort)[valid], group) for of, group in groups.items()}
         for model, effort in residuals.items()
     }
 
 
 def acceleration_at(traces: Traces, other: Traces) -> Array:
-    """Acceleration (N,) of another axis at the times of this one, recording by recording."""
+    """Acceleration (N,) of another axis at this axis's times, recording by recording."""
     found = np.empty_like(traces.time_s)
     for number in np.unique(traces.file):
         here, there = traces.file == number, other.file == number
@@ -76,13 +79,13 @@ def running_time(traces: Traces) -> Array:
 
 
 def _bins(values: Array, bins: int) -> NDArray[np.intp]:
-    """Numbers of equally filled bins."""
+    """Numbers of bins that hold equally many samples."""
     rank = np.argsort(np.argsort(values, kind="stable"), kind="stable")
     return np.asarray(rank * bins // max(len(values), 1))
 
 
 def _ratio(residual: Array, group: NDArray[np.intp]) -> float:
-    """Share of the variance between the groups."""
+    """Share of the variance between groups of samples."""
     _, index, count = np.unique(group, return_inverse=True, return_counts=True)
     free = len(residual) - len(count)
     if free <= 0 or np.ptp(residual) == 0.0:

@@ -1,4 +1,4 @@
-"""Vibrations from outside: the frequencies of the clock that are loudest in a residual."""
+"""External vibrations: the strongest sinusoids in time in a residual."""
 
 from dataclasses import dataclass
 from typing import Final, Self
@@ -7,25 +7,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.fit.candidates import Candidate
-from edge_ident.diagnosis.fit.trying import Shapes
-from edge_ident.diagnosis.prepare.view import View
+from edge_ident.diagnosis.fit.scoring import Grid
+from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.model.outside_vibration import OUTSIDE_VIBRATION
 
 Array = NDArray[np.float64]
 
 VIBRATION: Final = Candidate(OUTSIDE_VIBRATION.name, OUTSIDE_VIBRATION.search.forms[0])
+"""Competes with the causes, and is none."""
 
 _FEWEST_PERIODS: Final = 5.0
-"""In the record; what repeats less often is not told from a drift, or from the motion's laps."""
+"""Fewest periods in the record: a slower sinusoid looks like a drift or like laps."""
 _STEP: Final = 0.5
-"""Of the spacing that a record resolves."""
-_LOUDEST: Final = 6
+"""Step of the frequencies, of the resolution of the record."""
+_STRONGEST: Final = 6
 """Frequencies that are tried."""
 
 
 @dataclass(frozen=True)
 class Spectrum:
-    """Waves of the clock at the clear samples of a view.
+    """Complex exponentials at the valid samples.
 
     Attributes
     ----------
@@ -37,21 +38,21 @@ class Spectrum:
     waves: NDArray[np.complex64]
 
     @classmethod
-    def of(cls, view: View) -> Self:
-        """All that one recording resolves and its filter passes.
+    def of(cls, data: AxisData) -> Self:
+        """All frequencies that a single recording resolves and its filter passes.
 
-        None of several recordings: nobody knows a vibration's phase from one to the next.
+        There are none for several recordings, because the phase from one to the next is unknown.
         """
-        first, *others = view.stretches
+        first, *others = data.segments
         duration_s = float(first.motion.time_s[-1])
         lowest, highest = _FEWEST_PERIODS / duration_s, 0.0 if others else first.cutoff_hz
         frequency_hz = np.arange(lowest, highest, _STEP / duration_s)
-        angle = 2.0 * np.pi * frequency_hz[:, None] * view.of_motion("time_s")[view.clear]
+        angle = 2.0 * np.pi * frequency_hz[:, None] * data.of_motion("time_s")[data.valid]
         return cls(frequency_hz, np.exp(-1j * angle).astype(np.complex64))
 
-    def loudest(self, residual: Array) -> Shapes:
-        """The frequencies of the highest peaks in what a model leaves at the clear samples (n,)."""
+    def strongest(self, residual: Array) -> Grid:
+        """Frequencies of the highest peaks of a residual (n,) at the valid samples."""
         power = np.abs(self.waves @ residual.astype(np.complex64))
         peaks = np.flatnonzero((power[1:-1] >= power[:-2]) & (power[1:-1] >= power[2:])) + 1
-        loudest = peaks[np.argsort(power[peaks])[::-1][:_LOUDEST]]
-        return {"frequency": self.frequency_hz[loudest]}
+        strongest = peaks[np.argsort(power[peaks])[::-1][:_STRONGEST]]
+        return {"frequency": self.frequency_hz[strongest]}

@@ -1,0 +1,135 @@
+"""Scores of candidates on the residual of a model."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Final, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from edge_ident.diagnosis.fit.candidates import Candidate, regressors, term
+from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm
+from edge_ident.diagnosis.fit.projection import orthonormal, projected_errors
+from edge_ident.diagnosis.prepare.axis_data import AxisData
+from edge_ident.model.effects import named
+from edge_ident.model.inverse import along_motion
+from edge_ident.model.model import AxisModel, Term
+
+Array = NDArray[np.float64]
+Grid = Mapping[str, Array]
+"""Values of a candidate's nonlinear parameters by name, arrays (D,)."""
+
+_SLIGHT: Final = 1e-6
+"""Relative change of a command that tells whether the actuator follows it."""
+_MOST_IGNORED: Final = 0.4
+"""Share of ignored samples from which the actuator follows no command at all."""
+
+
+@dataclass(frozen=True)
+class ScoredCandidate:
+    """A candidate at its best parameters, with the error that adding it leaves.
+
+    Attributes
+    ----------
+    term : FittedTerm
+    error : float
+        Sum of squared residuals over the valid samples.
+    on_edge : bool
+        Whether a nonlinear parameter lies at the end of its grid.
+    """
+
+    term: FittedTerm
+    error: float
+    on_edge: bool = False
+
+    @property
+    def candidate(self) -> Candidate:
+        """The candidate itself."""
+        return self.term.candidate
+
+
+@dataclass(frozen=True)
+class ResidualSubspace:
+    """The residual of a model at the valid samples, and the space that its Jacobian spans.
+
+    Attributes
+    ----------
+    data : AxisData
+    axis : AxisModel
+    residual : (n,) array
+    basis : (n, R) array
+        Orthonormal.
+    """
+
+    data: AxisData
+    axis: AxisModel
+    residual: Array
+    basis: Array
+
+    @classmethod
+    def of(cls, data: AxisData, fitted: FittedModel) -> Self:
+        """The residual subspace of a fitted model."""
+        residual = (data.effort - fitted.predicted)[data.valid]
+        return cls(data, fitted.axis, residual, orthonormal(fitted.jacobian[data.valid]))
+
+    def regressors(self, candidate: Candidate, nonlinear: Grid) -> Array:
+        """Regressors (D, k, n) of a candidate at the valid samples."""
+        return regressors(self.data, self.axis, candidate, nonlinear)[..., self.data.valid]
+
+    def score(
+        self, candidate: Candidate, nonlinear: Grid, candidate_regressors: Array, grid: Grid
+    ) -> ScoredCandidate:
+        """The best of D sets of nonlinear parameters.
+
+        Parameters
+        ----------
+        nonlinear : mapping of parameter name to (D,) array
+        candidate_regressors : (D, k, n) array
+            At these parameters.
+        grid : mapping of parameter name to array
+            The whole range that is searched.
+        """
+        errors, linear = projected_errors(
+            candidate, candidate_regressors, self.residual, self.basis
+        )
+        if named(candidate.effect).overrides("withheld"):
+            fitted = dict(zip(candidate.form.linear, linear.T, strict=True))
+            penalty = ignored_command_penalty(self.data, term(candidate, nonlinear, fitted))
+            errors = errors * penalty
+        best = int(np.argmin(errors))
+        at = {name: float(array[best]) for name, array in nonlinear.items()}
+        values = dict(zip(candidate.form.linear, linear[best].tolist(), strict=False))
+        best_term = FittedTerm(candidate, at, values)
+        return ScoredCandidate(best_term, float(errors[best]), _on_edge(candidate, at, grid))
+
+
+def ignored_command_penalty(data: AxisData, added: Term) -> Array:
+    """Factor (D,) on the error of a model whose actuator ignores commands; one for all others.
+
+    The effort that the actuator withholds is read from the effort itself. No motion predicts it.
+    So each such sample is a free parameter and is penalized like one.
+    """
+    effect = named(added.effect)
+    if not effect.overrides("withheld"):
+        return np.ones(1)
+    values = along_motion(added)
+    ignored, count = np.zeros(1), 0
+    for s in data.segments:
+        more = _SLIGHT * s.raw_effort
+        change = effect.withheld(s.raw_effort + more, values)
+        change = change - effect.withheld(s.raw_effort, values)
+        ignores = np.abs(change) > 0.5 * np.abs(more)
+        ignored = ignored + np.sum(np.atleast_2d(ignores), axis=1)
+        count += len(s.raw_effort)
+    share = ignored / count
+    factor = np.exp(share * np.log(np.count_nonzero(data.valid)))
+    return np.asarray(np.where(share < _MOST_IGNORED, factor, np.inf))
+
+
+def _on_edge(candidate: Candidate, at: Mapping[str, float], grid: Grid) -> bool:
+    closed = set(candidate.form.nonlinear) - set(named(candidate.effect).search.open_ended)
+    return any(
+        np.ptp(grid[name]) > 0.0
+        and at[name] in (float(np.min(grid[name])), float(np.max(grid[name])))
+        for name in closed
+    )

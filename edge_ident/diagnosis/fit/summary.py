@@ -1,0 +1,87 @@
+"""What a fitted model comes to: residuals, metric, parameters, contributions and traces.
+
+Every figure is taken over the valid samples, and relative to the measured effort there.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from edge_ident.diagnosis.fit.fitting import FittedModel
+from edge_ident.diagnosis.fit.held_out import held_out_residuals
+from edge_ident.diagnosis.prepare.axis_data import AxisData
+from edge_ident.diagnosis.result import ModelFit, Traces, Validation
+from edge_ident.model.model import AxisModel, Estimate
+from edge_ident.signals.metrics import compare
+
+Array = NDArray[np.float64]
+
+_TINY: Final = float(np.finfo(float).tiny)
+
+
+def model_fit(data: AxisData, fitted: FittedModel, deviations: Array) -> ModelFit:
+    """Summarize a fitted model; `deviations` (P,) begins with those of its base parameters."""
+    valid = data.valid
+    scale = rms(data.effort[valid])
+    return ModelFit(
+        estimate=Estimate(fitted.base, deviations[:4]),
+        fitted=rms((data.effort - fitted.predicted)[valid]) / scale,
+        held_out=rms(held_out_residuals(data, fitted)[valid]) / scale,
+        metric=compare(data.effort[valid], fitted.predicted[valid]),
+    )
+
+
+def validation(data: AxisData, base: AxisModel, extended: AxisModel) -> Validation:
+    """Relative residuals of two models, as they are, on other data."""
+    scale = rms(data.effort[data.valid])
+    left = [
+        rms((data.effort - data.predicted(axis))[data.valid]) / scale for axis in (base, extended)
+    ]
+    return Validation(*left)
+
+
+def contributions(data: AxisData, model: FittedModel) -> list[Array]:
+    """What each added term adds to the prediction of a model, (n,) each."""
+    return [_contribution(data, model, k) for k in range(len(model.terms))]
+
+
+def _contribution(data: AxisData, model: FittedModel, index: int) -> Array:
+    terms, at = model.axis.terms, len(model.template.terms) + index
+    rest = replace(model.axis, terms=(*terms[:at], *terms[at + 1 :]))
+    return data.predicted(model.axis) - data.predicted(rest)
+
+
+def traces(
+    data: AxisData, start: FittedModel, model: FittedModel, parts: Sequence[Array]
+) -> Traces:
+    """Signals and predictions over time; `parts` are the contributions of the model's terms."""
+    return Traces(
+        time_s=data.of_motion("time_s"),
+        position=data.of_motion("position"),
+        velocity=data.of_motion("velocity"),
+        acceleration=data.of_motion("acceleration"),
+        effort=data.effort,
+        base_effort=start.predicted,
+        extended_effort=model.predicted,
+        contributions=_by_effect(model, parts),
+        since_reversal=data.since_reversal,
+        valid=data.valid,
+        file=np.repeat(np.arange(len(data.segments)), [len(s.sample_index) for s in data.segments]),
+    )
+
+
+def _by_effect(model: FittedModel, parts: Sequence[Array]) -> Mapping[str, Array]:
+    """Contributions added up by effect: several orders of a ripple are one effect."""
+    added: dict[str, Array] = {}
+    for t, part in zip(model.terms, parts, strict=True):
+        effect = t.candidate.effect
+        added[effect] = added.get(effect, 0.0) + part
+    return added
+
+
+def rms(values: Array) -> float:
+    """Root mean square, and the smallest number instead of zero."""
+    return max(float(np.sqrt(np.mean(values**2))), _TINY)

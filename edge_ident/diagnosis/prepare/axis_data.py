@@ -1,0 +1,223 @@
+"""The prepared data of one axis: filtered signals, and the samples that are compared."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Final
+
+import numpy as np
+import scipy.sparse
+from numpy.typing import NDArray
+
+from edge_ident.diagnosis.prepare.bandwidth import Band
+from edge_ident.model.effect import Motion
+from edge_ident.model.effects import named
+from edge_ident.model.inverse import along_motion, inverse_effort, obeyed
+from edge_ident.model.model import AxisModel
+from edge_ident.model.search import Excitation
+from edge_ident.signals.filters import lowpass
+
+Array = NDArray[np.float64]
+
+_OUTLIER: Final = 5.0
+"""Standard deviations of a residual beyond which no noise explains it."""
+_WHOLE_BAND: Final = 0.4
+"""Of the sampling rate; below it a shift by a fraction of a sample is exact."""
+
+
+@dataclass(frozen=True)
+class Segment:
+    """One axis of one recording, filtered.
+
+    Attributes
+    ----------
+    motion : Motion
+        Smooth, (N,), time from the first sample; its bandwidth is wider than the comparison's.
+    others : mapping of axis name to Motion
+    noise_replica : tuple of Motion and mapping
+        The same two with the encoder noise added a second time.
+    raw_effort : (M,) array
+        As recorded, every raw_period_s; its means lie shift_s later.
+    turns : array of int
+        Last samples before the motion, filtered as the comparison, changes its direction.
+    direction_weight : (M,) array
+        From 0, where the direction of motion is unknown, to 1. Effort and regressors are
+        multiplied by it before they are filtered, so that the filter spreads nothing unknown.
+    effort : (N,) array
+        Filtered, in step with the motion: every stride-th sample.
+    sample_index : (n,) array of int
+        Samples that are compared: decimated, of known direction, away from the ends.
+    valid : (n,) array of bool
+        Those at which encoder quantization does not alias into the band.
+    far : (n,) array of bool
+        The valid ones that no reversal or standstill can have reached through the filter.
+    aliased_acceleration : float
+        Largest acceleration that aliased encoder quantization can imitate.
+    position_noise, acceleration_noise, effort_noise : float
+        Standard deviations of white noise in the position, and in the acceleration and the effort
+        when cut off sharply at the cut-off.
+    cache : dict
+        Efforts along the motion that were integrated before.
+    """
+
+    motion: Motion
+    others: Mapping[str, Motion]
+    noise_replica: tuple[Motion, Mapping[str, Motion]]
+    raw_effort: Array
+    raw_period_s: float
+    shift_s: float
+    stride: int
+    turns: NDArray[np.intp]
+    direction_weight: Array
+    effort: Array
+    sample_index: NDArray[np.intp]
+    valid: NDArray[np.bool_]
+    far: NDArray[np.bool_]
+    band: Band
+    period_s: float
+    filter: scipy.sparse.csr_array
+    aliased_acceleration: float
+    position_noise: float
+    acceleration_noise: float
+    effort_noise: float
+    cache: dict[object, Array] = field(default_factory=dict, compare=False)
+
+    @property
+    def cutoff_hz(self) -> float:
+        """Bandwidth of the comparison."""
+        return self.band.cutoff_hz
+
+    def predicted(self, axis: AxisModel) -> Array:
+        """Filtered effort that a model predicts at the compared samples, (n,) or (D, n)."""
+        effort = inverse_effort(obeyed(axis), self.motion, self.others, self.cache)
+        sampled = np.asarray((self.filter @ np.atleast_2d(effort).T).T)
+        for term in axis.terms:
+            effect = named(term.effect)
+            if effect.overrides("withheld"):
+                withheld = effect.withheld(self.raw_effort, along_motion(term))
+                sampled = sampled + self._sampled(withheld)
+        return sampled if sampled.shape[0] > 1 or effort.ndim > 1 else sampled[0]
+
+    def _sampled(self, raw: Array) -> Array:
+        """A raw effort (..., M), filtered, at the compared samples (..., n)."""
+        filtered = filtered_effort(
+            raw, self.direction_weight, self.band, self.raw_period_s, self.shift_s
+        )
+        return filtered[..., :: self.stride][..., self.sample_index]
+
+
+def filtered_effort(
+    raw: Array, direction_weight: Array, band: Band, period_s: float, shift_s: float
+) -> Array:
+    """Filter a raw effort (..., M): in step with the motion, weighted, low-pass."""
+    in_step = lowpass(raw, _WHOLE_BAND / period_s, period_s, delay_s=shift_s)
+    return band.lowpass(direction_weight * in_step, period_s)
+
+
+@dataclass(frozen=True)
+class AxisData:
+    """One axis over all its recordings; samples stand one recording after the other.
+
+    Attributes
+    ----------
+    segments : tuple of Segment
+        One for each recording.
+    effort : (n,) array
+        Measured, filtered.
+    valid : (n,) array of bool
+    block : (n,) array of int
+        Number of the block of time, for cross-validation and for the bootstrap.
+    cache : dict
+        Regressors that were computed before.
+    """
+
+    segments: tuple[Segment, ...]
+    effort: Array
+    valid: NDArray[np.bool_]
+    block: NDArray[np.intp]
+    cache: dict[object, Array] = field(default_factory=dict, compare=False)
+
+    @property
+    def reverses(self) -> bool:
+        """Whether the axis reverses in any recording."""
+        return any(len(s.turns) for s in self.segments)
+
+    @property
+    def noise_replica(self) -> "AxisData":
+        """The same samples, with the encoder noise added to the motion a second time."""
+        segments = tuple(
+            replace(s, motion=s.noise_replica[0], others=s.noise_replica[1], cache={})
+            for s in self.segments
+        )
+        return replace(self, segments=segments, cache={})
+
+    @property
+    def samples(self) -> int:
+        """Number of samples at the rate of the regressors, all recordings together."""
+        return sum(len(s.effort) for s in self.segments)
+
+    @property
+    def other_axes(self) -> tuple[str, ...]:
+        """Axes that are in every recording and move in one of them."""
+        shared = set.intersection(*(set(s.others) for s in self.segments))
+        return tuple(sorted(name for name in shared if self._moves(name)))
+
+    def _moves(self, other: str) -> bool:
+        return any(np.ptp(s.others[other].position) > 0 for s in self.segments)
+
+    @property
+    def since_reversal(self) -> Array:
+        """Distance travelled since the last reversal, (n,)."""
+        parts = []
+        for s in self.segments:
+            travelled = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(s.motion.position)))])
+            starts = np.concatenate([[0], s.turns + 1])
+            last = starts[np.searchsorted(starts, s.sample_index, side="right") - 1]
+            parts.append(travelled[s.sample_index] - travelled[last])
+        return np.concatenate(parts)
+
+    def of_motion(self, name: str) -> Array:
+        """Time, position, velocity or acceleration of the motion, (n,)."""
+        return np.concatenate([getattr(s.motion, name)[s.sample_index] for s in self.segments])
+
+    def exceeds_aliasing(self, residual: Array, inertia: float) -> NDArray[np.bool_]:
+        """Invalid samples (n,) whose residual aliased quantization cannot explain.
+
+        Their residual exceeds both what aliasing makes of the inertia and five standard deviations
+        of the residual at the valid samples.
+        """
+        aliased = np.concatenate(
+            [np.full(len(s.sample_index), s.aliased_acceleration) for s in self.segments]
+        )
+        elsewhere = float(np.sqrt(np.mean(residual[self.valid] ** 2)))
+        most = np.maximum(inertia * aliased, _OUTLIER * elsewhere)
+        return np.asarray(~self.valid & (np.abs(residual) > most))
+
+    def with_valid(self, samples: NDArray[np.bool_]) -> "AxisData":
+        """The same with more samples (n,) valid."""
+        ends = np.cumsum([len(s.sample_index) for s in self.segments])[:-1]
+        segments = tuple(
+            replace(s, valid=s.valid | part)
+            for s, part in zip(self.segments, np.split(samples, ends), strict=True)
+        )
+        return replace(self, segments=segments, valid=self.valid | samples, cache={})
+
+    def excitation(self, base: Array) -> Excitation:
+        """What the recordings excite, together; `base` are the base parameters (4,)."""
+        position, velocity, acceleration = (
+            self.of_motion(name) for name in ("position", "velocity", "acceleration")
+        )
+        return Excitation(
+            travel=float(np.ptp(position)),
+            speed=float(np.max(np.abs(velocity))),
+            typical_speed=float(np.sqrt(np.mean(velocity**2))),
+            acceleration=float(np.sqrt(np.mean(acceleration**2))),
+            effort=max(float(np.max(np.abs(s.raw_effort))) for s in self.segments),
+            resolution=max(s.position_noise for s in self.segments) * np.sqrt(12.0),
+            duration_s=max(float(s.motion.time_s[-1]) for s in self.segments),
+            cutoff_hz=max(s.cutoff_hz for s in self.segments),
+            base=base,
+        )
+
+    def predicted(self, axis: AxisModel) -> Array:
+        """Filtered effort that a model predicts, (n,) or (D, n)."""
+        return np.concatenate([s.predicted(axis) for s in self.segments], axis=-1)

@@ -1,0 +1,292 @@
+"""From recordings to the prepared data of one axis."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+import scipy.sparse
+import scipy.special
+from numpy.typing import NDArray
+
+from edge_ident.diagnosis.prepare.axis_data import AxisData, Segment, filtered_effort
+from edge_ident.diagnosis.prepare.bandwidth import Band, comparison_band, white_noise
+from edge_ident.diagnosis.prepare.masks import (
+    SMEAR_PERIODS,
+    aliasing_mask,
+    direction_unknown,
+    reversals,
+    tapered,
+    widened,
+)
+from edge_ident.errors import DataError
+from edge_ident.model.effect import Motion
+from edge_ident.signals.conditioning import (
+    SAMPLES_PER_CUTOFF_PERIOD,
+    acceleration_noise,
+    choose_cutoff,
+    decimated,
+    encoder_count,
+    position_noise,
+)
+from edge_ident.signals.filters import differentiate, lowpass
+from edge_ident.signals.recording import Recording
+from edge_ident.signals.resampling import EvenGrid
+
+Array = NDArray[np.float64]
+
+_MOST_SAMPLES: Final = 1500
+"""Independent samples in a recording; a wider band adds little information and much time."""
+_FEWEST_SAMPLES: Final = 40
+"""Twice the parameters of the base model and a few causes."""
+_MOTION_BAND: Final = 2.0
+"""Bandwidth of the motion over that of the comparison. A narrower motion would reverse and stop at
+other moments than the axis; a wider one brings noise that the weighting folds into the band."""
+_TAPER_PERIODS: Final = 0.4
+"""Cut-off periods over which the direction weight falls to zero, and rises again."""
+_WIDEST: Final = 0.2
+"""Highest bandwidth of the motion, of the sampling rate."""
+_REGRESSOR_RATE: Final = 6.0
+"""Samples per period of the motion's cut-off at which regressors are computed."""
+_RUN_IN: Final = 0.1
+"""Distance from the start, of the travel, before which friction and play remember the time before
+the record. What builds up over a longer distance is not searched for."""
+_LEAST_WEIGHT: Final = 0.5
+"""Filtered direction weight from which a sample is compared."""
+_ALIASED: Final = 2.0 / np.pi
+"""Amplitude, in encoder counts, that aliasing can reach: twice the first harmonic of the rounding
+error, because the controller answers it."""
+_BLOCKS: Final = 40
+"""Blocks of time in a recording."""
+_BLOCK_PERIODS: Final = 4.0
+"""Shortest block, in cut-off periods: longer than the filter's memory."""
+_REACH_PERIODS: Final = 4.0
+"""Cut-off periods after which the filter's response is below a ten-thousandth."""
+_WHITENING_REACH: Final = 2.0
+"""The same in periods of the knee, for the whitening."""
+_REPLICA_SEED: Final = 1
+_TINY: Final = float(np.finfo(float).tiny)
+
+
+def prepare_axis(recordings: Sequence[Recording], name: str) -> AxisData:
+    """Prepare one axis.
+
+    Parameters
+    ----------
+    recordings : sequence of Recording
+    name : str
+        Of the axis.
+
+    Raises
+    ------
+    DataError
+        Hardly any sample shows the axis in motion.
+    """
+    segments = tuple(_segment(recording, name) for recording in recordings)
+    valid = np.concatenate([s.valid for s in segments])
+    if np.count_nonzero(valid) < _FEWEST_SAMPLES:
+        raise DataError(
+            f"axis {name}: only {np.count_nonzero(valid)} independent samples lie away from "
+            "standstill and reversals",
+            "record a longer motion, or one that turns less often",
+        )
+    return AxisData(
+        segments=segments,
+        effort=np.concatenate([s.effort[s.sample_index] for s in segments]),
+        valid=valid,
+        block=_blocks(segments),
+    )
+
+
+@dataclass(frozen=True)
+class _Sampled:
+    """One axis of a recording on an even grid of M samples."""
+
+    name: str
+    time_s: Array
+    period_s: float
+    positions: Mapping[str, Array]
+    effort: Array
+
+    @classmethod
+    def of(cls, recording: Recording, name: str) -> "_Sampled":
+        """Resample a recording."""
+        grid = EvenGrid.of(recording.time_s)
+        positions = {
+            other: grid.resampled(record.position) for other, record in recording.axes.items()
+        }
+        effort = grid.resampled(recording.axes[name].effort)
+        return cls(name, grid.time_s, grid.period_s, positions, effort)
+
+    @property
+    def position(self) -> Array:
+        """Position of the axis itself, (M,)."""
+        return self.positions[self.name]
+
+    def motion(self, position: Array, cutoff_hz: float, stride: int) -> Motion:
+        """Smooth motion, every stride-th sample, time from the first sample."""
+        smooth = differentiate(position, cutoff_hz, self.period_s)
+        position, velocity, acceleration = (signal[::stride] for signal in smooth)
+        time_s = self.time_s[::stride] - self.time_s[0]
+        return Motion.known(time_s, position, velocity, acceleration)
+
+
+def _segment(recording: Recording, name: str) -> Segment:
+    raw = _Sampled.of(recording, name)
+    noise = position_noise(recording.axes[name].position)
+    count = encoder_count(recording.axes[name].position)
+    band, density = _band(raw, noise)
+    motion_hz = min(_MOTION_BAND * band.cutoff_hz, _WIDEST / raw.period_s)
+    stride = max(1, int(1.0 / (_REGRESSOR_RATE * motion_hz * raw.period_s)))
+    period_s = stride * raw.period_s
+    motions, replicas = _motions(raw, motion_hz, stride)
+    noise_of_speed = {
+        other: float(np.std(replicas[other].velocity - motions[other].velocity))
+        for other in motions
+    }
+    known, weight = _direction_weights(raw, noise, band, stride)
+    sample_index = _sample_index(known, weight, band, motions[name], raw, stride)
+    turns, valid, far = _masks(raw, known, count, band, stride, sample_index)
+    return Segment(
+        motion=motions[name],
+        others=_others(motions, noise_of_speed, name),
+        noise_replica=(replicas[name], _others(replicas, noise_of_speed, name)),
+        raw_effort=raw.effort,
+        raw_period_s=raw.period_s,
+        shift_s=recording.effort_shift_s,
+        stride=stride,
+        turns=turns,
+        direction_weight=weight,
+        effort=filtered_effort(raw.effort, weight, band, raw.period_s, recording.effort_shift_s)[
+            ::stride
+        ],
+        sample_index=sample_index,
+        valid=valid,
+        far=far,
+        band=band,
+        period_s=period_s,
+        aliased_acceleration=_ALIASED * count * band.acceleration_gain,
+        position_noise=noise,
+        acceleration_noise=acceleration_noise(noise, band.cutoff_hz, raw.period_s),
+        effort_noise=float(np.sqrt(density * band.cutoff_hz)),
+        filter=_filter_at(sample_index, known, band, period_s),
+    )
+
+
+def _band(raw: _Sampled, noise: float) -> tuple[Band, float]:
+    """The band of the comparison, and the power density of the effort noise per Hz."""
+    widest_hz = choose_cutoff(raw.position, raw.period_s)
+    deviation = white_noise(raw.effort, raw.position, widest_hz, raw.period_s)
+    density = 2.0 * raw.period_s * deviation**2
+    band = comparison_band(raw.position, raw.effort, noise, density, widest_hz, raw.period_s)
+    most_hz = _MOST_SAMPLES / (SAMPLES_PER_CUTOFF_PERIOD * raw.period_s * len(raw.time_s))
+    return replace(band, cutoff_hz=min(band.cutoff_hz, most_hz)), density
+
+
+def _motions(
+    raw: _Sampled, motion_hz: float, stride: int
+) -> tuple[dict[str, Motion], dict[str, Motion]]:
+    """Motions of all axes, and the same with the encoder noise added a second time."""
+    motions = {
+        other: raw.motion(position, motion_hz, stride) for other, position in raw.positions.items()
+    }
+    rng = np.random.default_rng(_REPLICA_SEED)
+    replicas = {
+        other: raw.motion(
+            position + position_noise(position) * rng.standard_normal(len(position)),
+            motion_hz,
+            stride,
+        )
+        for other, position in raw.positions.items()
+    }
+    return motions, replicas
+
+
+def _direction_weights(raw: _Sampled, noise: float, band: Band, stride: int) -> tuple[Array, Array]:
+    """Weights from 0, where the direction is unknown, to 1: every stride-th sample, and all."""
+    unknown = direction_unknown(raw.position, noise, band.cutoff_hz, raw.period_s)
+    taper = _TAPER_PERIODS / (band.cutoff_hz * raw.period_s)
+    known = 1.0 - tapered(unknown, taper)[::stride]
+    at = np.arange(len(known)) * stride
+    return known, np.interp(np.arange(len(raw.time_s)), at, known)
+
+
+def _sample_index(
+    known: Array, weight: Array, band: Band, motion: Motion, raw: _Sampled, stride: int
+) -> NDArray[np.intp]:
+    """Samples that are compared: decimated, of known direction, after the run-in."""
+    at = np.arange(len(known)) * stride
+    index = decimated(len(known), band.cutoff_hz, stride * raw.period_s)
+    passed = lowpass(weight, band.cutoff_hz, raw.period_s)[at]
+    index = index[passed[index] > _LEAST_WEIGHT]
+    return index[index >= _run_in(motion.position)]
+
+
+def _run_in(position: Array) -> int:
+    """First sample far from the start: friction and play have forgotten the time before."""
+    return int(np.argmax(np.abs(position - position[0]) > _RUN_IN * np.ptp(position)))
+
+
+def _masks(
+    raw: _Sampled,
+    known: Array,
+    count: float,
+    band: Band,
+    stride: int,
+    sample_index: NDArray[np.intp],
+) -> tuple[NDArray[np.intp], NDArray[np.bool_], NDArray[np.bool_]]:
+    """Reversals; the valid samples; and of those the ones far from reversal and standstill."""
+    motion = raw.motion(raw.position, band.cutoff_hz, stride)
+    turns = reversals(motion)
+    turning = known < 0.5
+    turning[turns] = True
+    smear = int(np.ceil(SMEAR_PERIODS / (band.cutoff_hz * stride * raw.period_s)))
+    aliased = aliasing_mask(motion, count, band.cutoff_hz, raw.period_s, smear)
+    valid = ~aliased[sample_index]
+    far = ~widened(turning, 3 * smear)[sample_index]
+    return turns, valid, far & valid
+
+
+def _filter_at(
+    sample_index: NDArray[np.intp], known: Array, band: Band, period_s: float
+) -> scipy.sparse.csr_array:
+    """The filter, weighted, at a few samples: (n, N) sparse, ends reflected."""
+    samples = len(known)
+    reach_s = max(_REACH_PERIODS / band.cutoff_hz, _WHITENING_REACH / band.knee_hz)
+    reach = min(int(reach_s / period_s), samples - 1)
+    impulse = np.zeros(2 * reach + 1)
+    impulse[reach] = 1.0
+    kernel = band.lowpass(impulse, period_s)
+    at = np.abs(sample_index[:, None] + np.arange(-reach, reach + 1))
+    at = samples - 1 - np.abs(samples - 1 - at)
+    rows = np.repeat(np.arange(len(sample_index)), len(kernel))
+    entries = (np.tile(kernel, len(sample_index)) * known[at.ravel()], (rows, at.ravel()))
+    return scipy.sparse.csr_array(entries, shape=(len(sample_index), samples))
+
+
+def _others(
+    motions: Mapping[str, Motion], noise_of_speed: Mapping[str, float], name: str
+) -> dict[str, Motion]:
+    """Motions of the other axes, with the expected direction of a noisy velocity.
+
+    An axis that reverses or rests moves in neither direction.
+    """
+    expected = {}
+    for other, motion in motions.items():
+        if other != name:
+            sure = motion.velocity / max(np.sqrt(2.0) * noise_of_speed[other], _TINY)
+            expected[other] = replace(motion, direction=scipy.special.erf(sure))
+    return expected
+
+
+def _blocks(segments: tuple[Segment, ...]) -> NDArray[np.intp]:
+    """Numbers of consecutive blocks of time, (n,)."""
+    numbers: list[NDArray[np.intp]] = []
+    first = 0
+    for s in segments:
+        time_s = s.sample_index * s.period_s
+        span = max((time_s[-1] - time_s[0]) / _BLOCKS, _BLOCK_PERIODS / s.cutoff_hz)
+        number = ((time_s - time_s[0]) / span).astype(np.intp) + first
+        numbers.append(number)
+        first = int(number[-1]) + 1
+    return np.concatenate(numbers)

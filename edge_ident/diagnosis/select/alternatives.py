@@ -1,0 +1,101 @@
+"""Comparison of a cause with its alternatives: every other effect in its place."""
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from edge_ident.diagnosis.fit.candidates import Candidate
+from edge_ident.diagnosis.fit.external_vibrations import VIBRATION
+from edge_ident.diagnosis.fit.fitting import FittedModel
+from edge_ident.diagnosis.fit.scoring import ScoredCandidate
+from edge_ident.diagnosis.result import Alternative
+from edge_ident.diagnosis.select.acceptance import (
+    MOST_ALTERNATIVES,
+    Decision,
+    Evidence,
+    decide,
+    separable,
+)
+from edge_ident.diagnosis.select.search import Search, unrepeatable
+from edge_ident.model.effects import named
+
+_TINY: Final = float(np.finfo(float).tiny)
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """A cause and its alternatives.
+
+    Attributes
+    ----------
+    alternatives : tuple of Alternative
+        The nearest first.
+    replacement : FittedModel or None
+        The model with the best alternative in the place of the cause, where that is accepted.
+    decision : Decision or None
+        On the best alternative.
+    """
+
+    alternatives: tuple[Alternative, ...]
+    replacement: FittedModel | None
+    decision: Decision | None
+
+
+def compare_alternatives(search: Search, model: FittedModel, index: int) -> Comparison:
+    """Fit the best alternatives in the place of one term of a model."""
+    term = model.terms[index]
+    rest = search.fit(model.base, model.without(index))
+    scored = search.score(rest, unrepeatable(rest) | {term.candidate.effect})
+    models = [
+        (s, search.fit(rest.base, (*rest.terms, s.term))) for s in scored[: MOST_ALTERNATIVES.value]
+    ]
+    found = [
+        _fitted_alternative(search, model, s.candidate, other)
+        for s, other in models
+        if s.candidate != VIBRATION
+    ]
+    decisions = [
+        (decide(model.terms, other.terms, Evidence(search.gain(model, other))), other)
+        for s, other in models
+        if not s.on_edge or s.candidate.effect in rest.effects
+    ]
+    decision, best = max(decisions, key=lambda pair: pair[0].margin, default=(None, None))
+    tried = {alternative.effect for alternative in found}
+    for name in named(term.candidate.effect).search.alternatives:
+        if name not in tried:
+            found.append(_scored_alternative(name, scored, model))
+    accepted = decision is not None and decision.accepted
+    return Comparison(_first_of_each(found), best if accepted else None, decision)
+
+
+def _fitted_alternative(
+    search: Search, model: FittedModel, candidate: Candidate, other: FittedModel
+) -> Alternative:
+    apart = separable(search.gain(other, model))
+    larger = np.sqrt(other.error / max(model.error, _TINY)) - 1.0
+    if apart:
+        evidence = f"in its place the residual is {larger:.1%} larger"
+    else:
+        evidence = f"in its place the residual is as small ({larger:+.1%})"
+    return Alternative(candidate.effect, apart, evidence, named(candidate.effect).search.experiment)
+
+
+def _scored_alternative(
+    name: str, scored: list[ScoredCandidate], model: FittedModel
+) -> Alternative:
+    """An alternative that the effect's file declares, and that was not fitted."""
+    errors = [s.error for s in scored if s.candidate.effect == name]
+    if errors:
+        larger = np.sqrt(min(errors) / max(model.error, _TINY)) - 1.0
+        evidence = f"in its place the residual is {larger:.0%} larger"
+    else:
+        evidence = "in its place it explains almost none of the residual"
+    return Alternative(name, True, evidence, named(name).search.experiment)
+
+
+def _first_of_each(alternatives: list[Alternative]) -> tuple[Alternative, ...]:
+    kept: dict[str, Alternative] = {}
+    for alternative in alternatives:
+        kept.setdefault(alternative.effect, alternative)
+    return tuple(kept.values())

@@ -1,0 +1,178 @@
+"""Backward elimination and replacement: from the selected model to one that every rule supports."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from edge_ident.diagnosis.fit.external_vibrations import VIBRATION
+from edge_ident.diagnosis.fit.fitting import FittedModel, build
+from edge_ident.diagnosis.fit.held_out import held_out_residuals
+from edge_ident.diagnosis.prepare.axis_data import AxisData
+from edge_ident.diagnosis.result import Refused
+from edge_ident.diagnosis.select.acceptance import MOST_ROUNDS, Decision, Evidence, decide
+from edge_ident.diagnosis.select.alternatives import Comparison, compare_alternatives
+from edge_ident.diagnosis.select.cross_validation import HeldOutGain, held_out_gain, near_zero
+from edge_ident.diagnosis.select.search import Search
+from edge_ident.model.model import PARAMETERS, Term
+
+
+@dataclass(frozen=True)
+class SupportedTerm:
+    """What the last round says of one term of the model."""
+
+    gain: HeldOutGain
+    decision: Decision
+    comparison: Comparison
+
+
+@dataclass(frozen=True)
+class SupportedModel:
+    """The result of backward elimination.
+
+    Attributes
+    ----------
+    model : FittedModel
+    support : tuple of SupportedTerm
+        One for each term of the model.
+    refused : tuple of Refused
+        Effects that left the model.
+    converged : bool
+        Whether the last round left the model as it was.
+    """
+
+    model: FittedModel
+    support: tuple[SupportedTerm, ...]
+    refused: tuple[Refused, ...]
+    converged: bool
+
+    @property
+    def vibrations(self) -> tuple[Term, ...]:
+        """External vibrations, the strongest first."""
+        found = [t for t in self.model.terms if t.candidate == VIBRATION]
+        found.sort(key=lambda t: -math.hypot(*t.linear.values()))
+        return tuple(t.model_term for t in found)
+
+    def without_vibrations(self, data: AxisData) -> "SupportedModel":
+        """The model of the axis itself; parameters stay as they were fitted beside vibrations."""
+        model = self.model
+        own = [t.candidate != VIBRATION for t in model.terms]
+        if all(own):
+            return self
+        places = np.flatnonzero(own).tolist()
+        terms = tuple(model.terms[k] for k in places)
+        axis = build(model.template, model.base, terms)
+        predicted = data.predicted(axis)
+        residual = (data.effort - predicted)[data.valid]
+        sizes = [len(PARAMETERS), *(len(t.linear) for t in model.terms)]
+        jacobian = model.jacobian[:, np.repeat([True, *own], sizes)]
+        error = float(residual @ residual)
+        inside = FittedModel(axis, model.base, terms, predicted, jacobian, error)
+        return replace(self, model=inside, support=tuple(self.support[k] for k in places))
+
+
+@dataclass(frozen=True)
+class _Round:
+    """One look at all terms of a model; `change` is the better model, or None."""
+
+    gains: Sequence[HeldOutGain]
+    decisions: Sequence[Decision]
+    comparisons: Sequence[Comparison]
+    change: FittedModel | None
+    refused: Refused | None
+
+
+def eliminate_backward(search: Search, model: FittedModel) -> SupportedModel:
+    """Drop terms that the rule does not accept; replace terms by better alternatives.
+
+    Parameters
+    ----------
+    search : Search
+    model : FittedModel
+        The selected model.
+    """
+    refused: list[Refused] = []
+    for remaining in reversed(range(MOST_ROUNDS.value + 1)):
+        seen = _look(search, model)
+        if seen.change is None or not remaining:
+            break
+        refused += [seen.refused] if seen.refused else []
+        model = search.polished(seen.change)
+    comparisons = seen.comparisons or [
+        compare_alternatives(search, model, k) for k in range(len(model.terms))
+    ]
+    support = map(SupportedTerm, seen.gains, seen.decisions, comparisons)
+    left = [r for r in refused if r.effect not in model.effects | {VIBRATION.effect}]
+    return SupportedModel(
+        model, tuple(support), tuple(dict.fromkeys(left)), converged=seen.change is None
+    )
+
+
+def _look(search: Search, model: FittedModel) -> _Round:
+    """Decide on every term; find what to change first.
+
+    What cross-validation does not support leaves before alternatives are compared, and a better
+    alternative comes before a term with an essential parameter near zero leaves.
+    """
+    smaller, evidence, gains = _evidence(search, model)
+    decisions = _decisions(smaller, model, evidence)
+    if all(d.accepted for d in decisions):
+        comparisons = [compare_alternatives(search, model, k) for k in range(len(model.terms))]
+        better = [k for k, c in enumerate(comparisons) if c.replacement is not None]
+        if better:
+            return _replaced(search, model, gains, decisions, comparisons)
+        close = near_zero(search.data, model)
+        evidence = [replace(e, near_zero=n) for e, n in zip(evidence, close, strict=True)]
+        decisions = _decisions(smaller, model, evidence)
+    else:
+        comparisons = []
+    doubtful = [k for k, d in enumerate(decisions) if not d.accepted]
+    if not doubtful:
+        return _Round(gains, decisions, comparisons, None, None)
+    weakest = min(doubtful, key=lambda k: gains[k].interval[0])
+    refused = Refused(model.terms[weakest].candidate.effect, decisions[weakest].reason)
+    change = search.fit(model.base, model.without(weakest))
+    return _Round(gains, decisions, comparisons, change, refused)
+
+
+def _replaced(
+    search: Search,
+    model: FittedModel,
+    gains: Sequence[HeldOutGain],
+    decisions: Sequence[Decision],
+    comparisons: Sequence[Comparison],
+) -> _Round:
+    """The round in which the best alternative takes the place of a term."""
+    ranked = [
+        (search.criterion.value(c.replacement), k, c)
+        for k, c in enumerate(comparisons)
+        if c.replacement is not None and c.decision is not None
+    ]
+    _, place, best = min(ranked, key=lambda entry: entry[0])
+    assert best.replacement is not None
+    assert best.decision is not None
+    new = best.replacement.terms[-1].candidate.effect.replace("_", " ")
+    reason = f"{new} in its place is better: {best.decision.reason}"
+    refused = Refused(model.terms[place].candidate.effect, reason)
+    return _Round(gains, decisions, comparisons, best.replacement, refused)
+
+
+def _evidence(
+    search: Search, model: FittedModel
+) -> tuple[list[FittedModel], list[Evidence], list[HeldOutGain]]:
+    """The models without each term, and the evidence for the term."""
+    residuals = held_out_residuals(search.data, model)
+    smaller = [search.fit(model.base, model.without(k)) for k in range(len(model.terms))]
+    gains = [held_out_gain(search.data, less, model, residuals) for less in smaller]
+    evidence = [
+        Evidence(search.gain(less, model), gain.supported, gain.one_off)
+        for less, gain in zip(smaller, gains, strict=True)
+    ]
+    return smaller, evidence, gains
+
+
+def _decisions(
+    smaller: Sequence[FittedModel], model: FittedModel, evidence: Sequence[Evidence]
+) -> list[Decision]:
+    return [decide(less.terms, model.terms, e) for less, e in zip(smaller, evidence, strict=True)]

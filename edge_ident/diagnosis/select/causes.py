@@ -1,0 +1,66 @@
+"""The terms of the final model as causes: values, deviations, gains, decisions, evidence."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from edge_ident.diagnosis.fit.summary import rms
+from edge_ident.diagnosis.prepare.axis_data import AxisData
+from edge_ident.diagnosis.result import Cause
+from edge_ident.diagnosis.select.backward_elimination import SupportedModel, SupportedTerm
+from edge_ident.model.effects import named
+from edge_ident.model.model import Term
+
+Array = NDArray[np.float64]
+
+
+def causes(
+    data: AxisData, supported: SupportedModel, contributions: Sequence[Array], deviations: Array
+) -> tuple[Cause, ...]:
+    """Causes of the final model, the strongest first.
+
+    Parameters
+    ----------
+    data : AxisData
+    supported : SupportedModel
+        Without external vibrations.
+    contributions : sequence of (n,) arrays
+        Of the model's terms.
+    deviations : (P,) array
+        Standard deviations of base, linear and nonlinear parameters.
+    """
+    model = supported.model
+    nonlinear_at = len(model.linear_parameters)
+    scale = rms(data.effort[data.valid])
+    found = []
+    for k, (t, support) in enumerate(zip(model.terms, supported.support, strict=True)):
+        names = t.candidate.form.nonlinear
+        nonlinear = deviations[nonlinear_at : nonlinear_at + len(names)]
+        nonlinear_at += len(names)
+        std = dict(zip(t.linear, deviations[model.columns_of(k)].tolist(), strict=True))
+        std |= dict(zip(names, nonlinear.tolist(), strict=True))
+        term = t.model_term
+        values = {name: float(np.asarray(value)) for name, value in term.values.items()}
+        share = rms(contributions[k][data.valid]) / scale
+        found.append(_cause(replace(term, values=values, std=std), share, support))
+    order = np.argsort([-cause.share for cause in found], kind="stable")
+    return tuple(found[k] for k in order)
+
+
+def _cause(term: Term, share: float, support: SupportedTerm) -> Cause:
+    gain = support.gain
+    where = "where it acts" if gain.one_off else "in segments that it was not fitted to"
+    return Cause(
+        term=term,
+        held_out_gain=gain.value,
+        held_out_gain_interval=gain.interval,
+        share=share,
+        alternatives=support.comparison.alternatives,
+        evidence=(
+            f"{named(term.effect).search.signature}; it makes up {share:.1%} of the effort and "
+            f"reduces the residual by {gain.value:.0%} {where}"
+        ),
+        decision=support.decision.reason,
+    )

@@ -1,0 +1,108 @@
+"""The criterion that compares models: extended Bayesian information, less model discrepancy.
+
+The extended BIC (Chen and Chen, Biometrika 95 (2008) 759) penalizes a model for its parameters and
+for the number of candidates that were tried. Its unit is n·log(error).
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+
+from edge_ident.diagnosis.fit.candidates import Candidate
+from edge_ident.diagnosis.fit.discrepancy import model_discrepancy
+from edge_ident.diagnosis.fit.fitting import FittedModel
+from edge_ident.diagnosis.fit.scoring import Grid, ScoredCandidate, ignored_command_penalty
+from edge_ident.diagnosis.prepare.axis_data import AxisData
+from edge_ident.diagnosis.select.acceptance import LOST_CORRELATION
+from edge_ident.model.effects import catalogue
+
+_TINY: Final = float(np.finfo(float).tiny)
+
+
+@dataclass(frozen=True)
+class Criterion:
+    """Extended Bayesian information of models of one axis; smaller is better.
+
+    Attributes
+    ----------
+    data : AxisData
+    grids : mapping of Candidate to Grid
+        Nonlinear parameters that are tried.
+    samples : float
+        Number of independent samples.
+    """
+
+    data: AxisData
+    grids: Mapping[Candidate, Grid]
+    samples: float
+
+    def with_samples(self, samples: float) -> "Criterion":
+        """The same criterion with another number of independent samples."""
+        return replace(self, samples=samples)
+
+    def penalty(self, candidate: Candidate) -> float:
+        """Penalty for the parameters of a candidate and for the candidates that were tried."""
+        tried = len(catalogue()) * _count(self.grids[candidate])
+        return float(candidate.parameter_count * np.log(self.samples) + 2.0 * np.log(tried))
+
+    def value(self, fitted: FittedModel) -> float:
+        """Extended BIC of a model."""
+        return self.misfit(fitted.error) + self._penalties(fitted)
+
+    def gain(self, before: FittedModel, after: FittedModel) -> float:
+        """Gain of a model over another, beyond the discrepancy of either."""
+        discrepancy = max(self.discrepancy(before), self.discrepancy(after))
+        misfit = self.misfit(before.error + discrepancy) - self.misfit(after.error + discrepancy)
+        return misfit - self._penalties(after) + self._penalties(before)
+
+    def expected_gain(self, scored: ScoredCandidate, fitted: FittedModel) -> float:
+        """Gain of a model by a candidate, from the candidate's score alone."""
+        discrepancy = self.discrepancy(fitted)
+        return self.misfit(fitted.error + discrepancy) - self.scored(scored, discrepancy)
+
+    def scored(self, scored: ScoredCandidate, discrepancy: float) -> float:
+        """Value of a model with a candidate, without the penalties of its other terms."""
+        return self.misfit(scored.error + discrepancy) + self.penalty(scored.candidate)
+
+    def misfit(self, error: float) -> float:
+        """What a sum of squares costs."""
+        return self.samples * float(np.log(max(error, _TINY)))
+
+    def discrepancy(self, fitted: FittedModel) -> float:
+        """Sum of squares by which a model's formulas may be off."""
+        return model_discrepancy(self.data, fitted)
+
+    def _penalties(self, fitted: FittedModel) -> float:
+        """Penalties of all added terms."""
+        total = 0.0
+        for t in fitted.terms:
+            total += self.penalty(t.candidate)
+            factor = ignored_command_penalty(self.data, t.model_term)[0]
+            total += self.samples * float(np.log(factor))
+        return total
+
+
+def independent_samples(data: AxisData, fitted: FittedModel) -> float:
+    """Number of independent samples that a coloured residual is worth.
+
+    Bartlett's formula for the correlation of two series of like colour (1935), summed to the lag
+    at which the autocorrelation is first lost (Geyer 1992).
+    """
+    residual = np.where(data.valid, data.effort - fitted.predicted, 0.0)
+    here = data.valid.astype(np.float64)
+    count = float(np.sum(here))
+    power = float(residual @ residual) / count
+    spread = 1.0
+    for lag in range(1, len(residual) // 4):
+        pairs = float(here[lag:] @ here[:-lag])
+        correlation = float(residual[lag:] @ residual[:-lag]) / max(pairs, 1.0) / power
+        if correlation < LOST_CORRELATION.value / np.sqrt(max(pairs, 1.0)):
+            break
+        spread += 2.0 * correlation**2
+    return count / spread
+
+
+def _count(grid: Grid) -> int:
+    return max((len(array) for array in grid.values()), default=1)

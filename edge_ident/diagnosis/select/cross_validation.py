@@ -1,0 +1,105 @@
+"""Cross-validation of causes: whether they reduce the residual where they were not fitted.
+
+The residual is coloured, so intervals come from a bootstrap of whole blocks of time (Künsch, Annals
+of Statistics 17 (1989) 1217).
+"""
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from edge_ident.diagnosis.fit.fitting import FittedModel
+from edge_ident.diagnosis.fit.held_out import held_out_residuals, standard_deviations
+from edge_ident.diagnosis.prepare.axis_data import AxisData
+from edge_ident.diagnosis.select.acceptance import (
+    BOOTSTRAP_SEED,
+    NONZERO,
+    ONE_OFF_BLOCKS,
+    ONE_OFF_ENERGY,
+    RESAMPLES,
+)
+from edge_ident.model.effects import named
+
+Array = NDArray[np.float64]
+
+_TINY: Final = float(np.finfo(float).tiny)
+
+
+@dataclass(frozen=True)
+class HeldOutGain:
+    """Relative reduction of the held-out residual's rms by a model against a smaller one.
+
+    Attributes
+    ----------
+    value : float
+    interval : (float, float)
+        95 % of the bootstrap resamples.
+    supported : float
+        Share of the resamples in which it is positive.
+    one_off : bool
+        Computed from the fitted residual instead: what happens once cannot be predicted.
+    """
+
+    value: float
+    interval: tuple[float, float]
+    supported: float
+    one_off: bool
+
+
+def held_out_gain(
+    data: AxisData, before: FittedModel, after: FittedModel, after_held_out: Array | None = None
+) -> HeldOutGain:
+    """Compute the gain of a model over a smaller one.
+
+    Parameters
+    ----------
+    after_held_out : (n,) array, optional
+        Held-out residuals of `after`, where they are known.
+    """
+    if is_one_off(data, after.predicted - before.predicted):
+        old, new = data.effort - before.predicted, data.effort - after.predicted
+        return HeldOutGain(*_bootstrap(data, old, new), one_off=True)
+    new = held_out_residuals(data, after) if after_held_out is None else after_held_out
+    return HeldOutGain(*_bootstrap(data, held_out_residuals(data, before), new), one_off=False)
+
+
+def near_zero(data: AxisData, fitted: FittedModel) -> list[tuple[str, ...]]:
+    """Essential linear parameters of each term that lie within a few deviations of zero."""
+    essential = [named(t.candidate.effect).search.essential for t in fitted.terms]
+    if not any(essential):
+        return [() for _ in fitted.terms]
+    deviations = standard_deviations(data, fitted)[: len(fitted.linear_parameters)]
+    near = np.abs(fitted.linear_parameters) < NONZERO.value * deviations
+    return [
+        tuple(
+            name
+            for name, is_near in zip(t.linear, near[fitted.columns_of(k)], strict=True)
+            if is_near and name in essential[k]
+        )
+        for k, t in enumerate(fitted.terms)
+    ]
+
+
+def is_one_off(data: AxisData, effort: Array) -> bool:
+    """Whether nearly all energy of an effort (n,) lies in a few blocks of time."""
+    energy = np.bincount(data.block[data.valid], effort[data.valid] ** 2)
+    present = np.bincount(data.block[data.valid]) > 0
+    energy = np.sort(energy[present])[::-1]
+    most = max(2, int(ONE_OFF_BLOCKS.value * len(energy)))
+    return bool(np.sum(energy[:most]) > ONE_OFF_ENERGY.value * np.sum(energy))
+
+
+def _bootstrap(data: AxisData, old: Array, new: Array) -> tuple[float, tuple[float, float], float]:
+    """1 - rms(new)/rms(old), its 95 % interval, and the share of resamples above zero."""
+    blocks = data.block[data.valid]
+    sums = np.array([np.bincount(blocks, r[data.valid] ** 2) for r in (old, new)])
+    sums = sums[:, np.bincount(blocks) > 0]
+    rng = np.random.default_rng(BOOTSTRAP_SEED.value)
+    drawn = rng.integers(0, sums.shape[1], (RESAMPLES.value, sums.shape[1]))
+    before, after = sums[:, drawn].sum(axis=2)
+    gains = 1.0 - np.sqrt(after / np.maximum(before, _TINY))
+    value = 1.0 - np.sqrt(np.sum(sums[1]) / max(float(np.sum(sums[0])), _TINY))
+    low, high = np.percentile(gains, [2.5, 97.5])
+    return float(value), (float(low), float(high)), float(np.mean(gains > 0.0))

@@ -1,0 +1,129 @@
+"""Forward selection of causes by beam search.
+
+A greedy choice can be wrong where two causes act together. So a few of the best models are followed
+at once, and the criterion decides between the finished ones.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from edge_ident.diagnosis.fit.fitting import FittedModel
+from edge_ident.diagnosis.fit.scoring import ScoredCandidate
+from edge_ident.diagnosis.select.acceptance import (
+    BEAM_WIDTH,
+    FEWEST_INDEPENDENT,
+    FOLLOWED,
+    MOST_TERMS,
+    Evidence,
+    decide,
+)
+from edge_ident.diagnosis.select.criterion import independent_samples
+from edge_ident.diagnosis.select.cross_validation import held_out_gain
+from edge_ident.diagnosis.select.search import Search, unrepeatable
+
+
+@dataclass(frozen=True)
+class Selection:
+    """A model that forward selection found.
+
+    Attributes
+    ----------
+    model : FittedModel
+    samples : float
+        Number of independent samples that its criterion counted. All later steps of the diagnosis
+        use the same number, so that one criterion decides throughout.
+    """
+
+    model: FittedModel
+    samples: float
+
+
+def select_forward(search: Search, start: FittedModel) -> Selection:
+    """Add causes to a model until none is accepted.
+
+    A coloured residual is worth fewer independent samples than it has. Then the selection is
+    repeated with that number. Its result competes with what that number leaves of the first one,
+    because of two large causes neither explains much alone.
+
+    Parameters
+    ----------
+    search : Search
+    start : FittedModel
+        The base model.
+    """
+    model = _grow(search, start)
+    samples = search.criterion.samples
+    independent = independent_samples(search.data, model)
+    if model.terms and independent < FEWEST_INDEPENDENT.value * samples:
+        fewer = search.with_samples(independent)
+        again, pruned = _grow(fewer, start), _pruned(fewer, model)
+        model = pruned if fewer.gain(again, pruned) > 0.0 else again
+        samples = independent
+    return Selection(model, samples)
+
+
+def _grow(search: Search, start: FittedModel) -> FittedModel:
+    best = start
+    beam = [start]
+    for _ in range(MOST_TERMS.value):
+        grown = _distinct(model for parent in beam for model in _children(search, parent))
+        if not grown:
+            break
+        least = min(model.error for model in grown)
+        grown = [model for model in grown if model.error < FOLLOWED.value * least]
+        beam = sorted(grown, key=search.criterion.value)[: BEAM_WIDTH.value]
+        beam[0] = search.polished(beam[0])
+        for model in beam:
+            if search.gain(best, model) > 0.0:
+                best = model
+    return _pruned(search, best)
+
+
+def _children(search: Search, parent: FittedModel) -> Iterable[FittedModel]:
+    """Models with one more term that the acceptance rule accepts."""
+    scored = [s for s in search.score(parent, unrepeatable(parent)) if not s.on_edge]
+    least = min((s.error for s in scored), default=0.0)
+    followed = [s for s in scored if s.error < FOLLOWED.value * least]
+    for candidate in followed[: BEAM_WIDTH.value]:
+        child = _child(search, parent, candidate)
+        if child is not None:
+            yield child
+
+
+def _child(search: Search, parent: FittedModel, scored: ScoredCandidate) -> FittedModel | None:
+    """A model with one more term, or None where that is not accepted.
+
+    The evidence is collected in the order of its cost: score, fit, cross-validation.
+    """
+    terms = (*parent.terms, scored.term)
+    expected = Evidence(search.criterion.expected_gain(scored, parent))
+    if not decide(parent.terms, terms, expected).accepted:
+        return None
+    child = search.fit(parent.base, terms)
+    gain = search.gain(parent, child)
+    if not decide(parent.terms, child.terms, Evidence(gain)).accepted:
+        return None
+    held_out = held_out_gain(search.data, parent, child)
+    evidence = Evidence(gain, held_out.supported, held_out.one_off)
+    return child if decide(parent.terms, child.terms, evidence).accepted else None
+
+
+def _pruned(search: Search, model: FittedModel) -> FittedModel:
+    """A model without the terms that the others make superfluous."""
+    while model.terms:
+        smaller = [search.fit(model.base, model.without(k)) for k in range(len(model.terms))]
+        best = min(smaller, key=search.criterion.value)
+        if decide(best.terms, model.terms, Evidence(search.gain(best, model))).accepted:
+            return model
+        model = best
+    return model
+
+
+def _distinct(models: Iterable[FittedModel]) -> list[FittedModel]:
+    """The best model of each set of effects."""
+    kept: dict[tuple[str, ...], FittedModel] = {}
+    for model in models:
+        key = tuple(sorted(t.candidate.effect for t in model.terms))
+        if key not in kept or model.error < kept[key].error:
+            kept[key] = model
+    return list(kept.values())

@@ -1,0 +1,147 @@
+"""The rule that accepts a cause, and its thresholds: all in one file, all with a reason."""
+
+import ast
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from edge_ident.diagnosis.fit.candidates import Candidate
+from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm, fit, solve
+from edge_ident.diagnosis.prepare.axis_data import AxisData
+from edge_ident.diagnosis.prepare.preparation import prepare_axis
+from edge_ident.diagnosis.select import acceptance
+from edge_ident.diagnosis.select.acceptance import Evidence, decide, structure_left, thresholds
+from edge_ident.diagnosis.select.cross_validation import held_out_gain
+from edge_ident.model.search import Form
+from tests.edge_ident.diagnosis.select.test_search_parts import TEMPLATE, recorded, rigid, swing
+
+ROOM = Path(acceptance.__file__).parent
+
+
+def term(effect: str) -> FittedTerm:
+    return FittedTerm(Candidate(effect, Form(("level",))), {}, {"level": 1.0})
+
+
+RIPPLE, DRIFT = term("torque_ripple"), term("offset_drift")
+
+
+@pytest.mark.parametrize(("gain", "accepted"), [(24.9, False), (25.0, False), (25.1, True)])
+def test_one_more_term_has_to_gain_more_than_its_threshold(gain: float, accepted: bool) -> None:
+    decision = decide([RIPPLE], [RIPPLE, DRIFT], Evidence(gain))
+    assert decision.accepted is accepted
+    assert "more than 25 are required" in decision.reason
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "required"),
+    [
+        ([RIPPLE], [DRIFT], 0.0),
+        ([RIPPLE, RIPPLE], [RIPPLE, DRIFT], 10.0),
+        ([RIPPLE, DRIFT], [RIPPLE, RIPPLE], -10.0),
+    ],
+)
+def test_a_replacement_that_adds_a_kind_of_effect_has_to_be_decisive(
+    before: list[FittedTerm], after: list[FittedTerm], required: float
+) -> None:
+    assert not decide(before, after, Evidence(required)).accepted
+    assert decide(before, after, Evidence(required + 0.1)).accepted
+
+
+def test_a_cause_has_to_hold_on_held_out_blocks() -> None:
+    refused = decide([], [RIPPLE], Evidence(400.0, supported=0.9))
+    assert not refused.accepted
+    assert "90.0% of the resamples" in refused.reason
+    assert decide([], [RIPPLE], Evidence(400.0, supported=0.951)).accepted
+    once = decide([], [RIPPLE], Evidence(400.0, supported=0.0, one_off=True))
+    assert once.accepted
+    assert "acts once" in once.reason
+
+
+def test_an_essential_parameter_near_zero_refuses_a_cause() -> None:
+    decision = decide([], [RIPPLE], Evidence(400.0, supported=1.0, near_zero=("inertia",)))
+    assert not decision.accepted
+    assert decision.reason == "inertia lies within 3 standard deviations of zero"
+
+
+def test_structure_begins_above_floor_uncertainty_and_discrepancy() -> None:
+    assert not structure_left(1.2, floor=1.0, uncertainty=0.0, discrepancy=0.0)
+    assert structure_left(1.21, floor=1.0, uncertainty=0.0, discrepancy=0.0)
+    assert not structure_left(1.43, floor=1.0, uncertainty=0.1, discrepancy=0.0)
+    assert not structure_left(1.55, floor=1.0, uncertainty=0.0, discrepancy=1.0)
+
+
+def test_a_regressor_of_noise_is_refused_by_cross_validation() -> None:
+    """Fitted, noise always reduces the residual; on held-out blocks it does not."""
+    t, x, v, a = swing(seed=8)
+    data = prepare_axis([recorded(t, x, rigid(v, a), noise=0.05)], "x")
+    start = fit(data, TEMPLATE, np.zeros(4), ())
+    supported = []
+    for seed in range(8):
+        noise = np.random.default_rng(seed).normal(size=len(data.effort))
+        after = with_regressor(data, start, noise)
+        assert after.error < start.error
+        gain = held_out_gain(data, start, after)
+        supported.append(decide([], [RIPPLE], Evidence(400.0, gain.supported)).accepted)
+    assert sum(supported) <= 1, "one in twenty is the promise"
+    real = with_regressor(data, start, np.sin(7.0 * data.of_motion("position")))
+    pushed = replace(data, effort=data.effort + 0.02 * real.jacobian[:, 4])
+    start, real = (refitted(pushed, model) for model in (start, real))
+    gain = held_out_gain(pushed, start, real)
+    assert decide([], [RIPPLE], Evidence(400.0, gain.supported)).accepted
+
+
+def with_regressor(data: AxisData, start: FittedModel, regressor: np.ndarray) -> FittedModel:
+    """The base model with one more column, fitted to the valid samples."""
+    jacobian = np.column_stack([start.jacobian, regressor])
+    return refitted(data, replace(start, terms=(RIPPLE,), jacobian=jacobian))
+
+
+def refitted(data: AxisData, model: FittedModel) -> FittedModel:
+    """A linear model, fitted to other data."""
+    solved = solve(model.jacobian[data.valid], data.effort[data.valid])
+    predicted = model.jacobian @ solved
+    left = (data.effort - predicted)[data.valid]
+    terms = tuple(replace(t, linear={"level": float(solved[4])}) for t in model.terms)
+    return replace(
+        model, base=solved[:4], terms=terms, predicted=predicted, error=float(left @ left)
+    )
+
+
+def test_every_threshold_has_unit_reason_and_support() -> None:
+    assert len(thresholds()) > 15
+    for name, threshold in thresholds().items():
+        for text in (threshold.unit, threshold.meaning, threshold.reason, threshold.support):
+            assert text, name
+
+
+@pytest.mark.parametrize("file", sorted(ROOM.glob("*.py")), ids=lambda file: file.name)
+def test_no_other_file_of_the_room_holds_a_threshold(file: Path) -> None:
+    tree = ast.parse(file.read_text(encoding="utf-8"))
+    assert numbers(tree) == [] or file.name == "acceptance.py"
+
+
+def numbers(tree: ast.Module) -> list[str]:
+    """Numeric module constants, and numbers other than zero and one in comparisons."""
+    found = [
+        ast.unparse(node)
+        for node in tree.body
+        if isinstance(node, ast.Assign | ast.AnnAssign) and node.value and literals(node.value)
+    ]
+    compared = [node for node in ast.walk(tree) if isinstance(node, ast.Compare)]
+    return found + [ast.unparse(c) for c in compared if literals(c) - {0, 1}]
+
+
+def literals(node: ast.AST) -> set[float]:
+    return {
+        part.value
+        for part in ast.walk(node)
+        if isinstance(part, ast.Constant) and type(part.value) in (int, float)
+    }
+
+
+def test_the_check_for_thresholds_finds_them() -> None:
+    assert numbers(ast.parse("_LEAST: Final = 3.0\nx = 2"))
+    assert numbers(ast.parse("def f(x):\n    return x > 0.9 * len(x)"))
+    assert not numbers(ast.parse("def f(x):\n    return x > 0 and len(x) == 1"))

@@ -1,0 +1,54 @@
+"""Backward elimination drops what the rule refuses, and says when it did not come to an end."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from edge_ident.diagnosis.diagnose import diagnose
+from edge_ident.diagnosis.fit.candidates import Candidate
+from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm, fit
+from edge_ident.diagnosis.prepare.preparation import prepare_axis
+from edge_ident.diagnosis.select import backward_elimination
+from edge_ident.diagnosis.select.acceptance import MOST_ROUNDS
+from edge_ident.diagnosis.select.backward_elimination import eliminate_backward
+from edge_ident.diagnosis.select.search import Search
+from edge_ident.model.effects import named
+from tests.edge_ident.diagnosis.select.test_search_parts import TEMPLATE, recorded, rigid, swing
+
+
+@pytest.fixture(scope="module")
+def superfluous() -> tuple[Search, FittedModel]:
+    """A rigid axis, and a model of it that has friction by direction besides."""
+    t, x, v, a = swing(seconds=12.0)
+    data = prepare_axis([recorded(t, x, rigid(v, a), noise=0.05)], "x")
+    start = fit(data, TEMPLATE, np.zeros(4), ())
+    search = Search.of(data, TEMPLATE, start)
+    form = named("asymmetric_friction").search.forms[0]
+    added = FittedTerm(Candidate("asymmetric_friction", form), {}, dict.fromkeys(form.linear, 0.0))
+    return search, search.fit(start.base, (added,))
+
+
+def test_a_superfluous_term_leaves_and_says_why(superfluous: tuple[Search, FittedModel]) -> None:
+    supported = eliminate_backward(*superfluous)
+    assert supported.converged
+    assert supported.model.terms == ()
+    (refused,) = supported.refused
+    assert refused.effect == "asymmetric_friction"
+    assert "are required" in refused.reason
+
+
+def test_too_few_rounds_say_that_it_did_not_converge(
+    superfluous: tuple[Search, FittedModel], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(backward_elimination, "MOST_ROUNDS", replace(MOST_ROUNDS, value=0))
+    supported = eliminate_backward(*superfluous)
+    assert not supported.converged
+    assert len(supported.model.terms) == len(supported.support) == 1
+
+
+def test_a_diagnosis_says_whether_it_converged() -> None:
+    t, x, v, a = swing(seconds=12.0)
+    axis = diagnose([recorded(t, x, rigid(v, a), noise=0.05)]).axes["x"]
+    assert axis.converged
+    assert axis.refused == ()

@@ -1,0 +1,62 @@
+"""The criterion: how many samples count, and that nobody changes them behind its back."""
+
+from dataclasses import FrozenInstanceError, replace
+
+import numpy as np
+import pytest
+
+from edge_ident.diagnosis.fit.fitting import FittedModel, fit
+from edge_ident.diagnosis.prepare.axis_data import AxisData
+from edge_ident.diagnosis.prepare.preparation import prepare_axis
+from edge_ident.diagnosis.select.criterion import independent_samples
+from edge_ident.diagnosis.select.forward_selection import select_forward
+from edge_ident.diagnosis.select.search import Search
+from tests.edge_ident.diagnosis.select.test_search_parts import TEMPLATE, recorded, rigid, swing
+
+
+@pytest.fixture(scope="module")
+def prepared() -> tuple[AxisData, FittedModel]:
+    t, x, v, a = swing(seconds=12.0)
+    data = prepare_axis([recorded(t, x, rigid(v, a), noise=0.05)], "x")
+    return data, fit(data, TEMPLATE, np.zeros(4), ())
+
+
+def with_residual(prepared: tuple[AxisData, FittedModel], residual: np.ndarray) -> float:
+    data, start = prepared
+    every = replace(data, valid=np.ones(len(data.effort), dtype=np.bool_))
+    return independent_samples(every, replace(start, predicted=data.effort - residual))
+
+
+def test_white_samples_all_count(prepared: tuple[AxisData, FittedModel]) -> None:
+    count = len(prepared[0].effort)
+    assert with_residual(prepared, np.random.default_rng(1).normal(size=count)) > 0.95 * count
+
+
+def test_coloured_samples_count_for_fewer(prepared: tuple[AxisData, FittedModel]) -> None:
+    """Of a first-order series of coefficient c, (1 - c²)/(1 + c²) of the samples count."""
+    count, c = len(prepared[0].effort), 0.8
+    rng = np.random.default_rng(2)
+    series = np.zeros(count)
+    for k in range(1, count):
+        series[k] = c * series[k - 1] + rng.normal()
+    expected = count * (1.0 - c**2) / (1.0 + c**2)
+    assert with_residual(prepared, series) == pytest.approx(expected, rel=0.3)
+
+
+def test_a_search_never_changes(prepared: tuple[AxisData, FittedModel]) -> None:
+    """Slow waves that no effect explains colour the residual: the selection counts fewer samples,
+    and the search that it was given counts as many as before."""
+    data, start = prepared
+    time_s = data.of_motion("time_s")
+    waves = sum(np.sin(w * time_s + w**2) * 0.2 for w in np.linspace(2.0, 9.0, 23))
+    push = 0.6 * np.sin(2.0 * np.pi * data.of_motion("position") / 0.31)
+    data = replace(data, effort=data.effort + waves + push, cache={})
+    start = fit(data, TEMPLATE, np.zeros(4), ())
+    search = Search.of(data, TEMPLATE, start)
+    before = search.criterion.samples
+    selection = select_forward(search, start)
+    assert selection.samples < 0.8 * before
+    assert search.criterion.samples == before == np.count_nonzero(data.valid)
+    assert search.with_samples(selection.samples).criterion.samples == selection.samples
+    with pytest.raises(FrozenInstanceError):
+        search.criterion.samples = 1.0  # type: ignore[misc]
