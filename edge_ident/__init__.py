@@ -31,7 +31,8 @@ if TYPE_CHECKING:
         ModelError,
     )
     from edge_ident.estimation.network import Network, load_network
-    from edge_ident.identification.identify import AxisIdentification, Identification, identify
+    from edge_ident.identification.identify import identify
+    from edge_ident.identification.result import AxisIdentification, Identification
     from edge_ident.model.model import AxisModel, Estimate, Model, Term
     from edge_ident.model.model_files import load_model, save_model, sourced_model
     from edge_ident.signals.recording import AxisRecord, Recording
@@ -90,7 +91,7 @@ _attribute = lazy_names(
     __name__,
     {
         "AxisDiagnosis": "edge_ident.diagnosis.result",
-        "AxisIdentification": "edge_ident.identification.identify",
+        "AxisIdentification": "edge_ident.identification.result",
         "AxisModel": "edge_ident.model.model",
         "AxisRecord": "edge_ident.signals.recording",
         "Board": "firmware_interface.board",
@@ -105,7 +106,7 @@ _attribute = lazy_names(
         "GainDesign": "edge_ident.control.gain_design",
         "GainDesigns": "edge_ident.control.drive_gains",
         "GainError": "edge_ident.errors",
-        "Identification": "edge_ident.identification.identify",
+        "Identification": "edge_ident.identification.result",
         "LinkError": "edge_ident.errors",
         "Model": "edge_ident.model.model",
         "ModelError": "edge_ident.errors",

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from edge_ident.errors import ModelError
-from edge_ident.estimation.image import effort_scale, gain_and_bias
+from edge_ident.estimation.image import effort_scale, scale_and_offset
 from export.configuration import Configuration
 from export.drives import as_shares, efforts, guesses, mixture, random_starts
 from export.motion import TrainingMotion
@@ -38,13 +38,13 @@ class Examples:
 
     Attributes
     ----------
-    columns : (n, points, 4) array
-        Measured regressor over the motion's scales.
+    regressor : (n, points, 4) array
+        Measured, over the motion's scales.
     measured : (n, points) array
     truth : (n, 4) array
     """
 
-    columns: Array
+    regressor: Array
     measured: Array
     truth: Array
 
@@ -56,9 +56,9 @@ class Batch:
     Attributes
     ----------
     model_effort, measured_effort : (n, points) arrays
-        The image's two factors; the first with the normalization's gain. With a fixed start the
+        The image's two factors; the first with the normalization's scale. With a fixed start the
         second is what the guess leaves of the effort, over its own scale.
-    bias : (n,) array
+    offset : (n,) array
         The normalization's constant.
     guess, residual : (n, 4) arrays
         Guess, and guess minus truth as seen through the nominal motion, in shares of the scale
@@ -67,14 +67,14 @@ class Batch:
 
     model_effort: Array
     measured_effort: Array
-    bias: Array
+    offset: Array
     guess: Array
     residual: Array
 
     @property
     def factors(self) -> tuple[Tensor, Tensor, Tensor]:
         """What `ResidualNetwork.features` takes, in single precision."""
-        return tensor(self.model_effort), tensor(self.measured_effort), tensor(self.bias)
+        return tensor(self.model_effort), tensor(self.measured_effort), tensor(self.offset)
 
 
 class Batches:
@@ -102,8 +102,8 @@ class Batches:
         on_progress: Callable[[int, int], None] = lambda done, total: None,
     ) -> None:
         self.configuration = configuration
-        self.nominal = motion.shapes(configuration.points)
-        """Columns (points, 4) of the nominal motion over their scales."""
+        self.nominal = motion.scaled_regressor(configuration.points)
+        """Regressor (points, 4) of the nominal motion over its scales."""
         self.inverse = np.linalg.pinv(self.nominal)
         self._held_out = held_out
         self._recordings = self._record(motion, on_progress)
@@ -158,13 +158,13 @@ class Batches:
         """Base parameters, and what the effects of each drive add to its effort."""
         recordings, count = self._recordings, len(index)
         normalization = self.configuration.normalization
-        columns = recordings.true[index]
+        regressor = recordings.true[index]
         if self.configuration.drives == "halves":
             raw = random_starts(rng, count)
         else:
             raw = mixture(rng, count)
-        truth = as_shares(columns, raw, normalization)
-        added = np.zeros(columns.shape[:2])
+        truth = as_shares(regressor, raw, normalization)
+        added = np.zeros(regressor.shape[:2])
         known = recordings.known_drives(rng, index)
         if known is not None:
             made_for, added = known
@@ -186,16 +186,16 @@ class Batches:
     def _with_guesses(self, examples: Examples, rng: np.random.Generator) -> Batch:
         if self.configuration.start_shares is not None:
             return self._remainders(examples, self.configuration.start_shares, rng)
-        configuration, truth, columns = self.configuration, examples.truth, examples.columns
+        configuration, truth, regressor = self.configuration, examples.truth, examples.regressor
         guess = self._random_guesses(rng, truth)
         # guess and truth as seen through the nominal motion: what an image can show
-        guess, seen = (efforts(columns, shares) @ self.inverse.T for shares in (guess, truth))
+        guess, seen = (efforts(regressor, shares) @ self.inverse.T for shares in (guess, truth))
         model = guess @ self.nominal.T
-        gain, bias = gain_and_bias(model, examples.measured, configuration.normalization)
-        factors = gain[:, None] * model, examples.measured
+        contrast, offset = scale_and_offset(model, examples.measured, configuration.normalization)
+        factors = contrast[:, None] * model, examples.measured
         if configuration.rotations:
             factors = rotate(*factors, rng.integers(4, size=len(seen)))
-        return Batch(*factors, bias, guess, guess - seen)
+        return Batch(*factors, offset, guess, guess - seen)
 
     def _remainders(
         self, examples: Examples, start: tuple[float, ...], rng: np.random.Generator
@@ -205,20 +205,21 @@ class Batches:
         The guesses are those that passes meet: the start, answers at any distance from the truth,
         and what least squares makes of the effort.
         """
-        truth, columns, count = examples.truth, examples.columns, len(examples.truth)
+        truth, regressor, count = examples.truth, examples.regressor, len(examples.truth)
         direction = rng.normal(size=truth.shape)
         direction /= np.linalg.norm(direction, axis=1, keepdims=True)
         distance = np.exp(rng.uniform(*np.log(DISTANCES), (count, 1)))
-        fitted = (np.linalg.pinv(columns) @ examples.measured[:, :, None])[:, :, 0]
+        fitted = (np.linalg.pinv(regressor) @ examples.measured[:, :, None])[:, :, 0]
         kind = rng.choice(3, size=(count, 1), p=GUESSES)
         near = np.where(kind == 1, truth, fitted) + distance * direction
         guess = np.where(kind == 0, np.array(start), near)
-        remainder = examples.measured - efforts(columns, guess)
+        remainder = examples.measured - efforts(regressor, guess)
         scale = effort_scale(remainder, self.configuration.normalization)[:, None]
-        residual = efforts(columns, guess - truth) @ self.inverse.T / scale
+        residual = efforts(regressor, guess - truth) @ self.inverse.T / scale
         model = np.broadcast_to(self.nominal @ np.array(start), remainder.shape)
-        gain, bias = gain_and_bias(model, remainder / scale, self.configuration.normalization)
-        return Batch(gain[:, None] * model, remainder / scale, bias, guess, residual)
+        measured = remainder / scale
+        contrast, offset = scale_and_offset(model, measured, self.configuration.normalization)
+        return Batch(contrast[:, None] * model, measured, offset, guess, residual)
 
     def _random_guesses(self, rng: np.random.Generator, truth: Array) -> Array:
         if self.configuration.drives == "mixture":

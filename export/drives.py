@@ -50,14 +50,14 @@ PROPORTIONS: Final = {"uniform": 0.3, "log_uniform": 0.3, "corner": 0.2, "realis
 """How the training mixture is made up."""
 
 
-def efforts(columns: Array, shares: Array) -> Array:
-    """Efforts (n, 100) of shares (n, 4) on columns (n, 100, 4) or (100, 4)."""
-    return np.asarray((columns @ shares[:, :, None])[:, :, 0])
+def efforts(regressor: Array, shares: Array) -> Array:
+    """Efforts (n, 100) of shares (n, 4) of regressors (n, 100, 4) or (100, 4)."""
+    return np.asarray((regressor @ shares[:, :, None])[:, :, 0])
 
 
-def as_shares(columns: Array, raw: Array, normalization: Normalization) -> Array:
-    """Scale (n, 4) raw parameters so that the efforts on the columns have scale one."""
-    return np.asarray(raw / effort_scale(efforts(columns, raw), normalization)[:, None])
+def as_shares(regressor: Array, raw: Array, normalization: Normalization) -> Array:
+    """Scale (n, 4) raw parameters so that the efforts of the regressor have scale one."""
+    return np.asarray(raw / effort_scale(efforts(regressor, raw), normalization)[:, None])
 
 
 def mixture(rng: np.random.Generator, count: int) -> Array:

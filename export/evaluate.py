@@ -6,9 +6,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.estimation import cnn
 from edge_ident.estimation.image import effort_scale
 from edge_ident.estimation.network import Evaluation, Network
+from edge_ident.estimation.network_estimate import estimate
 from edge_ident.signals.metrics import relative_residual
 from export.drives import FAMILIES, as_shares, efforts, mixture, random_starts
 from export.motion import TrainingMotion
@@ -33,7 +33,7 @@ class DriveSet:
 
     Attributes
     ----------
-    columns : (n, points, 4) array
+    regressor : (n, points, 4) array
     effort, base_effort : (n, points) arrays
         Measured, and what the base model makes of the drive's parameters.
     parameters : (n, 4) array
@@ -41,7 +41,7 @@ class DriveSet:
     column_scales : (4,) array
     """
 
-    columns: Array
+    regressor: Array
     effort: Array
     base_effort: Array
     parameters: Array
@@ -81,20 +81,20 @@ def evaluation_drives(motion: TrainingMotion, points: int) -> EvaluationDrives:
     level = NOISE * np.sqrt(points / len(motion.position))
     sizes = [len(part) for part in np.array_split(np.arange(DRIVES), len(FAMILIES))]
     raw = np.vstack([family(rng, n) for family, n in zip(FAMILIES.values(), sizes, strict=True)])
-    nominal = np.broadcast_to(motion.shapes(points), (DRIVES, points, 4))
+    nominal = np.broadcast_to(motion.scaled_regressor(points), (DRIVES, points, 4))
     truth = as_shares(nominal, raw, "effort-scale")
     base = efforts(nominal, truth)
     clean = _in_si(motion, rng, nominal, base, base, truth)
     index = rng.integers(MOTIONS, size=DRIVES)
-    columns = recordings.true[index]
-    truth = as_shares(columns, mixture(rng, DRIVES), "effort-scale")
-    effort = base = efforts(columns, truth)
+    regressor = recordings.true[index]
+    truth = as_shares(regressor, mixture(rng, DRIVES), "effort-scale")
+    effort = base = efforts(regressor, truth)
     known = recordings.known_drives(rng, index)
     if known is not None:
         truth, added = known
-        base = efforts(columns, truth)
+        base = efforts(regressor, truth)
         effort = base + added
-        clean = _in_si(motion, rng, columns, effort, base, truth)
+        clean = _in_si(motion, rng, regressor, effort, base, truth)
     noise = level * rng.normal(size=base.shape)
     noisy = _in_si(motion, rng, recordings.measured[index], effort + noise, base, truth)
     return EvaluationDrives(clean, noisy, _disturbed(motion, rng, recordings, level))
@@ -117,7 +117,7 @@ def _disturbed(
 def _in_si(
     motion: TrainingMotion,
     rng: np.random.Generator,
-    shapes: Array,
+    scaled_regressor: Array,
     effort: Array,
     base: Array,
     truth: Array,
@@ -125,7 +125,9 @@ def _in_si(
     """Give drives efforts over two decades."""
     unit = np.exp(rng.uniform(np.log(0.1), np.log(10.0), (len(truth), 1)))
     scales = motion.column_scales
-    return DriveSet(shapes * scales, unit * effort, unit * base, unit * truth / scales, scales)
+    return DriveSet(
+        scaled_regressor * scales, unit * effort, unit * base, unit * truth / scales, scales
+    )
 
 
 def evaluate_all(fp32: Network, int8: Network, drives: EvaluationDrives) -> tuple[Evaluation, ...]:
@@ -152,36 +154,38 @@ def evaluate(name: str, network: Network, drives: DriveSet) -> Evaluation:
 
 def identified(network: Network, drives: DriveSet, passes: int = PASSES) -> Array:
     """Parameters (n, 4) of every drive, SI, after at most so many passes each."""
-    pairs = zip(drives.columns, drives.effort, strict=True)
+    pairs = zip(drives.regressor, drives.effort, strict=True)
     return np.array(
         [
-            cnn.identify(columns, effort, network, seed=index, passes=passes).parameters
-            for index, (columns, effort) in enumerate(pairs)
+            estimate(regressor, effort, network, seed=index, passes=passes).parameters
+            for index, (regressor, effort) in enumerate(pairs)
         ]
     )
 
 
 def solved(drives: DriveSet) -> Array:
     """Parameters (n, 4) by least squares on the same subsampled signals."""
-    pairs = zip(drives.columns, drives.effort, strict=True)
-    return np.array([np.linalg.lstsq(columns, effort, rcond=None)[0] for columns, effort in pairs])
+    pairs = zip(drives.regressor, drives.effort, strict=True)
+    return np.array(
+        [np.linalg.lstsq(regressor, effort, rcond=None)[0] for regressor, effort in pairs]
+    )
 
 
 def guessed(drives: DriveSet) -> Array:
     """As many random guesses as there are passes, without any network: the best by residual."""
     rng = np.random.default_rng((SEED, 2))
     found = np.empty_like(drives.parameters)
-    for index, (columns, effort) in enumerate(zip(drives.columns, drives.effort, strict=True)):
+    for index, (regressor, effort) in enumerate(zip(drives.regressor, drives.effort, strict=True)):
         unit = effort_scale(effort, "effort-scale") / drives.column_scales
         tries = random_starts(rng, PASSES) * unit
-        scores = [relative_residual(effort, columns @ guess) for guess in tries]
+        scores = [relative_residual(effort, regressor @ guess) for guess in tries]
         found[index] = tries[int(np.argmin(scores))]
     return found
 
 
 def figures(name: str, drives: DriveSet, found: Array) -> Evaluation:
     """Compare found parameters (n, 4) with the truth."""
-    pairs = zip(drives.base_effort, efforts(drives.columns, found), strict=True)
+    pairs = zip(drives.base_effort, efforts(drives.regressor, found), strict=True)
     residuals = [relative_residual(base, model) for base, model in pairs]
     error = np.abs(drives.shares(found - drives.parameters))
     return Evaluation(
@@ -208,7 +212,7 @@ def error_per_residual(network: Network, drives: DriveSet, base: Array) -> Array
     """
     found = identified(network, drives)
     error = drives.shares(found - drives.parameters)
-    pairs = zip(drives.effort, efforts(drives.columns, found), strict=True)
+    pairs = zip(drives.effort, efforts(drives.regressor, found), strict=True)
     residual = np.array([relative_residual(effort, model) for effort, model in pairs])
     added = np.maximum(np.mean(error**2, axis=0) - base**2, 0.0)
     return np.asarray(np.sqrt(added / np.mean(residual**2)))

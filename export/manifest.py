@@ -38,7 +38,7 @@ def describe(
         configuration=asdict(configuration),
         motion=NetworkMotion(
             period_s=len(motion.position) * motion.period_s,
-            columns=motion.shapes(configuration.points) * motion.column_scales,
+            regressor=motion.scaled_regressor(configuration.points) * motion.column_scales,
             column_scales=motion.column_scales,
             position_unit=motion.position_unit,
             effort_unit=motion.effort_unit,
@@ -70,4 +70,6 @@ def with_figures(
 def write(manifest: Manifest, path: Path) -> None:
     """Write a manifest as JSON."""
     fields: dict[str, Any] = {"schema": SCHEMA, **asdict(manifest)}
+    motion = fields["motion"]
+    fields["motion"] = {"columns" if name == "regressor" else name: motion[name] for name in motion}
     path.write_text(json.dumps(fields, indent=1, default=np.ndarray.tolist) + "\n")

@@ -13,8 +13,9 @@ from edge_ident.model.effects import named
 from edge_ident.model.model import AxisModel, Model, regressor
 from edge_ident.signals.conditioning import choose_cutoff, encoder_count, position_noise
 from edge_ident.signals.dct import POINTS, subsample
-from edge_ident.signals.filters import differentiate, even_grid, interpolate
-from edge_ident.signals.recording import Recording
+from edge_ident.signals.filters import differentiate
+from edge_ident.signals.recording import AxisRecord, Recording
+from edge_ident.signals.resampling import EvenGrid
 from edge_ident.simulation.loop import counted
 
 Array = NDArray[np.float64]
@@ -80,10 +81,9 @@ class TrainingMotion:
         peaks = [np.max(np.abs(signal)) for signal in (self.acceleration, self.velocity)]
         return np.array([*peaks, 1.0, 1.0])
 
-    def shapes(self, points: int) -> Array:
+    def scaled_regressor(self, points: int) -> Array:
         """Subsampled regressor over `column_scales`, (points, 4)."""
-        columns = regressor(self.velocity, self.acceleration)
-        return subsample(columns, points) / self.column_scales
+        return subsample(regressor(self.velocity, self.acceleration), points) / self.column_scales
 
 
 def paper_motion() -> TrainingMotion:
@@ -126,18 +126,10 @@ def motion_from(recording: Recording, axis: str | None, name: str) -> TrainingMo
     DataError
         The axis is not in the recording, it has to be named, or its laps have too few samples.
     """
-    if axis is None and len(recording.axes) == 1:
-        axis = next(iter(recording.axes))
-    if axis not in recording.axes:
-        raise DataError(
-            f"{recording.source}: a network is trained for one axis; there are "
-            + ", ".join(recording.axes),
-            "name one with --axis",
-        )
-    record, time_s = recording.axes[axis], recording.time_s
-    even, period_s = even_grid(time_s)
-    read = interpolate(even, time_s, record.position)
-    smooth = np.stack(differentiate(read, choose_cutoff(read, period_s), period_s))
+    record, grid = _chosen(recording, axis), EvenGrid.of(recording.time_s)
+    period_s, read = grid.period_s, grid.resampled(record.position)
+    noise = position_noise(read)
+    smooth = np.stack(differentiate(read, choose_cutoff(read, period_s, noise), period_s))
     position, velocity, acceleration = _average_lap(smooth)
     if len(position) < POINTS:
         raise DataError(
@@ -153,10 +145,22 @@ def motion_from(recording: Recording, axis: str | None, name: str) -> TrainingMo
         velocity=velocity,
         acceleration=acceleration,
         count=encoder_count(record.position),
-        noise=position_noise(read),
+        noise=noise,
         largest_lag=0.0,
         partner=None,
     )
+
+
+def _chosen(recording: Recording, axis: str | None) -> AxisRecord:
+    if axis is None and len(recording.axes) == 1:
+        axis = next(iter(recording.axes))
+    if axis is None or axis not in recording.axes:
+        raise DataError(
+            f"{recording.source}: a network is trained for one axis; there are "
+            + ", ".join(recording.axes),
+            "name one with --axis",
+        )
+    return recording.axes[axis]
 
 
 def with_effects(motion: TrainingMotion, model: Model, axis: str | None) -> TrainingMotion:

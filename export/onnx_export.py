@@ -1,7 +1,7 @@
 """From a checkpoint to the files that ship: two ONNX networks and their manifest."""
 
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Final
@@ -13,13 +13,14 @@ from numpy.typing import NDArray
 
 from edge_ident.errors import ModelError
 from edge_ident.estimation.image import effort_image
-from edge_ident.estimation.network import VARIANTS, Network, load_network
+from edge_ident.estimation.network import VARIANTS, Manifest, Network, load_network
 from edge_ident.model.model import PARAMETERS
 from edge_ident.signals.dct import POINTS
-from export.checkpoint import trained_network
+from export.checkpoint import Checkpoint, trained_network
 from export.data import Batches
 from export.evaluate import (
     DriveSet,
+    EvaluationDrives,
     error_per_residual,
     evaluate_all,
     evaluation_drives,
@@ -39,35 +40,18 @@ BATCH: Final = 64
 
 
 def export(checkpoint: Path, output: Path, on_progress: Callable[[str], None]) -> Path:
-    """Write NAME_fp32.onnx, NAME_int8.onnx and NAME.json, named after the motion.
+    """Write NAME_fp32.onnx, NAME_int8.onnx and NAME.json, and return the path of the last.
 
-    Parameters
-    ----------
-    checkpoint : Path
-        Of a finished training run.
-    output : Path
-        Folder.
-    on_progress : callable
-        Called with the name of each stage.
-
-    Returns
-    -------
-    Path
-        Of the manifest.
+    NAME is that of the motion. `on_progress` is called with the name of each stage.
 
     Raises
     ------
     ModelError
-        If the run is not finished, the exported network differs from torch's, or quantization
-        moves the identified parameters too far.
+        The training run is not finished, the exported network differs from torch's, or
+        quantization moves the identified parameters too far.
     """
-    network, trained = trained_network(checkpoint)
+    network, trained = _trained(checkpoint)
     configuration, motion = trained.configuration, trained.motion
-    if configuration.points != POINTS:
-        raise ModelError(
-            f"{checkpoint}: takes images of {configuration.points} points",
-            f"train with {POINTS}: the runtime knows no other",
-        )
     on_progress("recording")
     images, features = _calibration(network, Batches(configuration, motion))
     drives = evaluation_drives(motion, POINTS)
@@ -79,24 +63,46 @@ def export(checkpoint: Path, output: Path, on_progress: Callable[[str], None]) -
     with TemporaryDirectory(dir=output) as folder:  # nothing is replaced before all checks pass
         draft = Path(folder)
         contents = {variant: model.SerializeToString() for variant, model in models.items()}
-        for variant, content in contents.items():
-            (draft / f"{motion.name}_{variant}.onnx").write_bytes(content)
-        manifest = draft / f"{motion.name}.json"
         described = describe(configuration, motion, contents)
-        write(described, manifest)
-        fp32, int8 = (
-            load_network(path=draft / f"{motion.name}_{variant}.onnx") for variant in VARIANTS
-        )
+        fp32, int8 = _written(draft, motion.name, described, contents)
         check_parity(network, fp32, images)
         on_progress("evaluating")
         check_quantization(fp32, int8, drives.clean)
-        evaluation = evaluate_all(fp32, int8, drives)
-        noisy = next(figures for figures in evaluation if figures.name == "noisy")
-        growth = error_per_residual(fp32, drives.disturbed, noisy.share_error_rms)
-        write(with_figures(described, evaluation, growth), manifest)
+        write(_evaluated(described, fp32, int8, drives), draft / f"{motion.name}.json")
         for file in draft.iterdir():
             file.replace(output / file.name)
-    return output / manifest.name
+    return output / f"{motion.name}.json"
+
+
+def _trained(checkpoint: Path) -> tuple[ResidualNetwork, Checkpoint]:
+    network, trained = trained_network(checkpoint)
+    points = trained.configuration.points
+    if points != POINTS:
+        raise ModelError(
+            f"{checkpoint}: takes images of {points} points",
+            f"train with {POINTS}: the runtime knows no other",
+        )
+    return network, trained
+
+
+def _written(
+    folder: Path, name: str, manifest: Manifest, contents: Mapping[str, bytes]
+) -> tuple[Network, ...]:
+    """Both networks, written with their manifest and loaded as the runtime does."""
+    for variant, content in contents.items():
+        (folder / f"{name}_{variant}.onnx").write_bytes(content)
+    write(manifest, folder / f"{name}.json")
+    return tuple(load_network(path=folder / f"{name}_{variant}.onnx") for variant in VARIANTS)
+
+
+def _evaluated(
+    manifest: Manifest, fp32: Network, int8: Network, drives: EvaluationDrives
+) -> Manifest:
+    """The manifest with the networks' figures."""
+    evaluation = evaluate_all(fp32, int8, drives)
+    noisy = next(figures for figures in evaluation if figures.name == "noisy")
+    growth = error_per_residual(fp32, drives.disturbed, noisy.share_error_rms)
+    return with_figures(manifest, evaluation, growth)
 
 
 def to_onnx(network: ResidualNetwork) -> onnx.ModelProto:
@@ -177,7 +183,7 @@ def _calibration(
         with torch.no_grad():
             features.append(network.features(*batch.factors).flatten(1).numpy().astype(np.float64))
         if number < CALIBRATION_IMAGES // BATCH:
-            # the gain is in the factor already; the constant is what is left to add
+            # the scale is in the factor already; the offset is left to add
             product = effort_image(batch.model_effort, batch.measured_effort, "effort-scale")
-            images.append(product + batch.bias.astype(np.float32)[:, None, None, None])
+            images.append(product + batch.offset.astype(np.float32)[:, None, None, None])
     return np.concatenate(images), np.concatenate(features)

@@ -33,7 +33,7 @@ _SOURCE: Final = "other"
 
 @dataclass(frozen=True)
 class Recordings:
-    """Subsampled recordings; columns over the motion's scales, parameters as shares.
+    """Subsampled recordings; regressors over the motion's scales, parameters as shares.
 
     Attributes
     ----------
@@ -102,11 +102,11 @@ def make_recordings(
     """
     names = _testable_effects(motion) if drives else ()
     made = []
-    for number, true in enumerate(perturbed(motion, rng, motions)):
-        made.append(_record(motion, true, points, rng, names, drives))
+    for number, moved in enumerate(perturbed(motion, rng, motions)):
+        made.append(_record(motion, moved, points, rng, names, drives))
         on_progress(number + 1, motions)
-    measured, columns, *drives_made = (np.stack(part) for part in zip(*made, strict=True))
-    return Recordings(measured, columns, names, *drives_made)
+    measured, true, *drives_made = (np.stack(part) for part in zip(*made, strict=True))
+    return Recordings(measured, true, names, *drives_made)
 
 
 def _testable_effects(motion: TrainingMotion) -> tuple[str, ...]:
@@ -126,17 +126,17 @@ def _record(
     drives: int,
 ) -> tuple[Array, ...]:
     """What `Recordings` holds of one motion, its arrays in their order."""
-    columns = regressor(true.velocity, true.acceleration) / motion.column_scales
+    scaled = regressor(true.velocity, true.acceleration) / motion.column_scales
     shares, added = [], []
     for name in names:
         raw = mixture(rng, drives)
-        shares.append(as_shares(columns, raw, "effort-scale"))
+        shares.append(as_shares(scaled, raw, "effort-scale"))
         added.append(_added_effort(name, shares[-1] / motion.column_scales, true, rng))
-    known_shares, known_added = _known_drives(motion, true, columns, rng)
+    known_shares, known_added = _known_drives(motion, true, scaled, rng)
     signals = condition(
         motion.time_s,
         measured_position(motion, true.position, rng),
-        np.vstack([columns.T, *added, known_added]),
+        np.vstack([scaled.T, *added, known_added]),
     )
     filtered = subsample(signals.effort.T, points)
     measured = subsample(signals.regressor, points) / motion.column_scales
@@ -152,7 +152,7 @@ def _record(
 
 
 def _known_drives(
-    motion: TrainingMotion, true: Motion, columns: Array, rng: np.random.Generator
+    motion: TrainingMotion, true: Motion, scaled: Array, rng: np.random.Generator
 ) -> tuple[Array, Array]:
     """Shares (K, 4) of random drives of the known machine's size, and what its effects add (K, N).
 
@@ -160,10 +160,10 @@ def _known_drives(
     effort of the same scale as the model's base term does.
     """
     if motion.known is None:
-        return np.empty((0, len(PARAMETERS))), np.empty((0, len(columns)))
-    effort = motion.known.parameters * motion.column_scales @ columns.T
+        return np.empty((0, len(PARAMETERS))), np.empty((0, len(scaled)))
+    effort = motion.known.parameters * motion.column_scales @ scaled.T
     scale = float(effort_scale(effort[None], "effort-scale")[0])
-    shares = as_shares(columns, mixture(rng, KNOWN_DRIVES), "effort-scale")
+    shares = as_shares(scaled, mixture(rng, KNOWN_DRIVES), "effort-scale")
     terms = [_varied(term, rng) for term in motion.known.terms[1:]]
     parameters = scale * shares / motion.column_scales
     return shares, _effort_of(terms, parameters, true) / scale

@@ -36,10 +36,10 @@ def test_every_effect_has_its_physics_parameters_rivals_and_motion(name: str) ->
     assert "Source:" in text
     for parameter in effect.parameters:
         assert f"| `{parameter.name}` | {parameter.description} |" in text
-    assert effect.signature in text
-    assert effect.experiment in text
-    assert effect.rivals
-    for rival in effect.rivals:
+    assert effect.search.signature in text
+    assert effect.search.experiment in text
+    assert effect.search.alternatives
+    for rival in effect.search.alternatives:
         assert rival in catalogue()
         assert f"[{rival}](#{rival})" in text
 

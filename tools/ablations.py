@@ -95,8 +95,10 @@ def judge(drives: DriveSet, found: Array) -> Judged:
     """Compare found parameters (n, 4) with the truth."""
     error = np.abs(drives.shares(found - drives.parameters))
     metrics = [
-        compare(base, columns @ parameters)
-        for base, columns, parameters in zip(drives.base_effort, drives.columns, found, strict=True)
+        compare(base, regressor @ parameters)
+        for base, regressor, parameters in zip(
+            drives.base_effort, drives.regressor, found, strict=True
+        )
     ]
     return Judged(
         error_median=float(np.median(error)),
@@ -117,10 +119,10 @@ def unguarded(network: TorchNetwork, passes: int) -> Answer:
 
     def answer(drives: DriveSet) -> Array:
         scale = effort_scale(drives.effort, manifest.normalization)[:, None]
-        shapes, measured = drives.columns / drives.column_scales, drives.effort / scale
+        scaled, measured = drives.regressor / drives.column_scales, drives.effort / scale
         here = np.random.default_rng(1).uniform([0.0, 0.0, 0.0, -1.0], 1.0, (len(scale), 4))
         for _ in range(passes):
-            model = (shapes @ here[:, :, None])[:, :, 0]
+            model = (scaled @ here[:, :, None])[:, :, 0]
             here = here - network.residual_shares(
                 effort_image(model, measured, manifest.normalization)
             )

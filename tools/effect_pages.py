@@ -55,7 +55,7 @@ def _overview() -> Iterator[str]:
     yield "| effect | what sets it apart |"
     yield "| --- | --- |"
     for name, effect in catalogue().items():
-        yield f"| {_link(name)} | {effect.signature} |"
+        yield f"| {_link(name)} | {effect.search.signature} |"
     yield ""
 
 
@@ -69,14 +69,14 @@ def _sections() -> Iterator[str]:
         yield physics.strip().replace("\nSource:", "\n\nSource:")
         yield ""
         yield from _parameters(effect)
-        yield f"- What sets it apart: {effect.signature}."
-        yield f"- Looks like: {', '.join(_link(rival) for rival in effect.rivals)}."
-        yield f"- What shows it: {effect.experiment}."
+        yield f"- What sets it apart: {effect.search.signature}."
+        yield f"- Looks like: {', '.join(_link(rival) for rival in effect.search.alternatives)}."
+        yield f"- What shows it: {effect.search.experiment}."
         yield ""
 
 
 def _parameters(effect: Effect) -> Iterator[str]:
-    amplitudes = {name for form in effect.forms for name in form.linear}
+    amplitudes = {name for form in effect.search.forms for name in form.linear}
     yield "| parameter | meaning | unit | range | diagnosis |"
     yield "| --- | --- | --- | --- | --- |"
     for parameter in effect.parameters:

@@ -29,7 +29,7 @@ from rich.progress import track
 from rich.table import Table
 
 from edge_ident.errors import DataError
-from edge_ident.estimation import cnn, least_squares
+from edge_ident.estimation import least_squares, network_estimate
 from edge_ident.estimation.alignment import Subsampled, align
 from edge_ident.estimation.image import effort_scale
 from edge_ident.estimation.network import Network, load_network
@@ -126,14 +126,14 @@ class Setting:
         """Identify one axis; None if it moves too little to be identified."""
         signals = condition(time_s, position, effort, effort_shift_s=shift_s)
         motion = self.network.manifest.motion
-        seen = align(signals, motion.columns[:, 1], motion.period_s)
+        seen = align(signals, motion.regressor[:, 1], motion.period_s)
         if seen is None:
             raise SystemExit("the network belongs to a longer motion: name another one")
         try:
             solved = least_squares.fit(signals).parameters
         except DataError:
             return None
-        looped = cnn.identify(seen.columns, seen.effort, self.network, passes=PASSES)
+        looped = network_estimate.estimate(seen.regressor, seen.effort, self.network, passes=PASSES)
         scale = float(effort_scale(seen.effort, "effort-scale"))
         unit = scale / motion.column_scales
         found = {
@@ -141,7 +141,7 @@ class Setting:
             "least squares": solved,
             "random search": _guessed(seen, unit),
         }
-        metric = {name: compare(seen.effort, seen.columns @ p) for name, p in found.items()}
+        metric = {name: compare(seen.effort, seen.regressor @ p) for name, p in found.items()}
         return Case(truth, 1.0 / unit, found, metric, looped.passes)
 
 
@@ -149,7 +149,7 @@ def _guessed(seen: Subsampled, unit: Array) -> Array:
     """The best of as many random guesses as the loop may have passes."""
     rng = np.random.default_rng(SEED)
     tries = rng.uniform([0.0, 0.0, 0.0, -1.0], 1.0, (PASSES, 4)) * unit
-    scores = [compare(seen.effort, seen.columns @ guess).relative_residual for guess in tries]
+    scores = [compare(seen.effort, seen.regressor @ guess).relative_residual for guess in tries]
     return np.asarray(tries[int(np.argmin(scores))])
 
 

@@ -166,11 +166,10 @@ def compare(
     >>> [row.method for row in found.axes["x"].rows]
     ['ordinary_least_squares']
     """
-    known = all_methods()
+    known, axes = all_methods(), {}
     for method in methods:
         if method not in known:
             raise ValueError(f"there is no {method}; choose from {', '.join(known)}")
-    axes = {}
     for name, axis in recording.axes.items():
         problem = pose(recording, name, network=network, tries=tries, seed=seed, note=on_note)
         rows = []

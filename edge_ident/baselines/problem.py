@@ -10,7 +10,6 @@ from edge_ident.estimation import least_squares
 from edge_ident.estimation.network import Network
 from edge_ident.model.model import Estimate
 from edge_ident.signals.conditioning import Signals, condition
-from edge_ident.signals.filters import even_grid, interpolate
 from edge_ident.signals.recording import AxisRecord, Recording
 
 Array = NDArray[np.float64]
@@ -94,14 +93,13 @@ def pose(
     axis, time_s = recording.axes[name], recording.time_s
     signals = condition(time_s, axis.position, axis.effort, effort_shift_s=recording.effort_shift_s)
     part = least_squares.estimation_part(signals)
-    even_s, _ = even_grid(time_s)
     return Problem(
         signals=signals,
         part=part,
         regressor=signals.regressor[part],
         effort=signals.effort[part],
-        time_s=even_s,
-        axis=_resampled(axis, time_s, even_s) if signals.interpolated else axis,
+        time_s=signals.grid.time_s,
+        axis=signals.grid.axis(axis),
         effort_shift_s=recording.effort_shift_s,
         network=network,
         tries=tries,
@@ -113,15 +111,3 @@ def pose(
 def fit(regressor: Array, effort: Array) -> Array:
     """Parameters of an ordinary least-squares fit, (4,), for methods that build on it."""
     return np.asarray(np.linalg.lstsq(regressor, effort, rcond=None)[0], dtype=np.float64)
-
-
-def _resampled(axis: AxisRecord, time_s: Array, even_s: Array) -> AxisRecord:
-    even_s = np.clip(even_s, time_s[0], time_s[-1])
-    reference = None if axis.reference is None else interpolate(even_s, time_s, axis.reference)
-    return AxisRecord(
-        position=interpolate(even_s, time_s, axis.position),
-        effort=interpolate(even_s, time_s, axis.effort),
-        position_unit=axis.position_unit,
-        effort_unit=axis.effort_unit,
-        reference=reference,
-    )

@@ -21,7 +21,8 @@ from edge_ident.control.position_loop import LoopHardware
 from edge_ident.drive.description import Drive
 from edge_ident.drive.motions import MotionName, named_trajectory
 from edge_ident.estimation.network import Network
-from edge_ident.identification.identify import Identification, identify
+from edge_ident.identification.identify import identify
+from edge_ident.identification.result import Identification
 from edge_ident.model.model import Model
 from edge_ident.signals.data_checks import check_recording
 from edge_ident.support.stopwatch import Stopwatch

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from edge_ident.control.compensation import loop_delay_s, plant_of
 from edge_ident.control.gain_design import GainDesign, design
-from edge_ident.control.known_effects import loop_delay_s, plant_of
 from edge_ident.control.position_loop import LoopHardware, open_loop
 from edge_ident.drive.description import Drive, load_drive
 from edge_ident.errors import DataError

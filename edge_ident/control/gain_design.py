@@ -1,13 +1,12 @@
 """Controller gains from identified parameters.
 
-Feedback by pole placement: a proportional-derivative law puts both poles of
-inertia·s² + viscous_friction·s at one frequency, the bandwidth. The bandwidth is the highest one at
-which the loop, with sampling, hold, velocity filter and the board's measured delay, keeps its
-phase and gain margin over the interval of the inertia, and at which encoder quantization stays
-a small part of the effort limit. There is no integral action: constant loads are fed forward,
-and an integrator hunts around Coulomb friction at rest.
-What the model knows of effects goes into feed-forward and margins as
-`edge_ident.control.known_effects` says.
+A proportional-derivative law places both poles of inertia·s² + viscous_friction·s at one frequency,
+the bandwidth. The bandwidth is the highest one at which the loop keeps its phase and gain margin
+over the interval of the inertia, and at which encoder quantization stays a small part of the
+effort limit. The loop includes sampling, hold, velocity filter and the board's measured delay.
+There is no integral action: constant loads are fed forward, and an integrator hunts around Coulomb
+friction at rest. The model's effects go into feed-forward and margins as
+`edge_ident.control.compensation` says.
 Sources: Åström and Murray, Feedback Systems, ch. 10 (margins); Ellis, Control System Design Guide
 (feed-forward and quantization).
 """
@@ -16,7 +15,7 @@ import math
 from dataclasses import dataclass, replace
 from typing import Final
 
-from edge_ident.control.known_effects import (
+from edge_ident.control.compensation import (
     Unused,
     loop_delay_s,
     plant_of,
@@ -103,14 +102,7 @@ def design(
         Unphysical parameters, an inertia known too poorly, or a wanted bandwidth that does not
         keep the margins.
     """
-    inertia, viscous, coulomb, _ = (float(value) for value in axis.parameters)
-    inertia_std = _inertia_std(axis)
-    if min(inertia, viscous, coulomb) <= 0 or inertia <= _INTERVAL * inertia_std:
-        raise GainError(
-            f"no gains follow from inertia {inertia:.3g} ± {inertia_std:.2g} "
-            f"and friction {viscous:.3g}, {coulomb:.3g}",
-            "identify again with a motion that excites every parameter",
-        )
+    _check_physical(axis)
     if bandwidth_rad_s is not None:
         wanted = _place(axis, hardware, bandwidth_rad_s)
         if not wanted.sound:
@@ -121,6 +113,23 @@ def design(
                 f"ask for less: {math.degrees(PHASE_MARGIN_RAD):.0f}° and {GAIN_MARGIN} are needed",
             )
         return wanted
+    return _highest_acceptable(axis, hardware)
+
+
+def _check_physical(axis: AxisModel) -> None:
+    inertia, viscous, coulomb, _ = (float(value) for value in axis.parameters)
+    inertia_std = _inertia_std(axis)
+    if min(inertia, viscous, coulomb) <= 0 or inertia <= _INTERVAL * inertia_std:
+        raise GainError(
+            f"no gains follow from inertia {inertia:.3g} ± {inertia_std:.2g} "
+            f"and friction {viscous:.3g}, {coulomb:.3g}",
+            "identify again with a motion that excites every parameter",
+        )
+
+
+def _highest_acceptable(axis: AxisModel, hardware: LoopHardware) -> GainDesign:
+    """The design of the highest bandwidth that is acceptable, by bisection."""
+    inertia, viscous, *_ = (float(value) for value in axis.parameters)
     # below the axis's own corner the derivative gain would turn negative
     lowest = max(1.0, viscous / inertia)
     highest = 0.5 / hardware.sample_period_s
@@ -141,8 +150,8 @@ def design(
 
 
 def _acceptable(candidate: GainDesign, hardware: LoopHardware) -> bool:
-    loud = candidate.quantization_effort_nm > QUANTIZATION_SHARE * hardware.effort_limit_nm
-    return candidate.sound and not loud
+    noisy = candidate.quantization_effort_nm > QUANTIZATION_SHARE * hardware.effort_limit_nm
+    return candidate.sound and not noisy
 
 
 def _place(axis: AxisModel, hardware: LoopHardware, bandwidth: float) -> GainDesign:

@@ -28,8 +28,9 @@ from edge_ident.errors import ModelError
 from edge_ident.model.effects import named
 from edge_ident.model.inverse import along_motion
 from edge_ident.model.model import AxisModel, base_axis
-from edge_ident.signals.filters import differentiate, even_grid, interpolate
+from edge_ident.signals.filters import differentiate
 from edge_ident.signals.recording import Recording
+from edge_ident.signals.resampling import EvenGrid
 from edge_ident.simulation.machine import Machine
 
 Array = NDArray[np.float64]
@@ -176,16 +177,9 @@ def _course(
 
 def _even(recording: Recording, names: tuple[str, ...]) -> Recording:
     """On an even grid from time zero, with the axes of these names."""
-    time_s, _ = even_grid(recording.time_s)
-    axes = {
-        name: replace(
-            recording.axes[name],
-            position=interpolate(time_s, recording.time_s, recording.axes[name].position),
-            effort=interpolate(time_s, recording.time_s, recording.axes[name].effort),
-        )
-        for name in names
-    }
-    return replace(recording, time_s=time_s - time_s[0], axes=axes)
+    grid = EvenGrid.of(recording.time_s)
+    axes = {name: grid.axis(recording.axes[name]) for name in names}
+    return replace(recording, time_s=grid.time_s - grid.time_s[0], axes=axes)
 
 
 def _motion(recording: Recording, instants_s: Array, bandwidth_hz: Array) -> Array:

@@ -1,8 +1,8 @@
 """Bring a periodic recording to the phase and length that a network was trained for.
 
-A network knows one motion, started at one phase (docs/method.md). A recording of whole periods
-of the same motion, started at any phase, is averaged over its periods and rotated in time to
-that start: so one network serves the sine of one axis and the cosine of the other.
+A network knows one motion, started at one phase (docs/method.md). A recording of the same motion
+may start at any phase. It is averaged over its whole periods and rotated in time to the network's
+start, so one network serves the sine of one axis and the cosine of the other.
 """
 
 from dataclasses import dataclass
@@ -26,12 +26,12 @@ class Subsampled:
 
     Attributes
     ----------
-    columns : (L, 4) array
-        Subsampled regressor, SI.
+    regressor : (L, 4) array
+        Subsampled, SI.
     effort : (L,) array
     """
 
-    columns: Array
+    regressor: Array
     effort: Array
 
 
@@ -62,10 +62,10 @@ def align(signals: Signals, velocity: Array, period_s: float) -> Subsampled | No
         whole = signal[: periods * samples]
         return np.asarray(whole.reshape(periods, samples, *signal.shape[1:]).mean(axis=0))
 
-    columns, effort = average(signals.regressor), average(signals.effort)
-    shift = _circular_shift(columns[:, 1], _upsample(velocity, samples))
+    regressor, effort = average(signals.regressor), average(signals.effort)
+    shift = _circular_shift(regressor[:, 1], _upsample(velocity, samples))
     return Subsampled(
-        columns=subsample(np.roll(columns, shift, axis=0), len(velocity)),
+        regressor=subsample(np.roll(regressor, shift, axis=0), len(velocity)),
         effort=subsample(np.roll(effort, shift), len(velocity)),
     )
 

@@ -48,15 +48,15 @@ def effort_image(
     (n, 1, points, points) float32 array
     """
     measured = np.broadcast_to(measured_effort, model_effort.shape)
-    gain, bias = gain_and_bias(model_effort, measured, normalization)
-    image = (gain[:, None] * model_effort)[:, :, None] * measured[:, None, :]
-    return (image + bias[:, None, None])[:, None].astype(np.float32)
+    scale, offset = scale_and_offset(model_effort, measured, normalization)
+    image = (scale[:, None] * model_effort)[:, :, None] * measured[:, None, :]
+    return (image + offset[:, None, None])[:, None].astype(np.float32)
 
 
-def gain_and_bias(
+def scale_and_offset(
     model_effort: Array, measured_effort: Array, normalization: Normalization
 ) -> tuple[Array, Array]:
-    """The normalization as an affine map of the image: gain·M + bias.
+    """The normalization as an affine map of the image: scale·M + offset.
 
     "effort-scale" changes nothing, since the efforts come scaled. "min-max" maps each image to
     [0, 1] as the paper does, which hides the scale of both efforts.
@@ -67,7 +67,7 @@ def gain_and_bias(
 
     Returns
     -------
-    gain, bias : (n,) arrays
+    scale, offset : (n,) arrays
     """
     if normalization == "effort-scale":
         return np.ones(len(model_effort)), np.zeros(len(model_effort))
@@ -76,5 +76,5 @@ def gain_and_bias(
     measured_ends = np.stack([measured_effort.min(axis=1), measured_effort.max(axis=1)])
     products = (model_ends[:, None] * measured_ends[None, :]).reshape(4, -1)
     low, high = products.min(axis=0), products.max(axis=0)
-    gain = 1.0 / np.maximum(high - low, np.finfo(np.float32).tiny)
-    return gain, -low * gain
+    scale = 1.0 / np.maximum(high - low, np.finfo(np.float32).tiny)
+    return scale, -low * scale

@@ -1,5 +1,6 @@
-"""Ordinary least squares on the filtered regressor, corrected for encoder noise, with deviations
-that hold when residuals are coloured.
+"""Ordinary least squares on the filtered regressor, corrected for encoder noise.
+
+Standard deviations hold when residuals are coloured.
 
 Source: IDIM-LS with parallel filtering and decimation (Gautier 1997; Janot et al. 2014); the
 correction is that of errors in variables with known variance (Fuller 1987), to first order.
@@ -20,7 +21,7 @@ Array = NDArray[np.float64]
 
 _FEWEST_SAMPLES: Final = 12
 """Three for each parameter."""
-_NOISE_DOUBT: Final = 0.5
+_NOISE_POWER_STD: Final = 0.5
 """Relative deviation of the encoder noise's power from that predicted for white noise: at constant
 speed quantization makes tones, most of them outside the band."""
 _RANK: Final = 1e-10
@@ -28,22 +29,28 @@ _RANK: Final = 1e-10
 _TINY: Final = float(np.finfo(float).tiny)
 
 
-def fit(signals: Signals) -> Estimate:
+def fit(signals: Signals, part: NDArray[np.intp]) -> Estimate:
     """Estimate the base model's parameters.
 
-    Corrected for the bias by encoder noise and by reversals that the filter moves. The deviations
-    hold the noise in effort and regressor, and the doubt about both corrections.
+    The estimate is corrected for the bias by encoder noise and by reversals that the filter moves.
+    The standard deviations include the noise in effort and regressor, and the uncertainty of both
+    corrections.
+
+    Parameters
+    ----------
+    signals : Signals
+    part : array of int
+        Samples to estimate from, `estimation_part` of the signals.
     """
-    part = estimation_part(signals)
     effort = signals.effort[part]
     unit, length = unit_length(signals.regressor[part])
     pseudo = np.asarray(np.linalg.pinv(unit, rcond=_RANK), dtype=np.float64)
     plain, inverse = pseudo @ effort, pseudo @ pseudo.T
-    noise_shift, noise_doubt = _encoder_noise_bias(signals, inverse, plain, len(part), length)
-    turn_shift, turn_doubt = _reversal_bias(signals, part, inverse, plain, length)
+    noise_shift, noise_std = _encoder_noise_bias(signals, inverse, plain, len(part), length)
+    turn_shift, turn_std = _reversal_bias(signals, part, inverse, plain, length)
     normalized = plain + noise_shift + turn_shift
     std = coloured_std(unit, effort - unit @ normalized)
-    std = np.sqrt(std**2 + noise_doubt**2 + turn_doubt**2)
+    std = np.sqrt(std**2 + noise_std**2 + turn_std**2)
     return Estimate(normalized / length, std / length)
 
 
@@ -66,7 +73,7 @@ def estimation_part(signals: Signals) -> NDArray[np.intp]:
 
 
 def solve(regressor: Array, effort: Array) -> Estimate:
-    """Ordinary least squares, of a regressor taken for free of noise.
+    """Ordinary least squares, for a regressor without noise.
 
     Parameters
     ----------
@@ -87,16 +94,16 @@ def condition_number(regressor: Array) -> float:
 def _encoder_noise_bias(
     signals: Signals, inverse: Array, plain: Array, samples: int, length: Array
 ) -> tuple[Array, Array]:
-    """What to add to the plain estimate for noise in its regressor, and how doubtful that is.
+    """Correction of the plain estimate for noise in its regressor, and its standard deviation.
 
-    Noise of covariance S in N rows takes (XᵀX)⁻¹·N·S·β off the parameters β. Where that is not
-    small the motion shows mostly noise: the correction is held back, the doubt is not.
+    Noise of covariance S in N samples reduces the parameters β by (XᵀX)⁻¹·N·S·β. Where that is not
+    small, the motion shows mostly noise: the correction is reduced, its standard deviation is not.
     """
     deviation = np.array([*_motion_noise(signals), 0.0, 0.0])
     power = samples * (deviation / length) ** 2
     bias = inverse @ (power * plain)
     share = float(np.diag(inverse) @ power)
-    return bias / (1.0 + share), (_NOISE_DOUBT + share) * np.abs(bias)
+    return bias / (1.0 + share), (_NOISE_POWER_STD + share) * np.abs(bias)
 
 
 def _motion_noise(signals: Signals) -> tuple[float, float]:
@@ -108,12 +115,12 @@ def _motion_noise(signals: Signals) -> tuple[float, float]:
 def _reversal_bias(
     signals: Signals, part: NDArray[np.intp], inverse: Array, plain: Array, length: Array
 ) -> tuple[Array, Array]:
-    """What to add to the plain estimate for reversals seen too early or late, and the doubt.
+    """Correction of the plain estimate for reversals seen too early or late, and its deviation.
 
-    Where the filtered velocity passes zero, the true one is still off by what the filter cannot
-    show, and for as long Coulomb friction acts the other way. What it cannot show is about what
-    half its bandwidth would cost once more; as far as that exceeds the encoder's noise, it is
-    corrected, and doubted all of it.
+    Where the filtered velocity passes zero, the true one differs by what the filter removes, and
+    until that passes zero too, Coulomb friction acts the other way. A filter of half the bandwidth
+    shows about how much is removed. The part above the encoder's noise is corrected. The deviation
+    is as large as the correction would be with all of it.
     """
     acceleration, velocity = signals.regressor[:, 0], signals.regressor[:, 1]
     turns = np.flatnonzero((velocity[1:] * velocity[:-1] <= 0.0) & signals.moving[1:])

@@ -30,23 +30,24 @@ _OUTPUT_MARGIN: Final = 1e-6
 
 @dataclass(frozen=True)
 class NetworkMotion:
-    """The one motion that a network knows.
+    """The motion that a network was trained for.
 
     Attributes
     ----------
     period_s : float
-    columns : (100, 4) array
-        Subsampled regressor, SI.
+    regressor : (100, 4) array
+        Subsampled, SI; "columns" in the manifest's file.
     column_scales : (4,) array
         Peaks of the full-rate columns: a parameter times its scale over the effort's scale is
         its share.
     position_unit, effort_unit : str
     effects : tuple of str
-        That all drives of training had: the network takes no effort from which they were taken.
+        Effects that all drives of training had: the network takes an effort that is not
+        compensated for them.
     """
 
     period_s: float
-    columns: Array
+    regressor: Array
     column_scales: Array
     position_unit: str
     effort_unit: str
@@ -89,10 +90,11 @@ class Manifest:
         Of the training run, seed included.
     motion : NetworkMotion
     mismatch_limit : float
-        Largest `edge_ident.estimation.cnn.motion_mismatch` at which the network keeps its accuracy.
+        Largest `motion_mismatch` (`edge_ident.estimation.network_estimate`) at which the network
+        keeps its accuracy.
     start_shares : (4,) array or None
-        Where the loop starts, if the network reads from remainders (`edge_ident.estimation.cnn`);
-        None are random starts, and images of guess and measurement.
+        Where the loop starts, if the network reads from remainders. None means random starts, and
+        images of guess and measurement.
     parameter_std : mapping of (4,) arrays
         Of each variant: standard deviation of the shares on drives that the model describes.
     parameter_std_per_residual : (4,) array
@@ -228,7 +230,7 @@ def _manifest(fields: dict[str, Any]) -> Manifest:
         configuration=dict(fields["configuration"]),
         motion=NetworkMotion(
             period_s=float(motion["period_s"]),
-            columns=_array(motion["columns"], (POINTS, len(PARAMETERS))),
+            regressor=_array(motion["columns"], (POINTS, len(PARAMETERS))),
             column_scales=_array(motion["column_scales"], (len(PARAMETERS),)),
             position_unit=str(motion["position_unit"]),
             effort_unit=str(motion["effort_unit"]),

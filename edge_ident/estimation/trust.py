@@ -88,12 +88,12 @@ def judge(
 def describe_data(signals: Signals) -> list[Finding]:
     """What was done to the data before anything was estimated."""
     findings = []
-    if signals.interpolated:
+    if signals.grid.interpolated:
         findings.append(
             Finding(
                 "uneven_sampling",
-                f"time stamps are up to {signals.jitter:.2g} sampling periods off an even grid; "
-                "samples were interpolated",
+                f"time stamps are up to {signals.grid.jitter:.2g} sampling periods off an even "
+                "grid; samples were interpolated",
                 "record with the board's clock if results look noisy",
                 blocks=False,
             )
@@ -180,12 +180,12 @@ def _better_motion(index: int, relative_std: float, rms_columns: Array) -> str:
     return "record several speeds both ways, such as --motion staircase"
 
 
-def assumed_in_time(effects: tuple[str, ...]) -> list[Finding]:
-    """Known effects that hold for the recording that they were found in, and hardly for others."""
+def tied_to_time(effects: tuple[str, ...]) -> list[Finding]:
+    """Compensated effects that hold only for the recording that they were found in."""
     return [
         Finding(
             f"tied_to_time_{effect}",
-            f"{effect} was taken off at the times that the model gives, counted from the first "
+            f"{effect} was compensated at the times that the model gives, counted from the first "
             "sample",
             "take it out of the model file, unless this is the recording that it was found in",
             blocks=False,

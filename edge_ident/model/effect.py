@@ -1,9 +1,10 @@
 """What a physical effect is: parameters, and how it acts on an axis.
 
-An axis resists its motion with the sum of what its terms contribute; the drive must supply that
-sum. A term says what it contributes by overriding the hooks that its physics needs, and each hook
-serves both directions: along a known motion, where the sum is the effort (the inverse direction,
-`edge_ident.model.inverse`), and inside the equations of motion (`edge_ident.simulation`)::
+The terms of a model resist the motion of an axis. Their contributions add up, and the drive must
+supply the sum. A term states its contribution by overriding the hooks that its physics needs. Each
+hook serves two directions: along a known motion, where the sum is the effort (the inverse
+direction, `edge_ident.model.inverse`), and inside the equations of motion
+(`edge_ident.simulation`)::
 
     command ─▶ torque ─▶ (inertia) acceleration = torque - load - friction · direction ─▶ position
        │     actuator                                                                       │
@@ -11,23 +12,33 @@ serves both directions: along a known motion, where the sum is the effort (the i
 
 All hooks broadcast: values of shape (1,) or (D, 1) along a motion of (N,) samples, values of
 shape (D,) at one instant of D drives.
+
+An effect carries three more things that are not physics: how the diagnosis searches for it
+(`edge_ident.model.search`), how strengths are drawn for training (`edge_ident.model.strengths`),
+and how controller gains compensate it (`edge_ident.model.compensation`). What all of this must
+satisfy is checked once, in `edge_ident.model.registration`.
 """
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import ClassVar
+from typing import ClassVar, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.model.strengths import Draws, Scale
+from edge_ident.model.compensation import Compensation
+from edge_ident.model.search import Search
+from edge_ident.model.strengths import Draw, no_draw
 
 Array = NDArray[np.float64]
 Values = Mapping[str, Array]
 """Values of an effect's parameters by name, each of the shape of the drives."""
 
-_NOTHING = np.zeros(())
-_ENTANGLING = ("true_motion", "reading", "command", "torque", "recorded", "withheld")
+_NOTHING: Final = np.zeros(())
+_NO_SEARCH: Final = Search()
+_NO_COMPENSATION: Final = Compensation()
+_NONADDITIVE_HOOKS: Final = ("true_motion", "reading", "command", "torque", "recorded", "withheld")
+"""Hooks that act on what other terms contribute."""
 
 
 @dataclass(frozen=True)
@@ -53,69 +64,6 @@ class Parameter:
     high: float
     description: str
     default: float | None = None
-
-
-@dataclass(frozen=True)
-class Form:
-    """A way in which an effect may befall a drive: the parameters that it then has.
-
-    Attributes
-    ----------
-    linear : tuple of parameter names
-        The effort is proportional to them, or nearly so while they are small; those of other
-        forms are zero.
-    nonlinear : tuple of parameter names
-        The others that matter, found by search (`Effect.grid`).
-    coupled : bool
-        Whether another axis takes part.
-    rotary : bool
-        Whether it takes positions for angles.
-    """
-
-    linear: tuple[str, ...]
-    nonlinear: tuple[str, ...] = ()
-    coupled: bool = False
-    rotary: bool = False
-
-
-@dataclass(frozen=True)
-class Excitation:
-    """What a recording reaches: the measure of what can be searched for in it.
-
-    Attributes
-    ----------
-    travel : float
-        From the lowest to the highest position.
-    speed, acceleration, effort : float
-        Peak, rms, peak.
-    typical_speed : float
-        Rms.
-    resolution : float
-        Of the encoder.
-    duration_s, cutoff_hz : float
-    base : (4,) array
-        Base parameters, fitted without any effect.
-    """
-
-    travel: float
-    speed: float
-    typical_speed: float
-    acceleration: float
-    effort: float
-    resolution: float
-    duration_s: float
-    cutoff_hz: float
-    base: Array
-
-    def moved(self, inertia: Array) -> bool:
-        """Whether the drive could have moved this much."""
-        return bool(np.all(inertia * self.acceleration < self.effort))
-
-    def orders(self, lowest: float, highest: float, step: float = 0.5) -> Array:
-        """Periods of position whose waves the filter lets through, `step` apart over the travel."""
-        passed = 2.0 * self.cutoff_hz * self.travel / self.typical_speed
-        count = max(2, int((min(highest, passed) - lowest) / step) + 1)
-        return np.asarray(self.travel / (lowest + step * np.arange(count)))
 
 
 @dataclass(frozen=True)
@@ -169,36 +117,42 @@ class Effect:
     """One physical effect; a subclass overrides the hooks that its physics needs.
 
     The first line of its module's docstring is its title.
+
+    Parameters
+    ----------
+    search : Search
+        How the diagnosis searches for it.
+    draw : callable
+        Random values for the drives of a `Scale`, from hardly visible to a machine that needs
+        repair. They serve training.
+    compensation : Compensation
+        What gains do about it.
     """
 
     parameters: ClassVar[tuple[Parameter, ...]]
-    forms: ClassVar[tuple[Form, ...]] = ()
-    """As what the diagnosis looks for it, the simplest first."""
-    signature: ClassVar[str] = ""
-    """What sets it apart."""
-    rivals: ClassVar[tuple[str, ...]] = ()
-    """Effects that look like it."""
-    experiment: ClassVar[str] = ""
-    """The motion that shows it, and tells it from its rivals."""
-    discrepancy: ClassVar[float] = 0.03
-    """Share of its effort by which the formula may be off on a machine that has the effect: what
-    is left within that is no evidence of another one. A judgement, not a measurement."""
-    open_ended: ClassVar[tuple[str, ...]] = ()
-    """Shapes whose grid ends where more makes no difference: the best may lie on its edge."""
-    essential: ClassVar[tuple[str, ...]] = ()
-    """Amplitudes without which it is something else."""
-    needs_reversals: ClassVar[bool] = False
-    """Whether it shows only where the motion turns."""
-    follows_base: ClassVar[bool] = False
-    """Whether its effort follows from the base parameters too."""
-    repeats: ClassVar[bool] = False
-    """Whether a drive may have several of it at once."""
     memory_size: ClassVar[int] = 0
     """States that the effect brings into the equations of motion."""
+    memory_scale: ClassVar[str] = ""
+    """The one parameter to which the effort of an effect with memory is proportional."""
+    follows_base: ClassVar[bool] = False
+    """Whether its effort depends on the base parameters too."""
     needs_source: ClassVar[bool] = False
     """Whether another axis must be named."""
     takes_source: ClassVar[bool] = False
     """Whether another axis may be named."""
+    effort_delay: ClassVar[str] = ""
+    """Parameter by which the effort column is late. A recording is shifted by it instead of being
+    compensated."""
+
+    def __init__(
+        self,
+        search: Search = _NO_SEARCH,
+        draw: Draw = no_draw,
+        compensation: Compensation = _NO_COMPENSATION,
+    ) -> None:
+        self.search = search
+        self.draw = draw
+        self.compensation = compensation
 
     def complete(self, values: Mapping[str, float | Array]) -> dict[str, float | Array]:
         """A term's values, with defaults for those that it does not name."""
@@ -212,8 +166,8 @@ class Effect:
 
     @property
     def additive(self) -> bool:
-        """Whether its effort just adds to that of the others, in proportion to its amplitudes."""
-        return not (self.follows_base or any(self.overrides(hook) for hook in _ENTANGLING))
+        """Whether its effort adds to that of the others, in proportion to linear parameters."""
+        return not (self.follows_base or any(map(self.overrides, _NONADDITIVE_HOOKS)))
 
     @property
     def bounds(self) -> dict[str, tuple[float, float]]:
@@ -227,18 +181,6 @@ class Effect:
     def overrides(self, hook: str) -> bool:
         """Whether the effect acts through this hook."""
         return getattr(type(self), hook) is not getattr(Effect, hook)
-
-    def draw(self, draws: Draws, scale: Scale) -> dict[str, Array]:
-        """Random values, from hardly visible to a machine that needs repair."""
-        raise NotImplementedError
-
-    def possible(self, values: Values, excitation: Excitation) -> bool:
-        """Whether a recording of this excitation can tell values as large as these."""
-        return True
-
-    def grid(self, excitation: Excitation) -> dict[str, Array]:
-        """Values of the shape parameters to search through, arrays of one length."""
-        return {}
 
     # ---- what the axis resists with
 
@@ -259,7 +201,7 @@ class Effect:
         return _NOTHING
 
     def resistance(self, motion: Motion, values: Values) -> Array:
-        """All of the above along a known motion; effects with memory integrate it here."""
+        """All of the above along a known motion; an effect with memory integrates it here."""
         effort = (
             self.load(motion, values)
             + self.friction(motion, values) * motion.direction

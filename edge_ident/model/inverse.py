@@ -24,47 +24,29 @@ def inverse_effort(
     others: Mapping[str, Motion] = _ALONE,
     kept: dict[object, Array] | None = None,
 ) -> Array:
-    """Effort of one axis along its motion as the encoder reads it.
-
-    In physical order: the encoder's errors are taken out of the motion, the resistances of all
-    terms add up, the actuator's faults say what must be commanded for that sum, and the record's
-    delay shifts it.
+    """Effort (N,) or (D, N) of an axis along its motion as the encoder reads it.
 
     Parameters
     ----------
     axis : AxisModel
-        With values for one drive, or arrays (D,) for D of them.
     motion : Motion
         Smooth, (N,), evenly sampled.
     others : mapping of axis name to Motion
-        Motions of the other axes, for effects that couple them.
+        For effects that couple axes.
     kept : dict, optional
-        Where efforts of effects with memory, which take long to integrate, are kept for the next
-        call with this motion.
-
-    Returns
-    -------
-    (N,) or (D, N) array
+        Keeps slow results of effects with memory for the next call with this motion.
 
     Raises
     ------
     ModelError
-        An effect is unknown, or the axis that acts on this one is not among the others.
+        An effect is unknown, or its source axis is not among the others.
     """
+    # in physical order: encoder, resistances, actuator, record
     terms = [(named(term.effect), along_motion(term), term.source_axis) for term in axis.terms]
-    if any(effect.overrides("true_motion") for effect, _, _ in terms):
-        kept = None
+    kept = None if any(effect.overrides("true_motion") for effect, _, _ in terms) else kept
     for effect, values, _ in terms:
         motion = effect.true_motion(motion, values)
-    base = terms[0][1]
-    accelerated = base["inertia"] * motion.acceleration
-    rubbed = base["viscous_friction"] * motion.velocity
-    motion = replace(
-        motion,
-        transmitted=accelerated + base["offset"],
-        accelerated=accelerated,
-        rubbed=rubbed + base["coulomb_friction"] * motion.direction,
-    )
+    motion = _with_base_efforts(motion, terms[0][1])
     effort: Array = np.zeros(())
     for effect, values, source in terms:
         seen = _with_source(motion, effect, source, others)
@@ -76,19 +58,32 @@ def inverse_effort(
     return effort
 
 
+def _with_base_efforts(motion: Motion, base: Values) -> Motion:
+    """A motion with what the base term's inertia and friction take of the effort."""
+    accelerated = base["inertia"] * motion.acceleration
+    rubbed = base["viscous_friction"] * motion.velocity
+    return replace(
+        motion,
+        transmitted=accelerated + base["offset"],
+        accelerated=accelerated,
+        rubbed=rubbed + base["coulomb_friction"] * motion.direction,
+    )
+
+
 def _resistance(
     effect: Effect, motion: Motion, values: Values, kept: dict[object, Array] | None
 ) -> Array:
-    """What an effect resists with; of one with memory, in proportion to its only amplitude."""
-    amplitude = effect.forms[0].linear[0] if effect.memory_size else ""
-    shapes = {name: value for name, value in values.items() if name != amplitude}
-    if kept is None or not effect.memory_size or any(v.size > 1 for v in shapes.values()):
+    """What an effect resists with. An effect with memory is proportional to one parameter (checked
+    in `edge_ident.model.registration`), so its effort is kept for a value of one."""
+    scale = effect.memory_scale
+    others = {name: value for name, value in values.items() if name != scale}
+    if kept is None or not scale or any(value.size > 1 for value in others.values()):
         return effect.resistance(motion, values)
-    key = (effect.name, *(float(value.item()) for value in shapes.values()))
+    key = (effect.name, *(float(value.item()) for value in others.values()))
     if key not in kept:
-        unit = {name: value.reshape(1) for name, value in shapes.items()}
-        kept[key] = effect.resistance(motion, {**unit, amplitude: np.ones(1)})
-    return values[amplitude] * kept[key]
+        at_one = {name: value.reshape(1) for name, value in others.items()}
+        kept[key] = effect.resistance(motion, {**at_one, scale: np.ones(1)})
+    return values[scale] * kept[key]
 
 
 def obeyed(axis: AxisModel) -> AxisModel:

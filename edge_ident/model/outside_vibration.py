@@ -9,7 +9,8 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.model.effect import Array, Effect, Form, Motion, Parameter, Values
+from edge_ident.model.effect import Array, Effect, Motion, Parameter, Values
+from edge_ident.model.search import Form, Search
 
 _MANY: Final = 1e9
 
@@ -24,9 +25,6 @@ class OutsideVibration(Effect):
         Parameter("sine", "{effort}", -_MANY, _MANY, "amplitude a quarter period later"),
         Parameter("frequency", "Hz", 0.0, _MANY, "of the vibration"),
     )
-    repeats = True
-    forms = (Form(("cosine", "sine"), ("frequency",)),)
-    signature = "follows the clock, whatever the motion"
 
     def load(self, at: Motion, values: Values) -> Array:
         """A sinusoid of time."""
@@ -34,4 +32,10 @@ class OutsideVibration(Effect):
         return values["cosine"] * np.cos(angle) + values["sine"] * np.sin(angle)
 
 
-OUTSIDE_VIBRATION: Final = OutsideVibration()
+OUTSIDE_VIBRATION: Final = OutsideVibration(
+    search=Search(
+        forms=(Form(("cosine", "sine"), ("frequency",)),),
+        signature="follows the clock, whatever the motion",
+        repeats=True,
+    ),
+)

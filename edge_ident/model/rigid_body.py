@@ -7,6 +7,7 @@ model (a reconstruction, see `edge_ident.model.model`).
 from typing import Final
 
 from edge_ident.model.effect import Array, Effect, Motion, Parameter, Values
+from edge_ident.model.search import Search
 
 _MANY: Final = 1e9
 
@@ -21,8 +22,6 @@ class RigidBody(Effect):
         Parameter("offset", "{effort}", -_MANY, _MANY, "weight and amplifier offset"),
     )
 
-    discrepancy = 0.003
-
     def load(self, at: Motion, values: Values) -> Array:
         """Viscous friction and offset."""
         return values["viscous_friction"] * at.velocity + values["offset"]
@@ -36,4 +35,6 @@ class RigidBody(Effect):
         return values["inertia"]
 
 
-RIGID_BODY: Final = RigidBody()
+RIGID_BODY: Final = RigidBody(
+    search=Search(discrepancy=0.003),
+)

@@ -1,5 +1,6 @@
-"""Random strengths of effects in proportion to the axis that they befall."""
+"""Random strengths of effects, in proportion to the axis that they act on."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -105,3 +106,12 @@ class Draws:
         """Cosine and sine of a random angle."""
         angle = self.uniform(0.0, 2.0 * np.pi)
         return np.cos(angle), np.sin(angle)
+
+
+Draw = Callable[[Draws, Scale], dict[str, Array]]
+"""Random values of an effect's parameters for every drive of a scale."""
+
+
+def no_draw(draws: Draws, scale: Scale) -> dict[str, Array]:
+    """No values: terms outside the catalogue are not drawn at random."""
+    return {}

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from edge_ident.control.gain_design import GainDesign
 from edge_ident.estimation.trust import Finding
-from edge_ident.identification.identify import AxisIdentification, Identification
+from edge_ident.identification.result import AxisIdentification, Identification
 from edge_ident.model.model import PARAMETERS, Estimate
 from edge_ident.signals.recording import Recording
 from edge_ident.support.json_text import finite
@@ -40,7 +40,7 @@ def _axis(axis: AxisIdentification) -> dict[str, Any]:
             "fit": axis.metric.fit,
             "relative_residual": axis.metric.relative_residual,
         },
-        "assumed_effects": list(axis.assumed_effects),
+        "assumed_effects": list(axis.compensated_effects),
         "cutoff_hz": axis.cutoff_hz,
         "condition_number": finite(axis.condition_number),
         "trusted": axis.trusted,

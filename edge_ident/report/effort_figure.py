@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from edge_ident.identification.identify import EffortTrace, Identification
+from edge_ident.identification.result import EffortTrace, Identification
 from edge_ident.support.drawing import new_figure
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from rich.table import Table
 from rich.text import Text
 
 from edge_ident.control.gain_design import GainDesign
-from edge_ident.identification.identify import AxisIdentification, Identification
+from edge_ident.identification.result import AxisIdentification, Identification
 from edge_ident.model.model import PARAMETERS, Estimate
 from firmware_interface.gains import RIPPLES, AxisGains
 
@@ -29,8 +29,8 @@ def _axis(name: str, axis: AxisIdentification) -> Iterator[RenderableType]:
         f"  relative residual {axis.metric.relative_residual:.2%}, "
         f"fit {axis.metric.fit:.3f}, time-spectral {axis.metric.time_spectral:.4f}"
     )
-    if axis.assumed_effects:
-        yield Text(f"  compensated effects: {', '.join(axis.assumed_effects)}")
+    if axis.compensated_effects:
+        yield Text(f"  compensated effects: {', '.join(axis.compensated_effects)}")
     if axis.network is None:
         yield Text(f"  network: {axis.network_reason}")
     for finding in axis.findings:

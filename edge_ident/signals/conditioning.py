@@ -10,13 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.model.model import regressor
-from edge_ident.signals.filters import (
-    differentiate,
-    even_grid,
-    interpolate,
-    lowpass,
-    sampling_jitter,
-)
+from edge_ident.signals.filters import differentiate, lowpass
+from edge_ident.signals.resampling import EvenGrid
 
 Array = NDArray[np.float64]
 
@@ -33,8 +28,6 @@ _DECAY_PERIODS: Final = 1.5
 """Cut-off periods after which 3 % of the filter's response are left."""
 _STANDSTILL_NOISE: Final = 8.0
 """Range of the position, in standard deviations of its noise, up to which the axis stands."""
-JITTER_LIMIT: Final = 0.05
-"""Deviation from an even grid, in sampling periods, above which samples are interpolated."""
 
 
 @dataclass(frozen=True)
@@ -43,8 +36,8 @@ class Signals:
 
     Attributes
     ----------
-    period_s : float
-        Sampling period of the even grid.
+    grid : EvenGrid
+        On which the samples are even.
     cutoff_hz : float
         -6 dB frequency of the zero-phase filter.
     effort : (N,) array
@@ -58,22 +51,19 @@ class Signals:
     acceleration_noise : float
         Encoder noise in the acceleration over its rms value; the square of it is the share by
         which least squares underestimates the inertia (errors in variables).
-    jitter : float
-        Largest deviation of a time stamp from an even grid, in sampling periods.
     """
 
-    period_s: float
+    grid: EvenGrid
     cutoff_hz: float
     effort: Array
     regressor: Array
     moving: NDArray[np.bool_]
     acceleration_noise: float
-    jitter: float
 
     @property
-    def interpolated(self) -> bool:
-        """Whether the sampling was too uneven to be taken for even."""
-        return self.jitter > JITTER_LIMIT
+    def period_s(self) -> float:
+        """Sampling period of the even grid."""
+        return self.grid.period_s
 
 
 def condition(
@@ -84,30 +74,28 @@ def condition(
     Parameters
     ----------
     time_s, position : (N,) arrays
-        Uneven sampling is interpolated to an even grid of the mean period.
+        Uneven sampling is brought to an even grid, see `edge_ident.signals.resampling`.
     effort : (N,) array, or (D, N) on an even grid
         Several efforts may share one motion.
     effort_shift_s : float
         Time from a row's stamp to the middle of the interval in which its effort acted.
     """
-    even, period_s = even_grid(time_s)
-    jitter = sampling_jitter(time_s)
-    if jitter > JITTER_LIMIT:
-        position = interpolate(even, time_s, position)
-        effort = interpolate(even, time_s, effort)
-    cutoff_hz = choose_cutoff(position, period_s)
+    grid = EvenGrid.of(time_s)
+    period_s = grid.period_s
+    position, effort = grid.resampled(position), grid.resampled(effort)
+    noise = position_noise(position)
+    cutoff_hz = choose_cutoff(position, period_s, noise)
     smooth_effort = lowpass(effort, cutoff_hz, period_s, delay_s=effort_shift_s)
     columns = filtered_regressor(position, cutoff_hz, period_s)
-    moving = ~standing(position, cutoff_hz, period_s)
-    noise = acceleration_noise(position_noise(position), cutoff_hz, period_s)
+    moving = ~standing(position, noise, cutoff_hz, period_s)
+    acceleration_std = max(float(np.std(columns[:, 0])), _TINY)
     return Signals(
-        period_s=period_s,
+        grid=grid,
         cutoff_hz=cutoff_hz,
         effort=bridge(smooth_effort, moving),
         regressor=bridge(columns.T, moving).T,
         moving=moving,
-        acceleration_noise=noise / max(float(np.std(columns[:, 0])), _TINY),
-        jitter=jitter,
+        acceleration_noise=acceleration_noise(noise, cutoff_hz, period_s) / acceleration_std,
     )
 
 
@@ -119,12 +107,19 @@ def filtered_regressor(position: Array, cutoff_hz: float, period_s: float) -> Ar
     return columns
 
 
-def choose_cutoff(position: Array, period_s: float) -> float:
+def choose_cutoff(position: Array, period_s: float, noise: float | None = None) -> float:
     """Widest cut-off at which encoder noise spoils the acceleration little.
 
-    The narrower the filter, the longer every reversal and standstill is smeared; the wider, the
-    more noise. It ends where the noise reaches 5 % of the rms acceleration, but not above a
-    twentieth of the sampling rate, nor so low that the record is but a few cut-off periods long.
+    A narrow filter smears every reversal and standstill; a wide one passes noise. The cut-off is
+    where the noise reaches 5 % of the rms acceleration. It is at most a twentieth of the sampling
+    rate, and the record is at least ten cut-off periods long.
+
+    Parameters
+    ----------
+    position : (N,) array
+    period_s : float
+    noise : float, optional
+        `position_noise` of the position, where it is known already.
 
     Returns
     -------
@@ -133,7 +128,7 @@ def choose_cutoff(position: Array, period_s: float) -> float:
     """
     ceiling_hz = 1.0 / (_SAMPLED_PER_PERIOD * period_s)
     floor_hz = _FEWEST_CUTOFF_PERIODS / (period_s * len(position))
-    noise = position_noise(position)
+    noise = position_noise(position) if noise is None else noise
     cutoff_hz = ceiling_hz
     for _ in range(8):  # the rms acceleration itself depends, weakly, on the cut-off
         _, _, acceleration = differentiate(position, cutoff_hz, period_s)
@@ -157,26 +152,24 @@ def acceleration_noise(position_noise: float, cutoff_hz: float, period_s: float)
     return float(np.sqrt(variance))
 
 
-def standing(
-    position: Array, cutoff_hz: float, period_s: float, decay_periods: float = _DECAY_PERIODS
-) -> NDArray[np.bool_]:
+def standing(position: Array, noise: float, cutoff_hz: float, period_s: float) -> NDArray[np.bool_]:
     """Samples in or near a standstill of at least one cut-off period.
 
-    A standstill is a stretch in which the encoder shows nothing but its own noise. It spoils
-    filtered signals to either side, until the filter's response has decayed, `decay_periods` of
-    the cut-off later. A shorter reversal is left in: there the filtered sign of the velocity
-    describes what the filter leaves of the friction.
+    In a standstill the encoder shows nothing but its own noise, of the standard deviation `noise`.
+    It spoils filtered signals to either side until the filter's response has decayed. A shorter
+    reversal stays in: there the filtered sign of the velocity describes what the filter leaves of
+    the friction.
 
     Returns
     -------
     (N,) array of bool
     """
     width = int(np.ceil(1.0 / (cutoff_hz * period_s)))
-    margin = int(np.ceil(decay_periods * width))
+    margin = int(np.ceil(_DECAY_PERIODS * width))
     if width >= len(position):
         return np.zeros(len(position), dtype=np.bool_)
     windows = np.lib.stride_tricks.sliding_window_view(position, width)
-    still = np.ptp(windows, axis=1) <= _STANDSTILL_NOISE * position_noise(position)
+    still = np.ptp(windows, axis=1) <= _STANDSTILL_NOISE * noise
     # from the windows' first samples to all of their samples and the margins at both sides
     spread = np.convolve(still, np.ones(width + 2 * margin))[margin : margin + len(position)]
     return np.asarray(spread > 0.5)

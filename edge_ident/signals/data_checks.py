@@ -48,19 +48,31 @@ def check_table(source: str, columns: Mapping[str, Array], first_row: int) -> No
             "name the column of time stamps in seconds time_s, or pass --column NAME=time_s",
         )
     time_s = columns["time_s"]
+    _check_length(source, time_s)
+    for name, values in columns.items():
+        _check_finite(source, name, values, first_row)
+    _check_increasing(source, time_s, first_row)
+
+
+def _check_length(source: str, time_s: Array) -> None:
     if time_s.ndim != 1 or len(time_s) < MINIMUM_SAMPLES:
         raise DataError(
             f"{source}: {len(time_s)} samples are too few",
             f"record at least {MINIMUM_SAMPLES} samples, better one whole period of the motion",
         )
-    for name, values in columns.items():
-        bad = np.flatnonzero(~np.isfinite(values))
-        if len(bad):
-            raise DataError(
-                f"{source}, row {first_row + bad[0]}, column {name}: not a finite number "
-                f"({len(bad)} in all)",
-                "leave such rows out; uneven sampling is allowed",
-            )
+
+
+def _check_finite(source: str, name: str, values: Array, first_row: int) -> None:
+    bad = np.flatnonzero(~np.isfinite(values))
+    if len(bad):
+        raise DataError(
+            f"{source}, row {first_row + bad[0]}, column {name}: not a finite number "
+            f"({len(bad)} in all)",
+            "leave such rows out; uneven sampling is allowed",
+        )
+
+
+def _check_increasing(source: str, time_s: Array, first_row: int) -> None:
     back = np.flatnonzero(np.diff(time_s) <= 0)
     if len(back):
         row = first_row + back[0] + 1

@@ -72,19 +72,6 @@ def lowpass(
     return np.asarray(np.fft.irfft(spectrum, padded.shape[-1])[..., samples])
 
 
-def even_grid(time: Array) -> tuple[Array, float]:
-    """Grid (N,) from the first to the last of N times, and its period, the mean one."""
-    period_s = float((time[-1] - time[0]) / (len(time) - 1))
-    return time[0] + period_s * np.arange(len(time)), period_s
-
-
-def sampling_jitter(time: Array) -> float:
-    """Largest deviation of N time stamps from an even grid, in sampling periods."""
-    even, period_s = even_grid(time)
-    deviation = time - even
-    return float(np.max(np.abs(deviation - np.mean(deviation)))) / period_s
-
-
 def gain(frequency: Array) -> Array:
     """Of the filter run both ways, at frequencies in cut-offs."""
     return np.asarray(1.0 / (1.0 + frequency ** (2 * _ORDER)))
@@ -94,26 +81,6 @@ def whitening(frequency: Array) -> Array:
     """Gain that makes white noise of noise whose density grows with the fourth power of the
     frequency on top of a constant one, at frequencies in knees: there both are the same."""
     return np.asarray(1.0 / np.sqrt(1.0 + frequency**4))
-
-
-def interpolate(at: Array, time: Array, signal: Array) -> Array:
-    """Cubic Lagrange interpolation on an uneven grid.
-
-    Parameters
-    ----------
-    at : (M,) array
-        Times wanted, inside the span of `time`.
-    time, signal : (N,) arrays, N at least 4
-    """
-    first = np.clip(np.searchsorted(time, at) - 2, 0, len(time) - 4)
-    nodes = first[:, None] + np.arange(4)
-    t = time[nodes]
-    result = np.zeros_like(at)
-    for i in range(4):
-        others = [j for j in range(4) if j != i]
-        weight = np.prod((at[:, None] - t[:, others]) / (t[:, [i]] - t[:, others]), axis=1)
-        result += weight * signal[nodes[:, i]]
-    return result
 
 
 def _filtered_spectrum(

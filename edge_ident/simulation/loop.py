@@ -104,25 +104,8 @@ def simulate(
     on_progress : callable
         Called with samples done and samples in all.
     """
-    period_s, total = references.period_s, len(references.time_s)
-    encoder, resolution = (
-        r[:, None] for r in (sampling.encoder_resolution, sampling.effort_resolution)
-    )
-    controllers = Controllers(gains, period_s, counted(plant.reading, encoder))
-    rows = np.empty((total, 4, *plant.position.shape))
-    command = np.zeros(plant.position.shape)
-    plant.set_time(float(references.time_s[0]))
-    for k in range(total):
-        read = counted(plant.reading, encoder)
-        before, wanted = command, controllers.effort(references.at(k), read)
-        command = counted(wanted, resolution)
-        rows[k] = read, plant.position, plant.velocity, command
-        plant.advance(before, command)
-        if k % _PROGRESS_SAMPLES == 0:
-            on_progress(k, total)
-    on_progress(total, total)
-    columns = np.ascontiguousarray(np.moveaxis(rows, 0, -1))
-    recorded = references.time_s > -0.5 * period_s
+    columns = _followed(plant, references, gains, sampling, on_progress)
+    recorded = references.time_s > -0.5 * references.period_s
     effort = plant.recorded(columns[3], references.time_s)[..., recorded]
     rms = np.sqrt(np.mean(effort**2, axis=-1, keepdims=True))
     noise = np.random.default_rng(seed).normal(size=effort.shape)
@@ -134,6 +117,34 @@ def simulate(
         true_position=position,
         true_velocity=velocity,
     )
+
+
+def _followed(
+    plant: Plant,
+    references: References,
+    gains: Mapping[str, Sequence[AxisGains]],
+    sampling: Sampling,
+    on_progress: Callable[[int, int], None],
+) -> Array:
+    """What is read, true positions and velocities, and commands: (4, A, D, N)."""
+    period_s, total = references.period_s, len(references.time_s)
+    encoder, resolution = (
+        r[:, None] for r in (sampling.encoder_resolution, sampling.effort_resolution)
+    )
+    controllers = Controllers(gains, period_s, counted(plant.reading, encoder))
+    samples = np.empty((total, 4, *plant.position.shape))
+    command = np.zeros(plant.position.shape)
+    plant.set_time(float(references.time_s[0]))
+    for k in range(total):
+        read = counted(plant.reading, encoder)
+        before, wanted = command, controllers.effort(references.at(k), read)
+        command = counted(wanted, resolution)
+        samples[k] = read, plant.position, plant.velocity, command
+        plant.advance(before, command)
+        if k % _PROGRESS_SAMPLES == 0:
+            on_progress(k, total)
+    on_progress(total, total)
+    return np.ascontiguousarray(np.moveaxis(samples, 0, -1))
 
 
 def counted(values: Array, resolution: Array) -> Array:

@@ -12,8 +12,9 @@ from edge_ident.drive.description import load_drive
 from edge_ident.drive.motions import MotionName, named_trajectory
 from edge_ident.errors import DataError
 from edge_ident.signals.conditioning import choose_cutoff
-from edge_ident.signals.filters import differentiate, even_grid, interpolate
+from edge_ident.signals.filters import differentiate
 from edge_ident.signals.recording import Recording
+from edge_ident.signals.resampling import EvenGrid
 from firmware_interface.motion import reference
 
 Array = NDArray[np.float64]
@@ -110,8 +111,8 @@ def recorded_references(recording: Recording, axes: Mapping[str, str]) -> Refere
     DataError
         The recording lacks an axis, or has it in another unit.
     """
-    time_s = recording.time_s - recording.time_s[0]
-    even, period_s = even_grid(time_s)
+    grid = EvenGrid.of(recording.time_s - recording.time_s[0])
+    period_s = grid.period_s
     lead_in = period_s * np.arange(-round(_LEAD_IN_S / period_s), 0, dtype=np.float64)
     rows = []
     for name, unit in axes.items():
@@ -123,11 +124,11 @@ def recorded_references(recording: Recording, axes: Mapping[str, str]) -> Refere
                 "give a recording of the modelled drive, or rename columns with --column",
             )
         wanted = axis.position if axis.reference is None else axis.reference
-        cutoff_hz = choose_cutoff(interpolate(even, time_s, axis.position), period_s)
-        motion = np.stack(differentiate(interpolate(even, time_s, wanted), cutoff_hz, period_s))
+        cutoff_hz = choose_cutoff(grid.resampled(axis.position), period_s)
+        motion = np.stack(differentiate(grid.resampled(wanted), cutoff_hz, period_s))
         rows.append(np.hstack([_from_rest(lead_in, motion[:, 0]), motion]))
     position, velocity, acceleration = np.stack(rows, axis=1)
-    return References(np.concatenate([lead_in, even]), position, velocity, acceleration)
+    return References(np.concatenate([lead_in, grid.time_s]), position, velocity, acceleration)
 
 
 def _from_rest(time_s: Array, end: Array) -> Array:

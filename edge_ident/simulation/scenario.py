@@ -79,25 +79,24 @@ def record(
 
     Raises
     ------
-    ModelError
-        The model cannot be simulated, or runs away.
-    GainError
-        No stiff gains keep their margins.
+    ModelError, GainError
+        The model cannot be simulated or runs away; no stiff gains keep their margins.
     """
     simulation = simulate_drives(model.axes, scenario, flexible=flexible, on_progress=on_progress)
     _check_followed(model, scenario.references, simulation)
-    columns = {
+    references = scenario.references.recorded
+    axes = {
         name: AxisRecord(
-            position=simulation.position[i, 0],
-            effort=simulation.effort[i, 0],
-            position_unit=axis.position_unit,
-            effort_unit=axis.effort_unit,
-            reference=scenario.references.recorded[i],
+            simulation.position[i, 0],
+            simulation.effort[i, 0],
+            axis.position_unit,
+            axis.effort_unit,
+            references[i],
         )
         for i, (name, axis) in enumerate(model.axes.items())
     }
     shift_s = (DELAY_SHARE + 0.5) * scenario.references.period_s
-    return Recording(simulation.time_s, columns, source, shift_s)
+    return Recording(simulation.time_s, axes, source, shift_s)
 
 
 def simulate_drives(
@@ -121,26 +120,26 @@ def simulate_drives(
     ------
     ModelError, GainError
     """
-    references = scenario.references
-    period_s = references.period_s
     encoder = [_resolution(axis.position_unit, scenario.encoder_counts) for axis in axes.values()]
     effort = [_effort_count(axis, scenario.effort_resolution) for axis in axes.values()]
-    drives = max(np.atleast_2d(axis.parameters).shape[0] for axis in axes.values())
-    plant: Plant
-    if flexible:
-        plant = FlexibleMachine(period_s)
-    else:
-        start = np.repeat(references.position[:, :1], drives, axis=1)
-        top_speed = np.max(np.abs(references.velocity), axis=1)
-        plant = Machine(axes, start, top_speed, period_s, DELAY_SHARE * period_s)
     return simulate(
-        plant,
-        references,
+        _plant(axes, scenario.references, flexible),
+        scenario.references,
         _gains(axes, scenario),
         Sampling(np.array(encoder), np.array(effort), scenario.noise),
         seed=scenario.seed,
         on_progress=on_progress,
     )
+
+
+def _plant(axes: Mapping[str, AxisModel], references: References, flexible: bool) -> Plant:
+    period_s = references.period_s
+    if flexible:
+        return FlexibleMachine(period_s)
+    drives = max(np.atleast_2d(axis.parameters).shape[0] for axis in axes.values())
+    start = np.repeat(references.position[:, :1], drives, axis=1)
+    top_speed = np.max(np.abs(references.velocity), axis=1)
+    return Machine(axes, start, top_speed, period_s, DELAY_SHARE * period_s)
 
 
 def _check_followed(model: Model, references: References, simulation: Simulation) -> None:

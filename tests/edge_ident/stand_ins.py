@@ -18,7 +18,7 @@ Answer = Callable[[Array], Array]
 START = (0.5, 0.5, 0.5, 0.0)
 MOTION = paper_motion()
 SCALES = MOTION.column_scales
-SHAPES = MOTION.shapes(100)
+SHAPES = MOTION.scaled_regressor(100)
 COLUMNS = SHAPES * SCALES
 
 

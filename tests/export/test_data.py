@@ -87,10 +87,10 @@ def test_label_goes_through_the_motion_that_was_made(monkeypatch: pytest.MonkeyP
     quiet(monkeypatch, 0)
     larger = np.diag([1.03, 1.03, 1.0, 1.0])
 
-    def exact(shapes: np.ndarray) -> Recordings:
-        return Recordings(shapes[None], shapes[None], (), np.zeros(0), np.zeros(0))
+    def exact(regressor: np.ndarray) -> Recordings:
+        return Recordings(regressor[None], regressor[None], (), np.zeros(0), np.zeros(0))
 
-    nominal = MOTION.shapes(100)
+    nominal = MOTION.scaled_regressor(100)
     monkeypatch.setattr(data, "make_recordings", lambda *_, **__: exact(nominal @ larger))
     batches = Batches(SMALL, MOTION)
     examples = batches.examples(np.random.default_rng(1), 50)
@@ -105,7 +105,7 @@ def test_the_image_is_of_the_starts_effort_and_the_remainder() -> None:
     some = batches.batch("test", 0, 20)
     start = batches.nominal @ np.array(SMALL.start_shares)
     np.testing.assert_array_equal(some.model_effort, np.tile(start, (20, 1)))
-    np.testing.assert_array_equal(some.bias, 0.0)
+    np.testing.assert_array_equal(some.offset, 0.0)
 
 
 def test_guesses_are_the_start_and_answers_near_and_far() -> None:
@@ -117,7 +117,7 @@ def test_guesses_are_the_start_and_answers_near_and_far() -> None:
 def recorded_with(monkeypatch: pytest.MonkeyPatch, added: float) -> tuple[Batches, np.ndarray]:
     """Every drive has one effect: a parabola over time."""
     monkeypatch.setattr(data, "EFFECTS", (0.0, 1.0, 0.0))
-    nominal = MOTION.shapes(100)
+    nominal = MOTION.scaled_regressor(100)
     parabola = np.linspace(-1.0, 1.0, 100) ** 2
     drives = np.array([[[[0.2, 0.4, 0.3, 0.1], [0.1, 0.3, 0.6, -0.1]]]])
     effect = np.broadcast_to(added * parabola, (1, 1, 2, 100))

@@ -7,7 +7,7 @@ from edge_ident.estimation.image import effort_scale
 from export.drives import FAMILIES, PROPORTIONS, as_shares, efforts, guesses, mixture
 from export.motion import paper_motion
 
-SHAPES = paper_motion().shapes(100)
+SHAPES = paper_motion().scaled_regressor(100)
 
 
 @pytest.mark.parametrize("name", FAMILIES)

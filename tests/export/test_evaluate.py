@@ -58,7 +58,7 @@ def test_each_set_has_what_its_name_says(drives: EvaluationDrives) -> None:
 def test_shares_are_of_the_measured_efforts_scale(drives: EvaluationDrives) -> None:
     some = drives.clean
     shares = some.shares(some.parameters)
-    unit_effort = (some.columns / some.column_scales @ shares[:, :, None])[:, :, 0]
+    unit_effort = (some.regressor / some.column_scales @ shares[:, :, None])[:, :, 0]
     np.testing.assert_allclose(effort_scale(unit_effort, "effort-scale"), 1.0)
 
 
@@ -98,7 +98,7 @@ def test_least_squares_and_guesses_are_in_the_drives_own_units(drives: Evaluatio
 
 
 def test_figures_measure_errors_in_shares_and_of_the_noise_free_effort() -> None:
-    columns = np.broadcast_to(MOTION.shapes(100), (5, 100, 4)).copy()
+    columns = np.broadcast_to(MOTION.scaled_regressor(100), (5, 100, 4)).copy()
     truth = np.tile([0.5, 0.4, 0.3, 0.2], (5, 1))
     effort = (columns @ truth[:, :, None])[:, :, 0]
     some = DriveSet(columns, effort, effort, truth, np.ones(4))

@@ -48,7 +48,7 @@ def motion(*effects: Term) -> TrainingMotion:
 
 def own_scale(of: TrainingMotion) -> float:
     """Scale of the effort that the model's base term needs."""
-    effort = of.shapes(POINTS) @ (np.array(TRUTH) * of.column_scales)
+    effort = of.scaled_regressor(POINTS) @ (np.array(TRUTH) * of.column_scales)
     return float(effort_scale(effort[None], "effort-scale")[0])
 
 
@@ -88,9 +88,9 @@ def test_every_example_has_the_known_effect_and_the_configurations_on_top() -> N
     plain = replace(IMPROVED, motions=2, drives_with_effect=0)
     of = motion(LOAD)
     examples = Batches(plain, of).examples(np.random.default_rng(3), 200)
-    rest = examples.measured - efforts(examples.columns, examples.truth)
+    rest = examples.measured - efforts(examples.regressor, examples.truth)
     # sine on the paper's motion, in the direction of -acceleration's column
-    spring = -examples.columns[..., 0]
+    spring = -examples.regressor[..., 0]
     strength = np.sum(rest * spring, axis=1) / np.sum(spring**2, axis=1)
     alone = 0.05 * 2 * np.pi / own_scale(of)
     assert np.all(strength > 0.4 * alone)

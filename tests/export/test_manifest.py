@@ -64,7 +64,7 @@ def test_it_holds_the_motion_in_its_own_units(tmp_path: Path) -> None:
     assert (found.position_unit, found.effort_unit) == ("m", "N")
     assert found.period_s == pytest.approx(8742 * 0.0025)
     angle = 2.0 * np.pi * (np.arange(100) + 0.5) / 100
-    np.testing.assert_allclose(found.columns[:, 1], 1.80642 * np.cos(angle), atol=5e-3)
+    np.testing.assert_allclose(found.regressor[:, 1], 1.80642 * np.cos(angle), atol=5e-3)
     np.testing.assert_allclose(found.column_scales, [0.519345, 1.806416, 1.0, 1.0], rtol=1e-5)
 
 

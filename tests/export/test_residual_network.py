@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from edge_ident.estimation.image import Normalization, effort_image, gain_and_bias
+from edge_ident.estimation.image import Normalization, effort_image, scale_and_offset
 
 torch = pytest.importorskip("torch")
 
@@ -38,9 +38,9 @@ def test_factored_first_convolution_equals_the_plain_one(
     model, measured = rng.normal(size=(4, 100)), rng.normal(size=(4, 100))
     for parameter in network.parameters():  # away from an all but constant output
         parameter.data *= 2.0
-    gain, bias = gain_and_bias(model, measured, normalization)
+    scale, offset = scale_and_offset(model, measured, normalization)
     with torch.no_grad():
-        fast = network.residuals(tensor(gain[:, None] * model), tensor(measured), tensor(bias))
+        fast = network.residuals(tensor(scale[:, None] * model), tensor(measured), tensor(offset))
         plain = network(torch.from_numpy(effort_image(model, measured, normalization)))
     assert fast.std() > 0.01
     torch.testing.assert_close(torch.sigmoid(fast), plain, atol=1e-5, rtol=0.0)

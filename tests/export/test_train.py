@@ -106,7 +106,7 @@ def test_loss_curves_have_train_and_test_of_every_stage(tmp_path: Path) -> None:
 def test_the_test_loss_is_that_of_held_out_drives(tmp_path: Path) -> None:
     network, trained = trained_network(run(tmp_path / "run.pt"))
     held_out = data.Batches(WITHOUT_EFFECTS, trained.motion, held_out=True).batch("test", 0, 32)
-    factors = (held_out.model_effort, held_out.measured_effort, held_out.bias)
+    factors = (held_out.model_effort, held_out.measured_effort, held_out.offset)
     with torch.no_grad():
         found = network.residuals(*(data.tensor(factor) for factor in factors))
         loss = absolute_loss(found, data.tensor(held_out.residual))

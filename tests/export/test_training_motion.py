@@ -38,7 +38,7 @@ def carriage(
 def test_the_papers_motion() -> None:
     paper = paper_motion()
     time = 0.0025 * 8742 * (np.arange(100) + 0.5) / 100
-    columns = paper.shapes(100) * paper.column_scales
+    columns = paper.scaled_regressor(100) * paper.column_scales
     np.testing.assert_allclose(columns[:, 1], 1.80642 * np.cos(0.2875 * time), atol=5e-3)
     np.testing.assert_allclose(paper.column_scales, [0.519345, 1.806416, 1.0, 1.0], rtol=1e-5)
     assert paper.partner is not None

@@ -105,7 +105,7 @@ def test_joined_network_answers_like_its_head(
     features = compute_features(network, head, batches, 2000, lambda done, total: None)
     join(network, head, features)
     batch = batches.batch("test", 0, 200)
-    factors = (batch.model_effort, batch.measured_effort, batch.bias)
+    factors = (batch.model_effort, batch.measured_effort, batch.offset)
     with torch.no_grad():
         wanted = head(head.known(batch))
         found = network.residuals(*(tensor(factor) for factor in factors))
@@ -123,7 +123,7 @@ def test_features_are_the_networks_own_of_the_stages_examples(
     assert features.values.shape == (50, 810)
     second = batches.batch("dense", 1, 20)
     torch.testing.assert_close(features.residual[20:40], tensor(second.residual))
-    factors = (second.model_effort, second.measured_effort, second.bias)
+    factors = (second.model_effort, second.measured_effort, second.offset)
     with torch.no_grad():
         values = network.features(*(tensor(factor) for factor in factors)).flatten(1)
     torch.testing.assert_close(features.values[20:40], values)

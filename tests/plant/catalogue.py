@@ -1,46 +1,28 @@
-"""All effects by name, and how one or several are drawn at random."""
+"""All effects by name, found in the modules `*_effects`, and how one or several are drawn."""
 
+import importlib
 from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 
-from tests.plant import electric_effects as electric
-from tests.plant import friction_effects as friction
-from tests.plant import load_effects as load
-from tests.plant import timed_effects as timed
 from tests.plant.drives import Array, Drives
 from tests.plant.effect import Effect, Scales
 from tests.plant.motions import Motion
 
-_KNOWN: tuple[type[Effect], ...] = (
-    friction.Stribeck,
-    friction.Asymmetry,
-    friction.Presliding,
-    load.Backlash,
-    load.Ripple,
-    friction.PositionFriction,
-    load.PositionLoad,
-    friction.NonlinearViscous,
-    friction.LoadFriction,
-    friction.WarmUp,
-    electric.GainDrift,
-    timed.OffsetDrift,
-    electric.RecordDelay,
-    load.Compliance,
-    load.CrossCoupling,
-    electric.Deadband,
-    electric.Saturation,
-    electric.Eccentricity,
-    load.Payload,
-    timed.Push,
-)
-_STRANGE: tuple[type[Effect], ...] = (timed.Wander, timed.Vibration, timed.RandomSteps)
+for _file in sorted(Path(__file__).parent.glob("*_effects.py")):
+    if not _file.stem.startswith("test_"):
+        importlib.import_module(f"tests.plant.{_file.stem}")
 
-# The twenty effects of the catalogue, and disturbances that are in no catalogue.
-EFFECTS = tuple(kind.name for kind in _KNOWN)
-UNKNOWN = tuple(kind.name for kind in _STRANGE)
 
-_BY_NAME = {kind.name: kind for kind in (*_KNOWN, *_STRANGE)}
+def names_of(*, in_catalogue: bool) -> tuple[str, ...]:
+    """Effects that the library knows too, or disturbances that no catalogue holds."""
+    kinds = [kind for kind in Effect.kinds.values() if kind.in_catalogue == in_catalogue]
+    return tuple(kind.name for kind in sorted(kinds, key=lambda kind: (kind.number, kind.name)))
+
+
+EFFECTS = names_of(in_catalogue=True)
+UNKNOWN = names_of(in_catalogue=False)
 
 
 def draw(
@@ -71,7 +53,7 @@ def draw(
     scales = Scales.of(drives, motion)
     effects = []
     for name in names:
-        kind = _BY_NAME[name]
+        kind = Effect.kinds[name]
         rank = rng.random(drives.shape) if strength is None else strength
         faint, strong = kind.span
         size = faint * (strong / faint) ** (rank * np.ones(drives.shape))

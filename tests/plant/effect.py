@@ -76,15 +76,27 @@ class Effect:
         where both signs are physical.
 
     Class attributes: `name`; `span`, the faintest and the strongest relative strength;
-    `signed`, whether both signs are drawn; `one_way`, whether it can hit one axis only.
+    `signed`, whether both signs are drawn; `one_way`, whether it can hit one axis only;
+    `in_catalogue`, whether the library knows it too; `number`, its place among the others, on
+    which the drives of a seed depend. A new effect comes last, or takes the next number.
+
+    A subclass that has a name is known to `tests.plant.catalogue`.
     """
 
+    kinds: ClassVar[dict[str, type["Effect"]]] = {}
     name: ClassVar[str]
+    number: ClassVar[int] = 1000
+    in_catalogue: ClassVar[bool] = True
     span: ClassVar[tuple[float, float]]
     signed: ClassVar[bool] = False
     one_way: ClassVar[bool] = False
 
     size: Array
+
+    def __init_subclass__(cls) -> None:
+        super().__init_subclass__()
+        if "name" in vars(cls):
+            Effect.kinds[cls.name] = cls
 
     @classmethod
     def draw(cls, strength: Array, rng: np.random.Generator, scales: Scales) -> Self:

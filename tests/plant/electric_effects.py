@@ -18,6 +18,7 @@ class GainDrift(Effect):
     """
 
     name: ClassVar[str] = "gain_drift"
+    number: ClassVar[int] = 11
     span: ClassVar[tuple[float, float]] = (0.005, 0.4)
     signed: ClassVar[bool] = True
 
@@ -49,6 +50,7 @@ class RecordDelay(Effect):
     """Effort stands in the record `size` (s) after it acted; before it, where negative."""
 
     name: ClassVar[str] = "time_delay"
+    number: ClassVar[int] = 13
     span: ClassVar[tuple[float, float]] = (2e-4, 0.015)
     signed: ClassVar[bool] = True
 
@@ -72,6 +74,7 @@ class Deadband(Effect):
     """Of every command, the first `size` (N·m) makes no torque."""
 
     name: ClassVar[str] = "actuator_deadband"
+    number: ClassVar[int] = 16
     span: ClassVar[tuple[float, float]] = (0.01, 0.5)
 
     @classmethod
@@ -92,6 +95,7 @@ class Saturation(Effect):
     """
 
     name: ClassVar[str] = "actuator_saturation"
+    number: ClassVar[int] = 17
     span: ClassVar[tuple[float, float]] = (0.05, 0.6)
 
     peak: Array
@@ -121,6 +125,7 @@ class Eccentricity(Effect):
     """The encoder's disc runs out: the shown angle is off by `size` (rad) once per turn."""
 
     name: ClassVar[str] = "encoder_eccentricity"
+    number: ClassVar[int] = 18
     span: ClassVar[tuple[float, float]] = (5e-4, 0.1)
 
     phase_rad: Array

@@ -14,6 +14,7 @@ class Stribeck(Effect):
     """Dry friction is higher by `size` (N·m) at rest and falls to its level with speed."""
 
     name: ClassVar[str] = "stribeck_friction"
+    number: ClassVar[int] = 1
     span: ClassVar[tuple[float, float]] = (0.01, 1.0)
 
     speed: Array
@@ -34,6 +35,7 @@ class Asymmetry(Effect):
     """Viscous friction is `size` (N·m·s/rad) more forwards, less backwards; so is Coulomb's."""
 
     name: ClassVar[str] = "asymmetric_friction"
+    number: ClassVar[int] = 2
     span: ClassVar[tuple[float, float]] = (0.01, 0.8)
     signed: ClassVar[bool] = True
 
@@ -64,6 +66,7 @@ class Presliding(Effect):
     """The table's Coulomb friction builds up over `size` (rad) of travel, in Maxwell bristles."""
 
     name: ClassVar[str] = "presliding_hysteresis"
+    number: ClassVar[int] = 3
     span: ClassVar[tuple[float, float]] = (5e-4, 0.15)
 
     @classmethod
@@ -84,6 +87,7 @@ class PositionFriction(Effect):
     """
 
     name: ClassVar[str] = "position_dependent_friction"
+    number: ClassVar[int] = 6
     span: ClassVar[tuple[float, float]] = (0.02, 0.9)
 
     waves: Array  # whole waves along the stroke
@@ -108,6 +112,7 @@ class NonlinearViscous(Effect):
     """Friction that grows with a power of speed; `size` (N·m) at the speed `peak`."""
 
     name: ClassVar[str] = "nonlinear_viscous"
+    number: ClassVar[int] = 8
     span: ClassVar[tuple[float, float]] = (0.02, 1.0)
 
     power: Array
@@ -130,6 +135,7 @@ class LoadFriction(Effect):
     """Dry friction of the nut: `size` (no unit) times the torque that it transmits."""
 
     name: ClassVar[str] = "load_dependent_friction"
+    number: ClassVar[int] = 9
     span: ClassVar[tuple[float, float]] = (0.01, 0.5)
 
     @classmethod
@@ -150,6 +156,7 @@ class WarmUp(Effect):
     """
 
     name: ClassVar[str] = "warm_up"
+    number: ClassVar[int] = 10
     span: ClassVar[tuple[float, float]] = (0.02, 1.5)
 
     fades_in_s: Array

@@ -14,6 +14,7 @@ class Backlash(Effect):
     """Play of `size` (rad) between motor and screw, closed by impact on the stiff joint."""
 
     name: ClassVar[str] = "backlash"
+    number: ClassVar[int] = 4
     span: ClassVar[tuple[float, float]] = (5e-4, 0.15)
 
     @classmethod
@@ -31,6 +32,7 @@ class Compliance(Effect):
     """A worn coupling gives way by `size` (rad/(N·m)) more between motor and screw."""
 
     name: ClassVar[str] = "coupling_compliance"
+    number: ClassVar[int] = 14
     span: ClassVar[tuple[float, float]] = (0.005, 1.0)
 
     damping_ratio: Array
@@ -58,6 +60,7 @@ class Ripple(Effect):
     """Gear mesh and cogging: sinusoids of the motor's angle, the largest of `size` (N·m)."""
 
     name: ClassVar[str] = "torque_ripple"
+    number: ClassVar[int] = 5
     span: ClassVar[tuple[float, float]] = (0.005, 0.4)
 
     per_turn: Array  # of the largest
@@ -93,6 +96,7 @@ class PositionLoad(Effect):
     """
 
     name: ClassVar[str] = "position_dependent_load"
+    number: ClassVar[int] = 7
     span: ClassVar[tuple[float, float]] = (0.02, 0.7)
     signed: ClassVar[bool] = True
 
@@ -127,6 +131,7 @@ class CrossCoupling(Effect):
     """
 
     name: ClassVar[str] = "cross_axis_coupling"
+    number: ClassVar[int] = 15
     span: ClassVar[tuple[float, float]] = (0.01, 0.4)
     signed: ClassVar[bool] = True
     one_way: ClassVar[bool] = True
@@ -163,6 +168,7 @@ class Payload(Effect):
     """
 
     name: ClassVar[str] = "payload_change"
+    number: ClassVar[int] = 19
     span: ClassVar[tuple[float, float]] = (0.03, 3.0)
 
     inertia: Array  # of the table alone

@@ -45,6 +45,7 @@ class OffsetDrift(TimedTorque):
     """The offset creeps by `size` from beginning to end. The truth has the mean offset."""
 
     name: ClassVar[str] = "offset_drift"
+    number: ClassVar[int] = 12
     signed: ClassVar[bool] = True
 
     @staticmethod
@@ -66,6 +67,7 @@ class Push(TimedTorque):
     """One push or collision, half a sine of `size`, of 30 to 500 ms."""
 
     name: ClassVar[str] = "disturbance_event"
+    number: ClassVar[int] = 20
     span: ClassVar[tuple[float, float]] = (0.05, 3.0)
     signed: ClassVar[bool] = True
 
@@ -82,6 +84,8 @@ class Wander(TimedTorque):
     """Unknown: a slow random walk that always comes back, of rms `size`, mean zero."""
 
     name: ClassVar[str] = "slow_wander"
+    number: ClassVar[int] = 1
+    in_catalogue: ClassVar[bool] = False
 
     @staticmethod
     def shape(time_s: Array, rng: np.random.Generator, shape: tuple[int, ...]) -> Array:
@@ -99,6 +103,8 @@ class Vibration(TimedTorque):
     """Unknown: another machine shakes this one, periodic in time, 0.7 to 5 Hz."""
 
     name: ClassVar[str] = "timed_vibration"
+    number: ClassVar[int] = 2
+    in_catalogue: ClassVar[bool] = False
 
     @staticmethod
     def shape(time_s: Array, rng: np.random.Generator, shape: tuple[int, ...]) -> Array:
@@ -112,6 +118,8 @@ class RandomSteps(TimedTorque):
     """Unknown: the load jumps to a new level at random times, mean zero."""
 
     name: ClassVar[str] = "random_steps"
+    number: ClassVar[int] = 3
+    in_catalogue: ClassVar[bool] = False
 
     @staticmethod
     def shape(time_s: Array, rng: np.random.Generator, shape: tuple[int, ...]) -> Array:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from edge_ident.baselines.methods import least_squares, random_search
 from edge_ident.baselines.problem import Problem, pose
 from edge_ident.errors import DataError
-from edge_ident.estimation import cnn
+from edge_ident.estimation import network_estimate
 from edge_ident.estimation.alignment import Subsampled, align
 from edge_ident.estimation.image import effort_scale
 from edge_ident.estimation.network import Network, load_network
@@ -105,13 +105,13 @@ def identify(recording: Recording, name: str, truth: Array, network: Network) ->
     motion = network.manifest.motion
     began_s = time.perf_counter()
     problem = pose(recording, name, tries=PASSES)
-    seen = align(problem.signals, motion.columns[:, 1], motion.period_s)
+    seen = align(problem.signals, motion.regressor[:, 1], motion.period_s)
     limit = network.manifest.mismatch_limit
-    if seen is None or cnn.motion_mismatch(seen.columns, network) > limit:
+    if seen is None or network_estimate.motion_mismatch(seen.regressor, network) > limit:
         raise DataError(
             "the network was trained for another motion", "name one for the paper's motion"
         )
-    looped = cnn.identify(seen.columns, seen.effort, network, passes=PASSES)
+    looped = network_estimate.estimate(seen.regressor, seen.effort, network, passes=PASSES)
     time_ms = 1e3 * (time.perf_counter() - began_s)
     found = {
         "network": looped.parameters,
@@ -173,7 +173,7 @@ def guesses_that_pass(case: Case) -> tuple[float, float]:
     rng = np.random.default_rng(0)
     tries = case.unit * rng.uniform([0.0, 0.0, 0.0, -1.0], 1.0, (GUESSES, len(PARAMETERS)))
     scores = np.array(
-        [compare(case.seen.effort, case.seen.columns @ guess).time_spectral for guess in tries]
+        [compare(case.seen.effort, case.seen.regressor @ guess).time_spectral for guess in tries]
     )
     return float(np.mean(scores > 0.90)), float(np.mean(scores > 0.98))
 

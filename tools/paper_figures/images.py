@@ -38,22 +38,22 @@ class Pictured:
 
 def make_images() -> list[Pictured]:
     """Every guess in every kind, against one measurement with white noise."""
-    shapes = paper_motion().shapes(POINTS)
-    unit = effort_scale(shapes @ TRUTH, "effort-scale")
+    regressor = paper_motion().scaled_regressor(POINTS)
+    unit = effort_scale(regressor @ TRUTH, "effort-scale")
     noise = NOISE * np.random.default_rng(0).normal(size=POINTS)
-    measured = shapes @ TRUTH / unit + noise
+    measured = regressor @ TRUTH / unit + noise
     return [
-        Pictured(kind, name, _image(kind, shapes, guess / unit, measured))
+        Pictured(kind, name, _image(kind, regressor, guess / unit, measured))
         for kind in KINDS
         for name, guess in GUESSES.items()
     ]
 
 
-def _image(kind: str, shapes: Array, guess: Array, measured: Array) -> NDArray[np.float32]:
-    model = shapes @ guess
+def _image(kind: str, regressor: Array, guess: Array, measured: Array) -> NDArray[np.float32]:
+    model = regressor @ guess
     if kind == "remainder":
         left = measured - model
-        start = shapes @ np.array(IMPROVED.start_shares)
+        start = regressor @ np.array(IMPROVED.start_shares)
         return _outer(start, left / effort_scale(left, "effort-scale"), "effort-scale")
     normalization: Normalization = "min-max" if kind == "min-max" else "effort-scale"
     scale = effort_scale(measured, normalization)

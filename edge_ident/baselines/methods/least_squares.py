@@ -7,4 +7,4 @@ from edge_ident.model.model import Estimate
 
 def estimate(problem: Problem) -> Estimate:
     """See `edge_ident.estimation.least_squares.fit`."""
-    return least_squares.fit(problem.signals)
+    return least_squares.fit(problem.signals, problem.part)

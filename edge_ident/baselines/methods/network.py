@@ -8,7 +8,7 @@ from edge_ident.support.stopwatch import Stopwatch
 
 
 def estimate(problem: Problem) -> Estimate:
-    """See `edge_ident.estimation.cnn`.
+    """See `edge_ident.estimation.network_estimate`.
 
     Raises
     ------

@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.prepare.axis_data import AxisData
-from edge_ident.model.effect import Excitation, Form
 from edge_ident.model.effects import catalogue, named
 from edge_ident.model.model import AxisModel, Term
+from edge_ident.model.search import Excitation, Form
 
 Array = NDArray[np.float64]
 Values = Mapping[str, float] | Mapping[str, Array]
@@ -44,9 +44,9 @@ def candidates(data: AxisData, rotary: bool) -> tuple[Candidate, ...]:
     """All candidates for an axis; `rotary` where its positions are angles."""
     found = []
     for name, effect in catalogue().items():
-        if effect.needs_reversals and not data.reverses:
+        if effect.search.needs_reversals and not data.reverses:
             continue
-        for form in effect.forms:
+        for form in effect.search.forms:
             if not form.rotary or rotary:
                 sources = data.other_axes if form.coupled else (None,)
                 found += [Candidate(name, form, source) for source in sources]
@@ -58,7 +58,7 @@ def grid(candidate: Candidate, excitation: Excitation) -> dict[str, Array]:
 
     The arrays have length one for a form without nonlinear parameters.
     """
-    values = named(candidate.effect).grid(excitation)
+    values = named(candidate.effect).search.grid(excitation)
     if not candidate.form.nonlinear:
         return {name: array[:1] for name, array in values.items()}
     return values

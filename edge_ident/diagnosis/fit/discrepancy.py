@@ -26,7 +26,7 @@ def model_discrepancy(data: AxisData, fitted: FittedModel) -> float:
     base = fitted.jacobian[valid, : len(PARAMETERS)]
     varying = base @ fitted.base
     varying = varying - np.mean(varying)
-    discrepancy = named(BASE).discrepancy ** 2 * float(varying @ varying)
+    discrepancy = named(BASE).search.discrepancy ** 2 * float(varying @ varying)
     basis = orthonormal(base)
     for k, t in enumerate(fitted.terms):
         if t.linear:
@@ -35,7 +35,8 @@ def model_discrepancy(data: AxisData, fitted: FittedModel) -> float:
         else:
             effort = _nonlinear_contribution(data, t, fitted)
         orthogonal = effort - basis @ (basis.T @ effort)
-        discrepancy += named(t.candidate.effect).discrepancy ** 2 * float(orthogonal @ orthogonal)
+        share = named(t.candidate.effect).search.discrepancy
+        discrepancy += share**2 * float(orthogonal @ orthogonal)
     return discrepancy
 
 

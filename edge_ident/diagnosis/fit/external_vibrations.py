@@ -13,7 +13,7 @@ from edge_ident.model.outside_vibration import OUTSIDE_VIBRATION
 
 Array = NDArray[np.float64]
 
-VIBRATION: Final = Candidate(OUTSIDE_VIBRATION.name, OUTSIDE_VIBRATION.forms[0])
+VIBRATION: Final = Candidate(OUTSIDE_VIBRATION.name, OUTSIDE_VIBRATION.search.forms[0])
 """Competes with the causes, and is none."""
 
 _FEWEST_PERIODS: Final = 5.0

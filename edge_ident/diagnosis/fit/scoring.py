@@ -127,7 +127,7 @@ def ignored_command_penalty(data: AxisData, added: Term) -> Array:
 
 
 def _on_edge(candidate: Candidate, at: Mapping[str, float], grid: Grid) -> bool:
-    closed = set(candidate.form.nonlinear) - set(named(candidate.effect).open_ended)
+    closed = set(candidate.form.nonlinear) - set(named(candidate.effect).search.open_ended)
     return any(
         np.ptp(grid[name]) > 0.0
         and at[name] in (float(np.min(grid[name])), float(np.max(grid[name])))

@@ -9,10 +9,11 @@ import scipy.sparse
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.prepare.bandwidth import Band
-from edge_ident.model.effect import Excitation, Motion
+from edge_ident.model.effect import Motion
 from edge_ident.model.effects import named
 from edge_ident.model.inverse import along_motion, inverse_effort, obeyed
 from edge_ident.model.model import AxisModel
+from edge_ident.model.search import Excitation
 from edge_ident.signals.filters import lowpass
 
 Array = NDArray[np.float64]

@@ -6,9 +6,8 @@ from typing import Final
 import numpy as np
 
 from edge_ident.diagnosis.result import DataFinding
-from edge_ident.signals.conditioning import JITTER_LIMIT
-from edge_ident.signals.filters import sampling_jitter
 from edge_ident.signals.recording import AxisRecord, Recording
+from edge_ident.signals.resampling import EvenGrid
 
 _GAP: Final = 3.0
 """Sampling periods between two samples, from which samples are missing."""
@@ -40,10 +39,10 @@ def _timing(recording: Recording, name: str) -> list[DataFinding]:
         longest = float(np.max(steps))
         message = f"{gaps} gaps of up to {longest:.3g} s in the time stamps were bridged"
         return [DataFinding("gaps", name, message)]
-    jitter = sampling_jitter(recording.time_s)
-    if jitter > JITTER_LIMIT:
+    grid = EvenGrid.of(recording.time_s)
+    if grid.interpolated:
         message = (
-            f"time stamps are up to {jitter:.2g} periods off an even grid; samples "
+            f"time stamps are up to {grid.jitter:.2g} periods off an even grid; samples "
             "were interpolated"
         )
         return [DataFinding("uneven_sampling", name, message)]

@@ -29,8 +29,9 @@ from edge_ident.signals.conditioning import (
     encoder_count,
     position_noise,
 )
-from edge_ident.signals.filters import differentiate, even_grid, interpolate, lowpass
+from edge_ident.signals.filters import differentiate, lowpass
 from edge_ident.signals.recording import Recording
+from edge_ident.signals.resampling import EvenGrid
 
 Array = NDArray[np.float64]
 
@@ -109,14 +110,13 @@ class _Sampled:
 
     @classmethod
     def of(cls, recording: Recording, name: str) -> "_Sampled":
-        """Interpolate a recording."""
-        time_s, period_s = even_grid(recording.time_s)
+        """Resample a recording."""
+        grid = EvenGrid.of(recording.time_s)
         positions = {
-            other: interpolate(time_s, recording.time_s, record.position)
-            for other, record in recording.axes.items()
+            other: grid.resampled(record.position) for other, record in recording.axes.items()
         }
-        effort = interpolate(time_s, recording.time_s, recording.axes[name].effort)
-        return cls(name, time_s, period_s, positions, effort)
+        effort = grid.resampled(recording.axes[name].effort)
+        return cls(name, grid.time_s, grid.period_s, positions, effort)
 
     @property
     def position(self) -> Array:

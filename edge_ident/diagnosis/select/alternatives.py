@@ -62,7 +62,7 @@ def compare_alternatives(search: Search, model: FittedModel, index: int) -> Comp
     ]
     decision, best = max(decisions, key=lambda pair: pair[0].margin, default=(None, None))
     tried = {alternative.effect for alternative in found}
-    for name in named(term.candidate.effect).rivals:
+    for name in named(term.candidate.effect).search.alternatives:
         if name not in tried:
             found.append(_scored_alternative(name, scored, model))
     accepted = decision is not None and decision.accepted
@@ -78,7 +78,7 @@ def _fitted_alternative(
         evidence = f"in its place the residual is {larger:.1%} larger"
     else:
         evidence = f"in its place the residual is as small ({larger:+.1%})"
-    return Alternative(candidate.effect, apart, evidence, named(candidate.effect).experiment)
+    return Alternative(candidate.effect, apart, evidence, named(candidate.effect).search.experiment)
 
 
 def _scored_alternative(
@@ -91,7 +91,7 @@ def _scored_alternative(
         evidence = f"in its place the residual is {larger:.0%} larger"
     else:
         evidence = "in its place it explains almost none of the residual"
-    return Alternative(name, True, evidence, named(name).experiment)
+    return Alternative(name, True, evidence, named(name).search.experiment)
 
 
 def _first_of_each(alternatives: list[Alternative]) -> tuple[Alternative, ...]:

@@ -59,8 +59,8 @@ def _cause(term: Term, share: float, support: SupportedTerm) -> Cause:
         share=share,
         alternatives=support.comparison.alternatives,
         evidence=(
-            f"{named(term.effect).signature}; it makes up {share:.1%} of the effort and reduces "
-            f"the residual by {gain.value:.0%} {where}"
+            f"{named(term.effect).search.signature}; it makes up {share:.1%} of the effort and "
+            f"reduces the residual by {gain.value:.0%} {where}"
         ),
         decision=support.decision.reason,
     )

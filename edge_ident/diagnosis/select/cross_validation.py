@@ -67,7 +67,7 @@ def held_out_gain(
 
 def near_zero(data: AxisData, fitted: FittedModel) -> list[tuple[str, ...]]:
     """Essential linear parameters of each term that lie within a few deviations of zero."""
-    essential = [named(t.candidate.effect).essential for t in fitted.terms]
+    essential = [named(t.candidate.effect).search.essential for t in fitted.terms]
     if not any(essential):
         return [() for _ in fitted.terms]
     deviations = standard_deviations(data, fitted)[: len(fitted.linear_parameters)]

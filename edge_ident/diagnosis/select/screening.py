@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from edge_ident.diagnosis.fit.fitting import FittedTerm, solve
 from edge_ident.diagnosis.select.acceptance import LARGEST, RELIABILITY
-from edge_ident.model.effect import Excitation
 from edge_ident.model.effects import named
+from edge_ident.model.search import Excitation
 
 Array = NDArray[np.float64]
 
@@ -24,7 +24,7 @@ def physical(term: FittedTerm, regressors: Array, excitation: Excitation) -> boo
         Of the term.
     """
     values = {name: np.asarray(value) for name, value in term.model_term.values.items()}
-    if not named(term.candidate.effect).possible(values, excitation):
+    if not named(term.candidate.effect).search.physical(values, excitation):
         return False
     amplitudes = np.array(list(term.linear.values()) or [1.0])
     peak = float(np.max(np.abs(amplitudes @ regressors)))

@@ -22,9 +22,9 @@ from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.select.acceptance import MOST_REFINED, PROMISING, SLIGHTEST
 from edge_ident.diagnosis.select.criterion import Criterion
 from edge_ident.diagnosis.select.screening import physical, reliable
-from edge_ident.model.effect import Excitation
 from edge_ident.model.effects import named
 from edge_ident.model.model import AxisModel
+from edge_ident.model.search import Excitation
 
 Array = NDArray[np.float64]
 
@@ -185,4 +185,4 @@ class Search:
 def unrepeatable(model: FittedModel) -> frozenset[str]:
     """Effects of a model that an axis can have only once."""
     names = {term.effect for term in model.axis.terms[1:]}
-    return frozenset(name for name in names if not named(name).repeats)
+    return frozenset(name for name in names if not named(name).search.repeats)

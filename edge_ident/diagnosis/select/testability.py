@@ -34,7 +34,7 @@ def not_testable(search: Search, model: FittedModel, noise: float) -> tuple[NotT
     for name in catalogue():
         if name in model.effects:
             continue
-        experiment = named(name).experiment
+        experiment = named(name).search.experiment
         if named(name).needs_source and not data.other_axes:
             reason = "no other axis moves in this recording"
             missing.append(NotTestable(name, reason, experiment))

@@ -1,7 +1,7 @@
 """The catalogue of effects: one file each, found by being in this folder.
 
 A file holds one subclass of `edge_ident.model.effect.Effect` and its instance `EFFECT`. The name of
-an effect is the name of its file.
+an effect is the name of its file. Nothing else in the project lists effects.
 """
 
 import importlib
@@ -16,17 +16,25 @@ from edge_ident.errors import ModelError
 from edge_ident.model.effect import Effect
 from edge_ident.model.model import Term
 from edge_ident.model.outside_vibration import OUTSIDE_VIBRATION
+from edge_ident.model.registration import check_effect
 from edge_ident.model.rigid_body import RIGID_BODY
 from edge_ident.model.strengths import Draws, Scale
 
 
 @cache
 def catalogue() -> Mapping[str, Effect]:
-    """All effects by name, in alphabetical order."""
-    found = sorted(module.name for module in pkgutil.iter_modules(__path__))
-    return MappingProxyType(
-        {name: importlib.import_module(f"{__name__}.{name}").EFFECT for name in found}
-    )
+    """All effects by name, in alphabetical order.
+
+    Raises
+    ------
+    ModelError
+        An effect's file does not hold what the project relies on.
+    """
+    names = sorted(module.name for module in pkgutil.iter_modules(__path__))
+    modules = {name: importlib.import_module(f"{__name__}.{name}") for name in names}
+    for name, module in modules.items():
+        check_effect(name, getattr(module, "EFFECT", None), names)
+    return MappingProxyType({name: module.EFFECT for name, module in modules.items()})
 
 
 def named(name: str) -> Effect:

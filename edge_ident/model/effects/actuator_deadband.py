@@ -10,7 +10,8 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.model.effect import Array, Effect, Form, Parameter, Values
+from edge_ident.model.effect import Array, Effect, Parameter, Values
+from edge_ident.model.search import Form, Search
 from edge_ident.model.strengths import Draws, Scale
 
 
@@ -18,14 +19,6 @@ class ActuatorDeadband(Effect):
     """Effort that is commanded and never arrives."""
 
     parameters = (Parameter("width", "{effort}", 0.0, 1e9, "half of the band without torque"),)
-    discrepancy = 0.1
-    forms = (Form(("width",)),)
-    signature = "flips with the sign of the effort, not of the velocity"
-    rivals = ("load_dependent_friction", "asymmetric_friction", "stribeck_friction")
-    experiment = (
-        "a motion that brakes hard enough for the effort to change its sign while "
-        "moving: --motion multisine"
-    )
 
     def command(self, torque: Array, time_s: Array, values: Values) -> Array:
         """The band on top of what is needed."""
@@ -39,9 +32,22 @@ class ActuatorDeadband(Effect):
         """What of a command stays in the band."""
         return np.clip(effort, -values["width"], values["width"])
 
-    def draw(self, draws: Draws, scale: Scale) -> dict[str, Array]:
-        """2 % to 30 % of the effort."""
-        return {"width": draws.strength() * scale.effort}
+
+def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
+    """2 % to 30 % of the effort."""
+    return {"width": draws.strength() * scale.effort}
 
 
-EFFECT: Final = ActuatorDeadband()
+EFFECT: Final = ActuatorDeadband(
+    search=Search(
+        forms=(Form(("width",)),),
+        signature="flips with the sign of the effort, not of the velocity",
+        alternatives=("load_dependent_friction", "asymmetric_friction", "stribeck_friction"),
+        experiment=(
+            "a motion that brakes hard enough for the effort to change its sign while "
+            "moving: --motion multisine"
+        ),
+        discrepancy=0.1,
+    ),
+    draw=_draw,
+)

@@ -11,7 +11,8 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.model.effect import Array, Effect, Excitation, Form, Parameter, Values
+from edge_ident.model.effect import Array, Effect, Parameter, Values
+from edge_ident.model.search import Excitation, Form, Search
 from edge_ident.model.strengths import Draws, Scale
 
 
@@ -19,11 +20,6 @@ class ActuatorSaturation(Effect):
     """A ceiling for the effort."""
 
     parameters = (Parameter("limit", "{effort}", 1e-9, 1e9, "most that the actuator gives"),)
-    discrepancy = 0.1
-    forms = (Form((), ("limit",)),)
-    signature = "nothing is wrong below the limit; above it the command is not obeyed"
-    rivals = ("disturbance_event", "load_dependent_friction")
-    experiment = "the same motion slower, which stays below the limit"
 
     def command(self, torque: Array, time_s: Array, values: Values) -> Array:
         """Nothing above the limit."""
@@ -33,18 +29,30 @@ class ActuatorSaturation(Effect):
         """Nothing above the limit."""
         return np.clip(command, -values["limit"], values["limit"])
 
-    def grid(self, excitation: Excitation) -> dict[str, Array]:
-        """Below the peak, which a controller that winds up commands far above the limit."""
-        shares = np.concatenate([np.geomspace(0.05, 0.38, 8), np.linspace(0.4, 0.98, 30)])
-        return {"limit": excitation.effort * shares}
-
     def withheld(self, effort: Array, values: Values) -> Array:
         """What was commanded above the limit."""
         return effort - np.clip(effort, -values["limit"], values["limit"])
 
-    def draw(self, draws: Draws, scale: Scale) -> dict[str, Array]:
-        """The highest 2 % to 40 % of the peak effort are missing."""
-        return {"limit": (1.0 - draws.log_uniform(0.02, 0.4)) * scale.peak_effort}
+
+def _grid(excitation: Excitation) -> dict[str, Array]:
+    """Below the peak, which a controller that winds up commands far above the limit."""
+    shares = np.concatenate([np.geomspace(0.05, 0.38, 8), np.linspace(0.4, 0.98, 30)])
+    return {"limit": excitation.effort * shares}
 
 
-EFFECT: Final = ActuatorSaturation()
+def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
+    """The highest 2 % to 40 % of the peak effort are missing."""
+    return {"limit": (1.0 - draws.log_uniform(0.02, 0.4)) * scale.peak_effort}
+
+
+EFFECT: Final = ActuatorSaturation(
+    search=Search(
+        forms=(Form((), ("limit",)),),
+        signature="nothing is wrong below the limit; above it the command is not obeyed",
+        alternatives=("disturbance_event", "load_dependent_friction"),
+        experiment="the same motion slower, which stays below the limit",
+        grid=_grid,
+        discrepancy=0.1,
+    ),
+    draw=_draw,
+)

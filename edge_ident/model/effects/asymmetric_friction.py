@@ -10,7 +10,9 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.model.effect import Array, Effect, Form, Motion, Parameter, Values
+from edge_ident.model.compensation import Compensation
+from edge_ident.model.effect import Array, Effect, Motion, Parameter, Values
+from edge_ident.model.search import Form, Search
 from edge_ident.model.strengths import Draws, Scale
 
 
@@ -22,10 +24,6 @@ class AsymmetricFriction(Effect):
             "difference", "{effort}*s/{position}", -1e9, 1e9, "viscous friction, forward over mean"
         ),
     )
-    forms = (Form(("difference",)),)
-    signature = "grows with speed and does not change its sign with the direction"
-    rivals = ("position_dependent_friction", "nonlinear_viscous", "actuator_deadband")
-    experiment = "constant speeds both ways over the same stroke: --motion staircase"
 
     def load(self, at: Motion, values: Values) -> Array:
         """The same sign both ways."""
@@ -35,10 +33,20 @@ class AsymmetricFriction(Effect):
         """That of viscous friction."""
         return np.abs(values["difference"]) / inertia
 
-    def draw(self, draws: Draws, scale: Scale) -> dict[str, Array]:
-        """3 % to 60 % of viscous friction, either way."""
-        share = draws.sign() * draws.log_uniform(0.03, 0.6)
-        return {"difference": share * scale.viscous_friction}
+
+def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
+    """3 % to 60 % of viscous friction, either way."""
+    share = draws.sign() * draws.log_uniform(0.03, 0.6)
+    return {"difference": share * scale.viscous_friction}
 
 
-EFFECT: Final = AsymmetricFriction()
+EFFECT: Final = AsymmetricFriction(
+    search=Search(
+        forms=(Form(("difference",)),),
+        signature="grows with speed and does not change its sign with the direction",
+        alternatives=("position_dependent_friction", "nonlinear_viscous", "actuator_deadband"),
+        experiment="constant speeds both ways over the same stroke: --motion staircase",
+    ),
+    draw=_draw,
+    compensation=Compensation(feedforward={"difference": "viscous_difference_feedforward"}),
+)

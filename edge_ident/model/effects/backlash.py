@@ -12,7 +12,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.model.effect import Array, Effect, Excitation, Form, Motion, Parameter, Values
+from edge_ident.model.effect import Array, Effect, Motion, Parameter, Values
+from edge_ident.model.search import Excitation, Form, Search
 from edge_ident.model.strengths import Draws, Scale
 
 _STRETCHES: Final = 12
@@ -48,23 +49,8 @@ class Backlash(Effect):
             "contact_rate", "rad/s", 1.0, 1e6, "the load's resonance on a contact", default=300.0
         ),
     )
-    discrepancy = 0.4
-    open_ended = ("deceleration",)
-    needs_reversals = True
-    forms = (
-        Form(("load_inertia",), ("gap", "deceleration", "damping_rate", "weight", "contact_rate")),
-    )
-    signature = "a stretch of little effort and of fixed length after each reversal, then an impact"
-    rivals = ("presliding_hysteresis", "coupling_compliance")
-    experiment = (
-        "reversals at several accelerations, some smaller than the play: --motion multisine"
-    )
     memory_size = 2
-
-    def possible(self, values: Values, excitation: Excitation) -> bool:
-        """A gap that the encoder resolves, and no more inertia than the drive moved."""
-        seen = np.all(values["gap"] >= 0.5 * excitation.resolution)
-        return bool(seen) and excitation.moved(values["load_inertia"])
+    memory_scale = "load_inertia"
 
     def load(self, at: Motion, values: Values) -> Array:
         """Contact, in place of the viscous friction and the weight of a load that is carried."""
@@ -122,36 +108,44 @@ class Backlash(Effect):
             contact[..., start:end] = pushed[..., row, start - begin : end - begin]
         return values["load_inertia"] * (contact - carried)
 
-    def grid(self, excitation: Excitation) -> dict[str, Array]:
-        """Gaps from what the encoder just resolves; loads with more or less than their share of
-        the axis's friction."""
-        inertia, viscous, coulomb, offset = excitation.base
-        inertia, viscous, coulomb = (max(x, 1e-9) for x in (inertia, viscous, coulomb))
-        gaps, shares = np.meshgrid(
-            np.geomspace(0.5 * excitation.resolution, 0.03 * excitation.travel, 24),
-            np.array([0.1, 0.4, 1.0, 2.5]),
-        )
-        return {
-            "gap": gaps.ravel(),
-            "deceleration": shares.ravel() * coulomb / inertia,
-            "damping_rate": np.full(gaps.size, 1.5 * viscous / inertia),
-            "weight": np.full(gaps.size, 2.0 * offset / inertia),
-            "contact_rate": np.full(gaps.size, _CONTACT_BAND * 2.0 * np.pi * excitation.cutoff_hz),
-        }
 
-    def draw(self, draws: Draws, scale: Scale) -> dict[str, Array]:
-        """0.02 % to 1 % of the travel; the load has 20 % to 80 % of inertia and friction."""
-        gap = draws.log_uniform(2e-4, 1e-2) * scale.travel
-        load_inertia = draws.uniform(0.2, 0.8) * scale.inertia
-        friction = draws.uniform(0.2, 0.8) * scale.coulomb_friction
-        return {
-            "gap": gap,
-            "load_inertia": load_inertia,
-            "deceleration": friction / load_inertia,
-            "damping_rate": scale.viscous_friction / scale.inertia,
-            "weight": np.zeros(draws.shape),
-            "contact_rate": 2.0 * np.pi * draws.log_uniform(20.0, 100.0),
-        }
+def _physical(values: Values, excitation: Excitation) -> bool:
+    """A gap that the encoder resolves, and no more inertia than the drive moved."""
+    seen = np.all(values["gap"] >= 0.5 * excitation.resolution)
+    return bool(seen) and excitation.moved(values["load_inertia"])
+
+
+def _grid(excitation: Excitation) -> dict[str, Array]:
+    """Gaps from what the encoder just resolves; loads with more or less than their share of
+    the axis's friction."""
+    inertia, viscous, coulomb, offset = excitation.base
+    inertia, viscous, coulomb = (max(x, 1e-9) for x in (inertia, viscous, coulomb))
+    gaps, shares = np.meshgrid(
+        np.geomspace(0.5 * excitation.resolution, 0.03 * excitation.travel, 24),
+        np.array([0.1, 0.4, 1.0, 2.5]),
+    )
+    return {
+        "gap": gaps.ravel(),
+        "deceleration": shares.ravel() * coulomb / inertia,
+        "damping_rate": np.full(gaps.size, 1.5 * viscous / inertia),
+        "weight": np.full(gaps.size, 2.0 * offset / inertia),
+        "contact_rate": np.full(gaps.size, _CONTACT_BAND * 2.0 * np.pi * excitation.cutoff_hz),
+    }
+
+
+def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
+    """0.02 % to 1 % of the travel; the load has 20 % to 80 % of inertia and friction."""
+    gap = draws.log_uniform(2e-4, 1e-2) * scale.travel
+    load_inertia = draws.uniform(0.2, 0.8) * scale.inertia
+    friction = draws.uniform(0.2, 0.8) * scale.coulomb_friction
+    return {
+        "gap": gap,
+        "load_inertia": load_inertia,
+        "deceleration": friction / load_inertia,
+        "damping_rate": scale.viscous_friction / scale.inertia,
+        "weight": np.zeros(draws.shape),
+        "contact_rate": 2.0 * np.pi * draws.log_uniform(20.0, 100.0),
+    }
 
 
 def _starts(velocity: Array) -> NDArray[np.intp]:
@@ -210,4 +204,25 @@ def _contact(at: Motion, values: Values) -> Array:
     return np.where(pull * depth > 0.0, values["load_inertia"] * pull, 0.0)
 
 
-EFFECT: Final = Backlash()
+EFFECT: Final = Backlash(
+    search=Search(
+        forms=(
+            Form(
+                ("load_inertia",), ("gap", "deceleration", "damping_rate", "weight", "contact_rate")
+            ),
+        ),
+        signature=(
+            "a stretch of little effort and of fixed length after each reversal, then an impact"
+        ),
+        alternatives=("presliding_hysteresis", "coupling_compliance"),
+        experiment=(
+            "reversals at several accelerations, some smaller than the play: --motion multisine"
+        ),
+        grid=_grid,
+        physical=_physical,
+        discrepancy=0.4,
+        open_ended=("deceleration",),
+        needs_reversals=True,
+    ),
+    draw=_draw,
+)

@@ -13,7 +13,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.model.effect import Array, Effect, Excitation, Form, Motion, Parameter, Values
+from edge_ident.model.compensation import Compensation
+from edge_ident.model.effect import Array, Effect, Motion, Parameter, Values
+from edge_ident.model.search import Excitation, Form, Search
 from edge_ident.model.strengths import Draws, Scale
 
 Complex = NDArray[np.complex128]
@@ -44,21 +46,8 @@ class CouplingCompliance(Effect):
             "weight", "{position}/s^2", -1e9, 1e9, "its share of the offset over it", default=0.0
         ),
     )
-    discrepancy = 0.4
-    open_ended = ("rate", "damping_ratio", "deceleration")
-    forms = (
-        Form(
-            ("load_inertia",), ("rate", "damping_ratio", "deceleration", "damping_rate", "weight")
-        ),
-    )
-    signature = "ringing of one frequency, whatever the amplitude, where the acceleration jumps"
-    rivals = ("time_delay", "backlash", "presliding_hysteresis")
-    experiment = "a motion with content up to the resonance: --motion multisine"
     memory_size = 2
-
-    def possible(self, values: Values, excitation: Excitation) -> bool:
-        """No more inertia than the drive moved."""
-        return excitation.moved(values["load_inertia"])
+    memory_scale = "load_inertia"
 
     def load(self, at: Motion, values: Values) -> Array:
         """Spring and damper, in place of the viscous friction of a load that is carried along."""
@@ -105,38 +94,45 @@ class CouplingCompliance(Effect):
         pull = _pull(lag, lag_speed, values)
         return values["load_inertia"] * (pull - carried)
 
-    def grid(self, excitation: Excitation) -> dict[str, Array]:
-        """Resonances that the filter passes, and those beyond, of which a trace is left."""
-        highest = 3.0 * 2.0 * np.pi * excitation.cutoff_hz
-        lowest = max(highest / 30.0, 2.0 * np.pi / excitation.duration_s)
-        inertia, viscous, coulomb, offset = excitation.base
-        inertia, viscous, coulomb = (max(x, 1e-9) for x in (inertia, viscous, coulomb))
-        # the lighter the damping, the narrower the resonance
-        sets = [
-            (rate, ratio, share)
-            for ratio, count in ((0.03, 40), (0.1, 16), (0.3, 6), (0.8, 4))
-            for rate in np.geomspace(lowest, highest, count)
-            for share in (0.3, 1.5)
-        ]
-        rate, ratio, share = np.array(sets).T
-        return {
-            "rate": rate,
-            "damping_ratio": ratio,
-            "deceleration": share * coulomb / inertia,
-            "damping_rate": np.full(len(rate), 1.5 * viscous / inertia),
-            "weight": np.full(len(rate), 2.0 * offset / inertia),
-        }
 
-    def draw(self, draws: Draws, scale: Scale) -> dict[str, Array]:
-        """20 % to 80 % of the inertia at 2 to 30 Hz, hardly to well damped."""
-        return {
-            "load_inertia": draws.uniform(0.2, 0.8) * scale.inertia,
-            "rate": 2.0 * np.pi * draws.log_uniform(2.0, 30.0),
-            "damping_ratio": draws.log_uniform(0.01, 0.3),
-            "deceleration": draws.uniform(0.0, 1.0) * scale.coulomb_friction / scale.inertia,
-            "damping_rate": draws.uniform(0.0, 1.0) * scale.viscous_friction / scale.inertia,
-            "weight": np.zeros(draws.shape),
-        }
+def _physical(values: Values, excitation: Excitation) -> bool:
+    """No more inertia than the drive moved."""
+    return excitation.moved(values["load_inertia"])
+
+
+def _grid(excitation: Excitation) -> dict[str, Array]:
+    """Resonances that the filter passes, and those beyond, of which a trace is left."""
+    highest = 3.0 * 2.0 * np.pi * excitation.cutoff_hz
+    lowest = max(highest / 30.0, 2.0 * np.pi / excitation.duration_s)
+    inertia, viscous, coulomb, offset = excitation.base
+    inertia, viscous, coulomb = (max(x, 1e-9) for x in (inertia, viscous, coulomb))
+    # the lighter the damping, the narrower the resonance
+    sets = [
+        (rate, ratio, share)
+        for ratio, count in ((0.03, 40), (0.1, 16), (0.3, 6), (0.8, 4))
+        for rate in np.geomspace(lowest, highest, count)
+        for share in (0.3, 1.5)
+    ]
+    rate, ratio, share = np.array(sets).T
+    return {
+        "rate": rate,
+        "damping_ratio": ratio,
+        "deceleration": share * coulomb / inertia,
+        "damping_rate": np.full(len(rate), 1.5 * viscous / inertia),
+        "weight": np.full(len(rate), 2.0 * offset / inertia),
+    }
+
+
+def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
+    """20 % to 80 % of the inertia at 2 to 30 Hz, hardly to well damped."""
+    return {
+        "load_inertia": draws.uniform(0.2, 0.8) * scale.inertia,
+        "rate": 2.0 * np.pi * draws.log_uniform(2.0, 30.0),
+        "damping_ratio": draws.log_uniform(0.01, 0.3),
+        "deceleration": draws.uniform(0.0, 1.0) * scale.coulomb_friction / scale.inertia,
+        "damping_rate": draws.uniform(0.0, 1.0) * scale.viscous_friction / scale.inertia,
+        "weight": np.zeros(draws.shape),
+    }
 
 
 def _pull(lag: Array, lag_speed: Array, values: Values) -> Array:
@@ -173,4 +169,22 @@ def _lag(pole: Complex, load: Array, velocity: Array, most: Array, period_s: flo
     return result
 
 
-EFFECT: Final = CouplingCompliance()
+EFFECT: Final = CouplingCompliance(
+    search=Search(
+        forms=(
+            Form(
+                ("load_inertia",),
+                ("rate", "damping_ratio", "deceleration", "damping_rate", "weight"),
+            ),
+        ),
+        signature="ringing of one frequency, whatever the amplitude, where the acceleration jumps",
+        alternatives=("time_delay", "backlash", "presliding_hysteresis"),
+        experiment="a motion with content up to the resonance: --motion multisine",
+        grid=_grid,
+        physical=_physical,
+        discrepancy=0.4,
+        open_ended=("rate", "damping_ratio", "deceleration"),
+    ),
+    draw=_draw,
+    compensation=Compensation(resonance=("load_inertia", "rate", "damping_ratio")),
+)

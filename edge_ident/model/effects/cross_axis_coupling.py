@@ -10,7 +10,8 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.model.effect import Array, Effect, Form, Motion, Parameter, Values
+from edge_ident.model.effect import Array, Effect, Motion, Parameter, Values
+from edge_ident.model.search import Form, Search
 from edge_ident.model.strengths import Draws, Scale
 
 
@@ -33,17 +34,6 @@ class CrossAxisCoupling(Effect):
             default=0.0,
         ),
     )
-    discrepancy = 0.1
-    forms = (
-        Form(("inertia",), coupled=True),
-        Form(("viscous_friction",), coupled=True),
-        Form(("coulomb_friction",), coupled=True),
-        Form(("inertia", "viscous_friction", "coulomb_friction"), coupled=True),
-        Form(("inertia", "inertia_cosine", "centrifugal_sine"), coupled=True, rotary=True),
-    )
-    signature = "follows the other axis, and is gone when that one rests"
-    rivals = ("position_dependent_load", "offset_drift")
-    experiment = "both axes at different frequencies, then one at rest: --motion multisine"
     needs_source = True
 
     def load(self, at: Motion, values: Values) -> Array:
@@ -56,16 +46,32 @@ class CrossAxisCoupling(Effect):
         """An element of the inertia matrix, which may depend on the angle between the axes."""
         return np.asarray(values["inertia"] + values["inertia_cosine"] * np.cos(at.position))
 
-    def draw(self, draws: Draws, scale: Scale) -> dict[str, Array]:
-        """5 % to 50 % of the axis's own coefficients, any mixture, either sign."""
-        share = draws.log_uniform(0.05, 0.5)
-        return {
-            "inertia": draws.uniform(-1.0, 1.0) * share * scale.inertia,
-            "viscous_friction": draws.uniform(-1.0, 1.0) * share * scale.viscous_friction,
-            "coulomb_friction": draws.uniform(-1.0, 1.0) * share * scale.coulomb_friction,
-            "inertia_cosine": np.zeros(draws.shape),
-            "centrifugal_sine": np.zeros(draws.shape),
-        }
+
+def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
+    """5 % to 50 % of the axis's own coefficients, any mixture, either sign."""
+    share = draws.log_uniform(0.05, 0.5)
+    return {
+        "inertia": draws.uniform(-1.0, 1.0) * share * scale.inertia,
+        "viscous_friction": draws.uniform(-1.0, 1.0) * share * scale.viscous_friction,
+        "coulomb_friction": draws.uniform(-1.0, 1.0) * share * scale.coulomb_friction,
+        "inertia_cosine": np.zeros(draws.shape),
+        "centrifugal_sine": np.zeros(draws.shape),
+    }
 
 
-EFFECT: Final = CrossAxisCoupling()
+EFFECT: Final = CrossAxisCoupling(
+    search=Search(
+        forms=(
+            Form(("inertia",), coupled=True),
+            Form(("viscous_friction",), coupled=True),
+            Form(("coulomb_friction",), coupled=True),
+            Form(("inertia", "viscous_friction", "coulomb_friction"), coupled=True),
+            Form(("inertia", "inertia_cosine", "centrifugal_sine"), coupled=True, rotary=True),
+        ),
+        signature="follows the other axis, and is gone when that one rests",
+        alternatives=("position_dependent_load", "offset_drift"),
+        experiment="both axes at different frequencies, then one at rest: --motion multisine",
+        discrepancy=0.1,
+    ),
+    draw=_draw,
+)

@@ -8,7 +8,8 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.model.effect import Array, Effect, Excitation, Form, Motion, Parameter, Values
+from edge_ident.model.effect import Array, Effect, Motion, Parameter, Values
+from edge_ident.model.search import Excitation, Form, Search
 from edge_ident.model.strengths import Draws, Scale
 
 
@@ -20,19 +21,6 @@ class DisturbanceEvent(Effect):
         Parameter("duration", "s", 1e-6, 1e9, "from beginning to end"),
         Parameter("level", "{effort}", -1e9, 1e9, "peak of the resisting effort"),
     )
-    repeats = True
-    discrepancy = 0.1
-    open_ended = ("duration",)
-    forms = (Form(("level",), ("time", "duration")),)
-    signature = "one short stretch of time, and not again where the motion repeats"
-    rivals = ("payload_change", "actuator_saturation", "backlash")
-    experiment = "the same motion again"
-
-    def possible(self, values: Values, excitation: Excitation) -> bool:
-        """One that begins and ends within the record; nobody knows what an axis with a memory has
-        been through before."""
-        begins, ends = values["time"], values["time"] + values["duration"]
-        return bool(np.all((begins > 0.0) & (ends < excitation.duration_s)))
 
     def load(self, at: Motion, values: Values) -> Array:
         """A pulse in time."""
@@ -43,28 +31,50 @@ class DisturbanceEvent(Effect):
         """Of the pulse itself."""
         return 2.0 * np.pi / values["duration"]
 
-    def grid(self, excitation: Excitation) -> dict[str, Array]:
-        """From the shortest pulse that the filter shows, or a record has room for in a search, to
-        a tenth of the record."""
-        durations, times = [], []
-        longest = 0.1 * excitation.duration_s
-        duration = min(max(0.35 / excitation.cutoff_hz, excitation.duration_s / 250.0), longest)
-        while duration <= longest:
-            step = max(duration / 2.0, 0.2 / excitation.cutoff_hz)
-            starts = np.arange(0.5 * step, excitation.duration_s - duration, step)
-            times.append(starts)
-            durations.append(np.full(len(starts), duration))
-            duration *= 2.0
-        return {"time": np.concatenate(times), "duration": np.concatenate(durations)}
 
-    def draw(self, draws: Draws, scale: Scale) -> dict[str, Array]:
-        """Half to five times the effort's rms, for 0.5 % to 5 % of the record."""
-        duration = draws.log_uniform(0.005, 0.05) * scale.duration_s
-        return {
-            "time": draws.uniform(0.05, 0.9) * scale.duration_s,
-            "duration": duration,
-            "level": draws.sign() * draws.log_uniform(0.25, 2.5) * scale.effort,
-        }
+def _physical(values: Values, excitation: Excitation) -> bool:
+    """One that begins and ends within the record; nobody knows what an axis with a memory has
+    been through before."""
+    begins, ends = values["time"], values["time"] + values["duration"]
+    return bool(np.all((begins > 0.0) & (ends < excitation.duration_s)))
 
 
-EFFECT: Final = DisturbanceEvent()
+def _grid(excitation: Excitation) -> dict[str, Array]:
+    """From the shortest pulse that the filter shows, or a record has room for in a search, to
+    a tenth of the record."""
+    durations, times = [], []
+    longest = 0.1 * excitation.duration_s
+    duration = min(max(0.35 / excitation.cutoff_hz, excitation.duration_s / 250.0), longest)
+    while duration <= longest:
+        step = max(duration / 2.0, 0.2 / excitation.cutoff_hz)
+        starts = np.arange(0.5 * step, excitation.duration_s - duration, step)
+        times.append(starts)
+        durations.append(np.full(len(starts), duration))
+        duration *= 2.0
+    return {"time": np.concatenate(times), "duration": np.concatenate(durations)}
+
+
+def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
+    """Half to five times the effort's rms, for 0.5 % to 5 % of the record."""
+    duration = draws.log_uniform(0.005, 0.05) * scale.duration_s
+    return {
+        "time": draws.uniform(0.05, 0.9) * scale.duration_s,
+        "duration": duration,
+        "level": draws.sign() * draws.log_uniform(0.25, 2.5) * scale.effort,
+    }
+
+
+EFFECT: Final = DisturbanceEvent(
+    search=Search(
+        forms=(Form(("level",), ("time", "duration")),),
+        signature="one short stretch of time, and not again where the motion repeats",
+        alternatives=("payload_change", "actuator_saturation", "backlash"),
+        experiment="the same motion again",
+        grid=_grid,
+        physical=_physical,
+        discrepancy=0.1,
+        open_ended=("duration",),
+        repeats=True,
+    ),
+    draw=_draw,
+)

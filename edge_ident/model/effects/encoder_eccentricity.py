@@ -10,7 +10,8 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.model.effect import Array, Effect, Excitation, Form, Motion, Parameter, Values
+from edge_ident.model.effect import Array, Effect, Motion, Parameter, Values
+from edge_ident.model.search import Excitation, Form, Search
 from edge_ident.model.strengths import Draws, Scale
 
 _ITERATIONS: Final = 5
@@ -28,15 +29,6 @@ class EncoderEccentricity(Effect):
         Parameter("sine", "{position}", -1e9, 1e9, "error a quarter turn later"),
         Parameter("period", "{position}", 1e-9, 1e9, "travel of one turn of the encoder"),
     )
-    forms = (Form(("cosine", "sine"), ("period",)),)
-    signature = "repeats every turn and grows with the square of the speed"
-    rivals = ("torque_ripple", "position_dependent_load")
-    experiment = "several speeds over whole turns: --motion staircase"
-
-    def possible(self, values: Values, excitation: Excitation) -> bool:
-        """An error that is more than a trace of the encoder's own rounding."""
-        amplitude = np.hypot(values["cosine"], values["sine"])
-        return bool(np.all(amplitude > _SMALLEST * excitation.resolution))
 
     def reading(self, position: Array, values: Values) -> Array:
         """Position and its error."""
@@ -55,18 +47,26 @@ class EncoderEccentricity(Effect):
         acceleration = (motion.acceleration - bend * velocity**2) / (1.0 + slope)
         return replace(motion, position=position, velocity=velocity, acceleration=acceleration)
 
-    def grid(self, excitation: Excitation) -> dict[str, Array]:
-        """Turns of an encoder that sees from half a turn to many."""
-        return {"period": excitation.orders(0.5, 40.0, step=0.25)}
 
-    def draw(self, draws: Draws, scale: Scale) -> dict[str, Array]:
-        """One to 20 turns in the travel; the acceleration doubles at most, or errs by 3 %."""
-        period = scale.travel / draws.log_uniform(1.0, 20.0)
-        rate = 2.0 * np.pi / period
-        unevenness = draws.log_uniform(0.03, 1.0) * scale.acceleration
-        amplitude = np.minimum(unevenness / (rate * scale.speed) ** 2 * 2.0, 0.2 / rate)
-        cosine, sine = draws.phase()
-        return {"cosine": amplitude * cosine, "sine": amplitude * sine, "period": period}
+def _physical(values: Values, excitation: Excitation) -> bool:
+    """An error that is more than a trace of the encoder's own rounding."""
+    amplitude = np.hypot(values["cosine"], values["sine"])
+    return bool(np.all(amplitude > _SMALLEST * excitation.resolution))
+
+
+def _grid(excitation: Excitation) -> dict[str, Array]:
+    """Turns of an encoder that sees from half a turn to many."""
+    return {"period": excitation.periods(0.5, 40.0, step=0.25)}
+
+
+def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
+    """One to 20 turns in the travel; the acceleration doubles at most, or errs by 3 %."""
+    period = scale.travel / draws.log_uniform(1.0, 20.0)
+    rate = 2.0 * np.pi / period
+    unevenness = draws.log_uniform(0.03, 1.0) * scale.acceleration
+    amplitude = np.minimum(unevenness / (rate * scale.speed) ** 2 * 2.0, 0.2 / rate)
+    cosine, sine = draws.phase()
+    return {"cosine": amplitude * cosine, "sine": amplitude * sine, "period": period}
 
 
 def _error(position: Array, values: Values) -> tuple[Array, Array, Array]:
@@ -78,4 +78,14 @@ def _error(position: Array, values: Values) -> tuple[Array, Array, Array]:
     return error, slope, -(rate**2) * error
 
 
-EFFECT: Final = EncoderEccentricity()
+EFFECT: Final = EncoderEccentricity(
+    search=Search(
+        forms=(Form(("cosine", "sine"), ("period",)),),
+        signature="repeats every turn and grows with the square of the speed",
+        alternatives=("torque_ripple", "position_dependent_load"),
+        experiment="several speeds over whole turns: --motion staircase",
+        grid=_grid,
+        physical=_physical,
+    ),
+    draw=_draw,
+)

@@ -11,8 +11,9 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.model.effect import Array, Effect, Excitation, Form, Parameter, Values
+from edge_ident.model.effect import Array, Effect, Parameter, Values
 from edge_ident.model.effects.offset_drift import TIME_CONSTANT, settling, time_constants
+from edge_ident.model.search import Excitation, Form, Search
 from edge_ident.model.strengths import Draws, Scale
 
 _SMALLEST: Final = 0.05
@@ -27,16 +28,6 @@ class GainDrift(Effect):
         Parameter("curvature", "1/s^2", -10.0, 10.0, "half the growth of the rate", default=0.0),
         TIME_CONSTANT,
     )
-    open_ended = ("time_constant",)
-    discrepancy = 0.1
-    forms = (
-        Form(("rate",)),
-        Form(("rate", "curvature")),
-        Form(("rate",), ("time_constant",)),
-    )
-    signature = "all coefficients move together"
-    rivals = ("warm_up", "payload_change", "offset_drift")
-    experiment = "the same motion at the beginning and at the end of a long record"
 
     def command(self, torque: Array, time_s: Array, values: Values) -> Array:
         """More command for the same torque."""
@@ -46,19 +37,21 @@ class GainDrift(Effect):
         """Less torque for the same command."""
         return command / _scale(time_s, values)
 
-    def grid(self, excitation: Excitation) -> dict[str, Array]:
-        """From a straight line to what is over in a twentieth of the record."""
-        return time_constants(excitation)
 
-    def draw(self, draws: Draws, scale: Scale) -> dict[str, Array]:
-        """4 % to 50 % over the record, up or down."""
-        drift = draws.sign() * draws.log_uniform(0.04, 0.5) / scale.duration_s
-        bend = draws.uniform(-0.5, 0.5)
-        return {
-            "rate": drift * (1.0 - bend),
-            "curvature": drift * bend / scale.duration_s,
-            "time_constant": np.full(draws.shape, 1e9),
-        }
+def _grid(excitation: Excitation) -> dict[str, Array]:
+    """From a straight line to what is over in a twentieth of the record."""
+    return time_constants(excitation)
+
+
+def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
+    """4 % to 50 % over the record, up or down."""
+    drift = draws.sign() * draws.log_uniform(0.04, 0.5) / scale.duration_s
+    bend = draws.uniform(-0.5, 0.5)
+    return {
+        "rate": drift * (1.0 - bend),
+        "curvature": drift * bend / scale.duration_s,
+        "time_constant": np.full(draws.shape, 1e9),
+    }
 
 
 def _scale(time_s: Array, values: Values) -> Array:
@@ -66,4 +59,19 @@ def _scale(time_s: Array, values: Values) -> Array:
     return np.maximum(1.0 + (values["rate"] + values["curvature"] * since) * since, _SMALLEST)
 
 
-EFFECT: Final = GainDrift()
+EFFECT: Final = GainDrift(
+    search=Search(
+        forms=(
+            Form(("rate",)),
+            Form(("rate", "curvature")),
+            Form(("rate",), ("time_constant",)),
+        ),
+        signature="all coefficients move together",
+        alternatives=("warm_up", "payload_change", "offset_drift"),
+        experiment="the same motion at the beginning and at the end of a long record",
+        grid=_grid,
+        discrepancy=0.1,
+        open_ended=("time_constant",),
+    ),
+    draw=_draw,
+)

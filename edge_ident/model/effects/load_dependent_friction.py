@@ -12,7 +12,8 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.model.effect import Array, Effect, Excitation, Form, Motion, Parameter, Values
+from edge_ident.model.effect import Array, Effect, Motion, Parameter, Values
+from edge_ident.model.search import Excitation, Form, Search
 from edge_ident.model.strengths import Draws, Scale
 
 
@@ -26,13 +27,7 @@ class LoadDependentFriction(Effect):
         ),
         Parameter("moved", "1", 0.0, 1.0, "part of the inertia beyond it", default=1.0),
     )
-    open_ended = ("guided", "moved")
-    discrepancy = 0.1
     follows_base = True
-    forms = (Form(("share",), ("guided", "moved")),)
-    signature = "friction that follows the transmitted effort, not the speed"
-    rivals = ("actuator_deadband", "nonlinear_viscous", "payload_change")
-    experiment = "two payloads, or accelerations that change at one speed: --motion multisine"
 
     def friction(self, at: Motion, values: Values) -> Array:
         """At one instant the transmitted effort is known at the input."""
@@ -48,18 +43,31 @@ class LoadDependentFriction(Effect):
         share = values["share"] * motion.direction * np.sign(output)
         return output / (1.0 - share) - output
 
-    def grid(self, excitation: Excitation) -> dict[str, Array]:
-        """From all of it on the motor's side to nothing there."""
-        shares = np.meshgrid(np.linspace(0.0, 1.0, 5), np.linspace(0.0, 1.0, 5))
-        return dict(zip(("guided", "moved"), map(np.ravel, shares), strict=True))
 
-    def draw(self, draws: Draws, scale: Scale) -> dict[str, Array]:
-        """A loss of 5 % to 60 %, from a ball screw to a worm gear."""
-        return {
-            "share": draws.log_uniform(0.05, 0.6),
-            "guided": draws.uniform(0.0, 1.0),
-            "moved": draws.uniform(0.3, 1.0),
-        }
+def _grid(excitation: Excitation) -> dict[str, Array]:
+    """From all of it on the motor's side to nothing there."""
+    shares = np.meshgrid(np.linspace(0.0, 1.0, 5), np.linspace(0.0, 1.0, 5))
+    return dict(zip(("guided", "moved"), map(np.ravel, shares), strict=True))
 
 
-EFFECT: Final = LoadDependentFriction()
+def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
+    """A loss of 5 % to 60 %, from a ball screw to a worm gear."""
+    return {
+        "share": draws.log_uniform(0.05, 0.6),
+        "guided": draws.uniform(0.0, 1.0),
+        "moved": draws.uniform(0.3, 1.0),
+    }
+
+
+EFFECT: Final = LoadDependentFriction(
+    search=Search(
+        forms=(Form(("share",), ("guided", "moved")),),
+        signature="friction that follows the transmitted effort, not the speed",
+        alternatives=("actuator_deadband", "nonlinear_viscous", "payload_change"),
+        experiment="two payloads, or accelerations that change at one speed: --motion multisine",
+        grid=_grid,
+        discrepancy=0.1,
+        open_ended=("guided", "moved"),
+    ),
+    draw=_draw,
+)

@@ -10,7 +10,8 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.model.effect import Array, Effect, Excitation, Form, Motion, Parameter, Values
+from edge_ident.model.effect import Array, Effect, Motion, Parameter, Values
+from edge_ident.model.search import Excitation, Form, Search
 from edge_ident.model.strengths import Draws, Scale
 
 
@@ -21,10 +22,6 @@ class NonlinearViscous(Effect):
         Parameter("level", "{effort}", -1e9, 1e9, "at a speed of one per second"),
         Parameter("exponent", "1", 0.2, 4.0, "power of the speed"),
     )
-    forms = (Form(("level",), ("exponent",)),)
-    signature = "friction bends over the whole range of speeds"
-    rivals = ("stribeck_friction", "warm_up", "load_dependent_friction")
-    experiment = "many speeds both ways, in no order of time: --motion multisine"
 
     def load(self, at: Motion, values: Values) -> Array:
         """Against the motion where the level is positive."""
@@ -37,17 +34,28 @@ class NonlinearViscous(Effect):
         at_speed = np.where(exponent < 1.0, 0.01 * speed, speed)
         return np.abs(values["level"]) * exponent * at_speed ** (exponent - 1.0) / inertia
 
-    def grid(self, excitation: Excitation) -> dict[str, Array]:
-        """Away from one, where it would be viscous friction."""
-        return {"exponent": np.array([0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 1.4, 1.7, 2.0, 2.3, 2.7, 3.0])}
 
-    def draw(self, draws: Draws, scale: Scale) -> dict[str, Array]:
-        """2 % to 30 % of the effort; powers of a half or of two, seldom negative."""
-        thins = draws.sign() > 0
-        exponent = np.where(thins, draws.uniform(0.3, 0.7), draws.uniform(1.7, 2.3))
-        rms_power = 0.65 * scale.speed**exponent
-        sign = np.where(draws.uniform(0.0, 1.0) < 0.25, -0.5, 1.0)
-        return {"level": sign * draws.strength() * scale.effort / rms_power, "exponent": exponent}
+def _grid(excitation: Excitation) -> dict[str, Array]:
+    """Away from one, where it would be viscous friction."""
+    return {"exponent": np.array([0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 1.4, 1.7, 2.0, 2.3, 2.7, 3.0])}
 
 
-EFFECT: Final = NonlinearViscous()
+def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
+    """2 % to 30 % of the effort; powers of a half or of two, seldom negative."""
+    thins = draws.sign() > 0
+    exponent = np.where(thins, draws.uniform(0.3, 0.7), draws.uniform(1.7, 2.3))
+    rms_power = 0.65 * scale.speed**exponent
+    sign = np.where(draws.uniform(0.0, 1.0) < 0.25, -0.5, 1.0)
+    return {"level": sign * draws.strength() * scale.effort / rms_power, "exponent": exponent}
+
+
+EFFECT: Final = NonlinearViscous(
+    search=Search(
+        forms=(Form(("level",), ("exponent",)),),
+        signature="friction bends over the whole range of speeds",
+        alternatives=("stribeck_friction", "warm_up", "load_dependent_friction"),
+        experiment="many speeds both ways, in no order of time: --motion multisine",
+        grid=_grid,
+    ),
+    draw=_draw,
+)

@@ -9,7 +9,8 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.model.effect import Array, Effect, Excitation, Form, Motion, Parameter, Values
+from edge_ident.model.effect import Array, Effect, Motion, Parameter, Values
+from edge_ident.model.search import Excitation, Form, Search
 from edge_ident.model.strengths import Draws, Scale
 
 TIME_CONSTANT: Final = Parameter(
@@ -25,35 +26,27 @@ class OffsetDrift(Effect):
         Parameter("curvature", "{effort}/s^2", -1e9, 1e9, "half the growth of the rate"),
         TIME_CONSTANT,
     )
-    open_ended = ("time_constant",)
-    discrepancy = 0.1
-    forms = (
-        Form(("rate",)),
-        Form(("rate", "curvature")),
-        Form(("rate",), ("time_constant",)),
-    )
-    signature = "the mean effort moves with time, whatever the motion"
-    rivals = ("position_dependent_load", "gain_drift", "payload_change")
-    experiment = "the same motion several times over"
 
     def load(self, at: Motion, values: Values) -> Array:
         """A parabola of time, or what settles."""
         since = settling(at.time_s, values)
         return (values["rate"] + values["curvature"] * since) * since
 
-    def grid(self, excitation: Excitation) -> dict[str, Array]:
-        """From a straight line to what is over in a twentieth of the record."""
-        return time_constants(excitation)
 
-    def draw(self, draws: Draws, scale: Scale) -> dict[str, Array]:
-        """2 % to 30 % of the effort about its mean, straight or bent."""
-        drift = draws.sign() * draws.strength() * scale.effort / scale.duration_s
-        bend = draws.uniform(-1.0, 1.0)
-        return {
-            "rate": 3.5 * drift * (1.0 - np.abs(bend)),
-            "curvature": 3.4 * drift * bend / scale.duration_s,
-            "time_constant": np.full(draws.shape, 1e9),
-        }
+def _grid(excitation: Excitation) -> dict[str, Array]:
+    """From a straight line to what is over in a twentieth of the record."""
+    return time_constants(excitation)
+
+
+def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
+    """2 % to 30 % of the effort about its mean, straight or bent."""
+    drift = draws.sign() * draws.strength() * scale.effort / scale.duration_s
+    bend = draws.uniform(-1.0, 1.0)
+    return {
+        "rate": 3.5 * drift * (1.0 - np.abs(bend)),
+        "curvature": 3.4 * drift * bend / scale.duration_s,
+        "time_constant": np.full(draws.shape, 1e9),
+    }
 
 
 def settling(time_s: Array, values: Values) -> Array:
@@ -68,4 +61,19 @@ def time_constants(excitation: Excitation) -> dict[str, Array]:
     return {"time_constant": excitation.duration_s * share}
 
 
-EFFECT: Final = OffsetDrift()
+EFFECT: Final = OffsetDrift(
+    search=Search(
+        forms=(
+            Form(("rate",)),
+            Form(("rate", "curvature")),
+            Form(("rate",), ("time_constant",)),
+        ),
+        signature="the mean effort moves with time, whatever the motion",
+        alternatives=("position_dependent_load", "gain_drift", "payload_change"),
+        experiment="the same motion several times over",
+        grid=_grid,
+        discrepancy=0.1,
+        open_ended=("time_constant",),
+    ),
+    draw=_draw,
+)

@@ -9,7 +9,8 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.model.effect import Array, Effect, Excitation, Form, Motion, Parameter, Values
+from edge_ident.model.effect import Array, Effect, Motion, Parameter, Values
+from edge_ident.model.search import Excitation, Form, Search
 from edge_ident.model.strengths import Draws, Scale
 
 
@@ -22,15 +23,6 @@ class PayloadChange(Effect):
         Parameter("coulomb_friction", "{effort}", -1e9, 1e9, "added with it"),
         Parameter("offset", "{effort}", -1e9, 1e9, "its weight"),
     )
-    discrepancy = 0.05
-    essential = ("inertia",)
-    forms = (
-        Form(("inertia", "coulomb_friction"), ("time",)),
-        Form(("inertia", "coulomb_friction", "offset"), ("time",)),
-    )
-    signature = "coefficients before a moment and after it differ"
-    rivals = ("gain_drift", "warm_up", "offset_drift", "disturbance_event")
-    experiment = "accelerations throughout the record: --motion multisine"
 
     def load(self, at: Motion, values: Values) -> Array:
         """Weight."""
@@ -44,19 +36,35 @@ class PayloadChange(Effect):
         """Mass of the payload."""
         return values["inertia"] * (at.time_s >= values["time"])
 
-    def grid(self, excitation: Excitation) -> dict[str, Array]:
-        """Anywhere but at the ends."""
-        return {"time": excitation.duration_s * np.linspace(0.04, 0.96, 70)}
 
-    def draw(self, draws: Draws, scale: Scale) -> dict[str, Array]:
-        """5 % to 60 % of inertia, up to that of Coulomb friction, weight a tenth of it."""
-        share = draws.sign() * draws.log_uniform(0.05, 0.6)
-        return {
-            "time": draws.uniform(0.2, 0.8) * scale.duration_s,
-            "inertia": share * scale.inertia,
-            "coulomb_friction": share * draws.uniform(0.3, 1.0) * scale.coulomb_friction,
-            "offset": share * draws.uniform(0.0, 0.1) * scale.coulomb_friction,
-        }
+def _grid(excitation: Excitation) -> dict[str, Array]:
+    """Anywhere but at the ends."""
+    return {"time": excitation.duration_s * np.linspace(0.04, 0.96, 70)}
 
 
-EFFECT: Final = PayloadChange()
+def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
+    """5 % to 60 % of inertia, up to that of Coulomb friction, weight a tenth of it."""
+    share = draws.sign() * draws.log_uniform(0.05, 0.6)
+    return {
+        "time": draws.uniform(0.2, 0.8) * scale.duration_s,
+        "inertia": share * scale.inertia,
+        "coulomb_friction": share * draws.uniform(0.3, 1.0) * scale.coulomb_friction,
+        "offset": share * draws.uniform(0.0, 0.1) * scale.coulomb_friction,
+    }
+
+
+EFFECT: Final = PayloadChange(
+    search=Search(
+        forms=(
+            Form(("inertia", "coulomb_friction"), ("time",)),
+            Form(("inertia", "coulomb_friction", "offset"), ("time",)),
+        ),
+        signature="coefficients before a moment and after it differ",
+        alternatives=("gain_drift", "warm_up", "offset_drift", "disturbance_event"),
+        experiment="accelerations throughout the record: --motion multisine",
+        grid=_grid,
+        discrepancy=0.05,
+        essential=("inertia",),
+    ),
+    draw=_draw,
+)

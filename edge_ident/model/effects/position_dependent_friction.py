@@ -11,7 +11,8 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.model.effect import Array, Effect, Excitation, Form, Motion, Parameter, Values
+from edge_ident.model.effect import Array, Effect, Motion, Parameter, Values
+from edge_ident.model.search import Excitation, Form, Search
 from edge_ident.model.strengths import Draws, Scale
 
 
@@ -24,12 +25,6 @@ class PositionDependentFriction(Effect):
         Parameter("sine", "{effort}", -1e9, 1e9, "amplitude a quarter period later"),
         Parameter("period", "{position}", 1e-9, 1e9, "travel after which the wave repeats"),
     )
-    repeats = True
-    discrepancy = 0.05
-    forms = (Form(("gradient",)), Form(("cosine", "sine"), ("period",)))
-    signature = "differs along the stroke and changes its sign with the direction"
-    rivals = ("torque_ripple", "position_dependent_load", "asymmetric_friction")
-    experiment = "the whole stroke both ways at several speeds: --motion staircase"
 
     def friction(self, at: Motion, values: Values) -> Array:
         """Level above Coulomb friction, or below."""
@@ -41,21 +36,34 @@ class PositionDependentFriction(Effect):
         """Passing the waves at top speed."""
         return 2.0 * np.pi / values["period"] * speed
 
-    def grid(self, excitation: Excitation) -> dict[str, Array]:
-        """From a quarter of a wave over the travel to twenty."""
-        return {"period": excitation.orders(0.25, 20.0, step=0.25)}
 
-    def draw(self, draws: Draws, scale: Scale) -> dict[str, Array]:
-        """Slope and wave 4 % to 80 % of Coulomb friction; one to 20 waves in the travel."""
-        amplitude = draws.log_uniform(0.04, 0.8) * scale.coulomb_friction
-        slope = draws.uniform(0.0, 1.0)
-        cosine, sine = draws.phase()
-        return {
-            "gradient": draws.sign() * slope * amplitude / (0.5 * scale.travel),
-            "cosine": (1.0 - slope) * amplitude * cosine,
-            "sine": (1.0 - slope) * amplitude * sine,
-            "period": scale.travel / draws.log_uniform(1.0, 20.0),
-        }
+def _grid(excitation: Excitation) -> dict[str, Array]:
+    """From a quarter of a wave over the travel to twenty."""
+    return {"period": excitation.periods(0.25, 20.0, step=0.25)}
 
 
-EFFECT: Final = PositionDependentFriction()
+def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
+    """Slope and wave 4 % to 80 % of Coulomb friction; one to 20 waves in the travel."""
+    amplitude = draws.log_uniform(0.04, 0.8) * scale.coulomb_friction
+    slope = draws.uniform(0.0, 1.0)
+    cosine, sine = draws.phase()
+    return {
+        "gradient": draws.sign() * slope * amplitude / (0.5 * scale.travel),
+        "cosine": (1.0 - slope) * amplitude * cosine,
+        "sine": (1.0 - slope) * amplitude * sine,
+        "period": scale.travel / draws.log_uniform(1.0, 20.0),
+    }
+
+
+EFFECT: Final = PositionDependentFriction(
+    search=Search(
+        forms=(Form(("gradient",)), Form(("cosine", "sine"), ("period",))),
+        signature="differs along the stroke and changes its sign with the direction",
+        alternatives=("torque_ripple", "position_dependent_load", "asymmetric_friction"),
+        experiment="the whole stroke both ways at several speeds: --motion staircase",
+        grid=_grid,
+        discrepancy=0.05,
+        repeats=True,
+    ),
+    draw=_draw,
+)

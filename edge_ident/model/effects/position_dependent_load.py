@@ -12,7 +12,8 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.model.effect import Array, Effect, Excitation, Form, Motion, Parameter, Values
+from edge_ident.model.effect import Array, Effect, Motion, Parameter, Values
+from edge_ident.model.search import Excitation, Form, Search
 from edge_ident.model.strengths import Draws, Scale
 
 
@@ -33,15 +34,6 @@ class PositionDependentLoad(Effect):
         ),
     )
     takes_source = True
-    forms = (
-        Form(("stiffness",)),
-        Form(("stiffness", "curvature")),
-        Form(("cosine", "sine"), ("period",)),
-        Form(("sum_cosine", "sum_sine"), coupled=True, rotary=True),
-    )
-    signature = "differs along the stroke and is the same both ways"
-    rivals = ("torque_ripple", "position_dependent_friction", "offset_drift", "cross_axis_coupling")
-    experiment = "the whole stroke at several accelerations: --motion multisine"
 
     def load(self, at: Motion, values: Values) -> Array:
         """Parabola and sinusoid."""
@@ -61,27 +53,48 @@ class PositionDependentLoad(Effect):
         bend = 20.0 * np.abs(values["curvature"]) * speed
         return np.sqrt((np.abs(values["stiffness"]) + bend + wave) / inertia)
 
-    def grid(self, excitation: Excitation) -> dict[str, Array]:
-        """A tenth of a wave over the travel to two; what repeats more often is called ripple."""
-        return {"period": excitation.orders(0.1, 2.0, step=0.1)}
 
-    def draw(self, draws: Draws, scale: Scale) -> dict[str, Array]:
-        """2 % to 30 % of the effort: of spring, bend and one to three slow waves, any mixture."""
-        effort = draws.strength() * scale.effort
-        spring, bend, wave = draws.rng.dirichlet(np.ones(3), draws.shape).transpose(
-            -1, *range(len(draws.shape))
-        )
-        half = 0.5 * scale.travel
-        cosine, sine = draws.phase()
-        return {
-            "stiffness": draws.sign() * 1.4 * spring * effort / half,
-            "curvature": draws.sign() * 2.2 * bend * effort / half**2,
-            "cosine": 1.4 * wave * effort * cosine,
-            "sine": 1.4 * wave * effort * sine,
-            "period": scale.travel / draws.uniform(1.0, 3.0),
-            "sum_cosine": np.zeros(draws.shape),
-            "sum_sine": np.zeros(draws.shape),
-        }
+def _grid(excitation: Excitation) -> dict[str, Array]:
+    """A tenth of a wave over the travel to two; what repeats more often is called ripple."""
+    return {"period": excitation.periods(0.1, 2.0, step=0.1)}
 
 
-EFFECT: Final = PositionDependentLoad()
+def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
+    """2 % to 30 % of the effort: of spring, bend and one to three slow waves, any mixture."""
+    effort = draws.strength() * scale.effort
+    spring, bend, wave = draws.rng.dirichlet(np.ones(3), draws.shape).transpose(
+        -1, *range(len(draws.shape))
+    )
+    half = 0.5 * scale.travel
+    cosine, sine = draws.phase()
+    return {
+        "stiffness": draws.sign() * 1.4 * spring * effort / half,
+        "curvature": draws.sign() * 2.2 * bend * effort / half**2,
+        "cosine": 1.4 * wave * effort * cosine,
+        "sine": 1.4 * wave * effort * sine,
+        "period": scale.travel / draws.uniform(1.0, 3.0),
+        "sum_cosine": np.zeros(draws.shape),
+        "sum_sine": np.zeros(draws.shape),
+    }
+
+
+EFFECT: Final = PositionDependentLoad(
+    search=Search(
+        forms=(
+            Form(("stiffness",)),
+            Form(("stiffness", "curvature")),
+            Form(("cosine", "sine"), ("period",)),
+            Form(("sum_cosine", "sum_sine"), coupled=True, rotary=True),
+        ),
+        signature="differs along the stroke and is the same both ways",
+        alternatives=(
+            "torque_ripple",
+            "position_dependent_friction",
+            "offset_drift",
+            "cross_axis_coupling",
+        ),
+        experiment="the whole stroke at several accelerations: --motion multisine",
+        grid=_grid,
+    ),
+    draw=_draw,
+)

@@ -13,7 +13,8 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.model.effect import Array, Effect, Excitation, Form, Motion, Parameter, Values
+from edge_ident.model.effect import Array, Effect, Motion, Parameter, Values
+from edge_ident.model.search import Excitation, Form, Search
 from edge_ident.model.strengths import Draws, Scale
 
 _BRISTLES: Final = 10
@@ -31,17 +32,8 @@ class PreslidingHysteresis(Effect):
         Parameter("level", "{effort}", 0.0, 1e9, "part of the Coulomb friction that builds up"),
         Parameter("distance", "{position}", 1e-9, 1e9, "in which 63 % of it is built up"),
     )
-    discrepancy = 0.15
-    needs_reversals = True
-    forms = (Form(("level",), ("distance",)),)
-    signature = "depends on the distance since the reversal, not on speed or time"
-    rivals = ("backlash", "stribeck_friction", "coupling_compliance")
-    experiment = "small reversals of several sizes: --motion multisine"
     memory_size = _BRISTLES
-
-    def possible(self, values: Values, excitation: Excitation) -> bool:
-        """No more friction than the drive overcame."""
-        return bool(np.all(values["level"] < excitation.effort))
+    memory_scale = "level"
 
     def load(self, at: Motion, values: Values) -> Array:
         """Of the bristles."""
@@ -78,16 +70,35 @@ class PreslidingHysteresis(Effect):
             start = bristles[..., -1:]
         return np.asarray(values["level"] * (held - direction))
 
-    def grid(self, excitation: Excitation) -> dict[str, Array]:
-        """From what the encoder just resolves to a tenth of the travel."""
-        return {"distance": np.geomspace(2.0 * excitation.resolution, 0.1 * excitation.travel, 16)}
 
-    def draw(self, draws: Draws, scale: Scale) -> dict[str, Array]:
-        """20 % to all of the Coulomb friction, within 0.02 % to 2 % of the travel."""
-        return {
-            "level": draws.uniform(0.2, 1.0) * scale.coulomb_friction,
-            "distance": draws.log_uniform(2e-4, 2e-2) * scale.travel,
-        }
+def _physical(values: Values, excitation: Excitation) -> bool:
+    """No more friction than the drive overcame."""
+    return bool(np.all(values["level"] < excitation.effort))
 
 
-EFFECT: Final = PreslidingHysteresis()
+def _grid(excitation: Excitation) -> dict[str, Array]:
+    """From what the encoder just resolves to a tenth of the travel."""
+    return {"distance": np.geomspace(2.0 * excitation.resolution, 0.1 * excitation.travel, 16)}
+
+
+def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
+    """20 % to all of the Coulomb friction, within 0.02 % to 2 % of the travel."""
+    return {
+        "level": draws.uniform(0.2, 1.0) * scale.coulomb_friction,
+        "distance": draws.log_uniform(2e-4, 2e-2) * scale.travel,
+    }
+
+
+EFFECT: Final = PreslidingHysteresis(
+    search=Search(
+        forms=(Form(("level",), ("distance",)),),
+        signature="depends on the distance since the reversal, not on speed or time",
+        alternatives=("backlash", "stribeck_friction", "coupling_compliance"),
+        experiment="small reversals of several sizes: --motion multisine",
+        grid=_grid,
+        physical=_physical,
+        discrepancy=0.15,
+        needs_reversals=True,
+    ),
+    draw=_draw,
+)

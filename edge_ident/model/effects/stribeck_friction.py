@@ -9,7 +9,9 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.model.effect import Array, Effect, Excitation, Form, Motion, Parameter, Values
+from edge_ident.model.compensation import Compensation
+from edge_ident.model.effect import Array, Effect, Motion, Parameter, Values
+from edge_ident.model.search import Excitation, Form, Search
 from edge_ident.model.strengths import Draws, Scale
 
 
@@ -20,11 +22,6 @@ class StribeckFriction(Effect):
         Parameter("level", "{effort}", 0.0, 1e9, "static friction less Coulomb friction"),
         Parameter("speed", "{position}/s", 1e-9, 1e9, "at which 1/e of it is left"),
     )
-    discrepancy = 0.05
-    forms = (Form(("level",), ("speed",)),)
-    signature = "friction is higher at low speed, the same accelerating and decelerating"
-    rivals = ("nonlinear_viscous", "presliding_hysteresis")
-    experiment = "slow speeds held for long, both ways: --motion staircase"
 
     def friction(self, at: Motion, values: Values) -> Array:
         """The bump."""
@@ -34,16 +31,31 @@ class StribeckFriction(Effect):
         """Steepest slope of the bump, √(2/e)·level/speed, over the inertia."""
         return 0.86 * values["level"] / (values["speed"] * inertia)
 
-    def grid(self, excitation: Excitation) -> dict[str, Array]:
-        """From a hundredth of the top speed to where it would look viscous."""
-        return {"speed": excitation.speed * np.geomspace(0.01, 0.6, 16)}
 
-    def draw(self, draws: Draws, scale: Scale) -> dict[str, Array]:
-        """Static friction 5 % to 100 % above Coulomb's, gone at 2 % to 30 % of the top speed."""
-        return {
-            "level": draws.log_uniform(0.05, 1.0) * scale.coulomb_friction,
-            "speed": draws.log_uniform(0.02, 0.3) * scale.speed,
-        }
+def _grid(excitation: Excitation) -> dict[str, Array]:
+    """From a hundredth of the top speed to where it would look viscous."""
+    return {"speed": excitation.speed * np.geomspace(0.01, 0.6, 16)}
 
 
-EFFECT: Final = StribeckFriction()
+def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
+    """Static friction 5 % to 100 % above Coulomb's, gone at 2 % to 30 % of the top speed."""
+    return {
+        "level": draws.log_uniform(0.05, 1.0) * scale.coulomb_friction,
+        "speed": draws.log_uniform(0.02, 0.3) * scale.speed,
+    }
+
+
+EFFECT: Final = StribeckFriction(
+    search=Search(
+        forms=(Form(("level",), ("speed",)),),
+        signature="friction is higher at low speed, the same accelerating and decelerating",
+        alternatives=("nonlinear_viscous", "presliding_hysteresis"),
+        experiment="slow speeds held for long, both ways: --motion staircase",
+        grid=_grid,
+        discrepancy=0.05,
+    ),
+    draw=_draw,
+    compensation=Compensation(
+        feedforward={"level": "stribeck_feedforward", "speed": "stribeck_speed_rad_s"}
+    ),
+)

@@ -9,7 +9,9 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.model.effect import Array, Effect, Excitation, Form, Parameter, Values
+from edge_ident.model.compensation import Compensation
+from edge_ident.model.effect import Array, Effect, Parameter, Values
+from edge_ident.model.search import Excitation, Form, Search
 from edge_ident.model.strengths import Draws, Scale
 
 
@@ -17,14 +19,7 @@ class TimeDelay(Effect):
     """Shift of the whole effort in time."""
 
     parameters = (Parameter("delay", "s", -1.0, 1.0, "by which the effort is recorded late"),)
-    forms = (Form(("delay",)),)
-    signature = "the whole effort is shifted, the same at all amplitudes"
-    rivals = ("coupling_compliance", "presliding_hysteresis")
-    experiment = "quick changes of acceleration: --motion multisine"
-
-    def possible(self, values: Values, excitation: Excitation) -> bool:
-        """Up to half a turn of what is quickest; more could be anything with a phase."""
-        return bool(np.all(np.abs(values["delay"]) * excitation.cutoff_hz < 0.5))
+    effort_delay = "delay"
 
     def recorded(self, effort: Array, time_s: Array, values: Values) -> Array:
         """Linear between samples; the ends stay as they are."""
@@ -36,10 +31,26 @@ class TimeDelay(Effect):
         ]
         return np.reshape(shifted, shape)
 
-    def draw(self, draws: Draws, scale: Scale) -> dict[str, Array]:
-        """A fifth of a sample to 20 samples, three times out of four late."""
-        sign = np.where(draws.uniform(0.0, 1.0) < 0.25, -1.0, 1.0)
-        return {"delay": sign * draws.log_uniform(0.2, 20.0) * scale.period_s}
+
+def _physical(values: Values, excitation: Excitation) -> bool:
+    """Up to half a turn of what is quickest; more could be anything with a phase."""
+    return bool(np.all(np.abs(values["delay"]) * excitation.cutoff_hz < 0.5))
 
 
-EFFECT: Final = TimeDelay()
+def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
+    """A fifth of a sample to 20 samples, three times out of four late."""
+    sign = np.where(draws.uniform(0.0, 1.0) < 0.25, -1.0, 1.0)
+    return {"delay": sign * draws.log_uniform(0.2, 20.0) * scale.period_s}
+
+
+EFFECT: Final = TimeDelay(
+    search=Search(
+        forms=(Form(("delay",)),),
+        signature="the whole effort is shifted, the same at all amplitudes",
+        alternatives=("coupling_compliance", "presliding_hysteresis"),
+        experiment="quick changes of acceleration: --motion multisine",
+        physical=_physical,
+    ),
+    draw=_draw,
+    compensation=Compensation(loop_delay="delay"),
+)

@@ -9,7 +9,9 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.model.effect import Array, Effect, Excitation, Form, Motion, Parameter, Values
+from edge_ident.model.compensation import Compensation
+from edge_ident.model.effect import Array, Effect, Motion, Parameter, Values
+from edge_ident.model.search import Excitation, Form, Search
 from edge_ident.model.strengths import Draws, Scale
 
 
@@ -21,11 +23,6 @@ class TorqueRipple(Effect):
         Parameter("sine", "{effort}", -1e9, 1e9, "amplitude a quarter period later"),
         Parameter("period", "{position}", 1e-9, 1e9, "travel after which it repeats"),
     )
-    repeats = True
-    forms = (Form(("cosine", "sine"), ("period",)),)
-    signature = "repeats with the position, the same at all speeds and in both directions"
-    rivals = ("encoder_eccentricity", "position_dependent_load", "position_dependent_friction")
-    experiment = "several speeds over the same stroke: --motion staircase"
 
     def load(self, at: Motion, values: Values) -> Array:
         """A sinusoid of position."""
@@ -38,20 +35,43 @@ class TorqueRipple(Effect):
         slope = np.hypot(values["cosine"], values["sine"]) * rate
         return np.maximum(np.sqrt(slope / inertia), rate * speed)
 
-    def grid(self, excitation: Excitation) -> dict[str, Array]:
-        """From one wave over the travel, which no repetition tells from a load along it, up to what
-        the filter lets through."""
-        return {"period": excitation.orders(0.75, 2000.0)}
 
-    def draw(self, draws: Draws, scale: Scale) -> dict[str, Array]:
-        """2 % to 30 % of the effort, 2 to 400 periods in the travel, any phase."""
-        amplitude = np.sqrt(2.0) * draws.strength() * scale.effort
-        cosine, sine = draws.phase()
-        return {
-            "cosine": amplitude * cosine,
-            "sine": amplitude * sine,
-            "period": scale.travel / draws.log_uniform(2.0, 400.0),
+def _grid(excitation: Excitation) -> dict[str, Array]:
+    """From one wave over the travel, which no repetition tells from a load along it, up to what
+    the filter lets through."""
+    return {"period": excitation.periods(0.75, 2000.0)}
+
+
+def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
+    """2 % to 30 % of the effort, 2 to 400 periods in the travel, any phase."""
+    amplitude = np.sqrt(2.0) * draws.strength() * scale.effort
+    cosine, sine = draws.phase()
+    return {
+        "cosine": amplitude * cosine,
+        "sine": amplitude * sine,
+        "period": scale.travel / draws.log_uniform(2.0, 400.0),
+    }
+
+
+EFFECT: Final = TorqueRipple(
+    search=Search(
+        forms=(Form(("cosine", "sine"), ("period",)),),
+        signature="repeats with the position, the same at all speeds and in both directions",
+        alternatives=(
+            "encoder_eccentricity",
+            "position_dependent_load",
+            "position_dependent_friction",
+        ),
+        experiment="several speeds over the same stroke: --motion staircase",
+        grid=_grid,
+        repeats=True,
+    ),
+    draw=_draw,
+    compensation=Compensation(
+        feedforward={
+            "cosine": "ripple_cosine",
+            "sine": "ripple_sine",
+            "period": "ripple_period_rad",
         }
-
-
-EFFECT: Final = TorqueRipple()
+    ),
+)

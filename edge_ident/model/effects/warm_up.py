@@ -9,7 +9,8 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.model.effect import Array, Effect, Excitation, Form, Motion, Parameter, Values
+from edge_ident.model.effect import Array, Effect, Motion, Parameter, Values
+from edge_ident.model.search import Excitation, Form, Search
 from edge_ident.model.strengths import Draws, Scale
 
 
@@ -20,12 +21,6 @@ class WarmUp(Effect):
         Parameter("excess", "{effort}*s/{position}", -1e9, 1e9, "viscous friction at the start"),
         Parameter("time_constant", "s", 1e-3, 1e9, "in which 63 % of it is gone"),
     )
-    open_ended = ("time_constant",)
-    discrepancy = 0.1
-    forms = (Form(("excess",), ("time_constant",)),)
-    signature = "viscous friction falls from repeat to repeat, and inertia does not"
-    rivals = ("gain_drift", "nonlinear_viscous", "payload_change")
-    experiment = "the same motion for longer than the machine takes to warm"
 
     def load(self, at: Motion, values: Values) -> Array:
         """Viscous, fading."""
@@ -36,16 +31,29 @@ class WarmUp(Effect):
         """That of viscous friction when cold."""
         return np.abs(values["excess"]) / inertia
 
-    def grid(self, excitation: Excitation) -> dict[str, Array]:
-        """From an instant to where it looks like a straight line."""
-        return {"time_constant": excitation.duration_s * np.geomspace(0.03, 3.0, 12)}
 
-    def draw(self, draws: Draws, scale: Scale) -> dict[str, Array]:
-        """5 % to 100 % more viscous friction, gone in a tenth to twice the record."""
-        return {
-            "excess": draws.log_uniform(0.05, 1.0) * scale.viscous_friction,
-            "time_constant": draws.log_uniform(0.1, 2.0) * scale.duration_s,
-        }
+def _grid(excitation: Excitation) -> dict[str, Array]:
+    """From an instant to where it looks like a straight line."""
+    return {"time_constant": excitation.duration_s * np.geomspace(0.03, 3.0, 12)}
 
 
-EFFECT: Final = WarmUp()
+def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
+    """5 % to 100 % more viscous friction, gone in a tenth to twice the record."""
+    return {
+        "excess": draws.log_uniform(0.05, 1.0) * scale.viscous_friction,
+        "time_constant": draws.log_uniform(0.1, 2.0) * scale.duration_s,
+    }
+
+
+EFFECT: Final = WarmUp(
+    search=Search(
+        forms=(Form(("excess",), ("time_constant",)),),
+        signature="viscous friction falls from repeat to repeat, and inertia does not",
+        alternatives=("gain_drift", "nonlinear_viscous", "payload_change"),
+        experiment="the same motion for longer than the machine takes to warm",
+        grid=_grid,
+        discrepancy=0.1,
+        open_ended=("time_constant",),
+    ),
+    draw=_draw,
+)

@@ -74,7 +74,7 @@ def test_encoder_noise_in_the_acceleration_biases_least_squares_only(
     """Errors in variables: a filter too wide for the encoder takes a sixth off the inertia."""
     choose = conditioning.choose_cutoff
     monkeypatch.setattr(
-        conditioning, "choose_cutoff", lambda x, period_s: 2.5 * choose(x, period_s)
+        conditioning, "choose_cutoff", lambda x, period_s, noise: 2.5 * choose(x, period_s)
     )
     rng = np.random.default_rng(5)
     noise = {"effort_noise": coloured(rng, 0.02), "position_noise": 1e-3 * rng.normal(size=8742)}

@@ -7,6 +7,7 @@ from edge_ident.estimation.alignment import align
 from edge_ident.model.model import regressor
 from edge_ident.signals.conditioning import Signals
 from edge_ident.signals.dct import subsample
+from edge_ident.signals.resampling import EvenGrid
 
 PERIOD_S, SAMPLES = 0.0025, 8742
 RATE = 2 * np.pi / (SAMPLES * PERIOD_S)
@@ -17,7 +18,14 @@ def motion(phase: float, periods: float = 1.0) -> Signals:
     velocity, acceleration = np.cos(angle), -RATE * np.sin(angle)
     columns = regressor(velocity, acceleration)
     effort = columns @ np.array([0.4, 0.9, 1.4, 0.1])
-    return Signals(PERIOD_S, 3.0, effort, columns, np.ones(len(effort), dtype=bool), 0.0, 0.0)
+    return Signals(
+        grid=EvenGrid.of(PERIOD_S * np.arange(len(effort))),
+        cutoff_hz=3.0,
+        effort=effort,
+        regressor=columns,
+        moving=np.ones(len(effort), dtype=bool),
+        acceleration_noise=0.0,
+    )
 
 
 @pytest.mark.parametrize("phase", [0.0, np.pi / 2, -2.0])
@@ -28,9 +36,9 @@ def test_any_start_phase_gives_the_same_columns(phase: float, periods: float) ->
     assert found is not None
     smooth = slice(None), [0, 1, 3]
     expected = subsample(trained.regressor)
-    np.testing.assert_allclose(found.columns[smooth], expected[smooth], atol=2e-3)
+    np.testing.assert_allclose(found.regressor[smooth], expected[smooth], atol=2e-3)
     np.testing.assert_allclose(
-        found.effort, found.columns @ np.array([0.4, 0.9, 1.4, 0.1]), atol=1e-9
+        found.effort, found.regressor @ np.array([0.4, 0.9, 1.4, 0.1]), atol=1e-9
     )
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from edge_ident.estimation.image import effort_image, effort_scale, gain_and_bias
+from edge_ident.estimation.image import effort_image, effort_scale, scale_and_offset
 
 RNG = np.random.default_rng(3)
 MODEL = RNG.normal(size=(5, 100))
@@ -33,7 +33,7 @@ def test_min_max_hides_the_scale_of_the_guess_and_effort_scale_keeps_it() -> Non
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_min_max_of_efforts_of_one_sign(sign: float) -> None:
     one_sided = sign * np.abs(MODEL)
-    gain, bias = gain_and_bias(one_sided, np.broadcast_to(np.abs(MEASURED), (5, 100)), "min-max")
+    gain, bias = scale_and_offset(one_sided, np.broadcast_to(np.abs(MEASURED), (5, 100)), "min-max")
     image = gain[0] * np.outer(one_sided[0], np.abs(MEASURED)) + bias[0]
     assert image.min() == pytest.approx(0.0, abs=1e-12)
     assert image.max() == pytest.approx(1.0)

@@ -5,6 +5,7 @@ import pytest
 
 from edge_ident.signals import conditioning
 from edge_ident.signals.filters import differentiate
+from edge_ident.signals.resampling import EvenGrid
 
 PERIOD_S = 0.0025
 COUNT_RAD = 2 * np.pi / 8400
@@ -48,8 +49,8 @@ def test_uneven_sampling_is_interpolated() -> None:
     velocity = 2 * np.pi * 0.2875 * np.cos(0.2875 * time)
     effort = 0.9 * velocity
     even = conditioning.condition(time, position, effort)
-    assert even.interpolated
-    assert 0.35 < even.jitter < 0.45
+    assert even.grid.interpolated
+    assert 0.35 < even.grid.jitter < 0.45
     expected = 2 * np.pi * 0.2875 * np.cos(0.2875 * (time[0] + even.period_s * np.arange(8742)))
     np.testing.assert_allclose(even.regressor[:, 1], expected, atol=2e-3)
     np.testing.assert_allclose(even.effort[100:-100], 0.9 * expected[100:-100], atol=2e-3)
@@ -72,12 +73,14 @@ def stick_slip() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 def test_a_standstill_is_found_and_a_quick_reversal_is_not() -> None:
     stuck, where, free = stick_slip()
-    moving = ~conditioning.standing(stuck, 3.0, PERIOD_S)
+    moving = ~conditioning.standing(stuck, conditioning.position_noise(stuck), 3.0, PERIOD_S)
     assert not moving[where].any()
     margin = int(1.5 / 3.0 / PERIOD_S) + 60
     assert moving[: where[0] - margin].all()
     assert moving[where[-1] + margin :].all()
-    assert not conditioning.standing(COUNT_RAD * np.round(free / COUNT_RAD), 3.0, PERIOD_S).any()
+    counted = COUNT_RAD * np.round(free / COUNT_RAD)
+    noise = conditioning.position_noise(counted)
+    assert not conditioning.standing(counted, noise, 3.0, PERIOD_S).any()
 
 
 def test_bridging_keeps_effort_and_regressor_in_proportion() -> None:
@@ -97,3 +100,17 @@ def test_a_motion_without_acceleration_still_has_a_cutoff() -> None:
     smooth = conditioning.condition(time, COUNT_RAD * np.round(time / COUNT_RAD), np.ones(8742))
     assert smooth.cutoff_hz == pytest.approx(10.0 / (PERIOD_S * 8742))
     np.testing.assert_allclose(smooth.regressor[500:-500, 1], 1.0, atol=1e-3)
+
+
+def test_stamps_within_a_twentieth_of_a_period_are_taken_for_even() -> None:
+    """Rounded stamps say nothing of the motion: samples stay as the encoder counted them."""
+    position, _, _ = sine(0.0)
+    counted = COUNT_RAD * np.round(position / COUNT_RAD)
+    rounding = np.random.default_rng(6).uniform(-0.04, 0.04, len(position))
+    even, uneven = (
+        EvenGrid.of(PERIOD_S * (np.arange(len(position)) + part * rounding)) for part in (1.0, 4.0)
+    )
+    assert not even.interpolated
+    np.testing.assert_array_equal(even.resampled(counted), counted)
+    assert uneven.interpolated
+    assert np.max(np.abs(uneven.resampled(counted) - counted)) > 0.1 * COUNT_RAD

@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 
 from edge_ident.model.effect import Motion
-from edge_ident.model.effects import catalogue
+from edge_ident.model.effects import catalogue, random_term
 from edge_ident.model.inverse import inverse_effort
 from edge_ident.model.model import BASE, AxisModel, Term
+from edge_ident.model.strengths import scale_of
 from edge_ident.signals.filters import lowpass
 from edge_ident.simulation.loop import Sampling, Simulation, simulate
 from edge_ident.simulation.machine import Machine
@@ -24,6 +25,7 @@ BASE_TERM = Term(
     BASE, {"inertia": 0.4, "viscous_friction": 0.9, "coulomb_friction": 1.4, "offset": 0.2}
 )
 GAINS = AxisGains(600.0, 30.0, 0.0, 0.0, 0.4, 0.9, 1.4, 0.05, 0.2)
+# values that show well on the motion below; an effect that is not here is drawn at random
 EXAMPLES: Mapping[str, Mapping[str, float]] = {
     "actuator_deadband": {"width": 0.3},
     "actuator_saturation": {"limit": 2.9},
@@ -66,8 +68,18 @@ def references() -> References:
     return References(time, position, velocity, np.gradient(velocity, PERIOD_S, axis=1))
 
 
+def example(effect: str) -> Mapping[str, float]:
+    if effect in EXAMPLES:
+        return EXAMPLES[effect]
+    motion = references()
+    arrays = (motion.time_s, motion.position[0], motion.velocity[0], motion.acceleration[0])
+    scale = scale_of(AxisModel((BASE_TERM,)).parameters, *arrays)
+    values = random_term(effect, np.random.default_rng(1), scale, "z").values
+    return {name: float(value) for name, value in values.items()}
+
+
 def simulated(effect: str) -> tuple[AxisModel, Simulation]:
-    term = Term(effect, EXAMPLES[effect], source_axis="z")
+    term = Term(effect, example(effect), source_axis="z")
     axes = {"x": AxisModel((BASE_TERM, term)), "z": AxisModel((BASE_TERM,))}
     motion = references()
     machine = Machine(axes, motion.position[:, :1], np.full(2, 3.0), PERIOD_S, 0.0)
@@ -102,11 +114,7 @@ def rms(signal: np.ndarray) -> float:
     return float(np.sqrt(np.mean(signal**2)))
 
 
-def test_there_is_an_example_of_every_effect() -> None:
-    assert set(EXAMPLES) == set(catalogue())
-
-
-@pytest.mark.parametrize("effect", sorted(EXAMPLES))
+@pytest.mark.parametrize("effect", catalogue())
 def test_inverse_effort_along_the_simulated_motion_is_the_one_that_was_applied(
     effect: str,
 ) -> None:

@@ -14,7 +14,7 @@ from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.select import acceptance
 from edge_ident.diagnosis.select.acceptance import Evidence, decide, structure_left, thresholds
 from edge_ident.diagnosis.select.cross_validation import held_out_gain
-from edge_ident.model.effect import Form
+from edge_ident.model.search import Form
 from tests.edge_ident.diagnosis.select.test_search_parts import TEMPLATE, recorded, rigid, swing
 
 ROOM = Path(acceptance.__file__).parent

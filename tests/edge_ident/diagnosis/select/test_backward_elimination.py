@@ -24,7 +24,7 @@ def superfluous() -> tuple[Search, FittedModel]:
     data = prepare_axis([recorded(t, x, rigid(v, a), noise=0.05)], "x")
     start = fit(data, TEMPLATE, np.zeros(4), ())
     search = Search.of(data, TEMPLATE, start)
-    form = named("asymmetric_friction").forms[0]
+    form = named("asymmetric_friction").search.forms[0]
     added = FittedTerm(Candidate("asymmetric_friction", form), {}, dict.fromkeys(form.linear, 0.0))
     return search, search.fit(start.base, (added,))
 

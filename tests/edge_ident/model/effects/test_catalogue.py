@@ -13,6 +13,7 @@ from edge_ident.model.inverse import inverse_effort
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Term
 from edge_ident.model.model_files import unit_of
 from edge_ident.model.strengths import scale_of
+from tests.plant import EFFECTS
 
 DRIVES = 60
 NAMES = sorted(catalogue())
@@ -53,9 +54,8 @@ def drawn(name: str, seed: int = 0) -> tuple[AxisModel, np.ndarray]:
     return axis, added
 
 
-def test_there_are_the_twenty_effects_of_the_catalogue() -> None:
-    assert len(NAMES) == 20
-    assert {"stribeck_friction", "disturbance_event"} < set(NAMES)
+def test_the_independent_plant_knows_the_same_effects() -> None:
+    assert set(EFFECTS) == set(NAMES)
 
 
 @pytest.mark.parametrize("name", NAMES)

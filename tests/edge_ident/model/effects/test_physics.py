@@ -246,35 +246,77 @@ def test_load_dependent_friction_is_a_share_of_what_passes_through() -> None:
     np.testing.assert_allclose(lost, 0.3 * np.abs(transmitted) * np.sign(motion.velocity))
 
 
-CLOSED_FORMS = {
-    "warm_up": (
-        {"excess": 0.4, "time_constant": 3.0},
-        lambda m: 0.4 * np.exp(-m.time_s / 3) * m.velocity,
-    ),
-    "offset_drift": (
-        {"rate": 0.2, "curvature": -0.01},
-        lambda m: 0.2 * m.time_s - 0.01 * m.time_s**2,
-    ),
-    "asymmetric_friction": ({"difference": 0.2}, lambda m: 0.2 * np.abs(m.velocity)),
-    "nonlinear_viscous": (
-        {"level": 0.3, "exponent": 2.0},
-        lambda m: 0.3 * m.velocity * np.abs(m.velocity),
-    ),
-    "payload_change": (
-        {"time": 4.0, "inertia": 0.1, "coulomb_friction": 0.2, "offset": 0.3},
-        lambda m: (0.1 * m.acceleration + 0.2 * np.sign(m.velocity) + 0.3) * (m.time_s >= 4.0),
-    ),
-    "disturbance_event": (
-        {"time": 2.0, "duration": 1.0, "level": 0.7},
-        lambda m: 0.7 * np.sin(np.pi * (m.time_s - 2)) ** 2 * ((m.time_s > 2) & (m.time_s < 3)),
-    ),
-}
+def at_speed(speed: float, *terms: tuple[str, dict[str, float]]) -> np.ndarray:
+    """Whole effort of a drive at constant speed."""
+    axis = AxisModel((BASE_TERM, *(Term(effect, values) for effect, values in terms)))
+    return inverse_effort(axis, constant_speed(speed))
 
 
-@pytest.mark.parametrize("effect", sorted(CLOSED_FORMS))
-def test_closed_forms(effect: str) -> None:
-    values, effort = CLOSED_FORMS[effect]
-    np.testing.assert_allclose(added(sine(), (effect, values)), effort(sine()), atol=1e-12)
+def test_warm_up_is_viscous_friction_that_decays_at_its_rate() -> None:
+    warm_up = ("warm_up", {"excess": 0.4, "time_constant": 3.0})
+    time = PERIOD_S * np.arange(2000)
+    cold, doubled = added(constant_speed(0.5), warm_up), added(constant_speed(1.0), warm_up)
+    np.testing.assert_allclose(doubled, 2.0 * cold)
+    assert cold[0] == pytest.approx(0.2)
+    decay = solve_ivp(lambda _, y: -y / 3.0, (0, time[-1]), [0.2], t_eval=time, rtol=1e-9)
+    np.testing.assert_allclose(cold, decay.y[0], rtol=1e-5)
+
+
+def test_offset_drift_does_not_heed_the_motion_and_settles() -> None:
+    drift = ("offset_drift", {"rate": 0.2, "curvature": 0.0, "time_constant": 1.5})
+    moving, standing = added(sine(), drift), added(constant_speed(0.0), drift)
+    np.testing.assert_allclose(moving[:2000], standing)
+    assert moving[0] == 0.0
+    assert (moving[1] - moving[0]) / PERIOD_S == pytest.approx(0.2, rel=2e-3)
+    assert moving[-1] == pytest.approx(0.2 * 1.5, rel=2e-3)  # 10 s are 6.7 time constants
+    half = moving[round(1.5 * np.log(2.0) / PERIOD_S)]
+    assert half == pytest.approx(0.5 * 0.2 * 1.5, rel=2e-3)
+    straight = added(sine(), ("offset_drift", {"rate": 0.2, "curvature": -0.01}))
+    np.testing.assert_allclose(np.diff(straight, 2) / PERIOD_S**2, -0.02, rtol=1e-4)
+
+
+def test_friction_by_direction_is_larger_forward_by_what_it_is_smaller_backward() -> None:
+    asymmetry = ("asymmetric_friction", {"difference": 0.2})
+    forward, backward = (
+        (at_speed(2.0 * way, asymmetry) - at_speed(way, asymmetry))[0] / way for way in (1, -1)
+    )
+    assert forward == pytest.approx(VISCOUS + 0.2)
+    assert backward == pytest.approx(VISCOUS - 0.2)
+    np.testing.assert_allclose(at_speed(1e-9, asymmetry), COULOMB + OFFSET)
+
+
+@pytest.mark.parametrize("exponent", [0.5, 2.0])
+def test_nonlinear_friction_brakes_both_ways_by_its_power_of_the_speed(exponent: float) -> None:
+    friction = ("nonlinear_viscous", {"level": 0.3, "exponent": exponent})
+    slow, fast, back = (added(constant_speed(speed), friction)[0] for speed in (0.7, 2.1, -0.7))
+    assert slow > 0.0
+    assert back == pytest.approx(-slow)
+    assert np.log(fast / slow) / np.log(3.0) == pytest.approx(exponent)
+    assert added(constant_speed(1.0), friction)[0] == pytest.approx(0.3)
+
+
+def test_a_payload_makes_another_axis_of_this_one_from_its_time_on() -> None:
+    payload = {"inertia": 0.1, "coulomb_friction": 0.2, "offset": 0.3}
+    loaded = {name: BASE_TERM.values[name] + payload.get(name, 0.0) for name in BASE_TERM.values}
+    motion = sine()
+    before, after = (inverse_effort(AxisModel((Term(BASE, v),)), motion)
+                     for v in (BASE_TERM.values, loaded))  # fmt: skip
+    term = Term("payload_change", {"time": 4.0, **payload})
+    found = inverse_effort(AxisModel((BASE_TERM, term)), motion)
+    np.testing.assert_allclose(found[:1600], before[:1600])
+    np.testing.assert_allclose(found[1600:], after[1600:])
+
+
+def test_a_push_gives_its_momentum_once_and_without_a_jump() -> None:
+    push = {"time": 2.0, "duration": 1.0, "level": 0.7}
+    motion = sine()
+    effort = added(motion, ("disturbance_event", push))
+    during = (motion.time_s > 2.0) & (motion.time_s < 3.0)
+    assert not effort[~during].any()
+    assert np.sum(effort) * PERIOD_S == pytest.approx(0.7 * 1.0 / 2.0, rel=1e-6)
+    assert motion.time_s[np.argmax(effort)] == pytest.approx(2.5)
+    assert np.max(effort) == pytest.approx(0.7)
+    assert np.max(np.abs(np.diff(effort))) < 1.05 * np.pi * 0.7 * PERIOD_S
 
 
 def test_gain_drift_scales_all_that_acts_and_the_delay_comes_last() -> None:

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 import numpy as np
 import pytest
 
+from edge_ident.control.compensation import loop_delay_s
 from edge_ident.control.gain_design import design
-from edge_ident.control.known_effects import loop_delay_s
 from edge_ident.control.position_loop import LoopHardware
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Term
 from edge_ident.signals.recording import AxisRecord, Recording

@@ -1,17 +1,16 @@
-"""The paper's loop: guess, image, network, residual, better guess.
+"""The network's estimate: guess, image, network, residual, better guess.
 
-Reconstruction of the paper's identification, with a guard that it does not mention: the network
-is applied to its own answer, which sharpens the answer and sometimes spoils it, so a step counts
-only if the model's effort comes closer to the measured one. What physics forbids, inertia or
-friction below zero, is set to next to nothing before it is scored, so that it counts only where
-the effort agrees.
+This reconstructs the paper's loop, with a guard that the paper does not mention. The network is
+applied to its own answer. That sharpens the answer and sometimes spoils it, so a step counts only
+if the model's effort comes closer to the measured one. An inertia or friction below zero is set to
+nearly zero before it is scored, so it counts only where the effort agrees.
 
-A network may be made to read from what a guess leaves of the effort, the remainder, instead of the
-effort. Then the first factor of the image stays that of the start, so the image is linear in the
-remainder, and the residual comes in shares of the remainder's scale: each pass sharpens the
-answer, and what the model lacks shows in the remainder without the model's part. The guard above
-would not do here: the parameters that come closest to a disturbed effort are not those of the
-drive. The loop ends where a pass moves the answer no less than the one before it.
+A network may read from the remainder, which is the effort less the model's at the guess. Then the
+first factor of the image stays that of the start. The image is linear in the remainder, and the
+residual comes in shares of the remainder's scale. Each pass sharpens the answer, and the remainder
+shows what the model lacks. The guard above does not serve here: the parameters that come closest
+to a disturbed effort are not those of the drive. The loop ends where a pass moves the answer no
+less than the pass before.
 """
 
 from dataclasses import dataclass
@@ -34,7 +33,7 @@ GOOD_ENOUGH: Final = 0.002
 """Relative residual at which the loop stops: below what any recording resolves."""
 STEPS: Final = (1.0, 0.5, 0.25)
 """Parts of the network's residual that are tried; they cost no pass."""
-SETTLED: Final = 1e-5
+CONVERGED: Final = 1e-5
 """Change of the shares at which refinement stops."""
 SMALLEST: Final = 1e-4
 """Share that stands for zero where physics requires a positive parameter."""
@@ -42,8 +41,8 @@ _TINY: Final = float(np.finfo(float).tiny)
 
 
 @dataclass(frozen=True)
-class CnnIdentification:
-    """Outcome of the loop.
+class NetworkEstimate:
+    """What the loop finds.
 
     Attributes
     ----------
@@ -74,23 +73,23 @@ class _Candidate:
     residual: float
 
 
-def identify(
-    columns: Array,
+def estimate(
+    regressor: Array,
     effort: Array,
     network: Network,
     *,
     seed: int = 0,
     passes: int = 8,
     stopwatch: Stopwatch | None = None,
-) -> CnnIdentification:
-    """Identify the parameters behind one subsampled recording.
+) -> NetworkEstimate:
+    """Estimate the parameters behind one subsampled recording.
 
     Parameters
     ----------
-    columns : (100, 4) array
-        Subsampled regressor, SI, at the phase of the network's motion.
+    regressor : (100, 4) array
+        Subsampled, SI, at the phase of the network's motion.
     effort : (100,) array
-        Subsampled effort, SI.
+        Subsampled, SI.
     network : Network
     seed : int
         Of the random starting points, where the network does not have its own.
@@ -102,90 +101,103 @@ def identify(
     Raises
     ------
     DataError
-        If the effort is zero throughout.
+        The effort is zero throughout.
     """
     manifest = network.manifest
     scale = float(effort_scale(effort, manifest.normalization))
     if scale == 0.0:
         raise DataError("the effort is zero throughout", "check the column that holds the effort")
     share_scales = manifest.motion.column_scales
-    shapes, measured = columns / share_scales, effort / scale
-    watch = stopwatch or Stopwatch()
-    if manifest.start_shares is not None:
-        start = manifest.start_shares
-        best, done = _refine(shapes, measured, network, start, passes, watch)
-    else:
-        rng = np.random.default_rng(seed)
-        best, done = _search(shapes, measured, network, rng, passes, watch)
+    scaled, measured = regressor / share_scales, effort / scale
+    best, done = _best(scaled, measured, network, seed, passes, stopwatch or Stopwatch())
+    time_spectral = compare(measured, scaled @ best.shares).time_spectral
+    return _in_si(best, done, scale, network, time_spectral)
+
+
+def _in_si(
+    best: _Candidate, passes: int, scale: float, network: Network, time_spectral: float
+) -> NetworkEstimate:
+    manifest, share_scales = network.manifest, network.manifest.motion.column_scales
     unexplained = manifest.parameter_std_per_residual * best.residual
     std = np.hypot(manifest.parameter_std[network.variant], unexplained)
-    trusted, reason = _judge(best, done)
-    return CnnIdentification(
+    trusted, reason = _judge(best, passes)
+    return NetworkEstimate(
         parameters=best.shares * scale / share_scales,
         std=std * scale / share_scales,
         relative_residual=best.residual,
-        time_spectral=compare(measured, shapes @ best.shares).time_spectral,
-        passes=done,
+        time_spectral=time_spectral,
+        passes=passes,
         trusted=trusted,
         reason=reason,
     )
 
 
-def motion_mismatch(columns: Array, network: Network) -> float:
+def _best(
+    regressor: Array, measured: Array, network: Network, seed: int, passes: int, watch: Stopwatch
+) -> tuple[_Candidate, int]:
+    """The loop that the network was trained for: best candidate, and the passes used."""
+    start = network.manifest.start_shares
+    if start is not None:
+        return _refine(regressor, measured, network, start, passes, watch)
+    rng = np.random.default_rng(seed)
+    return _search(regressor, measured, network, rng, passes, watch)
+
+
+def motion_mismatch(regressor: Array, network: Network) -> float:
     """How far a recording's motion is from the one the network was trained for.
 
     Parameters
     ----------
-    columns : (100, 4) array
-        Subsampled regressor, SI.
+    regressor : (100, 4) array
+        Subsampled, SI.
 
     Returns
     -------
     float
         Largest ‖difference‖/‖column‖ among the columns.
     """
-    known = network.manifest.motion.columns
-    difference = np.linalg.norm(columns - known, axis=0)
+    known = network.manifest.motion.regressor
+    difference = np.linalg.norm(regressor - known, axis=0)
     return float(np.max(difference / np.linalg.norm(known, axis=0)))
 
 
 def _refine(
-    shapes: Array, measured: Array, network: Network, start: Array, passes: int, watch: Stopwatch
+    regressor: Array, measured: Array, network: Network, start: Array, passes: int, watch: Stopwatch
 ) -> tuple[_Candidate, int]:
-    """Read from what the guess leaves of the effort, until a pass changes the answer no more.
+    """Read from the remainder until a pass no longer changes the answer.
 
-    The network knows residuals in shares of the remainder's scale, so each pass adds as many
-    digits as the first one had. They belong to the network's motion, and are seen through the
-    recording's own in the end, whose amplitude may be another.
+    The network gives residuals in shares of the remainder's scale, so each pass adds as many digits
+    as the first. They belong to the network's motion and are mapped to the recording's own, whose
+    amplitude may differ.
     """
     manifest = network.manifest
-    nominal = manifest.motion.columns / manifest.motion.column_scales
-    seen = np.linalg.lstsq(nominal, shapes, rcond=None)[0]
+    nominal = manifest.motion.regressor / manifest.motion.column_scales
+    mapping = np.linalg.lstsq(nominal, regressor, rcond=None)[0]
     here, change = start, np.inf
     for done in range(1, passes + 1):
         with watch.stage("image"):
-            remainder = measured - shapes @ here
+            remainder = measured - regressor @ here
             scale = max(float(effort_scale(remainder, manifest.normalization)), _TINY)
             image = effort_image((nominal @ start)[None], remainder / scale, manifest.normalization)
         with watch.stage("network"):
             residual = scale * network.residual_shares(image)[0]
-        step = np.linalg.solve(seen, residual)
+        step = np.linalg.solve(mapping, residual)
         if np.linalg.norm(step) > change:  # the answer moves about what the network can resolve
-            return _physical(here, shapes, measured), done
+            return _physical(here, regressor, measured), done
         here, change = here - step, float(np.linalg.norm(step))
-        if change <= SETTLED:
+        if change <= CONVERGED:
             break
-    return _physical(here, shapes, measured), done
+    return _physical(here, regressor, measured), done
 
 
-def _physical(shares: Array, shapes: Array, measured: Array) -> _Candidate:
-    """Score shares, once what physics forbids is next to nothing."""
+def _physical(shares: Array, regressor: Array, measured: Array) -> _Candidate:
+    """Score shares, with unphysical ones set to nearly zero."""
     shares = np.where(POSITIVE, np.maximum(shares, SMALLEST), shares)
-    return _Candidate(shares, relative_residual(measured, shapes @ shares))
+    return _Candidate(shares, relative_residual(measured, regressor @ shares))
 
 
 def _search(
-    shapes: Array,
+    regressor: Array,
     measured: Array,
     network: Network,
     rng: np.random.Generator,
@@ -194,21 +206,21 @@ def _search(
 ) -> tuple[_Candidate, int]:
     """Best candidate within the passes, and the passes used."""
     normalization = network.manifest.normalization
-    here = best = _physical(_random_start(rng), shapes, measured)
+    here = best = _physical(_random_start(rng), regressor, measured)
     for done in range(1, passes + 1):
         with watch.stage("image"):
-            image = effort_image((shapes @ here.shares)[None], measured, normalization)
+            image = effort_image((regressor @ here.shares)[None], measured, normalization)
         with watch.stage("network"):
             residual = network.residual_shares(image)[0]
         reached = min(
-            (_physical(here.shares - step * residual, shapes, measured) for step in STEPS),
+            (_physical(here.shares - step * residual, regressor, measured) for step in STEPS),
             key=lambda candidate: candidate.residual,
         )
         best = min(best, reached, key=lambda candidate: candidate.residual)
         if best.residual <= GOOD_ENOUGH:
             return best, done
         sharper = reached.residual < here.residual
-        here = reached if sharper else _physical(_random_start(rng), shapes, measured)
+        here = reached if sharper else _physical(_random_start(rng), regressor, measured)
     return best, passes
 
 

@@ -1,7 +1,6 @@
-"""Effects that are known of a drive, taken off a recording before its parameters are estimated."""
+"""Compensation of known effects: their effort is subtracted before parameters are estimated."""
 
 from dataclasses import dataclass, replace
-from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,23 +11,21 @@ from edge_ident.model.effects import named
 from edge_ident.model.inverse import along_motion, inverse_effort, obeyed
 from edge_ident.model.model import AxisModel, Model, Term
 from edge_ident.signals.conditioning import Signals, bridge, condition
-from edge_ident.signals.filters import differentiate, even_grid, interpolate, lowpass
+from edge_ident.signals.filters import differentiate, lowpass
 from edge_ident.signals.recording import Recording
 
 Array = NDArray[np.float64]
 
-_DELAY: Final = "time_delay"
-
 
 @dataclass(frozen=True)
-class Remainder:
-    """One axis, with what is left of its effort.
+class CompensatedAxis:
+    """One axis, its effort compensated for known effects.
 
     Attributes
     ----------
     signals : Signals
         Their effort is that of the base model alone.
-    taken_off : (N,) array
+    effects_effort : (N,) array
         What the effects account for, filtered alike.
     effects : tuple of Term
     tied_to_time : tuple of str
@@ -36,17 +33,17 @@ class Remainder:
     """
 
     signals: Signals
-    taken_off: Array
+    effects_effort: Array
     effects: tuple[Term, ...]
     tied_to_time: tuple[str, ...] = ()
 
 
-def without_effects(recording: Recording, name: str, model: Model | None) -> Remainder:
-    """Condition one axis, and take off its effort what the model's effects account for.
+def compensate_effects(recording: Recording, name: str, model: Model | None) -> CompensatedAxis:
+    """Condition one axis, and subtract from its effort what the model's effects account for.
 
-    That is what the whole axis of the model needs along the measured motion less what its base
-    term needs, both at the model's values, and what its actuator withheld. A recorded delay shifts
-    the effort instead.
+    That is the difference between the efforts that the whole axis of the model and its base term
+    need along the measured motion, both at the model's values, and what the actuator withheld. For
+    an effect that makes the effort column late, the effort is shifted instead.
 
     Parameters
     ----------
@@ -54,7 +51,7 @@ def without_effects(recording: Recording, name: str, model: Model | None) -> Rem
     name : str
         Of the axis.
     model : Model or None
-        Without one, nothing is taken off.
+        Without one, nothing is compensated.
 
     Raises
     ------
@@ -65,21 +62,21 @@ def without_effects(recording: Recording, name: str, model: Model | None) -> Rem
     axis = recording.axes[name]
     known = None if model is None else _known(model, recording, name)
     effects = () if known is None else known.terms[1:]
-    delays = [float(term.values["delay"]) for term in effects if term.effect == _DELAY]
-    shift_s = recording.effort_shift_s - sum(delays)
+    delay_s, acting = _delay_s(effects)
+    shift_s = recording.effort_shift_s - delay_s
     signals = condition(recording.time_s, axis.position, axis.effort, effort_shift_s=shift_s)
-    acting = tuple(term for term in effects if term.effect != _DELAY)
     if known is None or not acting:
-        return Remainder(signals, np.zeros_like(signals.effort), effects)
+        return CompensatedAxis(signals, np.zeros_like(signals.effort), effects)
     undelayed = replace(known, terms=(known.terms[0], *acting))
-    motion, others = _smooth_motions(undelayed, recording, name, signals.cutoff_hz)
-    withheld = _withheld(undelayed, recording, name)
+    motion, others = _smooth_motions(undelayed, recording, name, signals)
+    withheld = _withheld(undelayed, signals.grid.resampled(axis.effort))
     added = _added(obeyed(undelayed), motion, others)
     filtered = lowpass(added, signals.cutoff_hz, signals.period_s)
     filtered += lowpass(withheld, signals.cutoff_hz, signals.period_s, delay_s=shift_s)
-    taken_off = bridge(filtered, signals.moving)
-    remaining = replace(signals, effort=signals.effort - taken_off)
-    return Remainder(remaining, taken_off, effects, _tied_to_time(undelayed, motion, others))
+    effects_effort = bridge(filtered, signals.moving)
+    remaining = replace(signals, effort=signals.effort - effects_effort)
+    tied_to_time = _tied_to_time(undelayed, motion, others)
+    return CompensatedAxis(remaining, effects_effort, effects, tied_to_time)
 
 
 def _known(model: Model, recording: Recording, name: str) -> AxisModel:
@@ -99,15 +96,24 @@ def _known(model: Model, recording: Recording, name: str) -> AxisModel:
     return axis
 
 
+def _delay_s(effects: tuple[Term, ...]) -> tuple[float, tuple[Term, ...]]:
+    """Time by which the effort column is late, and the effects that do something else."""
+    delays = [named(term.effect).effort_delay for term in effects]
+    late = [float(term.values[name]) for term, name in zip(effects, delays, strict=True) if name]
+    acting = tuple(term for term, name in zip(effects, delays, strict=True) if not name)
+    return sum(late), acting
+
+
 def _smooth_motions(
-    axis: AxisModel, recording: Recording, name: str, cutoff_hz: float
+    axis: AxisModel, recording: Recording, name: str, signals: Signals
 ) -> tuple[Motion, dict[str, Motion]]:
     """The axis's motion, and those of the axes that act on it, all filtered alike."""
-    time_s, period_s = even_grid(recording.time_s)
+    grid = signals.grid
 
     def smooth(of_axis: str) -> Motion:
-        position = interpolate(time_s, recording.time_s, recording.axes[of_axis].position)
-        return Motion.known(time_s - time_s[0], *differentiate(position, cutoff_hz, period_s))
+        position = grid.resampled(recording.axes[of_axis].position)
+        filtered = differentiate(position, signals.cutoff_hz, grid.period_s)
+        return Motion.known(grid.time_s - grid.time_s[0], *filtered)
 
     sources = {term.source_axis for term in axis.terms} & set(recording.axes)
     return smooth(name), {source: smooth(source) for source in sources if source is not None}
@@ -119,10 +125,8 @@ def _added(axis: AxisModel, motion: Motion, others: dict[str, Motion]) -> Array:
     return inverse_effort(axis, motion, others) - inverse_effort(base, motion)
 
 
-def _withheld(axis: AxisModel, recording: Recording, name: str) -> Array:
+def _withheld(axis: AxisModel, effort: Array) -> Array:
     """What was recorded, but not given."""
-    time_s, _ = even_grid(recording.time_s)
-    effort = interpolate(time_s, recording.time_s, recording.axes[name].effort)
     terms = axis.terms[1:]
     parts = [named(term.effect).withheld(effort, along_motion(term)) for term in terms]
     return np.asarray(np.sum(parts, axis=0))

@@ -5,10 +5,10 @@ import pytest
 from numpy.typing import NDArray
 
 from edge_ident.errors import DataError
-from edge_ident.estimation import cnn
-from edge_ident.estimation.cnn import CnnIdentification, motion_mismatch
+from edge_ident.estimation import network_estimate
 from edge_ident.estimation.image import effort_scale
 from edge_ident.estimation.network import VARIANTS, Network, Variant, load_network
+from edge_ident.estimation.network_estimate import NetworkEstimate, motion_mismatch
 from tests.edge_ident.stand_ins import (
     COLUMNS,
     SCALES,
@@ -28,8 +28,8 @@ FEED_DRIVE = np.array([0.12, 0.27, 0.45, 0.03])
 
 def identify(
     network: Network, effort: Array, columns: Array = COLUMNS, **options: int
-) -> CnnIdentification:
-    return cnn.identify(columns, effort, network, **options)
+) -> NetworkEstimate:
+    return network_estimate.estimate(columns, effort, network, **options)
 
 
 # ---- from one start, reading what the guess leaves of the effort

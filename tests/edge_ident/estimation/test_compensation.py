@@ -1,4 +1,4 @@
-"""Known effects are taken off the effort: base parameters of a drive with effects come out true."""
+"""The effort is compensated for known effects: base parameters come out true."""
 
 from dataclasses import replace
 
@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from edge_ident.errors import ModelError
-from edge_ident.identification.identify import AxisIdentification, identify
+from edge_ident.identification.identify import identify
+from edge_ident.identification.result import AxisIdentification
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Model, Term
 from edge_ident.signals.recording import AxisRecord, Recording
 from edge_ident.simulation.references import recorded_references
@@ -87,7 +88,7 @@ def test_the_effects_are_carried_along_and_named(recording: Recording) -> None:
     name = "stribeck_friction"
     known = Model({name: axis(Term(name, EFFECTS[name]), Term("time_delay", {"delay": 0.001}))})
     found = identify(only(recording, name), None, model=known).axes[name]
-    assert found.assumed_effects == ("stribeck_friction", "time_delay")
+    assert found.compensated_effects == ("stribeck_friction", "time_delay")
     assert found.model.terms[1:] == known.axes[name].terms[1:]
     np.testing.assert_array_equal(found.model.parameters, found.estimate.parameters)
 
@@ -97,7 +98,7 @@ def test_a_model_without_effects_changes_nothing(recording: Recording) -> None:
     plain, based = (
         identify(only(recording, name), None, model=model).axes[name] for model in (None, UNKNOWING)
     )
-    assert based.assumed_effects == ()
+    assert based.compensated_effects == ()
     np.testing.assert_array_equal(plain.estimate.parameters, based.estimate.parameters)
     assert plain.metric == based.metric
 

@@ -1,0 +1,208 @@
+"""What an effect's file must hold: checked when the catalogue is loaded.
+
+The rest of the project relies on these rules and does not check them again.
+"""
+
+from collections.abc import Callable, Collection, Iterator
+from dataclasses import fields
+from typing import Final
+
+import numpy as np
+
+from edge_ident.errors import ModelError
+from edge_ident.model.effect import Array, Effect, Motion
+from edge_ident.model.search import Excitation, Form
+from edge_ident.model.strengths import no_draw
+from firmware_interface.gains import AxisGains
+
+_UNITS: Final = {"effort": "N*m", "position": "rad", "inertia": "kg*m^2"}
+_TOGETHER: Final = (
+    ("true_motion", "reading"),
+    ("reading", "true_motion"),
+    ("command", "torque"),
+    ("torque", "command"),
+    ("withheld", "torque"),
+)
+"""Hooks, and the hook of the other direction that each of them requires."""
+_ACTING: Final = (
+    "load", "friction", "inertia", "cross_inertia", "resistance", "reading", "torque", "recorded"
+)  # fmt: skip
+"""Hooks through one of which an effect acts."""
+_GAINS: Final = frozenset(field.name for field in fields(AxisGains))
+_LINEAR: Final = 1e-9
+"""Relative deviation from proportionality that rounding explains."""
+_PROBE: Final = Excitation(
+    travel=3.0,
+    speed=2.0,
+    typical_speed=1.0,
+    acceleration=4.0,
+    effort=5.0,
+    resolution=1e-4,
+    duration_s=2.0,
+    cutoff_hz=8.0,
+    base=np.array([0.5, 1.0, 1.0, 0.1]),
+)
+"""Of the motion along which linearity is checked."""
+
+
+def check_effect(name: str, effect: object, catalogue: Collection[str]) -> None:
+    """Check one effect.
+
+    Parameters
+    ----------
+    name : str
+        Of its file.
+    effect : object
+        What the file calls EFFECT.
+    catalogue : collection of str
+        Names of all effects.
+
+    Raises
+    ------
+    ModelError
+        The effect breaks a rule of `RULES`; the message names the file and the rule.
+    """
+    if not isinstance(effect, Effect):
+        raise _refusal(name, "it holds no EFFECT, an instance of a subclass of Effect")
+    if effect.name != name:
+        raise _refusal(name, f"the class of its EFFECT is that of {effect.name}")
+    for rule in RULES:
+        for fault in rule(effect):
+            raise _refusal(name, fault)
+    for other in effect.search.alternatives:
+        if other == name or other not in catalogue:
+            raise _refusal(name, f"its alternative {other!r} is no other effect")
+
+
+def _refusal(name: str, fault: str) -> ModelError:
+    return ModelError(f"effect {name}: {fault}", f"mend edge_ident/model/effects/{name}.py")
+
+
+def _parameters(effect: Effect) -> Iterator[str]:
+    """Parameters have names of their own, bounds, a unit that can be written, a valid default."""
+    names = [parameter.name for parameter in effect.parameters]
+    if not names or len(set(names)) < len(names):
+        yield "its parameters have no names, or one name twice"
+    for parameter in effect.parameters:
+        if not -np.inf < parameter.low < parameter.high < np.inf:
+            yield f"parameter {parameter.name} has no finite bounds, the lower one first"
+        if parameter.default is not None and not (
+            parameter.low <= parameter.default <= parameter.high
+        ):
+            yield f"the default of parameter {parameter.name} is outside its bounds"
+        try:
+            parameter.unit.format(**_UNITS)
+        except (KeyError, ValueError, IndexError):
+            yield f"the unit of parameter {parameter.name} is no template over {', '.join(_UNITS)}"
+
+
+def _search(effect: Effect) -> Iterator[str]:
+    """The search has forms, texts and a grid for every nonlinear parameter; training has values."""
+    search, known = effect.search, set(effect.bounds)
+    if not (search.forms and search.signature and search.experiment and search.alternatives):
+        yield "its search lacks forms, a signature, alternatives or an experiment"
+    if effect.draw is no_draw:
+        yield "it draws no random values for training"
+    grid = search.grid(_PROBE)
+    if len({len(values) for values in grid.values()}) > 1:
+        yield "the arrays of its grid differ in length"
+    nonlinear = {name for form in search.forms for name in form.nonlinear}
+    named = {*search.linear, *nonlinear, *search.open_ended, *search.essential, *grid}
+    for name in sorted(named - known):
+        yield f"its search names {name}, which is no parameter"
+    for name in sorted(nonlinear - set(grid)):
+        yield f"its grid has no values for {name}"
+    for name in sorted(search.linear & nonlinear):
+        yield f"{name} is linear in one form and nonlinear in another"
+    if any(form.coupled for form in search.forms) and not (
+        effect.needs_source or effect.takes_source
+    ):
+        yield "a form is coupled, and the effect takes no source axis"
+
+
+def _hooks(effect: Effect) -> Iterator[str]:
+    """Hooks come in pairs: what one direction does, the other undoes."""
+    if not any(map(effect.overrides, _ACTING)):
+        yield "it overrides no hook: it does nothing"
+    for hook, other in _TOGETHER:
+        if effect.overrides(hook) and not effect.overrides(other):
+            yield f"it overrides {hook} and not {other}: both directions are one physics"
+    if effect.overrides("cross_inertia") and not (effect.needs_source or effect.takes_source):
+        yield "it overrides cross_inertia and takes no source axis"
+    delay = effect.effort_delay
+    if delay and (delay not in effect.bounds or not effect.overrides("recorded")):
+        yield f"effort_delay names {delay}: that must be a parameter, and recorded must shift by it"
+
+
+def _memory(effect: Effect) -> Iterator[str]:
+    """An effect with memory has equations in both directions, and one scale."""
+    if not effect.memory_size:
+        if effect.memory_scale or effect.overrides("rates"):
+            yield "it has a memory_scale or rates, and no memory_size"
+        return
+    for hook in ("rates", "resistance"):
+        if not effect.overrides(hook):
+            yield f"it has memory and does not override {hook}"
+    if effect.follows_base or effect.needs_source or effect.takes_source:
+        yield "it has memory, and may then depend on neither the base parameters nor another axis"
+    if any(form.linear != (effect.memory_scale,) for form in effect.search.forms):
+        yield f"it has memory: every form must be linear in {effect.memory_scale or 'memory_scale'}"
+
+
+def _linearity(effect: Effect) -> Iterator[str]:
+    """The effort of an additive effect is linear in the linear parameters of each form."""
+    if effect.additive:
+        for form in effect.search.forms:
+            if form.linear and not _is_linear(effect, form):
+                yield f"its effort is not linear in {', '.join(form.linear)}"
+
+
+def _is_linear(effect: Effect, form: Form) -> bool:
+    """Whether the efforts of all linear parameters together, at twice their size, are twice the sum
+    of their efforts alone."""
+    motion = _probe_motion()
+    values = {
+        p.name: np.full(1, 0.0 if p.default is None else p.default) for p in effect.parameters
+    }
+    values |= dict.fromkeys(effect.search.linear, np.zeros(1))
+    values |= {name: grid[:1] for name, grid in effect.search.grid(_PROBE).items()}
+    alone = [effect.resistance(motion, {**values, name: np.ones(1)}) for name in form.linear]
+    twice = effect.resistance(motion, {**values, **dict.fromkeys(form.linear, np.full(1, 2.0))})
+    size = np.max(np.abs(alone))
+    return bool(size > 0.0 and np.max(np.abs(twice - 2.0 * sum(alone))) <= _LINEAR * size)
+
+
+def _probe_motion() -> Motion:
+    """Two seconds to and fro, the other axis at another frequency."""
+    time_s = np.linspace(0.0, _PROBE.duration_s, 100)
+
+    def swing(rate: float) -> tuple[Array, Array, Array]:
+        sine, cosine = np.sin(rate * time_s + 0.3), np.cos(rate * time_s + 0.3)
+        return 1.5 * sine, 1.5 * rate * cosine, -1.5 * rate**2 * sine
+
+    other = Motion.known(time_s, *swing(5.0))
+    return Motion(**{**vars(Motion.known(time_s, *swing(4.0))), "source": other})
+
+
+def _compensation(effect: Effect) -> Iterator[str]:
+    """Gains use parameters that there are; feed-forward ranks terms by their linear parameters."""
+    compensation = effect.compensation
+    for name in sorted(compensation.parameters - set(effect.bounds)):
+        yield f"its compensation names {name}, which is no parameter"
+    if compensation.feedforward and not set(compensation.feedforward) & effect.search.linear:
+        yield "its feed-forward uses no linear parameter, by which terms could be ranked"
+    for gain in sorted(set(compensation.feedforward.values()) - _GAINS):
+        yield f"its feed-forward names {gain}, which is no gain of the board's law"
+    if len(compensation.resonance) not in (0, 3):
+        yield "its resonance must name an inertia, a rate and a damping ratio"
+
+
+RULES: Final[tuple[Callable[[Effect], Iterator[str]], ...]] = (
+    _parameters,
+    _search,
+    _hooks,
+    _memory,
+    _linearity,
+    _compensation,
+)
+"""Each yields the faults of an effect, in words."""

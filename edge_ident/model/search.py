@@ -1,0 +1,136 @@
+"""How the diagnosis searches for an effect: its forms, the grid, and what tells it from others."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Values = Mapping[str, Array]
+
+
+@dataclass(frozen=True)
+class Form:
+    """One way in which an effect may act on a drive: the parameters that it then has.
+
+    Attributes
+    ----------
+    linear : tuple of parameter names
+        The effort is proportional to them, or nearly so while they are small. Those of other
+        forms are zero.
+    nonlinear : tuple of parameter names
+        The others that matter. A grid search finds them (`Search.grid`).
+    coupled : bool
+        Whether another axis takes part.
+    rotary : bool
+        Whether positions are taken for angles.
+    """
+
+    linear: tuple[str, ...]
+    nonlinear: tuple[str, ...] = ()
+    coupled: bool = False
+    rotary: bool = False
+
+
+@dataclass(frozen=True)
+class Excitation:
+    """What a recording excites: the scale of what can be searched for in it.
+
+    Attributes
+    ----------
+    travel : float
+        From the lowest to the highest position.
+    speed, acceleration, effort : float
+        Peak, rms, peak.
+    typical_speed : float
+        Rms.
+    resolution : float
+        Of the encoder.
+    duration_s, cutoff_hz : float
+    base : (4,) array
+        Base parameters, fitted without any effect.
+    """
+
+    travel: float
+    speed: float
+    typical_speed: float
+    acceleration: float
+    effort: float
+    resolution: float
+    duration_s: float
+    cutoff_hz: float
+    base: Array
+
+    def moved(self, inertia: Array) -> bool:
+        """Whether the drive could have moved this much inertia."""
+        return bool(np.all(inertia * self.acceleration < self.effort))
+
+    def periods(self, lowest: float, highest: float, step: float = 0.5) -> Array:
+        """Periods of position, from `lowest` to `highest` waves over the travel, `step` apart.
+
+        They end where the filter no longer passes the waves.
+        """
+        passed = 2.0 * self.cutoff_hz * self.travel / self.typical_speed
+        count = max(2, int((min(highest, passed) - lowest) / step) + 1)
+        return np.asarray(self.travel / (lowest + step * np.arange(count)))
+
+
+def _no_grid(excitation: Excitation) -> dict[str, Array]:
+    return {}
+
+
+def _always(values: Values, excitation: Excitation) -> bool:
+    return True
+
+
+@dataclass(frozen=True)
+class Search:
+    """How the diagnosis searches for one effect.
+
+    Attributes
+    ----------
+    forms : tuple of Form
+        The simplest first.
+    signature : str
+        What tells the effect from others.
+    alternatives : tuple of effect names
+        Effects that look like it.
+    experiment : str
+        The motion that shows it, and tells it from its alternatives.
+    grid : callable
+        From an `Excitation` to values of the nonlinear parameters, arrays of one length. A form
+        without nonlinear parameters takes the first values.
+    physical : callable
+        Whether values (a mapping of arrays) are as large as a recording of an `Excitation` allows.
+    discrepancy : float
+        Share of its effort by which the formula may be off on a machine that has the effect. What
+        the residual holds within that share is no evidence of another effect. A judgement, not a
+        measurement.
+    open_ended : tuple of parameter names
+        Nonlinear parameters whose grid ends where more makes no difference: the best value may lie
+        on the edge.
+    essential : tuple of parameter names
+        Linear parameters without which it is another effect.
+    needs_reversals : bool
+        Whether the effect shows only where the motion turns.
+    repeats : bool
+        Whether a drive may have several terms of it at once.
+    """
+
+    forms: tuple[Form, ...] = ()
+    signature: str = ""
+    alternatives: tuple[str, ...] = ()
+    experiment: str = ""
+    grid: Callable[[Excitation], dict[str, Array]] = _no_grid
+    physical: Callable[[Values, Excitation], bool] = _always
+    discrepancy: float = 0.03
+    open_ended: tuple[str, ...] = ()
+    essential: tuple[str, ...] = ()
+    needs_reversals: bool = False
+    repeats: bool = False
+
+    @property
+    def linear(self) -> frozenset[str]:
+        """Linear parameters of any form."""
+        return frozenset(name for form in self.forms for name in form.linear)

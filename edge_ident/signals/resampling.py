@@ -1,0 +1,81 @@
+"""Uneven sampling: from time stamps to the even grid that every filter needs.
+
+One policy for the whole project. Time stamps that lie on an even grid within 5 % of a sampling
+period are taken for even, and the samples stay as they were read. The deviation is then mostly
+rounding of the stamps, and an interpolated position no longer shows the encoder's counts, from
+which its noise is read. Where stamps deviate more, all columns are interpolated to the grid of the
+mean period, and the user is told.
+"""
+
+from dataclasses import dataclass, replace
+from typing import Final, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from edge_ident.signals.recording import AxisRecord
+
+Array = NDArray[np.float64]
+
+JITTER_LIMIT: Final = 0.05
+"""Deviation from an even grid, in sampling periods, above which samples are interpolated."""
+
+
+@dataclass(frozen=True)
+class EvenGrid:
+    """The even grid of a recording, from its first to its last time stamp.
+
+    Attributes
+    ----------
+    time_s : (N,) array
+    period_s : float
+        The mean sampling period.
+    jitter : float
+        Largest deviation of a time stamp from the grid, in sampling periods.
+    """
+
+    time_s: Array
+    period_s: float
+    jitter: float
+    _stamps_s: Array
+
+    @classmethod
+    def of(cls, time_s: Array) -> Self:
+        """The grid of time stamps (N,)."""
+        period_s = float((time_s[-1] - time_s[0]) / (len(time_s) - 1))
+        even_s = time_s[0] + period_s * np.arange(len(time_s))
+        deviation = time_s - even_s
+        jitter = float(np.max(np.abs(deviation - np.mean(deviation)))) / period_s
+        return cls(even_s, period_s, jitter, time_s)
+
+    @property
+    def interpolated(self) -> bool:
+        """Whether the sampling is too uneven to be taken for even."""
+        return self.jitter > JITTER_LIMIT
+
+    def resampled(self, signal: Array) -> Array:
+        """A signal (N,) on the grid; signals (D, N) only where the sampling is even."""
+        return _interpolated(self.time_s, self._stamps_s, signal) if self.interpolated else signal
+
+    def axis(self, record: AxisRecord) -> AxisRecord:
+        """All columns of an axis on the grid."""
+        reference = None if record.reference is None else self.resampled(record.reference)
+        return replace(
+            record,
+            position=self.resampled(record.position),
+            effort=self.resampled(record.effort),
+            reference=reference,
+        )
+
+
+def _interpolated(at: Array, time: Array, signal: Array) -> Array:
+    """Cubic Lagrange interpolation (M,) of a signal (N,), N at least 4."""
+    first = np.clip(np.searchsorted(time, at) - 2, 0, len(time) - 4)
+    nodes = first[:, None] + np.arange(4)
+    t = time[nodes]
+    result = np.zeros_like(at)
+    for i in range(4):
+        others = [j for j in range(4) if j != i]
+        weight = np.prod((at[:, None] - t[:, others]) / (t[:, [i]] - t[:, others]), axis=1)
+        result += weight * signal[nodes[:, i]]
+    return result
