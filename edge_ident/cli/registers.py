@@ -71,9 +71,9 @@ def _write(board: "Board", name: str | None, texts: list[str], yes: bool) -> Non
         raise typer.BadParameter(str(error), param_hint="--write") from error
     commissioning.check_write(target, values)
     if not yes:
-        now = report.numbers(board.register_values(target.name))
+        now = report.values_text(board.register_values(target.name))
         raise typer.BadParameter(
-            f"{target.name} would go from {now} to {report.numbers(values)} {target.unit}; "
+            f"{target.name} would go from {now} to {report.values_text(values)} {target.unit}; "
             "nothing was written: add --yes",
             param_hint="--write",
         )

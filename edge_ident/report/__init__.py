@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     )
     from edge_ident.report.gain_report import GainReport, gain_report_document, gain_report_view
     from edge_ident.report.output import save_figure, show
-    from edge_ident.report.register_tables import numbers, register_lines, registers_document
+    from edge_ident.report.register_tables import register_lines, registers_document, values_text
     from edge_ident.report.run_documents import (
         capture_document,
         home_document,
@@ -39,7 +39,6 @@ __all__ = [
     "gains_document",
     "home_document",
     "identification_document",
-    "numbers",
     "outcome_view",
     "profile_document",
     "profile_view",
@@ -51,6 +50,7 @@ __all__ = [
     "show",
     "simulation_document",
     "to_json",
+    "values_text",
     "write_json",
     "write_page",
 ]
@@ -60,7 +60,7 @@ __getattr__ = lazy_names(
     {
         "registers_document": "edge_ident.report.register_tables",
         "register_lines": "edge_ident.report.register_tables",
-        "numbers": "edge_ident.report.register_tables",
+        "values_text": "edge_ident.report.register_tables",
         "home_document": "edge_ident.report.run_documents",
         "capture_document": "edge_ident.report.run_documents",
         "GainReport": "edge_ident.report.gain_report",

@@ -37,7 +37,7 @@ def register_lines(chosen: Sequence[Register], values: Values) -> Iterator[str]:
         yield "\t".join(_line(register, values.get(register.name)))
 
 
-def numbers(values: Sequence[float]) -> str:
+def values_text(values: Sequence[float]) -> str:
     """Values as text."""
     return " ".join(f"{value:.9g}" for value in values)
 
@@ -58,7 +58,10 @@ def _line(register: Register, values: tuple[float, ...] | None) -> list[str]:
     if values is None:
         return [*line, register.description]
     code = code_name(register, values[0]) if register.count == 1 else None
-    return [*line, (code or numbers(values)) + ("" if _valid(register, values) else "\tinvalid")]
+    return [
+        *line,
+        (code or values_text(values)) + ("" if _valid(register, values) else "\tinvalid"),
+    ]
 
 
 def _valid(register: Register, values: tuple[float, ...]) -> bool:
