@@ -81,7 +81,7 @@ def gains_document(
 
 
 def design_document(design: GainDesign) -> dict[str, Any]:
-    """Gains of one axis and what they promise; an infinite gain margin is null."""
+    """Gains of one axis with their margins; an infinite gain margin is null."""
     return {
         "gains": dataclasses.asdict(design.gains),
         "bandwidth_rad_s": design.bandwidth_rad_s,

@@ -76,7 +76,7 @@ def _axis_document(report: GainReport, axis: str) -> dict[str, Any]:
 
 
 def _measured(change: GainChange | None, axis: str) -> tuple[float | None, float] | None:
-    """Tracking error with the gains of before, where they were tried, and with the new ones."""
+    """Tracking error with the previous gains, where a motion measured it, and with the new ones."""
     if change is None or change.tracking_after_rad is None:
         return None
     verified = change.verification
