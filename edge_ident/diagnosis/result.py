@@ -6,7 +6,7 @@ figures of one table have one denominator.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import TYPE_CHECKING
 
@@ -215,7 +215,7 @@ class AxisDiagnosis:
     model: AxisModel
     cutoff_hz: float
     knee_hz: float
-    traces: Traces
+    traces: Traces = field(repr=False)
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,7 @@
 """What an identification says: parameters, whether to trust them, and a model."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -77,7 +77,7 @@ class AxisIdentification:
     cutoff_hz: float
     condition_number: float
     findings: tuple[Finding, ...]
-    trace: EffortTrace
+    trace: EffortTrace = field(repr=False)
 
     @property
     def estimate(self) -> Estimate:
