@@ -76,13 +76,7 @@ def diagnose(
     'adequate'
     """
     names = list(recordings[0].axes)
-    for other in [*recordings[1:], *([validate] if validate else [])]:
-        if set(other.axes) != set(names):
-            raise DataError(
-                f"{other.source} has axes {', '.join(other.axes)}, {recordings[0].source} has "
-                f"{', '.join(names)}",
-                "give recordings of the same machine, or rename columns with --column",
-            )
+    _check_axes([*recordings, *([validate] if validate else [])])
     axes, validations = {}, {}
     for done, name in enumerate(names):
         on_progress("diagnosis", done, len(names))
@@ -94,6 +88,18 @@ def diagnose(
     on_progress("simulated motion", 0, 1)
     found = Diagnosis(axes, data_findings(recordings, axes), validations)
     return with_motion_errors(found, recordings)
+
+
+def _check_axes(recordings: Sequence[Recording]) -> None:
+    """Raise DataError where recordings have different axes."""
+    first = recordings[0]
+    for other in recordings[1:]:
+        if set(other.axes) != set(first.axes):
+            raise DataError(
+                f"{other.source} has axes {', '.join(other.axes)}, {first.source} has "
+                f"{', '.join(first.axes)}",
+                "give recordings of the same machine, or rename columns with --column",
+            )
 
 
 def _template(recording: Recording, name: str, model: Model | None) -> AxisModel:

@@ -1,18 +1,18 @@
-"""The residual in motion: how far a model's axes stray from the measured ones.
+"""The error in simulated motion: how far a model's axes are from the measured ones.
 
-A residual in effort says what a model misses, not what that does to the motion. So the model is
-simulated through the recorded motion, all axes together: its actuators get the measured efforts,
-and a soft feedback from the measured positions keeps it near, for in open loop a drive drifts away
-from any recording. The rms difference of position is the residual in motion.
+A residual in effort does not say how far the motion is off. So the model is simulated through the
+recorded motion, all axes together. Its actuators get the measured efforts. A soft feedback from the
+measured positions keeps it near, because an open-loop drive drifts away from any recording. The rms
+difference of position is the error.
 
-No recording says which controller made it, so the feedback is a stated one: both poles of an axis
-lie at a fifth of the bandwidth in which its efforts are compared (Gautier's rule, a filter five
-times above the dynamics, read backwards), with the inertia of the extended model. A residual r of
-effort that is slow against the poles shows as r/(inertia·pole²) of position.
+Recordings do not say which controller made them, so the feedback is a convention: both poles of an
+axis lie at a fifth of the bandwidth of the comparison (Gautier's rule, a filter five times above
+the dynamics, read backwards), for the inertia of the extended model. A slow residual r shows as
+r/(inertia·pole²).
 
 The recording is cut into overlapping segments that are simulated side by side, as in multiple
-shooting (Bock 1981). Each starts with the measured motion; what effects remember settles in a
-lead-in, which is not judged.
+shooting (Bock 1981). Each starts with the measured motion. The memory of effects decays in a
+lead-in, which does not count.
 """
 
 import math
@@ -36,28 +36,28 @@ from edge_ident.simulation.machine import Machine
 Array = NDArray[np.float64]
 
 _POLE_SHARE: Final = 0.2
-"""Poles of the feedback over the bandwidth."""
+"""Poles of the feedback, of the bandwidth."""
 _LEAD_IN: Final = 5.0
-"""Times the slowest pole's time constant: 4 % of a wrong start are left."""
+"""Lead-in, in time constants of the slowest pole: 4 % of a wrong start remain."""
 _STEPS_PER_PERIOD: Final = 20.0
-"""Of the widest bandwidth, for which efforts are held."""
+"""Steps per period of the widest bandwidth; the effort is constant over a step."""
 _MOST_STEPS: Final = 1500
-"""Of integration, about a second; a model that needs more is not simulated."""
+"""Integration steps, about a second; a model that needs more is not simulated."""
 _CORRECTIONS: Final = 3
-"""Fixed-point steps that take a record's delay out of its effort."""
+"""Fixed-point steps that remove a record's delay from its effort."""
 
 
 def with_motion_errors(diagnosis: Diagnosis, recordings: Sequence[Recording]) -> Diagnosis:
-    """The diagnosis with the residuals in motion of base and extended model filled in.
+    """Add the errors in simulated motion of both models to a diagnosis.
 
-    They stay None where a model cannot be simulated: its parameters are not physical, it runs
-    away, or its effects are so fast that it would take long.
+    They stay None where a model cannot be simulated: its parameters are not physical, the
+    simulation runs away, or its effects are so fast that it takes long.
 
     Parameters
     ----------
     diagnosis : Diagnosis
     recordings : sequence of Recording
-        From which it was made.
+        Those of the diagnosis.
     """
     base = {
         name: base_axis(axis.base.estimate, axis.model.position_unit, axis.model.effort_unit)
@@ -83,7 +83,7 @@ def with_motion_errors(diagnosis: Diagnosis, recordings: Sequence[Recording]) ->
 
 @dataclass(frozen=True)
 class _Course:
-    """What was measured in D segments, of K steps each, on A axes.
+    """Measured motion in D segments, of K steps each, on A axes.
 
     Attributes
     ----------
@@ -106,7 +106,7 @@ class _Course:
     step_s: float
 
     def errors(self, axes: Mapping[str, AxisModel], inertia: Array) -> Mapping[str, float]:
-        """Rms position error of each axis; nothing where the model cannot be simulated."""
+        """Rms position error of each axis; empty where the model cannot be simulated."""
         try:
             machine = Machine(
                 axes,
@@ -121,14 +121,14 @@ class _Course:
         steps = len(self.position) - 1
         if steps * math.ceil(self.step_s / machine.longest_step_s) > _MOST_STEPS:
             return {}
-        with np.errstate(all="ignore"):  # what runs away is told by its error
-            error = self._followed(machine, self._efforts(axes), inertia)[steps // 2 :]
+        with np.errstate(all="ignore"):  # a simulation that runs away shows in its error
+            error = self._simulated(machine, self._efforts(axes), inertia)[steps // 2 :]
             rms = np.sqrt(np.mean(error**2, axis=(0, 2)))
         stays = rms < np.ptp(self.position, axis=(0, 2))
         return {name: float(rms[i]) for i, name in enumerate(axes) if stays[i]}
 
-    def _followed(self, machine: Machine, efforts: Array, inertia: Array) -> Array:
-        """Position errors (K, A, D) under efforts (K, A, D) and the feedback."""
+    def _simulated(self, machine: Machine, efforts: Array, inertia: Array) -> Array:
+        """Simulate under efforts (K, A, D) and the feedback; position errors (K, A, D)."""
         stiffness, damping = inertia * self.poles**2, 2.0 * inertia * self.poles
         machine.set_time(np.concatenate([instants[0] for instants in self.instants_s]))
         errors = np.empty_like(efforts)
@@ -158,7 +158,7 @@ class _Course:
 def _course(
     recordings: Sequence[Recording], names: tuple[str, ...], bandwidth_hz: Array
 ) -> _Course:
-    """Cut the recordings; a segment is two lead-ins long, and the next begins a lead-in later."""
+    """Cut the recordings into segments of two lead-ins, each a lead-in after the last."""
     even = tuple(_even(recording, names) for recording in recordings)
     poles = 2.0 * np.pi * _POLE_SHARE * bandwidth_hz
     shortest_s = min(float(recording.time_s[-1]) for recording in even)
@@ -195,8 +195,8 @@ def _motion(recording: Recording, instants_s: Array, bandwidth_hz: Array) -> Arr
 def _commanded(axis: AxisModel, effort: Array, time_s: Array) -> Array:
     """The effort column (N,) before the axis's effects on the record, such as its delay.
 
-    What recording does to a command is undone by fixed-point steps, each of which takes off what
-    recording the last would show too much; for delays short against the effort's periods.
+    Fixed-point steps undo what recording does to a command. Each subtracts the error of the
+    recorded last estimate. They converge for delays short against the effort's periods.
     """
     command = effort
     for _ in range(_CORRECTIONS):

@@ -1,11 +1,14 @@
-"""How often `diagnose` names what hides in a drive of a simulation that it does not know.
+"""How often `diagnose` identifies an effect in a drive of a simulation that it does not know.
 
-Two-axis flexible drives (`tests.plant`) in closed loop, encoder of 8400 counts, effort in steps
-and with 2 % noise; one axis has the fault, the other is left alone. Every drive has a multisine,
-or a phase of the paper's motion, of its own. A case counts in the headline when its effect shows:
-the base model leaves at least twice the variance outside reversals that it leaves of the same
-drive with the same noise without the effect. Rows of their own count those that show outside
-standstills as well.
+Two-axis flexible drives (`tests.plant`) run in closed loop, with an encoder of 8400 counts,
+quantized effort and 2 % noise. One axis has the effect, the other has none. Every drive has a
+multisine, or a phase of the paper's motion, of its own. A case counts in the headline when its
+effect shows: outside reversals the base model leaves at least twice the variance that it leaves on
+the same drive with the same noise without the effect. Rows of their own count effects that show
+outside standstills as well.
+
+A first cause is right when it is the hidden effect. A second row also counts a cause whose only
+inseparable alternative is the hidden effect; 'exact' and 'pairs' always count it.
 
     python -m tools.diagnosis_benchmark single --drives 5
     python -m tools.diagnosis_benchmark single --scale 0.4      what showed at full size, smaller

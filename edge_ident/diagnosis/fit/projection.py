@@ -24,8 +24,8 @@ def projected_errors(
 
     Parameters
     ----------
-    candidate : Candidate
     regressors : (D, k, n) array
+        Of the candidate.
     residual : (n,) array
         Of the model that the candidate is added to.
     basis : (n, R) array
@@ -33,10 +33,8 @@ def projected_errors(
 
     Returns
     -------
-    errors : (D,) array
-        Sums of squares; infinite where a parameter is unphysical or the model already spans the
-        regressors.
-    linear : (D, k) array
+    (D,) and (D, k) arrays
+        Sums of squares, infinite for what is unphysical or nothing new; and the parameters.
     """
     residual = residual - basis @ (basis.T @ residual)
     total = float(residual @ residual)
@@ -51,18 +49,25 @@ def projected_errors(
         return np.maximum(left, _TINY), np.ones((len(regressors), 0))
     new = np.all(length > _NEW_SHARE * whole, axis=1) & np.all(length > 0.0, axis=1)
     scale = np.where(length > 0.0, length, 1.0)
-    gram = gram / (scale[:, :, None] * scale[:, None, :])
     right = right / scale
-    gram[~new] = np.eye(gram.shape[-1])
-    new &= np.linalg.cond(gram) < _NEW_SHARE**-2
-    gram[~new] = np.eye(gram.shape[-1])
-    normalized = np.linalg.solve(gram, right[..., None])[..., 0]
-    errors = total - np.einsum("dk,dk->d", normalized, right)
+    normalized, new = _solved(gram / (scale[:, :, None] * scale[:, None, :]), right, new)
+    errors = np.maximum(total - np.einsum("dk,dk->d", normalized, right), _TINY)
     linear = normalized / scale
     bounds = named(candidate.effect).bounds
     low, high = np.array([bounds[name] for name in candidate.form.linear]).T
     physical = np.all((linear >= low) & (linear <= high), axis=1)
-    return np.where(new & physical, np.maximum(errors, _TINY), np.inf), linear
+    return np.where(new & physical, errors, np.inf), linear
+
+
+def _solved(gram: Array, right: Array, new: NDArray[np.bool_]) -> tuple[Array, NDArray[np.bool_]]:
+    """Solve D normal equations (D, k, k), (D, k); the mask (D,) tells those that have a solution.
+
+    Equations outside the mask, and ill-conditioned ones, are replaced by trivial ones.
+    """
+    gram[~new] = np.eye(gram.shape[-1])
+    new = new & (np.linalg.cond(gram) < _NEW_SHARE**-2)
+    gram[~new] = np.eye(gram.shape[-1])
+    return np.asarray(np.linalg.solve(gram, right[..., None])[..., 0]), new
 
 
 def orthonormal(jacobian: Array) -> Array:

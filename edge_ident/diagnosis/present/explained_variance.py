@@ -23,10 +23,9 @@ def explained_variance(
 ) -> dict[str, dict[str, float]]:
     """Variance of the residual that each quantity explains, as a share (correlation ratio).
 
-    Pearson's correlation ratio η², adjusted for the number of bins as R² is for the number of
-    parameters. It is zero where the quantity explains nothing, and one where it explains all. The
-    directions of motion have bins of their own, except for time. Quantities that move together
-    explain the same share.
+    Pearson's correlation ratio η², adjusted for the number of bins: zero where the quantity
+    explains nothing, one where it explains all. Each direction of motion has its own bins, except
+    for time. Quantities that move together explain the same share.
 
     Parameters
     ----------

@@ -84,7 +84,13 @@ def _axis(name: str, diagnosis: Diagnosis) -> Iterator[str]:
 
 def _causes(axis: AxisDiagnosis) -> Iterator[str]:
     yield from _table(
-        ("cause", "reduces the held-out residual by", "95 %", "share of the effort", "parameters"),
+        (
+            "cause",
+            "reduction of the held-out residual",
+            "95 %",
+            "share of the effort",
+            "parameters",
+        ),
         [
             (
                 wording.spoken(cause.term.effect),

@@ -47,7 +47,7 @@ def _axis(name: str, diagnosis: Diagnosis) -> Iterator[RenderableType]:
 def _causes_table(axis: AxisDiagnosis) -> Table:
     table = _table()
     table.add_column("cause")
-    table.add_column("reduces the\nheld-out residual by", justify="right", no_wrap=True)
+    table.add_column("reduction of\nheld-out residual", justify="right", no_wrap=True)
     table.add_column("share of\nthe effort", justify="right")
     table.add_column("parameters", no_wrap=True)
     for cause in axis.causes:

@@ -175,4 +175,7 @@ def _evidence(
 def _decisions(
     smaller: Sequence[FittedModel], model: FittedModel, evidence: Sequence[Evidence]
 ) -> list[Decision]:
-    return [decide(less.terms, model.terms, e) for less, e in zip(smaller, evidence, strict=True)]
+    return [
+        decide(less.terms, model.terms, e, staying=True)
+        for less, e in zip(smaller, evidence, strict=True)
+    ]

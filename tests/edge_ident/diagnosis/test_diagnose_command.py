@@ -1,4 +1,4 @@
-"""`edge-ident diagnose` from end to end, with a diagnosis made by hand in place of the search."""
+"""`edge-ident diagnose` from end to end: once for real, else with a diagnosis made by hand."""
 
 import hashlib
 import json
@@ -18,6 +18,7 @@ from edge_ident.model.model_files import load_model, save_model
 from edge_ident.signals.recording import AxisRecord, Recording
 from edge_ident.signals.recording_files import save_recording
 from tests.edge_ident.diagnosis import hand_made
+from tests.edge_ident.diagnosis.select.test_search_parts import recorded, rigid, swing
 
 
 class Engine:
@@ -62,6 +63,27 @@ def file(tmp_path: Path) -> Path:
 
 def diagnose(*arguments: str | Path) -> Result:
     return CliRunner().invoke(app, ["diagnose", *map(str, arguments)])
+
+
+def test_the_real_diagnosis_names_the_cause_in_a_short_recording(tmp_path, monkeypatch) -> None:
+    """Friction by direction on ten seconds of five sines; nothing stands in for anything."""
+    monkeypatch.setattr(page, "find_spec", lambda name: None)  # figures have tests of their own
+    t, x, v, a = swing(seconds=10.0)
+    save_recording(recorded(t, x, rigid(v, a) + 0.25 * abs(v), noise=0.05), tmp_path / "short.csv")
+    done = diagnose(tmp_path / "short.csv", "--json", "--output", tmp_path / "out")
+    assert done.exit_code == 0, done.stderr
+    axis = json.loads(done.stdout)["axes"]["x"]
+    assert axis["verdict"] == "explained"
+    (cause,) = axis["causes"]
+    assert cause["effect"] == "asymmetric_friction"
+    difference = cause["parameters"]["difference"]
+    assert difference["value"] == pytest.approx(0.25, abs=4.0 * difference["std"])
+    assert "more than 0 are required" in cause["decision"]
+    assert axis["extended"]["relative_residual"]["fitted"] < 2.0 * axis["noise_floor"]
+    model = load_model(tmp_path / "out" / "model.json").axes["x"]
+    assert model.parameters == pytest.approx([0.5, 0.8, 1.1, 0.2], abs=0.03)
+    text = (tmp_path / "out" / "report.md").read_text(encoding="utf-8")
+    assert "**Explained by asymmetric friction:" in text
 
 
 def test_an_understood_machine_ends_with_0_and_json_alone_on_stdout(answered, file) -> None:
@@ -133,14 +155,14 @@ def test_the_folder_holds_document_model_with_its_recordings_and_page(
     assert (folder / "report.md").is_file()
 
 
-def test_tables_say_verdict_causes_rivals_and_what_no_motion_showed(answered, file) -> None:
+def test_tables_say_verdict_causes_alternatives_and_what_is_not_testable(answered, file) -> None:
     answered(hand_made.diagnosis(unexplained=True))
     text = " ".join(diagnose(file).stdout.split())
     assert "axis x explained by torque ripple and asymmetric friction" in text
     assert "31 % 12.0 %" in text
     assert "27 to 35 %" in text
     assert "period 0.9 ± 0.0005 rad" in text
-    assert "nonlinear viscous cannot be told apart from it by this motion" in text
+    assert "this motion does not distinguish it from nonlinear viscous" in text
     assert "0.97 alike [so far]" in text
     assert "record a faster multisine" in text
     assert "axis z the base model is adequate" in text

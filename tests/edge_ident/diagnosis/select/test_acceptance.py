@@ -34,6 +34,13 @@ def test_one_more_term_has_to_gain_more_than_its_threshold(gain: float, accepted
     assert "more than 25 are required" in decision.reason
 
 
+@pytest.mark.parametrize(("gain", "accepted"), [(0.0, False), (0.1, True)])
+def test_a_term_that_stays_has_to_gain_less_than_one_that_enters(
+    gain: float, accepted: bool
+) -> None:
+    assert decide([RIPPLE], [RIPPLE, DRIFT], Evidence(gain), staying=True).accepted is accepted
+
+
 @pytest.mark.parametrize(
     ("before", "after", "required"),
     [
@@ -145,3 +152,17 @@ def test_the_check_for_thresholds_finds_them() -> None:
     assert numbers(ast.parse("_LEAST: Final = 3.0\nx = 2"))
     assert numbers(ast.parse("def f(x):\n    return x > 0.9 * len(x)"))
     assert not numbers(ast.parse("def f(x):\n    return x > 0 and len(x) == 1"))
+
+
+def test_the_reference_prints_every_threshold_as_it_is() -> None:
+    page = (Path(__file__).parents[4] / "docs" / "diagnosis_reference.md").read_text("utf-8")
+    assert table_of_thresholds() in page, f"write this table:\n{table_of_thresholds()}"
+
+
+def table_of_thresholds() -> str:
+    rows = [("threshold", "value", "what it decides", "reason", "support"), ("---",) * 5]
+    rows += [
+        (f"`{name}`", f"{t.value:g} {t.unit}", t.meaning, t.reason, t.support)
+        for name, t in thresholds().items()
+    ]
+    return "\n".join(f"| {' | '.join(row)} |" for row in rows)

@@ -10,7 +10,9 @@ from edge_ident.diagnosis.fit.noise_floor import noise_floor
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.present.wording import external_vibrations, verdict_sentence
 from edge_ident.diagnosis.result import Verdict
+from edge_ident.model.effects import catalogue
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Term
+from edge_ident.model.search import Excitation
 from edge_ident.signals.recording import AxisRecord, Recording
 
 Array = NDArray[np.float64]
@@ -41,6 +43,25 @@ def recorded(
 
 def rigid(v: Array, a: Array) -> Array:
     return 0.5 * a + 0.8 * v + 1.1 * np.sign(v) + 0.2
+
+
+def test_every_effect_says_what_the_search_needs() -> None:
+    """Adding an effect touches one file: what a file must hold is checked here for all."""
+    base = np.array([0.5, 1.0, 1.0, 0.1])
+    excitation = Excitation(3.0, 2.0, 1.0, 4.0, 5.0, 1e-4, 20.0, 8.0, base)
+    for name, effect in catalogue().items():
+        parameters = {p.name for p in effect.parameters}
+        assert effect.search.forms, name
+        assert effect.search.signature, name
+        assert effect.search.experiment, name
+        assert effect.search.alternatives, name
+        assert set(effect.search.alternatives) <= set(catalogue()) - {name}, name
+        grid = effect.search.grid(excitation)
+        assert set(grid) <= parameters, name
+        assert len({len(values) for values in grid.values()}) <= 1, name
+        for form in effect.search.forms:
+            assert set(form.linear) | set(form.nonlinear) <= parameters, name
+            assert set(form.nonlinear) <= set(grid), name
 
 
 @pytest.mark.parametrize("noise", [0.02, 0.1])
@@ -88,7 +109,9 @@ def test_a_spring_that_looks_like_less_inertia_is_not_named() -> None:
     axis = diagnose([record]).axes["x"]
     assert axis.verdict is Verdict.ADEQUATE
     assert axis.base.estimate.parameters[0] == pytest.approx(apparent, abs=0.05)
-    assert "position_dependent_load" in {effect.effect for effect in axis.not_testable}
+    missing = {effect.effect: effect.reason for effect in axis.not_testable}
+    assert "exactly like the base model's terms" in missing["load_dependent_friction"]
+    assert "of the effort and not be noticed" in missing["actuator_deadband"]
 
 
 def test_a_spring_that_looks_like_negative_inertia_is_named() -> None:
@@ -149,6 +172,7 @@ def test_ripple_is_named_with_its_period_and_nothing_else() -> None:
     effort = rigid(v, a) + 0.08 * np.sin(2.0 * np.pi * x / 0.31 + 0.4)
     axis = diagnose([recorded(t, x, effort, noise=0.05)]).axes["x"]
     assert axis.verdict is Verdict.EXPLAINED
+    assert [effect.effect for effect in axis.not_testable] == ["cross_axis_coupling"]
     (cause,) = axis.causes
     assert cause.term.effect == "torque_ripple"
     assert cause.term.values["period"] == pytest.approx(0.31, rel=1e-3)

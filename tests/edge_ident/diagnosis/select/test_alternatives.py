@@ -1,0 +1,45 @@
+"""Which alternatives a motion separates from a cause, and which it does not."""
+
+import numpy as np
+
+from edge_ident.diagnosis.diagnose import diagnose
+from edge_ident.diagnosis.result import Alternative
+from edge_ident.diagnosis.select.acceptance import separable
+from tests.edge_ident.diagnosis.select.test_search_parts import PERIOD_S, recorded, rigid, swing
+
+PERIOD = 6.0
+
+
+def alternatives(t: np.ndarray, x: np.ndarray, v: np.ndarray, a: np.ndarray) -> dict:
+    """Alternatives of the only cause, by effect, where a wave acts along the stroke."""
+    effort = rigid(v, a) + 0.15 * np.sin(2.0 * np.pi * x / PERIOD)
+    (cause,) = diagnose([recorded(t, x, effort, noise=0.05)]).axes["x"].causes
+    return {cause.term.effect: None, **{other.effect: other for other in cause.alternatives}}
+
+
+def test_in_one_direction_a_ripple_and_friction_along_the_stroke_are_the_same() -> None:
+    t = np.arange(0.0, 10.0, PERIOD_S)
+    x = 2.0 * t + 0.5 * np.sin(1.3 * t) + 0.2 * np.sin(3.1 * t + 1.0)
+    v = 2.0 + 0.65 * np.cos(1.3 * t) + 0.62 * np.cos(3.1 * t + 1.0)
+    a = -0.845 * np.sin(1.3 * t) - 1.922 * np.sin(3.1 * t + 1.0)
+    assert v.min() > 0.0
+    found = alternatives(t, x, v, a)
+    pair = {"torque_ripple", "position_dependent_friction"}
+    assert pair <= set(found)
+    (other,) = (found[effect] for effect in pair if found[effect] is not None)
+    assert not other.separable
+    assert "as small" in other.evidence
+    assert other.experiment, "the motion that separates them"
+
+
+def test_in_both_directions_the_two_are_separable() -> None:
+    found = alternatives(*swing(seconds=10.0))
+    others = [alternative for alternative in found.values() if alternative is not None]
+    assert found["position_dependent_load"] is None, "the cause: a wave along the stroke is a load"
+    assert all(isinstance(other, Alternative) and other.separable for other in others)
+    assert {"torque_ripple", "position_dependent_friction"} <= {o.effect for o in others}
+
+
+def test_ten_units_separate() -> None:
+    assert separable(10.0)
+    assert not separable(9.99)
