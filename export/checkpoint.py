@@ -104,12 +104,13 @@ def load(path: Path) -> Checkpoint:
     """
     try:
         content = torch.load(path, map_location="cpu", weights_only=True)
-        described = {
-            "configuration": Configuration(**content.pop("configuration")),
-            "motion": TrainingMotion(**{k: _restored(v) for k, v in content.pop("motion").items()}),
-            "losses": tuple(Loss(*loss) for loss in content.pop("losses")),
-        }
-        return Checkpoint(**described, **content)
+        motion = {name: _restored(value) for name, value in content.pop("motion").items()}
+        return Checkpoint(
+            configuration=Configuration(**content.pop("configuration")),
+            motion=TrainingMotion(**motion),
+            losses=tuple(Loss(*loss) for loss in content.pop("losses")),
+            **content,
+        )
     except FileNotFoundError as error:
         raise ModelError(f"{path}: no such checkpoint", "train a network first") from error
     except Exception as error:  # torch raises whatever the broken file provokes

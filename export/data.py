@@ -17,6 +17,7 @@ from export.motion import TrainingMotion
 from export.recordings import Recordings, make_recordings
 
 Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
 
 NOISE: Final = (0.0002, 0.01)
 """Effort noise after subsampling over the effort's scale. White noise comes through reduced by
@@ -154,7 +155,7 @@ class Batches:
         scale = effort_scale(effort, configuration.normalization)[:, None]
         return Examples(recordings.measured[index], effort / scale, truth / scale)
 
-    def _drives(self, rng: np.random.Generator, index: Array) -> tuple[Array, Array]:
+    def _drives(self, rng: np.random.Generator, index: Indices) -> tuple[Array, Array]:
         """Base parameters, and what the effects of each drive add to its effort."""
         recordings, count = self._recordings, len(index)
         normalization = self.configuration.normalization
@@ -179,7 +180,7 @@ class Batches:
             which = (index[chosen], effect[chosen], drive[chosen])
             added[chosen] += recordings.added[which]
             if rank == 1 and known is None:
-                more = _more(rng, np.count_nonzero(chosen))
+                more = _more(rng, int(np.count_nonzero(chosen)))
                 truth[chosen] = recordings.parameters[which] + more * truth[chosen]
         return truth, added
 
@@ -208,7 +209,8 @@ class Batches:
         truth, regressor, count = examples.truth, examples.regressor, len(examples.truth)
         direction = rng.normal(size=truth.shape)
         direction /= np.linalg.norm(direction, axis=1, keepdims=True)
-        distance = np.exp(rng.uniform(*np.log(DISTANCES), (count, 1)))
+        nearest, farthest = np.log(DISTANCES)
+        distance = np.exp(rng.uniform(nearest, farthest, (count, 1)))
         fitted = (np.linalg.pinv(regressor) @ examples.measured[:, :, None])[:, :, 0]
         kind = rng.choice(3, size=(count, 1), p=GUESSES)
         near = np.where(kind == 1, truth, fitted) + distance * direction
@@ -231,13 +233,14 @@ class Batches:
         if self.configuration.drives == "halves":
             return np.zeros_like(effort)
         noisy = rng.uniform(size=(len(effort), 1)) < 0.7
-        level = noisy * np.exp(rng.uniform(*np.log(NOISE), (len(effort), 1)))
+        faintest, loudest = np.log(NOISE)
+        level = noisy * np.exp(rng.uniform(faintest, loudest, (len(effort), 1)))
         return np.asarray(level * rng.normal(size=effort.shape))
 
     def basis(self) -> Array:
         """What an effort is described by: four parameters, then details, (K, points)."""
         if not self.configuration.drives_with_effect:
-            return self.inverse
+            return np.asarray(self.inverse, dtype=np.float64)
         measured = self.batch("basis", 0, BASIS_EXAMPLES).measured_effort
         rest = measured - measured @ self.inverse.T @ self.nominal.T
         _, size, details = np.linalg.svd(rest - rest.mean(axis=0), full_matrices=False)
@@ -255,7 +258,7 @@ def _more(rng: np.random.Generator, count: int) -> Array:
     return rng.uniform(-1.0, 1.0, (count, 1)).clip(min=0.0)
 
 
-def rotate(model: Array, measured: Array, turns: Array) -> tuple[Array, Array]:
+def rotate(model: Array, measured: Array, turns: Indices) -> tuple[Array, Array]:
     """Factors (n, points) of images turned by quarters, counter-clockwise.
 
     Turning ψαᵀ once gives (α reversed)ψᵀ: the factors change places, one of them reversed.

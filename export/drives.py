@@ -1,8 +1,8 @@
 """Random drives: parameters as shares of the effort, and guesses at them.
 
-A share is a parameter times the peak of its column over the scale of the measured effort, so that
-the network sees numbers near one whatever the drive. Families: the paper's uniform parameters,
-ratios over two and a half decades, one term dominant, and ratios of real feed drives.
+A share is a parameter times the peak of its column over the scale of the measured effort. So the
+network sees numbers near one whatever the drive. The families are the paper's uniform parameters,
+ratios over two and a half decades, one dominant term, and ratios of real feed drives.
 """
 
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""What training makes small: functions of the residuals found and wanted, (n, 4) tensors each."""
+"""Loss functions of training, of the residuals found and wanted, (n, 4) tensors each."""
 
 from typing import Final
 

@@ -15,7 +15,7 @@ from export.configuration import Configuration
 from export.motion import TrainingMotion
 
 MISMATCH_LIMIT: Final = 0.3
-"""Largest motion mismatch at which the network's accuracy was checked (docs/method.md)."""
+"""Largest motion mismatch at which the network's accuracy was checked (docs/network.md)."""
 
 
 def describe(

@@ -73,7 +73,7 @@ class TrainingMotion:
     @property
     def time_s(self) -> Array:
         """Time stamps (N,) from zero."""
-        return self.period_s * np.arange(len(self.position))
+        return np.asarray(self.period_s * np.arange(len(self.position)), dtype=np.float64)
 
     @property
     def column_scales(self) -> Array:
@@ -181,7 +181,7 @@ def with_effects(motion: TrainingMotion, model: Model, axis: str | None) -> Trai
     """
     if axis is None and len(model.axes) == 1:
         axis = next(iter(model.axes))
-    if axis not in model.axes:
+    if axis is None or axis not in model.axes:
         raise ModelError(
             f"a network is trained for one axis; the model has {', '.join(model.axes)}",
             "name one with --axis",
@@ -196,7 +196,7 @@ def with_effects(motion: TrainingMotion, model: Model, axis: str | None) -> Trai
         )
     if len(known.terms) == 1:
         raise ModelError(f"axis {axis} of the model has no effects", "train without --model")
-    coupled = [term.effect for term in known.terms if named(term.effect).needs_source]
+    coupled = [t.effect for t in known.terms if named(t.effect).has_source(t.source_axis)]
     if coupled and motion.partner is None:
         raise ModelError(
             f"{coupled[0]} needs the other axis, whose motion is not known here",

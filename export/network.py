@@ -38,12 +38,18 @@ class ResidualNetwork(nn.Module):
         sizes = ((features(points), DENSE), (DENSE, DENSE), (DENSE, len(PARAMETERS)))
         self.dense = nn.ModuleList(nn.Linear(*size, bias=False) for size in sizes)
 
+    def dense_layer(self, index: int) -> nn.Linear:
+        """One of the three dense layers."""
+        layer = self.dense[index]
+        assert isinstance(layer, nn.Linear)
+        return layer
+
     def forward(self, image: Tensor) -> Tensor:
         """Sigmoid of the residuals, (n, 4), from images (n, 1, points, points)."""
         maps = self.pooled_layers(functional.max_pool2d(self.first(image), 2))
         return torch.sigmoid(self.dense_layers(maps[-1])[-1])
 
-    def features(self, model_effort: Tensor, measured_effort: Tensor, bias: Tensor) -> Tensor:
+    def features(self, model_effort: Tensor, measured_effort: Tensor, offset: Tensor) -> Tensor:
         """What the convolutions put out, (n, 10, 19, 19) for 100 points, from the image's factors.
 
         The first convolution of ψαᵀ + b is Σ_q (Σ_p K_pq ψ_(i+p)) α_(j+q) + b·ΣK: two small
@@ -52,8 +58,8 @@ class ResidualNetwork(nn.Module):
         Parameters
         ----------
         model_effort, measured_effort : (n, points) tensors
-            The first multiplied by the normalization's gain.
-        bias : (n,) tensor
+            The first multiplied by the normalization's scale.
+        offset : (n,) tensor
             The normalization's constant.
         """
         kernel = self.first.weight[:, 0]
@@ -66,14 +72,14 @@ class ResidualNetwork(nn.Module):
         # maximum over neighbouring columns, then rows: five times faster than pooling the product
         columns = torch.maximum(torch.bmm(left, right[..., ::2]), torch.bmm(left, right[..., 1::2]))
         pairs = columns.view(-1, maps, rows // 2, 2, columns.shape[-1])
-        constant = self.first.bias + bias[:, None] * kernel.sum(dim=(1, 2))
+        constant = bias_of(self.first) + offset[:, None] * kernel.sum(dim=(1, 2))
         pooled = torch.maximum(pairs[:, :, :, 0], pairs[:, :, :, 1]) + constant[:, :, None, None]
         # this order of memory makes the second convolution a fifth faster
         return self.pooled_layers(pooled.contiguous(memory_format=torch.channels_last))[-1]
 
-    def residuals(self, model_effort: Tensor, measured_effort: Tensor, bias: Tensor) -> Tensor:
+    def residuals(self, model_effort: Tensor, measured_effort: Tensor, offset: Tensor) -> Tensor:
         """Residuals (n, 4) from the two factors of the image; see `features`."""
-        return self.dense_layers(self.features(model_effort, measured_effort, bias))[-1]
+        return self.dense_layers(self.features(model_effort, measured_effort, offset))[-1]
 
     def pooled_layers(self, first: Tensor) -> list[Tensor]:
         """Outputs of the three convolutional layers, from the first's before its ReLU."""
@@ -86,6 +92,12 @@ class ResidualNetwork(nn.Module):
         one = functional.relu(self.dense[0](features.flatten(1)))
         two = functional.relu(self.dense[1](one))
         return [one, two, self.dense[2](two)]
+
+
+def bias_of(layer: nn.Conv2d) -> Tensor:
+    """The biases of a convolution, which all of the network's have."""
+    assert layer.bias is not None
+    return layer.bias
 
 
 def count_weights(network: ResidualNetwork) -> int:

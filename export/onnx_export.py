@@ -119,6 +119,7 @@ def to_onnx(network: ResidualNetwork) -> onnx.ModelProto:
         dynamic_shapes=({0: torch.export.Dim("images")},),
         verbose=False,
     )
+    assert program is not None
     return clean(program.model_proto)
 
 

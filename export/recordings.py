@@ -1,8 +1,8 @@
 """Recordings of random drives, as the signal chain hands them to the image.
 
-A training run makes a few thousand recordings once, along motions near the nominal one as an
-encoder reads them, and mixes its examples from them: any drive on any of these motions, with the
-efforts that the effects of the catalogue add to drives of their own.
+A training run makes a few thousand recordings once. Their motions are near the nominal one, as an
+encoder reads them. The run mixes its examples from them: any drive on any of these motions, with
+the efforts that effects of the catalogue add to drives of their own.
 """
 
 from collections.abc import Callable, Sequence

@@ -198,7 +198,7 @@ class _Run:
                 group["lr"] = group["peak"] * self._rate(step / steps)
             loss = self._loss(*output(step))
             optimizer.zero_grad()
-            loss.backward()
+            loss.backward()  # type: ignore[no-untyped-call]
             nn.utils.clip_grad_norm_(module.parameters(), CLIP)
             optimizer.step()
             since = [since[0] + loss.item(), since[1] + 1]

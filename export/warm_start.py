@@ -1,16 +1,16 @@
 """A starting point for training: layers that read the image linearly, dense layers that solve it.
 
 The convolutions start 'looks-linear': pairs of opposite kernels whose ReLUs add up to a linear map
-(Balduzzi et al., The shattered gradients problem, 2017). So linear regression finds in what they
-put out whatever is linear in the image: the measured effort's description by a few numbers
-(`Batches.basis`) where the guess is always the same, its products with the guess where it is not.
+(Balduzzi et al., The shattered gradients problem, 2017). So linear regression on their outputs
+finds whatever is linear in the image. That is the measured effort's description by a few numbers
+(`Batches.basis`) where the guess is always the same, and its products with the guess otherwise.
 From those numbers the dense layers alone learn the residual, hundreds of times faster than from
-images. Where they start with the linear answer, they have but to learn how it errs.
+images. If they start with the linear answer, they learn only its errors.
 
-Then regression and first layer are joined, the dense layers are trained on what the convolutions
-put out, and at last the whole network on images.
+Then regression and first layer are joined. The dense layers are trained on the outputs of the
+convolutions, and last the whole network on images.
 
-Not the paper's: it starts from random weights.
+The paper does not do this: it starts from random weights.
 """
 
 from collections.abc import Callable
@@ -22,7 +22,7 @@ from torch import Tensor, nn
 
 from edge_ident.model.model import PARAMETERS
 from export.data import Array, Batch, Batches, tensor
-from export.network import ResidualNetwork
+from export.network import ResidualNetwork, bias_of
 
 CHUNK: Final = 500
 """Images whose features are computed at once."""
@@ -51,11 +51,11 @@ class Head(nn.Module):
         self._basis = basis
         inputs = len(basis) * (len(PARAMETERS) if self._products else 1) + 1
         self.layers = nn.Sequential(
-            nn.Linear(inputs, network.dense[0].out_features, bias=False),
+            nn.Linear(inputs, network.dense_layer(0).out_features, bias=False),
             nn.ReLU(),
-            network.dense[1],
+            network.dense_layer(1),
             nn.ReLU(),
-            network.dense[2],
+            network.dense_layer(2),
         )
         if not self._products:
             self._answer_linearly()
@@ -72,14 +72,20 @@ class Head(nn.Module):
             described = (tensor(batch.guess)[:, :, None] * described[:, None, :]).flatten(1)
         return torch.cat([described, torch.ones(len(described), 1)], dim=1)
 
+    def weight(self, index: int) -> Tensor:
+        """Weights of one of the three layers."""
+        layer = self.layers[2 * index]
+        assert isinstance(layer, nn.Linear)
+        return layer.weight
+
     def _answer_linearly(self) -> None:
         """Let pairs of opposite units carry minus the parameters of least squares."""
-        first, second, third = (self.layers[index].weight for index in (0, 2, 4))
+        first, second, third = (self.weight(index) for index in range(3))
         carried = 2 * len(PARAMETERS)
         with torch.no_grad():
             for weight in (first, second):
                 weight[:carried] = 0.0
-            third *= _SMALL
+            third.mul_(_SMALL)
             third[:, :carried] = 0.0
             for parameter in range(len(PARAMETERS)):
                 plus, minus = 2 * parameter, 2 * parameter + 1
@@ -98,9 +104,9 @@ def look_linear(network: ResidualNetwork) -> None:
             if kernel.shape[1] > 1:  # the input comes in pairs as well
                 kernel = torch.stack([kernel[:, ::2], -kernel[:, ::2]], 2).flatten(1, 2)
             layer.weight.copy_(torch.stack([kernel, -kernel], 1).flatten(0, 1))
-            layer.bias.zero_()
+            bias_of(layer).zero_()
         network.third.weight[-2:].zero_()
-        network.third.bias[-2:].fill_(1.0)
+        bias_of(network.third)[-2:].fill_(1.0)
 
 
 @dataclass(frozen=True)
@@ -144,12 +150,12 @@ def join(network: ResidualNetwork, head: Head, features: Features) -> None:
     size = features.values.shape[1]
     gram = torch.zeros(size, size, dtype=torch.float64)
     moment = torch.zeros(size, features.known.shape[1], dtype=torch.float64)
-    for values, known in zip(
-        features.values.split(4 * CHUNK), features.known.split(4 * CHUNK), strict=True
-    ):
+    for begin in range(0, len(features.values), 4 * CHUNK):
+        part = slice(begin, begin + 4 * CHUNK)
+        values, known = features.values[part], features.known[part]
         gram += values.T.double() @ values.double()
         moment += values.T.double() @ known.double()
     gram.diagonal().add_(RIDGE * gram.diagonal().mean())
     reader = torch.linalg.solve(gram, moment)
     with torch.no_grad():
-        network.dense[0].weight.copy_(head.layers[0].weight.double() @ reader.T)
+        network.dense_layer(0).weight.copy_(head.weight(0).double() @ reader.T)

@@ -15,16 +15,11 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import Final
 
-from firmware_interface.board_checks import refusal, went_back
-from firmware_interface.board_types import BoardStatus, read_nonce, read_status
+from firmware_interface.board_checks import refusal
+from firmware_interface.board_line import BoardLine
+from firmware_interface.board_types import BoardStatus
 from firmware_interface.codec import decode_integer, encode
-from firmware_interface.errors import (
-    BoardError,
-    BusyError,
-    LinkError,
-    NoReplyError,
-    RestartedError,
-)
+from firmware_interface.errors import BoardError, BusyError, LinkError, NoReplyError
 from firmware_interface.link import Link
 from firmware_interface.registers import REGISTERS, SESSION_LEASE_S, Opcode, Result, State
 
@@ -39,13 +34,14 @@ _TOKEN_SPREAD: Final = 640
 """Sixty-four leaps, and so all that a board remembers, do not go once around all tokens."""
 _CLOCK_RANGE: Final = 2**32
 _BEATS_PER_TIMEOUT: Final = 4
+_SHORTEST_TIMEOUT_S: Final = REGISTERS["watchdog.timeout"].minimum or 0.0
 _NEEDS_NO_HOLD: Final = frozenset({Opcode.QUICK_STOP})
 _ENDS_WHAT_BEGAN: Final = frozenset({Opcode.START, Opcode.CONFIRM})
 """Commands that a host which has lost its hold must not send: what it armed or committed may be
 another host's by now."""
 
 
-class Session:
+class Session(BoardLine):
     """One host's dealings with a board.
 
     Parameters
@@ -61,83 +57,19 @@ class Session:
     """
 
     def __init__(self, link: Link, sample_period_s: float) -> None:
-        self._link = link
+        self._held = False
+        super().__init__(link)
         self._period_s = sample_period_s
-        self._nonce = read_nonce(self.read)
-        status = read_status(self.read)
-        self._clock = status.clock_samples
         # beyond those of earlier hosts: the board ignores what it remembers, and last frames of a
         # host that is gone may still come
-        self._token = status.last_token + _TOKEN_LEAP + secrets.randbelow(_TOKEN_SPREAD)
+        self._token = self._first_status.last_token + _TOKEN_LEAP + secrets.randbelow(_TOKEN_SPREAD)
         self._key = secrets.randbelow(2**32 - 1) + 1
-        self._held = False
         self._held_at_s = -math.inf
-        self._beat_every_s = 0.0
+        self._beat_every_s = _SHORTEST_TIMEOUT_S / _BEATS_PER_TIMEOUT
         self._beat_clock = self._clock
         self.pages_in_hand = 0
 
-    # ---- words
-
-    def read(self, address: int, count: int) -> list[int]:
-        """Words of consecutive registers."""
-        try:
-            return self._link.read(address, count)
-        except RestartedError as error:
-            self._restarted(error.nonce)
-            raise
-
-    def write(self, address: int, words: list[int]) -> None:
-        """Write consecutive registers in one transfer, once."""
-        try:
-            self._link.write(address, words)
-        except RestartedError as error:
-            self._restarted(error.nonce)
-            raise
-
-    def write_verified(self, address: int, words: list[int]) -> None:
-        """Write registers, read back and compared.
-
-        Raises
-        ------
-        LinkError
-            What was read back differs.
-        """
-        with suppress(NoReplyError):  # what counts is what reads back
-            self.write(address, words)
-        if self.read(address, len(words)) != words:
-            raise LinkError(
-                f"registers from {address:#06x} read back differently from what was written",
-                "check the cable and that no other host talks to the board, then try again",
-            )
-
     # ---- status
-
-    def status(self) -> BoardStatus:
-        """State, fault, last command and counters, all of one moment.
-
-        A status that is older than the one before came late, unless the board has restarted: its
-        nonce decides.
-
-        Raises
-        ------
-        RestartedError
-            The board has restarted since it was asked last; said once.
-        LinkError
-            Old replies keep coming.
-        """
-        for _ in range(_TRIES):
-            status = read_status(self.read)
-            before, self._clock = self._clock, status.clock_samples
-            if not went_back(before, status.clock_samples):
-                return status
-            self._check_nonce()
-            self._clock = before
-        self._clock = status.clock_samples
-        raise LinkError(
-            f"late replies keep coming: the board's clock reads {status.clock_samples} samples "
-            f"after {before}",
-            "check the cable and what lies between host and board, then try again",
-        )
 
     def wait_for(self, states: set[State], what: str) -> BoardStatus:
         """Poll until the board is in one of these states; keeps the hold meanwhile."""
@@ -319,14 +251,7 @@ class Session:
             time.sleep(POLL_S)
         return status
 
-    # ---- restarts
-
-    def _check_nonce(self) -> None:
-        nonce = read_nonce(self.read)
-        if nonce != self._nonce:
-            self._restarted(nonce)
-            raise RestartedError(nonce)
-
     def _restarted(self, nonce: int) -> None:
-        """Whoever holds the board now, it is not this host; its clock began anew."""
-        self._nonce, self._clock, self._held = nonce, 0, False
+        """Whoever holds the board now, it is not this host."""
+        super()._restarted(nonce)
+        self._held = False

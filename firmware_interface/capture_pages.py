@@ -43,7 +43,12 @@ def fetch_pages(
         watch.look(status)
         session.keep(status)
         for index in range(fetched, status.pages_written):
-            yield read_page(session, identity, index)
+            try:
+                page = read_page(session, identity, index)
+            except LinkError:
+                check_capture(session.status())  # says so where the board had to overwrite it
+                raise
+            yield page
             fetched = session.pages_in_hand = index + 1
             if fetched % _PAGES_PER_ACKNOWLEDGE == 0 or fetched == status.pages_written:
                 session.beat()

@@ -39,5 +39,15 @@ def served_board(
         assert process.stdout is not None
         yield process.stdout.readline().strip()
     finally:
-        process.terminate()
-        process.wait(timeout=10)
+        ended(process)
+
+
+def ended(process: subprocess.Popen[str]) -> None:
+    """End a process by SIGTERM, which no background shell has it ignore, or else by SIGKILL."""
+    process.terminate()
+    try:
+        process.communicate(timeout=10)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.communicate()
+        raise

@@ -31,25 +31,24 @@ def test_check_tells_an_old_page_and_leaves_it(
 
 
 @pytest.mark.parametrize("name", catalogue())
-def test_every_effect_has_its_physics_parameters_rivals_and_motion(name: str) -> None:
+def test_every_effect_has_its_physics_parameters_alternatives_and_motion(name: str) -> None:
     text, effect = section(name), catalogue()[name]
     assert "Source:" in text
     for parameter in effect.parameters:
         assert f"| `{parameter.name}` | {parameter.description} |" in text
     assert effect.search.signature in text
     assert effect.search.experiment in text
-    assert effect.search.alternatives
-    for rival in effect.search.alternatives:
-        assert rival in catalogue()
-        assert f"[{rival}](#{rival})" in text
+    for other in effect.search.alternatives:
+        assert f"[{other}](#{other})" in text
+    assert ("do not use it" in text) != effect.compensation.used
 
 
 def test_units_and_ranges_are_those_of_a_rotary_axis() -> None:
     assert BACKLASH.parameters[0].name == "gap"
-    assert "| rad | 0 or more | searched |" in section("backlash")
-    assert "| kg·m^2 | above 0 | fitted |" in section("backlash")
-    assert "| N·m·s/rad | any | fitted |" in section("asymmetric_friction")
-    assert "| s | -1 to 1 | fitted |" in section("time_delay")
+    assert "| rad | 0 or more | nonlinear |" in section("backlash")
+    assert "| kg·m^2 | above 0 | linear |" in section("backlash")
+    assert "| N·m·s/rad | any | linear |" in section("asymmetric_friction")
+    assert "| s | -1 to 1 | linear |" in section("time_delay")
 
 
 def test_another_argument_is_refused(capsys: pytest.CaptureFixture[str]) -> None:

@@ -23,6 +23,11 @@ from tests.boards import served_board
 COMMAND = [sys.executable, "-c", "from edge_ident.cli import main; main()"]
 
 
+def hears_ctrl_c() -> None:
+    """What a shell's background has its commands ignore."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
 def edge_ident(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
         [*COMMAND, *map(str, arguments)], capture_output=True, text=True, timeout=120, check=False
@@ -174,6 +179,7 @@ def test_interrupt_leaves_the_machine_stopped_and_the_gains_old(
             stdout=subprocess.DEVNULL,
             stderr=subprocess.PIPE,
             text=True,
+            preexec_fn=hears_ctrl_c,
         )
         wanted = {"motion": "motion started", "verification": "gains committed"}[progress]
         log, deadline = tmp_path / "log.txt", time.monotonic() + 30
@@ -247,11 +253,16 @@ def test_the_board_command_serves_until_interrupted(where: list[str]) -> None:
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
+        preexec_fn=hears_ctrl_c,
     )
-    assert process.stdout is not None
-    device = process.stdout.readline().strip()
-    assert Board.connect(open_link(device)).status().state is State.IDLE
-    process.send_signal(signal.SIGINT)
-    _, errors = process.communicate(timeout=10)
+    try:
+        assert process.stdout is not None
+        device = process.stdout.readline().strip()
+        assert Board.connect(open_link(device)).status().state is State.IDLE
+        process.send_signal(signal.SIGINT)
+        _, errors = process.communicate(timeout=10)
+    finally:
+        process.kill()
+        process.communicate()
     assert process.returncode == 0, errors
     assert "Traceback" not in errors

@@ -23,11 +23,14 @@ _INTRODUCTION: Final = """\
 # The catalogue of effects
 
 The base model of an axis is effort = inertia·a + viscous_friction·v + coulomb_friction·sign(v) +
-offset. Each effect below adds to it; each is one file under `edge_ident/model/effects`, which holds
-all that is known about it, this text included. Position x, velocity v, acceleration a and effort
-are those of the axis; units are shown for an axis in rad and N·m. Of an effect's parameters,
-`edge-ident diagnose` fits the amplitudes, to which the effort is proportional or nearly so, and
-searches for the others.
+offset. Each effect below adds to it. Each effect is one file under `edge_ident/model/effects`, and
+this page is made from these files.
+
+The position x, the velocity v, the acceleration a and the effort are those of the axis. Units are
+those of an axis in rad and N·m. `edge-ident diagnose` finds an effect's parameters in two ways:
+
+- The effort is proportional, or nearly so, to a *linear* parameter. Least squares fits it.
+- A *nonlinear* parameter is found by a search over a grid.
 """
 
 
@@ -52,7 +55,7 @@ def render() -> str:
 
 
 def _overview() -> Iterator[str]:
-    yield "| effect | what sets it apart |"
+    yield "| effect | signature |"
     yield "| --- | --- |"
     for name, effect in catalogue().items():
         yield f"| {_link(name)} | {effect.search.signature} |"
@@ -69,22 +72,34 @@ def _sections() -> Iterator[str]:
         yield physics.strip().replace("\nSource:", "\n\nSource:")
         yield ""
         yield from _parameters(effect)
-        yield f"- What sets it apart: {effect.search.signature}."
-        yield f"- Looks like: {', '.join(_link(rival) for rival in effect.search.alternatives)}."
-        yield f"- What shows it: {effect.search.experiment}."
+        yield f"- Signature: {effect.search.signature}."
+        yield f"- Looks like: {', '.join(map(_link, effect.search.alternatives))}."
+        yield f"- Motion that shows it: {effect.search.experiment}."
+        yield f"- Controller gains: {_compensation(effect)}."
         yield ""
 
 
 def _parameters(effect: Effect) -> Iterator[str]:
-    amplitudes = {name for form in effect.search.forms for name in form.linear}
     yield "| parameter | meaning | unit | range | diagnosis |"
     yield "| --- | --- | --- | --- | --- |"
     for parameter in effect.parameters:
         unit = unit_of(parameter, "rad", "N*m").replace("*", "·")
-        found = "fitted" if parameter.name in amplitudes else "searched"
+        found = "linear" if parameter.name in effect.search.linear else "nonlinear"
         cells = (f"`{parameter.name}`", parameter.description, unit, _range(parameter), found)
         yield f"| {' | '.join(cells)} |"
     yield ""
+
+
+def _compensation(effect: Effect) -> str:
+    compensation = effect.compensation
+    used = []
+    if compensation.feedforward:
+        used.append("feed-forward of " + ", ".join(f"`{p}`" for p in compensation.feedforward))
+    if compensation.resonance:
+        used.append("the margins bear its resonance")
+    if compensation.loop_delay:
+        used.append("the margins bear its delay")
+    return "; ".join(used) or "do not use it; feedback remains"
 
 
 def _range(parameter: Parameter) -> str:

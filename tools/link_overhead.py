@@ -21,9 +21,10 @@ import numpy as np
 from pymodbus.client import ModbusSerialClient
 from pymodbus.framer import FramerRTU
 
+from firmware_interface.board_types import NONCE_WORDS
 from firmware_interface.connection import open_link
 from firmware_interface.modbus import DEVICE_ID
-from firmware_interface.registers import REGISTERS
+from firmware_interface.registers import MAGIC, REGISTERS
 
 _REGISTER = REGISTERS["identity.nonce"]
 _REQUEST_BYTES = 8
@@ -54,18 +55,23 @@ def main() -> None:
 
 
 def _respond(ready: Connection) -> None:
-    """Answer whatever asks with one and the same reply."""
+    """Answer whatever asks with one and the same reply, and for the identity with a board's."""
     master, slave = os.openpty()
     tty.setraw(slave)
     ready.send(os.ttyname(slave))
-    reply = bytes([DEVICE_ID, 3, 4, 0, 1, 2, 3])
-    reply += FramerRTU.compute_CRC(reply).to_bytes(2, "big")
-    received = 0
+    reply = _framed(bytes([0, 1, 2, 3]))
+    identity = _framed(MAGIC.to_bytes(4, "big") + bytes(2 * NONCE_WORDS - 4))
+    received = b""
     while True:
-        received += len(os.read(master, 256))
-        if received >= _REQUEST_BYTES:
-            received -= _REQUEST_BYTES
-            os.write(master, reply)
+        received += os.read(master, 256)
+        if len(received) >= _REQUEST_BYTES:
+            request, received = received[:_REQUEST_BYTES], received[_REQUEST_BYTES:]
+            os.write(master, identity if request[2:6] == bytes([0, 0, 0, NONCE_WORDS]) else reply)
+
+
+def _framed(words: bytes) -> bytes:
+    frame = bytes([DEVICE_ID, 3, len(words)]) + words
+    return frame + FramerRTU.compute_CRC(frame).to_bytes(2, "big")
 
 
 def _measure(device: str, requests: int) -> dict[str, list[float]]:

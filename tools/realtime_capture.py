@@ -24,6 +24,7 @@ from fault_line import FaultyLine, Pace  # noqa: E402
 from fault_proxy import FaultProxy  # noqa: E402
 
 from edge_ident.commissioning.capture import Capture, capture_motion  # noqa: E402
+from edge_ident.commissioning.safety import ready_to_move  # noqa: E402
 from edge_ident.drive.description import load_drive  # noqa: E402
 from firmware_interface.board import Board  # noqa: E402
 from firmware_interface.connection import open_link  # noqa: E402
@@ -43,8 +44,9 @@ def run_line(url: str, folder: str, pace: Pace, ready: Event, ended: Event) -> N
 
 def captured(board: Board, motion: Trajectory) -> Capture:
     """One motion; a lost sample is an error."""
-    capture = capture_motion(board, motion, lambda in_hand, expected: None)
-    board.finish()
+    with ready_to_move(board, lambda message: None):
+        capture = capture_motion(board, motion, lambda in_hand, expected: None)
+        board.finish()
     return capture
 
 

@@ -1,1 +1,1 @@
-"""The methods that a sceptical control engineer would name, side by side on the same samples."""
+"""Established identification methods, compared on the same samples."""

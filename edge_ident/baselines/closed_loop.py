@@ -1,15 +1,15 @@
-"""A drive of the base model in closed loop, for the methods that compare it with the real one.
+"""A drive of the base model in closed loop, for methods that compare it with the real drive.
 
-No recording says which controller made it. So one is chosen that hardly matters, as the direct
-and inverse dynamic identification models do (DIDIM: Gautier, Janot, Vandanjon 2013): the model's
-own feed-forward and feedback so stiff that the simulated drive goes where it is told to go. Both
-poles of the axis lie at 0.3 rad per sample, whatever the model's inertia, so that the loop is
-the same one while parameters are being searched.
+A recording does not say which controller made it, so the simulation uses one that hardly matters,
+as in direct and inverse dynamic identification (DIDIM: Gautier, Janot, Vandanjon 2013). It has the
+model's own feed-forward and feedback so stiff that the simulated drive follows its reference. Both
+poles of the axis lie at 0.3 rad per sample, whatever the model's inertia, so the loop stays the
+same while parameters are searched.
 
-Between samples the effort is held, and Coulomb's law makes the speed a piece of an exponential
-towards the speed at which friction balances it. Each step is that exponential itself, cut at the
-instant at which the axis comes to rest: there it stays if the effort does not exceed the Coulomb
-friction, or sets off the other way.
+The effort is held between samples. With Coulomb's law the speed is then a piece of an exponential
+towards the speed at which friction balances the effort. Each step is that exponential itself, cut
+at the instant at which the axis comes to rest. There it stays if the effort does not exceed the
+Coulomb friction; otherwise it sets off the other way.
 """
 
 import math

@@ -1,4 +1,4 @@
-"""What every method is given: one axis, filtered and raw, the same for all."""
+"""The input of every method: one axis, filtered and raw, the same for all."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

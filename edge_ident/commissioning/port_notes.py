@@ -7,7 +7,6 @@ that only this user may enter: its process, when that began, and the device's re
 import json
 import os
 import signal
-import tempfile
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -76,8 +75,8 @@ def holder_of(device: str) -> Holder | None:
 
 
 def _note(device: str) -> Path:
-    folder = os.environ.get("XDG_RUNTIME_DIR")
-    base = Path(folder or tempfile.gettempdir()) / f"edge-ident-{os.getuid()}"
+    folder = os.environ.get("XDG_RUNTIME_DIR") or os.environ.get("TMPDIR") or "/tmp"
+    base = Path(folder) / f"edge-ident-{os.getuid()}"
     return base / f"{quote(os.path.realpath(device), safe='')}.json"
 
 

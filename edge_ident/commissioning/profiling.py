@@ -26,6 +26,7 @@ import numpy as np
 from edge_ident.commissioning.capture import capture_motion, check_drive
 from edge_ident.commissioning.gain_transfer import compare_gains
 from edge_ident.commissioning.observer import Observer
+from edge_ident.commissioning.port_notes import noted
 from edge_ident.commissioning.run import design_gains
 from edge_ident.commissioning.safety import left_safe, ready_to_move
 from edge_ident.drive.description import load_drive
@@ -147,7 +148,7 @@ def profile_device(
         Of each of warm and cold, fp32 and int8.
     observer : Observer
     """
-    with _board_process(device) as url, TemporaryDirectory() as folder:
+    with _board_process(device) as url, noted(url), TemporaryDirectory() as folder:
         file = Path(folder) / "capture.npz"
         link = open_link(url, baud_rate=baud_rate or DEFAULT_BAUD_RATE)
         try:

@@ -93,17 +93,22 @@ def make_ready(board: Board) -> None:
 
 
 def _at_rest(board: Board) -> BoardStatus:
-    """Wait as long as a motion may go on whose host is gone."""
+    """Wait as long as a motion may go on whose host is gone; a live one fetches its pages."""
     (timeout_s,) = board.register_values("watchdog.timeout")
-    deadline = time.monotonic() + timeout_s + _STOP_S
+    fetched, deadline = -1.0, 0.0
     while (status := board.status()).state in _MOVES:
+        (now_fetched,) = board.register_values("capture.pages_acknowledged")
+        if status.state is State.DRAINING and now_fetched != fetched:
+            fetched, deadline = now_fetched, 0.0
+        deadline = deadline or time.monotonic() + timeout_s + _STOP_S
         if time.monotonic() > deadline:
-            if status.state is State.DRAINING:
-                return status  # stands, and waits for a host that will not come
-            raise BoardError(
-                f"the board is {status.state.name}: another host moves it",
-                "wait for its end, or stop it with edge-ident stop",
-            )
+            if status.state is not State.DRAINING:
+                raise BoardError(
+                    f"the board is {status.state.name}: another host moves it",
+                    "wait for its end, or stop it with edge-ident stop",
+                )
+            log.warning("an earlier host vanished with pages still to fetch")
+            board.quick_stop()
         time.sleep(_POLL_S)
     return status
 

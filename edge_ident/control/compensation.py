@@ -5,11 +5,11 @@ Each effect states its own use (`edge_ident.model.compensation`). There are thre
 - Feed-forward at the reference's motion, where the board's law has a field for the parameter
   (`firmware_interface.gains`). Where terms outnumber a field's places, the largest are taken.
 - A resonance, which the loop's margins bear.
-- A delay, whose size the margins bear on top of the delay that the board measures. A negative
-  `time_delay` means that the motion comes late after the effort: an actuator or an encoder takes
-  time, and the loop waits for it too. A positive one means that the record of the effort is late.
-  That alone does not slow the loop, but then nothing vouches for the loop's clock either. So the
-  sign does not matter.
+- A delay of the recorded effort. The margins bear its size on top of the delay that the board
+  measures. A negative delay means that the motion is late: an actuator or an encoder takes time,
+  and the loop waits for it too. A positive delay means that the record of the effort is late. That
+  alone does not slow the loop, but the loop's clock may then be wrong as well. So the sign does not
+  matter.
 
 Every other effect is left to feedback, and reported.
 """

@@ -1,12 +1,12 @@
 """The position loop in the frequency domain: margins, and what encoder quantization does to it.
 
-The board's sampled law acts, held over a period and late by the delay, on a continuous axis whose
-encoder sits on the motor's side. Part of the inertia may hang on springs:
+The board's sampled law acts on a continuous axis, held over a period and late by the delay. The
+encoder is on the motor's side. Part of the inertia may hang on springs:
 
 axis(s) = 1 / (s·(M(s)·s + viscous_friction)),
 M(s) = inertia - Σ J + Σ J·(2·ζ·ω·s + ω²)/(s² + 2·ζ·ω·s + ω²)
 
-with J, ω and ζ of each load as in `edge_ident.model.effects.coupling_compliance`.
+with J, ω and ζ of each `SprungLoad`.
 Sources: Franklin, Powell and Workman, Digital Control of Dynamic Systems, ch. 4 (hold and delay);
 Ellis, Control System Design Guide, ch. 16 (two-mass drive).
 """

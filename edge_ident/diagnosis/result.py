@@ -178,7 +178,7 @@ class AxisDiagnosis:
     refused : tuple of Refused
         Effects that entered the model and left it again.
     external_vibrations : tuple of Term
-        Sinusoids in time (`edge_ident.model.outside_vibration`), strongest first. They are no
+        Sinusoids in time (`edge_ident.model.external_vibration`), strongest first. They are no
         property of the axis: neither causes nor part of the model.
     converged : bool
         Whether backward elimination reached a model that it does not change. Otherwise the causes

@@ -1,1 +1,1 @@
-"""The description of a drive, and the motions that it is asked to make."""
+"""The description of a drive, and the motions that it makes."""

@@ -1,7 +1,7 @@
-"""The drive description: what the user knows about the machine before it moves. TOML.
+"""The drive description in TOML: what is known about the machine before it moves.
 
-The paper's feed drive is built in; another drive is described by a file with the same keys.
-A mistake gets an error with its line and the allowed range.
+The paper's feed drive is built in. A file with the same keys describes another drive. A mistake
+gets an error with its line and the allowed range.
 """
 
 import math

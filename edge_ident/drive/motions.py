@@ -1,4 +1,4 @@
-"""Motions to choose from: the description's own sinusoid, and richer ones for doubtful cases."""
+"""Motions to choose from: the description's own sinusoid, and richer ones that excite more."""
 
 import math
 from itertools import pairwise

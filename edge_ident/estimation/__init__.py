@@ -1,1 +1,1 @@
-"""The estimators, least squares and network, with what they need and when to trust them."""
+"""The estimators, least squares and network, with their inputs and when to trust them."""

@@ -1,6 +1,6 @@
 """Bring a periodic recording to the phase and length that a network was trained for.
 
-A network knows one motion, started at one phase (docs/method.md). A recording of the same motion
+A network knows one motion, started at one phase (docs/network.md). A recording of the same motion
 may start at any phase. It is averaged over its whole periods and rotated in time to the network's
 start, so one network serves the sine of one axis and the cosine of the other.
 """

@@ -1,18 +1,18 @@
 """Standard deviations of a least-squares estimate whose residuals are coloured.
 
-The residual's spectrum is unknown, and in the few lowest frequencies, where a slow motion shows
-its parameters, hardly measured. So it is not estimated once and believed, but averaged over:
+The residual's spectrum is unknown. At the few lowest frequencies, where a slow motion shows its
+parameters, it is hardly measured. So the method averages over spectra instead of estimating one:
 
 - The discrete cosine transform turns stationary noise into nearly independent coefficients. The
-  logarithm of their variance is a broken line over the logarithm of frequency, whose steps from
-  octave to octave have an unknown size: a random walk, nothing more is assumed of the colour.
-- Its likelihood is the restricted one (Patterson and Thompson 1971), which knows what part of
-  the noise the fitted parameters took out of the residual.
-- The variance of every parameter follows from the spectrum; how uncertain its logarithm is
+  logarithm of their variance is a broken line over the logarithm of frequency. Its steps from
+  octave to octave are a random walk of unknown step size. Nothing more is assumed.
+- The likelihood is the restricted one (Patterson and Thompson 1971). It accounts for the part of
+  the noise that the fitted parameters removed from the residual.
+- The variance of every parameter follows from the spectrum. The uncertainty of its logarithm
   widens the interval (Laplace's approximation), as Student's t does for white noise.
 
-The method is put together here from known parts (Whittle's likelihood in the cosine domain,
-Gamma regression of a log-spectrum, empirical Bayes over the step size).
+The method combines known parts: Whittle's likelihood in the cosine domain, Gamma regression of a
+log-spectrum, and empirical Bayes over the step size.
 """
 
 from dataclasses import dataclass

@@ -1,8 +1,8 @@
 """When an estimate may be acted on, and what to tell the user where it may not.
 
-The limits state what is at stake, not what some test drive showed: gains computed from a model
-that misses a sixth of the effort, or from a parameter whose own uncertainty moves the effort by
-a twentieth, would be guesses.
+The limits follow from the use of the estimate, not from test drives. Gains are guesses if the model
+misses a sixth of the effort, or if the uncertainty of one parameter changes the effort by a
+twentieth.
 """
 
 from dataclasses import dataclass
@@ -55,7 +55,7 @@ class Finding:
 def judge(
     estimate: Estimate, regressor: Array, effort: Array, relative_residual: float
 ) -> list[Finding]:
-    """Everything that speaks against an estimate.
+    """Findings against an estimate.
 
     Parameters
     ----------
@@ -88,7 +88,7 @@ def judge(
 def describe_data(signals: Signals) -> list[Finding]:
     """What was done to the data before anything was estimated."""
     findings = []
-    if signals.grid.interpolated:
+    if signals.grid.uneven:
         findings.append(
             Finding(
                 "uneven_sampling",
@@ -113,9 +113,9 @@ def describe_data(signals: Signals) -> list[Finding]:
 
 
 def _inseparable(regressor: Array) -> list[Finding]:
-    """Parameters whose columns are one and the same in this motion.
+    """Parameters whose columns of the regressor are the same in this motion.
 
-    No standard deviation shows this: least squares splits such parameters evenly.
+    Standard deviations do not show this: least squares splits such parameters evenly.
     """
     length = np.linalg.norm(regressor, axis=0)
     _, singular, directions = np.linalg.svd(regressor / np.maximum(length, _TINY), False)
@@ -165,7 +165,7 @@ def _judge_parameter(
 
 
 def _better_motion(index: int, relative_std: float, rms_columns: Array) -> str:
-    """The motion that would determine a parameter; its share grows with its column."""
+    """The motion that would determine a parameter."""
     name = PARAMETERS[index]
     if name == "inertia" and relative_std > _HOPELESS:
         return "record a motion that accelerates, such as --motion multisine"

@@ -1,1 +1,1 @@
-"""What is known about a drive: terms per axis, the effects they stand for, model files."""
+"""The model of a drive: terms per axis, the effects that they stand for, model files."""

@@ -68,7 +68,7 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Motion:
-    """Where an axis is, along time or at one instant.
+    """The motion of an axis, along time or at one instant.
 
     Attributes
     ----------
@@ -80,10 +80,10 @@ class Motion:
     transmitted : array
         Effort that passes through the transmission to inertia and constant load.
     accelerated, rubbed : arrays
-        What inertia (at an instant: and its friction, if it is load-dependent), and what viscous
-        and Coulomb friction of the axis take, wherever they are.
+        Effort that inertia takes, and effort that viscous and Coulomb friction take. At an instant,
+        the first includes load-dependent friction.
     memory : (M, ...) array
-        States of the effect that is asked, at an instant.
+        States of the effect whose hook is called, at an instant.
     source : Motion or None
         The axis that acts on this one, for effects that need or take one.
     """
@@ -103,7 +103,7 @@ class Motion:
     def known(
         cls, time_s: Array, position: Array, velocity: Array, acceleration: Array
     ) -> "Motion":
-        """A motion of which everything is known; it slides wherever it moves."""
+        """A measured motion: the axis slides wherever it moves."""
         return cls(time_s, position, velocity, acceleration, np.sign(velocity))
 
     @property
@@ -136,6 +136,8 @@ class Effect:
     """The one parameter to which the effort of an effect with memory is proportional."""
     follows_base: ClassVar[bool] = False
     """Whether its effort depends on the base parameters too."""
+    changes_base: ClassVar[tuple[str, ...]] = ()
+    """Base parameters that the effect changes in time, where that is all it does."""
     needs_source: ClassVar[bool] = False
     """Whether another axis must be named."""
     takes_source: ClassVar[bool] = False

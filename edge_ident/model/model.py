@@ -1,11 +1,11 @@
-"""What is known about a drive: terms per axis, the first of them the base model.
+"""The model of a drive: terms per axis, the first of them the base term.
 
 The base model is rigid body and friction, linear in its four parameters:
 
 effort = inertia·a + viscous_friction·v + coulomb_friction·sign(v) + offset
 
-A reconstruction of the paper's reduced model (the text fixes four coefficients per axis, three
-positive and one of either sign, but not their names). Further terms are effects of the catalogue
+It reconstructs the paper's reduced model. The text fixes four coefficients per axis, three positive
+and one of either sign, but not their names. Further terms are effects of the catalogue
 (`edge_ident.model.effects`).
 """
 

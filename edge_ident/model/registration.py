@@ -11,6 +11,7 @@ import numpy as np
 
 from edge_ident.errors import ModelError
 from edge_ident.model.effect import Array, Effect, Motion
+from edge_ident.model.model import PARAMETERS
 from edge_ident.model.search import Excitation, Form
 from edge_ident.model.strengths import no_draw
 from firmware_interface.gains import AxisGains
@@ -129,6 +130,8 @@ def _hooks(effect: Effect) -> Iterator[str]:
             yield f"it overrides {hook} and not {other}: both directions are one physics"
     if effect.overrides("cross_inertia") and not (effect.needs_source or effect.takes_source):
         yield "it overrides cross_inertia and takes no source axis"
+    for name in sorted(set(effect.changes_base) - set(PARAMETERS)):
+        yield f"changes_base names {name}, which is no base parameter"
     delay = effect.effort_delay
     if delay and (delay not in effect.bounds or not effect.overrides("recorded")):
         yield f"effort_delay names {delay}: that must be a parameter, and recorded must shift by it"

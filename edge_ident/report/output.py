@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Final
 
 from rich.console import Console, RenderableType
 
-from edge_ident.support.whole_files import whole_file
+from edge_ident.support.atomic_files import atomic_write
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -32,6 +32,6 @@ def save_figure(figure: "Figure", picture: Path) -> Path:
     Path
         The picture.
     """
-    with whole_file(picture) as partial:
+    with atomic_write(picture) as partial:
         figure.savefig(partial, dpi=_RESOLUTION_DPI)
     return picture

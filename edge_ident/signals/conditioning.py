@@ -1,6 +1,6 @@
-"""From measured samples to smooth signals: the bandwidth, the filtering, what to leave out.
+"""From measured samples to smooth signals: bandwidth, filtering, standstills.
 
-One code path serves training and run time, so the network never sees two kinds of preprocessing.
+Training and run time share this code, so the network never sees two kinds of preprocessing.
 """
 
 from dataclasses import dataclass
@@ -45,12 +45,12 @@ class Signals:
     regressor : (N, 4) array
         Columns of `edge_ident.model.model.regressor`, low-passed like the effort.
     moving : (N,) array of bool
-        False where the axis stood still for longer than the filter can resolve. Friction is
-        not determined by the motion there; effort and regressor are bridged by straight lines,
-        alike, so that what is linear between them stays so.
+        False where the axis stood still for longer than the filter can resolve. There the motion
+        does not determine the friction. Effort and regressor are both bridged by straight lines,
+        which keeps the relation between them linear.
     acceleration_noise : float
-        Encoder noise in the acceleration over its rms value; the square of it is the share by
-        which least squares underestimates the inertia (errors in variables).
+        Encoder noise in the acceleration over its rms value. Least squares underestimates the
+        inertia by the square of it (errors in variables).
     """
 
     grid: EvenGrid

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from edge_ident.errors import DataError
 from edge_ident.signals.data_checks import check_recording, check_table
 from edge_ident.signals.recording import AxisRecord, Recording
-from edge_ident.support.whole_files import whole_file
+from edge_ident.support.atomic_files import atomic_write
 
 Array = NDArray[np.float64]
 
@@ -110,7 +110,7 @@ def save_recording(recording: Recording, path: str | Path) -> None:
     columns = {"time_s": recording.time_s}
     for name, axis in recording.axes.items():
         columns |= _axis_columns(name, axis)
-    with whole_file(path) as partial:
+    with atomic_write(path) as partial:
         if path.suffix == ".npz":
             shift = {_SHIFT: np.array(recording.effort_shift_s)}
             np.savez(partial, allow_pickle=False, **columns, **shift)

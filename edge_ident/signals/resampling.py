@@ -1,10 +1,9 @@
 """Uneven sampling: from time stamps to the even grid that every filter needs.
 
-One policy for the whole project. Time stamps that lie on an even grid within 5 % of a sampling
-period are taken for even, and the samples stay as they were read. The deviation is then mostly
-rounding of the stamps, and an interpolated position no longer shows the encoder's counts, from
-which its noise is read. Where stamps deviate more, all columns are interpolated to the grid of the
-mean period, and the user is told.
+One policy for the whole project: all columns are interpolated to the even grid of the mean period.
+Time stamps that lie on that grid, but for floating-point rounding, leave the samples as they were
+read. Where stamps deviate by more than 5 % of a period, the sampling is called uneven, and the user
+is told.
 """
 
 from dataclasses import dataclass, replace
@@ -17,8 +16,10 @@ from edge_ident.signals.recording import AxisRecord
 
 Array = NDArray[np.float64]
 
-JITTER_LIMIT: Final = 0.05
-"""Deviation from an even grid, in sampling periods, above which samples are interpolated."""
+_ROUNDING: Final = 1e-6
+"""Deviation from an even grid, in sampling periods, that floating-point rounding explains."""
+_UNEVEN: Final = 0.05
+"""Deviation above which the user is told."""
 
 
 @dataclass(frozen=True)
@@ -49,13 +50,15 @@ class EvenGrid:
         return cls(even_s, period_s, jitter, time_s)
 
     @property
-    def interpolated(self) -> bool:
-        """Whether the sampling is too uneven to be taken for even."""
-        return self.jitter > JITTER_LIMIT
+    def uneven(self) -> bool:
+        """Whether the sampling is so uneven that the user should know."""
+        return self.jitter > _UNEVEN
 
     def resampled(self, signal: Array) -> Array:
-        """A signal (N,) on the grid; signals (D, N) only where the sampling is even."""
-        return _interpolated(self.time_s, self._stamps_s, signal) if self.interpolated else signal
+        """A signal (N,) on the grid; signals (D, N) only where the stamps lie on it."""
+        if self.jitter <= _ROUNDING:
+            return signal
+        return _interpolated(self.time_s, self._stamps_s, signal)
 
     def axis(self, record: AxisRecord) -> AxisRecord:
         """All columns of an axis on the grid."""

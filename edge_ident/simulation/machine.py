@@ -1,12 +1,13 @@
 """Equations of motion of any model, for many drives at once.
 
-Classic fourth-order Runge-Kutta. Dry friction needs no smoothing: over a step every axis either
-slides in one direction or sticks. Where a sliding axis comes to rest within a step, the step is
-cut there, and the rest of it is spent sliding on, back, or at rest, as the balance of effort and
-friction has it; an axis at rest stays where it is until the effort exceeds the friction.
+The method is the classic fourth-order Runge-Kutta. Dry friction needs no smoothing: in a step every
+axis either slides in one direction or sticks. Where a sliding axis comes to rest within a step, the
+step is cut there. In the rest of the step the axis slides on, slides back or stays at rest, as the
+balance of effort and friction requires. An axis at rest stays there until the effort exceeds the
+friction.
 
-Step: no longer than `STEP` over the fastest rate that any term of any drive brings in, a fifth of
-the stability limit of the method (2.8).
+The step is at most `STEP` over the fastest rate that any term of any drive brings in. That is a
+fifth of the stability limit of the method (2.8).
 """
 
 from collections.abc import Iterator, Mapping

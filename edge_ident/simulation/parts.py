@@ -1,4 +1,4 @@
-"""The terms of a model, laid out for simulation: who acts through what, where its states lie."""
+"""The terms of a model, laid out for simulation: which hooks act, and where their states lie."""
 
 from collections.abc import Mapping
 from typing import Final, NamedTuple

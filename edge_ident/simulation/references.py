@@ -1,4 +1,4 @@
-"""What simulated drives are told to follow: a named motion, or that of a recording."""
+"""The references that simulated drives follow: a named motion, or that of a recording."""
 
 import math
 from collections.abc import Mapping

@@ -1,1 +1,1 @@
-"""What any room may use and what knows of none: interrupts, stopwatch, JSON, whole files."""
+"""Helpers that any room may use: interrupts, stopwatch, JSON text, atomic files."""

@@ -1,4 +1,4 @@
-"""Signals that end a command as Ctrl-C does, and the moments in which none of them may."""
+"""Signals that end a command as Ctrl-C does, and how a short task is protected from them."""
 
 import signal
 import threading
@@ -13,7 +13,7 @@ ENDING: Final = tuple(s for s in signal.Signals if s.name in ("SIGINT", "SIGTERM
 def end_as_by_ctrl_c() -> None:
     """Let every ending signal raise KeyboardInterrupt, so that the machine is stopped.
 
-    What the caller has this process ignore (nohup, a shell's background) stays ignored.
+    A signal that the caller has this process ignore (nohup, a shell's background) stays ignored.
     """
     for ending in ENDING:
         if signal.getsignal(ending) is not signal.SIG_IGN:
@@ -22,7 +22,7 @@ def end_as_by_ctrl_c() -> None:
 
 @contextmanager
 def deaf_to_interrupts() -> Iterator[None]:
-    """Let the body end whatever comes; it must end by itself."""
+    """Ignore ending signals while the body runs; it must end by itself."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return

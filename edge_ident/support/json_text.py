@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from edge_ident.support.whole_files import whole_file
+from edge_ident.support.atomic_files import atomic_write
 
 
 def to_json(document: Mapping[str, Any]) -> str:
@@ -15,8 +15,8 @@ def to_json(document: Mapping[str, Any]) -> str:
 
 
 def write_json(document: Mapping[str, Any], path: Path) -> None:
-    """Write a document whole or not at all, with the folders that lead to it."""
-    with whole_file(path) as partial:
+    """Write a document atomically, with the folders that lead to it."""
+    with atomic_write(path) as partial:
         partial.write_text(to_json(document) + "\n", encoding="utf-8")
 
 

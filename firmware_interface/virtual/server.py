@@ -15,7 +15,6 @@ from firmware_interface.link import Link
 from firmware_interface.modbus_server import RtuSession, TcpSession
 from firmware_interface.virtual.board import VirtualBoard
 from firmware_interface.virtual.clock import RequestClock, WallClock
-from firmware_interface.virtual.inputs import Inputs
 from firmware_interface.virtual.settings import BoardSettings
 
 LOOPBACK: Final = "127.0.0.1"
@@ -37,7 +36,7 @@ def serve(
     speed: float | None = 1.0,
     settings: BoardSettings | None = None,
 ) -> None:
-    """Serve a new board until Ctrl-C or SIGTERM.
+    """Serve a new board until Ctrl-C or SIGTERM; SIGUSR1 pulls its wired stop, SIGUSR2 releases it.
 
     Parameters
     ----------
@@ -66,16 +65,16 @@ def serve(
         serving = serve_pty(board, board.idle, on_ready)
     else:
         serving = serve_tcp(board, tcp_port, board.idle, on_ready, bind)
+    # the loop would take the two in any order, and so release before it pulls
+    signal.signal(signal.SIGUSR1, lambda *_: board.inputs.press_stop())
+    signal.signal(signal.SIGUSR2, lambda *_: board.inputs.release_stop())
     with suppress(KeyboardInterrupt, asyncio.CancelledError):
-        asyncio.run(_with_signals(serving, board.inputs))
+        asyncio.run(_until_terminated(serving))
 
 
-async def _with_signals(serving: Coroutine[None, None, None], inputs: Inputs) -> None:
-    """Serve with the wired emergency stop at SIGUSR1 (pull) and SIGUSR2 (release)."""
+async def _until_terminated(serving: Coroutine[None, None, None]) -> None:
     loop, task = asyncio.get_running_loop(), asyncio.ensure_future(serving)
     loop.add_signal_handler(signal.SIGTERM, task.cancel)
-    loop.add_signal_handler(signal.SIGUSR1, inputs.press_stop)
-    loop.add_signal_handler(signal.SIGUSR2, inputs.release_stop)
     await task
 
 

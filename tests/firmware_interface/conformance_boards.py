@@ -4,6 +4,7 @@ The Python virtual board and the C reference firmware were written apart from ea
 the register map and its words mean is what both of them do.
 """
 
+import itertools
 import shutil
 import signal
 import subprocess
@@ -213,9 +214,12 @@ def send(board: Board, opcode: int, token: int, argument: int, key: int) -> None
     board._link.write(REGISTERS["command.opcode"].address, words)
 
 
+_TOKENS = itertools.count(2**15)
+
+
 def fresh_token(board: Board) -> int:
-    """One that the board has not seen."""
-    return (board.status().last_token + 777) % 0xFFFF + 1
+    """One that the board has not seen, far from those of its host."""
+    return (board._session._token + next(_TOKENS)) % 2**16
 
 
 def ask(board: Board, opcode: int, argument: int = 0, key: int | None = None) -> Result:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 from board_bench import NEW, OLD
-from conformance_boards import BoardCommand, c_command, serving, until
+from conformance_boards import BoardCommand, c_command, serving, until_abandoned
 from fault_line import FaultyLine, Pace, Sender
 from fault_proxy import FaultProxy
 from pty_bench import PtyBench, connected_board, pty_bench
@@ -38,6 +38,7 @@ def bench(tmp_path: Path) -> Iterator[PtyBench]:
 
 def whole_capture(board: Board) -> float:
     """Capture a motion to its last sample and leave it; gives the tail in seconds."""
+    board.enable()
     captured = capture_motion(board, SHORT, lambda in_hand, expected: None)
     board.finish()
     assert len(captured.recording.time_s) == 200
@@ -46,6 +47,7 @@ def whole_capture(board: Board) -> float:
 
 def test_a_reset_in_the_middle_of_a_motion_is_said_and_the_machine_stops(bench: PtyBench) -> None:
     with closing(bench.connect()) as board:
+        board.enable()
         board.write_trajectory(LONG)
         board.arm()
         board.start()
@@ -79,6 +81,7 @@ def test_the_microsecond_clock_of_the_firmware_wraps_around(firmware: Path) -> N
     with serving(c_command(firmware, speed=1.0)) as served, served.connected() as board:
         board.stage_gains(board.active_gains())
         board.commit()
+        board.enable()
         board.write_trajectory(LONG)
         board.arm()
         board.start()
@@ -86,6 +89,7 @@ def test_the_microsecond_clock_of_the_firmware_wraps_around(firmware: Path) -> N
         deadline = time.monotonic() + 3.5
         while time.monotonic() < deadline:
             assert board.status().state is State.MOVING
+            board.heartbeat()
             time.sleep(0.01)
         assert left_s - board.status().confirm_remaining_s == pytest.approx(3.5, abs=0.3)
         board.quick_stop()
@@ -99,6 +103,7 @@ def test_a_host_too_slow_for_the_board_is_told_that_samples_are_lost(
         FaultProxy(served.url, tmp_path, FaultyLine(pace=Pace(19200))) as proxy,
     ):
         with closing(connected_board(proxy.url, 0.3)) as board:
+            board.enable()
             with pytest.raises(LinkError, match="overwritten") as caught, left_safe(board):
                 capture_motion(board, LONG, lambda in_hand, expected: None)
             assert "faster link" in caught.value.next_step
@@ -117,6 +122,7 @@ def test_the_watchdog_stops_the_machine_of_a_host_that_fell_silent(
         FaultProxy(served.url, tmp_path, FaultyLine()) as proxy,
     ):
         with closing(connected_board(proxy.url)) as board:
+            board.enable()
             board.write_trajectory(LONG)
             board.arm()
             board.start()
@@ -124,7 +130,7 @@ def test_the_watchdog_stops_the_machine_of_a_host_that_fell_silent(
             with pytest.raises(BoardError, match="fault WATCHDOG") as caught:
                 next(board.capture_pages())
             assert "host load" in caught.value.next_step
-            until(board, lambda status: status.state is State.FAULT)
+            until_abandoned(board, lambda status: status.state is State.FAULT)
         with closing(connected_board(proxy.url)) as board:
             make_ready(board)
             whole_capture(board)

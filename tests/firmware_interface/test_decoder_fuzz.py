@@ -1,46 +1,28 @@
-"""Whatever bytes arrive: the host's decoders of frames and pages end in words or in a LinkError,
-and the board's own never ends at all."""
+"""Whatever bytes arrive at the host: its decoders of frames and pages end in words or in a
+LinkError."""
 
 import struct
 from contextlib import suppress
 
 import numpy as np
 import pytest
+from fuzzed_frames import SOME, bodies, rtu, tcp
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from raw_line import crc16
 
 from firmware_interface import modbus
 from firmware_interface.board import Board
+from firmware_interface.board_types import NONCE_WORDS
+from firmware_interface.capture_pages import read_page
 from firmware_interface.codec import RawPage, decode_page, encode_page
 from firmware_interface.errors import BoardError, LinkError
-from firmware_interface.modbus import ModbusLink, ServerSession
-from firmware_interface.registers import PAGE_WORDS
+from firmware_interface.modbus import ModbusLink
+from firmware_interface.registers import MAGIC, PAGE_WORDS
 from firmware_interface.virtual.board import VirtualBoard
 
-NONCE = [0x1234, 0x5678]
-SOME = settings(max_examples=300, derandomize=True, deadline=None)
-bodies = st.one_of(
-    st.binary(max_size=40),
-    st.builds(  # a function code and a length that may be right, over any content
-        lambda code, count, rest: bytes([code, count]) + rest,
-        st.sampled_from([3, 4, 6, 16, 22, 23, 43, 0x83, 0x84, 0x90, 0xFF]),
-        st.integers(0, 255),
-        st.binary(max_size=260),
-    ),
-    st.builds(lambda words: bytes([3, 2 * len(words)]) + struct.pack(f">{len(words)}H", *words),
-              st.lists(st.integers(0, 0xFFFF), max_size=125)),
-)  # fmt: skip
-
-
-def rtu(body: bytes, device: int = 1) -> bytes:
-    """A frame of a serial line with a right CRC."""
-    return bytes([device]) + body + crc16(bytes([device]) + body)
-
-
-def tcp(body: bytes, transaction: int) -> bytes:
-    """A frame of a TCP connection."""
-    return struct.pack(">HHHB", transaction, 0, len(body) + 1, 1) + body
+IDENTITY = struct.pack(f">BB{NONCE_WORDS}H", 3, 2 * NONCE_WORDS, MAGIC >> 16, MAGIC & 0xFFFF,
+                       *range(NONCE_WORDS - 2))  # fmt: skip
+"""Reply to the first request of a link: the board's identity up to its nonce."""
 
 
 class Babble:
@@ -70,7 +52,7 @@ def serial_link() -> tuple[ModbusLink, Babble]:
     client = modbus._PromptSerialClient("babble", timeout=0.01, retries=0)
     client.connect = lambda: True  # type: ignore[method-assign]
     client.socket = port  # type: ignore[assignment]
-    port.pieces = [rtu(bytes([3, 4]) + struct.pack(">2H", *NONCE))]
+    port.pieces = [rtu(IDENTITY)]
     return ModbusLink(client, "babble", 0.0), port
 
 
@@ -82,7 +64,7 @@ def tcp_link() -> tuple[ModbusLink, Babble]:
     client.close = lambda: None  # type: ignore[method-assign]
     client.transaction.low_level_send = lambda request, addr=None: len(request)
     client.recv = port.recv  # type: ignore[method-assign]
-    port.pieces = [tcp(bytes([3, 4]) + struct.pack(">2H", *NONCE), 1)]
+    port.pieces = [tcp(IDENTITY, 1)]
     return ModbusLink(client, "babble", 0.0), port
 
 
@@ -133,24 +115,6 @@ def test_any_bytes_on_a_tcp_connection(body: bytes, framed: bool, transaction: i
     ask(link, refused=True)
 
 
-@settings(SOME, max_examples=80)
-@given(st.lists(st.one_of(bodies.map(rtu), bodies, st.binary(max_size=300)), max_size=5))
-@pytest.mark.parametrize("kind", ["serial", "tcp"])
-def test_any_bytes_to_the_board(kind: str, pieces: list[bytes]) -> None:
-    """It answers or keeps silent, and afterwards answers a right request."""
-    board, replies = VirtualBoard(), list[bytes]()
-    session = ServerSession(board, replies.append if kind == "serial" else None)
-    session._send = replies.append
-    for piece in pieces:
-        session.data_received(piece)
-    session._buffer = b""  # a pause
-    replies.clear()
-    right = bytes([3, 0, 0, 0, 2])
-    session.data_received(rtu(right) if kind == "serial" else tcp(right, 7))
-    assert len(replies) == 1
-    assert b"MFDS" in replies[0]
-
-
 class PageLink:
     """A link to a virtual board on which a capture page arrives as given."""
 
@@ -183,7 +147,7 @@ def a_page(index: int, first: int, samples: int) -> list[int]:
 def test_any_words_as_a_capture_page(words: list[int]) -> None:
     PAGES.page = words
     with pytest.raises(LinkError, match="page 0 is lost"):
-        BOARD._read_page(0)
+        read_page(BOARD._session, BOARD.identity, 0)
 
 
 @SOME
@@ -192,7 +156,7 @@ def test_a_page_with_any_word_changed(word: int, change: int) -> None:
     PAGES.page = a_page(3, 42, 14)
     PAGES.page[word] ^= change
     with pytest.raises(LinkError, match="page 3 is lost"):
-        BOARD._read_page(3)
+        read_page(BOARD._session, BOARD.identity, 3)
 
 
 @SOME
@@ -201,9 +165,9 @@ def test_a_whole_page_is_taken_only_where_it_belongs(index: int, first: int, sam
     PAGES.page = a_page(index, first, samples)
     if (index, first) != (3, 42):
         with pytest.raises(LinkError, match="page 3 is lost"):
-            BOARD._read_page(3)
+            read_page(BOARD._session, BOARD.identity, 3)
     PAGES.page = a_page(3, 42, samples)
-    assert BOARD._read_page(3).position_rad.shape == (samples, 2)
+    assert read_page(BOARD._session, BOARD.identity, 3).position_rad.shape == (samples, 2)
 
 
 @SOME

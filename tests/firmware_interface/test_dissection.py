@@ -69,12 +69,14 @@ def dissect(path: Path, *options: str) -> list[list[str]]:
 def converse(board: Board, motion: Trajectory) -> None:
     """Identity, limits, a motion with its pages, gains and refusals."""
     board.limits()
+    board.enable()
     board.write_trajectory(motion)
     board.arm()
     board.start()
     list(board.capture_pages())
     board.finish()
     board.stage_gains(board.active_gains())
+    board.disable()
     assert refused(board, REGISTERS["identity.magic"].address, [0]) == 2
     assert refused(board, REGISTERS["watchdog.timeout"].address, [0]) == 3
 

@@ -29,9 +29,9 @@ from firmware_interface.registers import PAGE_ADDRESS, REGISTERS, Fault, Opcode,
 
 COMMAND = [sys.executable, "-c", "from edge_ident.cli import main; main()"]
 PYTHON_SPEED = 8.0
-C_SPEED = 20.0
+C_SPEED = 10.0
 QUICKER = {"= 0.2875": "= 2.0", "= 5.0": "= 1.0", "= 6.283185307179586": "= 0.9"}
-"""In the drive's description: angular frequency, lead-in and amplitudes."""
+"""In the drive's description: angular frequency, lead-in and amplitudes; three seconds."""
 GAIN_BYTES = 2 * 96
 Gains = dict[str, AxisGains]
 
@@ -43,7 +43,7 @@ def begin(function: int, address: int, *rest: int) -> bytes:
 
 def command(opcode: Opcode) -> bytes:
     """How a command begins."""
-    return begin(16, REGISTERS["command.opcode"].address, 0, 4, 8, 0, opcode)
+    return begin(16, REGISTERS["command.opcode"].address, 0, 6, 12, 0, opcode)
 
 
 TRAJECTORY = [
@@ -62,12 +62,14 @@ MOTION = {
     "finish": command(Opcode.FINISH),
 }
 STEPS = {
+    "enable": (command(Opcode.ENABLE), 1),
     **{name: (request, 1) for name, request in MOTION.items()},
     "stage": (SHADOW, 1),
     "commit": (command(Opcode.COMMIT), 1),
     **{f"{name} again": (request, 2) for name, request in MOTION.items()},
     "confirm": (command(Opcode.CONFIRM), 1),
     "store": (command(Opcode.STORE), 1),
+    "disable": (command(Opcode.DISABLE), 1),
 }
 """What `run --store` asks of the board, in this order: each request, and its which coming."""
 
@@ -103,6 +105,7 @@ class Site:
     proxy: FaultProxy
     folder: Path
     first_gains: Gains
+    changed: dict[str, str] = field(default_factory=dict)
     runs: int = 0
 
     @contextmanager
@@ -113,16 +116,12 @@ class Site:
 
     @contextmanager
     def run(self, **options: object) -> Iterator[subprocess.Popen[str]]:
-        """`edge-ident run --store` with a motion of three seconds."""
+        """`edge-ident run --store` with the built-in drive, changed where the site says so."""
         self.runs += 1
         described = files("edge_ident.drive").joinpath("feed_drive.toml").read_text("utf-8")
-        for old, new in (
-            ("= 0.2875", "= 2.0"),
-            ("= 5.0", "= 1.0"),
-            ("= 6.283185307179586", "= 0.9"),
-        ):
+        for old, new in self.changed.items():
             described = described.replace(old, new)
-        drive = self.folder / "quick.toml"
+        drive = self.folder / "drive.toml"
         drive.write_text(described, "utf-8")
         arguments = ["run", "--device", self.proxy.url, "--drive", drive, "--store", "--json"]
         process = subprocess.Popen(
@@ -184,32 +183,39 @@ class Site:
 
 
 @contextmanager
-def site_of(board: list[str], folder: Path) -> Iterator[Site]:
+def site_of(
+    board: list[str], folder: Path, changed: dict[str, str] | None = None
+) -> Iterator[Site]:
     """A board that stops soon when the host is gone."""
     with serving(board) as served, FaultProxy(served.url, folder, FaultyLine()) as proxy:
         with closing(connected_board(proxy.url)) as host:
             host.write_register("watchdog.timeout", 0.4)
             first_gains = host.active_gains()
-        yield Site(proxy, folder, first_gains)
+        yield Site(proxy, folder, first_gains, changed or {})
 
 
 @pytest.fixture(scope="module")
 def site(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Site]:
     """A Python virtual board for all tests of this file."""
-    with site_of(python_command(speed=PYTHON_SPEED), tmp_path_factory.mktemp("site")) as found:
+    command = python_command(speed=PYTHON_SPEED)
+    with site_of(command, tmp_path_factory.mktemp("site"), QUICKER) as found:
         yield found
 
 
 def kill_at(site: Site, step: str) -> None:
     """A run that is killed when a request is on the line, and what it must leave."""
     request, times = STEPS[step]
+    if step == "disable":  # a run leaves the effort on where a dead host had left it on
+        with site.board() as board:
+            board.disable()
     with site.run() as process:
         site.proxy.line.choose = ambush = Ambush(request, times, process.kill)
-        assert process.wait(timeout=60) == -signal.SIGKILL
+        _, messages = process.communicate(timeout=90)
+    assert process.returncode == -signal.SIGKILL, messages
     assert ambush.struck.is_set()
     site.check_left_over(ambush)
     assert site.gains_before() == site.first_gains
-    if step in ("confirm", "store"):
+    if step in ("confirm", "store", "disable"):
         with site.board() as board:
             assert board.active_gains() == ambush.staged[-1]
             assert not board.status().unconfirmed
@@ -219,7 +225,8 @@ def kill_at(site: Site, step: str) -> None:
 def test_killed_at_every_step_a_run_leaves_a_board_for_the_next(
     firmware: Path, tmp_path: Path
 ) -> None:
-    """Each run gets as far as its predecessor and one step further; the last gets to its end."""
+    """Each run of the default motion gets as far as its predecessor and one step further, from
+    wherever that left the axes; the last gets to its end."""
     with site_of(c_command(firmware, speed=C_SPEED), tmp_path) as site:
         for step in STEPS:
             kill_at(site, step)

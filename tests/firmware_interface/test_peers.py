@@ -11,7 +11,14 @@ from conformance_boards import Served
 
 from firmware_interface.board import Board
 from firmware_interface.board_types import read_status
-from firmware_interface.codec import decode_page, encode, encode_trajectory, words_to_bytes
+from firmware_interface.codec import (
+    crc32,
+    decode_page,
+    encode,
+    encode_trajectory,
+    trajectory_words,
+    words_to_bytes,
+)
 from firmware_interface.connection import open_link
 from firmware_interface.motion import Multisine, SineComponent, Trajectory
 from firmware_interface.registers import (
@@ -26,7 +33,8 @@ from firmware_interface.registers import (
 
 HERE = Path(__file__).parent
 STATUS = REGISTERS["status.state"].address
-STATUS_WORDS = REGISTERS["capture.overflows"].address + 2 - STATUS
+STATUS_WORDS = REGISTERS["measured.z.speed"].address + 2 - STATUS
+KEY = 4711
 SINE = Multisine((SineComponent(0.2, 2.0, 0.0),))
 MOTION = Trajectory({"x": SINE, "z": SINE}, 0.25, 0.5)
 
@@ -71,8 +79,13 @@ class Master:
     def command(self, opcode: Opcode, token: int, argument: int = 0) -> str:
         """What comes of a command."""
         words = encode("command.opcode", opcode) + encode("command.token", token)
-        words += encode("command.argument", argument)
+        words += encode("command.argument", argument) + encode("command.key", KEY)
         return self.write(REGISTERS["command.opcode"].address, words)
+
+    def beat(self, pages: int = 0) -> str:
+        """Hold the board, and feed its watchdog."""
+        words = encode("session.key", KEY) + encode("capture.pages_acknowledged", pages)
+        return self.write(REGISTERS["session.key"].address, words)
 
 
 def test_a_libmodbus_master_moves_the_machine_and_reads_the_capture(
@@ -81,12 +94,19 @@ def test_a_libmodbus_master_moves_the_machine_and_reads_the_capture(
     master = Master(libmodbus, either_kind.url)
     assert master.read(0, 2) == [MAGIC >> 16, MAGIC & 0xFFFF]
     assert read_status(master.read).state is State.IDLE
-    for address, words in encode_trajectory(MOTION, 0.0025):
-        assert master.write(address, words) == "done"
+    assert master.beat() == "done"
     token = read_status(master.read).last_token + 1
-    assert master.command(Opcode.ARM, token) == "done"
-    assert master.command(Opcode.START, token + 1, MAP_CRC) == "done"
+    assert master.command(Opcode.ENABLE, token) == "done"
+    writes = encode_trajectory(MOTION, 0.0025)
+    for address, words in writes:
+        assert master.write(address, words) == "done"
+    assert master.command(Opcode.ARM, token + 1, crc32(trajectory_words(writes))) == "done"
     for _ in range(200):
+        if read_status(master.read).state is State.ARMED:
+            break
+    assert master.command(Opcode.START, token + 2, MAP_CRC) == "done"
+    for _ in range(200):
+        assert master.beat() == "done"
         if read_status(master.read).state is State.DRAINING:
             break
     assert read_status(master.read).samples_captured == 100
@@ -94,12 +114,15 @@ def test_a_libmodbus_master_moves_the_machine_and_reads_the_capture(
     position = np.vstack([page.position + page.following_error for page in pages])[:, 0]
     wanted = 0.2 * np.sin(2.0 * 0.0025 * np.arange(100)) * 8400 / (2.0 * np.pi)
     np.testing.assert_allclose(position, wanted, atol=0.51)
-    assert master.write(REGISTERS["capture.pages_acknowledged"].address, [0, 8]) == "done"
+    assert master.beat(8) == "done"
     for _ in range(200):
         if read_status(master.read).state is State.DONE:
             break
-    assert master.command(Opcode.FINISH, token + 2) == "done"
+    assert master.command(Opcode.FINISH, token + 3) == "done"
     assert read_status(master.read).state is State.IDLE
+    assert master.command(Opcode.DISABLE, token + 4) == "done"
+    assert not read_status(master.read).enabled
+    assert master.write(REGISTERS["session.release"].address, [0, KEY]) == "done"
 
 
 def test_a_libmodbus_master_understands_refusals(either_kind: Served, libmodbus: Path) -> None:
@@ -141,6 +164,7 @@ def test_the_host_reads_a_libmodbus_slave(
     either_board: Board, libmodbus: Path, tmp_path: Path
 ) -> None:
     """A register image of the board, served by libmodbus, is the board to the host."""
+    either_board.enable()
     either_board.write_trajectory(MOTION)
     either_board.arm()
     either_board.start()

@@ -65,6 +65,28 @@ def test_setpoints_that_are_no_numbers_hold_the_axes_and_switch_the_effort_off()
     )
 
 
+# ---- enabling
+
+
+def test_no_axis_that_moves_is_enabled() -> None:
+    """Somebody pushes it by hand."""
+    bench = Bench()
+    bench.wait(0.1)
+    bench.board.claim()
+    plant = bench.virtual.machine.drive.plant
+    half = len(plant.state) // 2
+    plant._state[half : half + 5] = 2.0  # rad/s, all that turns with one axis
+    bench.wait(0.02)
+    assert bench.command(Opcode.ENABLE, 500) is Result.NOT_AT_REST
+    assert not bench.virtual.machine.enabled
+    bench.wait(1.0)
+    assert bench.command(Opcode.ENABLE, 501) is Result.DONE
+    pushed = bench.virtual.machine.drive.position_rad
+    assert abs(pushed[0]) > 0.01
+    bench.wait(1.0)  # held where it was left, not where it came from
+    assert bench.virtual.machine.drive.position_rad == pytest.approx(pushed, abs=2e-3)
+
+
 # ---- emergency stop, switches, self-test
 
 

@@ -15,7 +15,7 @@ UNKNOWN_KIND: Final = "unknown"
 KINDS: Final = (SINGLE, CLEAN, PAIRS, UNKNOWN_KIND)
 MOTIONS: Final = ("paper", "multisine", "staircase")
 BATCH_DRIVES: Final = 100
-"""Simulated at once, 5 with each of the twenty effects."""
+"""Simulated at once, about as many with each effect."""
 
 
 @dataclass(frozen=True)

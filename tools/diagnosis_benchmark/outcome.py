@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from edge_ident.diagnosis.result import AxisDiagnosis, Diagnosis, Verdict
 from edge_ident.model.effect import Motion
 from edge_ident.model.effects import named
-from edge_ident.model.model import AxisModel
+from edge_ident.model.model import PARAMETERS, AxisModel
 from tools.diagnosis_benchmark.cases import Case
 from tools.diagnosis_benchmark.hiding import AXES, load_batch
 
@@ -213,18 +213,18 @@ def mean_parameters(model: AxisModel, duration_s: float) -> Array:
     time_s = np.linspace(0.0, duration_s, 2001)
     ones = np.ones_like(time_s)
     motion = Motion.known(time_s, ones, ones, ones)
-    values, gain = model.parameters.astype(np.float64), ones
+    values, scale = model.parameters.astype(np.float64), ones
     for term in model.terms[1:]:
         effect, of = named(term.effect), {n: np.atleast_1d(v) for n, v in term.values.items()}
-        if term.effect == "payload_change":
-            values[0] += np.mean(effect.inertia(motion, of))
-            values[2] += np.mean(effect.friction(motion, of))
-            values[3] += np.mean(effect.load(motion, of))
-        elif term.effect == "warm_up":
-            values[1] += np.mean(effect.load(motion, of))
-        elif term.effect == "gain_drift":
-            gain = effect.command(ones, time_s, of)
-    return np.asarray(values * np.mean(gain))
+        if effect.overrides("command") and effect.changes_base:
+            scale = effect.command(ones, time_s, of)
+            continue
+        # at unit speed and acceleration, forward
+        hooks = (effect.inertia, effect.load, effect.friction, effect.load)
+        for i, (name, hook) in enumerate(zip(PARAMETERS, hooks, strict=True)):
+            if name in effect.changes_base:
+                values[i] += np.mean(hook(motion, of))
+    return np.asarray(values * np.mean(scale))
 
 
 def _relative(found: Array, truth: Array) -> tuple[float, ...]:

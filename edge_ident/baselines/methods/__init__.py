@@ -1,6 +1,6 @@
-"""One method a file, named as the file is; each has `estimate(problem) -> Estimate`.
+"""One method per file, named as the file; each has `estimate(problem) -> Estimate`.
 
-A method that does not apply raises an `EdgeIdentError` that says why. To add a method, add a
+A method that does not apply raises an `EdgeIdentError` with the reason. To add a method, add a
 file.
 """
 

@@ -33,7 +33,7 @@ def estimate(problem: Problem) -> Estimate:
     Raises
     ------
     DataError
-        The rounds do not settle.
+        The rounds do not converge.
     """
     regressor, effort = problem.regressor, problem.effort
     parameters = fit(regressor, effort)
@@ -50,7 +50,7 @@ def estimate(problem: Problem) -> Estimate:
                 Estimate(parameters, _std(regressor, effort, parameters))
             )
     raise DataError(
-        f"the weights did not settle in {_ROUNDS} rounds", "look at the residual over time"
+        f"the weights did not converge in {_ROUNDS} rounds", "look at the residual over time"
     )
 
 

@@ -1,13 +1,12 @@
 """Instrumental variables from a simulated drive (IDIM-IV; Janot, Vandanjon, Gautier 2014).
 
-The regressor is computed once more, from a simulation of the present model in closed loop. It
-varies as the measured one does and knows nothing of its noise, which therefore averages out:
-the estimate has no bias by encoder noise. Model and instruments are found in turn until the
-parameters settle.
+The instruments are a second regressor, computed from a closed-loop simulation of the present model.
+It varies as the measured regressor does but is independent of its noise, so the estimate has no
+bias by encoder noise. Model and instruments are computed in turn until the parameters converge.
 
-The simulated drive follows the recorded reference. Without one it follows the measured position
-filtered at half the cut-off, whose acceleration shares 7 % of the noise's power with the regressor:
-so much of the bias stays, and is added to the deviation.
+The simulated drive follows the recorded reference. Without one it follows the measured position,
+filtered at half the cut-off. Its acceleration shares 7 % of the noise's power with the regressor.
+That share of the bias remains and is added to the standard deviation.
 """
 
 from typing import Final
@@ -42,7 +41,7 @@ def estimate(problem: Problem) -> Estimate:
     Raises
     ------
     DataError
-        The model cannot be simulated, or the rounds do not settle.
+        The model cannot be simulated, or the rounds do not converge.
     """
     measured, effort = problem.regressor, problem.effort
     course, shared_noise = _course(problem)
@@ -57,7 +56,7 @@ def estimate(problem: Problem) -> Estimate:
             std = coloured_std(projected, effort - measured @ parameters)
             return problem.with_noise_bias(Estimate(parameters, std), shared_noise)
     raise DataError(
-        f"the parameters did not settle in {_ROUNDS} simulations",
+        f"the parameters did not converge in {_ROUNDS} simulations",
         "record a motion that determines all parameters; see edge-ident identify",
     )
 

@@ -1,11 +1,10 @@
-"""Output error: the parameters whose simulated drive moves and pulls as the measured one did.
+"""Output error: the parameters whose simulated drive has the measured position and effort.
 
-Position and effort of a closed-loop simulation are fitted by Gauss-Newton steps in a trust
-region (CLOE: Landau and Karimi 1997; DIDIM: Gautier, Janot, Vandanjon 2013). The recording's
-controller is unknown: the simulated one follows the filtered measured position, with stiff
-feedback and its model's own feed-forward. So the fit rests on the effort nearly alone, and noise
-in the followed position has the same effect as in least squares; what simulation adds is
-friction that sticks at reversals.
+Position and effort of a closed-loop simulation are fitted by Gauss-Newton steps in a trust region
+(CLOE: Landau and Karimi 1997; DIDIM: Gautier, Janot, Vandanjon 2013). The recording's controller is
+unknown. The simulated one follows the filtered measured position, with stiff feedback and its
+model's own feed-forward. So the fit depends almost only on the effort, and noise in the followed
+position acts as in least squares. The simulation adds friction that sticks at reversals.
 """
 
 from typing import Final

@@ -1,6 +1,6 @@
-"""Random search: the best of a few random drives, as the network's loop without the network.
+"""Random search: the best of a few random drives, which is the network's loop without the network.
 
-It shows what a lenient metric hides: guesses from [0, 1] pass a correlation of 0.9 in most draws.
+It shows how lenient a metric is: guesses from [0, 1] reach a correlation of 0.9 in most draws.
 """
 
 from typing import Final

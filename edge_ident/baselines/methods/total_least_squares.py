@@ -1,9 +1,9 @@
-"""Total least squares: acceleration and velocity carry noise as the effort does.
+"""Total least squares: acceleration and velocity have noise as the effort does.
 
-Mixed LS-TLS (Van Huffel and Vandewalle 1991, section 3.5): the offset's column is exact, the
-sign's as good as, so both are taken out by a QR decomposition; columns and effort are divided by
-their noise; the right singular vector of the smallest singular value holds the answer. Velocity
-and acceleration have uncorrelated noise, as any stationary signal and its derivative.
+Mixed LS-TLS (Van Huffel and Vandewalle 1991, section 3.5). The offset's column is exact and the
+sign's nearly so; a QR decomposition removes both. The other columns and the effort are divided by
+their noise. The answer is the right singular vector of the smallest singular value. Noise of
+velocity and of acceleration is uncorrelated, as any stationary signal and its derivative are.
 """
 
 from math import gamma, pi, sqrt
@@ -35,12 +35,12 @@ def estimate(problem: Problem) -> Estimate:
     """Estimate with noise in regressor and effort.
 
     The encoder's noise follows from the position; the effort's is what is left of the residual,
-    so both are found in turn until they settle.
+    so both are found in turn until they converge.
 
     Raises
     ------
     DataError
-        The rounds do not settle: encoder noise explains more than the residual.
+        The rounds do not converge: encoder noise explains more than the residual.
     """
     regressor, effort = problem.regressor, problem.effort
     noise = _regressor_noise(problem)
@@ -55,7 +55,7 @@ def estimate(problem: Problem) -> Estimate:
             std = coloured_std(cleaned, effort - regressor @ parameters)
             return problem.with_noise_bias(Estimate(parameters, std), _UNCERTAINTY)
     raise DataError(
-        f"total least squares did not settle in {_ROUNDS} rounds",
+        f"total least squares did not converge in {_ROUNDS} rounds",
         "record a motion with more acceleration, or a finer encoder",
     )
 

@@ -1,9 +1,8 @@
 """Weighted least squares (IDIM-WLS; Gautier and Poignet 2001).
 
-The practice weighs each joint's equations by the reciprocal of their residual's deviation. One
-axis has one equation, so the stretches of the motion take the place of the joints: where the
-model misses more, samples count less. Weights and parameters are found in turn until they
-settle.
+The method weighs each joint's equations by the reciprocal of their residual's deviation. One axis
+has one equation, so segments of the motion take the place of the joints: where the model misses
+more, samples count less. Weights and parameters are computed in turn until they converge.
 """
 
 from typing import Final
@@ -34,7 +33,7 @@ def estimate(problem: Problem) -> Estimate:
     Raises
     ------
     DataError
-        The record is too short for two stretches, or the weights do not settle.
+        The record is too short for two stretches, or the weights do not converge.
     """
     count = min(_STRETCHES, len(problem.effort) // _FEWEST_SAMPLES)
     if count < 2:
@@ -53,7 +52,7 @@ def estimate(problem: Problem) -> Estimate:
             std = coloured_std(weighted, (effort - modelled) * weight)
             return problem.with_noise_bias(Estimate(parameters, std))
         weight = _weights(effort - modelled, count)
-    raise DataError(f"the weights did not settle in {_ROUNDS} rounds", "record a longer motion")
+    raise DataError(f"the weights did not converge in {_ROUNDS} rounds", "record a longer motion")
 
 
 def _weights(residual: Array, count: int) -> Array:

@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 from edge_ident.diagnosis.fit.candidates import Candidate
 from edge_ident.diagnosis.fit.scoring import Grid
 from edge_ident.diagnosis.prepare.axis_data import AxisData
-from edge_ident.model.outside_vibration import OUTSIDE_VIBRATION
+from edge_ident.model.external_vibration import EXTERNAL_VIBRATION
 
 Array = NDArray[np.float64]
 
-VIBRATION: Final = Candidate(OUTSIDE_VIBRATION.name, OUTSIDE_VIBRATION.search.forms[0])
+VIBRATION: Final = Candidate(EXTERNAL_VIBRATION.name, EXTERNAL_VIBRATION.search.forms[0])
 """Competes with the causes, and is none."""
 
 _FEWEST_PERIODS: Final = 5.0

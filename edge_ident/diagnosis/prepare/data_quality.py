@@ -40,7 +40,7 @@ def _timing(recording: Recording, name: str) -> list[DataFinding]:
         message = f"{gaps} gaps of up to {longest:.3g} s in the time stamps were bridged"
         return [DataFinding("gaps", name, message)]
     grid = EvenGrid.of(recording.time_s)
-    if grid.interpolated:
+    if grid.uneven:
         message = (
             f"time stamps are up to {grid.jitter:.2g} periods off an even grid; samples "
             "were interpolated"

@@ -110,7 +110,7 @@ class _Sampled:
 
     @classmethod
     def of(cls, recording: Recording, name: str) -> "_Sampled":
-        """Interpolate a recording."""
+        """Resample a recording."""
         grid = EvenGrid.of(recording.time_s)
         positions = {
             other: grid.resampled(record.position) for other, record in recording.axes.items()

@@ -16,7 +16,7 @@ _SEGMENTS: Final = 8
 """Segments over which a spectrum is averaged, at least."""
 _SPECTRUM_BAND: Final = 1.5
 """Highest frequency of the spectrum, over the bandwidth. Samples are 2.5 per period of the
-bandwidth at least, so their spectrum ends at 1.25 times the bandwidth, or somewhat above."""
+bandwidth at least, so their spectrum ends at 1.25 times the bandwidth or above."""
 
 
 def residual_maps(name: str, diagnosed: Mapping[str, AxisDiagnosis]) -> Any:

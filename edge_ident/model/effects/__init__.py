@@ -14,8 +14,8 @@ import numpy as np
 
 from edge_ident.errors import ModelError
 from edge_ident.model.effect import Effect
+from edge_ident.model.external_vibration import EXTERNAL_VIBRATION
 from edge_ident.model.model import Term
-from edge_ident.model.outside_vibration import OUTSIDE_VIBRATION
 from edge_ident.model.registration import check_effect
 from edge_ident.model.rigid_body import RIGID_BODY
 from edge_ident.model.strengths import Draws, Scale
@@ -38,14 +38,14 @@ def catalogue() -> Mapping[str, Effect]:
 
 
 def named(name: str) -> Effect:
-    """The effect of this name, the base term, or a vibration from outside.
+    """The effect of this name, the base term, or an external vibration.
 
     Raises
     ------
     ModelError
         There is none.
     """
-    for uncatalogued in (RIGID_BODY, OUTSIDE_VIBRATION):
+    for uncatalogued in (RIGID_BODY, EXTERNAL_VIBRATION):
         if name == uncatalogued.name:
             return uncatalogued
     if name not in catalogue():

@@ -1,7 +1,7 @@
-"""Actuator deadband: commands below a threshold give no torque, those above lose it.
+"""Actuator deadband: commands below a threshold give no torque; those above lose the threshold.
 
-torque = command - clip(command, -width, width): dead time of a bridge, a valve's overlap.
-It flips with the sign of the effort, not of the velocity.
+torque = command - clip(command, -width, width). Examples are the dead time of a bridge and the
+overlap of a valve. The lost effort flips with the sign of the effort, not of the velocity.
 Source: Tao and Kokotović, Adaptive Control of Systems with Actuator and Sensor Nonlinearities
 (1996).
 """

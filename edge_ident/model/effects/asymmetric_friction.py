@@ -1,8 +1,8 @@
 """Friction that differs by direction: a preloaded nut, a skewed seal, a worn guide.
 
-f = difference·|v|: viscous friction is larger by the difference forward, smaller by it backward.
-Coulomb friction by direction is not part of it: (C₊ - C₋)/2 adds the same effort both ways, which
-is exactly an offset.
+f = difference·|v|. Viscous friction is larger by the difference forward and smaller by it backward.
+Coulomb friction by direction is not part of this effect: (C₊ - C₋)/2 adds the same effort both
+ways, which is exactly an offset.
 Source: the EMPS reference model with friction by direction (Janot, Gautier and Brunot 2019).
 """
 

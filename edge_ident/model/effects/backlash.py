@@ -1,9 +1,9 @@
 """Backlash: play between the encoder's side and the load.
 
-For the width of the gap after a reversal the drive moves only its own inertia and friction; then
-it takes the load along with an impact. The load has its share of the axis's inertia,
-friction and weight; what the base model calls so includes it. The contacts are as stiff as the
-shaft between: the load rebounds, and how far decides what the drive feels next.
+After a reversal the drive moves only its own inertia and friction for the width of the gap. Then it
+takes the load along with an impact. The load has a share of the axis's inertia, friction and
+weight; the base parameters include that share. The contacts are as stiff as the shaft between both
+sides. The load rebounds from them, and the rebound decides what the drive feels next.
 Source: Nordin and Gutman, Automatica 38 (2002) 1633 (dead zone with spring and damper).
 """
 
@@ -116,8 +116,8 @@ def _physical(values: Values, excitation: Excitation) -> bool:
 
 
 def _grid(excitation: Excitation) -> dict[str, Array]:
-    """Gaps from what the encoder just resolves; loads with more or less than their share of
-    the axis's friction."""
+    """Gaps from what the encoder just resolves; loads with more or less friction than their share
+    of the inertia."""
     inertia, viscous, coulomb, offset = excitation.base
     inertia, viscous, coulomb = (max(x, 1e-9) for x in (inertia, viscous, coulomb))
     gaps, shares = np.meshgrid(
@@ -159,8 +159,8 @@ def _starts(velocity: Array) -> NDArray[np.intp]:
 
 
 def _pushed(drive: Array, speed: Array, carried: Array, values: Values, step_s: float) -> Array:
-    """Acceleration (..., K, N) that the contacts give a load (implicit midpoint rule; dry friction
-    takes off what speed it can).
+    """Acceleration (..., K, N) that the contacts give a load, by the implicit midpoint rule. Dry
+    friction reduces the speed by at most what it can in a step.
 
     Parameters
     ----------

@@ -1,8 +1,8 @@
 """Cross-axis coupling: the motion of another axis costs effort on this one.
 
 f = (inertia + inertia_cosine·cos x)·a₂ + viscous_friction·v₂ + coulomb_friction·sign(v₂) +
-centrifugal_sine·sin(x)·v₂², where 2 is the source axis: a
-carried axis that accelerates, guides out of square, a shared cable chain.
+centrifugal_sine·sin(x)·v₂², where 2 is the source axis. Examples are a carried axis that
+accelerates, guides out of square and a shared cable chain.
 Source: off-diagonal elements of a multi-body inertia matrix; skewed guides.
 """
 

@@ -1,7 +1,7 @@
-"""Disturbance event: a push or a collision, effort during one short stretch of time.
+"""Disturbance event: a push or a collision, an effort of short duration.
 
-f = level·sin²(π·(t - time)/duration) from time on, for its duration.
-Source: none needed; the shape is the shortest smooth pulse.
+f = level·sin²(π·(t - time)/duration) from `time` on, for its duration.
+Source: none needed; this is the shortest smooth pulse.
 """
 
 from typing import Final
@@ -33,15 +33,14 @@ class DisturbanceEvent(Effect):
 
 
 def _physical(values: Values, excitation: Excitation) -> bool:
-    """One that begins and ends within the record; nobody knows what an axis with a memory has
-    been through before."""
+    """A pulse that begins and ends within the record: what happened before is not recorded."""
     begins, ends = values["time"], values["time"] + values["duration"]
     return bool(np.all((begins > 0.0) & (ends < excitation.duration_s)))
 
 
 def _grid(excitation: Excitation) -> dict[str, Array]:
-    """From the shortest pulse that the filter shows, or a record has room for in a search, to
-    a tenth of the record."""
+    """From the shortest pulse that the filter passes, and at least 1/250 of the record, to a tenth
+    of the record."""
     durations, times = [], []
     longest = 0.1 * excitation.duration_s
     duration = min(max(0.35 / excitation.cutoff_hz, excitation.duration_s / 250.0), longest)

@@ -1,7 +1,7 @@
-"""Encoder eccentricity: the disc runs out, and the reading errs once per turn.
+"""Encoder eccentricity: the disc is off centre, and the reading errs once per turn.
 
-reading = x + cosine·cos(2π·x/period) + sine·sin(2π·x/period). The true motion is uneven where the
-reading is even, and costs effort that grows with the square of the speed.
+reading = x + cosine·cos(2π·x/period) + sine·sin(2π·x/period). Where the reading is even, the true
+motion is uneven. It costs effort that grows with the square of the speed.
 Source: first harmonic of an eccentrically mounted graduation.
 """
 

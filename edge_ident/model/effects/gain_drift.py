@@ -1,8 +1,8 @@
 """Gain drift: the effort column's scale changes, and every coefficient with it.
 
-command = torque·(1 + rate·t + curvature·t²), or with a time constant τ in place of the curvature
-τ·(1 - exp(-t/τ)) in place of t: a magnet that warms, an amplifier that drifts. Before the record
-starts the scale is that at its start.
+command = torque·(1 + rate·t + curvature·t²). With a time constant τ in place of the curvature,
+τ·(1 - exp(-t/τ)) takes the place of t. Examples are a magnet or an amplifier that warms. Before the
+record starts, the scale is that at its start.
 Source: Taylor expansion, first-order warming; NdFeB magnets lose about 0.1 % of their torque
 constant per kelvin.
 """
@@ -12,7 +12,8 @@ from typing import Final
 import numpy as np
 
 from edge_ident.model.effect import Array, Effect, Parameter, Values
-from edge_ident.model.effects.offset_drift import TIME_CONSTANT, settling, time_constants
+from edge_ident.model.effects.offset_drift import TIME_CONSTANT, effective_time_s, time_constants
+from edge_ident.model.model import PARAMETERS
 from edge_ident.model.search import Excitation, Form, Search
 from edge_ident.model.strengths import Draws, Scale
 
@@ -28,6 +29,7 @@ class GainDrift(Effect):
         Parameter("curvature", "1/s^2", -10.0, 10.0, "half the growth of the rate", default=0.0),
         TIME_CONSTANT,
     )
+    changes_base = PARAMETERS
 
     def command(self, torque: Array, time_s: Array, values: Values) -> Array:
         """More command for the same torque."""
@@ -55,7 +57,7 @@ def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
 
 
 def _scale(time_s: Array, values: Values) -> Array:
-    since = settling(time_s, values)
+    since = effective_time_s(time_s, values)
     return np.maximum(1.0 + (values["rate"] + values["curvature"] * since) * since, _SMALLEST)
 
 

@@ -1,8 +1,8 @@
-"""Load-dependent friction: a transmission that loses a share of what passes through it.
+"""Load-dependent friction: a transmission loses a share of the effort that passes through it.
 
-f = share·|T|·sign(v), where T is the effort at the transmission's input that goes on to constant
-load, to the moved part of the inertia and the guided part of the friction: T = y + f, with
-y = moved·inertia·a + offset + guided·(viscous_friction·v + coulomb_friction·sign(v)). Solved for f:
+f = share·|T|·sign(v). T is the effort at the transmission's input that goes on to the constant
+load, to the moved part of the inertia and to the guided part of the friction: T = y + f, with
+y = moved·inertia·a + offset + guided·(viscous_friction·v + coulomb_friction·sign(v)). Solved for T:
 T = y/(1 - share·sign(v)·sign(y)).
 Source: Hamon, Gautier and Garrec, IEEE/RSJ IROS 2010, 6187 (load-dependent friction of robot
 joints), written for the input side.

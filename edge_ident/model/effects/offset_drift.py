@@ -1,7 +1,8 @@
 """Offset drift: the constant effort changes with time.
 
-f = rate·t + curvature·t² from the start of the record, or with a time constant τ in place of the
-curvature τ·(1 - exp(-t/τ)) in place of t: an amplifier or a force sensor that warms.
+f = rate·t + curvature·t² from the start of the record. With a time constant τ in place of the
+curvature, τ·(1 - exp(-t/τ)) takes the place of t. An example is an amplifier or a force sensor that
+warms.
 Source: Taylor expansion, first-order warming.
 """
 
@@ -26,10 +27,11 @@ class OffsetDrift(Effect):
         Parameter("curvature", "{effort}/s^2", -1e9, 1e9, "half the growth of the rate"),
         TIME_CONSTANT,
     )
+    changes_base = ("offset",)
 
     def load(self, at: Motion, values: Values) -> Array:
-        """A parabola of time, or what settles."""
-        since = settling(at.time_s, values)
+        """A parabola of time, or an approach to a constant."""
+        since = effective_time_s(at.time_s, values)
         return (values["rate"] + values["curvature"] * since) * since
 
 
@@ -49,8 +51,8 @@ def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
     }
 
 
-def settling(time_s: Array, values: Values) -> Array:
-    """Time since the start of the record, which runs ever more slowly where drift settles."""
+def effective_time_s(time_s: Array, values: Values) -> Array:
+    """Time since the start of the record; with a time constant, it levels off at that."""
     constant = values["time_constant"]
     return np.asarray(-constant * np.expm1(-np.maximum(time_s, 0.0) / constant))
 

@@ -1,7 +1,7 @@
 """Payload change: from one moment on, the axis carries more or less.
 
-From that time inertia·a + coulomb_friction·sign(v) + offset are added: the mass, the friction and,
-on an axis that lifts, the weight of what was put on or taken off.
+From that time, inertia·a + coulomb_friction·sign(v) + offset are added. These are the mass and the
+friction of the payload and, on an axis that lifts, its weight.
 Source: rigid-body dynamics.
 """
 
@@ -23,6 +23,7 @@ class PayloadChange(Effect):
         Parameter("coulomb_friction", "{effort}", -1e9, 1e9, "added with it"),
         Parameter("offset", "{effort}", -1e9, 1e9, "its weight"),
     )
+    changes_base = ("inertia", "coulomb_friction", "offset")
 
     def load(self, at: Motion, values: Values) -> Array:
         """Weight."""

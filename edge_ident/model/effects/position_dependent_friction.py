@@ -1,8 +1,8 @@
-"""Friction that depends on position: a guide that tightens, a bent screw, a worn stretch.
+"""Friction that depends on position: a guide that tightens, a bent screw, a worn part of it.
 
-f = sign(v)·(gradient·x + cosine·cos(2π·x/period) + sine·sin(2π·x/period)), on top of Coulomb
-friction; its mean is Coulomb friction. It is half the difference of the maps of the residual
-forward and backward.
+f = sign(v)·(gradient·x + cosine·cos(2π·x/period) + sine·sin(2π·x/period)). This adds to Coulomb
+friction, which is its mean. It is half the difference of the residual's maps over position forward
+and backward.
 Source: Popović and Goldenberg, IEEE Trans. Robotics and Automation 14 (1998) 114 (spectral
 friction model).
 """

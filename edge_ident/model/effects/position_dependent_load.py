@@ -1,10 +1,10 @@
-"""A load that depends on position: a spring, a cable chain, weight over the angle of an arm.
+"""A load that depends on position: a spring, a cable chain, the weight of an arm over its angle.
 
-f = stiffness·x + curvature·x² + cosine·cos(2π·x/period) + sine·sin(2π·x/period); an arm that
-hangs has a period of 2π rad. On a joint that another one carries in the same plane, weight follows
-the sum of both angles: sum_cosine·cos(x + x₂) + sum_sine·sin(x + x₂). It is half the sum of the
-maps of the residual forward and backward.
-On a purely sinusoidal motion the stiffness looks like inertia, since a is proportional to x there.
+f = stiffness·x + curvature·x² + cosine·cos(2π·x/period) + sine·sin(2π·x/period). A hanging arm has
+a period of 2π rad. The weight of a joint that another joint carries in the same plane follows the
+sum of both angles: sum_cosine·cos(x + x₂) + sum_sine·sin(x + x₂). The load is half the sum of the
+residual's maps over position forward and backward. On a purely sinusoidal motion the stiffness
+looks like inertia, because a is proportional to x there.
 Source: statics.
 """
 

@@ -1,10 +1,9 @@
 """Presliding hysteresis: dry friction that builds up with the distance since a reversal.
 
-Part of the Coulomb friction, the level, acts through bristles: springs of one strength that give
-way at reaches of their own, whatever the speed. The reaches are such that after a long stroke and a
-reversal f/level goes from one side to the other like 1 - 2·exp(-distance travelled/distance). The
-friction remembers every reversal until the motion passes it again, so smaller reversals make closed
-loops inside.
+Part of the Coulomb friction, the level, acts through bristles. These are springs of equal strength
+that yield at different reaches, whatever the speed. After a long stroke and a reversal, f/level
+changes sides as 1 - 2·exp(-travel/distance). The friction remembers every reversal until the motion
+passes it again, so smaller reversals make closed loops inside larger ones.
 Source: Iwan, J. Applied Mechanics 33 (1966) 893; Al-Bender and Swevers, IEEE Control Systems 28
 (2008) 64 (presliding of machines, Maxwell-slip elements).
 """

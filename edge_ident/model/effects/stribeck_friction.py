@@ -1,7 +1,7 @@
 """Stribeck friction: dry friction that falls as a lubricant film builds up with speed.
 
 f = level·exp(-(v/speed)²)·sign(v), on top of Coulomb friction. The bump below the Stribeck speed is
-the same accelerating and decelerating, and the same both ways.
+the same in acceleration and deceleration, and in both directions.
 Source: Armstrong-Hélouvry, Dupont and Canudas de Wit, Automatica 30 (1994) 1083.
 """
 

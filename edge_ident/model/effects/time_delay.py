@@ -1,7 +1,7 @@
 """Time delay: the effort column is recorded late (or early) against the position column.
 
 recorded(t) = effort(t - delay), the same at all amplitudes and frequencies. The half sample of a
-zero-order hold is no fault: a recording states it as its effort shift.
+zero-order hold is not a delay in this sense: a recording states it as its effort shift.
 Source: linear phase of a pure delay.
 """
 

@@ -1,7 +1,7 @@
-"""Torque ripple: cogging, gear mesh, a bent screw; periodic in position, whatever the speed.
+"""Torque ripple: periodic in position at any speed, as of cogging, gear mesh or a bent screw.
 
-f = cosine·cos(2π·x/period) + sine·sin(2π·x/period), the same in both directions. Several
-orders are several terms.
+f = cosine·cos(2π·x/period) + sine·sin(2π·x/period), the same in both directions. Each order is a
+term of its own.
 Source: Holtz and Springob, IEEE Trans. Industrial Electronics 43 (1996) 309.
 """
 
@@ -37,8 +37,8 @@ class TorqueRipple(Effect):
 
 
 def _grid(excitation: Excitation) -> dict[str, Array]:
-    """From one wave over the travel, which no repetition tells from a load along it, up to what
-    the filter lets through."""
+    """From about one wave over the travel, which looks like a load along it, to what the filter
+    passes."""
     return {"period": excitation.periods(0.75, 2000.0)}
 
 

@@ -1,6 +1,7 @@
 """Warm-up: viscous friction that falls as the lubricant warms.
 
-f = excess·exp(-t/time_constant)·v from the start of the record; before it, as cold as at its start.
+f = excess·exp(-t/time_constant)·v from the start of the record. Before the start, the axis is as
+cold as at the start.
 Source: Simoni, Beschi, Legnani and Visioli, IEEE/RSJ IROS 2015 (friction with temperature effects),
 with first-order heating.
 """
@@ -21,6 +22,7 @@ class WarmUp(Effect):
         Parameter("excess", "{effort}*s/{position}", -1e9, 1e9, "viscous friction at the start"),
         Parameter("time_constant", "s", 1e-3, 1e9, "in which 63 % of it is gone"),
     )
+    changes_base = ("viscous_friction",)
 
     def load(self, at: Motion, values: Values) -> Array:
         """Viscous, fading."""

@@ -121,7 +121,7 @@ static void any_command(void)
     write_words(FD_REG_COMMAND_OPCODE, words, COMMAND_WORDS);
 }
 
-/* The key, and the pages that the host holds; or letting go. */
+/* The key, and mostly the pages that the host holds. */
 static void heartbeat(void)
 {
     uint16_t words[4];
@@ -136,6 +136,13 @@ static void release(void)
     uint16_t words[2];
     client_put_u32(words, any_key());
     write_words(FD_REG_SESSION_RELEASE, words, 2u);
+}
+
+/* Anything that is allowed; in a motion, nothing is. */
+static void set_watchdog(void)
+{
+    const uint16_t words[] = {(uint16_t)(100u + fuzz_below(3000)), (uint16_t)(1u + fuzz_below(2))};
+    write_words(FD_REG_WATCHDOG_TIMEOUT, words, 2u);
 }
 
 static void write_table(void)
@@ -224,7 +231,7 @@ static void accident(void)
 {
     static void (*const accidents[])(void) = {
         noise, any_frame, any_request, any_command, release, write_table, inputs, inputs, wait,
-        stage_and_commit, any_command, power,
+        stage_and_commit, any_command, set_watchdog, power,
     };
     accidents[fuzz_below(sizeof accidents / sizeof accidents[0])]();
 }
@@ -244,13 +251,19 @@ static void get_ready(void)
     command(FD_OPCODE_ENABLE, 0);
 }
 
+enum host { DILIGENT, FORGETFUL, DEAD }; /* acknowledges, only beats, is silent */
+
 /* Until the motion has ended, or the host loses patience. */
-static void see_through(bool silent)
+static void see_through(enum host host)
 {
-    for (unsigned n = 0; n < 80u && machine_in_motion(); n++) {
+    uint16_t key[2];
+    client_put_u32(key, CLIENT_KEY);
+    for (unsigned n = 0; n < (host == FORGETFUL ? 200u : 80u) && machine_in_motion(); n++) {
         simulation_samples(fuzz_below(60));
-        if (!silent && !fuzz_rarely(10)) {
+        if (host == DILIGENT && !fuzz_rarely(10)) {
             heartbeat();
+        } else if (host == FORGETFUL) {
+            write_words(FD_REG_SESSION_KEY, key, 2u);
         }
         if (fuzz_rarely(20)) {
             accident();
@@ -266,8 +279,11 @@ static void motion(void)
     for (unsigned n = 0; n < 400u && machine.state == FD_STATE_CHECKING; n++) {
         simulation_pass(200u);
     }
+    if (fuzz_rarely(20)) { /* while gains may be rolled back, and the lease runs out */
+        simulation_samples(1000u + fuzz_below(1500));
+    }
     command(FD_OPCODE_START, FD_MAP_CRC);
-    see_through(fuzz_rarely(10)); /* some die after START */
+    see_through(fuzz_rarely(10) ? DEAD : fuzz_rarely(10) ? FORGETFUL : DILIGENT);
     command(fuzz_rarely(3) ? FD_OPCODE_QUICK_STOP : FD_OPCODE_FINISH, 0);
     if (fuzz_rarely(5)) {
         command(FD_OPCODE_DISABLE, 0);
@@ -278,7 +294,8 @@ unsigned long fuzz_play(void)
 {
     static void (*const plays[])(void) = {
         noise, any_frame, any_request, any_request, any_request, any_command, any_command,
-        heartbeat, heartbeat, release, write_table, stage_and_commit, inputs, wait, motion, motion,
+        heartbeat, heartbeat, release, write_table, set_watchdog, stage_and_commit, inputs, wait,
+        motion, motion, motion,
     };
     sent = 0;
     if (fuzz_rarely(100)) {

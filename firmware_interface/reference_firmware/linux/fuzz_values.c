@@ -100,7 +100,8 @@ void fuzz_table(uint16_t table[TABLE_WORDS])
 {
     const uint32_t times = fuzz_rarely(2) ? 6u : 1000000u; /* half of all tables are clean */
     const bool stairs = fuzz_rarely(3);
-    const uint32_t capture = fuzz_rarely(200) ? 1u + fuzz_below(200000) : 1u + fuzz_below(400);
+    const uint32_t capture = 1u + fuzz_below(fuzz_rarely(200) ? 200000u : fuzz_rarely(20) ? 6000u
+                                                                                      : 400u);
     client_begin_table(table, stairs ? FD_TRAJECTORYKIND_STAIRCASE : FD_TRAJECTORYKIND_MULTISINE,
                        40u + fuzz_below(600), capture);
     for (unsigned axis = 0; axis < FD_AXES; axis++) {

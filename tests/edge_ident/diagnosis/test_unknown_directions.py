@@ -72,7 +72,7 @@ def test_a_load_behind_play_is_carried_in_step() -> None:
     rate = 2.0 * np.pi * 0.8
     x, v, a = np.sin(rate * time), rate * np.cos(rate * time), -(rate**2) * np.sin(rate * time)
     one = {
-        "subspace": 0.01,
+        "gap": 0.01,
         "load_inertia": 0.3,
         "deceleration": 4.0,
         "damping_rate": 1.0,

@@ -49,7 +49,7 @@ def test_uneven_sampling_is_interpolated() -> None:
     velocity = 2 * np.pi * 0.2875 * np.cos(0.2875 * time)
     effort = 0.9 * velocity
     even = conditioning.condition(time, position, effort)
-    assert even.grid.interpolated
+    assert even.grid.uneven
     assert 0.35 < even.grid.jitter < 0.45
     expected = 2 * np.pi * 0.2875 * np.cos(0.2875 * (time[0] + even.period_s * np.arange(8742)))
     np.testing.assert_allclose(even.regressor[:, 1], expected, atol=2e-3)
@@ -102,15 +102,16 @@ def test_a_motion_without_acceleration_still_has_a_cutoff() -> None:
     np.testing.assert_allclose(smooth.regressor[500:-500, 1], 1.0, atol=1e-3)
 
 
-def test_stamps_within_a_twentieth_of_a_period_are_taken_for_even() -> None:
-    """Rounded stamps say nothing of the motion: samples stay as the encoder counted them."""
+def test_stamps_on_an_even_grid_leave_the_samples_as_they_were_read() -> None:
     position, _, _ = sine(0.0)
-    counted = COUNT_RAD * np.round(position / COUNT_RAD)
-    rounding = np.random.default_rng(6).uniform(-0.04, 0.04, len(position))
-    even, uneven = (
-        EvenGrid.of(PERIOD_S * (np.arange(len(position)) + part * rounding)) for part in (1.0, 4.0)
-    )
-    assert not even.interpolated
-    np.testing.assert_array_equal(even.resampled(counted), counted)
-    assert uneven.interpolated
-    assert np.max(np.abs(uneven.resampled(counted) - counted)) > 0.1 * COUNT_RAD
+    time = 1e3 + PERIOD_S * np.arange(len(position))
+    np.testing.assert_array_equal(EvenGrid.of(time).resampled(position), position)
+
+
+def test_stamps_slightly_off_the_grid_are_corrected_for() -> None:
+    jitter = np.random.default_rng(6).uniform(-0.04, 0.04, 8742)
+    time = PERIOD_S * (np.arange(8742) + jitter)
+    grid = EvenGrid.of(time)
+    assert not grid.uneven
+    wrong, found = (x - np.sin(grid.time_s) for x in (np.sin(time), grid.resampled(np.sin(time))))
+    assert np.max(np.abs(found)) < 1e-3 * np.max(np.abs(wrong))

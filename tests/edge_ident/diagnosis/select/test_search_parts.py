@@ -10,9 +10,7 @@ from edge_ident.diagnosis.fit.noise_floor import noise_floor
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.present.wording import external_vibrations, verdict_sentence
 from edge_ident.diagnosis.result import Verdict
-from edge_ident.model.effects import catalogue
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Term
-from edge_ident.model.search import Excitation
 from edge_ident.signals.recording import AxisRecord, Recording
 
 Array = NDArray[np.float64]
@@ -43,25 +41,6 @@ def recorded(
 
 def rigid(v: Array, a: Array) -> Array:
     return 0.5 * a + 0.8 * v + 1.1 * np.sign(v) + 0.2
-
-
-def test_every_effect_says_what_the_search_needs() -> None:
-    """Adding an effect touches one file: what a file must hold is checked here for all."""
-    base = np.array([0.5, 1.0, 1.0, 0.1])
-    excitation = Excitation(3.0, 2.0, 1.0, 4.0, 5.0, 1e-4, 20.0, 8.0, base)
-    for name, effect in catalogue().items():
-        parameters = {p.name for p in effect.parameters}
-        assert effect.search.forms, name
-        assert effect.search.signature, name
-        assert effect.search.experiment, name
-        assert effect.search.alternatives, name
-        assert set(effect.search.alternatives) <= set(catalogue()) - {name}, name
-        grid = effect.search.grid(excitation)
-        assert set(grid) <= parameters, name
-        assert len({len(values) for values in grid.values()}) <= 1, name
-        for form in effect.search.forms:
-            assert set(form.linear) | set(form.nonlinear) <= parameters, name
-            assert set(form.nonlinear) <= set(grid), name
 
 
 @pytest.mark.parametrize("noise", [0.02, 0.1])

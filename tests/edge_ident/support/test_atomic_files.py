@@ -7,8 +7,8 @@ import pytest
 
 from edge_ident.signals.recording import AxisRecord, Recording
 from edge_ident.signals.recording_files import load_recording, save_recording
+from edge_ident.support.atomic_files import atomic_write
 from edge_ident.support.json_text import write_json
-from edge_ident.support.whole_files import whole_file
 
 
 def recording(samples: int) -> Recording:
@@ -27,7 +27,7 @@ def test_a_full_disk_leaves_the_file_of_before(tmp_path: Path) -> None:
 
 
 def write_half(path: Path) -> None:
-    with whole_file(path) as partial:
+    with atomic_write(path) as partial:
         partial.write_text('{"n": ')
         raise OSError(28, "No space left on device")
 

@@ -1,8 +1,8 @@
-"""A vibration from outside: something shakes the machine, and follows the clock, not the motion.
+"""External vibration: something else shakes the machine, in time and not with the motion.
 
-f = cosine·cos(2π·frequency·t) + sine·sin(2π·frequency·t), t from the start of the record. It is no
-property of an axis and so no effect of the catalogue: the diagnosis knows it in order not to
-blame the axis for it.
+f = cosine·cos(2π·frequency·t) + sine·sin(2π·frequency·t), t from the start of the record. It is
+not a property of the axis, so it is not in the catalogue. The diagnosis fits it so that no effect
+of the axis takes its place.
 """
 
 from typing import Final
@@ -15,7 +15,7 @@ from edge_ident.model.search import Form, Search
 _MANY: Final = 1e9
 
 
-class OutsideVibration(Effect):
+class ExternalVibration(Effect):
     """A sinusoid in time."""
 
     parameters = (
@@ -32,7 +32,7 @@ class OutsideVibration(Effect):
         return values["cosine"] * np.cos(angle) + values["sine"] * np.sin(angle)
 
 
-OUTSIDE_VIBRATION: Final = OutsideVibration(
+EXTERNAL_VIBRATION: Final = ExternalVibration(
     search=Search(
         forms=(Form(("cosine", "sine"), ("frequency",)),),
         signature="follows the clock, whatever the motion",

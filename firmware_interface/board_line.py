@@ -1,0 +1,95 @@
+"""Words to and from a board: read back what is written, and notice what comes late or restarts."""
+
+from contextlib import suppress
+from typing import Final
+
+from firmware_interface.board_checks import went_back
+from firmware_interface.board_types import BoardStatus, read_nonce, read_status
+from firmware_interface.errors import LinkError, NoReplyError, RestartedError
+from firmware_interface.link import Link
+
+_TRIES: Final = 3
+
+
+class BoardLine:
+    """A link to a board, and how far its clock was when it was asked last.
+
+    Parameters
+    ----------
+    link : Link
+    """
+
+    def __init__(self, link: Link) -> None:
+        self._link = link
+        self._nonce = read_nonce(self.read)
+        self._first_status = read_status(self.read)
+        self._clock = self._first_status.clock_samples
+
+    def read(self, address: int, count: int) -> list[int]:
+        """Words of consecutive registers."""
+        try:
+            return self._link.read(address, count)
+        except RestartedError as error:
+            self._restarted(error.nonce)
+            raise
+
+    def write(self, address: int, words: list[int]) -> None:
+        """Write consecutive registers in one transfer, once."""
+        try:
+            self._link.write(address, words)
+        except RestartedError as error:
+            self._restarted(error.nonce)
+            raise
+
+    def write_verified(self, address: int, words: list[int]) -> None:
+        """Write registers, read back and compared.
+
+        Raises
+        ------
+        LinkError
+            What was read back differs.
+        """
+        with suppress(NoReplyError):  # what counts is what reads back
+            self.write(address, words)
+        if self.read(address, len(words)) != words:
+            raise LinkError(
+                f"registers from {address:#06x} read back differently from what was written",
+                "check the cable and that no other host talks to the board, then try again",
+            )
+
+    def status(self) -> BoardStatus:
+        """State, fault, last command and counters, all of one moment.
+
+        A status that is older than the one before came late, unless the board has restarted: its
+        nonce decides.
+
+        Raises
+        ------
+        RestartedError
+            The board has restarted since it was asked last; said once.
+        LinkError
+            Old replies keep coming.
+        """
+        for _ in range(_TRIES):
+            status = read_status(self.read)
+            before, self._clock = self._clock, status.clock_samples
+            if not went_back(before, status.clock_samples):
+                return status
+            self._check_nonce()
+            self._clock = before
+        self._clock = status.clock_samples
+        raise LinkError(
+            f"late replies keep coming: the board's clock reads {status.clock_samples} samples "
+            f"after {before}",
+            "check the cable and what lies between host and board, then try again",
+        )
+
+    def _check_nonce(self) -> None:
+        nonce = read_nonce(self.read)
+        if nonce != self._nonce:
+            self._restarted(nonce)
+            raise RestartedError(nonce)
+
+    def _restarted(self, nonce: int) -> None:
+        """Its clock began anew."""
+        self._nonce, self._clock = nonce, 0

@@ -1,0 +1,96 @@
+"""`edge-ident home`, and what every command that moves the machine does about the effort."""
+
+from pathlib import Path
+
+import pytest
+
+from firmware_interface.registers import State
+from tests.edge_ident.shared_board import SharedBoard
+
+
+@pytest.fixture
+def shared(monkeypatch: pytest.MonkeyPatch) -> SharedBoard:
+    return SharedBoard(monkeypatch)
+
+
+def positions(shared: SharedBoard) -> dict[str, float]:
+    return dict(shared.board.status().position_rad)
+
+
+def test_home_moves_only_what_was_named_and_back_to_zero(shared: SharedBoard) -> None:
+    document = shared.json("home", "--to", "x=2.5")
+    assert document["axes"]["x"]["to_rad"] == 2.5
+    # soft start-up gains leave it short of the target by what friction holds
+    assert positions(shared)["x"] == pytest.approx(2.5, abs=0.06)
+    assert positions(shared)["z"] == pytest.approx(0.0, abs=0.01)
+    document = shared.json("home")
+    assert document["axes"]["x"]["from_rad"] == pytest.approx(2.5, abs=0.06)
+    assert positions(shared)["x"] == pytest.approx(0.0, abs=0.06)
+    assert document["time_s"] > 1.875 * 2.4 / 0.8
+
+
+def test_home_keeps_the_speed_that_it_is_given(
+    shared: SharedBoard, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    fastest = 0.0
+    drive = shared.virtual.machine.drive
+    sample = drive.sample
+
+    def watched(setpoints: list) -> object:  # type: ignore[type-arg]
+        nonlocal fastest
+        fastest = max(fastest, *(abs(setpoint.velocity_rad_s) for setpoint in setpoints))
+        return sample(setpoints)
+
+    monkeypatch.setattr(drive, "sample", watched)
+    shared.json("home", "--to", "x=1.0", "--to", "z=-0.5", "--speed", "0.4")
+    assert fastest == pytest.approx(0.4, rel=0.01)
+
+
+def test_home_says_the_way_and_the_time_before_it_moves(shared: SharedBoard) -> None:
+    _, _, errors = shared.run("home", "--to", "x=1.0")
+    assert "x 0.000 → 1.000 rad" in errors
+    assert " s\n" in errors
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "said"),
+    [
+        (["--to", "x=11"], 4, "outside the travel"),
+        (["--to", "x=nan"], 4, "outside the travel"),
+        (["--to", "y=1"], 4, "no axis y"),
+        (["--to", "x"], 2, "AXIS=RAD"),
+        (["--speed", "4.1"], 4, "4.1 rad/s is refused"),
+        (["--speed", "0"], 4, "0 rad/s is refused"),
+    ],
+)
+def test_what_home_may_not_do_is_refused_before_anything_is_switched_on(
+    shared: SharedBoard, arguments: list[str], code: int, said: str
+) -> None:
+    found, _, errors = shared.run("home", *arguments)
+    assert found == code
+    assert said in errors
+    assert not shared.board.status().enabled
+
+
+@pytest.mark.parametrize("found_on", [False, True])
+@pytest.mark.parametrize("command", ["capture", "home"])
+def test_the_effort_is_left_as_it_was_found_and_its_change_is_said(
+    shared: SharedBoard, command: str, found_on: bool, tmp_path: Path
+) -> None:
+    if found_on:
+        board = shared.board
+        board.enable()
+        board.release()
+    arguments = ["--to", "x=0.5"] if command == "home" else []
+    code, _, errors = shared.run(command, *arguments, "--output", tmp_path)
+    assert code == 0, errors
+    assert ("axes enabled" in errors) is not found_on
+    status = shared.board.status()
+    assert status.state is State.IDLE
+    assert status.enabled is found_on
+    assert status.session_remaining_s == 0.0
+
+
+def test_that_axes_are_not_homed_is_said_once(shared: SharedBoard) -> None:
+    _, _, errors = shared.run("home", "--to", "x=0.5")
+    assert errors.count("not homed") == 1

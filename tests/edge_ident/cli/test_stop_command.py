@@ -1,0 +1,135 @@
+"""The machine is stopped although another command holds its serial port."""
+
+import fcntl
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from edge_ident.commissioning import stopping
+from edge_ident.commissioning.port_notes import Holder, holder_of, noted
+from edge_ident.commissioning.stopping import stop_machine
+from edge_ident.errors import LinkError
+from edge_ident.signals.recording_files import load_recording
+from firmware_interface.registers import State
+from tests.boards import served_board
+
+COMMAND = [sys.executable, "-c", "from edge_ident.cli import main; main()"]
+
+
+@pytest.fixture(autouse=True)
+def folder_of_notes(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
+    """Notes of this test alone; processes that it starts inherit it."""
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path / "notes"))
+    return tmp_path / "notes"
+
+
+@contextmanager
+def running(device: str, folder: Path, *command: str) -> Iterator[subprocess.Popen[str]]:
+    """A command on a board, once the machine moves and samples are coming."""
+    process = subprocess.Popen(
+        [*COMMAND, *command, "--device", device, "--output", str(folder)],
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    try:
+        log, deadline = folder / "log.txt", time.monotonic() + 60
+        while not log.is_file() or "motion started" not in log.read_text():
+            assert process.poll() is None, process.communicate()[1]
+            assert time.monotonic() < deadline
+            time.sleep(0.02)
+        yield process
+    finally:
+        process.kill()
+        process.communicate()
+
+
+@pytest.mark.parametrize("command", ["run", "capture"])
+def test_stop_reaches_the_command_that_holds_the_port(command: str, tmp_path: Path) -> None:
+    with (
+        served_board(speed=5.0) as device,
+        running(device, tmp_path / "out", command) as process,
+    ):
+        stopped = subprocess.run(
+            [*COMMAND, "stop", "--device", device, "--json"],
+            capture_output=True,
+            text=True,
+            timeout=60,
+            check=False,
+        )
+        assert stopped.returncode == 0, stopped.stderr
+        assert json.loads(stopped.stdout)["state"] == "IDLE"
+        assert f"process {process.pid} holds" in stopped.stderr
+        assert process.wait(timeout=20) == 130
+        for path in (tmp_path / "out").glob("*.npz"):
+            assert len(load_recording(path).time_s) > 0
+        assert holder_of(device) is None
+
+
+def test_a_holder_that_does_not_end_is_said_with_the_wired_stop_as_next_step(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(stopping, "_END_S", 0.3)
+    with (
+        served_board(speed=5.0) as device,
+        running(device, tmp_path / "out", "capture") as process,
+    ):
+        process.send_signal(signal.SIGSTOP)
+        with pytest.raises(LinkError, match=f"process {process.pid}, .* does not end") as caught:
+            stop_machine(device, 115200, lambda message: None)
+        assert "wired emergency stop" in caught.value.next_step
+        assert f"kill -9 {process.pid}" in caught.value.next_step
+        process.send_signal(signal.SIGCONT)
+        assert process.wait(timeout=20) == 130
+
+
+def test_a_port_that_something_else_holds_is_said_so() -> None:
+    with served_board() as device:
+        line = os.open(device, os.O_RDWR | os.O_NOCTTY)
+        fcntl.flock(line, fcntl.LOCK_EX)
+        with pytest.raises(LinkError, match="cannot be opened") as caught:
+            stop_machine(device, 115200, lambda message: None)
+        os.close(line)
+        assert "wired emergency stop" in caught.value.next_step
+        assert stop_machine(device, 115200, lambda message: None).state is State.IDLE
+
+
+def test_a_note_is_there_as_long_as_the_device_is_held_and_names_the_real_one(
+    tmp_path: Path,
+) -> None:
+    device, link = tmp_path / "ttyX", tmp_path / "by-id"
+    device.touch()
+    link.symlink_to(device)
+    assert holder_of(str(device)) is None
+    with noted(str(link)):
+        holder = holder_of(str(device))
+        assert holder is not None
+        assert (holder.pid, holder.device) == (os.getpid(), str(device))
+    assert holder_of(str(device)) is None
+
+
+def test_a_process_that_has_the_number_of_a_dead_one_is_left_alone(
+    folder_of_notes: Path, tmp_path: Path
+) -> None:
+    with noted(str(tmp_path / "ttyX")):
+        (note,) = folder_of_notes.glob("*/*.json")
+        values = json.loads(note.read_text())
+        assert Holder(**values).alive
+        note.write_text(json.dumps(values | {"started": "1"}))
+        assert holder_of(str(tmp_path / "ttyX")) is None
+
+
+@pytest.mark.parametrize("text", ["", "{", "[]", '{"pid": "x", "started": 1, "device": 2}'])
+def test_a_damaged_note_is_none(folder_of_notes: Path, tmp_path: Path, text: str) -> None:
+    with noted(str(tmp_path / "ttyX")):
+        (note,) = folder_of_notes.glob("*/*.json")
+        note.write_text(text)
+        assert holder_of(str(tmp_path / "ttyX")) is None

@@ -1,0 +1,258 @@
+"""A run after another one: interrupted or killed at any phase, or on a board already tuned."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from interrupted_link import PHASES, InterruptedLink, Killed
+
+from edge_ident.commissioning import safety
+from edge_ident.commissioning.approach import with_lead_in
+from edge_ident.commissioning.run import Outcome, Plan, commission
+from edge_ident.commissioning.verification import compare_motions
+from edge_ident.drive.description import load_drive
+from edge_ident.errors import BoardError
+from edge_ident.signals.recording import AxisRecord, Recording
+from edge_ident.signals.recording_files import load_recording
+from firmware_interface import board_session
+from firmware_interface.board import Board
+from firmware_interface.link import Link
+from firmware_interface.motion import Multisine, SineComponent, Trajectory
+from firmware_interface.registers import State
+from firmware_interface.virtual.board import VirtualBoard
+from firmware_interface.virtual.settings import CONSERVATIVE_GAINS
+
+ENABLED_AT_REST = {"stage", "before commit", "after commit", "draining", "before confirm"}
+"""A host that dies here leaves the effort on: no motion ends by the watchdog."""
+COUNT_RAD = 2 * np.pi / 8400
+
+
+class Silent:
+    def stage(self, title: str) -> None: ...
+
+    def samples(self, in_hand: int, expected: int) -> None: ...
+
+    def say(self, message: str) -> None: ...
+
+
+class Listening(Silent):
+    """Keeps what was said."""
+
+    def __init__(self) -> None:
+        self.said: list[str] = []
+
+    def say(self, message: str) -> None:
+        self.said.append(message)
+
+
+def run(link: Link, folder: Path, observer: Silent | None = None, **plan: object) -> Outcome:
+    """A new host with the built-in drive and the default motion."""
+    board = Board.connect(link)
+    try:
+        return commission(
+            board,
+            load_drive(),
+            None,
+            Plan(**plan),
+            folder,
+            observer or Silent(),  # type: ignore[arg-type]
+        )
+    finally:
+        board.close()
+
+
+@pytest.fixture
+def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Ask the board as fast as it answers: its time goes by requests."""
+    monkeypatch.setattr(board_session, "POLL_S", 0.0)
+    monkeypatch.setattr(safety, "_STOP_S", 0.0)
+
+
+@pytest.mark.usefixtures("impatient")
+@pytest.mark.parametrize("phase", PHASES)
+@pytest.mark.parametrize("end", [KeyboardInterrupt, Killed])
+def test_after_an_interruption_at_any_phase_the_next_run_works(
+    phase: str, end: type[BaseException], tmp_path: Path
+) -> None:
+    virtual = VirtualBoard()
+    link = InterruptedLink(virtual, phase, end)
+    with pytest.raises(end):
+        run(link, tmp_path)
+    assert link.struck
+    if end is KeyboardInterrupt:
+        status = Board.connect(virtual).status()
+        assert status.state is State.IDLE
+        assert not status.unconfirmed
+        assert not status.enabled
+        assert status.session_remaining_s == 0.0
+    outcome = run(virtual, tmp_path)
+    assert outcome.confirmed
+    assert outcome.gains_before["x"].numbers() == pytest.approx(
+        CONSERVATIVE_GAINS.numbers(), rel=1e-6
+    )
+    left_on = end is Killed and phase in ENABLED_AT_REST
+    assert Board.connect(virtual).status().enabled == left_on  # as it was found
+
+
+def test_a_capture_cut_short_is_kept_and_said(tmp_path: Path) -> None:
+    virtual, observer = VirtualBoard(), Listening()
+    with pytest.raises(KeyboardInterrupt):
+        run(
+            InterruptedLink(virtual, "identification capture", KeyboardInterrupt),
+            tmp_path,
+            observer,
+        )
+    kept = load_recording(tmp_path / "capture_partial.npz")
+    assert len(kept.time_s) > 800
+    assert any("capture_partial.npz" in said for said in observer.said)
+    assert not (tmp_path / "capture.npz").exists()
+
+
+def test_a_whole_capture_is_saved_before_the_machine_has_come_to_rest(tmp_path: Path) -> None:
+    """The board stays DRAINING and the host gives up: the samples are in hand all the same."""
+
+    class NeverDone(VirtualBoard):
+        def read(self, address: int, count: int) -> list[int]:
+            if self.machine.state is State.DRAINING and (tmp_path / "capture.npz").exists():
+                raise BoardError("the board does not come to rest", "look at it")
+            return super().read(address, count)
+
+    with pytest.raises(BoardError):
+        run(NeverDone(), tmp_path)
+    assert len(load_recording(tmp_path / "capture.npz").time_s) == 8742
+
+
+# ---- a board that is tuned already
+
+
+def test_on_a_tuned_board_a_run_changes_nothing_and_ends_well(tmp_path: Path) -> None:
+    virtual = VirtualBoard()
+    assert run(virtual, tmp_path).confirmed
+    tuned = virtual.machine.banks.active
+    for _ in range(2):
+        again = run(virtual, tmp_path)
+        assert again.trusted
+        assert again.change is not None
+        assert again.change.unchanged
+        assert again.conclusion.startswith("already tuned, nothing changed")
+        assert virtual.machine.banks.active == tuned
+
+
+def test_what_is_tuned_already_is_stored_where_that_is_asked_for(tmp_path: Path) -> None:
+    virtual = VirtualBoard()
+    run(virtual, tmp_path)
+    assert run(virtual, tmp_path, store=True).stored
+    assert virtual.machine.banks.stored == virtual.machine.banks.active
+
+
+def recorded(errors_rad: Mapping[str, np.ndarray]) -> Recording:
+    """Axes that stand still but for an error."""
+    return Recording(
+        0.0025 * np.arange(len(errors_rad["x"])),
+        {
+            axis: AxisRecord(-error, np.zeros(len(error)), "rad", "N*m", np.zeros(len(error)))
+            for axis, error in errors_rad.items()
+        },
+        "made up",
+    )
+
+
+def noise(rms_rad: float, seed: int, samples: int = 8742) -> np.ndarray:
+    return rms_rad * np.random.default_rng(seed).standard_normal(samples)
+
+
+def test_a_difference_within_what_the_motion_repeats_is_none() -> None:
+    """Noise that lasts for a tenth of a second, as friction's does.
+
+    One comparison in twenty is beyond two standard errors; 30 of 300 are twice as many.
+    """
+    verdicts = []
+    for seed in range(300):
+        slow = [np.repeat(noise(0.01, seed + n, 220), 40)[:8742] for n in (0, 1000)]
+        compared = compare_motions(recorded({"x": slow[0]}), recorded({"x": slow[1]}), COUNT_RAD)
+        verdicts.append(compared.axes["x"].verdict)
+    assert verdicts.count("equal") > 270
+
+
+def test_worse_on_one_axis_is_worse() -> None:
+    before = {"x": noise(0.01, 1), "z": noise(0.01, 2)}
+    after = {"x": noise(0.001, 3), "z": noise(0.012, 4)}
+    assert compare_motions(recorded(before), recorded(after), COUNT_RAD).verdict == "worse"
+
+
+def test_worse_in_one_place_of_the_cycle_only_is_worse() -> None:
+    """What the gains do differs along the cycle; that is no scatter."""
+    after = noise(0.001, 2)
+    after[4000:5500] *= 6.0
+    compared = compare_motions(
+        recorded({"x": noise(0.001, 1)}), recorded({"x": after}), 0.1 * COUNT_RAD
+    )
+    assert compared.verdict == "worse"
+
+
+def test_less_than_a_tenth_of_a_count_is_no_difference() -> None:
+    before = np.full(8742, 0.5 * COUNT_RAD)
+    compared = compare_motions(
+        recorded({"x": before}), recorded({"x": before + 0.09 * COUNT_RAD}), COUNT_RAD
+    )
+    assert compared.verdict == "equal"
+
+
+def test_several_cycles_are_compared_with_one() -> None:
+    before = {"x": noise(0.01, 1, 5 * 8742)}
+    compared = compare_motions(recorded(before), recorded({"x": noise(0.001, 2)}), COUNT_RAD)
+    assert compared.verdict == "better"
+
+
+# ---- the way into the motion
+
+
+@pytest.mark.parametrize("start_rad", [-8.5, -6.2, 0.0, 6.2, 9.5])
+@pytest.mark.parametrize("motion", ["sinusoid", "multisine", "staircase"])
+def test_from_anywhere_within_the_travel_the_default_motions_are_armed(
+    start_rad: float, motion: str
+) -> None:
+    from edge_ident.drive.motions import named_trajectory
+
+    virtual = VirtualBoard()
+    board = at(virtual, start_rad)
+    wanted = named_trajectory(load_drive(), motion)  # type: ignore[arg-type]
+    reachable = with_lead_in(board, wanted)
+    assert reachable.lead_in_s >= wanted.lead_in_s
+    board.write_trajectory(reachable)
+    if motion == "staircase" and abs(start_rad) > 6.0:
+        return  # it starts from there and leaves the travel: the board says so
+    board.arm()
+    assert board.status().state is State.ARMED
+
+
+def at(virtual: VirtualBoard, position_rad: float) -> Board:
+    """A board whose axes stand at a position."""
+    from edge_ident.commissioning.homing import move_to
+
+    board = Board.connect(virtual)
+    if position_rad:
+        move_to(board, dict.fromkeys(board.axes, position_rad), Silent(), 4.0)
+    board.enable()
+    return board
+
+
+def test_a_lead_in_that_suffices_is_left_as_it_is() -> None:
+    board = at(VirtualBoard(), 0.0)
+    sine = Multisine((SineComponent(0.5, 1.0, 0.0),))
+    near = Trajectory({"x": sine, "z": sine}, 2.0, 5.0)
+    assert with_lead_in(board, near) == near
+
+
+def test_a_motion_that_no_lead_in_reaches_says_what_to_do(monkeypatch: pytest.MonkeyPatch) -> None:
+    board = at(VirtualBoard(), 1.0)
+    limits = {
+        axis: replace(of_axis, acceleration_rad_s2=0.0) for axis, of_axis in board.limits().items()
+    }
+    monkeypatch.setattr(board, "limits", lambda: limits)
+    still = Multisine((SineComponent(0.0, 0.0, 0.0),))
+    with pytest.raises(BoardError, match="cannot be reached") as caught:
+        with_lead_in(board, Trajectory({"x": still, "z": still}, 2.0, 5.0))
+    assert "edge-ident home" in caught.value.next_step

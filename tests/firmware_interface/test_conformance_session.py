@@ -1,0 +1,315 @@
+"""Both boards obey one host at a time, and know when that host is gone."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import pytest
+from board_bench import NEW, long_motion
+from conformance_boards import (
+    BoardCommand,
+    ask,
+    command,
+    fresh_token,
+    key_of,
+    refused,
+    refused_value,
+    send,
+    serving,
+    start,
+    until,
+    until_abandoned,
+    until_fault,
+)
+
+from firmware_interface.board import Board, BoardStatus
+from firmware_interface.codec import crc32, encode, encode_gains
+from firmware_interface.registers import (
+    MAP_CRC,
+    REGISTERS,
+    Fault,
+    Opcode,
+    Result,
+    State,
+    WatchdogAction,
+)
+
+BUSY, ILLEGAL_VALUE = 6, 3
+MINE, FOREIGN = 0x12345678, 0x0BADC0DE
+LONG = replace(long_motion(), lead_in_s=2.0, duration_s=900.0)
+KEY = REGISTERS["session.key"].address
+
+
+def holder(board: Board) -> int:
+    """The key that the board says holds it."""
+    return int(board.register_values("session.key")[0])
+
+
+def remaining_s(board: Board) -> float:
+    """How long still."""
+    return board.register_values("session.remaining")[0]
+
+
+def claimed(board: Board, key: int) -> int:
+    """Modbus exception to a claim, 0 where it succeeds."""
+    return refused_value(board, "session.key", key)
+
+
+def released(board: Board, key: int) -> int:
+    """Modbus exception to a release, 0 where it succeeds."""
+    return refused_value(board, "session.release", key)
+
+
+# ---- who holds the board
+
+
+def test_a_key_holds_the_board_and_bars_other_hosts(either_board: Board) -> None:
+    assert (holder(either_board), remaining_s(either_board)) == (0, 0.0)
+    assert claimed(either_board, MINE) == 0
+    assert holder(either_board) == MINE
+    assert 0.0 < remaining_s(either_board) <= 5.0
+    assert claimed(either_board, FOREIGN) == BUSY
+    assert claimed(either_board, 0) == ILLEGAL_VALUE
+    assert holder(either_board) == MINE
+    assert claimed(either_board, MINE) == 0
+    assert released(either_board, MINE) == 0
+
+
+def test_a_released_board_is_anybodys(either_board: Board) -> None:
+    assert claimed(either_board, MINE) == 0
+    assert released(either_board, FOREIGN) == 0  # which changes nothing
+    assert holder(either_board) == MINE
+    assert released(either_board, MINE) == 0
+    assert (holder(either_board), remaining_s(either_board)) == (0, 0.0)
+    assert claimed(either_board, FOREIGN) == 0
+    assert released(either_board, FOREIGN) == 0
+
+
+def test_a_host_that_says_nothing_more_loses_the_board(either_board: Board) -> None:
+    assert claimed(either_board, MINE) == 0
+    until_abandoned(either_board, lambda status: holder(either_board) == 0)
+    assert remaining_s(either_board) == 0.0
+    assert ask(either_board, Opcode.ENABLE, key=MINE) is Result.NOT_HELD
+    assert claimed(either_board, FOREIGN) == 0
+    assert released(either_board, FOREIGN) == 0
+
+
+def test_commands_renew_the_hold(either_board: Board) -> None:
+    either_board.claim()
+    until_abandoned(either_board, lambda status: status.session_remaining_s < 4.5)
+    send(either_board, Opcode.FINISH, fresh_token(either_board), 0, key_of(either_board))
+    status = either_board.status()
+    assert status.last_result is Result.WRONG_STATE  # even a refused one
+    assert status.session_remaining_s > 4.5
+
+
+def test_the_hold_does_not_run_out_while_an_axis_moves(either_board: Board) -> None:
+    """It begins anew when the movement ends, however long that took."""
+    assert refused_value(either_board, "watchdog.timeout", 5.0) == 0
+    start(either_board, LONG)
+    status = either_board.status()
+    for _ in range(10):
+        later = status.clock_samples + 400
+        status = until_abandoned(either_board, lambda status: status.clock_samples > later)  # noqa: B023
+        assert status.session_remaining_s > 4.5
+    assert released(either_board, key_of(either_board)) == BUSY
+    assert released(either_board, FOREIGN) == 0
+    assert holder(either_board) == key_of(either_board)
+
+
+def test_a_board_that_checks_a_trajectory_keeps_its_host(either_board: Board) -> None:
+    either_board.enable()
+    either_board.write_trajectory(replace(LONG, duration_s=21600.0))
+    token, crc = fresh_token(either_board), either_board._trajectory_crc
+    send(either_board, Opcode.ARM, token, crc, key_of(either_board))
+    assert either_board.status().state is State.CHECKING
+    assert released(either_board, key_of(either_board)) == BUSY
+
+
+# ---- what only the holder may do
+
+
+def test_commands_of_a_host_that_does_not_hold_the_board_are_refused(either_board: Board) -> None:
+    for key in (FOREIGN, 0):  # while nobody does
+        assert ask(either_board, Opcode.ENABLE, key=key) is Result.NOT_HELD
+    either_board.enable()
+    either_board.write_trajectory(LONG)
+    either_board.arm()
+    for opcode in set(Opcode) - {Opcode.QUICK_STOP}:
+        for key in (FOREIGN, 0):
+            assert ask(either_board, opcode, MAP_CRC, key) is Result.NOT_HELD
+    assert either_board.status().state is State.ARMED
+
+
+def test_a_start_is_not_carried_out_for_another_host(either_board: Board) -> None:
+    either_board.enable()
+    either_board.write_trajectory(LONG)
+    either_board.arm()
+    token = fresh_token(either_board)
+    assert command(either_board, Opcode.START, token, MAP_CRC, FOREIGN) is Result.NOT_HELD
+    # nor later, by the same token
+    assert command(either_board, Opcode.START, token, MAP_CRC) is Result.NOT_HELD
+    assert either_board.status().state is State.ARMED
+
+
+def test_anybody_may_stop_the_machine(either_board: Board) -> None:
+    start(either_board, LONG)
+    until(either_board, lambda status: status.samples_captured > 100)
+    assert ask(either_board, Opcode.QUICK_STOP, key=FOREIGN) is Result.DONE
+    status = until(either_board, lambda status: status.state is not State.STOPPING)
+    assert (status.state, status.fault) == (State.IDLE, Fault.NONE)
+    assert holder(either_board) == key_of(either_board)
+
+
+def test_gains_that_another_host_staged_are_not_committed(either_board: Board) -> None:
+    """Staging needs no session; but COMMIT says which gains it means."""
+    old = either_board.active_gains()
+    either_board.stage_gains(NEW)
+    mine = crc32(encode_gains(NEW))
+    theirs = encode_gains(dict.fromkeys("xz", replace(NEW["x"], proportional=65.0)))
+    shadow = REGISTERS["shadow.x.proportional"].address
+    assert refused(either_board, shadow, theirs + encode("shadow.crc", crc32(theirs))) == 0
+    assert ask(either_board, Opcode.COMMIT, mine) is Result.GAIN_CRC
+    assert ask(either_board, Opcode.COMMIT, 0) is Result.GAIN_CRC
+    assert either_board.active_gains() == old
+
+
+def test_a_heartbeat_and_what_it_acknowledges_are_taken_together_or_not(
+    either_board: Board,
+) -> None:
+    """Both stand in one write of four words."""
+    start(either_board, replace(LONG, duration_s=2.0))
+    until(either_board, lambda status: status.state is State.DRAINING)
+    pages = either_board.status().pages_written
+    assert pages > 2
+
+    def acknowledged() -> float:
+        return either_board.register_values("capture.pages_acknowledged")[0]
+
+    def both(key: int, count: int) -> int:
+        words = encode("session.key", key) + encode("capture.pages_acknowledged", count)
+        return refused(either_board, KEY, words)
+
+    mine = key_of(either_board)
+    assert both(FOREIGN, 1) == BUSY
+    assert both(mine, pages + 1) == ILLEGAL_VALUE
+    assert acknowledged() == 0
+    assert both(mine, 2) == 0
+    assert acknowledged() == 2
+
+
+# ---- what feeds the watchdog
+
+
+def poll(board: Board, status: BoardStatus) -> None:
+    board._link.read(REGISTERS["identity.nonce"].address, 2)
+
+
+def acknowledge(board: Board, status: BoardStatus) -> None:
+    refused_value(board, "capture.pages_acknowledged", status.pages_written)
+
+
+def write_elsewhere(board: Board, status: BoardStatus) -> None:
+    refused_value(board, "shadow.crc", 1)
+    refused_value(board, "identity.magic", 1)
+
+
+def beat_with_another_key(board: Board, status: BoardStatus) -> None:
+    assert claimed(board, FOREIGN) == BUSY
+
+
+def command_with_another_key(board: Board, status: BoardStatus) -> None:
+    send(board, Opcode.FINISH, fresh_token(board), 0, FOREIGN)
+
+
+def repeat_an_old_command(board: Board, status: BoardStatus) -> None:
+    send(board, Opcode.START, status.last_token, MAP_CRC, key_of(board))
+
+
+def release_with_another_key(board: Board, status: BoardStatus) -> None:
+    assert released(board, FOREIGN) == 0
+
+
+@pytest.mark.parametrize(
+    "noise",
+    [
+        poll,
+        acknowledge,
+        write_elsewhere,
+        beat_with_another_key,
+        command_with_another_key,
+        repeat_an_old_command,
+        release_with_another_key,
+    ],
+    ids=lambda noise: noise.__name__,
+)
+def test_nobody_else_keeps_the_motion_of_a_dead_host_alive(
+    either_board: Board, noise: Callable[[Board, BoardStatus], None]
+) -> None:
+    start(either_board, LONG)
+
+    def over(status: BoardStatus) -> bool:
+        if not status.fault:
+            noise(either_board, status)
+        return status.state is State.FAULT
+
+    status = until_abandoned(either_board, over)
+    assert (status.fault, status.enabled) == (Fault.WATCHDOG, False)
+
+
+@pytest.mark.parametrize("sign", ["heartbeats", "commands"])
+def test_the_host_that_started_keeps_its_motion_alive(either_board: Board, sign: str) -> None:
+    """Over forty times the watchdog's patience, as the board's own clock counts it."""
+    assert refused_value(either_board, "watchdog.timeout", 5.0) == 0
+    start(either_board, LONG)
+    first = either_board.status().clock_samples
+
+    def on_and_on(status: BoardStatus) -> bool:
+        if sign == "heartbeats":
+            either_board.heartbeat()
+        else:
+            send(either_board, Opcode.ARM, fresh_token(either_board), 0, key_of(either_board))
+        return status.clock_samples > first + 8000 or status.fault is not Fault.NONE
+
+    status = until_abandoned(either_board, on_and_on)
+    assert (status.state, status.fault) == (State.MOVING, Fault.NONE)
+
+
+def watchdog_changes(board: Board) -> set[int]:
+    """Modbus exceptions to every way of changing the watchdog."""
+    words = encode("watchdog.timeout", 5.0) + encode("watchdog.action", WatchdogAction.COAST)
+    return {
+        refused_value(board, "watchdog.timeout", 5.0),
+        refused_value(board, "watchdog.action", WatchdogAction.COAST),
+        refused(board, REGISTERS["watchdog.timeout"].address, words),
+    }
+
+
+def test_the_watchdog_stays_as_it_is_during_a_motion(either_board: Board) -> None:
+    start(either_board, LONG)
+    assert watchdog_changes(either_board) == {BUSY}
+    either_board.quick_stop()
+    assert either_board.register_values("watchdog.timeout") == (1.0,)
+    assert refused_value(either_board, "watchdog.timeout", 2.0) == 0
+
+
+def test_the_watchdog_stays_as_it_is_during_a_stop(command_of_either: BoardCommand) -> None:
+    """On a board ten times slower than time, where a stop takes a while."""
+    with serving(command_of_either(speed=0.1)) as served, served.connected() as board:
+        start(board, replace(LONG, lead_in_s=0.1))
+        send(board, Opcode.QUICK_STOP, fresh_token(board), 0, FOREIGN)
+        changes, status = watchdog_changes(board), board.status()
+        assert changes == {BUSY} or status.state is not State.STOPPING
+
+
+def test_a_shorter_patience_counts(either_board: Board) -> None:
+    assert refused_value(either_board, "watchdog.timeout", 0.1) == 0
+    start(either_board, LONG)
+    until_abandoned(either_board, lambda status: status.state is State.FAULT)
+    assert until_fault(either_board) is Fault.WATCHDOG
+
+
+def test_silence_at_rest_is_no_fault(either_board: Board) -> None:
+    assert refused_value(either_board, "watchdog.timeout", 0.1) == 0
+    either_board.enable()
+    status = until_abandoned(either_board, lambda status: status.session_remaining_s < 4.0)
+    assert (status.state, status.enabled) == (State.IDLE, True)
