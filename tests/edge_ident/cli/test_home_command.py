@@ -3,9 +3,9 @@
 from pathlib import Path
 
 import pytest
-from tests.edge_ident.shared_board import SharedBoard
 
 from firmware_interface.registers import State
+from tests.edge_ident.shared_board import SharedBoard
 
 
 @pytest.fixture
