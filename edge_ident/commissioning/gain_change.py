@@ -26,7 +26,7 @@ from edge_ident.commissioning.verification import (
     nothing_to_gain,
     verification_motion,
 )
-from edge_ident.drive.description import DriveDescription
+from edge_ident.drive.description import Drive
 from edge_ident.drive.motions import named_trajectory
 from edge_ident.errors import BoardError, DataError
 from edge_ident.support.stopwatch import Stopwatch
@@ -183,9 +183,7 @@ def staged_whole(board: Board) -> dict[str, AxisGains]:
     return board.staged_gains()
 
 
-def commit_staged(
-    board: Board, drive: DriveDescription, staged: Bank, observer: Observer
-) -> GainChange:
+def commit_staged(board: Board, drive: Drive, staged: Bank, observer: Observer) -> GainChange:
     """Move with the old gains, then with the new ones; keep these if no axis follows worse."""
     check_drive(board, drive)
     trajectory = named_trajectory(drive, "sinusoid", 1)
@@ -197,9 +195,7 @@ def commit_staged(
         return put_in_force(board, staged, before, observer)
 
 
-def restore_gains(
-    board: Board, drive: DriveDescription, wanted: Bank, observer: Observer
-) -> GainChange:
+def restore_gains(board: Board, drive: Drive, wanted: Bank, observer: Observer) -> GainChange:
     """Stage gains of before and put them in force; they stay if the drive moves without a fault.
 
     It does not move with the present gains, which may be the reason for the restoration.

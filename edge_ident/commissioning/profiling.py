@@ -4,8 +4,7 @@ One motion is captured; then the work that follows it is repeated: the last page
 (reads change nothing), the recording is identified, gains are designed, and the board's own active
 gains are staged, read back, committed and read again, then rolled back, so that the machine
 never runs other gains than before. Warm: in one process. Cold: a new process each time, from
-its start on. The stop that follows the last sample needs a motion: it is measured once, and
-counts in full although identification runs meanwhile.
+its start on. The stop that follows the last sample needs a motion: it is measured once.
 """
 
 import json

@@ -18,10 +18,11 @@ from edge_ident.commissioning.observer import Observer
 from edge_ident.commissioning.safety import make_ready, ready_to_move
 from edge_ident.control.gain_design import GainDesign, design
 from edge_ident.control.position_loop import LoopHardware
-from edge_ident.drive.description import DriveDescription
+from edge_ident.drive.description import Drive
 from edge_ident.drive.motions import MotionName, named_trajectory
 from edge_ident.estimation.network import Network
-from edge_ident.identification.identify import Identification, identify
+from edge_ident.identification.identify import identify
+from edge_ident.identification.result import Identification
 from edge_ident.model.model import Model
 from edge_ident.signals.data_checks import check_recording
 from edge_ident.support.stopwatch import Stopwatch
@@ -107,7 +108,7 @@ class Outcome:
 
 def commission(
     board: Board,
-    drive: DriveDescription,
+    drive: Drive,
     network: Network | None,
     plan: Plan,
     folder: Path,

@@ -122,6 +122,12 @@ class Network:
     variant : {"fp32", "int8"}
     sha256 : str
         Of the file that was loaded.
+
+    Examples
+    --------
+    >>> import edge_ident
+    >>> edge_ident.load_network().manifest.motion.effort_unit
+    'N*m'
     """
 
     def __init__(self, content: bytes, manifest: Manifest, variant: Variant) -> None:
@@ -149,23 +155,36 @@ class Network:
         return np.asarray(np.log(clipped / (1.0 - clipped)))
 
 
-def load_network(variant: Variant = "fp32", path: Path | None = None) -> Network:
+def load_network(variant: Variant = "fp32", path: str | Path | None = None) -> Network:
     """Load the network of the package, or another one with its manifest beside it.
 
     Parameters
     ----------
     variant : {"fp32", "int8"}
         Of the package's network; a path names its own.
-    path : Path, optional
+    path : str or Path, optional
         `NAME_fp32.onnx` or `NAME_int8.onnx`, with `NAME.json` in the same folder.
+
+    Returns
+    -------
+    Network
 
     Raises
     ------
     ModelError
         If a file is missing or malformed, the network fails its hash, or it does not take a
         100x100 image to four outputs.
+
+    Examples
+    --------
+    >>> import edge_ident
+    >>> network = edge_ident.load_network()
+    >>> found = edge_ident.identify(edge_ident.simulate(), network)
+    >>> found.axes["x"].network is not None
+    True
     """
     if path is not None:
+        path = Path(path)
         variant = _variant_of(path)
         manifest_path = path.with_name(path.stem.removesuffix(f"_{variant}") + ".json")
     else:

@@ -30,9 +30,27 @@ _POSITION_UNITS: Final = ("rad", "m")
 _EFFORT_UNITS: Final = ("N*m", "N", "A", "V")
 
 
-def save_model(model: Model, path: Path) -> None:
-    """Write a model of one drive, whole or not at all."""
-    write_json(model_document(model), path)
+def save_model(model: Model, path: str | Path) -> None:
+    """Write a model of one drive, whole or not at all.
+
+    Parameters
+    ----------
+    model : Model
+    path : str or Path
+        The JSON file.
+
+    Raises
+    ------
+    OSError
+        The file cannot be written.
+
+    Examples
+    --------
+    >>> import edge_ident
+    >>> found = edge_ident.identify(edge_ident.simulate())
+    >>> edge_ident.save_model(found.model, "model.json")
+    """
+    write_json(model_document(model), Path(path))
 
 
 def model_document(model: Model) -> dict[str, Any]:
@@ -89,28 +107,54 @@ def unit_of(parameter: Parameter, position_unit: str, effort_unit: str) -> str:
     )
 
 
-def sourced_model(
-    axes: Mapping[str, AxisModel], files: Sequence[Path], known: Model | None = None
-) -> Model:
-    """A model with the recordings that it was made from, and this version.
+def sourced_model(model: Model, files: Sequence[str | Path], known: Model | None = None) -> Model:
+    """Note in a model the recordings that it was made from, and this version.
 
     Parameters
     ----------
-    axes : mapping of axis name to AxisModel
-    files : sequence of Path
+    model : Model
+    files : sequence of str or Path
         The recordings.
     known : Model, optional
-        That the axes' effects were taken from; its recordings are sources as well.
+        The model from which effects were taken; its recordings are sources as well.
+
+    Returns
+    -------
+    Model
+
+    Raises
+    ------
+    OSError
+        A recording cannot be read.
+
+    Examples
+    --------
+    >>> import edge_ident
+    >>> recording = edge_ident.simulate()
+    >>> edge_ident.save_recording(recording, "drive.csv")
+    >>> model = edge_ident.identify(recording).model
+    >>> edge_ident.sourced_model(model, ["drive.csv"]).recordings[0].file
+    'drive.csv'
     """
     sources = [
-        SourceFile(file.name, hashlib.sha256(file.read_bytes()).hexdigest()) for file in files
+        SourceFile(file.name, hashlib.sha256(file.read_bytes()).hexdigest())
+        for file in map(Path, files)
     ]
     older = [source for source in known.recordings if source not in sources] if known else []
-    return Model(axes, (*sources, *older), {"edge-ident": version("edge-ident")})
+    return Model(model.axes, (*sources, *older), {"edge-ident": version("edge-ident")})
 
 
-def load_model(path: Path) -> Model:
+def load_model(path: str | Path) -> Model:
     """Read and check a model file.
+
+    Parameters
+    ----------
+    path : str or Path
+        The JSON file.
+
+    Returns
+    -------
+    Model
 
     Raises
     ------
@@ -118,7 +162,15 @@ def load_model(path: Path) -> Model:
         The file is missing or no model; an effect is unknown; a parameter is missing, no number,
         outside its physical bounds or in another unit; what the effects take from inertia or
         Coulomb friction is more than there is.
+
+    Examples
+    --------
+    >>> import edge_ident
+    >>> edge_ident.save_model(edge_ident.reduced_model(), "model.json")
+    >>> edge_ident.load_model("model.json").axes["x"].terms[0].effect
+    'rigid_body'
     """
+    path = Path(path)
     if not path.is_file():
         raise ModelError(f"{path}: no such file", "give the path of a model file (.json)")
     try:

@@ -10,7 +10,7 @@ from edge_ident.commissioning import gain_transfer
 from edge_ident.commissioning import run as commissioning
 from edge_ident.commissioning.run import Plan, commission
 from edge_ident.control.gain_design import GainDesign
-from edge_ident.drive.description import DriveDescription, load_drive
+from edge_ident.drive.description import Drive, load_drive
 from edge_ident.errors import BoardError, GainError
 from firmware_interface.board import Board
 from firmware_interface.gains import AxisGains
@@ -50,7 +50,7 @@ def run(board: Board, folder: Path, observer: Silent | None = None, **plan: obje
     return commission(board, drive(), None, Plan(**plan), folder, observer or Silent())
 
 
-def drive() -> DriveDescription:
+def drive() -> Drive:
     return load_drive()
 
 
