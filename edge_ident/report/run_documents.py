@@ -9,7 +9,7 @@ from typing import Any
 from edge_ident.commissioning.capture import Capture
 from edge_ident.commissioning.gain_change import GainChange
 from edge_ident.commissioning.homing import Homing
-from edge_ident.commissioning.profiling import TARGET_MS, Profile, spread
+from edge_ident.commissioning.profile import TARGET_MS, Profile, spread
 from edge_ident.commissioning.run import CAPTURE_FILE, Outcome
 from edge_ident.estimation.network import Network
 from edge_ident.report.documents import design_document, identification_document

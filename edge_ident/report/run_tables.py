@@ -6,7 +6,7 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from edge_ident.commissioning.profiling import TARGET_MS, Profile, ProfileRun, spread
+from edge_ident.commissioning.profile import TARGET_MS, Profile, ProfileRun, spread
 from edge_ident.commissioning.run import Outcome
 from edge_ident.commissioning.verification import Verification
 from edge_ident.report.identification_tables import designs_view, identification_view
