@@ -1,5 +1,6 @@
 """What the tests of measured recordings test, on recordings that the project makes itself."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -83,6 +84,16 @@ def test_the_motor_has_ripple_of_12_and_18_orders(turning: Synthetic) -> None:
     assert orders == pytest.approx([12.0, 18.0], abs=0.01)
     values = axis.causes[0].term.values
     assert np.hypot(values["cosine"], values["sine"]) == pytest.approx(0.05, rel=0.02)
+
+
+def test_a_pause_in_the_time_stamps_is_said(turning: Synthetic) -> None:
+    whole = load_recording(turning.path)
+    kept = np.delete(np.arange(len(whole.time_s)), slice(5000, 5007))
+    axis = whole.axes["m"]
+    part = replace(axis, position=axis.position[kept], effort=axis.effort[kept])
+    found = diagnose([replace(whole, time_s=whole.time_s[kept], axes={"m": part})])
+    assert "gaps" in {finding.code for finding in found.data_quality}
+    assert set(found_on(found.axes["m"])) == {"torque_ripple"}
 
 
 def test_a_motor_that_turns_one_way_is_not_trusted(turning: Synthetic) -> None:

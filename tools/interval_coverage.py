@@ -177,9 +177,9 @@ def noise(colour: str, samples: int, rng: np.random.Generator) -> Array:
     else:
         denominator = np.array([1.0, -math.exp(-PERIOD_S / float(colour.removesuffix(" s")))])
     response = np.abs(scipy.signal.freqz([1.0], denominator, 2**15)[1]) ** 2
-    settling = 6000
-    white = rng.normal(size=samples + settling) / math.sqrt(float(np.mean(response)))
-    return np.asarray(scipy.signal.lfilter([1.0], denominator, white)[settling:])
+    transient = 6000
+    white = rng.normal(size=samples + transient) / math.sqrt(float(np.mean(response)))
+    return np.asarray(scipy.signal.lfilter([1.0], denominator, white)[transient:])
 
 
 if __name__ == "__main__":

@@ -55,7 +55,6 @@ def diagnosed(motion: str, drives: int) -> list[Outcome]:
     return [diagnose_case(Case(batch, int(row))) for row in np.flatnonzero(shows)]
 
 
-@pytest.mark.no_cover  # of time: other tests take the same lines
 @pytest.mark.parametrize(
     ("motion", "drives", "showing", "first", "exact"),
     [
