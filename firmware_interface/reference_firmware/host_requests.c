@@ -94,7 +94,10 @@ static bool forbidden(const struct request *request)
 {
     const bool watchdog = contains(request, FD_REG_WATCHDOG_TIMEOUT)
         || contains(request, FD_REG_WATCHDOG_ACTION);
-    if (watchdog && machine_in_motion()) {
+    /* from ARM on: the host reads what it must keep up with before START */
+    const bool armed =
+        machine.state == FD_STATE_CHECKING || machine.state == FD_STATE_ARMED;
+    if (watchdog && (armed || machine_in_motion())) {
         return true;
     }
     if (contains(request, FD_REG_SESSION_KEY)
