@@ -24,8 +24,8 @@ from firmware_interface.registers import State
 from firmware_interface.virtual.board import VirtualBoard
 from firmware_interface.virtual.settings import CONSERVATIVE_GAINS
 
-ENABLED_AT_REST = {"stage", "before commit", "after commit", "draining", "before confirm"}
-"""A host that dies here leaves the effort on: no motion ends by the watchdog."""
+ENABLED_AT_REST = {"stage", "before commit"}
+"""A host that dies here leaves the effort on, and nothing by which the next one could tell."""
 COUNT_RAD = 2 * np.pi / 8400
 
 
