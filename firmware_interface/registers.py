@@ -519,7 +519,7 @@ _ALL = (
         address=144,
         type="u32",
         access="rw",
-        description="A host that writes a key here holds the board, for 5 s each time; refused (exception 6) while another host holds it. During a motion it is the heartbeat. Reads as the holder's key, 0 when there is none.",
+        description="A host that writes a key here holds the board, for 5 s each time; refused (exception 6) while another host holds it. What an earlier host armed is armed no longer. During a motion it is the heartbeat. Reads as the holder's key, 0 when there is none.",
     ),
     Register(
         name="capture.pages_acknowledged",

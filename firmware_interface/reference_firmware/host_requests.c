@@ -124,6 +124,15 @@ static enum access check(const struct request *request)
 
 /* ---- and what it does */
 
+/* With the lock. What is armed is its host's: whoever holds the board next arms anew. */
+static void claim(uint32_t key)
+{
+    if (machine.state == FD_STATE_ARMED && !session_held_by(key)) {
+        machine.state = FD_STATE_IDLE;
+    }
+    session_claim(key);
+}
+
 /* With the lock. */
 static void apply(const struct request *request)
 {
@@ -132,7 +141,7 @@ static void apply(const struct request *request)
         session_release(u32_of(request, FD_REG_SESSION_RELEASE));
     }
     if (contains(request, FD_REG_SESSION_KEY)) {
-        session_claim(u32_of(request, FD_REG_SESSION_KEY));
+        claim(u32_of(request, FD_REG_SESSION_KEY));
     }
     if (contains(request, FD_REG_CAPTURE_PAGES_ACKNOWLEDGED)) {
         capture_ring_acknowledge(u32_of(request, FD_REG_CAPTURE_PAGES_ACKNOWLEDGED));

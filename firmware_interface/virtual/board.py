@@ -138,6 +138,8 @@ class VirtualBoard:
         if written.get(_RELEASE, FREE) == session.key != FREE:
             session.release()
         if _KEY in written:
+            if self.machine.state is State.ARMED and session.key != written[_KEY]:
+                self.machine.state = State.IDLE  # what is armed is its host's
             session.heard(written[_KEY])
         if _ACKNOWLEDGED in written:
             self.machine.capture.acknowledge(written[_ACKNOWLEDGED])
