@@ -255,7 +255,7 @@ def _in_force(
         write_gains(board, wanted)
     observer.stage("verification motion")
     with watch.stage("verification"):
-        return verification_motion(board, trajectory, observer.samples, file)
+        return verification_motion(board, trajectory, observer, file)
 
 
 def _settle(board: Board, *, keep: bool) -> None:
