@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from firmware_interface.virtual.plant import AxisModel
 
@@ -151,10 +152,14 @@ def reduced_truth(mechanics: AxisMechanics) -> ReducedTruth:
     )
 
 
+_BODIES: Final = range(6)
+"""Motor, gearbox, screw, table, base and carried support."""
+
+
 def axis_model(mechanics: AxisMechanics) -> AxisModel:
     """Matrices of the full model: motor, gearbox, screw, table, base and carried support."""
     lead = LEAD_M_PER_RAD
-    motor, gearbox, screw, table, base, support = range(6)
+    motor, gearbox, screw, table, base, _ = _BODIES
     inertia = np.diag(
         [
             mechanics.motor_inertia * GEAR_RATIO**2,
@@ -165,18 +170,7 @@ def axis_model(mechanics: AxisMechanics) -> AxisModel:
             mechanics.support_mass * lead**2,
         ]
     )
-    springs = np.zeros((6, 6))
-    for parts, signs, constant in (
-        ((motor, gearbox), (1, -1), mechanics.gear_stiffness),
-        ((gearbox, screw), (1, -1), mechanics.coupling_stiffness),
-        # the screw pushes the table against the base, which takes the thrust
-        ((screw, table, base), (1, -1, 1), mechanics.nut_stiffness * lead**2),
-        ((base,), (1,), mechanics.base_stiffness * lead**2),
-        ((table, support), (1, -1), mechanics.support_stiffness * lead**2),
-    ):
-        direction = np.zeros(6)
-        direction[list(parts)] = signs
-        springs += constant * np.outer(direction, direction)
+    springs = _springs(mechanics)
     bearings = np.zeros(6)
     bearings[motor] = mechanics.motor_viscous * GEAR_RATIO**2
     bearings[gearbox] = mechanics.gearbox_viscous
@@ -202,3 +196,22 @@ def axis_model(mechanics: AxisMechanics) -> AxisModel:
         ),
         constant_nm=constant_nm[kept],
     )
+
+
+def _springs(mechanics: AxisMechanics) -> NDArray[np.float64]:
+    """Stiffness (6, 6) between the bodies."""
+    motor, gearbox, screw, table, base, support = _BODIES
+    per_rad2 = LEAD_M_PER_RAD**2
+    springs = np.zeros((6, 6))
+    for parts, signs, constant in (
+        ((motor, gearbox), (1, -1), mechanics.gear_stiffness),
+        ((gearbox, screw), (1, -1), mechanics.coupling_stiffness),
+        # the screw pushes the table against the base, which takes the thrust
+        ((screw, table, base), (1, -1, 1), mechanics.nut_stiffness * per_rad2),
+        ((base,), (1,), mechanics.base_stiffness * per_rad2),
+        ((table, support), (1, -1), mechanics.support_stiffness * per_rad2),
+    ):
+        direction = np.zeros(6)
+        direction[list(parts)] = signs
+        springs += constant * np.outer(direction, direction)
+    return springs
