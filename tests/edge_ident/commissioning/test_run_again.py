@@ -96,6 +96,15 @@ def test_after_an_interruption_at_any_phase_the_next_run_works(
     assert Board.connect(virtual).status().enabled == left_on  # as it was found
 
 
+def test_a_place_just_inside_the_travel_is_reached_slowly_enough_to_stop_before_its_end() -> None:
+    board = Board.connect(VirtualBoard())
+    target_rad = board.limits()["x"].travel_rad - 1e-4
+    there = {axis: Multisine((SineComponent(target_rad, 0.0, np.pi / 2),)) for axis in board.axes}
+    board.enable()
+    board.write_trajectory(with_lead_in(board, Trajectory(there, 0.02, lead_in_s=6.0)))
+    board.arm()  # which refuses a way that leaves the travel if it is stopped
+
+
 @pytest.mark.parametrize(
     ("phase", "name"),
     [("identification capture", "capture"), ("verification capture", "verification")],
