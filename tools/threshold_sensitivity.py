@@ -18,27 +18,18 @@ os.environ["OMP_NUM_THREADS"] = os.environ["OPENBLAS_NUM_THREADS"] = "1"
 
 import argparse
 import json
-import pickle
 import sys
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
-from dataclasses import asdict, dataclass, replace
-from functools import wraps
-from hashlib import sha256
-from io import BytesIO
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 from edge_ident.diagnosis import diagnose as engine
-from edge_ident.diagnosis.fit import fitting, held_out, noise_floor, summary
-from edge_ident.diagnosis.prepare import preparation
-from edge_ident.diagnosis.prepare.axis_data import AxisData
-from edge_ident.diagnosis.result import Diagnosis
-from edge_ident.diagnosis.select import criterion, testability
-from edge_ident.diagnosis.select.search import Search
+from edge_ident.diagnosis.result import Diagnosis, Verdict
 from edge_ident.diagnosis.select.thresholds import thresholds
 from tests.plant import EFFECTS
 from tools.diagnosis_benchmark.cases import CLEAN, PAIRS, SINGLE, UNKNOWN_KIND, Batch, Case
+from tools.diagnosis_benchmark.exchanging import changed_threshold, remembering
 from tools.diagnosis_benchmark.hiding import FOLDER, load_batch
 from tools.diagnosis_benchmark.outcome import Outcome, judge
 from tools.diagnosis_benchmark.running import Workers, shows
@@ -51,22 +42,6 @@ SPECIAL: Final = {"KEPT_TERM": (-10.0, 10.0), "BOOTSTRAP_SEED": (2, 3)}
 UNDECIDING: Final = ("INDISTINGUISHABLE",)
 PRESENT: Final = "present values"
 
-_PURE: Final[tuple[tuple[object, str], ...]] = (
-    (preparation, "prepare_axis"),
-    (fitting, "fit"),
-    (held_out, "held_out_residuals"),
-    (held_out, "standard_deviations"),
-    (noise_floor, "noise_floor"),
-    (summary, "model_fit"),
-    (summary, "contributions"),
-    (summary, "traces"),
-    (criterion, "model_discrepancy"),
-    (testability, "_orthogonal_shares"),
-    (Search, "of"),
-    (Search, "_coarse"),
-)
-"""Functions that no threshold reaches, and that take the time."""
-
 
 @dataclass(frozen=True)
 class Answer:
@@ -75,7 +50,8 @@ class Answer:
     Attributes
     ----------
     right : bool
-        The first cause is a hidden effect; without hidden effects, there is no cause.
+        The first cause is a hidden effect; a clean drive has no cause; a disturbance that no
+        effect explains is unexplained.
     wrong : int
         Causes of both axes that are no hidden effect.
     verdicts, causes, lists : str
@@ -95,8 +71,12 @@ def answer(outcome: Outcome, diagnosis: Diagnosis) -> Answer:
     found = [cause.effect for cause in outcome.causes]
     sound = [cause.effect for cause in outcome.sound_causes]
     untested = [[n.effect for n in axis.not_testable] for axis in diagnosis.axes.values()]
+    if outcome.kind == UNKNOWN_KIND:
+        right = outcome.verdict == Verdict.UNEXPLAINED
+    else:
+        right = outcome.right if outcome.hidden else not found
     return Answer(
-        right=outcome.right if outcome.hidden else not found,
+        right=right,
         wrong=len(sound) + sum(effect not in outcome.hidden for effect in found),
         verdicts=f"{outcome.verdict} {outcome.sound_verdict}",
         causes=f"{sorted(found)} {sorted(sound)}",
@@ -123,28 +103,46 @@ def _around(value: float) -> tuple[float, ...]:
 
 
 def plan(workers: Workers) -> list[Case]:
-    """The recordings: each effect once, motions in turn; pairs and the unknown; clean drives."""
+    """The recordings: each effect in turn on either motion, pairs, unknown ones, clean drives.
+
+    On the other motion, the effect is the faintest that shows, because there a threshold matters.
+    """
     kinds = {kind: [Batch(kind, m, SEED, 0) for m in MOTIONS] for kind in (SINGLE, CLEAN)}
     kinds |= {kind: [Batch(kind, MOTIONS[0], SEED, 0)] for kind in (PAIRS, UNKNOWN_KIND)}
     workers.simulate([batch for batches in kinds.values() for batch in batches])
+    every = {
+        batch: [case for row in range(len(batch.hidden)) if _worth(case := Case(batch, row))]
+        for batches in kinds.values()
+        for batch in batches
+    }
     cases = []
     for place, effect in enumerate(EFFECTS):
-        batch = kinds[SINGLE][place % len(MOTIONS)]
-        rows = [row for row, hidden in enumerate(batch.hidden) if hidden == (effect,)]
-        cases += [case for row in rows if shows(case := Case(batch, row))][:1]
+        first, other = (
+            [case for case in every[kinds[SINGLE][number % 2]] if case.hidden == (effect,)]
+            for number in (place, place + 1)
+        )
+        cases += [*first[:1], *sorted(other, key=_ratio)[:1]]
     for kind, some in ((PAIRS, 4), (UNKNOWN_KIND, 2), (CLEAN, 2)):
         for batch in kinds[kind]:
-            every = [Case(batch, row) for row in range(len(batch.hidden))]
-            cases += [case for case in every if kind == CLEAN or shows(case)][:some]
+            cases += every[batch][:some]
     return cases
+
+
+def _worth(case: Case) -> bool:
+    """Whether all that is hidden shows."""
+    return not case.hidden or shows(case)
+
+
+def _ratio(case: Case) -> float:
+    return float(load_batch(case.batch).shows[case.row].min())
 
 
 def compare(case: Case) -> tuple[Case, dict[str, Answer]]:
     """Diagnose one case with the present thresholds and with each change."""
-    with _remembering():
+    with remembering():
         answers = {PRESENT: _diagnosed(case)}
         for label, (name, value) in variants().items():
-            with _threshold(name, value):
+            with changed_threshold(name, value):
                 answers[label] = _diagnosed(case)
     return case, answers
 
@@ -152,90 +150,6 @@ def compare(case: Case) -> tuple[Case, dict[str, Answer]]:
 def _diagnosed(case: Case) -> Answer:
     diagnosis = engine.diagnose([load_batch(case.batch).recording(case.row)])
     return answer(judge(case, diagnosis, 0.0), diagnosis)
-
-
-@contextmanager
-def _threshold(name: str, value: float) -> Iterator[None]:
-    """Give a threshold another value in every module that imported it."""
-    present: Any = thresholds()[name]
-    changed = replace(present, value=value)
-    with _exchanged([(place, attribute, changed) for place, attribute in _places(present)]):
-        yield
-
-
-@contextmanager
-def _remembering() -> Iterator[None]:
-    """Let the pure functions return what they returned for the same arguments before."""
-    memory = _Memory()
-    changes: list[tuple[object, str, object]] = []
-    for owner, attribute in _PURE:
-        present = vars(owner)[attribute]
-        places = [(owner, attribute)] if isinstance(owner, type) else _places(present)
-        changes += [(place, name, memory.of(present)) for place, name in places]
-    with _exchanged(changes):
-        yield
-
-
-@contextmanager
-def _exchanged(changes: Sequence[tuple[object, str, object]]) -> Iterator[None]:
-    """Set attributes of modules and classes for a while."""
-    before = [(owner, name, vars(owner)[name]) for owner, name, _ in changes]
-    for owner, name, value in changes:
-        setattr(owner, name, value)
-    try:
-        yield
-    finally:
-        for owner, name, value in before:
-            setattr(owner, name, value)
-
-
-def _places(wanted: object) -> list[tuple[object, str]]:
-    """Modules of the diagnosis that have an object, and its name there."""
-    return [
-        (module, name)
-        for path, module in list(sys.modules.items())
-        if path.startswith("edge_ident.diagnosis")
-        for name, value in list(vars(module).items())
-        if value is wanted
-    ]
-
-
-class _Memory:
-    """Results by function and by the contents of its arguments."""
-
-    def __init__(self) -> None:
-        self._results: dict[bytes, Any] = {}
-        self._kept: dict[int, object] = {}
-
-    def of(self, function: Any) -> Any:
-        """The same function, with this memory; a class method stays one."""
-        if isinstance(function, classmethod):
-            return classmethod(self.of(function.__func__))
-
-        @wraps(function)
-        def remembered(*args: Any, **named: Any) -> Any:
-            key = self._key((function.__qualname__, args, named))
-            if key not in self._results:
-                self._results[key] = function(*args, **named)
-            return self._results[key]
-
-        return remembered
-
-    def _key(self, arguments: object) -> bytes:
-        buffer = BytesIO()
-        pickler = pickle.Pickler(buffer, protocol=5)
-        pickler.persistent_id = self._identity  # type: ignore[method-assign]
-        pickler.dump(arguments)
-        return sha256(buffer.getvalue()).digest()
-
-    def _identity(self, value: object) -> int | None:
-        """Large objects that are made once are told apart by identity."""
-        if isinstance(value, Search):
-            value = value.library
-        elif not isinstance(value, AxisData):
-            return None
-        self._kept[id(value)] = value
-        return id(value)
 
 
 def table(answers: Sequence[Mapping[str, Answer]]) -> str:
