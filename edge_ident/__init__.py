@@ -1,1 +1,145 @@
-"""Everything that runs at the edge: recordings, signals, identification, gains, commands."""
+"""Identify a feed drive, diagnose what its model gets wrong, and design its gains.
+
+This is the public API. What is not named in `__all__` is private and free to change. Names load
+their module when they are first used, so that importing the package costs next to nothing.
+
+>>> import edge_ident
+>>> recording = edge_ident.simulate()
+>>> found = edge_ident.identify(recording)
+>>> found.trusted
+True
+"""
+
+from typing import TYPE_CHECKING, Any
+
+from edge_ident.support.lazy import lazy_names
+
+if TYPE_CHECKING:
+    from edge_ident.baselines.comparison import Comparison, compare, comparison_methods
+    from edge_ident.commissioning.connect import connect
+    from edge_ident.control.drive_gains import GainDesigns, design_gains
+    from edge_ident.control.gain_design import GainDesign
+    from edge_ident.diagnosis.diagnose import diagnose
+    from edge_ident.diagnosis.result import AxisDiagnosis, Diagnosis
+    from edge_ident.drive.description import Drive, DriveAxis, load_drive
+    from edge_ident.errors import (
+        BoardError,
+        DataError,
+        EdgeIdentError,
+        GainError,
+        LinkError,
+        ModelError,
+    )
+    from edge_ident.estimation.network import Network, load_network
+    from edge_ident.identification.identify import identify
+    from edge_ident.identification.result import AxisIdentification, Identification
+    from edge_ident.model.model import AxisModel, Estimate, Model, Term
+    from edge_ident.model.model_files import load_model, save_model, sourced_model
+    from edge_ident.signals.recording import AxisRecord, Recording
+    from edge_ident.signals.recording_files import load_recording, save_recording
+    from edge_ident.simulation.flexible import reduced_model
+    from edge_ident.simulation.simulate import simulate
+    from edge_ident.support.stopwatch import Stopwatch
+    from firmware_interface.board import Board
+
+    __version__: str
+
+__all__ = [
+    "AxisDiagnosis",
+    "AxisIdentification",
+    "AxisModel",
+    "AxisRecord",
+    "Board",
+    "BoardError",
+    "Comparison",
+    "DataError",
+    "Diagnosis",
+    "Drive",
+    "DriveAxis",
+    "EdgeIdentError",
+    "Estimate",
+    "GainDesign",
+    "GainDesigns",
+    "GainError",
+    "Identification",
+    "LinkError",
+    "Model",
+    "ModelError",
+    "Network",
+    "Recording",
+    "Stopwatch",
+    "Term",
+    "__version__",
+    "compare",
+    "comparison_methods",
+    "connect",
+    "design_gains",
+    "diagnose",
+    "identify",
+    "load_drive",
+    "load_model",
+    "load_network",
+    "load_recording",
+    "reduced_model",
+    "save_model",
+    "save_recording",
+    "simulate",
+    "sourced_model",
+]
+
+_attribute = lazy_names(
+    __name__,
+    {
+        "AxisDiagnosis": "edge_ident.diagnosis.result",
+        "AxisIdentification": "edge_ident.identification.result",
+        "AxisModel": "edge_ident.model.model",
+        "AxisRecord": "edge_ident.signals.recording",
+        "Board": "firmware_interface.board",
+        "BoardError": "edge_ident.errors",
+        "Comparison": "edge_ident.baselines.comparison",
+        "DataError": "edge_ident.errors",
+        "Diagnosis": "edge_ident.diagnosis.result",
+        "Drive": "edge_ident.drive.description",
+        "DriveAxis": "edge_ident.drive.description",
+        "EdgeIdentError": "edge_ident.errors",
+        "Estimate": "edge_ident.model.model",
+        "GainDesign": "edge_ident.control.gain_design",
+        "GainDesigns": "edge_ident.control.drive_gains",
+        "GainError": "edge_ident.errors",
+        "Identification": "edge_ident.identification.result",
+        "LinkError": "edge_ident.errors",
+        "Model": "edge_ident.model.model",
+        "ModelError": "edge_ident.errors",
+        "Network": "edge_ident.estimation.network",
+        "Recording": "edge_ident.signals.recording",
+        "Stopwatch": "edge_ident.support.stopwatch",
+        "Term": "edge_ident.model.model",
+        "compare": "edge_ident.baselines.comparison",
+        "comparison_methods": "edge_ident.baselines.comparison",
+        "connect": "edge_ident.commissioning.connect",
+        "design_gains": "edge_ident.control.drive_gains",
+        "diagnose": "edge_ident.diagnosis.diagnose",
+        "identify": "edge_ident.identification.identify",
+        "load_drive": "edge_ident.drive.description",
+        "load_model": "edge_ident.model.model_files",
+        "load_network": "edge_ident.estimation.network",
+        "load_recording": "edge_ident.signals.recording_files",
+        "reduced_model": "edge_ident.simulation.flexible",
+        "save_model": "edge_ident.model.model_files",
+        "save_recording": "edge_ident.signals.recording_files",
+        "simulate": "edge_ident.simulation.simulate",
+        "sourced_model": "edge_ident.model.model_files",
+    },
+)
+
+
+def __getattr__(name: str) -> Any:
+    if name == "__version__":
+        from importlib.metadata import version
+
+        return version("edge-ident")
+    return _attribute(name)
+
+
+def __dir__() -> list[str]:
+    return __all__

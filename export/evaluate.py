@@ -7,7 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.estimation.image import effort_scale
-from edge_ident.estimation.network import Evaluation, Network
+from edge_ident.estimation.manifest import Evaluation
+from edge_ident.estimation.network import Network
 from edge_ident.estimation.network_estimate import estimate
 from edge_ident.signals.metrics import relative_residual
 from export.drives import FAMILIES, as_shares, efforts, mixture, random_starts

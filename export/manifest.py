@@ -9,7 +9,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from edge_ident.estimation.network import SCHEMA, Evaluation, Manifest, NetworkMotion
+from edge_ident.estimation.manifest import SCHEMA, Evaluation, Manifest, NetworkMotion
 from edge_ident.model.model import PARAMETERS, effect_names
 from export.configuration import Configuration
 from export.motion import TrainingMotion

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from edge_ident.errors import ModelError
 from edge_ident.estimation.image import effort_image
-from edge_ident.estimation.network import VARIANTS, Manifest, Network, load_network
+from edge_ident.estimation.manifest import VARIANTS, Manifest
+from edge_ident.estimation.network import Network, load_network
 from edge_ident.model.model import PARAMETERS
 from edge_ident.signals.dct import POINTS
 from export.checkpoint import Checkpoint, trained_network

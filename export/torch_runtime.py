@@ -4,13 +4,13 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from edge_ident.estimation.network import Manifest
+from edge_ident.estimation.network import Network
 from export.checkpoint import Checkpoint
 from export.manifest import describe
 from export.network import ResidualNetwork
 
 
-class TorchNetwork:
+class TorchNetwork(Network):
     """What has been trained, as the loop would run it, without export and quantization.
 
     Attributes
@@ -23,7 +23,7 @@ class TorchNetwork:
     def __init__(self, network: ResidualNetwork, checkpoint: Checkpoint) -> None:
         self._network = network
         contents = {"fp32": b"", "int8": b""}
-        self.manifest: Manifest = describe(checkpoint.configuration, checkpoint.motion, contents)
+        self.manifest = describe(checkpoint.configuration, checkpoint.motion, contents)
         self.variant = "fp32"
 
     def residual_shares(self, images: NDArray[np.float32]) -> NDArray[np.float64]:

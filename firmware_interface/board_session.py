@@ -5,7 +5,8 @@ holds the board, the first command takes it. The hold lasts a few seconds from e
 key, which is also all that feeds the board's watchdog. Reading needs no hold.
 
 A command carries a fresh token and is written once. What became of it is read back by that
-token, so that a lost reply neither repeats a motion nor hides a refusal.
+token, so that a lost reply neither repeats a motion nor hides a refusal. Only the key is written
+again, which says no more the second time.
 """
 
 import math
@@ -127,16 +128,21 @@ class Session(BoardLine):
         self._beat_every_s = watchdog_timeout_s / _BEATS_PER_TIMEOUT
 
     def beat(self) -> None:
-        """Renew the hold, feed the watchdog and acknowledge the pages in hand, in one write."""
+        """Renew the hold, feed the watchdog and acknowledge the pages in hand, in one write.
+
+        Where no reply comes it is said again at once: twice does no harm, silence ends a motion.
+        """
         words = encode("session.key", self._key)
         words += encode("capture.pages_acknowledged", self.pages_in_hand)
-        with suppress(NoReplyError):  # the next one says the same
-            try:
-                self.write(REGISTERS["session.key"].address, words)
-            except BusyError:
-                self._held = False
-                raise
-        self._note_hold()
+        for _ in range(_TRIES):
+            with suppress(NoReplyError):
+                try:
+                    self.write(REGISTERS["session.key"].address, words)
+                except BusyError:
+                    self._held = False
+                    raise
+                self._note_hold()
+                return
 
     def keep(self, status: BoardStatus | None = None) -> None:
         """Beat if it is time, by this host's clock or the board's; nothing where it holds none."""

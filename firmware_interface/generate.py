@@ -71,20 +71,7 @@ def _python(source: RegisterMap) -> Iterator[str]:
     yield ""
     yield "from firmware_interface.register import Register"
     yield ""
-    page = source.page
-    yield f"MAGIC: Final = 0x{source.magic:08X}"
-    yield f"MAP_VERSION: Final = {source.version}"
-    yield f"MAP_CRC: Final = 0x{source.crc:08X}"
-    yield f"FLOAT_TEST: Final = {source.float_test}"
-    yield f"STORE_SIGNATURE: Final = 0x{source.store_signature:08X}"
-    yield f"SESSION_LEASE_S: Final = {source.session_lease}"
-    axes = ", ".join(f'"{axis}"' for axis in source.axes)
-    yield f"AXES: Final = ({axes})"
-    yield f"PAGE_ADDRESS: Final = {page.address:#06x}"
-    yield f"PAGE_SLOTS: Final = {page.slots}"
-    yield f"PAGE_SLOT_REGISTERS: Final = {page.slot_registers}"
-    yield f"PAGE_SAMPLES: Final = {page.samples}"
-    yield f"PAGE_WORDS: Final = {source.page_words}"
+    yield from _python_constants(source)
     for enum in source.enums:
         yield from ("", "")
         yield f"class {enum.name}(IntEnum):"
@@ -100,6 +87,23 @@ def _python(source: RegisterMap) -> Iterator[str]:
         yield from _python_register(register)
     yield ")"
     yield "REGISTERS: Final = {register.name: register for register in _ALL}"
+
+
+def _python_constants(source: RegisterMap) -> Iterator[str]:
+    page = source.page
+    yield f"MAGIC: Final = 0x{source.magic:08X}"
+    yield f"MAP_VERSION: Final = {source.version}"
+    yield f"MAP_CRC: Final = 0x{source.crc:08X}"
+    yield f"FLOAT_TEST: Final = {source.float_test}"
+    yield f"STORE_SIGNATURE: Final = 0x{source.store_signature:08X}"
+    yield f"SESSION_LEASE_S: Final = {source.session_lease}"
+    axes = ", ".join(f'"{axis}"' for axis in source.axes)
+    yield f"AXES: Final = ({axes})"
+    yield f"PAGE_ADDRESS: Final = {page.address:#06x}"
+    yield f"PAGE_SLOTS: Final = {page.slots}"
+    yield f"PAGE_SLOT_REGISTERS: Final = {page.slot_registers}"
+    yield f"PAGE_SAMPLES: Final = {page.samples}"
+    yield f"PAGE_WORDS: Final = {source.page_words}"
 
 
 def _python_texts(enum: Enumeration) -> Iterator[str]:

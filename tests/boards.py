@@ -1,9 +1,10 @@
 """Virtual boards in processes of their own, as a user starts them, with settings for trouble."""
 
-import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+
+from tests.processes import running
 
 _SERVE = """
 from dataclasses import replace
@@ -34,20 +35,6 @@ def served_board(
         Arguments of `BoardSettings`, as source text.
     """
     source = _SERVE.format(settings=settings, speed=speed, where=where)
-    process = subprocess.Popen([sys.executable, "-c", source], stdout=subprocess.PIPE, text=True)
-    try:
+    with running([sys.executable, "-c", source], errors=None) as process:
         assert process.stdout is not None
         yield process.stdout.readline().strip()
-    finally:
-        ended(process)
-
-
-def ended(process: subprocess.Popen[str]) -> None:
-    """End a process by SIGTERM, which no background shell has it ignore, or else by SIGKILL."""
-    process.terminate()
-    try:
-        process.communicate(timeout=10)
-    except subprocess.TimeoutExpired:
-        process.kill()
-        process.communicate()
-        raise

@@ -19,13 +19,9 @@ from firmware_interface.registers import State
 from firmware_interface.virtual.feed_drive import FEED_DRIVE, reduced_truth
 from firmware_interface.virtual.settings import CONSERVATIVE_GAINS
 from tests.boards import served_board
+from tests.processes import running
 
 COMMAND = [sys.executable, "-c", "from edge_ident.cli import main; main()"]
-
-
-def hears_ctrl_c() -> None:
-    """What a shell's background has its commands ignore."""
-    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def edge_ident(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
@@ -173,22 +169,17 @@ def test_other_motions_and_cycles(tmp_path: Path) -> None:
 def test_interrupt_leaves_the_machine_stopped_and_the_gains_old(
     progress: str, ending: signal.Signals, tmp_path: Path
 ) -> None:
-    with served_board(speed=5.0) as device:
-        process = subprocess.Popen(
-            [*COMMAND, "run", "--device", device, "--output", str(tmp_path)],
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.PIPE,
-            text=True,
-            preexec_fn=hears_ctrl_c,
-        )
+    command = [*COMMAND, "run", "--output", str(tmp_path), "--device"]
+    with served_board(speed=5.0) as device, running([*command, device]) as process:
         wanted = {"motion": "motion started", "verification": "gains committed"}[progress]
-        log, deadline = tmp_path / "log.txt", time.monotonic() + 30
+        log, deadline = tmp_path / "log.txt", time.monotonic() + 120
         while not log.is_file() or wanted not in log.read_text():
             assert time.monotonic() < deadline
             time.sleep(0.02)
         time.sleep(0.5)
         process.send_signal(ending)
-        assert process.wait(timeout=20) == 130
+        process.communicate(timeout=60)
+        assert process.returncode == 130
         board = Board.connect(open_link(device))
         status = board.status()
         assert status.state is State.IDLE
@@ -248,21 +239,11 @@ def test_a_run_cleans_up_after_a_host_that_died(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("where", [["--pty"], ["--tcp", "0"]])
 def test_the_board_command_serves_until_interrupted(where: list[str]) -> None:
-    process = subprocess.Popen(
-        [*COMMAND, "board", *where, "--speed", "max"],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        preexec_fn=hears_ctrl_c,
-    )
-    try:
+    with running([*COMMAND, "board", *where, "--speed", "max"]) as process:
         assert process.stdout is not None
         device = process.stdout.readline().strip()
         assert Board.connect(open_link(device)).status().state is State.IDLE
         process.send_signal(signal.SIGINT)
         _, errors = process.communicate(timeout=10)
-    finally:
-        process.kill()
-        process.communicate()
     assert process.returncode == 0, errors
     assert "Traceback" not in errors

@@ -108,12 +108,12 @@ def judge(drives: DriveSet, found: Array) -> Judged:
     )
 
 
-def loop(network: TorchNetwork | Network, passes: int) -> Answer:
+def loop(network: Network, passes: int) -> Answer:
     """The loop of the runtime, guard included."""
     return lambda drives: identified(network, drives, passes)
 
 
-def unguarded(network: TorchNetwork, passes: int) -> Answer:
+def unguarded(network: Network, passes: int) -> Answer:
     """The network applied to its own answers, whatever they are."""
     manifest = network.manifest
 
@@ -150,7 +150,7 @@ class Ablations:
                 "least squares": solved,
             }
         elif configuration is None:
-            network = load_network("int8" if name.endswith("int8") else "fp32")
+            network: Network = load_network("int8" if name.endswith("int8") else "fp32")
             answers = {"at most 10 passes": loop(network, 10)}
         else:
             network = self._train(configuration)

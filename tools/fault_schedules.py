@@ -3,9 +3,9 @@
     python tools/fault_schedules.py --count 10000       on the line in memory
     python tools/fault_schedules.py --pty 300           on pseudo-terminals, by the wall clock
 
-A schedule is a handful of motions, gain writes, stops, dead hosts and pulled cables over a line
-that loses, repeats, delays, cuts, merges, flips and swaps frames, with the board's power cut now
-and then; see tests/firmware_interface/fault_schedule.py for what must hold. Repeat one with
+A schedule is a handful of motions, gain writes, stops, dead hosts and pulled cables. The line
+loses, repeats, delays, cuts, merges, flips and swaps frames. Some schedules cut the board's power.
+tests/firmware_interface/fault_schedule.py says what must hold. Repeat one with
 --first SEED --count 1.
 """
 

@@ -144,17 +144,19 @@ def move(name: str, rng: np.random.Generator) -> tuple[Array, Array, Array]:
     trajectory = named_trajectory(drive, "sinusoid" if name == "quarter" else name)  # type: ignore[arg-type]
     motion = trajectory.axes[str(rng.choice(sorted(trajectory.axes)))]
     samples = round(trajectory.duration_s / PERIOD_S) if name == "staircase" else SAMPLES
-    time_s = PERIOD_S * np.arange(samples // 4 if name == "quarter" else samples)
+    samples = samples // 4 if name == "quarter" else samples
+    time_s = np.asarray(PERIOD_S * np.arange(samples), dtype=np.float64)
     longest = PERIOD_S if name == "staircase" else 2.0 * math.pi / drive.angular_frequency_rad_s
     start_s = rng.uniform(0.0, longest)
     offsets = JERK_TIME_S * np.linspace(-0.5, 0.5, 21) if name == "staircase" else np.zeros(1)
     moves = [reference(motion, time_s + start_s + off, 1.0, 0.0) for off in offsets]
     position, velocity, acceleration = (
-        np.mean([getattr(step, part) for step in moves], axis=0)
+        np.asarray(np.mean([getattr(step, part) for step in moves], axis=0))
         for part in ("position_rad", "velocity_rad_s", "acceleration_rad_s2")
     )
     ones = np.ones_like(velocity)
-    return time_s, position, np.column_stack([acceleration, velocity, np.sign(velocity), ones])
+    columns: Array = np.column_stack([acceleration, velocity, np.sign(velocity), ones])
+    return time_s, position, columns
 
 
 def noise(colour: str, samples: int, rng: np.random.Generator) -> Array:
@@ -175,9 +177,9 @@ def noise(colour: str, samples: int, rng: np.random.Generator) -> Array:
     else:
         denominator = np.array([1.0, -math.exp(-PERIOD_S / float(colour.removesuffix(" s")))])
     response = np.abs(scipy.signal.freqz([1.0], denominator, 2**15)[1]) ** 2
-    settling = 6000
-    white = rng.normal(size=samples + settling) / math.sqrt(float(np.mean(response)))
-    return np.asarray(scipy.signal.lfilter([1.0], denominator, white)[settling:])
+    transient = 6000
+    white = rng.normal(size=samples + transient) / math.sqrt(float(np.mean(response)))
+    return np.asarray(scipy.signal.lfilter([1.0], denominator, white)[transient:])
 
 
 if __name__ == "__main__":

@@ -1,9 +1,9 @@
 """Time of a request on a line without pacing: this project's link beside pymodbus's own client.
 
-Both read the same register from the same responder, turn about, on one pseudo-terminal. The
-responder answers with a frame made beforehand, so what is measured is the host: building the
-request, waiting, taking the reply apart. The wire itself would add its own time (a status at 115200
-baud: 4.3 ms). `line` is the same exchange without any Modbus, the floor for everybody.
+Each client reads the same register from the same responder on one pseudo-terminal, in turn. The
+responder sends a prepared frame. The time is therefore the host's own: it builds the request,
+waits, and decodes the reply. A real line adds its own time (a status at 115200 baud: 4.3 ms).
+`line` is the same exchange without Modbus: no client can be faster.
 
     python tools/link_overhead.py --requests 2000
 """

@@ -1,4 +1,4 @@
-r"""What the network is worth on drives of a simulation that neither it nor its training knows.
+r"""Accuracy of the network on drives of an independent simulation, which training never used.
 
 Flexible two-axis drives (`tests.plant`) in closed loop, encoder of 8400 counts, through the signal
 chain of `identify`: the network alone, least squares, and random search with as many tries as the
@@ -130,7 +130,8 @@ class Setting:
         if seen is None:
             raise SystemExit("the network belongs to a longer motion: name another one")
         try:
-            solved = least_squares.fit(signals).parameters
+            part = least_squares.estimation_part(signals)
+            solved = least_squares.fit(signals, part).parameters
         except DataError:
             return None
         looped = network_estimate.estimate(seen.regressor, seen.effort, self.network, passes=PASSES)

@@ -10,9 +10,7 @@ import argparse
 from pathlib import Path
 
 from edge_ident.commissioning.profiling import profile_device
-from edge_ident.report.documents import profile_document
-from edge_ident.report.tables import print_profile
-from edge_ident.support.json_text import write_json
+from edge_ident.report import profile_document, profile_view, show, write_json
 
 
 class _Lines:
@@ -23,6 +21,9 @@ class _Lines:
 
     def samples(self, in_hand: int, expected: int) -> None:
         pass
+
+    def say(self, message: str) -> None:
+        print(message, flush=True)
 
 
 def main() -> None:
@@ -35,7 +36,7 @@ def main() -> None:
     given = parser.parse_args()
     for number, device in enumerate(given.devices):
         profile = profile_device(device, given.baud_rate, given.repetitions, _Lines())
-        print_profile(profile)
+        show(profile_view(profile))
         path = given.output / f"profile_{number}.json"
         write_json(profile_document(profile), path)
         print(f"written: {path}")

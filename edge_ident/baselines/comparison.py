@@ -3,6 +3,7 @@
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -10,11 +11,16 @@ from edge_ident.baselines.methods import Method, all_methods
 from edge_ident.baselines.problem import Problem, pose
 from edge_ident.errors import EdgeIdentError
 from edge_ident.estimation.network import Network
-from edge_ident.estimation.trust import Finding, judge
+from edge_ident.estimation.trust import Finding, check_estimate
 from edge_ident.model.model import Estimate
 from edge_ident.signals.metrics import Metric
 from edge_ident.signals.metrics import compare as measure
 from edge_ident.signals.recording import Recording
+from edge_ident.support.readable import Readable
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from rich.console import RenderableType
 
 
 @dataclass(frozen=True)
@@ -64,16 +70,62 @@ class AxisComparison:
     cutoff_hz: float
 
 
-@dataclass(frozen=True)
-class Comparison:
-    """All axes of a recording."""
+@dataclass(frozen=True, repr=False)
+class Comparison(Readable):
+    """All axes of a recording, each identified by several methods.
+
+    Attributes
+    ----------
+    axes : mapping of axis name to AxisComparison
+
+    Examples
+    --------
+    >>> import edge_ident
+    >>> found = edge_ident.compare(edge_ident.simulate(), methods=["least_squares"])
+    >>> found.answered
+    True
+    """
 
     axes: Mapping[str, AxisComparison]
+
+    @property
+    def answered(self) -> bool:
+        """Whether some method gave an answer for every axis."""
+        return all(any(row.estimate for row in axis.rows) for axis in self.axes.values())
+
+    def __rich__(self) -> "RenderableType":
+        from edge_ident.report.comparison_tables import comparison_view
+
+        return comparison_view(self)
+
+    def plot(self) -> "Figure":
+        """Draw the estimates with their 95 % intervals side by side.
+
+        Raises
+        ------
+        DataError
+            matplotlib is not installed.
+        """
+        from edge_ident.report.comparison_figure import comparison_figure
+
+        return comparison_figure(self)
+
+
+def comparison_methods() -> tuple[str, ...]:
+    """Names of the methods that `compare` knows, in alphabetical order.
+
+    Examples
+    --------
+    >>> import edge_ident
+    >>> "least_squares" in edge_ident.comparison_methods()
+    True
+    """
+    return tuple(all_methods())
 
 
 def compare(
     recording: Recording,
-    network: Network | None,
+    network: Network | None = None,
     *,
     methods: Sequence[str] = (),
     tries: int = 8,
@@ -81,26 +133,43 @@ def compare(
     on_stage: Callable[[str], None] = lambda title: None,
     on_note: Callable[[str], None] = lambda note: None,
 ) -> Comparison:
-    """Identify every axis by every method.
+    """Identify every axis by every method, on the same signals and samples.
 
     Parameters
     ----------
     recording : Recording
     network : Network or None
     methods : sequence of str
-        Names from `all_methods`; none stands for all.
+        Names from `comparison_methods`; none stands for all.
     tries : int
         Of random search.
     seed : int
+        Random seed of the methods that need one.
     on_stage, on_note : callables
         Told which method begins, and how far it is.
 
+    Returns
+    -------
+    Comparison
+
     Raises
     ------
+    ValueError
+        There is no such method.
     DataError
         Hardly any sample shows an axis in motion.
+
+    Examples
+    --------
+    >>> import edge_ident
+    >>> found = edge_ident.compare(edge_ident.simulate(), methods=["ordinary_least_squares"])
+    >>> [row.method for row in found.axes["x"].rows]
+    ['ordinary_least_squares']
     """
     known, axes = all_methods(), {}
+    for method in methods:
+        if method not in known:
+            raise ValueError(f"there is no {method}; choose from {', '.join(known)}")
     for name, axis in recording.axes.items():
         problem = pose(recording, name, network=network, tries=tries, seed=seed, note=on_note)
         rows = []
@@ -120,7 +189,7 @@ def _run(name: str, method: Method, problem: Problem) -> Row:
     if estimate is None:
         return Row(name, None, None, reason, (), time_ms)
     metric = measure(problem.effort, problem.regressor @ estimate.parameters)
-    findings = judge(estimate, problem.regressor, problem.effort, metric.relative_residual)
+    findings = check_estimate(estimate, problem.regressor, problem.effort, metric.relative_residual)
     for finding in findings:
         if finding.code == "inseparable":  # then any number is one of infinitely many
             return Row(name, None, None, finding.message, (), time_ms)

@@ -1,32 +1,40 @@
-"""The command line: thin commands over the library, one file for each family."""
+"""The command line: thin commands over the public API, one file for each command or family."""
 
 import typer
 
 from edge_ident.cli import (
     board,
+    capture,
     checkup,
     compare,
     diagnose,
-    files,
     gains,
-    motion,
+    identify,
+    machine,
     offline,
+    profile,
     registers,
+    run,
+    run_report,
     simulate,
 )
 from edge_ident.support.interrupts import end_as_by_ctrl_c
 
 app = typer.Typer(
     name="edge-ident",
-    help="Identify a feed drive, write better gains back safely, and say how far to trust them.",
+    help="Identify a feed drive, diagnose its model, and write better gains back safely.",
     no_args_is_help=True,
     add_completion=False,
     rich_markup_mode="markdown",
     pretty_exceptions_enable=False,
 )
 for commands in (
-    motion,
-    files,
+    run,
+    capture,
+    profile,
+    machine,
+    identify,
+    run_report,
     gains,
     diagnose,
     simulate,

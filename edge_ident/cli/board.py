@@ -1,17 +1,29 @@
-"""The command board: a virtual one to connect to."""
+"""The command board: a virtual board to connect to."""
 
 from typing import Annotated
 
 import typer
 
-from edge_ident.cli.common import Json, Output, deliver, guarded, say
+from edge_ident import commissioning
+from edge_ident.cli.command import command
+from edge_ident.cli.messages import say
+from edge_ident.cli.options import ResultOptions
 
+Pty = Annotated[bool, typer.Option("--pty", help="Serve on a pseudo-terminal.")]
+TcpPort = Annotated[
+    int | None,
+    typer.Option("--tcp", metavar="PORT", min=0, max=65535, help="Serve Modbus TCP at this port."),
+]
+Address = Annotated[
+    str,
+    typer.Option("--bind", metavar="ADDRESS", help="Address of this host to serve --tcp at."),
+]
 Speed = Annotated[
     str,
     typer.Option(
         "--speed",
         envvar="EDGE_IDENT_SPEED",
-        help="Times real time, or max: time passes as fast as the host asks.",
+        help="Factor of real time, or max: time passes as fast as the host asks.",
     ),
 ]
 
@@ -21,20 +33,14 @@ def register(app: typer.Typer) -> None:
     app.command()(board)
 
 
-@guarded
+@command
 def board(
-    pty: Annotated[bool, typer.Option("--pty", help="Serve on a pseudo-terminal.")] = False,
-    tcp: Annotated[
-        int | None,
-        typer.Option("--tcp", metavar="PORT", min=0, max=65535, help="Serve Modbus TCP."),
-    ] = None,
-    bind: Annotated[
-        str,
-        typer.Option("--bind", metavar="ADDRESS", help="Of this host, for --tcp."),
-    ] = "127.0.0.1",
+    *,
+    pty: Pty = False,
+    tcp: TcpPort = None,
+    bind: Address = "127.0.0.1",
     speed: Speed = "1",
-    output: Output = None,
-    json: Json = False,
+    results: ResultOptions,
 ) -> None:
     """Serve a virtual board with a flexible feed drive behind it, until Ctrl-C.
 
@@ -43,24 +49,22 @@ def board(
 
     Example: `edge-ident board --pty --speed 10`
     """
-    from firmware_interface.virtual.server import serve
-
     if pty == (tcp is not None):
         raise typer.BadParameter("choose one of --pty and --tcp PORT")
 
     def ready(device: str) -> None:
-        deliver({"schema": "edge-ident/board/1", "device": device}, "board.json", output, json)
-        if not json:
+        results.deliver({"schema": "edge-ident/board/1", "device": device}, "board.json")
+        if not results.json:
             print(device, flush=True)
         say(f"serving; connect with: edge-ident run --device {device}   (Ctrl-C ends)")
 
     if tcp is not None:
         say("Modbus has no authentication: whoever reaches this port commands the board")
-    serve(pty=pty, tcp_port=tcp, bind=bind, speed=_parse_speed(speed), on_ready=ready)
+    commissioning.serve(pty=pty, tcp_port=tcp, bind=bind, speed=_parse_speed(speed), on_ready=ready)
 
 
 def _parse_speed(text: str) -> float | None:
-    """Factor of real time; None stands for max."""
+    """Parse a factor of real time; None stands for max."""
     if text == "max":
         return None
     try:

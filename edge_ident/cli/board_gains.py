@@ -1,54 +1,81 @@
 """The life of a board's gains: show, diff, stage, commit, rollback, store, restore."""
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Final
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from edge_ident.cli.common import (
-    UNTRUSTED,
-    BaudRate,
-    Device,
-    DriveFile,
-    Json,
-    ModelFile,
-    Output,
-    deliver,
-    given_model,
-    guarded,
-    say,
-    shown_progress,
-)
+import edge_ident
+from edge_ident import commissioning, report
+from edge_ident.cli.command import UNTRUSTED, command
+from edge_ident.cli.messages import say
+from edge_ident.cli.options import BoardOptions, ModelFile, ResultOptions, given_model
+from edge_ident.cli.progress import shown_progress
 from edge_ident.cli.sessions import connected
 
 if TYPE_CHECKING:
-    from edge_ident.commissioning.gain_forecast import Forecasts
-    from edge_ident.report.gain_report import GainReport
-    from firmware_interface.board import Board
-    from firmware_interface.gains import Bank
+    from edge_ident import Board
+    from edge_ident.commissioning import Bank, Forecasts
 
 GainsFile = Annotated[
-    Path, typer.Argument(metavar="FILE", help="Backup, or what `gains FILE --output DIR` left.")
-]
-MotionFile = Annotated[
-    Path | None,
-    typer.Option(
-        "--recording",
-        metavar="FILE",
-        help="Of the drive: margins and tracking on its motion are foretold from it.",
-    ),
+    Path,
+    typer.Argument(metavar="FILE", help="Backup, or what `gains FILE --output DIR` wrote."),
 ]
 Backups = Annotated[
     Path,
-    typer.Option("--backups", envvar="EDGE_IDENT_BACKUPS", help="Folder for gains of before."),
-]
-LargeSteps = Annotated[
-    bool,
     typer.Option(
-        "--large-steps", help="Let feedback gains grow or shrink more than five times at once."
+        "--backups", envvar="EDGE_IDENT_BACKUPS", help="Folder for backups of the active gains."
     ),
 ]
-_BACKUPS: Final = Path("edge-ident-gains")
+
+
+@dataclass(frozen=True)
+class ForecastOptions:
+    """From what margins and tracking are predicted."""
+
+    model: ModelFile = None
+    recording: Annotated[
+        Path | None,
+        typer.Option(
+            "--recording",
+            metavar="FILE",
+            help="Recording of the drive, from which margins and tracking error are predicted.",
+        ),
+    ] = None
+
+    def predict(self, board: "Board", banks: Sequence["Bank"]) -> "Forecasts":
+        """Predict margins and tracking; nothing where neither model nor recording is given."""
+        if self.model is None and self.recording is None:
+            return ()
+        motion = None if self.recording is None else edge_ident.load_recording(self.recording)
+        known = given_model(self.model)
+        forecaster = commissioning.Forecaster(board.identity, board.limits(), known, motion)
+        with shown_progress() as bars:
+            bars.stage("forecast")
+            return forecaster.forecast(banks, bars.samples)
+
+    def predict_stable(self, board: "Board", banks: Sequence["Bank"]) -> "Forecasts":
+        """Predict, and refuse new gains that cannot work."""
+        forecasts = self.predict(board, banks)
+        for of_new in forecasts[1:]:
+            commissioning.check_stable(of_new)
+        return forecasts
+
+
+@dataclass(frozen=True)
+class ChangeOptions:
+    """What surrounds a change of gains."""
+
+    backups: Backups = Path("edge-ident-gains")
+    large_steps: Annotated[
+        bool,
+        typer.Option(
+            "--large-steps",
+            help="Allow feedback gains to change by more than a factor of five at once.",
+        ),
+    ] = False
 
 
 def register(group: typer.Typer) -> None:
@@ -57,256 +84,160 @@ def register(group: typer.Typer) -> None:
         group.command()(verb)
 
 
-@guarded
-def show(
-    device: Device = None,
-    baud_rate: BaudRate = None,
-    drive: DriveFile = None,
-    model: ModelFile = None,
-    recording: MotionFile = None,
-    output: Output = None,
-    json: Json = False,
-) -> None:
-    """Show the gains in force and those staged; with a model or recording, what they promise.
+@command
+def show(*, where: BoardOptions, forecast: ForecastOptions, results: ResultOptions) -> None:
+    """Show the active and the staged gains; with a model or recording, predict what they do.
 
     Example: `edge-ident gains show --device /dev/ttyACM0 --model model.json`
     """
-    from edge_ident.report.gain_report import GainReport
-
-    with connected(device, baud_rate, drive) as (board, _):
+    with connected(where) as (board, _):
         active, status = board.active_gains(), board.status()
         staged = board.staged_gains() if status.staged_crc_ok else None
         banks = [active] if staged is None else [active, staged]
-        report = GainReport(
+        found = report.GainReport(
             board.identity.serial_number,
             active,
             staged,
-            _foretold(board, banks, model, recording),
+            forecast.predict(board, banks),
             unconfirmed_s=status.confirm_remaining_s if status.unconfirmed else None,
         )
-    _deliver(report, output, json)
+    _deliver(found, results)
 
 
-@guarded
+@command
 def diff(
-    file: GainsFile,
-    device: Device = None,
-    baud_rate: BaudRate = None,
-    drive: DriveFile = None,
-    model: ModelFile = None,
-    recording: MotionFile = None,
-    output: Output = None,
-    json: Json = False,
+    *, file: GainsFile, where: BoardOptions, forecast: ForecastOptions, results: ResultOptions
 ) -> None:
-    """Compare a file's gains with those in force; nothing is written.
+    """Compare a file's gains with the active gains; nothing is written.
 
     Example: `edge-ident gains diff gains.json --device /dev/ttyACM0 --recording capture.npz`
     """
-    from edge_ident.commissioning.gain_change import wanted_gains
-    from edge_ident.commissioning.gain_files import load_gains
-    from edge_ident.report.gain_report import GainReport
-
-    loaded = load_gains(file)
-    with connected(device, baud_rate, drive) as (board, _):
+    loaded = commissioning.load_gains(file)
+    with connected(where) as (board, _):
         active = board.active_gains()
-        wanted = wanted_gains(active, loaded)
-        foretold = _foretold(board, [active, wanted], model, recording)
-        report = GainReport(board.identity.serial_number, active, wanted, foretold)
-    _deliver(report, output, json)
+        wanted = commissioning.wanted_gains(active, loaded)
+        predicted = forecast.predict(board, [active, wanted])
+        found = report.GainReport(board.identity.serial_number, active, wanted, predicted)
+    _deliver(found, results)
 
 
-@guarded
+@command
 def stage(
+    *,
     file: GainsFile,
-    device: Device = None,
-    baud_rate: BaudRate = None,
-    drive: DriveFile = None,
-    model: ModelFile = None,
-    recording: MotionFile = None,
-    backups: Backups = _BACKUPS,
-    large_steps: LargeSteps = False,
-    output: Output = None,
-    json: Json = False,
+    where: BoardOptions,
+    forecast: ForecastOptions,
+    change: ChangeOptions,
+    results: ResultOptions,
 ) -> None:
-    """Check a file's gains and write them beside those in force, with read-back.
+    """Check a file's gains and write them beside the active gains, with read-back.
 
     Example: `edge-ident gains stage gains.json --device /dev/ttyACM0 --model model.json`
     """
-    from edge_ident.commissioning.gain_change import check_change, wanted_gains
-    from edge_ident.commissioning.gain_files import back_up, load_gains
-    from edge_ident.commissioning.gain_transfer import stage_gains
-    from edge_ident.report.gain_report import GainReport
-
-    loaded = load_gains(file)
-    with connected(device, baud_rate, drive) as (board, _):
+    loaded = commissioning.load_gains(file)
+    with connected(where) as (board, _):
         active = board.active_gains()
-        wanted = wanted_gains(active, loaded)
-        check_change(board, active, wanted, large_steps)
-        foretold = _stable(_foretold(board, [active, wanted], model, recording))
-        backup = back_up(active, board.identity, backups)
-        stage_gains(board, wanted)
-        report = GainReport(board.identity.serial_number, active, wanted, foretold, backup)
-    _deliver(report, output, json)
-    say("staged and read back; put them in force with: edge-ident gains commit")
+        wanted = commissioning.wanted_gains(active, loaded)
+        commissioning.check_change(board, active, wanted, change.large_steps)
+        predicted = forecast.predict_stable(board, [active, wanted])
+        backup = commissioning.back_up(active, board.identity, change.backups)
+        commissioning.stage_gains(board, wanted)
+        number = board.identity.serial_number
+        found = report.GainReport(number, active, wanted, predicted, backup)
+    _deliver(found, results)
+    say("staged and read back; activate them with: edge-ident gains commit")
 
 
-@guarded
+@command
 def commit(
-    device: Device = None,
-    baud_rate: BaudRate = None,
-    drive: DriveFile = None,
-    model: ModelFile = None,
-    recording: MotionFile = None,
-    backups: Backups = _BACKUPS,
-    large_steps: LargeSteps = False,
-    output: Output = None,
-    json: Json = False,
+    *,
+    where: BoardOptions,
+    forecast: ForecastOptions,
+    change: ChangeOptions,
+    results: ResultOptions,
 ) -> None:
-    """Put the staged gains in force; they stay if the drive follows a motion no worse with them.
+    """Activate the staged gains; they stay if the drive follows a motion no worse with them.
 
-    The machine moves twice, with the old gains and with the new ones. Gains that the motion would
-    not tell from those in force are not written.
+    The machine moves twice, with the old gains and with the new ones. Gains are not written if the
+    motion cannot show a difference between them and the active gains.
 
     Example: `edge-ident gains commit --device /dev/ttyACM0`
     """
-    from edge_ident.commissioning.gain_change import check_change, commit_staged, staged_whole
-    from edge_ident.commissioning.gain_files import back_up
-    from edge_ident.commissioning.safety import make_ready
-    from edge_ident.report.gain_report import GainReport
-
-    with connected(device, baud_rate, drive) as (board, described):
-        make_ready(board)
-        staged = staged_whole(board)
-        active = board.active_gains()
-        check_change(board, active, staged, large_steps)
-        foretold = _stable(_foretold(board, [active, staged], model, recording))
-        backup = back_up(active, board.identity, backups)
-        with shown_progress() as observer:
-            change = commit_staged(board, described, staged, observer)
-        report = GainReport(board.identity.serial_number, active, staged, foretold, backup, change)
-    _deliver(report, output, json)
-    if not (change.confirmed or change.unchanged):
+    with connected(where) as (board, drive):
+        commissioning.make_ready(board)
+        staged, active = commissioning.staged_whole(board), board.active_gains()
+        commissioning.check_change(board, active, staged, change.large_steps)
+        predicted = forecast.predict_stable(board, [active, staged])
+        backup = commissioning.back_up(active, board.identity, change.backups)
+        with shown_progress() as bars:
+            done = commissioning.commit_staged(board, drive, staged, bars)
+        number = board.identity.serial_number
+        found = report.GainReport(number, active, staged, predicted, backup, done)
+    _deliver(found, results)
+    if not (done.confirmed or done.unchanged):
         raise typer.Exit(UNTRUSTED)
 
 
-@guarded
-def rollback(
-    device: Device = None,
-    baud_rate: BaudRate = None,
-    drive: DriveFile = None,
-    output: Output = None,
-    json: Json = False,
-) -> None:
+@command
+def rollback(*, where: BoardOptions, results: ResultOptions) -> None:
     """Take back gains that were committed and not confirmed; `restore` takes back older ones.
 
     Example: `edge-ident gains rollback --device /dev/ttyACM0`
     """
-    from edge_ident.commissioning.gain_change import roll_back_unconfirmed
-    from edge_ident.report.gain_report import GainReport
-
-    with connected(device, baud_rate, drive) as (board, _):
-        roll_back_unconfirmed(board)
-        report = GainReport(board.identity.serial_number, board.active_gains())
-    _deliver(report, output, json)
+    with connected(where) as (board, _):
+        commissioning.roll_back_unconfirmed(board)
+        found = report.GainReport(board.identity.serial_number, board.active_gains())
+    _deliver(found, results)
 
 
-@guarded
+@command
 def store(
-    device: Device = None,
-    baud_rate: BaudRate = None,
-    drive: DriveFile = None,
-    backups: Backups = _BACKUPS,
-    output: Output = None,
-    json: Json = False,
+    *, where: BoardOptions, backups: Backups = Path("edge-ident-gains"), results: ResultOptions
 ) -> None:
-    """Write the gains in force to the board's permanent memory, so that they outlast its power.
+    """Write the active gains to the board's permanent memory, so that they survive a power cycle.
 
     Example: `edge-ident gains store --device /dev/ttyACM0`
     """
-    from edge_ident.commissioning.gain_files import back_up
-    from edge_ident.report.gain_report import GainReport
-
-    with connected(device, baud_rate, drive) as (board, _):
+    with connected(where) as (board, _):
         active = board.active_gains()
-        backup = back_up(active, board.identity, backups)
+        backup = commissioning.back_up(active, board.identity, backups)
         board.store()
-        report = GainReport(board.identity.serial_number, active, backup=backup)
-    _deliver(report, output, json)
+        found = report.GainReport(board.identity.serial_number, active, backup=backup)
+    _deliver(found, results)
     say("stored")
 
 
-@guarded
+@command
 def restore(
+    *,
     file: GainsFile,
-    device: Device = None,
-    baud_rate: BaudRate = None,
-    drive: DriveFile = None,
-    model: ModelFile = None,
-    recording: MotionFile = None,
-    backups: Backups = _BACKUPS,
-    large_steps: LargeSteps = False,
-    output: Output = None,
-    json: Json = False,
+    where: BoardOptions,
+    forecast: ForecastOptions,
+    change: ChangeOptions,
+    results: ResultOptions,
 ) -> None:
-    """Stage a backup's gains and put them in force; they stay if a motion ends without a fault.
+    """Stage a backup's gains and activate them; they stay if a motion ends without a fault.
 
     The machine moves once, with the restored gains.
 
     Example: `edge-ident gains restore edge-ident-gains/board-1-….json --device /dev/ttyACM0`
     """
-    from edge_ident.commissioning.gain_change import (
-        check_change,
-        check_owner,
-        restore_gains,
-        wanted_gains,
-    )
-    from edge_ident.commissioning.gain_files import back_up, load_gains
-    from edge_ident.commissioning.safety import make_ready
-    from edge_ident.report.gain_report import GainReport
-
-    loaded = load_gains(file)
-    with connected(device, baud_rate, drive) as (board, described):
-        check_owner(board, loaded)
-        make_ready(board)
+    loaded = commissioning.load_gains(file)
+    with connected(where) as (board, drive):
+        commissioning.check_owner(board, loaded)
+        commissioning.make_ready(board)
         active = board.active_gains()
-        wanted = wanted_gains(active, loaded)
-        check_change(board, active, wanted, large_steps)
-        foretold = _stable(_foretold(board, [active, wanted], model, recording))
-        backup = back_up(active, board.identity, backups)
-        with shown_progress() as observer:
-            change = restore_gains(board, described, wanted, observer)
-        report = GainReport(board.identity.serial_number, active, wanted, foretold, backup, change)
-    _deliver(report, output, json)
+        wanted = commissioning.wanted_gains(active, loaded)
+        commissioning.check_change(board, active, wanted, change.large_steps)
+        predicted = forecast.predict_stable(board, [active, wanted])
+        backup = commissioning.back_up(active, board.identity, change.backups)
+        with shown_progress() as bars:
+            done = commissioning.restore_gains(board, drive, wanted, bars)
+        number = board.identity.serial_number
+        found = report.GainReport(number, active, wanted, predicted, backup, done)
+    _deliver(found, results)
 
 
-def _foretold(
-    board: "Board", banks: list["Bank"], model: Path | None, recording: Path | None
-) -> "Forecasts":
-    """What the banks promise; nothing where neither model nor recording is given."""
-    if model is None and recording is None:
-        return ()
-    from edge_ident.commissioning.gain_forecast import Forecaster
-    from edge_ident.signals.recording_files import load_recording
-
-    motion = None if recording is None else load_recording(recording)
-    forecaster = Forecaster(board.identity, board.limits(), given_model(model), motion)
-    with shown_progress() as observer:
-        observer.stage("forecast")
-        return forecaster.forecast(banks, observer.samples)
-
-
-def _stable(forecasts: "Forecasts") -> "Forecasts":
-    """Pass forecasts on if the new gains can work."""
-    from edge_ident.commissioning.gain_forecast import check_stable
-
-    for of_new in forecasts[1:]:
-        check_stable(of_new)
-    return forecasts
-
-
-def _deliver(report: "GainReport", output: Path | None, json: bool) -> None:
-    from edge_ident.report.gain_report import print_report, report_document
-
-    deliver(report_document(report), "board_gains.json", output, json)
-    if not json:
-        print_report(report)
+def _deliver(found: "report.GainReport", results: ResultOptions) -> None:
+    results.deliver(report.gain_report_document(found), "board_gains.json")
+    results.show(report.gain_report_view(found))

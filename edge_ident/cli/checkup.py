@@ -1,21 +1,15 @@
-"""Commands that look whether all is in place: ports, doctor."""
+"""Commands that check whether everything is in place: ports, doctor."""
 
 from dataclasses import asdict
 
 import typer
 
-from edge_ident.cli.common import (
-    UNTRUSTED,
-    BaudRate,
-    Device,
-    DriveFile,
-    Json,
-    Output,
-    deliver,
-    guarded,
-    say,
-    shown_progress,
-)
+import edge_ident
+from edge_ident import commissioning
+from edge_ident.cli.command import UNTRUSTED, command
+from edge_ident.cli.messages import say
+from edge_ident.cli.options import BaudRate, BoardOptions, ResultOptions
+from edge_ident.cli.progress import shown_progress
 
 
 def register(app: typer.Typer) -> None:
@@ -24,61 +18,48 @@ def register(app: typer.Typer) -> None:
     app.command()(doctor)
 
 
-@guarded
-def ports(baud_rate: BaudRate = None, output: Output = None, json: Json = False) -> None:
-    """List serial ports with what answered when each was asked for a board's identity.
+@command
+def ports(*, baud_rate: BaudRate = None, results: ResultOptions) -> None:
+    """List serial ports, and what answers at each when it is asked for a board's identity.
 
-    A few bytes go out at every port; close those of devices that must not see them.
+    A few bytes go out at every port. Close those of devices that must not see them.
 
     Example: `edge-ident ports --baud-rate 921600`
     """
-    from edge_ident.commissioning.ports import ask_ports
-    from firmware_interface.connection import DEFAULT_BAUD_RATE
-
-    with shown_progress() as observer:
-        observer.stage("asking ports")
-        found = ask_ports(baud_rate or DEFAULT_BAUD_RATE, observer.samples)
+    with shown_progress() as bars:
+        bars.stage("asking ports")
+        rate = baud_rate or commissioning.DEFAULT_BAUD_RATE
+        found = commissioning.ask_ports(rate, bars.samples)
     document = {"schema": "edge-ident/ports/1", "ports": [asdict(port) for port in found]}
-    deliver(document, "ports.json", output, json)
+    results.deliver(document, "ports.json")
     if not found:
         say("no serial port found; try --device virtual, or edge-ident board --pty")
-    for port in found if not json else []:
+    for port in found if not results.json else []:
         print(f"{port.device}\t{port.description}\t{port.hardware_id}\t{port.answer}")
         if port.next_step:
             say(f"  {port.device}, next: {port.next_step}")
 
 
-@guarded
-def doctor(
-    device: Device = None,
-    baud_rate: BaudRate = None,
-    drive: DriveFile = None,
-    output: Output = None,
-    json: Json = False,
-) -> None:
-    """Check this machine and, with --device, the link to a board; each trouble with its remedy.
+@command
+def doctor(*, where: BoardOptions, results: ResultOptions) -> None:
+    """Check this machine and, with --device, the link to a board; give a remedy for each problem.
 
-    Packages, networks, ModemManager, rights and latency timers of ports; then register map,
-    state, round-trip time, clock and jitter. Nothing is moved or written.
+    The checks are: packages, networks, ModemManager, rights and latency timers of ports; then
+    register map, state, round-trip time, clock and jitter. Nothing is moved or written.
 
     Example: `edge-ident doctor --device /dev/ttyACM0`
     """
-    from edge_ident.commissioning.doctor import check_host
-    from edge_ident.commissioning.link_checks import check_link
-    from edge_ident.drive.description import load_drive
-    from firmware_interface.connection import DEFAULT_BAUD_RATE
-
-    described = load_drive(drive)
-    url = device or described.device
-    checks = check_host()
-    if url is not None:
-        with shown_progress() as observer:
-            observer.stage("timing requests")
-            rate = baud_rate or described.baud_rate or DEFAULT_BAUD_RATE
-            checks += check_link(url, rate, observer.samples)
+    drive = edge_ident.load_drive(where.drive)
+    device = where.device or drive.device
+    checks = commissioning.check_host()
+    if device is not None:
+        with shown_progress() as bars:
+            bars.stage("timing requests")
+            rate = where.baud_rate or drive.baud_rate or commissioning.DEFAULT_BAUD_RATE
+            checks += commissioning.check_link(device, rate, bars.samples)
     document = {"schema": "edge-ident/doctor/1", "checks": [asdict(check) for check in checks]}
-    deliver(document, "doctor.json", output, json)
-    for check in checks if not json else []:
+    results.deliver(document, "doctor.json")
+    for check in checks if not results.json else []:
         print(f"{'ok ' if check.good else 'BAD'}  {check.what}: {check.detail}")
         if not check.good:
             print(f"     next: {check.next_step}")

@@ -1,23 +1,79 @@
 """Commands that need a checkout and torch: train, export."""
 
 import importlib
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Final
 
 import typer
 
-from edge_ident.cli.common import (
-    Json,
-    ModelFile,
-    given_model,
-    guarded,
-    print_document,
-    shown_progress,
-)
-from edge_ident.cli.files import Columns, parse_renames
+import edge_ident
+from edge_ident.cli.command import command
+from edge_ident.cli.messages import print_document
+from edge_ident.cli.options import Columns, Json, ModelFile, given_model, parse_renames
+from edge_ident.cli.progress import ProgressBars, shown_progress
 from edge_ident.errors import ModelError
 
 CHECKPOINT: Final = "checkpoint.pt"
+
+CheckpointFolder = Annotated[
+    Path, typer.Option("--output", envvar="EDGE_IDENT_OUTPUT", help="Folder of the checkpoint.")
+]
+Configuration = Annotated[
+    str,
+    typer.Option(
+        "--configuration",
+        envvar="EDGE_IDENT_CONFIGURATION",
+        help="improved; plain, without effects; or paper, the paper's recipe.",
+    ),
+]
+Accelerator = Annotated[
+    str | None,
+    typer.Option(
+        "--accelerator",
+        envvar="EDGE_IDENT_ACCELERATOR",
+        help="Torch device; default: a GPU where there is one.",
+    ),
+]
+Checkpoint = Annotated[Path, typer.Argument(help="Checkpoint that `train` wrote.")]
+NetworkFolder = Annotated[
+    Path, typer.Option("--output", envvar="EDGE_IDENT_OUTPUT", help="Folder of networks.")
+]
+
+
+@dataclass(frozen=True)
+class TrainedMotion:
+    """The motion and the effects that a network is trained for."""
+
+    motion_from: Annotated[
+        Path | None,
+        typer.Option(
+            "--motion-from",
+            metavar="RECORDING",
+            help="Train for the motion of this recording instead of the paper's.",
+        ),
+    ] = None
+    axis: Annotated[
+        str | None,
+        typer.Option("--axis", help="Axis of that recording or model, where it has several."),
+    ] = None
+    column: Columns = None
+    model: ModelFile = None
+    name: Annotated[
+        str | None,
+        typer.Option("--name", help="Name of the network's files; default: the recording's."),
+    ] = None
+
+    def load(self) -> Any:
+        """Return the motion that `export` trains for."""
+        motions = _offline("export.motion")
+        if self.motion_from is None:
+            motion = motions.paper_motion()
+        else:
+            recording = edge_ident.load_recording(self.motion_from, parse_renames(self.column))
+            motion = motions.motion_from(recording, self.axis, self.name or self.motion_from.stem)
+        known = given_model(self.model)
+        return motion if known is None else motions.with_effects(motion, known, self.axis)
 
 
 def register(app: typer.Typer) -> None:
@@ -26,87 +82,30 @@ def register(app: typer.Typer) -> None:
     app.command()(export)
 
 
-@guarded
+@command
 def train(
-    output: Annotated[
-        Path, typer.Option("--output", envvar="EDGE_IDENT_OUTPUT", help="Folder of the checkpoint.")
-    ] = Path("runs/feed_drive"),
-    configuration: Annotated[
-        str,
-        typer.Option(
-            "--configuration",
-            envvar="EDGE_IDENT_CONFIGURATION",
-            help="improved; plain, without effects; or paper, the paper's recipe.",
-        ),
-    ] = "improved",
-    motion_from: Annotated[
-        Path | None,
-        typer.Option(
-            "--motion-from",
-            metavar="RECORDING",
-            help="Train for the motion of this recording instead of the paper's.",
-        ),
-    ] = None,
-    axis: Annotated[
-        str | None,
-        typer.Option("--axis", help="Of that recording or model, where it has several."),
-    ] = None,
-    column: Columns = None,
-    model: ModelFile = None,
-    name: Annotated[
-        str | None,
-        typer.Option("--name", help="Of the network's files; default: that of the recording."),
-    ] = None,
-    resume: Annotated[bool, typer.Option("--resume", help="Go on with the checkpoint.")] = False,
-    accelerator: Annotated[
-        str | None,
-        typer.Option(
-            "--accelerator",
-            envvar="EDGE_IDENT_ACCELERATOR",
-            help="Torch device; default: a GPU where there is one.",
-        ),
-    ] = None,
+    *,
+    output: CheckpointFolder = Path("runs/feed_drive"),
+    configuration: Configuration = "improved",
+    motion: TrainedMotion,
+    resume: Annotated[bool, typer.Option("--resume", help="Continue from the checkpoint.")] = False,
+    accelerator: Accelerator = None,
     json: Json = False,
 ) -> None:
-    """Train a network on simulated drives; Ctrl-C keeps the checkpoint, --resume goes on.
+    """Train a network on simulated drives; Ctrl-C keeps the checkpoint, --resume continues.
 
-    With --model, every drive has the effects of that model.
+    With --model, every simulated drive has the effects of that model.
 
     Example: `edge-ident train --output runs/mine --motion-from recording.csv`
     """
     chosen = _offline("export.configuration").configuration(configuration)
-    motions = _offline("export.motion")
-    if motion_from is None:
-        motion = motions.paper_motion()
-    else:
-        from edge_ident.signals.recording_files import load_recording
-
-        recording = load_recording(motion_from, parse_renames(column))
-        motion = motions.motion_from(recording, axis, name or motion_from.stem)
-    known = given_model(model)
-    if known is not None:
-        motion = motions.with_effects(motion, known, axis)
+    known_motion = motion.load()
     trainer = _offline("export.train")
-    with shown_progress() as observer:
-        stage = ""
-
-        def show(progress: Any) -> None:
-            nonlocal stage
-            if progress.stage != stage:
-                stage = progress.stage
-                observer.stage(f"training, {stage}")
-            observer.samples(progress.step, progress.steps)
-            if progress.loss is not None:
-                observer.note(f"loss {progress.loss:.3g}")
-
+    with shown_progress() as bars:
         path = trainer.train(
-            chosen,
-            motion,
-            output / CHECKPOINT,
-            resume=resume,
-            accelerator=accelerator,
-            on_progress=show,
-        )
+            chosen, known_motion, output / CHECKPOINT, resume=resume, accelerator=accelerator,
+            on_progress=_shown_on(bars),
+        )  # fmt: skip
     if json:
         losses = path.with_name("losses.csv")
         print_document(
@@ -116,23 +115,31 @@ def train(
         print(path)
 
 
-@guarded
+def _shown_on(bars: ProgressBars) -> Any:
+    """What the training calls with its progress."""
+
+    def show(progress: Any) -> None:
+        bars.show(f"training, {progress.stage}", progress.step, progress.steps)
+        if progress.loss is not None:
+            bars.note(f"loss {progress.loss:.3g}")
+
+    return show
+
+
+@command
 def export(
-    checkpoint: Annotated[Path, typer.Argument(help="What `train` left.")] = Path(
-        "runs/feed_drive/checkpoint.pt"
-    ),
-    output: Annotated[
-        Path, typer.Option("--output", envvar="EDGE_IDENT_OUTPUT", help="Folder of networks.")
-    ] = Path("edge_ident/networks"),
+    *,
+    checkpoint: Checkpoint = Path("runs/feed_drive/checkpoint.pt"),
+    output: NetworkFolder = Path("edge_ident/networks"),
     json: Json = False,
 ) -> None:
-    """Turn a checkpoint into ONNX, fp32 and int8, with parity checks and a manifest.
+    """Convert a checkpoint to ONNX, fp32 and int8, with parity checks and a manifest.
 
     Example: `edge-ident export runs/mine/checkpoint.pt --output networks`
     """
     exporter = _offline("export.onnx_export")
-    with shown_progress() as observer:
-        manifest = exporter.export(checkpoint, output, observer.stage)
+    with shown_progress() as bars:
+        manifest = exporter.export(checkpoint, output, bars.stage)
     if json:
         print_document({"schema": "edge-ident/export/1", "manifest": str(manifest)})
     else:
@@ -140,7 +147,13 @@ def export(
 
 
 def _offline(module: str) -> Any:
-    """A module of the `export` package, or what is missing to have it."""
+    """Load a module of the `export` package.
+
+    Raises
+    ------
+    ModelError
+        The package or one of its dependencies is not installed.
+    """
     try:
         return importlib.import_module(module)
     except ModuleNotFoundError as error:

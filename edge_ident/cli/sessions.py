@@ -2,74 +2,70 @@
 
 import logging
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import typer
 
+import edge_ident
+from edge_ident import commissioning
+from edge_ident.cli.options import BoardOptions
 
+if TYPE_CHECKING:
+    from edge_ident import Board, Drive
+
+
+@dataclass(frozen=True)
+class Address:
+    """Where a board is, and the drive that hangs on it."""
+
+    device: str
+    baud_rate: int
+    drive: "Drive"
+
+
+@dataclass(frozen=True)
 class Session:
     """A connected board, its drive, and a folder with a log."""
 
-    def __init__(self, board: Any, drive: Any, folder: Path) -> None:
-        self.board, self.drive, self.folder = board, drive, folder
+    board: "Board"
+    drive: "Drive"
+    folder: Path
 
 
-@contextmanager
-def connected(
-    device: str | None, baud_rate: int | None, drive: Path | None
-) -> Iterator[tuple[Any, Any]]:
-    """The board that the options name, and its drive's description."""
-    from edge_ident.commissioning.port_notes import noted
-    from firmware_interface.board import Board
-    from firmware_interface.connection import open_link
-
-    described, url, rate = located(device, baud_rate, drive)
-    with ExitStack() as ending:
-        link = open_link(url, baud_rate=rate)
-        ending.callback(link.close)
-        ending.enter_context(noted(url))
-        board = Board.connect(link)
-        ending.callback(_let_go, board)
-        yield board, described
-
-
-def located(device: str | None, baud_rate: int | None, drive: Path | None) -> tuple[Any, str, int]:
-    """The drive's description, where the board is, and its baud rate, from options."""
-    from edge_ident.drive.description import load_drive
-    from firmware_interface.connection import DEFAULT_BAUD_RATE
-
-    described = load_drive(drive)
-    url = device or described.device
-    if url is None:
+def located(options: BoardOptions) -> Address:
+    """Find out where the board is, from options and drive description."""
+    drive = edge_ident.load_drive(options.drive)
+    device = options.device or drive.device
+    if device is None:
         raise typer.BadParameter(
             "say where the board is: --device /dev/ttyACM0, tcp://HOST:PORT or virtual "
             "(edge-ident ports lists candidates)",
             param_hint="--device",
         )
-    return described, url, baud_rate or described.baud_rate or DEFAULT_BAUD_RATE
-
-
-def _let_go(board: Any) -> None:
-    """So that the next command finds the board free; a hold that stays runs out by itself."""
-    from edge_ident.errors import EdgeIdentError
-
-    with suppress(EdgeIdentError):
-        board.release()
+    baud_rate = options.baud_rate or drive.baud_rate or commissioning.DEFAULT_BAUD_RATE
+    return Address(device, baud_rate, drive)
 
 
 @contextmanager
-def session(
-    device: str | None, baud_rate: int | None, drive: Path | None, output: Path | None
-) -> Iterator[Session]:
-    """A connected board with a folder for results and a log in it."""
-    with connected(device, baud_rate, drive) as (board, described):
+def connected(options: BoardOptions) -> Iterator[tuple["Board", "Drive"]]:
+    """Connect to the board that the options name, and give its drive's description."""
+    address = located(options)
+    with edge_ident.connect(address.device, baud_rate=address.baud_rate) as board:
+        yield board, address.drive
+
+
+@contextmanager
+def session(options: BoardOptions, output: Path | None) -> Iterator[Session]:
+    """Connect to a board, with a folder for results and a log in it."""
+    with connected(options) as (board, drive):
         folder = output or Path("edge-ident-runs") / datetime.now().strftime("%Y-%m-%dT%H-%M-%S")
         folder.mkdir(parents=True, exist_ok=True)
         with _log_file(folder / "log.txt"):
-            yield Session(board, described, folder)
+            yield Session(board, drive, folder)
 
 
 @contextmanager

@@ -1,19 +1,24 @@
 """The command simulate: from a model to a recording."""
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
-from edge_ident.cli.common import Json, guarded, print_document, shown_progress
-from edge_ident.cli.files import Columns, parse_renames
+import edge_ident
+from edge_ident import report
+from edge_ident.cli.command import command
+from edge_ident.cli.messages import print_document
+from edge_ident.cli.options import Columns, Json, Seed, parse_renames
+from edge_ident.cli.progress import shown_progress
 
 if TYPE_CHECKING:
-    from edge_ident.drive.motions import MotionName
-    from edge_ident.model.model import Model
-    from edge_ident.simulation.references import References
+    from typing import Literal
 
-_NAMED_MOTIONS: Final[dict[str, "MotionName"]] = {
+    Motion = Literal["sinusoid", "multisine", "staircase"] | edge_ident.Recording
+
+_NAMED_MOTIONS: Final[dict[str, "Literal['sinusoid', 'multisine', 'staircase']"]] = {
     "paper": "sinusoid",
     "sinusoid": "sinusoid",
     "multisine": "multisine",
@@ -21,26 +26,31 @@ _NAMED_MOTIONS: Final[dict[str, "MotionName"]] = {
 }
 _SUFFIXES: Final = (".csv", ".npz")
 
+OutputFile = Annotated[
+    Path, typer.Option("--output", "-o", metavar="REC", help="Recording to write, .csv or .npz.")
+]
+ModelName = Annotated[
+    str,
+    typer.Option(
+        "--model",
+        metavar="FILE|full|reduced",
+        envvar="EDGE_IDENT_MODEL",
+        help="Model file, or the built-in drive: full with its elastic parts, reduced to a rigid "
+        "body.",
+    ),
+]
 
-def register(app: typer.Typer) -> None:
-    """Add this file's command."""
-    app.command()(simulate)
+
+Stiff = Annotated[
+    bool,
+    typer.Option("--stiff/--soft", help="Use gains designed for the drive, or start-up gains."),
+]
 
 
-@guarded
-def simulate(
-    output: Annotated[
-        Path, typer.Option("--output", "-o", metavar="REC", help="Recording, .csv or .npz.")
-    ],
-    model: Annotated[
-        str,
-        typer.Option(
-            "--model",
-            metavar="FILE|full|reduced",
-            envvar="EDGE_IDENT_MODEL",
-            help="Model file, or the built-in drive: flexible, or its rigid-body model.",
-        ),
-    ] = "full",
+@dataclass(frozen=True)
+class MotionOptions:
+    """The motion that the drive follows."""
+
     motion: Annotated[
         str,
         typer.Option(
@@ -49,86 +59,86 @@ def simulate(
             envvar="EDGE_IDENT_MOTION",
             help="Named motion, or a recording whose motion is followed at its own sampling.",
         ),
-    ] = "paper",
-    column: Columns = None,
+    ] = "paper"
+    column: Columns = None
     cycles: Annotated[
         int | None, typer.Option("--cycles", min=1, help="Periods of a paper or multisine motion.")
-    ] = None,
+    ] = None
+
+    def load(self) -> "Motion":
+        """Return the name of the motion, or the recording that holds it."""
+        if self.cycles is not None and self.motion not in ("paper", "sinusoid", "multisine"):
+            raise typer.BadParameter(f"{self.motion} has no periods", param_hint="--cycles")
+        if self.motion in _NAMED_MOTIONS:
+            return _NAMED_MOTIONS[self.motion]
+        return edge_ident.load_recording(self.motion, parse_renames(self.column))
+
+
+@dataclass(frozen=True)
+class MeasurementOptions:
+    """What lies between the drive and its recording."""
+
     noise: Annotated[
-        float, typer.Option("--noise", min=0.0, help="White effort noise over the rms effort.")
-    ] = 0.0,
+        float,
+        typer.Option("--noise", min=0.0, help="White effort noise, relative to the rms effort."),
+    ] = 0.0
     encoder_counts: Annotated[
         float | None,
         typer.Option(
             "--encoder-counts",
             min=0.0,
-            help="Per turn or metre, 0: exact; default: 8400, or a million per metre.",
+            help="Counts per turn or metre, 0: exact; default: 8400, or a million per metre.",
         ),
-    ] = None,
+    ] = None
     effort_resolution: Annotated[
         float | None,
         typer.Option(
-            "--effort-resolution", min=0.0, help="Of one count, 0: exact; default: 0.004 N*m."
+            "--effort-resolution",
+            min=0.0,
+            help="Effort of one count, 0: exact; default: 0.004 N*m, exact in other units.",
         ),
-    ] = None,
-    stiff: Annotated[
-        bool,
-        typer.Option("--stiff/--soft", help="Gains designed for the drive, or start-up gains."),
-    ] = False,
-    seed: Annotated[
-        int, typer.Option("--seed", envvar="EDGE_IDENT_SEED", help="Of the noise.")
-    ] = 0,
+    ] = None
+    seed: Seed = 0
+
+
+def register(app: typer.Typer) -> None:
+    """Add this file's command."""
+    app.command()(simulate)
+
+
+@command
+def simulate(
+    *,
+    output: OutputFile,
+    model: ModelName = "full",
+    motion: MotionOptions,
+    measurement: MeasurementOptions,
+    stiff: Stiff = False,
     json: Json = False,
 ) -> None:
-    """Let a model's drive follow a motion in closed loop, and record it like a board.
+    """Let a drive follow a motion in closed loop, and record it as a board does.
 
     Example: `edge-ident simulate --model model.json --motion multisine --noise 0.02 -o rec.csv`
     """
-    from edge_ident.report.documents import simulation_document
-    from edge_ident.signals.recording_files import save_recording
-    from edge_ident.simulation.scenario import Scenario, record
-
     if output.suffix not in _SUFFIXES:
         raise typer.BadParameter(f"end it in {' or '.join(_SUFFIXES)}", param_hint="--output")
-    loaded = _model(model)
-    scenario = Scenario(
-        _references(loaded, motion, column, cycles),
-        encoder_counts, effort_resolution, noise, stiff, seed,
-    )  # fmt: skip
-    with shown_progress() as observer:
-        observer.stage(f"simulating {model}")
-        recording = record(
-            loaded, scenario, f"simulation of {model}",
-            flexible=model == "full", on_progress=observer.samples,
+    drive, followed, seed = _model(model), motion.load(), measurement.seed
+    with shown_progress() as bars:
+        bars.stage(f"simulating {model}")
+        recording = edge_ident.simulate(
+            drive, followed, cycles=motion.cycles, noise=measurement.noise, stiff=stiff, seed=seed,
+            encoder_counts=measurement.encoder_counts,
+            effort_resolution=measurement.effort_resolution, on_progress=bars.samples,
         )  # fmt: skip
-    save_recording(recording, output)
+    edge_ident.save_recording(recording, output)
     if json:
-        print_document(simulation_document(recording, output, model, motion, seed))
+        print_document(report.simulation_document(recording, output, model, motion.motion, seed))
     else:
         print(output)
 
 
-def _model(model: str) -> "Model":
-    """The built-in drive, or what a file holds."""
-    if model in ("full", "reduced"):
-        from edge_ident.simulation.flexible import reduced_model
-
-        return reduced_model()
-    from edge_ident.model.model_files import load_model
-
-    return load_model(Path(model))
-
-
-def _references(
-    model: "Model", motion: str, column: list[str] | None, cycles: int | None
-) -> "References":
-    """The named motion, or that of a recording."""
-    from edge_ident.signals.recording_files import load_recording
-    from edge_ident.simulation.references import named_references, recorded_references
-
-    units = {name: axis.position_unit for name, axis in model.axes.items()}
-    if cycles is not None and motion not in ("paper", "sinusoid", "multisine"):
-        raise typer.BadParameter(f"{motion} has no periods to count", param_hint="--cycles")
-    if motion in _NAMED_MOTIONS:
-        return named_references(units, _NAMED_MOTIONS[motion], cycles)
-    return recorded_references(load_recording(Path(motion), parse_renames(column)), units)
+def _model(name: str) -> "edge_ident.Model | None":
+    """The built-in drive (None: with its elastic parts), or the model of a file."""
+    if name == "full":
+        return None
+    return edge_ident.reduced_model() if name == "reduced" else edge_ident.load_model(name)

@@ -1,1 +1,117 @@
-"""The whole job on a board: capture, run, verification, the life of gains, checks, profiling."""
+"""The whole job on a board: capture, run, verification, the life of gains, checks, profiling.
+
+This is the door of the room; its names load their modules when they are first used.
+"""
+
+from typing import TYPE_CHECKING
+
+from edge_ident.support.lazy import lazy_names
+
+if TYPE_CHECKING:
+    from edge_ident.commissioning.doctor import check_host
+    from edge_ident.commissioning.gain_change import (
+        check_change,
+        check_owner,
+        commit_staged,
+        restore_gains,
+        roll_back_unconfirmed,
+        staged_whole,
+        wanted_gains,
+    )
+    from edge_ident.commissioning.gain_files import back_up, load_gains
+    from edge_ident.commissioning.gain_forecast import Forecaster, Forecasts, check_stable
+    from edge_ident.commissioning.gain_transfer import stage_gains
+    from edge_ident.commissioning.homing import move_to
+    from edge_ident.commissioning.link_checks import check_link
+    from edge_ident.commissioning.ports import ask_ports
+    from edge_ident.commissioning.profiling import profile_device
+    from edge_ident.commissioning.record import record_motion
+    from edge_ident.commissioning.register_access import (
+        check_write,
+        parse_values,
+        registers_named,
+        write_register,
+    )
+    from edge_ident.commissioning.run import CAPTURE_FILE, Plan, commission
+    from edge_ident.commissioning.safety import make_ready
+    from edge_ident.commissioning.stopping import stop_machine
+    from firmware_interface.board import BoardStatus
+    from firmware_interface.connection import DEFAULT_BAUD_RATE
+    from firmware_interface.gains import Bank
+    from firmware_interface.registers import REGISTERS
+    from firmware_interface.virtual.server import serve
+
+__all__ = [
+    "CAPTURE_FILE",
+    "DEFAULT_BAUD_RATE",
+    "REGISTERS",
+    "Bank",
+    "BoardStatus",
+    "Forecaster",
+    "Forecasts",
+    "Plan",
+    "ask_ports",
+    "back_up",
+    "check_change",
+    "check_host",
+    "check_link",
+    "check_owner",
+    "check_stable",
+    "check_write",
+    "commission",
+    "commit_staged",
+    "load_gains",
+    "make_ready",
+    "move_to",
+    "parse_values",
+    "profile_device",
+    "record_motion",
+    "registers_named",
+    "restore_gains",
+    "roll_back_unconfirmed",
+    "serve",
+    "stage_gains",
+    "staged_whole",
+    "stop_machine",
+    "wanted_gains",
+    "write_register",
+]
+
+__getattr__ = lazy_names(
+    __name__,
+    {
+        "Bank": "firmware_interface.gains",
+        "BoardStatus": "firmware_interface.board",
+        "CAPTURE_FILE": "edge_ident.commissioning.run",
+        "DEFAULT_BAUD_RATE": "firmware_interface.connection",
+        "Forecaster": "edge_ident.commissioning.gain_forecast",
+        "Forecasts": "edge_ident.commissioning.gain_forecast",
+        "Plan": "edge_ident.commissioning.run",
+        "REGISTERS": "firmware_interface.registers",
+        "ask_ports": "edge_ident.commissioning.ports",
+        "back_up": "edge_ident.commissioning.gain_files",
+        "check_change": "edge_ident.commissioning.gain_change",
+        "check_host": "edge_ident.commissioning.doctor",
+        "check_link": "edge_ident.commissioning.link_checks",
+        "check_owner": "edge_ident.commissioning.gain_change",
+        "check_stable": "edge_ident.commissioning.gain_forecast",
+        "check_write": "edge_ident.commissioning.register_access",
+        "commission": "edge_ident.commissioning.run",
+        "commit_staged": "edge_ident.commissioning.gain_change",
+        "load_gains": "edge_ident.commissioning.gain_files",
+        "make_ready": "edge_ident.commissioning.safety",
+        "move_to": "edge_ident.commissioning.homing",
+        "parse_values": "edge_ident.commissioning.register_access",
+        "profile_device": "edge_ident.commissioning.profiling",
+        "record_motion": "edge_ident.commissioning.record",
+        "registers_named": "edge_ident.commissioning.register_access",
+        "restore_gains": "edge_ident.commissioning.gain_change",
+        "roll_back_unconfirmed": "edge_ident.commissioning.gain_change",
+        "serve": "firmware_interface.virtual.server",
+        "stage_gains": "edge_ident.commissioning.gain_transfer",
+        "staged_whole": "edge_ident.commissioning.gain_change",
+        "stop_machine": "edge_ident.commissioning.stopping",
+        "wanted_gains": "edge_ident.commissioning.gain_change",
+        "write_register": "edge_ident.commissioning.register_access",
+    },
+)

@@ -11,7 +11,7 @@ import numpy as np
 
 from edge_ident.commissioning.approach import with_lead_in
 from edge_ident.commissioning.safety import stop_at_once
-from edge_ident.drive.description import DriveDescription
+from edge_ident.drive.description import Drive
 from edge_ident.errors import DataError, LinkError
 from edge_ident.signals.recording import AxisRecord, Recording
 from edge_ident.signals.recording_files import save_recording
@@ -47,7 +47,7 @@ class Capture:
     tracking_rms_rad: dict[str, float]
 
 
-def check_drive(board: Board, drive: DriveDescription) -> None:
+def check_drive(board: Board, drive: Drive) -> None:
     """Make sure that board and drive description speak of the same machine.
 
     Raises

@@ -11,7 +11,8 @@ from serial.tools import list_ports
 
 from edge_ident.commissioning.check import Check
 from edge_ident.errors import EdgeIdentError
-from edge_ident.estimation.network import VARIANTS, Variant, load_network
+from edge_ident.estimation.manifest import VARIANTS, Variant
+from edge_ident.estimation.network import load_network
 
 _LATENCY_TIMER_MS: Final = 4
 _PROCESSES: Final = Path("/proc")

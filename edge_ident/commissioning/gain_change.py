@@ -11,7 +11,7 @@ from nothing. Either way a motion decides, and the board rolls back by itself.
 """
 
 import logging
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -26,7 +26,7 @@ from edge_ident.commissioning.verification import (
     nothing_to_gain,
     verification_motion,
 )
-from edge_ident.drive.description import DriveDescription
+from edge_ident.drive.description import Drive
 from edge_ident.drive.motions import named_trajectory
 from edge_ident.errors import BoardError, DataError
 from edge_ident.support.stopwatch import Stopwatch
@@ -130,7 +130,7 @@ def put_in_force(
     after = _in_force(board, wanted, before.one_cycle, observer, file, watch)
     verification = compare_motions(recording, after.recording, count_rad)
     keep = verification.verdict != "worse"
-    _settle(board, keep=keep)
+    _confirm_or_roll_back(board, keep=keep)
     return GainChange(keep, False, verification, after.tracking_rms_rad)
 
 
@@ -183,9 +183,7 @@ def staged_whole(board: Board) -> dict[str, AxisGains]:
     return board.staged_gains()
 
 
-def commit_staged(
-    board: Board, drive: DriveDescription, staged: Bank, observer: Observer
-) -> GainChange:
+def commit_staged(board: Board, drive: Drive, staged: Bank, observer: Observer) -> GainChange:
     """Move with the old gains, then with the new ones; keep these if no axis follows worse."""
     check_drive(board, drive)
     trajectory = named_trajectory(drive, "sinusoid", 1)
@@ -197,9 +195,7 @@ def commit_staged(
         return put_in_force(board, staged, before, observer)
 
 
-def restore_gains(
-    board: Board, drive: DriveDescription, wanted: Bank, observer: Observer
-) -> GainChange:
+def restore_gains(board: Board, drive: Drive, wanted: Bank, observer: Observer) -> GainChange:
     """Stage gains of before and put them in force; they stay if the drive moves without a fault.
 
     It does not move with the present gains, which may be the reason for the restoration.
@@ -208,7 +204,7 @@ def restore_gains(
     trajectory = named_trajectory(drive, "sinusoid", 1)
     with ready_to_move(board, observer.say):
         after = _in_force(board, wanted, trajectory, observer, None, Stopwatch())
-        _settle(board, keep=True)
+        _confirm_or_roll_back(board, keep=True)
     return GainChange(confirmed=True, tracking_after_rad=after.tracking_rms_rad)
 
 
@@ -258,7 +254,9 @@ def _in_force(
         return verification_motion(board, trajectory, observer.samples, file)
 
 
-def _settle(board: Board, *, keep: bool) -> None:
-    settle: Callable[[], None] = board.confirm if keep else board.roll_back
-    settle()
+def _confirm_or_roll_back(board: Board, *, keep: bool) -> None:
+    if keep:
+        board.confirm()
+    else:
+        board.roll_back()
     log.info("gains %s", "confirmed" if keep else "rolled back")

@@ -4,8 +4,7 @@ One motion is captured; then the work that follows it is repeated: the last page
 (reads change nothing), the recording is identified, gains are designed, and the board's own active
 gains are staged, read back, committed and read again, then rolled back, so that the machine
 never runs other gains than before. Warm: in one process. Cold: a new process each time, from
-its start on. The stop that follows the last sample needs a motion: it is measured once, and
-counts in full although identification runs meanwhile.
+its start on. The stop that follows the last sample needs a motion: it is measured once.
 """
 
 import json
@@ -14,23 +13,22 @@ import platform
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Final, Literal
-
-import numpy as np
+from typing import Final
 
 from edge_ident.commissioning.capture import capture_motion, check_drive
 from edge_ident.commissioning.gain_transfer import compare_gains
 from edge_ident.commissioning.observer import Observer
 from edge_ident.commissioning.port_notes import noted
-from edge_ident.commissioning.run import design_gains
+from edge_ident.commissioning.profile import Profile, ProfileRun
+from edge_ident.commissioning.run import board_designs
 from edge_ident.commissioning.safety import left_safe, ready_to_move
 from edge_ident.drive.description import load_drive
-from edge_ident.estimation.network import VARIANTS, Network, Variant, load_network, variant_named
+from edge_ident.estimation.manifest import VARIANTS, Variant, variant_named
+from edge_ident.estimation.network import Network, load_network
 from edge_ident.identification.identify import identify
 from edge_ident.signals.recording import Recording
 from edge_ident.signals.recording_files import load_recording
@@ -38,7 +36,6 @@ from edge_ident.support.stopwatch import Stopwatch
 from firmware_interface.board import Board
 from firmware_interface.connection import DEFAULT_BAUD_RATE, open_link
 
-TARGET_MS: Final = 1000.0
 STAGES: Final = (
     "start",
     "connect",
@@ -56,82 +53,6 @@ STAGES: Final = (
     "total",
 )
 """In order; `start` (interpreter, imports, network) and `connect` are cold only."""
-
-
-@dataclass(frozen=True)
-class Spread:
-    """Percentiles of a stage's time, ms."""
-
-    p50: float
-    p95: float
-    p99: float
-    maximum: float
-
-
-@dataclass(frozen=True)
-class ProfileRun:
-    """All repetitions of one start and precision: times by stage, ms."""
-
-    start: Literal["warm", "cold"]
-    precision: Variant
-    stages_ms: Mapping[str, list[float]]
-
-
-@dataclass(frozen=True)
-class Profile:
-    """All that was measured on one machine with one board.
-
-    Attributes
-    ----------
-    tail_ms : float
-        Board time from the last captured sample to the last page in hand.
-    stop_ms : float
-        From the last page in hand to the machine at rest, after which gains may be committed.
-    """
-
-    device: str
-    machine: str
-    repetitions: int
-    tail_ms: float
-    stop_ms: float
-    runs: tuple[ProfileRun, ...]
-
-    @property
-    def network_medians_ms(self) -> dict[Variant, float]:
-        """Median time of the warm network, by precision."""
-        warm = [run for run in self.runs if run.start == "warm"]
-        return {run.precision: spread(run.stages_ms["network"]).p50 for run in warm}
-
-    @property
-    def faster_precision(self) -> Variant:
-        """The network to prefer on this machine."""
-        medians = self.network_medians_ms
-        return min(medians, key=lambda precision: medians[precision])
-
-    def within_target(self, run: ProfileRun) -> bool:
-        """Whether tail and stop, then 99 of 100 repetitions, take less than the target."""
-        return self.tail_ms + self.stop_ms + spread(run.stages_ms["total"]).p99 < TARGET_MS
-
-    @property
-    def verdict(self) -> str:
-        """One sentence against the target."""
-        warm = [run for run in self.runs if run.start == "warm"]
-        worst = max(spread(run.stages_ms["total"]).p99 for run in warm)
-        medians = self.network_medians_ms.values()
-        met = all(self.within_target(run) for run in warm)
-        return (
-            f"sub-second target {'met' if met else 'missed'}: 99 % of warm repetitions take "
-            f"at most {worst:.0f} ms, the tail of the capture before them {self.tail_ms:.0f} ms "
-            f"and the stop {self.stop_ms:.0f} ms; "
-            f"{self.faster_precision} is the faster network here, "
-            f"by {1.0 - min(medians) / max(medians):.0%}"
-        )
-
-
-def spread(times_ms: list[float]) -> Spread:
-    """Percentiles of measured times; nothing is left out."""
-    p50, p95, p99 = np.percentile(times_ms, [50, 95, 99])
-    return Spread(float(p50), float(p95), float(p99), float(np.max(times_ms)))
 
 
 def profile_device(
@@ -251,7 +172,7 @@ def _after_the_last_sample(
             board.read_last_page()
         found = identify(recording, network, stopwatch=watch)
         with watch.stage("gains"):
-            design_gains(board, found)
+            board_designs(board, found)
         with watch.stage("stage"):
             board.stage_gains(active)
         with watch.stage("read_back"):

@@ -56,6 +56,13 @@ class GainDesign:
         Rms effort caused by encoder quantization.
     unused : tuple of Unused
         Effects of the model that the gains make no use of.
+
+    Examples
+    --------
+    >>> import edge_ident
+    >>> design = edge_ident.design_gains(edge_ident.reduced_model()).axes["x"]
+    >>> design.sound
+    True
     """
 
     gains: AxisGains

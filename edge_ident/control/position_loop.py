@@ -113,14 +113,7 @@ def margins_of(gains: AxisGains, plant: Plant, hardware: LoopHardware) -> tuple[
     Zero phase margin stands for an unstable loop; an infinite gain margin for a phase that
     never reaches -180° below the Nyquist frequency.
     """
-    period = hardware.sample_period_s
-    omega = _frequencies(plant, math.pi / period)
-    # what the sampler sees is the sum over its aliases
-    s = 1j * (omega + 2.0 * np.pi / period * _ALIASES[:, None])
-    hold = (1.0 - np.exp(-s * period)) / (s * period)
-    delay = np.exp(-s * hardware.control_delay_s)
-    axis = np.sum(hold * delay * plant.response(s), axis=0)
-    loop = _controller(gains, omega, period) * axis
+    _, loop = open_loop(gains, plant, hardware)
     level, phase = np.log(np.abs(loop)), np.unwrap(np.angle(loop))
     crossing = np.flatnonzero((level[:-1] >= 0.0) != (level[1:] >= 0.0))
     if not len(crossing):
@@ -130,6 +123,24 @@ def margins_of(gains: AxisGains, plant: Plant, hardware: LoopHardware) -> tuple[
     late = level[1:][phase[1:] <= -np.pi]
     gain_margin = math.exp(-float(np.max(late))) if len(late) else math.inf
     return max(float(np.min(at_one)) + np.pi, 0.0), gain_margin
+
+
+def open_loop(gains: AxisGains, plant: Plant, hardware: LoopHardware) -> tuple[Array, Complex]:
+    """Frequency response of the opened loop.
+
+    Returns
+    -------
+    omega, response : (N,) arrays
+        Frequencies in rad/s, increasing, up to nearly the Nyquist frequency.
+    """
+    period = hardware.sample_period_s
+    omega = _frequencies(plant, math.pi / period)
+    # what the sampler sees is the sum over its aliases
+    s = 1j * (omega + 2.0 * np.pi / period * _ALIASES[:, None])
+    hold = (1.0 - np.exp(-s * period)) / (s * period)
+    delay = np.exp(-s * hardware.control_delay_s)
+    axis = np.sum(hold * delay * plant.response(s), axis=0)
+    return omega, _controller(gains, omega, period) * axis
 
 
 def quantization_effort_nm(gains: AxisGains, hardware: LoopHardware) -> float:

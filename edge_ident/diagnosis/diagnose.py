@@ -9,7 +9,14 @@ import numpy as np
 from edge_ident.diagnosis.fit.fitting import FittedModel, fit
 from edge_ident.diagnosis.fit.held_out import standard_deviations
 from edge_ident.diagnosis.fit.noise_floor import NoiseFloor, noise_floor
-from edge_ident.diagnosis.fit.summary import contributions, model_fit, rms, traces, validation
+from edge_ident.diagnosis.fit.summary import (
+    contributions,
+    model_fit,
+    nonzero_rms,
+    traces,
+    validation,
+)
+from edge_ident.diagnosis.motion_check import with_motion_errors
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.data_quality import data_findings
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
@@ -45,7 +52,7 @@ def diagnose(
     validate: Recording | None = None,
     on_progress: Progress = lambda stage, done, of: None,
 ) -> Diagnosis:
-    """Find what the base model gets wrong.
+    """Find what the base model gets wrong, name the cause, and extend the model.
 
     Parameters
     ----------
@@ -58,10 +65,21 @@ def diagnose(
     on_progress : callable
         Gets the stage, the number of axes done and the number of axes.
 
+    Returns
+    -------
+    Diagnosis
+
     Raises
     ------
     DataError
         An axis hardly moves, or is not in every recording.
+
+    Examples
+    --------
+    >>> import edge_ident
+    >>> found = edge_ident.diagnose([edge_ident.simulate()])
+    >>> found.axes["x"].verdict.value
+    'adequate'
     """
     names = list(recordings[0].axes)
     _check_axes([*recordings, *([validate] if validate else [])])
@@ -73,7 +91,9 @@ def diagnose(
         if validate is not None:
             validations[name] = _validate(prepare_axis([validate], name), axes[name], template)
     on_progress("diagnosis", len(names), len(names))
-    return Diagnosis(axes, data_findings(recordings, axes), validations)
+    on_progress("simulated motion", 0, 1)
+    found = Diagnosis(axes, data_findings(recordings, axes), validations)
+    return with_motion_errors(found, recordings)
 
 
 def _check_axes(recordings: Sequence[Recording]) -> None:
@@ -127,7 +147,7 @@ def _diagnose_axis(data: AxisData, template: AxisModel) -> AxisDiagnosis:
         not_testable=not_testable(search, model, left),
         base=model_fit(data, start, standard_deviations(data, start)),
         extended=extended,
-        noise_floor=floor.rms / rms(data.effort[data.valid]),
+        noise_floor=floor.rms / nonzero_rms(data.effort[data.valid]),
         noise_floor_source=floor.source,
         model=_physical_model(template, extended.estimate, found),
         cutoff_hz=max(s.cutoff_hz for s in data.segments),

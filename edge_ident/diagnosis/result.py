@@ -6,14 +6,20 @@ figures of one table have one denominator.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.model.model import AxisModel, Estimate, Term
+from edge_ident.model.model import AxisModel, Estimate, Model, Term
 from edge_ident.signals.metrics import Metric
+from edge_ident.support.readable import Readable
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from rich.console import RenderableType
 
 Array = NDArray[np.float64]
 
@@ -187,6 +193,13 @@ class AxisDiagnosis:
         Bandwidth of the comparison.
     knee_hz : float
         Frequency above which encoder noise dominates and the filter attenuates.
+
+    Examples
+    --------
+    >>> import edge_ident
+    >>> axis = edge_ident.diagnose([edge_ident.simulate()]).axes["x"]
+    >>> axis.verdict.value, axis.causes
+    ('adequate', ())
     """
 
     verdict: Verdict
@@ -202,7 +215,7 @@ class AxisDiagnosis:
     model: AxisModel
     cutoff_hz: float
     knee_hz: float
-    traces: Traces
+    traces: Traces = field(repr=False)
 
 
 @dataclass(frozen=True)
@@ -222,8 +235,8 @@ class Validation:
     extended: float
 
 
-@dataclass(frozen=True)
-class Diagnosis:
+@dataclass(frozen=True, repr=False)
+class Diagnosis(Readable):
     """The diagnosis of all axes.
 
     Attributes
@@ -232,8 +245,44 @@ class Diagnosis:
     data_quality : tuple of DataFinding
     validation : mapping of axis name to Validation
         Empty without a validation recording.
+
+    Examples
+    --------
+    >>> import edge_ident
+    >>> found = edge_ident.diagnose([edge_ident.simulate()])
+    >>> found.understood
+    True
+    >>> print(found)  # doctest: +ELLIPSIS
+    axis x the base model is adequate: ...
     """
 
     axes: Mapping[str, AxisDiagnosis]
     data_quality: tuple[DataFinding, ...]
     validation: Mapping[str, Validation]
+
+    @property
+    def understood(self) -> bool:
+        """Whether no axis has structure left that no known effect explains."""
+        return all(axis.verdict is not Verdict.UNEXPLAINED for axis in self.axes.values())
+
+    @property
+    def model(self) -> Model:
+        """The extended models of all axes as one model."""
+        return Model({name: axis.model for name, axis in self.axes.items()})
+
+    def __rich__(self) -> "RenderableType":
+        from edge_ident.diagnosis.present.tables import diagnosis_view
+
+        return diagnosis_view(self)
+
+    def plot(self) -> "Figure":
+        """Draw measured and modelled effort of every axis, and the residuals of both models.
+
+        Raises
+        ------
+        DataError
+            matplotlib is not installed.
+        """
+        from edge_ident.diagnosis.present.effort_figure import diagnosis_figure
+
+        return diagnosis_figure(self)

@@ -40,7 +40,14 @@ _TABLES: Final = {"name", "axes", "board", *_TABLE_RANGES}
 
 @dataclass(frozen=True)
 class DriveAxis:
-    """One axis: mechanics, limits and its share of the default trajectory."""
+    """One axis: mechanics, limits and its share of the default trajectory.
+
+    Examples
+    --------
+    >>> import edge_ident
+    >>> edge_ident.load_drive().axes["x"].encoder_counts_per_turn
+    8400.0
+    """
 
     gear_ratio: float
     encoder_counts_per_turn: float
@@ -58,13 +65,20 @@ class DriveAxis:
 
 
 @dataclass(frozen=True)
-class DriveDescription:
+class Drive:
     """A drive, as its user describes it.
 
     Attributes
     ----------
     device, baud_rate
         Where the board is found when neither a flag nor the environment says so.
+
+    Examples
+    --------
+    >>> import edge_ident
+    >>> drive = edge_ident.load_drive()
+    >>> list(drive.axes), drive.sampling_period_s
+    (['x', 'z'], 0.0025)
     """
 
     name: str
@@ -89,18 +103,35 @@ class DriveDescription:
         )
 
 
-def load_drive(path: Path | None = None) -> DriveDescription:
+def load_drive(path: str | Path | None = None) -> Drive:
     """Read a drive description, or the built-in feed drive.
+
+    Parameters
+    ----------
+    path : str or Path, optional
+        A TOML file; without one, the built-in feed drive.
+
+    Returns
+    -------
+    Drive
 
     Raises
     ------
     DataError
         The file is missing, is no TOML, lacks a key, or a value is outside its range; the
         message names the line.
+
+    Examples
+    --------
+    >>> import edge_ident
+    >>> drive = edge_ident.load_drive()
+    >>> drive.sampling_period_s
+    0.0025
     """
     if path is None:
         text = (files("edge_ident.drive") / "feed_drive.toml").read_text("utf-8")
         return _Reader("feed_drive.toml", text).drive()
+    path = Path(path)
     if not path.is_file():
         raise DataError(f"{path}: no such file", "give the path of a drive description (.toml)")
     return _Reader(str(path), path.read_text("utf-8", errors="replace")).drive()
@@ -117,7 +148,7 @@ class _Reader:
         except tomllib.TOMLDecodeError as error:
             raise DataError(f"{source}: {error}", "correct the TOML at that line") from error
 
-    def drive(self) -> DriveDescription:
+    def drive(self) -> Drive:
         unknown = set(self.data) - _TABLES
         if unknown:
             raise self.error("", min(unknown), "is not known", f"known: {sorted(_TABLES)}")
@@ -125,7 +156,7 @@ class _Reader:
         if not isinstance(axes, dict) or not axes:
             raise DataError(f"{self.source}: it describes no axis", "add a table [axes.x]")
         values = {table: self.numbers(table, r) for table, r in _TABLE_RANGES.items()}
-        drive = DriveDescription(
+        drive = Drive(
             name=str(self.data.get("name", "drive")),
             sampling_period_s=values["sampling"]["period_s"],
             angular_frequency_rad_s=values["trajectory"]["angular_frequency_rad_s"],

@@ -4,7 +4,7 @@ import math
 from itertools import pairwise
 from typing import Final, Literal
 
-from edge_ident.drive.description import DriveAxis, DriveDescription
+from edge_ident.drive.description import Drive, DriveAxis
 from firmware_interface.motion import Multisine, SineComponent, Staircase, Trajectory
 
 MotionName = Literal["sinusoid", "multisine", "staircase"]
@@ -18,14 +18,12 @@ _LEVELS: Final = (0.05, 0.1, 0.2, 0.35, 0.5)
 """Speeds of the staircase as shares of the limit, each both ways."""
 
 
-def named_trajectory(
-    drive: DriveDescription, name: MotionName, cycles: int | None = None
-) -> Trajectory:
+def named_trajectory(drive: Drive, name: MotionName, cycles: int | None = None) -> Trajectory:
     """Trajectory of a named motion within the drive's limits.
 
     Parameters
     ----------
-    drive : DriveDescription
+    drive : Drive
     name : {"sinusoid", "multisine", "staircase"}
     cycles : int, optional
         Periods of the motion; default from the description.

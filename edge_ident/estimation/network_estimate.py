@@ -120,7 +120,7 @@ def _in_si(
     manifest, share_scales = network.manifest, network.manifest.motion.column_scales
     unexplained = manifest.parameter_std_per_residual * best.residual
     std = np.hypot(manifest.parameter_std[network.variant], unexplained)
-    trusted, reason = _judge(best, passes)
+    trusted, reason = _trusted(best, passes)
     return NetworkEstimate(
         parameters=best.shares * scale / share_scales,
         std=std * scale / share_scales,
@@ -229,7 +229,7 @@ def _random_start(rng: np.random.Generator) -> Array:
     return rng.uniform(np.where(POSITIVE, 0.0, -1.0), 1.0)
 
 
-def _judge(best: _Candidate, passes: int) -> tuple[bool, str]:
+def _trusted(best: _Candidate, passes: int) -> tuple[bool, str]:
     after = f"{passes} pass" if passes == 1 else f"{passes} passes"
     if not best.residual <= RESIDUAL_LIMIT:
         return False, (

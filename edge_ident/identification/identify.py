@@ -1,7 +1,6 @@
 """From a recording to parameters: network and least squares side by side, and which to trust."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -10,91 +9,28 @@ from edge_ident.estimation.alignment import align
 from edge_ident.estimation.compensation import CompensatedAxis, compensate_effects
 from edge_ident.estimation.network import Network
 from edge_ident.estimation.trust import (
-    Finding,
+    check_estimate,
     compare_estimators,
     describe_data,
-    judge,
     tied_to_time,
 )
-from edge_ident.model.model import AxisModel, Estimate, Model, base_axis, effect_names
+from edge_ident.identification.result import AxisIdentification, EffortTrace, Identification
+from edge_ident.model.model import Estimate, Model, base_axis
 from edge_ident.signals.conditioning import Signals
-from edge_ident.signals.metrics import Metric, compare
+from edge_ident.signals.metrics import compare
 from edge_ident.signals.recording import AxisRecord, Recording
 from edge_ident.support.stopwatch import Stopwatch
 
 
-@dataclass(frozen=True)
-class AxisIdentification:
-    """What was found out about one axis.
-
-    Attributes
-    ----------
-    reason : str
-        Why `estimate` is what is reported.
-    network : Estimate or None
-        None where no network applies; `network_reason` says why, or how it ended.
-    least_squares : Estimate
-    model : AxisModel
-        `estimate` as the base term, and the effects that the effort is compensated for.
-    metric : Metric
-        Of `model`, on the filtered effort.
-    units : tuple of str
-    cutoff_hz : float
-        Of the zero-phase filter.
-    condition_number : float
-        Of the regressor with columns of unit length.
-    findings : tuple of Finding
-    """
-
-    reason: str
-    network: Estimate | None
-    network_reason: str
-    least_squares: Estimate
-    model: AxisModel
-    metric: Metric
-    units: tuple[str, str, str, str]
-    cutoff_hz: float
-    condition_number: float
-    findings: tuple[Finding, ...]
-
-    @property
-    def estimate(self) -> Estimate:
-        """What is reported and used: least squares. The network confirms it."""
-        return self.least_squares
-
-    @property
-    def compensated_effects(self) -> tuple[str, ...]:
-        """Names of the effects that the effort is compensated for."""
-        return effect_names(self.model)
-
-    @property
-    def trusted(self) -> bool:
-        """Whether nothing found forbids acting on the estimate."""
-        return not any(finding.blocks for finding in self.findings)
-
-
-@dataclass(frozen=True)
-class Identification:
-    """All axes of a recording, and where the time went (ms, by stage)."""
-
-    axes: Mapping[str, AxisIdentification]
-    timing_ms: Mapping[str, float]
-
-    @property
-    def trusted(self) -> bool:
-        """Whether every axis is."""
-        return all(axis.trusted for axis in self.axes.values())
-
-
 def identify(
     recording: Recording,
-    network: Network | None,
+    network: Network | None = None,
     *,
     model: Model | None = None,
     seed: int = 0,
     stopwatch: Stopwatch | None = None,
 ) -> Identification:
-    """Identify every axis of a recording.
+    """Identify the parameters of every axis of a recording.
 
     Parameters
     ----------
@@ -108,10 +44,26 @@ def identify(
     stopwatch : Stopwatch, optional
         Continued if given, so that the caller's stages are reported too.
 
+    Returns
+    -------
+    Identification
+
     Raises
     ------
+    DataError
+        Hardly any sample shows an axis in motion.
     ModelError
         The model does not fit the recording.
+
+    Examples
+    --------
+    >>> import edge_ident
+    >>> found = edge_ident.identify(edge_ident.simulate())
+    >>> found.trusted
+    True
+    >>> inertia, viscous, coulomb, offset = found.axes["x"].estimate.parameters
+    >>> round(float(inertia), 2), found.axes["x"].units[0]
+    (0.43, 'kg*m^2')
     """
     watch = stopwatch or Stopwatch()
     axes = {}
@@ -181,11 +133,12 @@ def _conclude(
     if network is not None:
         # slow noise moves both answers alike; the network's own figures know white noise alone
         network = Estimate(network.parameters, np.hypot(network.std, linear.std))
-    metric = compare(measured, regressor @ linear.parameters + effects)
+    modelled = regressor @ linear.parameters + effects
+    metric = compare(measured, modelled)
     base = base_axis(linear, axis.position_unit, axis.effort_unit)
     findings = describe_data(signals)
     findings += tied_to_time(compensated.tied_to_time)
-    findings += judge(linear, regressor, measured, metric.relative_residual)
+    findings += check_estimate(linear, regressor, measured, metric.relative_residual)
     if network is not None:
         findings += compare_estimators(network, linear)
     return AxisIdentification(
@@ -199,6 +152,7 @@ def _conclude(
         cutoff_hz=signals.cutoff_hz,
         condition_number=least_squares.condition_number(regressor),
         findings=tuple(findings),
+        trace=EffortTrace(signals.period_s * part.astype(np.float64), measured, modelled),
     )
 
 

@@ -27,7 +27,15 @@ BASE: Final = "rigid_body"
 
 @dataclass(frozen=True)
 class Estimate:
-    """Parameters in the order of `PARAMETERS` with their standard deviations, (4,) each, SI."""
+    """Parameters in the order of `PARAMETERS` with their standard deviations, (4,) each, SI.
+
+    Examples
+    --------
+    >>> import edge_ident
+    >>> estimate = edge_ident.identify(edge_ident.simulate()).axes["x"].estimate
+    >>> bool(estimate.std[0] < 0.01 * estimate.parameters[0])
+    True
+    """
 
     parameters: NDArray[np.float64]
     std: NDArray[np.float64]
@@ -67,6 +75,12 @@ class Term:
         Standard deviations, where known.
     source_axis : str or None
         The axis that acts on this one, for effects that need one.
+
+    Examples
+    --------
+    >>> import edge_ident
+    >>> edge_ident.Term("stribeck_friction", {"level": 0.3, "speed": 0.05}).values["level"]
+    0.3
     """
 
     effect: str
@@ -77,7 +91,21 @@ class Term:
 
 @dataclass(frozen=True)
 class AxisModel:
-    """One axis: the base term first, then effects, those of the actuator from inside outwards."""
+    """One axis: the base term first, then effects, those of the actuator from inside outwards.
+
+    Attributes
+    ----------
+    terms : tuple of Term
+    position_unit : "rad" or "m"
+    effort_unit : "N*m", "N", "A" or "V"
+
+    Examples
+    --------
+    >>> import edge_ident
+    >>> axis = edge_ident.reduced_model().axes["x"]
+    >>> [term.effect for term in axis.terms]
+    ['rigid_body']
+    """
 
     terms: tuple[Term, ...]
     position_unit: str = "rad"
@@ -107,6 +135,13 @@ class Model:
     axes : mapping of axis name to AxisModel
     recordings : tuple of SourceFile
     versions : mapping of package name to version
+
+    Examples
+    --------
+    >>> import edge_ident
+    >>> model = edge_ident.reduced_model()
+    >>> {name: axis.effort_unit for name, axis in model.axes.items()}
+    {'x': 'N*m', 'z': 'N*m'}
     """
 
     axes: Mapping[str, AxisModel]

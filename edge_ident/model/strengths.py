@@ -96,7 +96,7 @@ class Draws:
 
     def sign(self) -> Array:
         """Plus or minus one."""
-        return self.rng.choice([-1.0, 1.0], self.shape)
+        return self.rng.choice(np.array([-1.0, 1.0]), self.shape)
 
     def strength(self) -> Array:
         """Share of the effort's rms that an effect is to have: 2 % to 30 %."""

@@ -1,1 +1,85 @@
-"""Results become something to read: documents, tables, figures."""
+"""Results become something to read: documents, tables, figures, pages.
+
+This is the door of the room; its names load their modules when they are first used.
+"""
+
+from typing import TYPE_CHECKING
+
+from edge_ident.support.lazy import lazy_names
+
+if TYPE_CHECKING:
+    from edge_ident.diagnosis.present.document import diagnosis_document
+    from edge_ident.diagnosis.present.page import write_page
+    from edge_ident.report.comparison_tables import comparison_document
+    from edge_ident.report.documents import (
+        gains_document,
+        identification_document,
+        simulation_document,
+    )
+    from edge_ident.report.gain_report import GainReport, gain_report_document, gain_report_view
+    from edge_ident.report.output import save_figure, show
+    from edge_ident.report.register_tables import register_lines, registers_document, values_text
+    from edge_ident.report.run_documents import (
+        capture_document,
+        home_document,
+        profile_document,
+        run_document,
+    )
+    from edge_ident.report.run_figure import run_figure
+    from edge_ident.report.run_tables import outcome_view, profile_view
+    from edge_ident.support.json_text import to_json, write_json
+
+__all__ = [
+    "GainReport",
+    "capture_document",
+    "comparison_document",
+    "diagnosis_document",
+    "gain_report_document",
+    "gain_report_view",
+    "gains_document",
+    "home_document",
+    "identification_document",
+    "outcome_view",
+    "profile_document",
+    "profile_view",
+    "register_lines",
+    "registers_document",
+    "run_document",
+    "run_figure",
+    "save_figure",
+    "show",
+    "simulation_document",
+    "to_json",
+    "values_text",
+    "write_json",
+    "write_page",
+]
+
+__getattr__ = lazy_names(
+    __name__,
+    {
+        "registers_document": "edge_ident.report.register_tables",
+        "register_lines": "edge_ident.report.register_tables",
+        "values_text": "edge_ident.report.register_tables",
+        "home_document": "edge_ident.report.run_documents",
+        "capture_document": "edge_ident.report.run_documents",
+        "GainReport": "edge_ident.report.gain_report",
+        "comparison_document": "edge_ident.report.comparison_tables",
+        "diagnosis_document": "edge_ident.diagnosis.present.document",
+        "gain_report_document": "edge_ident.report.gain_report",
+        "gain_report_view": "edge_ident.report.gain_report",
+        "gains_document": "edge_ident.report.documents",
+        "identification_document": "edge_ident.report.documents",
+        "outcome_view": "edge_ident.report.run_tables",
+        "profile_document": "edge_ident.report.run_documents",
+        "profile_view": "edge_ident.report.run_tables",
+        "run_document": "edge_ident.report.run_documents",
+        "run_figure": "edge_ident.report.run_figure",
+        "save_figure": "edge_ident.report.output",
+        "show": "edge_ident.report.output",
+        "simulation_document": "edge_ident.report.documents",
+        "to_json": "edge_ident.support.json_text",
+        "write_json": "edge_ident.support.json_text",
+        "write_page": "edge_ident.diagnosis.present.page",
+    },
+)

@@ -1,4 +1,4 @@
-"""The JSON documents that scripts outside the project rely on (schemas edge-ident/*/1)."""
+"""Identification, gains and simulation as JSON documents (schemas edge-ident/*/1)."""
 
 import dataclasses
 import hashlib
@@ -8,19 +8,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from edge_ident.commissioning.gain_change import GainChange
-from edge_ident.commissioning.profiling import TARGET_MS, Profile, spread
-from edge_ident.commissioning.run import CAPTURE_FILE, Outcome
 from edge_ident.control.gain_design import GainDesign
-from edge_ident.estimation.network import Network
 from edge_ident.estimation.trust import Finding
-from edge_ident.identification.identify import AxisIdentification, Identification
+from edge_ident.identification.result import AxisIdentification, Identification
 from edge_ident.model.model import PARAMETERS, Estimate
+from edge_ident.signals.metrics import rms
 from edge_ident.signals.recording import Recording
 from edge_ident.support.json_text import finite
-from firmware_interface.board import BoardIdentity
 
 
 def identification_document(identification: Identification) -> dict[str, Any]:
@@ -86,7 +81,7 @@ def gains_document(
 
 
 def design_document(design: GainDesign) -> dict[str, Any]:
-    """Gains of one axis and what they promise; an infinite gain margin is null."""
+    """Gains of one axis with their margins; an infinite gain margin is null."""
     return {
         "gains": dataclasses.asdict(design.gains),
         "bandwidth_rad_s": design.bandwidth_rad_s,
@@ -94,79 +89,6 @@ def design_document(design: GainDesign) -> dict[str, Any]:
         "gain_margin": finite(design.gain_margin),
         "quantization_effort_nm": design.quantization_effort_nm,
         "not_used": [dataclasses.asdict(unused) for unused in design.unused],
-    }
-
-
-def run_document(
-    outcome: Outcome, identity: BoardIdentity, network: Network, folder: Path
-) -> dict[str, Any]:
-    """Schema edge-ident/run/1, with the hashes that tie it to its capture and network."""
-    capture = folder / CAPTURE_FILE
-    return {
-        "schema": "edge-ident/run/1",
-        "identification": identification_document(outcome.identification),
-        "designs": {name: design_document(design) for name, design in outcome.designs.items()},
-        "gains_before": {
-            name: dataclasses.asdict(gains) for name, gains in outcome.gains_before.items()
-        },
-        "verification": _verification(outcome.change),
-        "confirmed": outcome.confirmed,
-        "unchanged": outcome.change is not None and outcome.change.unchanged,
-        "stored": outcome.stored,
-        "conclusion": outcome.conclusion,
-        "capture": {
-            "file": str(capture),
-            "sha256": hashlib.sha256(capture.read_bytes()).hexdigest(),
-            "samples": len(outcome.capture.recording.time_s),
-            "pages": outcome.capture.pages,
-            "tail_s": outcome.capture.tail_s,
-        },
-        "network_sha256": network.sha256,
-        "board": dataclasses.asdict(identity),
-        "version": version("edge-ident"),
-        "timing_ms": {name: round(ms, 3) for name, ms in outcome.timing_ms.items()},
-    }
-
-
-def _verification(change: GainChange | None) -> dict[str, Any] | None:
-    if change is None or change.verification is None:
-        return None
-    return {
-        axis: {
-            "tracking_rms_before_rad": tracking.before_rad,
-            "tracking_rms_after_rad": tracking.after_rad,
-            "ratio": tracking.ratio,
-            "repeatability_rad": tracking.repeatability_rad,
-            "verdict": tracking.verdict,
-        }
-        for axis, tracking in change.verification.axes.items()
-    }
-
-
-def profile_document(profile: Profile) -> dict[str, Any]:
-    """Schema edge-ident/profile/1: percentiles in ms by start, precision and stage."""
-    return {
-        "schema": "edge-ident/profile/1",
-        "device": profile.device,
-        "machine": profile.machine,
-        "repetitions": profile.repetitions,
-        "target_ms": TARGET_MS,
-        "tail_ms": profile.tail_ms,
-        "stop_ms": profile.stop_ms,
-        "runs": [
-            {
-                "start": run.start,
-                "precision": run.precision,
-                "stages_ms": {
-                    stage: dataclasses.asdict(spread(times))
-                    for stage, times in run.stages_ms.items()
-                },
-                "within_target": profile.within_target(run),
-            }
-            for run in profile.runs
-        ],
-        "faster_precision": profile.faster_precision,
-        "verdict": profile.verdict,
     }
 
 
@@ -185,8 +107,8 @@ def simulation_document(
         "period_s": float(np.mean(np.diff(recording.time_s))),
         "axes": {
             name: {
-                "tracking_rms": _rms(axis.position - axis.reference),
-                "effort_rms": _rms(axis.effort),
+                "tracking_rms": rms(axis.position - axis.reference),
+                "effort_rms": rms(axis.effort),
                 "position_unit": axis.position_unit,
                 "effort_unit": axis.effort_unit,
             }
@@ -195,7 +117,3 @@ def simulation_document(
         },
         "version": version("edge-ident"),
     }
-
-
-def _rms(signal: NDArray[np.float64]) -> float:
-    return float(np.sqrt(np.mean(signal**2)))

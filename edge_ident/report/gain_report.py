@@ -1,4 +1,4 @@
-"""What a person and a script are told of a board's gains: in force, new, promised, measured."""
+"""The gains of a board as a document and as tables: active, new, predicted, measured."""
 
 import dataclasses
 import math
@@ -7,8 +7,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from rich.console import Console
+from rich.console import Group, RenderableType
 from rich.table import Table
+from rich.text import Text
 
 from edge_ident.commissioning.gain_change import GainChange
 from edge_ident.commissioning.gain_forecast import Forecast, Forecasts
@@ -16,27 +17,27 @@ from edge_ident.commissioning.gain_transfer import change_factor
 from edge_ident.support.json_text import finite
 from firmware_interface.gains import AxisGains, Bank
 
-_console = Console(highlight=False)
-
 
 @dataclass(frozen=True)
 class GainReport:
-    """One look at a board's gains, or one step of their life.
+    """What a command read of a board's gains, and what it changed.
 
     Attributes
     ----------
+    serial_number : int
+        Of the board.
     active : mapping of axis name to AxisGains
-        In force when the command began.
+        The gains that the board used when the command began.
     new : mapping of axis name to AxisGains, or None
-        Those that are staged, compared, or were committed.
+        The gains that are staged, compared, or were committed.
     forecasts : sequence of mapping of axis name to Forecast
         Of `active` and `new`; empty where neither model nor recording is given.
     backup : Path or None
-        Where the gains in force were kept before anything was written.
+        The file that keeps the active gains, where one was written.
     change : GainChange or None
         What a commit did.
     unconfirmed_s : float or None
-        Time left to confirm what is in force.
+        Time left to confirm the active gains.
     """
 
     serial_number: int
@@ -48,7 +49,7 @@ class GainReport:
     unconfirmed_s: float | None = None
 
 
-def report_document(report: GainReport) -> dict[str, Any]:
+def gain_report_document(report: GainReport) -> dict[str, Any]:
     """Schema edge-ident/board-gains/1."""
     change = report.change
     return {
@@ -75,7 +76,7 @@ def _axis_document(report: GainReport, axis: str) -> dict[str, Any]:
 
 
 def _measured(change: GainChange | None, axis: str) -> tuple[float | None, float] | None:
-    """Tracking error with the gains of before, where they were tried, and with the new ones."""
+    """Tracking error with the previous gains, where a motion measured it, and with the new ones."""
     if change is None or change.tracking_after_rad is None:
         return None
     verified = change.verification
@@ -93,29 +94,29 @@ def _forecast(forecast: Forecast) -> dict[str, Any]:
     }
 
 
-def print_report(report: GainReport) -> None:
-    """A table per axis."""
-    for axis in report.active:
-        _console.print(_table(report, axis))
+def gain_report_view(report: GainReport) -> Group:
+    """A table per axis, and what became of the gains."""
+    parts: list[RenderableType] = [_table(report, axis) for axis in report.active]
     if report.unconfirmed_s is not None:
-        _console.print(f"not confirmed: the board rolls back in {report.unconfirmed_s:.0f} s")
+        parts.append(Text(f"not confirmed: the board rolls back in {report.unconfirmed_s:.0f} s"))
     if report.backup:
-        _console.print(f"gains of before: {report.backup}")
+        parts.append(Text(f"backup of the previous gains: {report.backup}"))
     if report.change:
-        _console.print(report.change.conclusion)
+        parts.append(Text(report.change.conclusion))
+    return Group(*parts)
 
 
 def _table(report: GainReport, axis: str) -> Table:
     table = Table(title=f"board {report.serial_number}, axis {axis}", title_justify="left")
     table.add_column("", no_wrap=True)
-    for heading in ("in force", "new", "change")[: 1 if report.new is None else 3]:
+    for heading in ("active", "new", "change")[: 1 if report.new is None else 3]:
         table.add_column(heading, justify="right", no_wrap=True)
     banks = [report.active[axis]] + ([] if report.new is None else [report.new[axis]])
     for name in banks[0].numbers():
         values = [bank.numbers()[name] for bank in banks]
         if not name.startswith("ripple") or any(map(_ripples, banks)):
-            table.add_row(name.replace("_", " "), *(f"{v:.4g}" for v in values), _times(values))
-    for label, shown in _promises(report, axis):
+            table.add_row(name.replace("_", " "), *(f"{v:.4g}" for v in values), _change(values))
+    for label, shown in _predictions(report, axis):
         table.add_row(label, *shown)
     return table
 
@@ -124,8 +125,8 @@ def _ripples(bank: AxisGains) -> bool:
     return any((*bank.ripple_cosine, *bank.ripple_sine))
 
 
-def _times(values: list[float]) -> str:
-    """By how much a gain changes; nothing where it stays or has no factor."""
+def _change(values: list[float]) -> str:
+    """Factor by which a gain changes, or the difference where it was zero; empty if it stays."""
     if len(values) < 2 or np.float32(values[0]) == np.float32(values[1]):
         return ""
     factor = change_factor(*values)
@@ -134,8 +135,8 @@ def _times(values: list[float]) -> str:
     return f"× {factor:.3g}" if values[1] > values[0] else f"/ {factor:.3g}"
 
 
-def _promises(report: GainReport, axis: str) -> list[tuple[str, list[str]]]:
-    """Rows below the gains: margins, simulated and measured tracking."""
+def _predictions(report: GainReport, axis: str) -> list[tuple[str, list[str]]]:
+    """Rows below the gains: predicted margins, simulated and measured tracking error."""
     rows: list[tuple[str, list[str]]] = []
     forecasts = [forecast[axis] for forecast in report.forecasts]
     if forecasts:
@@ -143,13 +144,9 @@ def _promises(report: GainReport, axis: str) -> list[tuple[str, list[str]]]:
         rows.append(("gain margin", [f"{f.gain_margin:.3g}" for f in forecasts]))
     simulated = [f.tracking_rms_rad for f in forecasts if f.tracking_rms_rad is not None]
     if simulated:
-        rows.append(("tracking, simulated mrad", [f"{1e3 * rms:.3g}" for rms in simulated]))
+        rows.append(("tracking error, simulated mrad", [f"{1e3 * rms:.3g}" for rms in simulated]))
     measured = _measured(report.change, axis)
     if measured is not None:
-        rows.append(
-            (
-                "tracking, measured mrad",
-                ["" if rms is None else f"{1e3 * rms:.3g}" for rms in measured],
-            )
-        )
+        cells = ["" if rms is None else f"{1e3 * rms:.3g}" for rms in measured]
+        rows.append(("tracking error, measured mrad", cells))
     return rows

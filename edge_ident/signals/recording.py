@@ -22,6 +22,13 @@ class AxisRecord:
     position_unit : "rad" or "m"
     effort_unit : "N*m", "N", "A" or "V"
     reference, velocity, temperature_c : (N,) arrays or None
+
+    Examples
+    --------
+    >>> import edge_ident
+    >>> axis = edge_ident.simulate().axes["x"]
+    >>> axis.position_unit, axis.effort_unit
+    ('rad', 'N*m')
     """
 
     position: Array
@@ -52,6 +59,15 @@ class Recording:
         File or board that it came from, for messages.
     effort_shift_s : float
         Time from a row's stamp to the middle of the interval in which its effort acted.
+
+    Examples
+    --------
+    >>> import edge_ident
+    >>> import numpy as np
+    >>> time_s = 0.002 * np.arange(5000)
+    >>> axis = edge_ident.AxisRecord(np.sin(time_s), np.cos(time_s), "rad", "N*m")
+    >>> edge_ident.Recording(time_s, {"x": axis}, "a test").source
+    'a test'
     """
 
     time_s: Array

@@ -49,22 +49,35 @@ class _Table:
     first_row: int = 0
 
 
-def load_recording(path: Path, rename: Mapping[str, str] | None = None) -> Recording:
+def load_recording(path: str | Path, rename: Mapping[str, str] | None = None) -> Recording:
     """Read and check a recording.
 
     Parameters
     ----------
-    path : Path
-        `.npz` or `.csv`.
+    path : str or Path
+        A `.npz` or `.csv` file.
     rename : mapping, optional
         From a column's name in the file to its name in the contract.
+
+    Returns
+    -------
+    Recording
 
     Raises
     ------
     DataError
         The file is missing or unreadable, a column is missing or misnamed, or the data fail a
         check of `edge_ident.signals.data_checks`.
+
+    Examples
+    --------
+    >>> import edge_ident
+    >>> edge_ident.save_recording(edge_ident.simulate(), "drive.csv")
+    >>> recording = edge_ident.load_recording("drive.csv")
+    >>> recording.axes["x"].position_unit
+    'rad'
     """
+    path = Path(path)
     if not path.is_file():
         raise DataError(f"{path}: no such file", "give the path of a .csv or .npz recording")
     table = _renamed(_read_npz(path) if path.suffix == ".npz" else _read_csv(path), rename or {})
@@ -74,8 +87,26 @@ def load_recording(path: Path, rename: Mapping[str, str] | None = None) -> Recor
     return recording
 
 
-def save_recording(recording: Recording, path: Path) -> None:
-    """Write a recording whole or not at all: as `.npz`, or as `.csv` where the path ends so."""
+def save_recording(recording: Recording, path: str | Path) -> None:
+    """Write a recording, whole or not at all.
+
+    Parameters
+    ----------
+    recording : Recording
+    path : str or Path
+        A name that ends in `.npz` gives that format, any other gives `.csv`.
+
+    Raises
+    ------
+    OSError
+        The file cannot be written.
+
+    Examples
+    --------
+    >>> import edge_ident
+    >>> edge_ident.save_recording(edge_ident.simulate(), "drive.npz")
+    """
+    path = Path(path)
     columns = {"time_s": recording.time_s}
     for name, axis in recording.axes.items():
         columns |= _axis_columns(name, axis)

@@ -56,7 +56,14 @@ class FlexibleMachine:
 
 
 def reduced_model() -> Model:
-    """The built-in drive when nothing deforms: the paper's four parameters an axis."""
+    """The built-in drive when nothing deforms: the paper's four parameters an axis.
+
+    Examples
+    --------
+    >>> import edge_ident
+    >>> edge_ident.reduced_model().axes["x"].parameters.round(2).tolist()
+    [0.43, 0.9, 1.4, 0.03]
+    """
     return Model(
         {
             name: AxisModel((Term(BASE, asdict(reduced_truth(mechanics))),))

@@ -6,7 +6,18 @@ from contextlib import contextmanager
 
 
 class Stopwatch:
-    """Adds up the wall time of named stages; the total runs from its construction."""
+    """Adds up the wall time of named stages; the total runs from its construction.
+
+    Examples
+    --------
+    >>> import edge_ident
+    >>> watch = edge_ident.Stopwatch()
+    >>> with watch.stage("load"):
+    ...     recording = edge_ident.simulate()
+    >>> found = edge_ident.identify(recording, stopwatch=watch)
+    >>> "load" in found.timing_ms
+    True
+    """
 
     def __init__(self) -> None:
         self._start_s = time.perf_counter()

@@ -6,7 +6,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.estimation.network import Manifest, Network
+from edge_ident.estimation.manifest import Manifest
+from edge_ident.estimation.network import Network
 from export.configuration import IMPROVED
 from export.manifest import describe
 from export.motion import paper_motion

@@ -12,7 +12,7 @@ pytest.importorskip("torch")
 from edge_ident.cli import app
 from edge_ident.errors import ModelError
 from edge_ident.estimation.image import effort_scale
-from edge_ident.estimation.network import load_manifest
+from edge_ident.estimation.manifest import load_manifest
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Model, Term
 from edge_ident.model.model_files import save_model
 from edge_ident.signals.dct import subsample

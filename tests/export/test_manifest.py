@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from edge_ident.estimation.network import Evaluation, Manifest, load_manifest
+from edge_ident.estimation.manifest import Evaluation, Manifest, load_manifest
 from export.configuration import IMPROVED, PAPER, Configuration
 from export.manifest import describe, with_figures, write
 from export.motion import paper_motion

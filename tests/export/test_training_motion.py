@@ -1,7 +1,6 @@
 """Motions to train for: the paper's and those of recordings, and how they vary."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,6 +17,7 @@ from export.motion import (
     paper_motion,
     perturbed,
 )
+from tests.measured import MeasuredData
 
 PERIOD_S = 0.002
 COUNT_M = 50e-9
@@ -85,7 +85,7 @@ def test_uneven_samples_give_the_motion_of_even_ones() -> None:
     assert difference < 1e-3 * np.std(wanted.acceleration)
 
 
-def test_the_emps_carriage_makes_laps_of_6_24_s(measured_data: Path) -> None:
+def test_the_emps_carriage_makes_laps_of_6_24_s(measured_data: MeasuredData) -> None:
     found = motion_from(load_recording(measured_data / "emps_train.csv"), None, "emps")
     assert len(found.position) * found.period_s == pytest.approx(6.24, abs=2e-3)
     assert (found.position_unit, found.effort_unit) == ("m", "N")

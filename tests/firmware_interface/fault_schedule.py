@@ -93,6 +93,7 @@ class Host:
             return False
         finally:
             self.witness.one_motion_per_token()
+            self.witness.effort_is_asked_for()
             self.witness.gains_are_whole()
         return True
 

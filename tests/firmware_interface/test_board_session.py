@@ -1,7 +1,7 @@
 """Who commands a board: one host at a time, for as long as it gives signs of life."""
 
-import itertools
 from dataclasses import replace
+from itertools import pairwise
 
 import pytest
 from board_bench import NEW, Bench, long_motion
@@ -160,7 +160,7 @@ def test_while_the_machine_moves_the_host_beats_four_times_in_the_watchdogs_time
     board.finish()
     times_s = [when_s for when_s, _ in link.beats if when_s >= started_s]
     # the board's time goes on by 0.28 s with every look at the status
-    assert max(b - a for a, b in itertools.pairwise(times_s)) < 0.6
+    assert max(b - a for a, b in pairwise(times_s)) < 0.6
     assert all(len(words) == 4 for when_s, words in link.beats if when_s >= started_s)
     assert board.status().fault is Fault.NONE
 
@@ -180,6 +180,18 @@ def test_a_lost_last_acknowledgement_is_repeated_until_the_board_is_done(
     assert not link.lose_acknowledgements_of
     board.finish()
     assert board.status().state is State.IDLE
+
+
+def test_a_lost_sign_of_life_is_repeated_at_once() -> None:
+    """A line and its timeouts would take most of the watchdog's time until the next is due."""
+    link = Recorder(VirtualBoard())
+    board = Board.connect(link)
+    board.claim()
+    link.beats.clear()
+    link.lose_acknowledgements_of = {0}
+    board.heartbeat()
+    assert len(link.beats) == 2
+    assert link.beats[0][1] == link.beats[1][1]
 
 
 # ---- has it restarted?

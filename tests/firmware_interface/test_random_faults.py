@@ -98,6 +98,7 @@ class HostOnABadLine(RuleBasedStateMachine):
         if hasattr(self, "bench"):
             self.bench.witness.one_motion_per_token()
             self.bench.witness.gains_are_whole()
+            self.bench.witness.effort_is_asked_for()
 
 
 TestHostOnABadLine = HostOnABadLine.TestCase
@@ -138,6 +139,11 @@ def test_the_witness_sees_a_second_motion_and_mixed_gains() -> None:
         machine.drive._controllers[0].gains = NEW["x"]
         with pytest.raises(AssertionError):
             line.witness.gains_are_whole()
+        line.witness.effort_is_asked_for()
+        machine.drive.powered = False
+        machine.drive.sample(machine._setpoints.current)
+        with pytest.raises(AssertionError):
+            line.witness.effort_is_asked_for()
 
 
 def test_a_line_in_memory_that_is_not_there_is_a_link_error() -> None:

@@ -3,7 +3,7 @@
 import json
 from dataclasses import asdict, dataclass, replace
 from itertools import permutations
-from typing import Final, Self
+from typing import Any, Final, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -158,10 +158,12 @@ class Outcome:
     @classmethod
     def read(cls, line: str) -> Self:
         """From one line of JSON."""
-        values = json.loads(line)
+        values: dict[str, Any] = json.loads(line)
         for key in ("causes", "sound_causes"):
             values[key] = tuple(Named(c["effect"], tuple(c["inseparable"])) for c in values[key])
-        return cls(**{k: tuple(v) if isinstance(v, list) else v for k, v in values.items()})
+        for key, value in values.items():
+            values[key] = tuple(value) if isinstance(value, list) else value
+        return cls(**values)
 
 
 def unjudged(case: Case, failure: str = "") -> Outcome:

@@ -1,4 +1,4 @@
-"""What the three convolutions cost by each way to compute them."""
+"""The time of the three convolutions, for each way to compute them."""
 
 import time
 from collections.abc import Callable, Mapping

@@ -79,7 +79,7 @@ def draw_five() -> Drives:
     """The first draw in which as many drives as in the paper have parameters outside [-1, 1]."""
 
     def outside(drives: Drives) -> int:
-        return np.count_nonzero(np.any(np.abs(drives.chain.rigid_body) > 1.0, axis=(1, 2)))
+        return int(np.count_nonzero(np.any(np.abs(drives.chain.rigid_body) > 1.0, axis=(1, 2))))
 
     draws = (draw_drives(DRIVES, seed) for seed in count())
     return next(drives for drives in draws if outside(drives) == OUTSIDE)

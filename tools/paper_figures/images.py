@@ -61,7 +61,7 @@ def _image(kind: str, regressor: Array, guess: Array, measured: Array) -> NDArra
 
 
 def _outer(first: Array, second: Array, normalization: Normalization) -> NDArray[np.float32]:
-    return effort_image(first[None], second, normalization)[0, 0]
+    return np.asarray(effort_image(first[None], second, normalization)[0, 0])
 
 
 def section(sources: Sources) -> Section:

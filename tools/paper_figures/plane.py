@@ -22,8 +22,8 @@ Array = NDArray[np.float64]
 AXES: Final = ("x", "z")
 SHOWN: Final = 0.12
 """Largest error in the picture, over the circle's radius."""
-STRETCHES: Final = 360
-"""Errors are drawn as their mean or their largest in each of so many stretches."""
+SEGMENTS: Final = 360
+"""Number of segments; a figure shows the mean or the largest error of each."""
 
 
 class _Silence:
@@ -33,6 +33,9 @@ class _Silence:
         pass
 
     def samples(self, in_hand: int, expected: int) -> None:
+        pass
+
+    def say(self, message: str) -> None:
         pass
 
 
@@ -59,10 +62,10 @@ class Path2D:
 
     @property
     def means(self) -> tuple[Array, Array]:
-        """Command and error (2, STRETCHES), m: means over stretches, to see past the counts."""
+        """Command and error (2, SEGMENTS), m: means over segments, to see past the counts."""
 
         def means(path: Array) -> Array:
-            parts = np.array_split(path, STRETCHES, axis=1)
+            parts = np.array_split(path, SEGMENTS, axis=1)
             return np.stack([np.mean(part, axis=1) for part in parts], axis=1)
 
         return means(self.commanded), means(self.measured - self.commanded)
@@ -143,8 +146,8 @@ def draw(paths: list[Path2D]) -> Figure:
     grid = figure.subplots(2, len(paths), height_ratios=[3, 1], squeeze=False)
     for (top, bottom), path in zip(grid.T, paths, strict=True):
         _draw_path(top, path)
-        largest = [np.max(part) for part in np.array_split(path.error, STRETCHES)]
-        turn = np.linspace(0.0, 360.0, STRETCHES)
+        largest = [np.max(part) for part in np.array_split(path.error, SEGMENTS)]
+        turn = np.linspace(0.0, 360.0, SEGMENTS)
         bottom.plot(turn, 1e6 * np.array(largest), color="tab:red", linewidth=1.0)
         bottom.set_xlabel("along the circle (°)")
         bottom.set_ylabel("largest error (µm)")

@@ -1,21 +1,40 @@
 """Figure: measured effort, predictions of both models, and their residuals over time."""
 
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from edge_ident.diagnosis.present import panels
 from edge_ident.diagnosis.present.explained_variance import running_time
 from edge_ident.diagnosis.present.panels import Array
-from edge_ident.diagnosis.result import AxisDiagnosis
+from edge_ident.diagnosis.result import AxisDiagnosis, Diagnosis
+from edge_ident.support.drawing import new_figure
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 _DETAIL: Final = 0.08
 """Share of the samples in the detail."""
 
 
-def effort_figure(name: str, axis: AxisDiagnosis) -> Any:
+def diagnosis_figure(diagnosis: Diagnosis) -> "Figure":
+    """Draw the efforts of all axes, one axis above the other."""
+    count = len(diagnosis.axes)
+    figure = new_figure(12, 6 * count)
+    parts = figure.subfigures(count, squeeze=False)[:, 0]
+    for part, (name, axis) in zip(parts, diagnosis.axes.items(), strict=True):
+        _draw_axis(part, name, axis)
+    return figure
+
+
+def effort_figure(name: str, axis: AxisDiagnosis) -> "Figure":
     """Draw all of the time to the left, and the part that the causes change most to the right."""
-    figure = panels.new_figure(12, 6)
+    figure = new_figure(12, 6)
+    _draw_axis(figure, name, axis)
+    return figure
+
+
+def _draw_axis(figure: Any, name: str, axis: AxisDiagnosis) -> None:
     grid = figure.subplots(
         2, 2, sharex="col", sharey="row", width_ratios=(2.2, 1), height_ratios=(1.3, 1)
     )
@@ -32,7 +51,6 @@ def effort_figure(name: str, axis: AxisDiagnosis) -> Any:
     grid[1][0].set_ylabel(f"residual ({units.effort})")
     grid[0][1].legend(fontsize="small", loc="upper right")
     grid[1][1].legend(fontsize="small", loc="upper right")
-    return figure
 
 
 def _busiest(axis: AxisDiagnosis) -> slice:

@@ -46,13 +46,6 @@ class Units:
         return f"{self.position}/s²"
 
 
-def new_figure(width: float, height: float) -> Any:
-    """An empty figure; width and height in inches. Loads matplotlib."""
-    from matplotlib.figure import Figure
-
-    return Figure(figsize=(width, height), layout="constrained")
-
-
 def line(panel: Any, x: Array, y: Array, file: NDArray[np.intp], **style: Any) -> None:
     """Draw a line that is broken between recordings."""
     breaks = np.flatnonzero(np.diff(file)) + 1

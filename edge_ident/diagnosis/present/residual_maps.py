@@ -10,6 +10,7 @@ from edge_ident.diagnosis.present import panels
 from edge_ident.diagnosis.present.explained_variance import acceleration_at, running_time
 from edge_ident.diagnosis.present.panels import Array, Units
 from edge_ident.diagnosis.result import AxisDiagnosis, Traces
+from edge_ident.support.drawing import new_figure
 
 _SEGMENTS: Final = 8
 """Segments over which a spectrum is averaged, at least."""
@@ -41,7 +42,7 @@ def residual_maps(name: str, diagnosed: Mapping[str, AxisDiagnosis]) -> Any:
     if axis.causes:
         models["extended model"] = traces.extended_effort
     rows = 5 + len(others)
-    figure = panels.new_figure(6.0 * len(models), 2.3 * rows)
+    figure = new_figure(6.0 * len(models), 2.3 * rows)
     grid = figure.subplots(rows, len(models), squeeze=False, sharey="row", sharex="row")
     shown = panels.reach((traces.effort - traces.base_effort)[valid])
     for column, (model, effort) in zip(grid.T, models.items(), strict=True):

@@ -9,6 +9,7 @@ from edge_ident.diagnosis.present.explained_variance import running_time
 from edge_ident.diagnosis.present.panels import Array
 from edge_ident.diagnosis.present.wording import spoken
 from edge_ident.diagnosis.result import AxisDiagnosis
+from edge_ident.support.drawing import new_figure
 
 
 def share_figure(name: str, axis: AxisDiagnosis) -> Any:
@@ -21,7 +22,7 @@ def share_figure(name: str, axis: AxisDiagnosis) -> Any:
     traces, units = axis.traces, panels.Units.of(axis)
     valid = traces.valid
     residual = (traces.effort - traces.extended_effort)[valid]
-    figure = panels.new_figure(13, 0.6 + 2.6 * len(traces.contributions))
+    figure = new_figure(13, 0.6 + 2.6 * len(traces.contributions))
     grid = figure.subplots(len(traces.contributions), 3, squeeze=False, sharey="row", sharex="col")
     over = {
         "time (s)": running_time(traces),

@@ -1,16 +1,17 @@
 """A diagnosis as tables for a person, by rich."""
 
+from collections.abc import Iterator
 from typing import Final
 
 from rich.box import SIMPLE_HEAD
-from rich.console import Console
+from rich.console import Group, RenderableType
 from rich.markup import escape
 from rich.table import Table
+from rich.text import Text
 
 from edge_ident.diagnosis.present import wording
 from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Diagnosis, Verdict
 
-_console = Console(highlight=False)
 _COLOUR: Final = {
     Verdict.ADEQUATE: "green",
     Verdict.EXPLAINED: "green",
@@ -18,22 +19,29 @@ _COLOUR: Final = {
 }
 
 
-def print_diagnosis(diagnosis: Diagnosis) -> None:
-    """Print defects of the data, then each axis: verdict, causes, alternatives, and both models."""
-    for finding in diagnosis.data_quality:
-        _say(f"[yellow]{finding.code}[/], axis {finding.axis}: {escape(finding.message)}")
-    for name, axis in diagnosis.axes.items():
-        sentence = escape(wording.verdict_sentence(axis))
-        _say(f"[bold]axis {name}[/] [{_COLOUR[axis.verdict]}]{sentence}[/]")
-        if axis.causes:
-            _console.print(_causes_table(axis))
-        for cause in axis.causes:
-            _say_why(cause)
-        for refused in axis.refused:
-            _say(f"  {escape(wording.refused_sentence(refused))}")
-        _console.print(_comparison_table(name, diagnosis))
-        for experiment, effects in wording.not_testable(axis).items():
-            _say(f"  not testable: {', '.join(effects)}; record {escape(experiment)}")
+def diagnosis_view(diagnosis: Diagnosis) -> Group:
+    """Defects of the data, then each axis: verdict, causes, alternatives, and both models."""
+    findings = (
+        _line(f"[yellow]{finding.code}[/], {escape(f'axis {finding.axis}: {finding.message}')}")
+        for finding in diagnosis.data_quality
+    )
+    axes = (part for name in diagnosis.axes for part in _axis(name, diagnosis))
+    return Group(*findings, *axes)
+
+
+def _axis(name: str, diagnosis: Diagnosis) -> Iterator[RenderableType]:
+    axis = diagnosis.axes[name]
+    sentence = escape(wording.verdict_sentence(axis))
+    yield _line(f"[bold]axis {escape(name)}[/] [{_COLOUR[axis.verdict]}]{sentence}[/]")
+    if axis.causes:
+        yield _causes_table(axis)
+    for cause in axis.causes:
+        yield from _why(cause)
+    for refused in axis.refused:
+        yield Text(f"  {wording.refused_sentence(refused)}")
+    yield _comparison_table(name, diagnosis)
+    for experiment, effects in wording.not_testable(axis).items():
+        yield Text(f"  not testable: {', '.join(effects)}; record {experiment}")
 
 
 def _causes_table(axis: AxisDiagnosis) -> Table:
@@ -52,11 +60,11 @@ def _causes_table(axis: AxisDiagnosis) -> Table:
     return table
 
 
-def _say_why(cause: Cause) -> None:
-    _say(f"  {wording.spoken(cause.term.effect)}: {escape(cause.evidence)}")
-    _say(f"    accepted: {escape(cause.decision)}")
+def _why(cause: Cause) -> Iterator[Text]:
+    yield Text(f"  {wording.spoken(cause.term.effect)}: {cause.evidence}")
+    yield Text(f"    accepted: {cause.decision}")
     for alternative in cause.alternatives:
-        _say(f"    {escape(wording.alternative_sentence(alternative))}")
+        yield Text(f"    {wording.alternative_sentence(alternative)}")
 
 
 def _comparison_table(name: str, diagnosis: Diagnosis) -> Table:
@@ -71,9 +79,8 @@ def _comparison_table(name: str, diagnosis: Diagnosis) -> Table:
     return table
 
 
-def _say(text: str) -> None:
-    """Print one sentence; only the terminal breaks it."""
-    _console.print(text, soft_wrap=True)
+def _line(markup: str) -> Text:
+    return Text.from_markup(markup)
 
 
 def _table() -> Table:

@@ -9,17 +9,18 @@ from typer.testing import CliRunner
 
 from edge_ident.baselines import comparison
 from edge_ident.baselines.comparison import compare
-from edge_ident.baselines.comparison_report import comparison_document
 from edge_ident.baselines.methods import all_methods
 from edge_ident.baselines.problem import Problem
 from edge_ident.cli import app
 from edge_ident.model.model import Estimate
+from edge_ident.report import comparison_document
 from edge_ident.signals.recording import AxisRecord, Recording
 from edge_ident.signals.recording_files import load_recording, save_recording
 from tests.edge_ident.baselines.drives import PERIOD_S, TRUTH, record
+from tests.measured import MeasuredData
 
 
-def test_emps_by_every_method(measured_data: Path) -> None:
+def test_emps_by_every_method(measured_data: MeasuredData) -> None:
     """Published values of the EMPS benchmark (Janot, Gautier, Brunot 2019)."""
     published = np.array([95.1089, 203.5034, 20.3935, -3.1648])
     axis = compare(load_recording(measured_data / "emps_train.csv"), None).axes["q"]

@@ -82,7 +82,7 @@ def test_gains_feed_the_ripple_forward_and_name_what_they_do_not_use(
     assert found["gains"]["ripple_sine"] == [0.4, 0.0, 0.0, 0.0]
     assert found["gains"]["ripple_period_rad"][0] == pytest.approx(PERIOD_RAD)
     shown = CliRunner().invoke(app, ["gains", str(file), "--model", str(model_file)])
-    assert "compensated: torque_ripple, offset_drift" in shown.stdout
+    assert "compensated effects: torque_ripple, offset_drift" in shown.stdout
     assert "ripple 1" in shown.stdout
     assert "offset_drift is not used" in shown.stdout
 

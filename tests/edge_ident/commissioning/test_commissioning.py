@@ -10,7 +10,7 @@ from edge_ident.commissioning import gain_transfer
 from edge_ident.commissioning import run as commissioning
 from edge_ident.commissioning.run import Plan, commission
 from edge_ident.control.gain_design import GainDesign
-from edge_ident.drive.description import DriveDescription, load_drive
+from edge_ident.drive.description import Drive, load_drive
 from edge_ident.errors import BoardError, GainError
 from firmware_interface.board import Board
 from firmware_interface.gains import AxisGains
@@ -50,7 +50,7 @@ def run(board: Board, folder: Path, observer: Silent | None = None, **plan: obje
     return commission(board, drive(), None, Plan(**plan), folder, observer or Silent())
 
 
-def drive() -> DriveDescription:
+def drive() -> Drive:
     return load_drive()
 
 
@@ -72,7 +72,7 @@ def design_softly(gains: AxisGains, monkeypatch: pytest.MonkeyPatch) -> None:
     def design(*_: object) -> dict[str, GainDesign]:
         return {axis: GainDesign(gains, 1.0, 1.0, 10.0, 0.0) for axis in ("x", "z")}
 
-    monkeypatch.setattr(commissioning, "design_gains", design)
+    monkeypatch.setattr(commissioning, "board_designs", design)
 
 
 def test_least_squares_alone_carries_a_run(board: Board, tmp_path: Path) -> None:

@@ -1,7 +1,5 @@
 """Three real machines that nobody here built: what is known about them must be found unprompted."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -10,13 +8,16 @@ from edge_ident.diagnosis.present.document import diagnosis_document
 from edge_ident.diagnosis.result import AxisDiagnosis, Verdict
 from edge_ident.signals.recording_files import load_recording
 from edge_ident.support.json_text import to_json
+from tests.measured import MeasuredData
 
 
 def found_on(axis: AxisDiagnosis) -> set[str]:
     return {cause.term.effect for cause in axis.causes}
 
 
-def test_the_ball_screw_has_friction_by_direction_and_a_timing_fault(measured_data: Path) -> None:
+def test_the_ball_screw_has_friction_by_direction_and_a_timing_fault(
+    measured_data: MeasuredData,
+) -> None:
     """Its authors model friction by direction (viscous 166.7 forward, 240.4 N·s/m backward) and
     leave 3.1 % of the force; most of what is left repeats from lap to lap."""
     axis = diagnose([load_recording(measured_data / "emps_train.csv")]).axes["q"]
@@ -30,7 +31,9 @@ def test_the_ball_screw_has_friction_by_direction_and_a_timing_fault(measured_da
     assert axis.verdict is Verdict.UNEXPLAINED, "the floor is far below what is left"
 
 
-def test_the_motor_has_torque_ripple_of_12_and_18_orders_per_turn(measured_data: Path) -> None:
+def test_the_motor_has_torque_ripple_of_12_and_18_orders_per_turn(
+    measured_data: MeasuredData,
+) -> None:
     axis = diagnose([load_recording(measured_data / "laas_motor_speed.csv")]).axes["m"]
     assert axis.causes[0].term.effect == "torque_ripple"
     ripples = [c.term for c in axis.causes if c.term.effect == "torque_ripple"]
@@ -42,7 +45,7 @@ def test_the_motor_has_torque_ripple_of_12_and_18_orders_per_turn(measured_data:
 
 
 def test_the_arms_second_joint_bears_weight_by_both_angles_and_is_coupled(
-    measured_data: Path,
+    measured_data: MeasuredData,
 ) -> None:
     axes = diagnose([load_recording(measured_data / "double_pendulum_154220.csv")]).axes
     axis = axes["j2"]
@@ -56,7 +59,9 @@ def test_the_arms_second_joint_bears_weight_by_both_angles_and_is_coupled(
     assert axes["j1"].extended.estimate.parameters[1] < 0.0 == friction, "a model is physical"
 
 
-def test_the_same_recording_gives_the_same_document_byte_for_byte(measured_data: Path) -> None:
+def test_the_same_recording_gives_the_same_document_byte_for_byte(
+    measured_data: MeasuredData,
+) -> None:
     file = measured_data / "double_pendulum_154220.csv"
     first, second = (
         to_json(diagnosis_document(diagnose([load_recording(file)]), None)) for _ in range(2)

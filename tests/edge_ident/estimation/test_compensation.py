@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from edge_ident.errors import ModelError
-from edge_ident.identification.identify import AxisIdentification, identify
+from edge_ident.identification.identify import identify
+from edge_ident.identification.result import AxisIdentification
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Model, Term
 from edge_ident.signals.recording import AxisRecord, Recording
 from edge_ident.simulation.references import recorded_references

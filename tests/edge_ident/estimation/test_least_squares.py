@@ -1,7 +1,5 @@
 """Least squares: exact on exact data, honest deviations on coloured noise, EMPS's figures."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 import scipy.signal
@@ -12,6 +10,7 @@ from edge_ident.signals.conditioning import Signals, condition
 from edge_ident.signals.filters import lowpass
 from edge_ident.signals.recording_files import load_recording
 from edge_ident.signals.resampling import EvenGrid
+from tests.measured import MeasuredData
 
 PERIOD_S = 0.0025
 TRUTH = np.array([0.43, 0.9, 1.4, 0.05])
@@ -104,7 +103,7 @@ def test_the_slow_sinusoid_is_well_conditioned() -> None:
     assert least_squares.condition_number(regressor) == pytest.approx(4.5, abs=0.3)  # paper.md
 
 
-def test_emps_figures(measured_data: Path) -> None:
+def test_emps_figures(measured_data: MeasuredData) -> None:
     """As published, and the corrections for encoder and reversals hardly move them."""
     axis = load_recording(measured_data / "emps_train.csv").axes["q"]
     time = load_recording(measured_data / "emps_train.csv").time_s

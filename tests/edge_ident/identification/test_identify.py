@@ -1,7 +1,6 @@
 """The result of identification as a whole: which estimate, why, and the warnings."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,6 +13,7 @@ from edge_ident.report.documents import identification_document
 from edge_ident.signals.recording import AxisRecord, Recording
 from edge_ident.signals.recording_files import load_recording
 from tests.edge_ident.stand_ins import START, StandIn, nothing, reader
+from tests.measured import MeasuredData
 
 PERIOD_S = 0.0025
 COUNT_RAD = 2 * np.pi / 8400
@@ -125,7 +125,7 @@ def test_less_than_a_period_has_no_network(network: StandIn) -> None:
 
 
 def test_a_carriage_in_metres_and_newtons_has_no_network_for_radians(
-    network: StandIn, measured_data: Path
+    network: StandIn, measured_data: MeasuredData
 ) -> None:
     found = identify(load_recording(measured_data / "emps_train.csv"), network)
     document = identification_document(found)["axes"]["q"]
@@ -147,7 +147,7 @@ def test_a_carriage_in_metres_and_newtons_has_no_network_for_radians(
     ],
 )
 def test_drives_that_the_model_cannot_describe_are_not_trusted(
-    network: StandIn, measured_data: Path, file: str, codes: set[str]
+    network: StandIn, measured_data: MeasuredData, file: str, codes: set[str]
 ) -> None:
     found = identify(load_recording(measured_data / file), network)
     assert not found.trusted

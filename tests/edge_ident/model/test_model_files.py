@@ -200,7 +200,7 @@ def test_an_identification_leaves_its_numbers_and_the_recordings_hash(tmp_path: 
     file = tmp_path / "laps.csv"
     file.write_bytes(b"laps")
     found = Estimate(np.array([95.0, 203.0, 20.0, -3.0]), np.array([0.1, 1.0, 0.2, 0.1]))
-    left = sourced_model({"q": base_axis(found, "m", "N")}, [file])
+    left = sourced_model(Model({"q": base_axis(found, "m", "N")}), [file])
     np.testing.assert_array_equal(left.axes["q"].parameters, found.parameters)
     assert left.axes["q"].terms[0].std["viscous_friction"] == 1.0
     assert (left.axes["q"].position_unit, left.axes["q"].effort_unit) == ("m", "N")
@@ -209,5 +209,5 @@ def test_an_identification_leaves_its_numbers_and_the_recordings_hash(tmp_path: 
     assert len(source.sha256) == 64
     again = tmp_path / "again.csv"
     again.write_bytes(b"more laps")
-    later = sourced_model(left.axes, [again, file], left)
+    later = sourced_model(left, [again, file], left)
     assert [source.file for source in later.recordings] == ["again.csv", "laps.csv"]

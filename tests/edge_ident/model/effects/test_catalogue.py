@@ -11,7 +11,7 @@ from edge_ident.model.effect import Motion
 from edge_ident.model.effects import catalogue, named, random_term
 from edge_ident.model.inverse import inverse_effort
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Term
-from edge_ident.model.model_files import unit_of
+from edge_ident.model.model_reading import unit_of
 from edge_ident.model.strengths import scale_of
 from tests.plant import EFFECTS
 

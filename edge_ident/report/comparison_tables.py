@@ -3,26 +3,29 @@
 from typing import Any
 
 from rich.box import SIMPLE_HEAD
-from rich.console import Console
+from rich.console import Group
+from rich.markup import escape
 from rich.table import Table
+from rich.text import Text
 
 from edge_ident.baselines.comparison import AxisComparison, Comparison, Row
 from edge_ident.model.model import PARAMETERS
 from edge_ident.report.documents import finding_document
 
-_console = Console(highlight=False, width=max(100, Console().width))
 
-
-def print_comparison(comparison: Comparison) -> None:
-    """One table per axis; below it why a method gave no answer, and what speaks against others."""
+def comparison_view(comparison: Comparison) -> Group:
+    """One table per axis; below it, why a method gave no answer, and the warnings of others."""
+    parts: list[Table | Text] = []
     for name, axis in comparison.axes.items():
-        _console.print(_table(name, axis))
-        for remark, methods in _remarks(axis).items():
-            _console.print(f"  {', '.join(methods)}: {remark}", soft_wrap=True)
+        parts.append(_table(name, axis))
+        parts += [
+            Text(f"  {', '.join(methods)}: {remark}") for remark, methods in _remarks(axis).items()
+        ]
+    return Group(*parts)
 
 
 def _remarks(axis: AxisComparison) -> dict[str, list[str]]:
-    """What there is to say about which methods."""
+    """Reasons and warning codes, each with the methods that it concerns."""
     remarks: dict[str, list[str]] = {}
     for row in axis.rows:
         remark = row.reason or ", ".join(finding.code for finding in row.findings)
@@ -33,7 +36,7 @@ def _remarks(axis: AxisComparison) -> dict[str, list[str]]:
 
 def _table(name: str, axis: AxisComparison) -> Table:
     table = Table(
-        title=f"axis {name}: {axis.samples} samples, filtered at {axis.cutoff_hz:.3g} Hz",
+        title=f"axis {escape(name)}: {axis.samples} samples, filtered at {axis.cutoff_hz:.3g} Hz",
         title_justify="left",
         box=SIMPLE_HEAD,
         padding=(0, 1, 0, 0),

@@ -1,14 +1,15 @@
-"""Estimates with their intervals side by side, one panel per parameter. Needs `report`."""
+"""Estimates with their intervals side by side, one panel per parameter."""
 
-from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from edge_ident.baselines.comparison import AxisComparison, Comparison
-from edge_ident.errors import DataError
 from edge_ident.model.model import PARAMETERS
-from edge_ident.support.atomic_files import atomic_write
+from edge_ident.support.drawing import new_figure
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 _INTERVAL: Final = 1.96
 """Standard deviations to either side: 95 %."""
@@ -16,28 +17,10 @@ _FAR: Final = 2.0
 """Times the best relative residual, above which an estimate does not set a panel's range."""
 
 
-def draw_comparison(comparison: Comparison, picture: Path) -> Path:
-    """Draw all axes.
-
-    Parameters
-    ----------
-    comparison : Comparison
-    picture : Path
-        File to write, .png, .svg or .pdf.
-
-    Raises
-    ------
-    DataError
-        matplotlib is not installed.
-    """
-    try:
-        from matplotlib.figure import Figure
-    except ImportError as error:
-        raise DataError(
-            "drawing needs matplotlib", "install it with: pip install 'edge-ident[report]'"
-        ) from error
+def comparison_figure(comparison: Comparison) -> "Figure":
+    """Draw every method's estimate of every parameter, a row of panels per axis."""
     rows = sum(2 + len(axis.rows) for axis in comparison.axes.values())
-    figure = Figure(figsize=(12, 0.32 * rows), layout="constrained")
+    figure = new_figure(12, 0.32 * rows)
     grid = figure.subplots(len(comparison.axes), len(PARAMETERS), squeeze=False, sharey="row")
     for panels, (name, axis) in zip(grid, comparison.axes.items(), strict=True):
         for index, panel in enumerate(panels):
@@ -47,9 +30,7 @@ def draw_comparison(comparison: Comparison, picture: Path) -> Path:
         )
         panels[0].set_ylim(len(axis.rows) - 0.5, -0.5)
         panels[0].set_ylabel(f"axis {name}")
-    with atomic_write(picture) as partial:
-        figure.savefig(partial, dpi=120)
-    return picture
+    return figure
 
 
 def _draw_parameter(panel: Any, axis: AxisComparison, index: int) -> None:

@@ -1,0 +1,38 @@
+"""The command capture: a motion and its recording."""
+
+import typer
+
+from edge_ident import commissioning, report
+from edge_ident.cli.command import command
+from edge_ident.cli.options import BoardOptions, ResultOptions, deliver
+from edge_ident.cli.progress import shown_progress
+from edge_ident.cli.run import Cycles, MotionName
+from edge_ident.cli.sessions import session
+
+
+def register(app: typer.Typer) -> None:
+    """Add this file's command."""
+    app.command()(capture)
+
+
+@command
+def capture(
+    *,
+    where: BoardOptions,
+    motion: MotionName = "sinusoid",
+    cycles: Cycles = None,
+    results: ResultOptions,
+) -> None:
+    """Move and record; identify nothing, write nothing.
+
+    Example: `edge-ident capture --device virtual --motion multisine --output captures/a`
+    """
+    with session(where, results.output) as opened:
+        path = opened.folder / commissioning.CAPTURE_FILE
+        with shown_progress() as bars:
+            found = commissioning.record_motion(
+                opened.board, opened.drive, motion, cycles, path, bars
+            )
+    deliver(report.capture_document(found, path), "capture.json", opened.folder, results.json)
+    if not results.json:
+        print(path)

@@ -1,0 +1,48 @@
+"""The command identify: from a recording to parameters."""
+
+import typer
+
+import edge_ident
+from edge_ident import report
+from edge_ident.cli.command import UNTRUSTED, command
+from edge_ident.cli.options import (
+    ModelFile,
+    NetworkOptions,
+    RecordingOptions,
+    ResultOptions,
+    Seed,
+    given_model,
+    save_result_model,
+)
+
+
+def register(app: typer.Typer) -> None:
+    """Add this file's command."""
+    app.command()(identify)
+
+
+@command
+def identify(
+    *,
+    recording: RecordingOptions,
+    network: NetworkOptions,
+    model: ModelFile = None,
+    seed: Seed = 0,
+    results: ResultOptions,
+) -> None:
+    """Identify the parameters of every axis in a recording.
+
+    With --model, the effects of that model are compensated before.
+
+    Example: `edge-ident identify recording.csv --column pos=x_position_rad --json`
+    """
+    watch = edge_ident.Stopwatch()
+    with watch.stage("load"):
+        measured, loaded, known = recording.load(), network.load(), given_model(model)
+    found = edge_ident.identify(measured, loaded, model=known, seed=seed, stopwatch=watch)
+    results.deliver(report.identification_document(found), "identification.json")
+    if results.output:
+        save_result_model(found.model, [recording.file], results.output, known)
+    results.show(found)
+    if not found.trusted:
+        raise typer.Exit(UNTRUSTED)

@@ -1,0 +1,167 @@
+"""Options that several commands share, alone or in groups.
+
+A group is a dataclass whose fields are options; `edge_ident.cli.command` turns a parameter of
+that type into those options.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import typer
+
+import edge_ident
+from edge_ident import report
+from edge_ident.cli.messages import print_document
+
+RecordingFile = Annotated[Path, typer.Argument(metavar="FILE", help="Recording, .csv or .npz.")]
+Columns = Annotated[
+    list[str] | None,
+    typer.Option("--column", metavar="NAME=CONTRACT_NAME", help="Rename a column; repeatable."),
+]
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON document on stdout.")]
+Output = Annotated[
+    Path | None,
+    typer.Option("--output", envvar="EDGE_IDENT_OUTPUT", help="Folder for results."),
+]
+DriveFile = Annotated[
+    Path | None,
+    typer.Option(
+        "--drive",
+        envvar="EDGE_IDENT_DRIVE",
+        help="Drive description (TOML); default: the built-in drive.",
+    ),
+]
+Device = Annotated[
+    str | None,
+    typer.Option(
+        "--device",
+        envvar="EDGE_IDENT_DEVICE",
+        help="/dev/ttyACM0, a pySerial URL, tcp://HOST:PORT, or virtual.",
+    ),
+]
+BaudRate = Annotated[
+    int | None,
+    typer.Option(
+        "--baud-rate", min=50, envvar="EDGE_IDENT_BAUD_RATE", help="Baud rate of a serial device."
+    ),
+]
+NetworkFile = Annotated[
+    Path | None,
+    typer.Option(
+        "--network",
+        envvar="EDGE_IDENT_NETWORK",
+        help="Network (.onnx) with its manifest beside it; default: the built-in network.",
+    ),
+]
+ModelFile = Annotated[
+    Path | None,
+    typer.Option(
+        "--model",
+        envvar="EDGE_IDENT_MODEL",
+        help="Model file (.json) with the effects that are known of the drive.",
+    ),
+]
+Precision = Annotated[
+    Literal["fp32", "int8"],
+    typer.Option(
+        "--precision", envvar="EDGE_IDENT_PRECISION", help="Precision of the built-in network."
+    ),
+]
+Bandwidth = Annotated[
+    float | None,
+    typer.Option(
+        "--bandwidth",
+        min=0.1,
+        envvar="EDGE_IDENT_BANDWIDTH",
+        help="Closed-loop bandwidth in rad/s; default: the highest that keeps the margins.",
+    ),
+]
+Seed = Annotated[int, typer.Option("--seed", envvar="EDGE_IDENT_SEED", help="Random seed.")]
+
+
+@dataclass(frozen=True)
+class RecordingOptions:
+    """One recording and the names of its columns."""
+
+    file: RecordingFile
+    column: Columns = None
+
+    def load(self) -> "edge_ident.Recording":
+        """Read and check the recording."""
+        return edge_ident.load_recording(self.file, parse_renames(self.column))
+
+
+@dataclass(frozen=True)
+class NetworkOptions:
+    """The network that estimates beside least squares."""
+
+    network: NetworkFile = None
+    precision: Precision = "fp32"
+
+    def load(self) -> "edge_ident.Network":
+        """Load the built-in network, or another one."""
+        return edge_ident.load_network(self.precision, self.network)
+
+
+@dataclass(frozen=True)
+class BoardOptions:
+    """Which board, and which drive hangs on it."""
+
+    device: Device = None
+    baud_rate: BaudRate = None
+    drive: DriveFile = None
+
+
+@dataclass(frozen=True)
+class ResultOptions:
+    """Where results go: a folder, stdout as JSON, or stdout as text."""
+
+    output: Output = None
+    json: Json = False
+
+    def deliver(self, document: dict[str, Any], name: str) -> None:
+        """Write a document into the folder, if there is one, and print it, if JSON is wanted."""
+        deliver(document, name, self.output, self.json)
+
+    def show(self, result: Any) -> None:
+        """Print a result for a person, unless JSON is wanted."""
+        if not self.json:
+            report.show(result)
+
+
+def deliver(document: dict[str, Any], name: str, output: Path | None, as_json: bool) -> None:
+    """Write a document into a folder, print it as JSON, both, or neither."""
+    if output:
+        report.write_json(document, output / name)
+    if as_json:
+        print_document(document)
+
+
+def given_model(path: Path | None) -> "edge_ident.Model | None":
+    """Load the model that an option names."""
+    return None if path is None else edge_ident.load_model(path)
+
+
+def save_result_model(
+    model: "edge_ident.Model",
+    files: Sequence[Path],
+    folder: Path,
+    known: "edge_ident.Model | None" = None,
+) -> Path:
+    """Write the model of a result beside its document, with the recordings that it is made from."""
+    path = folder / "model.json"
+    edge_ident.save_model(edge_ident.sourced_model(model, files, known), path)
+    return path
+
+
+def parse_renames(given: list[str] | None) -> dict[str, str]:
+    """Parse NAME=CONTRACT_NAME texts."""
+    renames = {}
+    for text in given or []:
+        name, sign, contract_name = text.partition("=")
+        if not sign or not name or not contract_name:
+            raise typer.BadParameter("write NAME=CONTRACT_NAME", param_hint="--column")
+        renames[name] = contract_name
+    return renames

@@ -1,0 +1,39 @@
+"""The command profile: where the time goes."""
+
+from typing import Annotated
+
+import typer
+
+from edge_ident import commissioning, report
+from edge_ident.cli.command import command
+from edge_ident.cli.options import BaudRate, Device, ResultOptions
+from edge_ident.cli.progress import shown_progress
+
+Repetitions = Annotated[
+    int, typer.Option("--repetitions", min=1, help="Repetitions of every measurement.")
+]
+
+
+def register(app: typer.Typer) -> None:
+    """Add this file's command."""
+    app.command()(profile)
+
+
+@command
+def profile(
+    *,
+    device: Device = None,
+    baud_rate: BaudRate = None,
+    repetitions: Repetitions = 100,
+    results: ResultOptions,
+) -> None:
+    """Time every stage from the last captured sample to gains committed and verified.
+
+    Without a device, a virtual board is started in a process of its own, on a pseudo-terminal.
+
+    Example: `edge-ident profile --repetitions 200 --json`
+    """
+    with shown_progress() as bars:
+        profiled = commissioning.profile_device(device, baud_rate, repetitions, bars)
+    results.deliver(report.profile_document(profiled), "profile.json")
+    results.show(report.profile_view(profiled))

@@ -1,0 +1,85 @@
+"""The command run: the whole job on a board."""
+
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+import typer
+
+from edge_ident import commissioning, report
+from edge_ident.cli.command import UNTRUSTED, command
+from edge_ident.cli.messages import say
+from edge_ident.cli.options import (
+    Bandwidth,
+    BoardOptions,
+    ModelFile,
+    NetworkOptions,
+    ResultOptions,
+    Seed,
+    deliver,
+    given_model,
+    save_result_model,
+)
+from edge_ident.cli.progress import shown_progress
+from edge_ident.cli.sessions import session
+
+MotionName = Annotated[
+    Literal["sinusoid", "multisine", "staircase"],
+    typer.Option("--motion", envvar="EDGE_IDENT_MOTION", help="Motion of the axes."),
+]
+Cycles = Annotated[
+    int | None,
+    typer.Option("--cycles", min=1, envvar="EDGE_IDENT_CYCLES", help="Periods of the motion."),
+]
+
+
+@dataclass(frozen=True)
+class GainOptions:
+    """What becomes of the gains."""
+
+    bandwidth: Bandwidth = None
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="Do everything except writing gains.")
+    ] = False
+    store: Annotated[
+        bool, typer.Option("--store", help="Keep confirmed gains over a power cycle.")
+    ] = False
+
+
+def register(app: typer.Typer) -> None:
+    """Add this file's command."""
+    app.command()(run)
+
+
+@command
+def run(
+    *,
+    where: BoardOptions,
+    motion: MotionName = "sinusoid",
+    cycles: Cycles = None,
+    gains: GainOptions,
+    network: NetworkOptions,
+    model: ModelFile = None,
+    seed: Seed = 0,
+    results: ResultOptions,
+) -> None:
+    """Move, identify, design gains, write them with read-back, verify, confirm or roll back.
+
+    Example: `edge-ident run --device /dev/ttyACM0 --dry-run`
+    """
+    known = given_model(model)
+    plan = commissioning.Plan(
+        motion, cycles, gains.bandwidth, not gains.dry_run, gains.store, seed, known
+    )
+    with session(where, results.output) as opened:
+        board, folder, loaded = opened.board, opened.folder, network.load()
+        with shown_progress() as bars:
+            outcome = commissioning.commission(board, opened.drive, loaded, plan, folder, bars)
+    document = report.run_document(outcome, board.identity, loaded, folder)
+    deliver(document, "report.json", folder, results.json)
+    capture = folder / commissioning.CAPTURE_FILE
+    save_result_model(outcome.identification.model, [capture], folder, known)
+    results.show(report.outcome_view(outcome))
+    if not results.json:
+        say(f"written: {folder}")
+    if not outcome.trusted:
+        raise typer.Exit(UNTRUSTED)

@@ -1,0 +1,34 @@
+"""The command report: what a run measured, as a figure."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from edge_ident import report as reports
+from edge_ident.cli.command import command
+from edge_ident.cli.messages import print_document
+from edge_ident.cli.options import ResultOptions
+
+
+def register(app: typer.Typer) -> None:
+    """Add this file's command."""
+    app.command()(report)
+
+
+@command
+def report(
+    *,
+    folder: Annotated[Path, typer.Argument(help="Folder that `run` or `capture` wrote.")],
+    results: ResultOptions,
+) -> None:
+    """Draw what a run measured: effort and model, residual, tracking error before and after.
+
+    Example: `edge-ident report edge-ident-runs/2026-01-31T09-15-00`
+    """
+    figure = reports.run_figure(folder)
+    picture = reports.save_figure(figure, (results.output or folder) / "report.png")
+    if results.json:
+        print_document({"schema": "edge-ident/report/1", "figure": str(picture)})
+    else:
+        print(picture)

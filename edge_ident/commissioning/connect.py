@@ -1,0 +1,55 @@
+"""The front door of the link: from a device's name to a board."""
+
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager, suppress
+
+from edge_ident.commissioning.port_notes import noted
+from edge_ident.errors import EdgeIdentError
+from firmware_interface.board import Board
+from firmware_interface.connection import DEFAULT_BAUD_RATE, open_link
+
+
+@contextmanager
+def connect(device: str, *, baud_rate: int = DEFAULT_BAUD_RATE) -> Iterator[Board]:
+    """Connect to a board for the length of a with statement.
+
+    Parameters
+    ----------
+    device : str
+        `/dev/ttyACM0`, any pySerial URL, `tcp://HOST:PORT` (Modbus TCP), or `virtual`: a board
+        in this process, with the built-in drive behind it.
+    baud_rate : int
+        Of a serial line.
+
+    Yields
+    ------
+    Board
+        Released and closed when the body ends, however it ends.
+
+    Raises
+    ------
+    LinkError
+        There is no such device, or nothing answers.
+    BoardError
+        What answers is not a board of this register map.
+
+    Examples
+    --------
+    >>> import edge_ident
+    >>> with edge_ident.connect("virtual") as board:
+    ...     board.status().state.name
+    'IDLE'
+    """
+    with ExitStack() as ending:
+        link = open_link(device, baud_rate=baud_rate)
+        ending.callback(link.close)
+        ending.enter_context(noted(device))
+        board = Board.connect(link)
+        ending.callback(_release, board)
+        yield board
+
+
+def _release(board: Board) -> None:
+    """Let the next host find the board free; a hold that stays runs out by itself."""
+    with suppress(EdgeIdentError):
+        board.release()

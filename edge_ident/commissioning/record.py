@@ -1,0 +1,50 @@
+"""Record one named motion, and nothing else."""
+
+from pathlib import Path
+
+from edge_ident.commissioning.capture import Capture, capture_motion, check_drive
+from edge_ident.commissioning.observer import Observer
+from edge_ident.commissioning.safety import ready_to_move
+from edge_ident.drive.description import Drive
+from edge_ident.drive.motions import MotionName, named_trajectory
+from edge_ident.signals.data_checks import check_recording
+from firmware_interface.board import Board
+
+
+def record_motion(
+    board: Board,
+    drive: Drive,
+    motion: MotionName,
+    cycles: int | None,
+    file: Path,
+    observer: Observer,
+) -> Capture:
+    """Move, and record what the board measures.
+
+    Parameters
+    ----------
+    board : Board
+        Connected.
+    drive : Drive
+    motion : {"sinusoid", "multisine", "staircase"}
+    cycles : int or None
+        Periods of the motion; None takes the drive description's.
+    file : Path
+        For the recording, which is written before it is checked.
+    observer : Observer
+
+    Raises
+    ------
+    LinkError, BoardError
+        The motion did not get to its end.
+    DataError
+        Board and drive description differ, or the recording cannot be used.
+    """
+    check_drive(board, drive)
+    trajectory = named_trajectory(drive, motion, cycles)
+    with ready_to_move(board, observer.say):
+        observer.stage(motion)
+        found = capture_motion(board, trajectory, observer.samples, file, observer.say)
+        board.finish()
+    check_recording(found.recording)
+    return found

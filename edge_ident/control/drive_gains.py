@@ -1,0 +1,145 @@
+"""The front door of gain design: from a model of a drive to the gains of all its axes."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from edge_ident.control.compensation import loop_delay_s, plant_of
+from edge_ident.control.gain_design import GainDesign, design
+from edge_ident.control.position_loop import LoopHardware, open_loop
+from edge_ident.drive.description import Drive, load_drive
+from edge_ident.errors import DataError
+from edge_ident.model.model import AxisModel, Model
+from edge_ident.support.readable import Readable
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from rich.console import RenderableType
+
+CONTROL_DELAY_S: Final = 0.0005
+"""From the encoder latch to the new effort, where no board is there to say it."""
+
+
+@dataclass(frozen=True)
+class OpenLoop:
+    """Frequency response of a designed loop, opened at the effort, with the nominal inertia.
+
+    Attributes
+    ----------
+    omega_rad_s : (N,) array
+        Frequencies, increasing, up to nearly the Nyquist frequency.
+    response : (N,) complex array
+    """
+
+    omega_rad_s: NDArray[np.float64]
+    response: NDArray[np.complex128]
+
+
+@dataclass(frozen=True, repr=False)
+class GainDesigns(Readable):
+    """The gains of a drive.
+
+    Attributes
+    ----------
+    axes : mapping of axis name to GainDesign
+    loops : mapping of axis name to OpenLoop
+
+    Examples
+    --------
+    >>> import edge_ident
+    >>> designs = edge_ident.design_gains(edge_ident.reduced_model())
+    >>> print(designs)  # doctest: +ELLIPSIS
+    gains
+    ...
+    """
+
+    axes: Mapping[str, GainDesign]
+    loops: Mapping[str, OpenLoop]
+
+    def __rich__(self) -> "RenderableType":
+        from edge_ident.report.identification_tables import designs_view
+
+        return designs_view(self.axes)
+
+    def plot(self) -> "Figure":
+        """Draw the open loop of every axis, with its margins.
+
+        Raises
+        ------
+        DataError
+            matplotlib is not installed.
+        """
+        from edge_ident.report.loop_figure import loop_figure
+
+        return loop_figure(self)
+
+
+def design_gains(
+    model: Model,
+    drive: Drive | None = None,
+    *,
+    bandwidth_rad_s: float | None = None,
+    control_delay_s: float = CONTROL_DELAY_S,
+) -> GainDesigns:
+    """Design the controller gains of every axis of a model; nothing is written to a board.
+
+    Design gains from an identification only where that is `trusted`.
+
+    Parameters
+    ----------
+    model : Model
+    drive : Drive, optional
+        Tells sampling, encoders and effort limits; without one, the built-in drive's.
+    bandwidth_rad_s : float, optional
+        Of the closed loop; without it, the highest that keeps the margins.
+    control_delay_s : float
+        Time from the encoder latch to the new effort.
+
+    Returns
+    -------
+    GainDesigns
+
+    Raises
+    ------
+    DataError
+        The drive description lacks an axis.
+    GainError
+        The parameters are not physical or not known well enough, or the margins are not kept.
+
+    Examples
+    --------
+    >>> import edge_ident
+    >>> found = edge_ident.identify(edge_ident.simulate())
+    >>> designs = edge_ident.design_gains(found.model, bandwidth_rad_s=12.0)
+    >>> designs.axes["x"].phase_margin_deg > 50.0
+    True
+    """
+    described = drive or load_drive()
+    designs, loops = {}, {}
+    for name, axis in model.axes.items():
+        hardware = _hardware(described, name, control_delay_s)
+        designs[name] = design(axis, hardware, bandwidth_rad_s)
+        loops[name] = _open_loop(designs[name], axis, hardware)
+    return GainDesigns(designs, loops)
+
+
+def _hardware(drive: Drive, axis: str, control_delay_s: float) -> LoopHardware:
+    if axis not in drive.axes:
+        raise DataError(
+            f"the drive description has no axis {axis}", "describe it, or give another description"
+        )
+    described = drive.axes[axis]
+    return LoopHardware(
+        drive.sampling_period_s,
+        control_delay_s,
+        described.encoder_resolution_rad,
+        described.effort_limit_nm,
+    )
+
+
+def _open_loop(found: GainDesign, axis: AxisModel, hardware: LoopHardware) -> OpenLoop:
+    delayed = replace(hardware, control_delay_s=hardware.control_delay_s + loop_delay_s(axis))
+    return OpenLoop(*open_loop(found.gains, plant_of(axis), delayed))

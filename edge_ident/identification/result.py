@@ -1,0 +1,146 @@
+"""What an identification says: parameters, whether to trust them, and a model."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from edge_ident.estimation.trust import Finding
+from edge_ident.model.model import AxisModel, Estimate, Model, effect_names
+from edge_ident.signals.metrics import Metric
+from edge_ident.support.readable import Readable
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from rich.console import RenderableType
+
+
+@dataclass(frozen=True)
+class EffortTrace:
+    """What a plot shows of one axis: the samples that were estimated from.
+
+    Attributes
+    ----------
+    time_s : (N,) array
+        From the start of the recording.
+    measured, modelled : (N,) arrays
+        Filtered alike.
+    """
+
+    time_s: NDArray[np.float64]
+    measured: NDArray[np.float64]
+    modelled: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class AxisIdentification:
+    """What was found out about one axis.
+
+    Attributes
+    ----------
+    reason : str
+        Why `estimate` is what is reported.
+    network : Estimate or None
+        None where no network applies; `network_reason` says why, or how it ended.
+    least_squares : Estimate
+    model : AxisModel
+        `estimate` as the base term, and the effects that the effort is compensated for.
+    metric : Metric
+        Of `model`, on the filtered effort.
+    units : tuple of str
+    cutoff_hz : float
+        Of the zero-phase filter.
+    condition_number : float
+        Of the regressor with columns of unit length.
+    findings : tuple of Finding
+    trace : EffortTrace
+
+    Examples
+    --------
+    >>> import edge_ident
+    >>> axis = edge_ident.identify(edge_ident.simulate()).axes["x"]
+    >>> axis.trusted
+    True
+    >>> axis.metric.relative_residual < 0.01
+    True
+    """
+
+    reason: str
+    network: Estimate | None
+    network_reason: str
+    least_squares: Estimate
+    model: AxisModel
+    metric: Metric
+    units: tuple[str, str, str, str]
+    cutoff_hz: float
+    condition_number: float
+    findings: tuple[Finding, ...]
+    trace: EffortTrace = field(repr=False)
+
+    @property
+    def estimate(self) -> Estimate:
+        """What is reported and used: least squares. The network confirms it."""
+        return self.least_squares
+
+    @property
+    def compensated_effects(self) -> tuple[str, ...]:
+        """Names of the effects that the effort is compensated for."""
+        return effect_names(self.model)
+
+    @property
+    def trusted(self) -> bool:
+        """Whether nothing found forbids acting on the estimate."""
+        return not any(finding.blocks for finding in self.findings)
+
+
+@dataclass(frozen=True, repr=False)
+class Identification(Readable):
+    """What was found out about all axes of a recording.
+
+    Attributes
+    ----------
+    axes : mapping of axis name to AxisIdentification
+    timing_ms : mapping of stage to milliseconds
+
+    Examples
+    --------
+    >>> import edge_ident
+    >>> found = edge_ident.identify(edge_ident.simulate())
+    >>> list(found.axes)
+    ['x', 'z']
+    >>> print(found)  # doctest: +ELLIPSIS
+    axis x
+    ...
+    """
+
+    axes: Mapping[str, AxisIdentification]
+    timing_ms: Mapping[str, float]
+
+    @property
+    def trusted(self) -> bool:
+        """Whether every axis is."""
+        return all(axis.trusted for axis in self.axes.values())
+
+    @property
+    def model(self) -> Model:
+        """The identified axes as a model, with the effects that were compensated."""
+        return Model({name: axis.model for name, axis in self.axes.items()})
+
+    def __rich__(self) -> "RenderableType":
+        from edge_ident.report.identification_tables import identification_view
+
+        return identification_view(self)
+
+    def plot(self) -> "Figure":
+        """Draw measured and modelled effort of every axis, and the residual.
+
+        Raises
+        ------
+        DataError
+            matplotlib is not installed.
+        """
+        from edge_ident.report.effort_figure import effort_figure
+
+        return effort_figure(self)

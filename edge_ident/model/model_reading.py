@@ -1,0 +1,185 @@
+"""Model documents, read and checked: what is wrong is named with axis, term and parameter."""
+
+import math
+from collections.abc import Mapping
+from typing import Any, Final
+
+import numpy as np
+
+from edge_ident.errors import ModelError
+from edge_ident.model.effect import Effect, Motion, Parameter
+from edge_ident.model.effects import named
+from edge_ident.model.model import BASE, AxisModel, Model, SourceFile, Term, inertia_unit
+
+SCHEMA: Final = "edge-ident/model/1"
+_POSITION_UNITS: Final = ("rad", "m")
+_EFFORT_UNITS: Final = ("N*m", "N", "A", "V")
+
+
+def unit_of(parameter: Parameter, position_unit: str, effort_unit: str) -> str:
+    """A parameter's unit on an axis with these units."""
+    return parameter.unit.format(
+        position=position_unit,
+        effort=effort_unit,
+        inertia=inertia_unit(position_unit, effort_unit),
+    )
+
+
+def model_of(document: Any, source: str) -> Model:
+    """Check what `edge_ident.model.model_files.model_document` made.
+
+    Parameters
+    ----------
+    document : Any
+    source : str
+        Where it comes from, for messages.
+
+    Raises
+    ------
+    ModelError
+        As `edge_ident.model.model_files.load_model`.
+    """
+    return _Reader(source).model(document)
+
+
+class _Reader:
+    """Checks one document, and names the place of what is wrong in it."""
+
+    def __init__(self, source: str) -> None:
+        self._source = source
+
+    def model(self, document: Any) -> Model:
+        schema = document.get("schema") if isinstance(document, dict) else None
+        if schema != SCHEMA:
+            raise self._error("", f"its schema is {schema!r}", f"give a file of schema {SCHEMA}")
+        axes = self._mapping(document, "axes", "")
+        read = {name: self._axis(f"axis {name}", axes, name) for name in axes}
+        for name, axis in read.items():
+            self._check_sources(name, axis, read)
+        provenance = document.get("provenance", {})
+        try:
+            recordings = tuple(SourceFile(r["file"], r["sha256"]) for r in provenance["recordings"])
+            versions = {str(k): str(v) for k, v in provenance["versions"].items()}
+        except (KeyError, TypeError, AttributeError) as error:
+            raise self._error(
+                "provenance", "lacks recordings or versions",
+                'write "provenance": {"recordings": [], "versions": {}}',
+            ) from error  # fmt: skip
+        return Model(read, recordings, versions)
+
+    def _axis(self, place: str, axes: Mapping[str, Any], name: str) -> AxisModel:
+        document = self._mapping(axes, name, place)
+        units = []
+        for key, known in (("position_unit", _POSITION_UNITS), ("effort_unit", _EFFORT_UNITS)):
+            if document.get(key) not in known:
+                raise self._error(
+                    place, f"{key} is {document.get(key)!r}", f"allowed: {', '.join(known)}"
+                )
+            units.append(document[key])
+        given = document.get("terms")
+        terms = given if isinstance(given, list) else []
+        first = terms[0] if terms else None
+        if not (isinstance(first, dict) and first.get("effect") == BASE):
+            raise self._error(place, f"its first term is not {BASE}", f"begin terms with {BASE}")
+        axis = AxisModel(tuple(self._term(place, term, units) for term in terms), *units)
+        self._check_sums(place, axis)
+        return axis
+
+    def _term(self, axis_place: str, document: Any, units: list[str]) -> Term:
+        if not isinstance(document, dict):
+            raise self._error(axis_place, "a term is not an object", 'write {"effect": …}')
+        name = str(document.get("effect"))
+        place = f"{axis_place}, term {name}"
+        try:
+            effect = named(name)
+        except ModelError as error:
+            raise self._error(axis_place, error.cause, error.next_step) from error
+        given = self._mapping(document, "parameters", place)
+        known = [parameter.name for parameter in effect.parameters]
+        unknown = sorted(set(given) - set(known))
+        if unknown:
+            raise self._error(
+                place, f"there is no parameter {unknown[0]}", f"known: {', '.join(known)}"
+            )
+        values, std = {}, {}
+        for parameter in effect.parameters:
+            if parameter.default is not None and parameter.name not in given:
+                continue
+            entry = self._mapping(given, parameter.name, f"{place}, parameter {parameter.name}")
+            values[parameter.name] = self._value(place, parameter, entry, units)
+            if entry.get("std") is not None:
+                std[parameter.name] = self._number(place, parameter.name, "std", entry["std"])
+        return Term(name, values, std, document.get("source_axis"))
+
+    def _value(
+        self, place: str, parameter: Parameter, entry: Mapping[str, Any], units: list[str]
+    ) -> float:
+        value = self._number(place, parameter.name, "value", entry.get("value"))
+        unit = unit_of(parameter, *units)
+        if entry.get("unit", unit) != unit:
+            raise self._error(
+                f"{place}, parameter {parameter.name}", f"its unit is {entry['unit']!r}",
+                f"convert it to {unit}",
+            )  # fmt: skip
+        if not parameter.low <= value <= parameter.high:
+            raise self._error(
+                f"{place}, parameter {parameter.name}", f"its value {value:g} is not physical",
+                f"allowed are {parameter.low:g} to {parameter.high:g} {unit}",
+            )  # fmt: skip
+        return value
+
+    def _number(self, place: str, parameter: str, key: str, value: Any) -> float:
+        number = isinstance(value, int | float) and not isinstance(value, bool)
+        if not number or not math.isfinite(value):
+            raise self._error(
+                f"{place}, parameter {parameter}", f"its {key} is {value!r}", "give a finite number"
+            )
+        return float(value)
+
+    def _check_sources(self, name: str, axis: AxisModel, axes: Mapping[str, AxisModel]) -> None:
+        others = [other for other in axes if other != name]
+        for term in axis.terms:
+            effect = named(term.effect)
+            wanted = effect.needs_source or term.source_axis is not None
+            if wanted and term.source_axis not in others:
+                raise self._error(
+                    f"axis {name}, term {term.effect}", f"source_axis is {term.source_axis!r}",
+                    f"name the axis that acts on it: {', '.join(others) or 'there is no other'}",
+                )  # fmt: skip
+
+    def _check_sums(self, place: str, axis: AxisModel) -> None:
+        """Effects may take no more from inertia and Coulomb friction than there is."""
+        for time_s in (-1e12, 1e12):
+            at = _fast_at(time_s)
+            inertia = sum(_at_once(named(t.effect), t, at, "inertia") for t in axis.terms)
+            friction = sum(_at_once(named(t.effect), t, at, "friction") for t in axis.terms)
+            for what, left, enough in (
+                ("inertia", inertia, inertia > 0.0),
+                ("coulomb_friction", friction, friction > -1e-9),
+            ):
+                if not enough:
+                    raise self._error(
+                        place, f"its terms leave {left:.3g} of {what}",
+                        f"raise {what} of {BASE}, or lower what the effects take from it",
+                    )  # fmt: skip
+
+    def _mapping(self, parent: Mapping[str, Any], key: str, place: str) -> dict[str, Any]:
+        found = parent.get(key)
+        if not isinstance(found, dict):
+            raise self._error(place, f"{key} is missing or not an object", f'write "{key}": {{…}}')
+        return found
+
+    def _error(self, place: str, cause: str, next_step: str) -> ModelError:
+        where = ": ".join(part for part in (self._source, place) if part)
+        return ModelError(f"{where}: {cause}", next_step)
+
+
+def _fast_at(time_s: float) -> Motion:
+    """At position zero, too fast for the Stribeck effect."""
+    zero = np.zeros(1)
+    return Motion.known(np.full(1, time_s), zero, zero + 1e12, zero)
+
+
+def _at_once(effect: Effect, term: Term, at: Motion, hook: str) -> float:
+    values = {name: np.asarray(value) for name, value in term.values.items()}
+    return float(np.sum(getattr(effect, hook)(at, values)))

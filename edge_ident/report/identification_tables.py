@@ -1,0 +1,95 @@
+"""An identification and designed gains as tables, by rich."""
+
+import math
+from collections.abc import Iterator, Mapping
+
+from rich.console import Group, RenderableType
+from rich.markup import escape
+from rich.table import Table
+from rich.text import Text
+
+from edge_ident.control.gain_design import GainDesign
+from edge_ident.identification.result import AxisIdentification, Identification
+from edge_ident.model.model import PARAMETERS, Estimate
+from firmware_interface.gains import RIPPLES, AxisGains
+
+
+def identification_view(identification: Identification) -> Group:
+    """One table per axis, whether it is trusted, and the warnings with their next steps."""
+    axes = (part for name, axis in identification.axes.items() for part in _axis(name, axis))
+    total_ms = identification.timing_ms["total"]
+    return Group(*axes, Text(f"identified in {total_ms:.0f} ms"))
+
+
+def _axis(name: str, axis: AxisIdentification) -> Iterator[RenderableType]:
+    yield _parameter_table(name, axis)
+    verdict = "[green]trusted[/]" if axis.trusted else "[red]not trusted[/]"
+    yield Text.from_markup(f"  {verdict}; least squares used: {escape(axis.reason)}")
+    yield Text(
+        f"  relative residual {axis.metric.relative_residual:.2%}, "
+        f"fit {axis.metric.fit:.3f}, time-spectral {axis.metric.time_spectral:.4f}"
+    )
+    if axis.compensated_effects:
+        yield Text(f"  compensated effects: {', '.join(axis.compensated_effects)}")
+    if axis.network is None:
+        yield Text(f"  network: {axis.network_reason}")
+    for finding in axis.findings:
+        colour = "red" if finding.blocks else "yellow"
+        yield Text.from_markup(f"  [{colour}]{finding.code}[/]: {escape(finding.message)}")
+        yield Text(f"    next: {finding.next_step}")
+
+
+def _parameter_table(name: str, axis: AxisIdentification) -> Table:
+    table = Table(title=escape(f"axis {name}"), title_justify="left")
+    table.add_column("parameter", no_wrap=True)
+    for estimator in ("network", "least squares (used)"):
+        table.add_column(estimator, justify="right", no_wrap=True)
+    table.add_column("unit", no_wrap=True)
+    for i, parameter in enumerate(PARAMETERS):
+        table.add_row(
+            parameter.replace("_", " "),
+            "–" if axis.network is None else _value(axis.network, i),
+            _value(axis.least_squares, i),
+            axis.units[i],
+        )
+    return table
+
+
+def _value(estimate: Estimate, index: int) -> str:
+    return f"{estimate.parameters[index]:.4g} ± {estimate.std[index]:.2g}"
+
+
+def designs_view(designs: Mapping[str, GainDesign]) -> Group:
+    """Bandwidth, margins and gains, a column per axis; below, the effects that no gain uses."""
+    table = Table(title="gains", title_justify="left")
+    table.add_column("")
+    for name in designs:
+        table.add_column(escape(f"axis {name}"), justify="right")
+    for label, values in _gain_rows(list(designs.values())):
+        table.add_row(label, *values)
+    unused = (
+        Text(f"  axis {name}: {unused.effect} is not used: {unused.reason}")
+        for name, design in designs.items()
+        for unused in design.unused
+    )
+    return Group(table, *unused)
+
+
+def _gain_rows(designs: list[GainDesign]) -> Iterator[tuple[str, list[str]]]:
+    """Label and one cell per axis."""
+    yield "bandwidth rad/s", [f"{d.bandwidth_rad_s:.4g}" for d in designs]
+    yield "phase margin °", [f"{d.phase_margin_deg:.4g}" for d in designs]
+    yield "gain margin", [f"{d.gain_margin:.4g}" for d in designs]
+    numbers = [d.gains.numbers() for d in designs]
+    for name in numbers[0]:
+        if not name.startswith("ripple"):
+            yield name.replace("_", " "), [f"{of_axis[name]:.4g}" for of_axis in numbers]
+    for k in range(RIPPLES):
+        ripples = [_ripple(d.gains, k) for d in designs]
+        if any(ripples):
+            yield f"ripple {k + 1}", ripples
+
+
+def _ripple(gains: AxisGains, k: int) -> str:
+    amplitude = math.hypot(gains.ripple_cosine[k], gains.ripple_sine[k])
+    return f"{amplitude:.3g} N·m every {gains.ripple_period_rad[k]:.4g} rad" if amplitude else ""

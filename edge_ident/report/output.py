@@ -1,0 +1,37 @@
+"""Where results go: the terminal, a JSON file, a picture."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from rich.console import Console, RenderableType
+
+from edge_ident.support.atomic_files import atomic_write
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+_RESOLUTION_DPI: Final = 120
+
+
+def show(result: RenderableType) -> None:
+    """Print a result, or the view of one, on stdout; the terminal alone breaks lines of text."""
+    Console(highlight=False).print(result, soft_wrap=True)
+
+
+def save_figure(figure: "Figure", picture: Path) -> Path:
+    """Write a figure, whole or not at all.
+
+    Parameters
+    ----------
+    figure : Figure
+    picture : Path
+        A name that ends in .png, .svg or .pdf.
+
+    Returns
+    -------
+    Path
+        The picture.
+    """
+    with atomic_write(picture) as partial:
+        figure.savefig(partial, dpi=_RESOLUTION_DPI)
+    return picture

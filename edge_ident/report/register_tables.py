@@ -1,0 +1,69 @@
+"""The register map and the values of a board, as a document and as lines of text."""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict
+from typing import Any
+
+from edge_ident.commissioning.register_access import code_name
+from firmware_interface.received import valid_value
+from firmware_interface.register import Register
+from firmware_interface.registers import MAP_CRC, MAP_VERSION
+
+Values = Mapping[str, tuple[float, ...]]
+
+
+def registers_document(chosen: Sequence[Register], values: Values) -> dict[str, Any]:
+    """Schema edge-ident/registers/1.
+
+    Parameters
+    ----------
+    chosen : sequence of Register
+    values : mapping of register name to tuple of float
+        What a board answered; empty without a board.
+    """
+    return {
+        "schema": "edge-ident/registers/1",
+        "map_version": MAP_VERSION,
+        "map_crc": MAP_CRC,
+        "registers": [_row(register, values.get(register.name)) for register in chosen],
+    }
+
+
+def register_lines(chosen: Sequence[Register], values: Values) -> Iterator[str]:
+    """One line a register, its columns separated by tabs, after one line with the map's version."""
+    yield f"map version {MAP_VERSION}, CRC {MAP_CRC:08x}"
+    for register in chosen:
+        yield "\t".join(_line(register, values.get(register.name)))
+
+
+def values_text(values: Sequence[float]) -> str:
+    """Values as text."""
+    return " ".join(f"{value:.9g}" for value in values)
+
+
+def _row(register: Register, values: tuple[float, ...] | None) -> dict[str, Any]:
+    row = asdict(register)
+    if values is not None:
+        row["values"] = [value if math.isfinite(value) else None for value in values]
+        row["believable"] = _valid(register, values)
+    return row
+
+
+def _line(register: Register, values: tuple[float, ...] | None) -> list[str]:
+    kind = register.type if register.count == 1 else f"{register.type}[{register.count}]"
+    limits = "" if register.minimum is None else f"{register.minimum:g}…{register.maximum:g}"
+    line = [f"{register.address:#06x}", register.name, kind, f"{register.scale:g}", register.unit]
+    line += [register.access, limits]
+    if values is None:
+        return [*line, register.description]
+    code = code_name(register, values[0]) if register.count == 1 else None
+    return [
+        *line,
+        (code or values_text(values)) + ("" if _valid(register, values) else "\tinvalid"),
+    ]
+
+
+def _valid(register: Register, values: tuple[float, ...]) -> bool:
+    """Whether the board may send this; what a host has yet to write may be anything."""
+    return register.access == "rw" or all(valid_value(register, value) for value in values)

@@ -1,0 +1,110 @@
+"""A run and a latency profile as JSON documents (schemas edge-ident/*/1)."""
+
+import dataclasses
+import hashlib
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from edge_ident.commissioning.capture import Capture
+from edge_ident.commissioning.gain_change import GainChange
+from edge_ident.commissioning.homing import Homing
+from edge_ident.commissioning.profile import TARGET_MS, Profile, spread
+from edge_ident.commissioning.run import CAPTURE_FILE, Outcome
+from edge_ident.estimation.network import Network
+from edge_ident.report.documents import design_document, identification_document
+from firmware_interface.board import BoardIdentity
+
+
+def run_document(
+    outcome: Outcome, identity: BoardIdentity, network: Network, folder: Path
+) -> dict[str, Any]:
+    """Schema edge-ident/run/1, with the hashes that tie it to its capture and network."""
+    capture = folder / CAPTURE_FILE
+    return {
+        "schema": "edge-ident/run/1",
+        "identification": identification_document(outcome.identification),
+        "designs": {name: design_document(design) for name, design in outcome.designs.items()},
+        "gains_before": {
+            name: dataclasses.asdict(gains) for name, gains in outcome.gains_before.items()
+        },
+        "verification": _verification(outcome.change),
+        "confirmed": outcome.confirmed,
+        "unchanged": outcome.change is not None and outcome.change.unchanged,
+        "stored": outcome.stored,
+        "conclusion": outcome.conclusion,
+        "capture": {
+            "file": str(capture),
+            "sha256": hashlib.sha256(capture.read_bytes()).hexdigest(),
+            "samples": len(outcome.capture.recording.time_s),
+            "pages": outcome.capture.pages,
+            "tail_s": outcome.capture.tail_s,
+        },
+        "network_sha256": network.sha256,
+        "board": dataclasses.asdict(identity),
+        "version": version("edge-ident"),
+        "timing_ms": {name: round(ms, 3) for name, ms in outcome.timing_ms.items()},
+    }
+
+
+def _verification(change: GainChange | None) -> dict[str, Any] | None:
+    if change is None or change.verification is None:
+        return None
+    return {
+        axis: {
+            "tracking_rms_before_rad": tracking.before_rad,
+            "tracking_rms_after_rad": tracking.after_rad,
+            "ratio": tracking.ratio,
+            "repeatability_rad": tracking.repeatability_rad,
+            "verdict": tracking.verdict,
+        }
+        for axis, tracking in change.verification.axes.items()
+    }
+
+
+def capture_document(capture: Capture, file: Path) -> dict[str, Any]:
+    """Schema edge-ident/capture/1: what was recorded and where it lies."""
+    return {
+        "schema": "edge-ident/capture/1",
+        "file": str(file),
+        "samples": len(capture.recording.time_s),
+        "pages": capture.pages,
+        "tail_s": capture.tail_s,
+        "tracking_rms_rad": capture.tracking_rms_rad,
+    }
+
+
+def home_document(homing: Homing) -> dict[str, Any]:
+    """Schema edge-ident/home/1: where each axis came from and where it stands."""
+    return {
+        "schema": "edge-ident/home/1",
+        "axes": {axis: dataclasses.asdict(way) for axis, way in homing.ways.items()},
+        "time_s": homing.time_s,
+    }
+
+
+def profile_document(profile: Profile) -> dict[str, Any]:
+    """Schema edge-ident/profile/1: percentiles in ms by start, precision and stage."""
+    return {
+        "schema": "edge-ident/profile/1",
+        "device": profile.device,
+        "machine": profile.machine,
+        "repetitions": profile.repetitions,
+        "target_ms": TARGET_MS,
+        "tail_ms": profile.tail_ms,
+        "stop_ms": profile.stop_ms,
+        "runs": [
+            {
+                "start": run.start,
+                "precision": run.precision,
+                "stages_ms": {
+                    stage: dataclasses.asdict(spread(times))
+                    for stage, times in run.stages_ms.items()
+                },
+                "within_target": profile.within_target(run),
+            }
+            for run in profile.runs
+        ],
+        "faster_precision": profile.faster_precision,
+        "verdict": profile.verdict,
+    }

@@ -1,0 +1,62 @@
+"""A run and a latency profile as tables, by rich."""
+
+from collections.abc import Iterator
+
+from rich.console import Group, RenderableType
+from rich.table import Table
+from rich.text import Text
+
+from edge_ident.commissioning.profile import TARGET_MS, Profile, ProfileRun, spread
+from edge_ident.commissioning.run import Outcome
+from edge_ident.commissioning.verification import Verification
+from edge_ident.report.identification_tables import designs_view, identification_view
+
+
+def outcome_view(outcome: Outcome) -> Group:
+    """Identification, gains, tracking error before and after, and the conclusion."""
+    return Group(*_outcome_parts(outcome))
+
+
+def _outcome_parts(outcome: Outcome) -> Iterator[RenderableType]:
+    yield identification_view(outcome.identification)
+    if outcome.designs:
+        yield designs_view(outcome.designs)
+    if outcome.change and outcome.change.verification:
+        yield _tracking_table(outcome.change.verification)
+    yield Text(outcome.conclusion)
+
+
+def _tracking_table(verification: Verification) -> Table:
+    table = Table(title="tracking error, rms", title_justify="left")
+    for heading in ("axis", "before", "after", "smaller by", "repeats within"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    for axis, tracking in verification.axes.items():
+        table.add_row(
+            axis,
+            f"{1e3 * tracking.before_rad:.2f} mrad",
+            f"{1e3 * tracking.after_rad:.2f} mrad",
+            f"{tracking.ratio:.1f}",
+            f"{1e3 * tracking.repeatability_rad:.2f} mrad",
+        )
+    return table
+
+
+def profile_view(profile: Profile) -> Group:
+    """Percentiles of every stage, a table for each start and precision, and the verdict."""
+    return Group(
+        Text(f"{profile.device}; {profile.machine}; {profile.repetitions} repetitions"),
+        *(_stage_table(run) for run in profile.runs),
+        Text(f"{profile.verdict} (target {TARGET_MS:.0f} ms)"),
+    )
+
+
+def _stage_table(run: ProfileRun) -> Table:
+    table = Table(title=f"{run.start}, {run.precision} (ms)", title_justify="left")
+    table.add_column("stage")
+    for heading in ("p50", "p95", "p99", "max"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    for stage, times in run.stages_ms.items():
+        of_stage = spread(times)
+        values = (of_stage.p50, of_stage.p95, of_stage.p99, of_stage.maximum)
+        table.add_row(stage.replace("_", " "), *(f"{value:.2f}" for value in values))
+    return table

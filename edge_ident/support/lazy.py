@@ -1,0 +1,34 @@
+"""Names of a package that load their module when they are first used (PEP 562).
+
+A package that offers names of many rooms would otherwise load scipy and onnxruntime for a caller
+who wants neither.
+"""
+
+from collections.abc import Callable, Mapping
+from importlib import import_module
+from typing import Any
+
+
+def lazy_names(package: str, homes: Mapping[str, str]) -> Callable[[str], Any]:
+    """Make the `__getattr__` of a package.
+
+    Parameters
+    ----------
+    package : str
+        Name of the package.
+    homes : mapping of name to module
+        Where each name is defined.
+
+    Returns
+    -------
+    callable
+        Raises AttributeError for a name that the package does not offer. It keeps nothing: what
+        a test puts in the place of a function is found.
+    """
+
+    def attribute(name: str) -> Any:
+        if name not in homes:
+            raise AttributeError(f"module {package!r} has no attribute {name!r}")
+        return getattr(import_module(homes[name]), name)
+
+    return attribute

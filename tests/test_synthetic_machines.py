@@ -1,0 +1,126 @@
+"""What the tests of measured recordings test, on recordings that the project makes itself."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from edge_ident.baselines.comparison import compare
+from edge_ident.baselines.methods import all_methods
+from edge_ident.diagnosis.diagnose import diagnose
+from edge_ident.diagnosis.present.document import diagnosis_document
+from edge_ident.diagnosis.result import AxisDiagnosis, Verdict
+from edge_ident.estimation.network import load_network
+from edge_ident.identification.identify import identify
+from edge_ident.signals.recording_files import load_recording
+from edge_ident.support.json_text import to_json
+from export.motion import motion_from
+from tests.synthetic import LAP_S, Synthetic, arm, carriage, motor
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("synthetic")
+
+
+@pytest.fixture(scope="module")
+def slide(folder: Path) -> Synthetic:
+    return carriage(folder)
+
+
+@pytest.fixture(scope="module")
+def turning(folder: Path) -> Synthetic:
+    return motor(folder)
+
+
+@pytest.fixture(scope="module")
+def joints(folder: Path) -> Synthetic:
+    return arm(folder)
+
+
+def found_on(axis: AxisDiagnosis) -> list[str]:
+    return [cause.term.effect for cause in axis.causes]
+
+
+def test_the_slide_has_friction_by_direction_and_a_late_effort(slide: Synthetic) -> None:
+    axis = diagnose([load_recording(slide.path)]).axes["q"]
+    assert found_on(axis) == ["asymmetric_friction", "time_delay"]
+    for cause, value in zip(axis.causes, ("difference", "delay"), strict=True):
+        truth = slide.hidden[cause.term.effect]
+        assert cause.term.values[value] == pytest.approx(truth, rel=0.05)
+    np.testing.assert_allclose(axis.extended.estimate.parameters[:3], slide.truth[:3], rtol=0.02)
+    assert axis.noise_floor_source == "from the motion's repetition"
+    assert axis.verdict is Verdict.EXPLAINED
+
+
+def test_the_slide_moves_in_metres_and_newtons(slide: Synthetic) -> None:
+    found = identify(load_recording(slide.path), load_network("fp32")).axes["q"]
+    assert found.network_reason == "the network was trained for rad and N*m, not m and N"
+    # what hides in it moves the inertia by 2 %
+    assert found.estimate.parameters[0] == pytest.approx(slide.truth[0], rel=0.03)
+
+
+def test_every_method_says_what_the_slide_is(slide: Synthetic) -> None:
+    rows = {row.method: row for row in compare(load_recording(slide.path), None).axes["q"].rows}
+    assert list(rows) == list(all_methods())
+    for name in set(rows) - {"network", "random_search"}:
+        estimate = rows[name].estimate
+        assert estimate is not None, rows[name].reason
+        # what hides in it moves the friction of every method by 11 %
+        np.testing.assert_allclose(estimate.parameters[:3], slide.truth[:3], rtol=0.15)
+
+
+def test_a_network_can_be_trained_for_the_slides_laps(slide: Synthetic) -> None:
+    found = motion_from(load_recording(slide.path), None, "slide")
+    assert len(found.position) * found.period_s == pytest.approx(LAP_S, abs=2e-3)
+    assert (found.position_unit, found.effort_unit) == ("m", "N")
+
+
+def test_the_motor_has_ripple_of_12_and_18_orders(turning: Synthetic) -> None:
+    axis = diagnose([load_recording(turning.path)]).axes["m"]
+    assert found_on(axis) == ["torque_ripple", "torque_ripple"]
+    orders = [2.0 * np.pi / cause.term.values["period"] for cause in axis.causes]
+    assert orders == pytest.approx([12.0, 18.0], abs=0.01)
+    values = axis.causes[0].term.values
+    assert np.hypot(values["cosine"], values["sine"]) == pytest.approx(0.05, rel=0.02)
+
+
+def test_a_pause_in_the_time_stamps_is_said(turning: Synthetic) -> None:
+    whole = load_recording(turning.path)
+    kept = np.delete(np.arange(len(whole.time_s)), slice(5000, 5007))
+    axis = whole.axes["m"]
+    part = replace(axis, position=axis.position[kept], effort=axis.effort[kept])
+    found = diagnose([replace(whole, time_s=whole.time_s[kept], axes={"m": part})])
+    assert "gaps" in {finding.code for finding in found.data_quality}
+    assert set(found_on(found.axes["m"])) == {"torque_ripple"}
+
+
+def test_a_motor_that_turns_one_way_is_not_trusted(turning: Synthetic) -> None:
+    found = identify(load_recording(turning.path), None)
+    codes = {finding.code for finding in found.axes["m"].findings if finding.blocks}
+    assert "inseparable" in codes
+    assert not found.trusted
+
+
+def test_the_arm_bears_weight_and_its_joints_are_coupled(joints: Synthetic) -> None:
+    axes = diagnose([load_recording(joints.path)]).axes
+    assert found_on(axes["j1"]) == ["position_dependent_load", "cross_axis_coupling"]
+    assert found_on(axes["j2"]) == ["position_dependent_load"]
+    for axis in axes.values():
+        assert axis.extended.held_out <= 0.1 * axis.base.held_out
+    assert axes["j1"].extended.estimate.parameters[0] == pytest.approx(joints.truth[0], rel=0.02)
+
+
+def test_an_arm_that_bears_weight_is_not_trusted(joints: Synthetic) -> None:
+    found = identify(load_recording(joints.path), None)
+    assert not found.trusted
+    for axis in found.axes.values():
+        assert "poor_fit" in {finding.code for finding in axis.findings if finding.blocks}
+
+
+def test_the_same_recording_gives_the_same_document_byte_for_byte(joints: Synthetic) -> None:
+    first, second = (
+        to_json(diagnosis_document(diagnose([load_recording(joints.path)]), None)) for _ in range(2)
+    )
+    assert first == second
