@@ -2,8 +2,9 @@
 
 Each threshold of `select.thresholds` that decides something is lowered to 0.7 and raised to 1.4
 times its value, the others unchanged, and the same recordings are diagnosed again. A share near one
-has its distance from one doubled and halved instead. The recordings are of the benchmark: single
-effects that show, clean drives, pairs, and disturbances that no effect explains.
+has its distance from one doubled and halved instead. A rule that can be switched off is tried
+without as well. The recordings are of the benchmark: single effects that show, clean drives, pairs,
+and disturbances that no effect explains. docs/diagnosis_reference.md has the table.
 
     python -m tools.threshold_sensitivity --jobs 2
     python -m tools.threshold_sensitivity --read FILE        the table of a former run
@@ -24,6 +25,8 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Final
 
+import numpy as np
+
 from edge_ident.diagnosis import diagnose as engine
 from edge_ident.diagnosis.result import Diagnosis, Verdict
 from edge_ident.diagnosis.select.thresholds import thresholds
@@ -39,6 +42,21 @@ MOTIONS: Final = ("multisine", "paper")
 FACTORS: Final = (0.7, 1.4)
 SPECIAL: Final = {"KEPT_TERM": (-10.0, 10.0), "BOOTSTRAP_SEED": (2, 3)}
 """What has no meaningful multiple."""
+OFF: Final = {
+    "SUPPORTED": -np.inf,
+    "NONZERO": 0.0,
+    "RELIABILITY": -np.inf,
+    "LARGEST": np.inf,
+    "FEWEST_INDEPENDENT": 0.0,
+    "ONE_OFF_ENERGY": np.inf,
+    "BEAM_WIDTH": 1,
+    "FOLLOWED": np.inf,
+    "MOST_REFINED": 1,
+    "PROMISING": 0.0,
+    "SLIGHTEST": -np.inf,
+    "MOST_ALTERNATIVES": 1,
+}
+"""Values that switch a rule or a part of the search off; they are tried as well."""
 UNDECIDING: Final = ("INDISTINGUISHABLE",)
 PRESENT: Final = "present values"
 
@@ -89,7 +107,8 @@ def variants() -> dict[str, tuple[str, float]]:
     found = {}
     for name, threshold in thresholds().items():
         if name not in UNDECIDING:
-            for value in SPECIAL.get(name) or _around(threshold.value):
+            off = [OFF[name]] if name in OFF else []
+            for value in (*off, *(SPECIAL.get(name) or _around(threshold.value))):
                 found[f"{name} {value:g}"] = (name, value)
     return found
 
@@ -153,24 +172,32 @@ def _diagnosed(case: Case) -> Answer:
 
 
 def table(answers: Sequence[Mapping[str, Answer]]) -> str:
-    """Table in Markdown, one row for each change."""
-    rows: list[tuple[str, ...]] = [
-        ("threshold", "first cause right", "wrong causes", "verdict changes", "causes change",
-         "other lists change"),
-        ("---",) * 6,
-    ]  # fmt: skip
-    for label in (PRESENT, *variants()):
-        here = [(every[PRESENT], every[label]) for every in answers]
+    """Table in Markdown: a row for each threshold, in each cell a number for each value tried."""
+    columns = ("first cause right", "wrong causes", "verdicts", "causes", "lists")
+    rows: list[tuple[str, ...]] = [("threshold", "value", "tried", *columns), ("---",) * 8]
+    rows.append(("none changed", "", "", *map(str, _counts(answers, PRESENT))))
+    labels: dict[str, list[str]] = {}
+    for label, (name, _) in variants().items():
+        labels.setdefault(name, []).append(label)
+    for name, some in labels.items():
+        counts = zip(*(_counts(answers, label) for label in some), strict=True)
         rows.append((
-            f"`{label.split()[0]}` = {label.split()[1]}" if label != PRESENT else label,
-            str(sum(new.right for _, new in here)),
-            str(sum(new.wrong for _, new in here)),
-            *(
-                str(sum(getattr(old, what) != getattr(new, what) for old, new in here))
-                for what in ("verdicts", "causes", "lists")
-            ),
+            f"`{name}`",
+            f"{thresholds()[name].value:g}",
+            " / ".join(label.split()[1] for label in some),
+            *(" / ".join(map(str, count)) for count in counts),
         ))  # fmt: skip
     return "\n".join(f"| {' | '.join(row)} |" for row in rows)
+
+
+def _counts(answers: Sequence[Mapping[str, Answer]], label: str) -> tuple[int, ...]:
+    """Recordings that are right; wrong causes; recordings in which each answer changes."""
+    pairs = [(every[PRESENT], every[label]) for every in answers]
+    changed = [
+        sum(getattr(old, what) != getattr(new, what) for old, new in pairs)
+        for what in ("verdicts", "causes", "lists")
+    ]
+    return sum(new.right for _, new in pairs), sum(new.wrong for _, new in pairs), *changed
 
 
 def main() -> int:

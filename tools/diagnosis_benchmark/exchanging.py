@@ -10,6 +10,7 @@ from hashlib import sha256
 from io import BytesIO
 from typing import Any, Final
 
+from edge_ident.diagnosis import motion_check
 from edge_ident.diagnosis.fit import fitting, held_out, noise_floor, summary
 from edge_ident.diagnosis.prepare import preparation
 from edge_ident.diagnosis.prepare.axis_data import AxisData
@@ -28,6 +29,7 @@ _PURE: Final[tuple[tuple[object, str], ...]] = (
     (summary, "traces"),
     (criterion, "model_discrepancy"),
     (testability, "_orthogonal_shares"),
+    (motion_check, "with_motion_errors"),
     (Search, "of"),
     (Search, "_coarse"),
 )
