@@ -14,7 +14,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from firmware_interface.virtual.plant import AxisModel
+from firmware_interface.virtual.plant import AxisMatrices
 
 Array = NDArray[np.float64]
 
@@ -157,7 +157,7 @@ def reduced_truth(mechanics: AxisMechanics) -> ReducedTruth:
 _MOTOR, _GEARBOX, _SCREW, _TABLE, _BASE, _SUPPORT = range(6)
 
 
-def axis_model(mechanics: AxisMechanics) -> AxisModel:
+def axis_matrices(mechanics: AxisMechanics) -> AxisMatrices:
     """Matrices of the full model: motor, gearbox, screw, table, base and carried support."""
     lead = LEAD_M_PER_RAD
     springs = _stiffness(mechanics)
@@ -172,7 +172,7 @@ def axis_model(mechanics: AxisMechanics) -> AxisModel:
     constant_nm[_MOTOR] = -mechanics.drive_offset
     constant_nm[_TABLE] = -mechanics.table_mass * GRAVITY_M_S2 * lead if mechanics.hangs else 0.0
     kept = slice(0, 6 if mechanics.support_mass else 5)
-    return AxisModel(
+    return AxisMatrices(
         inertia=_inertia(mechanics)[kept, kept],
         damping=(np.diag(bearings) + mechanics.loss_factor_s * springs)[kept, kept],
         stiffness=springs[kept, kept],
