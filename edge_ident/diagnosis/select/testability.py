@@ -9,8 +9,8 @@ from edge_ident.diagnosis.fit.candidates import Candidate
 from edge_ident.diagnosis.fit.fitting import FittedModel
 from edge_ident.diagnosis.fit.projection import orthonormal
 from edge_ident.diagnosis.result import NotTestable
-from edge_ident.diagnosis.select.acceptance import DECISIVE, INDISTINGUISHABLE, NOT_TESTABLE
 from edge_ident.diagnosis.select.search import Search
+from edge_ident.diagnosis.select.thresholds import DECISIVE, INDISTINGUISHABLE, NOT_TESTABLE
 from edge_ident.model.effects import catalogue, named
 from edge_ident.signals.metrics import rms
 
