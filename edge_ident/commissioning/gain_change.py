@@ -251,7 +251,7 @@ def _in_force(
         write_gains(board, wanted)
     observer.stage("verification motion")
     with watch.stage("verification"):
-        return verification_motion(board, trajectory, observer.samples, file)
+        return verification_motion(board, trajectory, observer, file)
 
 
 def _confirm_or_roll_back(board: Board, *, keep: bool) -> None:

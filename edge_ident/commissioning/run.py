@@ -150,14 +150,7 @@ def commission(
     conclusion = _conclude(found, change, stored)
     log.info(conclusion)
     return Outcome(
-        capture=capture,
-        identification=found,
-        designs=designs,
-        gains_before=gains_before,
-        change=change,
-        stored=stored,
-        conclusion=conclusion,
-        timing_ms=watch.timing_ms(),
+        capture, found, designs, gains_before, change, stored, conclusion, watch.timing_ms()
     )
 
 

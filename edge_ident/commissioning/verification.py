@@ -19,7 +19,7 @@ tenth of the one in force, and a change of feed-forward that moves the tracking 
 the motion repeats, nothing is written at all.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final, Literal
@@ -28,6 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.commissioning.capture import Capture, capture_motion
+from edge_ident.commissioning.observer import Observer
 from edge_ident.errors import BoardError
 from edge_ident.signals.metrics import rms
 from edge_ident.signals.recording import AxisRecord, Recording
@@ -143,7 +144,7 @@ def nothing_to_gain(
 def verification_motion(
     board: Board,
     trajectory: Trajectory,
-    on_samples: Callable[[int, int], None],
+    observer: Observer,
     file: Path | None = None,
 ) -> Capture:
     """Move with unconfirmed gains, inside the window to confirm them.
@@ -161,7 +162,7 @@ def verification_motion(
             "for the new gains to be confirmed",
             "describe a quicker motion in the drive description",
         )
-    capture = capture_motion(board, trajectory, on_samples, file)
+    capture = capture_motion(board, trajectory, observer.samples, file, observer.say)
     board.finish()
     return capture
 

@@ -16,7 +16,7 @@ from pty_bench import PtyBench, connected_board, pty_bench
 
 from edge_ident.commissioning.capture import capture_motion
 from edge_ident.commissioning.gain_transfer import write_gains
-from edge_ident.commissioning.safety import left_safe, make_ready
+from edge_ident.commissioning.safety import left_safe, make_ready, ready_to_move
 from firmware_interface.board import Board
 from firmware_interface.errors import BoardError, EdgeIdentError, LinkError
 from firmware_interface.gains import AxisGains
@@ -138,6 +138,26 @@ def test_the_watchdog_stops_the_machine_of_a_host_that_fell_silent(
         with closing(connected_board(proxy.url)) as board:
             make_ready(board)
             whole_capture(board)
+
+
+@pytest.mark.parametrize("state", [State.ARMED, State.DRAINING])
+def test_the_effort_of_a_host_that_vanished_goes_off_with_the_next(
+    command_of_either: BoardCommand, state: State
+) -> None:
+    """No watchdog guards axes at rest: they would be held under power for ever."""
+    with serving(command_of_either(speed=5.0)) as served:
+        with closing(connected_board(served.url)) as board:
+            board.enable()
+            board.write_trajectory(SHORT)
+            board.arm()
+            if state is State.DRAINING:
+                board.start()
+            until_abandoned(board, lambda status: status.state is state)
+        with closing(connected_board(served.url)) as board:
+            assert board.status().enabled
+            with ready_to_move(board, lambda text: None):
+                assert board.status().enabled
+            assert not board.status().enabled
 
 
 # ---- the power is cut in the middle of a gain write
