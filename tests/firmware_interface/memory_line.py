@@ -161,7 +161,7 @@ class _MemoryClient(modbus._PromptSerialClient):
 
     def connect(self) -> bool:
         if self.socket is None and self._line.plugged_in:
-            self.socket = _MemorySerial(self._line)  # type: ignore[assignment]
+            self.socket = _MemorySerial(self._line)
         return self.socket is not None
 
 

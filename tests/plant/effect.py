@@ -110,7 +110,7 @@ class Effect:
     @property
     def hit(self) -> NDArray[np.bool_]:
         """Which axes have it, (B, A)."""
-        return self.size != 0
+        return np.asarray(self.size != 0)
 
     # How it acts; a drive without the effect does what is written here.
     def chain(self, chain: Chain) -> Chain:

@@ -120,7 +120,7 @@ class Mechanism:
         stretch = self.angle[2] - root
         np.minimum(np.maximum(stretch, -reach), reach, out=stretch)
         np.subtract(self.angle[2], stretch, out=root)
-        return (stiffness * stretch).sum(axis=0)
+        return np.asarray((stiffness * stretch).sum(axis=0))
 
     def _friction_impulse(self, free: Array) -> Array:
         hold = self._hold.copy()

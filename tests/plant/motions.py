@@ -41,7 +41,7 @@ class Motion:
     @property
     def clock_s(self) -> Array:
         """Time of every reference sample; 0 is where the recording starts."""
-        return SAMPLE_S * np.arange(-LEAD, self.samples + TAIL)
+        return np.asarray(SAMPLE_S * np.arange(-LEAD, self.samples + TAIL), dtype=np.float64)
 
     @property
     def recorded(self) -> slice:
@@ -50,7 +50,7 @@ class Motion:
 
 
 def _clock(samples: int) -> Array:
-    return SAMPLE_S * np.arange(-LEAD, samples + TAIL)[:, None, None]
+    return np.asarray(SAMPLE_S * np.arange(-LEAD, samples + TAIL)[:, None, None], dtype=np.float64)
 
 
 def paper(samples: int = PAPER_SAMPLES, phase_rad: float | Array = 0.0) -> Motion:

@@ -199,4 +199,4 @@ def _noise(noise: Noise, effort: Array, seed: int) -> Array:
         keep = np.exp(-SAMPLE_S / noise.correlation_s)
         values = lagged(values, keep) * np.sqrt((1 + keep) / (1 - keep))
     recorded = effort[LEAD:]
-    return noise.share * np.sqrt((recorded**2).mean(axis=0)) * values
+    return np.asarray(noise.share * np.sqrt((recorded**2).mean(axis=0)) * values)

@@ -37,7 +37,7 @@ class TimedTorque(Effect):
 
     def table_torque(self, state: State) -> Array:
         """Torque against the table."""
-        return self.size * self.course[LEAD + round(state.time_s / SAMPLE_S)]
+        return np.asarray(self.size * self.course[LEAD + round(state.time_s / SAMPLE_S)])
 
 
 @dataclass(frozen=True)
@@ -95,7 +95,7 @@ class Wander(TimedTorque):
         for _ in range(2):
             course = lagged(course, keep)
         course -= course[LEAD:].mean(axis=0)
-        return course / course[LEAD:].std(axis=0)
+        return np.asarray(course / course[LEAD:].std(axis=0))
 
 
 @dataclass(frozen=True)
@@ -128,7 +128,7 @@ class RandomSteps(TimedTorque):
         row = np.where(jumps, np.arange(len(time_s))[:, None, None], 0)
         levels = rng.uniform(-1, 1, (len(time_s), *shape))
         course = np.take_along_axis(levels, np.maximum.accumulate(row, axis=0), axis=0)
-        return course - course[LEAD:].mean(axis=0)
+        return np.asarray(course - course[LEAD:].mean(axis=0))
 
 
 def lagged(course: Array, keep: Array) -> Array:
