@@ -8,7 +8,7 @@ from board_bench import NEW, Bench, long_motion
 
 from firmware_interface import board_session
 from firmware_interface.board import Board
-from firmware_interface.codec import crc32
+from firmware_interface.codec import crc32, encode
 from firmware_interface.errors import (
     BoardError,
     BusyError,
@@ -17,7 +17,7 @@ from firmware_interface.errors import (
     RestartedError,
 )
 from firmware_interface.motion import Trajectory
-from firmware_interface.registers import REGISTERS, SESSION_LEASE_S, Fault, State
+from firmware_interface.registers import REGISTERS, SESSION_LEASE_S, Fault, Opcode, State
 from firmware_interface.virtual.board import VirtualBoard
 
 KEY = REGISTERS["session.key"].address
@@ -252,3 +252,19 @@ def test_a_board_that_has_restarted_is_told_by_its_nonce_and_once() -> None:
     assert "supply" in caught.value.next_step
     board.enable()
     assert board.status().enabled
+
+
+def test_effort_that_another_hosts_command_left_on_is_not_taken_for_off() -> None:
+    """A foreign QUICK_STOP with the token that this host uses next takes the place of DISABLE."""
+    bench = Bench()
+    board, machine = bench.board, bench.virtual.machine
+    board.enable()
+    token = board.status().last_token % 0xFFFF + 1
+    words = encode("command.opcode", Opcode.QUICK_STOP) + encode("command.token", token)
+    words += encode("command.argument", 0) + encode("command.key", 0xF0)
+    board._link.write(REGISTERS["command.opcode"].address, words)
+    with pytest.raises(BoardError, match="still on"):
+        board.disable()
+    assert machine.drive.powered
+    board.disable()
+    assert not machine.drive.powered
