@@ -99,7 +99,7 @@ class Board:
         return {axis: read_limits(self._session.read, axis) for axis in self.axes}
 
     def register_values(self, name: str) -> tuple[float, ...]:
-        """Values of a register as they stand there, believable or not."""
+        """Values of a register as they stand there, valid or not."""
         register = REGISTERS[name]
         return decode_array(name, self._session.read(register.address, register.words))
 

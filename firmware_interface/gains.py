@@ -35,6 +35,8 @@ from typing import Final, Self
 
 RIPPLES: Final = 4
 """Entries of the ripple table."""
+FEEDBACK: Final = ("proportional", "derivative", "integral", "velocity_filter_s")
+"""Numbers that decide whether the loop is stable."""
 SIGNED: Final = frozenset(
     {
         "offset_feedforward",

@@ -10,7 +10,7 @@ from firmware_interface.gains import AxisGains
 from firmware_interface.register import Register
 
 
-def believable(register: Register, value: float) -> bool:
+def valid_value(register: Register, value: float) -> bool:
     """Whether a value may stand in a register: finite, within its range, one of its codes."""
     if register.enum:
         return value in {int(code) for code in getattr(registers, register.enum)}
@@ -29,7 +29,7 @@ def received(name: str, words: Sequence[int], base: int | None = None) -> float:
     """
     register = registers.REGISTERS[name]
     (value,) = decode_array(name, words, base)
-    if not believable(register, value):
+    if not valid_value(register, value):
         raise _nonsense(name, value)
     return value
 

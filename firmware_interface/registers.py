@@ -519,7 +519,7 @@ _ALL = (
         address=144,
         type="u32",
         access="rw",
-        description="A host that writes a key here holds the board, for 5 s each time; refused (exception 6) while another host holds it. During a motion it is the heartbeat. Reads as the holder's key, 0 when there is none.",
+        description="A host that writes a key here holds the board, for 5 s each time; refused (exception 6) while another host holds it. What an earlier host armed is armed no longer. During a motion it is the heartbeat. Reads as the holder's key, 0 when there is none.",
     ),
     Register(
         name="capture.pages_acknowledged",
@@ -537,7 +537,7 @@ _ALL = (
         access="rw",
         minimum=0.1,
         maximum=5.0,
-        description="Longest silence, during a motion, of the host that started it: what feeds the watchdog is its key. Cannot be changed while an axis moves (exception 6).",
+        description="Longest silence, during a motion, of the host that started it: what feeds the watchdog is its key. Cannot be changed from ARM to the end of the motion (exception 6).",
     ),
     Register(
         name="watchdog.action",
@@ -545,7 +545,7 @@ _ALL = (
         type="u16",
         access="rw",
         enum="WatchdogAction",
-        description="What the board does then. Cannot be changed while an axis moves (exception 6).",
+        description="What the board does then. Cannot be changed from ARM to the end of the motion (exception 6).",
     ),
     Register(
         name="trajectory.kind",

@@ -11,7 +11,7 @@ from edge_ident.baselines.methods import Method, all_methods
 from edge_ident.baselines.problem import Problem, pose
 from edge_ident.errors import EdgeIdentError
 from edge_ident.estimation.network import Network
-from edge_ident.estimation.trust import Finding, judge
+from edge_ident.estimation.trust import Finding, check_estimate
 from edge_ident.model.model import Estimate
 from edge_ident.signals.metrics import Metric
 from edge_ident.signals.metrics import compare as measure
@@ -189,7 +189,7 @@ def _run(name: str, method: Method, problem: Problem) -> Row:
     if estimate is None:
         return Row(name, None, None, reason, (), time_ms)
     metric = measure(problem.effort, problem.regressor @ estimate.parameters)
-    findings = judge(estimate, problem.regressor, problem.effort, metric.relative_residual)
+    findings = check_estimate(estimate, problem.regressor, problem.effort, metric.relative_residual)
     for finding in findings:
         if finding.code == "inseparable":  # then any number is one of infinitely many
             return Row(name, None, None, finding.message, (), time_ms)

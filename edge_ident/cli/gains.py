@@ -10,6 +10,7 @@ from edge_ident import report
 from edge_ident.cli import board_gains
 from edge_ident.cli.command import UNTRUSTED, command
 from edge_ident.cli.options import (
+    Bandwidth,
     DriveFile,
     ModelFile,
     NetworkOptions,
@@ -22,14 +23,6 @@ _HELP: Final = """Design gains from a recording (`gains FILE`), or manage the ga
 
 Example: `edge-ident gains capture.npz --bandwidth 12`
 """
-Bandwidth = Annotated[
-    float | None,
-    typer.Option(
-        "--bandwidth",
-        min=0.1,
-        help="Closed-loop bandwidth in rad/s; default: the highest that keeps the margins.",
-    ),
-]
 ControlDelay = Annotated[
     float,
     typer.Option(

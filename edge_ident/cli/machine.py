@@ -69,7 +69,9 @@ def _parse_targets(texts: list[str]) -> dict[str, float]:
 
 @command
 def stop(*, where: BoardOptions, results: ResultOptions) -> None:
-    """Bring the machine to rest; unconfirmed gains are rolled back. Not an emergency stop.
+    """Bring the machine to rest and switch the effort off. Not an emergency stop.
+
+    Unconfirmed gains are rolled back. The effort stays on while another host holds the board.
 
     If another command of the same user holds the port, that command is ended as by Ctrl-C.
 

@@ -69,6 +69,15 @@ Precision = Annotated[
         "--precision", envvar="EDGE_IDENT_PRECISION", help="Precision of the built-in network."
     ),
 ]
+Bandwidth = Annotated[
+    float | None,
+    typer.Option(
+        "--bandwidth",
+        min=0.1,
+        envvar="EDGE_IDENT_BANDWIDTH",
+        help="Closed-loop bandwidth in rad/s; default: the highest that keeps the margins.",
+    ),
+]
 Seed = Annotated[int, typer.Option("--seed", envvar="EDGE_IDENT_SEED", help="Random seed.")]
 
 

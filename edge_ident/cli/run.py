@@ -9,6 +9,7 @@ from edge_ident import commissioning, report
 from edge_ident.cli.command import UNTRUSTED, command
 from edge_ident.cli.messages import say
 from edge_ident.cli.options import (
+    Bandwidth,
     BoardOptions,
     ModelFile,
     NetworkOptions,
@@ -35,15 +36,7 @@ Cycles = Annotated[
 class GainOptions:
     """What becomes of the gains."""
 
-    bandwidth: Annotated[
-        float | None,
-        typer.Option(
-            "--bandwidth",
-            min=0.1,
-            envvar="EDGE_IDENT_BANDWIDTH",
-            help="Closed-loop bandwidth in rad/s; default: the highest that keeps the margins.",
-        ),
-    ] = None
+    bandwidth: Bandwidth = None
     dry_run: Annotated[
         bool, typer.Option("--dry-run", help="Do everything except writing gains.")
     ] = False

@@ -10,7 +10,7 @@ import edge_ident
 from edge_ident import report
 from edge_ident.cli.command import command
 from edge_ident.cli.messages import print_document
-from edge_ident.cli.options import Columns, Json, parse_renames
+from edge_ident.cli.options import Columns, Json, Seed, parse_renames
 from edge_ident.cli.progress import shown_progress
 
 if TYPE_CHECKING:
@@ -98,9 +98,7 @@ class MeasurementOptions:
             help="Effort of one count, 0: exact; default: 0.004 N*m, exact in other units.",
         ),
     ] = None
-    seed: Annotated[
-        int, typer.Option("--seed", envvar="EDGE_IDENT_SEED", help="Random seed of the noise.")
-    ] = 0
+    seed: Seed = 0
 
 
 def register(app: typer.Typer) -> None:

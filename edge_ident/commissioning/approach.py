@@ -114,7 +114,10 @@ def _allowed(
     captured = reference(motion, times, trajectory.lead_in_s, rest_rad)
     own = _use(captured, stop_duration_s(_most(captured.velocity_rad_s)), gains)
     return _Use(
-        max(_SHARE * limits.travel_rad, _ROUNDING * max(own.position_rad, abs(rest_rad))),
+        min(
+            max(_SHARE * limits.travel_rad, _ROUNDING * max(own.position_rad, abs(rest_rad))),
+            limits.travel_rad,  # near it the rounding must not lead beyond what the board allows
+        ),
         max(_SHARE * limits.speed_rad_s, _ROUNDING * own.speed_rad_s),
         max(_SHARE * limits.acceleration_rad_s2, _ROUNDING * own.acceleration_rad_s2),
         max(_EFFORT_SHARE * limits.effort_nm, _ROUNDING * own.effort_nm),

@@ -11,7 +11,7 @@ from nothing. Either way a motion decides, and the board rolls back by itself.
 """
 
 import logging
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -130,7 +130,7 @@ def put_in_force(
     after = _in_force(board, wanted, before.one_cycle, observer, file, watch)
     verification = compare_motions(recording, after.recording, count_rad)
     keep = verification.verdict != "worse"
-    _settle(board, keep=keep)
+    _confirm_or_roll_back(board, keep=keep)
     return GainChange(keep, False, verification, after.tracking_rms_rad)
 
 
@@ -204,7 +204,7 @@ def restore_gains(board: Board, drive: Drive, wanted: Bank, observer: Observer) 
     trajectory = named_trajectory(drive, "sinusoid", 1)
     with ready_to_move(board, observer.say):
         after = _in_force(board, wanted, trajectory, observer, None, Stopwatch())
-        _settle(board, keep=True)
+        _confirm_or_roll_back(board, keep=True)
     return GainChange(confirmed=True, tracking_after_rad=after.tracking_rms_rad)
 
 
@@ -251,10 +251,12 @@ def _in_force(
         write_gains(board, wanted)
     observer.stage("verification motion")
     with watch.stage("verification"):
-        return verification_motion(board, trajectory, observer.samples, file)
+        return verification_motion(board, trajectory, observer, file)
 
 
-def _settle(board: Board, *, keep: bool) -> None:
-    settle: Callable[[], None] = board.confirm if keep else board.roll_back
-    settle()
+def _confirm_or_roll_back(board: Board, *, keep: bool) -> None:
+    if keep:
+        board.confirm()
+    else:
+        board.roll_back()
     log.info("gains %s", "confirmed" if keep else "rolled back")

@@ -9,15 +9,13 @@ import numpy as np
 
 from edge_ident.errors import BoardError, GainError
 from firmware_interface.board import AxisLimits, Board
-from firmware_interface.gains import POSITIVE, SIGNED, AxisGains
+from firmware_interface.gains import FEEDBACK, POSITIVE, SIGNED, AxisGains
 
 log = logging.getLogger(__name__)
 
 
 LARGEST_FACTOR: Final = 5.0
 """By which a feedback gain may grow or shrink at once where nobody has said more."""
-_FEEDBACK: Final = ("proportional", "derivative", "integral", "velocity_filter_s")
-"""The numbers that decide whether the loop is stable."""
 
 
 def check_gains(
@@ -66,7 +64,7 @@ def check_factor(wanted: Mapping[str, AxisGains], active: Mapping[str, AxisGains
     GainError
     """
     for axis, gains in wanted.items():
-        for name in _FEEDBACK:
+        for name in FEEDBACK:
             now, then = active[axis].numbers()[name], gains.numbers()[name]
             factor = change_factor(now, then)
             if factor > LARGEST_FACTOR:

@@ -24,7 +24,7 @@ from edge_ident.commissioning.gain_transfer import compare_gains
 from edge_ident.commissioning.observer import Observer
 from edge_ident.commissioning.port_notes import noted
 from edge_ident.commissioning.profile import Profile, ProfileRun
-from edge_ident.commissioning.run import design_gains
+from edge_ident.commissioning.run import board_designs
 from edge_ident.commissioning.safety import left_safe, ready_to_move
 from edge_ident.drive.description import load_drive
 from edge_ident.estimation.manifest import VARIANTS, Variant, variant_named
@@ -172,7 +172,7 @@ def _after_the_last_sample(
             board.read_last_page()
         found = identify(recording, network, stopwatch=watch)
         with watch.stage("gains"):
-            design_gains(board, found)
+            board_designs(board, found)
         with watch.stage("stage"):
             board.stage_gains(active)
         with watch.stage("read_back"):

@@ -7,14 +7,14 @@ from firmware_interface import registers
 from firmware_interface.board import Board
 from firmware_interface.codec import encode
 from firmware_interface.errors import ValueRefusedError
-from firmware_interface.received import believable
+from firmware_interface.received import valid_value
 from firmware_interface.register import Register
 from firmware_interface.registers import REGISTERS, State
 
 
 def code_name(register: Register, value: float) -> str | None:
     """Name of a code, where the register holds one that is known."""
-    if not register.enum or not believable(register, value):
+    if not register.enum or not valid_value(register, value):
         return None
     return str(getattr(registers, register.enum)(int(value)).name)
 
@@ -51,7 +51,7 @@ def check_write(register: Register, values: Sequence[float]) -> None:
             "use the command line's own verbs: run, capture, home, stop, gains",
         )
     for value in values:
-        if not believable(register, value):
+        if not valid_value(register, value):
             raise ValueRefusedError(f"{register.name} = {value:g} is refused", _allowed(register))
     try:
         encode(register.name, *values)

@@ -28,6 +28,7 @@ from edge_ident.signals.data_checks import check_recording
 from edge_ident.support.stopwatch import Stopwatch
 from firmware_interface.board import Board
 from firmware_interface.gains import Bank
+from firmware_interface.motion import Trajectory
 
 log = logging.getLogger(__name__)
 
@@ -134,17 +135,13 @@ def commission(
     gains_before = board.active_gains()
     save_backup(gains_before, board.identity, folder / BACKUP_FILE)
     with ready_to_move(board, observer.say):
-        observer.stage("identification motion")
-        with watch.stage("motion"):
-            capture = capture_motion(
-                board, trajectory, observer.samples, folder / CAPTURE_FILE, observer.say
-            )
+        capture = _captured(board, trajectory, folder, observer, watch)
         with watch.stage("last_sample_to_verified"):
             board.finish()
             observer.stage("identification")
             check_recording(capture.recording)
             found = identify(capture.recording, network, model=plan.model, seed=plan.seed)
-            designs = design_gains(board, found, plan.bandwidth_rad_s) if found.trusted else {}
+            designs = board_designs(board, found, plan.bandwidth_rad_s) if found.trusted else {}
         before = MotionBefore(capture, trajectory, named_trajectory(drive, plan.motion, 1))
         change = _change(board, designs, gains_before, before, plan, folder, observer, watch)
         stored = plan.store and change is not None and (change.confirmed or change.unchanged)
@@ -157,7 +154,17 @@ def commission(
     )
 
 
-def design_gains(
+def _captured(
+    board: Board, trajectory: Trajectory, folder: Path, observer: Observer, watch: Stopwatch
+) -> Capture:
+    """The identification motion, saved as soon as its last sample arrives."""
+    observer.stage("identification motion")
+    file = folder / CAPTURE_FILE
+    with watch.stage("motion"):
+        return capture_motion(board, trajectory, observer.samples, file, observer.say)
+
+
+def board_designs(
     board: Board, found: Identification, bandwidth_rad_s: float | None = None
 ) -> dict[str, GainDesign]:
     """Gains of every axis, for this board's sampling, delay, encoder and effort limit."""

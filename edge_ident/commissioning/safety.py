@@ -72,7 +72,8 @@ def make_ready(board: Board) -> None:
     """Hold a board and bring what an earlier host left behind to IDLE with confirmed gains.
 
     A host that vanished in the middle of a motion leaves the board moving until its watchdog stops
-    it, then in that fault: nothing is wrong with the machine, and a host is there again.
+    it, then in that fault: nothing is wrong with the machine, and a host is there again. One that
+    vanished between motions leaves the effort on, which no watchdog guards: it goes off.
 
     Raises
     ------
@@ -89,7 +90,13 @@ def make_ready(board: Board) -> None:
         status = board.status()
     if status.state is not State.IDLE or status.unconfirmed:
         log.warning("an earlier host left the board %s: cleaning up", status.state.name)
-        board.quick_stop()
+        _end_of_abandoned(board)
+
+
+def _end_of_abandoned(board: Board) -> None:
+    """Stop what a host that is gone has begun; its effort too, for it will not switch that off."""
+    board.quick_stop()
+    board.disable()
 
 
 def _at_rest(board: Board) -> BoardStatus:
@@ -108,7 +115,7 @@ def _at_rest(board: Board) -> BoardStatus:
                     "wait for its end, or stop it with edge-ident stop",
                 )
             log.warning("an earlier host vanished with pages still to fetch")
-            board.quick_stop()
+            _end_of_abandoned(board)
         time.sleep(_POLL_S)
     return status
 

@@ -16,10 +16,11 @@ _LAST_RESORT: Final = "if the machine moves, use the wired emergency stop"
 
 
 def stop_machine(url: str, baud_rate: int, say: Callable[[str], None]) -> BoardStatus:
-    """Bring the machine to rest, whoever moves it.
+    """Bring the machine to rest, whoever moves it, and switch the effort off.
 
     Where another process of this user holds the port, that one is asked to end, which stops the
-    machine; then the board itself says whether it stands.
+    machine; then the board itself says whether it stands. A host that vanished while the axes stood
+    has left the effort on, for no watchdog runs at rest; one that is alive keeps it.
 
     Parameters
     ----------
@@ -40,6 +41,7 @@ def stop_machine(url: str, baud_rate: int, say: Callable[[str], None]) -> BoardS
         try:
             board = Board.connect(link)
             board.quick_stop()
+            _switch_off(board, say)
             status = board.status()
         finally:
             link.close()
@@ -49,6 +51,16 @@ def stop_machine(url: str, baud_rate: int, say: Callable[[str], None]) -> BoardS
     if status.state not in (State.IDLE, State.FAULT):
         raise BoardError(f"the board is {status.state.name}: it did not stop", _LAST_RESORT)
     return status
+
+
+def _switch_off(board: Board, say: Callable[[str], None]) -> None:
+    status = board.status()
+    if status.state is not State.IDLE or not status.enabled:
+        return
+    try:
+        board.disable()
+    except BoardError as error:
+        say(f"the effort stays on: {error.cause}")
 
 
 def _opened(url: str, baud_rate: int, say: Callable[[str], None]) -> Link:

@@ -1,9 +1,9 @@
 """The motion that decides whether new gains stay, and how it decides.
 
 One motion is done with the old gains and once more with the new ones. The squared tracking errors
-of both are averaged over short stretches of the cycle (over all cycles, where there are several)
-and compared stretch by stretch. How well the motion repeats is taken from how the difference
-scatters from one stretch to the next: what the gains do changes slowly along the cycle, chance
+of both are averaged over short segments of the cycle (over all cycles, where there are several)
+and compared segment by segment. How well the motion repeats is taken from how the difference
+scatters from one segment to the next: what the gains do changes slowly along the cycle, chance
 does not. Gains are
 
 - worse, if on any axis the rms error grew by more than the motion repeats;
@@ -19,7 +19,7 @@ tenth of the one in force, and a change of feed-forward that moves the tracking 
 the motion repeats, nothing is written at all.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final, Literal
@@ -28,10 +28,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.commissioning.capture import Capture, capture_motion
+from edge_ident.commissioning.observer import Observer
 from edge_ident.errors import BoardError
+from edge_ident.signals.metrics import rms
 from edge_ident.signals.recording import AxisRecord, Recording
 from firmware_interface.board import Board
-from firmware_interface.gains import AxisGains, Bank
+from firmware_interface.gains import FEEDBACK, AxisGains, Bank
 from firmware_interface.motion import Reference, Trajectory, reference
 from firmware_interface.virtual.controller import feedforward_nm
 
@@ -40,11 +42,10 @@ Verdict = Literal["better", "equal", "worse"]
 
 _STOPPING_S: Final = 2.0
 """Allowance for coming to rest and for the commands around a motion."""
-_STRETCHES: Final = 64
+_SEGMENTS: Final = 64
 _STANDARD_ERRORS: Final = 2.0
 _SHARE: Final = 0.02
 _COUNTS: Final = 0.1
-_FEEDBACK: Final = ("proportional", "derivative", "integral", "velocity_filter_s")
 _SAME_FEEDBACK: Final = 0.1
 
 
@@ -108,7 +109,7 @@ def compare_motions(before: Recording, after: Recording, count_rad: float) -> Ve
     for axis, record in before.axes.items():
         old, new = _mean_squares(record, cycles), _mean_squares(after.axes[axis], 1)
         grown = new - old
-        error = np.sqrt(np.sum(np.diff(grown) ** 2) / 2.0 / (_STRETCHES - 1) / _STRETCHES)
+        error = np.sqrt(np.sum(np.diff(grown) ** 2) / 2.0 / (_SEGMENTS - 1) / _SEGMENTS)
         rms_before, rms_after = np.sqrt(old.mean()), np.sqrt(new.mean())
         chance = _STANDARD_ERRORS * error / max(rms_before + rms_after, 1e-12)
         repeatability = max(chance, _resolved_rad(rms_before, count_rad))
@@ -135,7 +136,7 @@ def nothing_to_gain(
         way = reference(motion, recording.time_s, trajectory.lead_in_s, rest)
         change = _predicted_change_rad(wanted[axis], active[axis], error, way)
         same = _like(wanted[axis], active[axis])
-        if not (same and change <= _resolved_rad(_rms(error), count_rad)):
+        if not (same and change <= _resolved_rad(rms(error), count_rad)):
             return False
     return True
 
@@ -143,7 +144,7 @@ def nothing_to_gain(
 def verification_motion(
     board: Board,
     trajectory: Trajectory,
-    on_samples: Callable[[int, int], None],
+    observer: Observer,
     file: Path | None = None,
 ) -> Capture:
     """Move with unconfirmed gains, inside the window to confirm them.
@@ -161,14 +162,14 @@ def verification_motion(
             "for the new gains to be confirmed",
             "describe a quicker motion in the drive description",
         )
-    capture = capture_motion(board, trajectory, on_samples, file)
+    capture = capture_motion(board, trajectory, observer.samples, file, observer.say)
     board.finish()
     return capture
 
 
 def _like(wanted: AxisGains, active: AxisGains) -> bool:
     new, old = wanted.numbers(), active.numbers()
-    return all(abs(new[name] - old[name]) <= _SAME_FEEDBACK * abs(old[name]) for name in _FEEDBACK)
+    return all(abs(new[name] - old[name]) <= _SAME_FEEDBACK * abs(old[name]) for name in FEEDBACK)
 
 
 def _predicted_change_rad(
@@ -180,7 +181,7 @@ def _predicted_change_rad(
     """
     change = feedforward_nm(wanted, way, np) - feedforward_nm(active, way, np)
     then = (active.proportional * error - change) / max(wanted.proportional, 1e-12)
-    return abs(_rms(then) - _rms(error))
+    return abs(rms(then) - rms(error))
 
 
 def _resolved_rad(rms_rad: float, count_rad: float) -> float:
@@ -189,16 +190,12 @@ def _resolved_rad(rms_rad: float, count_rad: float) -> float:
 
 
 def _mean_squares(record: AxisRecord, cycles: int) -> Array:
-    """Of the tracking error, by stretch of the cycle."""
-    parts = np.array_split(_error(record) ** 2, cycles * _STRETCHES)
+    """Of the tracking error, by segment of the cycle."""
+    parts = np.array_split(_error(record) ** 2, cycles * _SEGMENTS)
     means = np.array([part.mean() for part in parts])
-    return np.asarray(means.reshape(cycles, _STRETCHES).mean(axis=0))
+    return np.asarray(means.reshape(cycles, _SEGMENTS).mean(axis=0))
 
 
 def _error(record: AxisRecord) -> Array:
     assert record.reference is not None
     return record.reference - record.position
-
-
-def _rms(values: Array) -> float:
-    return float(np.sqrt(np.mean(values**2)))

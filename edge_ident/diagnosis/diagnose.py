@@ -9,7 +9,13 @@ import numpy as np
 from edge_ident.diagnosis.fit.fitting import FittedModel, fit
 from edge_ident.diagnosis.fit.held_out import standard_deviations
 from edge_ident.diagnosis.fit.noise_floor import NoiseFloor, noise_floor
-from edge_ident.diagnosis.fit.summary import contributions, model_fit, rms, traces, validation
+from edge_ident.diagnosis.fit.summary import (
+    contributions,
+    model_fit,
+    nonzero_rms,
+    traces,
+    validation,
+)
 from edge_ident.diagnosis.motion_check import with_motion_errors
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.data_quality import data_findings
@@ -141,7 +147,7 @@ def _diagnose_axis(data: AxisData, template: AxisModel) -> AxisDiagnosis:
         not_testable=not_testable(search, model, left),
         base=model_fit(data, start, standard_deviations(data, start)),
         extended=extended,
-        noise_floor=floor.rms / rms(data.effort[data.valid]),
+        noise_floor=floor.rms / nonzero_rms(data.effort[data.valid]),
         noise_floor_source=floor.source,
         model=_physical_model(template, extended.estimate, found),
         cutoff_hz=max(s.cutoff_hz for s in data.segments),

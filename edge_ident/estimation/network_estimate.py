@@ -68,7 +68,7 @@ class NetworkEstimate:
 
 
 @dataclass(frozen=True)
-class _Candidate:
+class _Guess:
     shares: Array
     residual: float
 
@@ -115,12 +115,12 @@ def estimate(
 
 
 def _in_si(
-    best: _Candidate, passes: int, scale: float, network: Network, time_spectral: float
+    best: _Guess, passes: int, scale: float, network: Network, time_spectral: float
 ) -> NetworkEstimate:
     manifest, share_scales = network.manifest, network.manifest.motion.column_scales
     unexplained = manifest.parameter_std_per_residual * best.residual
     std = np.hypot(manifest.parameter_std[network.variant], unexplained)
-    trusted, reason = _judge(best, passes)
+    trusted, reason = _trusted(best, passes)
     return NetworkEstimate(
         parameters=best.shares * scale / share_scales,
         std=std * scale / share_scales,
@@ -134,8 +134,8 @@ def _in_si(
 
 def _best(
     regressor: Array, measured: Array, network: Network, seed: int, passes: int, watch: Stopwatch
-) -> tuple[_Candidate, int]:
-    """The loop that the network was trained for: best candidate, and the passes used."""
+) -> tuple[_Guess, int]:
+    """The loop that the network was trained for: best guess, and the passes used."""
     start = network.manifest.start_shares
     if start is not None:
         return _refine(regressor, measured, network, start, passes, watch)
@@ -163,7 +163,7 @@ def motion_mismatch(regressor: Array, network: Network) -> float:
 
 def _refine(
     regressor: Array, measured: Array, network: Network, start: Array, passes: int, watch: Stopwatch
-) -> tuple[_Candidate, int]:
+) -> tuple[_Guess, int]:
     """Read from the remainder until a pass no longer changes the answer.
 
     The network gives residuals in shares of the remainder's scale, so each pass adds as many digits
@@ -190,10 +190,10 @@ def _refine(
     return _physical(here, regressor, measured), done
 
 
-def _physical(shares: Array, regressor: Array, measured: Array) -> _Candidate:
+def _physical(shares: Array, regressor: Array, measured: Array) -> _Guess:
     """Score shares, with unphysical ones set to nearly zero."""
     shares = np.where(POSITIVE, np.maximum(shares, SMALLEST), shares)
-    return _Candidate(shares, relative_residual(measured, regressor @ shares))
+    return _Guess(shares, relative_residual(measured, regressor @ shares))
 
 
 def _search(
@@ -203,8 +203,8 @@ def _search(
     rng: np.random.Generator,
     passes: int,
     watch: Stopwatch,
-) -> tuple[_Candidate, int]:
-    """Best candidate within the passes, and the passes used."""
+) -> tuple[_Guess, int]:
+    """Best guess within the passes, and the passes used."""
     normalization = network.manifest.normalization
     here = best = _physical(_random_start(rng), regressor, measured)
     for done in range(1, passes + 1):
@@ -214,9 +214,9 @@ def _search(
             residual = network.residual_shares(image)[0]
         reached = min(
             (_physical(here.shares - step * residual, regressor, measured) for step in STEPS),
-            key=lambda candidate: candidate.residual,
+            key=lambda guess: guess.residual,
         )
-        best = min(best, reached, key=lambda candidate: candidate.residual)
+        best = min(best, reached, key=lambda guess: guess.residual)
         if best.residual <= GOOD_ENOUGH:
             return best, done
         sharper = reached.residual < here.residual
@@ -229,7 +229,7 @@ def _random_start(rng: np.random.Generator) -> Array:
     return rng.uniform(np.where(POSITIVE, 0.0, -1.0), 1.0)
 
 
-def _judge(best: _Candidate, passes: int) -> tuple[bool, str]:
+def _trusted(best: _Guess, passes: int) -> tuple[bool, str]:
     after = f"{passes} pass" if passes == 1 else f"{passes} passes"
     if not best.residual <= RESIDUAL_LIMIT:
         return False, (

@@ -52,7 +52,7 @@ class Finding:
     blocks: bool
 
 
-def judge(
+def check_estimate(
     estimate: Estimate, regressor: Array, effort: Array, relative_residual: float
 ) -> list[Finding]:
     """Findings against an estimate.
@@ -79,7 +79,7 @@ def judge(
         )
     findings += _inseparable(regressor)
     for index in range(len(PARAMETERS)):
-        finding = _judge_parameter(index, estimate, rms_columns, rms_effort)
+        finding = _check_parameter(index, estimate, rms_columns, rms_effort)
         if finding:
             findings.append(finding)
     return findings
@@ -133,7 +133,7 @@ def _inseparable(regressor: Array) -> list[Finding]:
     ]
 
 
-def _judge_parameter(
+def _check_parameter(
     index: int, estimate: Estimate, rms_columns: Array, rms_effort: float
 ) -> Finding | None:
     name, value, std = PARAMETERS[index], estimate.parameters[index], estimate.std[index]

@@ -9,9 +9,9 @@ from edge_ident.estimation.alignment import align
 from edge_ident.estimation.compensation import CompensatedAxis, compensate_effects
 from edge_ident.estimation.network import Network
 from edge_ident.estimation.trust import (
+    check_estimate,
     compare_estimators,
     describe_data,
-    judge,
     tied_to_time,
 )
 from edge_ident.identification.result import AxisIdentification, EffortTrace, Identification
@@ -138,7 +138,7 @@ def _conclude(
     base = base_axis(linear, axis.position_unit, axis.effort_unit)
     findings = describe_data(signals)
     findings += tied_to_time(compensated.tied_to_time)
-    findings += judge(linear, regressor, measured, metric.relative_residual)
+    findings += check_estimate(linear, regressor, measured, metric.relative_residual)
     if network is not None:
         findings += compare_estimators(network, linear)
     return AxisIdentification(

@@ -79,7 +79,7 @@ class Motion:
         -1, 0 or 1: where the axis slides to; 0 while it sticks.
     transmitted : array
         Effort that passes through the transmission to inertia and constant load.
-    accelerated, rubbed : arrays
+    inertia_effort, friction_effort : arrays
         Effort that inertia takes, and effort that viscous and Coulomb friction take. At an instant,
         the first includes load-dependent friction.
     memory : (M, ...) array
@@ -94,8 +94,8 @@ class Motion:
     acceleration: Array
     direction: Array
     transmitted: Array = field(default_factory=lambda: _NOTHING)
-    accelerated: Array = field(default_factory=lambda: _NOTHING)
-    rubbed: Array = field(default_factory=lambda: _NOTHING)
+    inertia_effort: Array = field(default_factory=lambda: _NOTHING)
+    friction_effort: Array = field(default_factory=lambda: _NOTHING)
     memory: Array = field(default_factory=lambda: _NOTHING)
     source: "Motion | None" = None
 

@@ -60,13 +60,13 @@ def inverse_effort(
 
 def _with_base_efforts(motion: Motion, base: Values) -> Motion:
     """A motion with what the base term's inertia and friction take of the effort."""
-    accelerated = base["inertia"] * motion.acceleration
-    rubbed = base["viscous_friction"] * motion.velocity
+    inertia_effort = base["inertia"] * motion.acceleration
+    friction_effort = base["viscous_friction"] * motion.velocity
     return replace(
         motion,
-        transmitted=accelerated + base["offset"],
-        accelerated=accelerated,
-        rubbed=rubbed + base["coulomb_friction"] * motion.direction,
+        transmitted=inertia_effort + base["offset"],
+        inertia_effort=inertia_effort,
+        friction_effort=friction_effort + base["coulomb_friction"] * motion.direction,
     )
 
 

@@ -8,12 +8,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from edge_ident.control.gain_design import GainDesign
 from edge_ident.estimation.trust import Finding
 from edge_ident.identification.result import AxisIdentification, Identification
 from edge_ident.model.model import PARAMETERS, Estimate
+from edge_ident.signals.metrics import rms
 from edge_ident.signals.recording import Recording
 from edge_ident.support.json_text import finite
 
@@ -107,8 +107,8 @@ def simulation_document(
         "period_s": float(np.mean(np.diff(recording.time_s))),
         "axes": {
             name: {
-                "tracking_rms": _rms(axis.position - axis.reference),
-                "effort_rms": _rms(axis.effort),
+                "tracking_rms": rms(axis.position - axis.reference),
+                "effort_rms": rms(axis.effort),
                 "position_unit": axis.position_unit,
                 "effort_unit": axis.effort_unit,
             }
@@ -117,7 +117,3 @@ def simulation_document(
         },
         "version": version("edge-ident"),
     }
-
-
-def _rms(signal: NDArray[np.float64]) -> float:
-    return float(np.sqrt(np.mean(signal**2)))

@@ -6,7 +6,7 @@ from dataclasses import asdict
 from typing import Any
 
 from edge_ident.commissioning.register_access import code_name
-from firmware_interface.received import believable
+from firmware_interface.received import valid_value
 from firmware_interface.register import Register
 from firmware_interface.registers import MAP_CRC, MAP_VERSION
 
@@ -66,4 +66,4 @@ def _line(register: Register, values: tuple[float, ...] | None) -> list[str]:
 
 def _valid(register: Register, values: tuple[float, ...]) -> bool:
     """Whether the board may send this; what a host has yet to write may be anything."""
-    return register.access == "rw" or all(believable(register, value) for value in values)
+    return register.access == "rw" or all(valid_value(register, value) for value in values)

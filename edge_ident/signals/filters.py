@@ -72,13 +72,13 @@ def lowpass(
     return np.asarray(np.fft.irfft(spectrum, padded.shape[-1])[..., samples])
 
 
-def gain(frequency: Array) -> Array:
-    """Of the filter run both ways, at frequencies in cut-offs."""
+def magnitude(frequency: Array) -> Array:
+    """Magnitude response of the filter run both ways, at frequencies in cut-offs."""
     return np.asarray(1.0 / (1.0 + frequency ** (2 * _ORDER)))
 
 
 def whitening(frequency: Array) -> Array:
-    """Gain that makes white noise of noise whose density grows with the fourth power of the
+    """Magnitude that makes white noise of noise whose density grows with the fourth power of the
     frequency on top of a constant one, at frequencies in knees: there both are the same."""
     return np.asarray(1.0 / np.sqrt(1.0 + frequency**4))
 
@@ -87,7 +87,7 @@ def _filtered_spectrum(
     padded: Array, cutoff_hz: float, period_s: float
 ) -> tuple[NDArray[np.complex128], Array]:
     frequency = np.asarray(np.fft.rfftfreq(padded.shape[-1], period_s), dtype=np.float64)
-    return np.fft.rfft(padded) * gain(frequency / cutoff_hz), frequency
+    return np.fft.rfft(padded) * magnitude(frequency / cutoff_hz), frequency
 
 
 def _pad(

@@ -48,6 +48,11 @@ def relative_residual(measured: Array, modelled: Array) -> float:
     return float(np.linalg.norm(measured - modelled)) / scale
 
 
+def rms(values: Array) -> float:
+    """Root of the mean square."""
+    return float(np.sqrt(np.mean(values**2)))
+
+
 def _correlation(first: Array, second: Array) -> float:
     """Pearson's, and zero where either does not vary."""
     a, b = first - np.mean(first), second - np.mean(second)

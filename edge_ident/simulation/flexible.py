@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.model.model import BASE, AxisModel, Model, Term
-from firmware_interface.virtual.feed_drive import FEED_DRIVE, axis_model, reduced_truth
+from firmware_interface.virtual.feed_drive import FEED_DRIVE, axis_matrices, reduced_truth
 from firmware_interface.virtual.plant import Plant
 
 Array = NDArray[np.float64]
@@ -25,7 +25,7 @@ class FlexibleMachine:
     """
 
     def __init__(self, period_s: float) -> None:
-        models = [axis_model(mechanics) for mechanics in FEED_DRIVE.values()]
+        models = [axis_matrices(mechanics) for mechanics in FEED_DRIVE.values()]
         self._plant = Plant(models, DELAY_SHARE * period_s, round(1.0 / DELAY_SHARE))
 
     @property

@@ -213,15 +213,15 @@ class Machine:
         for part, one in compress(of_parts, self._inertias):
             inertia[part.axis] += part.effect.inertia(one, part.values)
         if any(self._frictions):
-            accelerated = push - direction * friction
-            rubbed = base["viscous_friction"] * at.velocity + direction * friction
+            inertia_effort = push - direction * friction
+            friction_effort = base["viscous_friction"] * at.velocity + direction * friction
             friction = friction.copy()
         for part, one in compress(of_parts, self._frictions):
             one = replace(
                 one,
-                transmitted=accelerated[part.axis] + base["offset"][part.axis],
-                accelerated=accelerated[part.axis],
-                rubbed=rubbed[part.axis],
+                transmitted=inertia_effort[part.axis] + base["offset"][part.axis],
+                inertia_effort=inertia_effort[part.axis],
+                friction_effort=friction_effort[part.axis],
             )
             friction[part.axis] += part.effect.friction(one, part.values)
         return _Balance(seen, push, np.maximum(friction, 0.0), inertia)

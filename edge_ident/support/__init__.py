@@ -1,1 +1,1 @@
-"""Helpers that any room may use: interrupts, stopwatch, JSON text, atomic files."""
+"""Helpers that any room may use; they know nothing of drives."""

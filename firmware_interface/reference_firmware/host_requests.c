@@ -94,7 +94,10 @@ static bool forbidden(const struct request *request)
 {
     const bool watchdog = contains(request, FD_REG_WATCHDOG_TIMEOUT)
         || contains(request, FD_REG_WATCHDOG_ACTION);
-    if (watchdog && machine_in_motion()) {
+    /* from ARM on: the host reads what it must keep up with before START */
+    const bool armed =
+        machine.state == FD_STATE_CHECKING || machine.state == FD_STATE_ARMED;
+    if (watchdog && (armed || machine_in_motion())) {
         return true;
     }
     if (contains(request, FD_REG_SESSION_KEY)
@@ -121,6 +124,15 @@ static enum access check(const struct request *request)
 
 /* ---- and what it does */
 
+/* With the lock. What is armed is its host's: whoever holds the board next arms anew. */
+static void claim(uint32_t key)
+{
+    if (machine.state == FD_STATE_ARMED && !session_held_by(key)) {
+        machine.state = FD_STATE_IDLE;
+    }
+    session_claim(key);
+}
+
 /* With the lock. */
 static void apply(const struct request *request)
 {
@@ -129,7 +141,7 @@ static void apply(const struct request *request)
         session_release(u32_of(request, FD_REG_SESSION_RELEASE));
     }
     if (contains(request, FD_REG_SESSION_KEY)) {
-        session_claim(u32_of(request, FD_REG_SESSION_KEY));
+        claim(u32_of(request, FD_REG_SESSION_KEY));
     }
     if (contains(request, FD_REG_CAPTURE_PAGES_ACKNOWLEDGED)) {
         capture_ring_acknowledge(u32_of(request, FD_REG_CAPTURE_PAGES_ACKNOWLEDGED));

@@ -5,7 +5,7 @@ from typing import Final
 
 from firmware_interface.codec import decode_integer
 from firmware_interface.errors import BoardError, BusyError, ValueRefusedError
-from firmware_interface.registers import REGISTERS, Fault
+from firmware_interface.registers import REGISTERS, Fault, State
 from firmware_interface.virtual.clock import Clock, RequestClock
 from firmware_interface.virtual.commands import Commands
 from firmware_interface.virtual.drive import machine_at_rest
@@ -126,7 +126,9 @@ class VirtualBoard:
         leaves = written.get(_RELEASE, FREE) == session.key != FREE
         if leaves and self.machine.busy:
             raise BusyError("an axis moves: the board keeps its host", "stop the motion first")
-        if self.machine.in_motion and any(name in written for name in _WATCHDOG):
+        # from ARM on: the host reads what it must keep up with before START
+        guarded = self.machine.in_motion or self.machine.state in (State.CHECKING, State.ARMED)
+        if guarded and any(name in written for name in _WATCHDOG):
             raise BusyError(
                 "the watchdog guards a motion and stays as it is", "stop the motion first"
             )
@@ -136,6 +138,8 @@ class VirtualBoard:
         if written.get(_RELEASE, FREE) == session.key != FREE:
             session.release()
         if _KEY in written:
+            if self.machine.state is State.ARMED and session.key != written[_KEY]:
+                self.machine.state = State.IDLE  # what is armed is its host's
             session.heard(written[_KEY])
         if _ACKNOWLEDGED in written:
             self.machine.capture.acknowledge(written[_ACKNOWLEDGED])

@@ -10,7 +10,7 @@ import numpy as np
 from firmware_interface.board_types import AxisLimits
 from firmware_interface.gains import AxisGains
 from firmware_interface.virtual.controller import AxisController, Setpoint
-from firmware_interface.virtual.feed_drive import COUNTS_PER_TURN, FEED_DRIVE, axis_model
+from firmware_interface.virtual.feed_drive import COUNTS_PER_TURN, FEED_DRIVE, axis_matrices
 from firmware_interface.virtual.plant import Plant
 
 SAMPLE_PERIOD_S: Final = 0.0025
@@ -26,7 +26,7 @@ _REST_COUNTS: Final = 2
 
 def machine_at_rest() -> Plant:
     """The feed drive's mechanics, standing at zero."""
-    models = [axis_model(mechanics) for mechanics in FEED_DRIVE.values()]
+    models = [axis_matrices(mechanics) for mechanics in FEED_DRIVE.values()]
     return Plant(models, CONTROL_DELAY_S, _SUBSTEPS)
 
 

@@ -14,7 +14,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from firmware_interface.virtual.plant import AxisModel
+from firmware_interface.virtual.plant import AxisMatrices
+
+Array = NDArray[np.float64]
 
 GEAR_RATIO: Final = 131.25
 LEAD_M_PER_RAD: Final = 0.004 / (2.0 * math.pi)
@@ -152,38 +154,26 @@ def reduced_truth(mechanics: AxisMechanics) -> ReducedTruth:
     )
 
 
-_BODIES: Final = range(6)
-"""Motor, gearbox, screw, table, base and carried support."""
+_MOTOR, _GEARBOX, _SCREW, _TABLE, _BASE, _SUPPORT = range(6)
 
 
-def axis_model(mechanics: AxisMechanics) -> AxisModel:
+def axis_matrices(mechanics: AxisMechanics) -> AxisMatrices:
     """Matrices of the full model: motor, gearbox, screw, table, base and carried support."""
     lead = LEAD_M_PER_RAD
-    motor, gearbox, screw, table, base, _ = _BODIES
-    inertia = np.diag(
-        [
-            mechanics.motor_inertia * GEAR_RATIO**2,
-            mechanics.gearbox_inertia,
-            mechanics.screw_inertia,
-            mechanics.table_mass * lead**2,
-            mechanics.base_mass * lead**2,
-            mechanics.support_mass * lead**2,
-        ]
-    )
-    springs = _springs(mechanics)
+    springs = _stiffness(mechanics)
     bearings = np.zeros(6)
-    bearings[motor] = mechanics.motor_viscous * GEAR_RATIO**2
-    bearings[gearbox] = mechanics.gearbox_viscous
-    bearings[screw] = mechanics.screw_viscous
+    bearings[_MOTOR] = mechanics.motor_viscous * GEAR_RATIO**2
+    bearings[_GEARBOX] = mechanics.gearbox_viscous
+    bearings[_SCREW] = mechanics.screw_viscous
     joints = np.zeros((6, 3))
-    joints[motor, 0] = joints[gearbox, 1] = joints[table, 2] = 1.0
-    joints[base, 2] = -1.0
+    joints[_MOTOR, 0] = joints[_GEARBOX, 1] = joints[_TABLE, 2] = 1.0
+    joints[_BASE, 2] = -1.0
     constant_nm = np.zeros(6)
-    constant_nm[motor] = -mechanics.drive_offset
-    constant_nm[table] = -mechanics.table_mass * GRAVITY_M_S2 * lead if mechanics.hangs else 0.0
+    constant_nm[_MOTOR] = -mechanics.drive_offset
+    constant_nm[_TABLE] = -mechanics.table_mass * GRAVITY_M_S2 * lead if mechanics.hangs else 0.0
     kept = slice(0, 6 if mechanics.support_mass else 5)
-    return AxisModel(
-        inertia=inertia[kept, kept],
+    return AxisMatrices(
+        inertia=_inertia(mechanics)[kept, kept],
         damping=(np.diag(bearings) + mechanics.loss_factor_s * springs)[kept, kept],
         stiffness=springs[kept, kept],
         joints=joints[kept],
@@ -198,18 +188,31 @@ def axis_model(mechanics: AxisMechanics) -> AxisModel:
     )
 
 
-def _springs(mechanics: AxisMechanics) -> NDArray[np.float64]:
-    """Stiffness (6, 6) between the bodies."""
-    motor, gearbox, screw, table, base, support = _BODIES
-    per_rad2 = LEAD_M_PER_RAD**2
+def _inertia(mechanics: AxisMechanics) -> Array:
+    """Inertia matrix (6, 6), in the order of the parts."""
+    return np.diag(
+        [
+            mechanics.motor_inertia * GEAR_RATIO**2,
+            mechanics.gearbox_inertia,
+            mechanics.screw_inertia,
+            mechanics.table_mass * LEAD_M_PER_RAD**2,
+            mechanics.base_mass * LEAD_M_PER_RAD**2,
+            mechanics.support_mass * LEAD_M_PER_RAD**2,
+        ]
+    )
+
+
+def _stiffness(mechanics: AxisMechanics) -> Array:
+    """Stiffness matrix (6, 6) of the springs between the parts."""
+    lead = LEAD_M_PER_RAD
     springs = np.zeros((6, 6))
     for parts, signs, constant in (
-        ((motor, gearbox), (1, -1), mechanics.gear_stiffness),
-        ((gearbox, screw), (1, -1), mechanics.coupling_stiffness),
+        ((_MOTOR, _GEARBOX), (1, -1), mechanics.gear_stiffness),
+        ((_GEARBOX, _SCREW), (1, -1), mechanics.coupling_stiffness),
         # the screw pushes the table against the base, which takes the thrust
-        ((screw, table, base), (1, -1, 1), mechanics.nut_stiffness * per_rad2),
-        ((base,), (1,), mechanics.base_stiffness * per_rad2),
-        ((table, support), (1, -1), mechanics.support_stiffness * per_rad2),
+        ((_SCREW, _TABLE, _BASE), (1, -1, 1), mechanics.nut_stiffness * lead**2),
+        ((_BASE,), (1,), mechanics.base_stiffness * lead**2),
+        ((_TABLE, _SUPPORT), (1, -1), mechanics.support_stiffness * lead**2),
     ):
         direction = np.zeros(6)
         direction[list(parts)] = signs

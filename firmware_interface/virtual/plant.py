@@ -29,7 +29,7 @@ _ONE: Final = np.ones(1)
 
 
 @dataclass(frozen=True)
-class AxisModel:
+class AxisMatrices:
     """Matrices of one axis; n coordinates, in rad at the gearbox output.
 
     Attributes
@@ -70,14 +70,14 @@ class Plant:
 
     Parameters
     ----------
-    axes : sequence of AxisModel
+    axes : sequence of AxisMatrices
     substep_s : float
         Also the time by which a new effort comes late.
     substeps : int
         Sub-steps per control sample.
     """
 
-    def __init__(self, axes: Sequence[AxisModel], substep_s: float, substeps: int) -> None:
+    def __init__(self, axes: Sequence[AxisMatrices], substep_s: float, substeps: int) -> None:
         self._substeps = substeps
         n = sum(len(axis.inertia) for axis in axes)
         joints, inputs, constant = _joined(axes)
@@ -227,7 +227,7 @@ class _FrictionLaw:
         self._bias[axis, n] = bias
 
 
-def _joined(axes: Sequence[AxisModel]) -> tuple[Array, Array, Array]:
+def _joined(axes: Sequence[AxisMatrices]) -> tuple[Array, Array, Array]:
     """Joint directions, motor inputs and constant forces of all axes in one vector."""
     inputs = []
     for number, axis in enumerate(axes):
@@ -251,7 +251,7 @@ def block_diagonal(blocks: Sequence[Array]) -> Array:
     return result
 
 
-def _discretise(axes: Sequence[AxisModel], n: int, step_s: float) -> tuple[Array, Array]:
+def _discretise(axes: Sequence[AxisMatrices], n: int, step_s: float) -> tuple[Array, Array]:
     """Transition of the state over a step, and its response to forces held over it."""
     inverse = np.linalg.inv(block_diagonal([axis.inertia for axis in axes]))
     augmented = np.zeros((3 * n, 3 * n))

@@ -4,7 +4,7 @@ from typing import Final
 
 from firmware_interface.codec import decode, encode
 from firmware_interface.errors import BoardError, ValueRefusedError
-from firmware_interface.received import believable
+from firmware_interface.received import valid_value
 from firmware_interface.register import WORDS, Register
 from firmware_interface.registers import (
     PAGE_ADDRESS,
@@ -114,7 +114,7 @@ def _first_words(register: Register) -> bytes:
 
 
 def _check_value(register: Register, value: float) -> None:
-    if not believable(register, value):
+    if not valid_value(register, value):
         raise ValueRefusedError(
             f"{register.name} = {value:g} {register.unit} is refused",
             "docs/registers.md says what is allowed",

@@ -189,3 +189,14 @@ def test_a_heartbeat_and_what_it_acknowledges_are_taken_together_or_not(
     assert acknowledged() == 0
     assert both(mine, 2) == 0
     assert acknowledged() == 2
+
+
+def test_what_a_host_armed_is_not_another_hosts_to_start(either_board: Board) -> None:
+    either_board.enable()
+    either_board.write_trajectory(LONG)
+    either_board.arm()
+    either_board.release()
+    assert claimed(either_board, FOREIGN) == 0
+    assert ask(either_board, Opcode.START, MAP_CRC, FOREIGN) is Result.WRONG_STATE
+    assert either_board.status().state is State.IDLE
+    assert released(either_board, FOREIGN) == 0

@@ -126,6 +126,17 @@ def test_the_watchdog_stays_as_it_is_during_a_motion(either_board: Board) -> Non
     assert refused_value(either_board, "watchdog.timeout", 2.0) == 0
 
 
+def test_the_watchdog_stays_as_it_is_once_a_motion_is_armed(either_board: Board) -> None:
+    """Else a foreign host could change it between ARM and START."""
+    either_board.enable()
+    either_board.write_trajectory(LONG)
+    either_board.arm()
+    assert watchdog_changes(either_board) == {BUSY}
+    either_board.quick_stop()
+    assert either_board.register_values("watchdog.timeout") == (1.0,)
+    assert refused_value(either_board, "watchdog.timeout", 2.0) == 0
+
+
 def test_the_watchdog_stays_as_it_is_during_a_stop(command_of_either: BoardCommand) -> None:
     """On a board ten times slower than time, where a stop takes a while."""
     with serving(command_of_either(speed=0.1)) as served, served.connected() as board:

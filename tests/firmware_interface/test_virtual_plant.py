@@ -16,10 +16,10 @@ from firmware_interface.virtual.feed_drive import (
     GEAR_RATIO,
     LEAD_M_PER_RAD,
     AxisMechanics,
-    axis_model,
+    axis_matrices,
     reduced_truth,
 )
-from firmware_interface.virtual.plant import AxisModel, Plant, matrix_exponential
+from firmware_interface.virtual.plant import AxisMatrices, Plant, matrix_exponential
 
 STEP_S = 0.0005
 SUBSTEPS = 5
@@ -28,7 +28,7 @@ AXES = list(FEED_DRIVE.values())
 
 
 def plant(*axes: AxisMechanics) -> Plant:
-    return Plant([axis_model(axis) for axis in axes], STEP_S, SUBSTEPS)
+    return Plant([axis_matrices(axis) for axis in axes], STEP_S, SUBSTEPS)
 
 
 def without_coulomb(axis: AxisMechanics) -> AxisMechanics:
@@ -41,7 +41,7 @@ def hold(machine: Plant, effort: list[float], samples: int) -> None:
         machine.advance(before, before)
 
 
-def state_matrix(model: AxisModel) -> np.ndarray:
+def state_matrix(model: AxisMatrices) -> np.ndarray:
     n = len(model.inertia)
     inverse = np.linalg.inv(model.inertia)
     return np.block(
@@ -54,7 +54,7 @@ def state_matrix(model: AxisModel) -> np.ndarray:
 
 @pytest.mark.parametrize("axis", AXES)
 def test_matrix_exponential_agrees_with_scipy(axis: AxisMechanics) -> None:
-    matrix = state_matrix(axis_model(axis)) * STEP_S
+    matrix = state_matrix(axis_matrices(axis)) * STEP_S
     exact = expm(matrix)
     np.testing.assert_allclose(matrix_exponential(matrix), exact, atol=1e-9 * np.abs(exact).max())
 
@@ -63,7 +63,7 @@ def test_matrix_exponential_agrees_with_scipy(axis: AxisMechanics) -> None:
 def test_linear_part_agrees_with_an_implicit_runge_kutta(axis: AxisMechanics) -> None:
     """Radau (order 5, for stiff systems) on the same equations, effort steps included."""
     axis = without_coulomb(axis)
-    model, machine = axis_model(axis), plant(axis)
+    model, machine = axis_matrices(axis), plant(axis)
     n = len(model.inertia)
     matrix, inverse = state_matrix(model), np.linalg.inv(model.inertia)
     efforts = [2.0, -3.0, 0.5]
@@ -88,7 +88,7 @@ def test_energy_put_in_is_energy_stored_when_nothing_dissipates() -> None:
         motor_viscous=0.0, gearbox_viscous=0.0, screw_viscous=0.0, loss_factor_s=0.0,
         drive_offset=0.0,
     )  # fmt: skip
-    model, machine = axis_model(axis), plant(axis)
+    model, machine = axis_matrices(axis), plant(axis)
     effort = 1.5
     hold(machine, [effort], 200)
     n = len(model.inertia)
@@ -99,7 +99,10 @@ def test_energy_put_in_is_energy_stored_when_nothing_dissipates() -> None:
 
 def test_friction_never_adds_energy() -> None:
     """Coasting from full speed, the stored energy only falls."""
-    machine, model = plant(FEED_DRIVE["x"]), axis_model(replace(FEED_DRIVE["x"], drive_offset=0.0))
+    machine, model = (
+        plant(FEED_DRIVE["x"]),
+        axis_matrices(replace(FEED_DRIVE["x"], drive_offset=0.0)),
+    )
     hold(machine, [4.0], 600)
     n = len(model.inertia)
     energies = []
@@ -146,7 +149,7 @@ def test_weight_is_held_by_friction_without_effort() -> None:
 
 
 def test_a_new_effort_comes_one_substep_late() -> None:
-    machine = Plant([axis_model(axis) for axis in AXES], STEP_S, 1)
+    machine = Plant([axis_matrices(axis) for axis in AXES], STEP_S, 1)
     machine.advance(np.zeros(2), np.full(2, 5.0))
     assert np.all(np.abs(machine.output_rad_s) < 1e-6)
 
@@ -154,7 +157,7 @@ def test_a_new_effort_comes_one_substep_late() -> None:
 def test_whole_samples_equal_their_substeps() -> None:
     """The shortcut for samples without a change between sliding and sticking is exact."""
     efforts = 2.5 * np.sin(np.arange(700)[:, None] * [0.02, 0.013])
-    whole, single = plant(*AXES), Plant([axis_model(axis) for axis in AXES], STEP_S, 1)
+    whole, single = plant(*AXES), Plant([axis_matrices(axis) for axis in AXES], STEP_S, 1)
     for before, effort in pairwise(efforts):
         whole.advance(before, effort)
         for _ in range(SUBSTEPS):  # one sub-step a sample: the effort is always the old one
@@ -177,7 +180,7 @@ def test_deformation_stays_below_one_encoder_count(axis: AxisMechanics) -> None:
 def test_reduced_truth_is_what_the_matrices_sum_to() -> None:
     """Rigid motion: all rotations equal, table and support move with the screw, base at rest."""
     for axis in AXES:
-        model, truth = axis_model(axis), reduced_truth(axis)
+        model, truth = axis_matrices(axis), reduced_truth(axis)
         rigid = np.array([1.0, 1.0, 1.0, 1.0, 0.0, 1.0])[: len(model.inertia)]
         assert rigid @ model.inertia @ rigid == pytest.approx(truth.inertia)
         assert rigid @ model.damping @ rigid == pytest.approx(truth.viscous_friction)

@@ -3,9 +3,9 @@
 import multiprocessing
 import signal
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
-from typing import Self
+from typing import Self, TypeVar
 
 from rich.console import Console
 from rich.progress import track
@@ -14,6 +14,9 @@ from edge_ident.diagnosis import diagnose as engine
 from tools.diagnosis_benchmark.cases import CLEAN, SINGLE, Batch, Case
 from tools.diagnosis_benchmark.hiding import load_batch, simulate_batch
 from tools.diagnosis_benchmark.outcome import SHOWS, Outcome, judge, unjudged
+
+Given = TypeVar("Given")
+Made = TypeVar("Made")
 
 
 class Workers:
@@ -31,14 +34,19 @@ class Workers:
 
     def simulate(self, batches: Sequence[Batch]) -> None:
         """Make what is not in the folder yet."""
-        made = self._pool.imap_unordered(simulate_batch, batches)
-        for _ in track(made, "simulate", len(batches), console=self._progress):
+        for _ in self.each(simulate_batch, batches, "simulate"):
             pass
 
     def diagnose(self, cases: Sequence[Case]) -> Iterator[Outcome]:
         """Outcomes in the order of the cases."""
-        done = self._pool.imap(diagnose_case, cases)
-        yield from track(done, "diagnose", len(cases), console=self._progress)
+        return self.each(diagnose_case, cases, "diagnose")
+
+    def each(
+        self, function: Callable[[Given], Made], items: Sequence[Given], title: str
+    ) -> Iterator[Made]:
+        """Results in the order of the items, with progress."""
+        done = self._pool.imap(function, items)
+        return iter(track(done, title, len(items), console=self._progress))
 
 
 def select(cases: Sequence[Case], scale: float, workers: Workers) -> list[Case]:
@@ -49,7 +57,7 @@ def select(cases: Sequence[Case], scale: float, workers: Workers) -> list[Case]:
     """
     workers.simulate(_batches(cases))
     always = {CLEAN, SINGLE} if scale == 1.0 else set()
-    cases = [case for case in cases if case.batch.kind in always or _shows(case)]
+    cases = [case for case in cases if case.batch.kind in always or shows(case)]
     scaled = [replace(case, batch=replace(case.batch, scale=scale)) for case in cases]
     workers.simulate(_batches(scaled))
     return scaled
@@ -66,7 +74,8 @@ def diagnose_case(case: Case) -> Outcome:
     return judge(case, diagnosis, time.perf_counter() - began_s)
 
 
-def _shows(case: Case) -> bool:
+def shows(case: Case) -> bool:
+    """Whether every fault of a case shows; not so where there is none."""
     ratios = load_batch(case.batch).shows[case.row]
     return len(ratios) > 0 and bool((ratios >= SHOWS).all())
 

@@ -20,7 +20,7 @@ _THRESHOLD: Final = 1.345
 """In deviations: 95 % of least squares' efficiency on normal noise."""
 _MEDIAN_TO_DEVIATION: Final = 1.4826
 _ROUNDS: Final = 200
-_SETTLED: Final = 1e-6
+_CONVERGED: Final = 1e-6
 """Change of the modelled effort, relative to the effort, that ends the rounds."""
 
 
@@ -45,7 +45,7 @@ def estimate(problem: Problem) -> Estimate:
         before = parameters
         parameters = fit(regressor * root[:, None], effort * root)
         moved = np.linalg.norm(regressor @ (parameters - before))
-        if moved <= _SETTLED * np.linalg.norm(effort):
+        if moved <= _CONVERGED * np.linalg.norm(effort):
             return problem.with_noise_bias(
                 Estimate(parameters, _std(regressor, effort, parameters))
             )

@@ -28,7 +28,7 @@ _NARROWER: Final = 0.5
 """Cut-off of the position to follow, over that of the regressor."""
 _SHARED_NOISE: Final = 0.073
 """Of the acceleration noise's power: ∫x⁴/(1 + x⁸)/(1 + (2x)⁸) over ∫x⁴/(1 + x⁸)²."""
-_SETTLED: Final = 1e-4
+_CONVERGED: Final = 1e-4
 """Change of the modelled effort, relative to the effort, that ends the rounds."""
 
 
@@ -52,7 +52,7 @@ def estimate(problem: Problem) -> Estimate:
         projected = instruments @ np.linalg.lstsq(instruments, measured, rcond=None)[0]
         before, parameters = parameters, fit(projected, effort)
         moved = np.linalg.norm(measured @ (parameters - before))
-        if moved <= _SETTLED * np.linalg.norm(effort):
+        if moved <= _CONVERGED * np.linalg.norm(effort):
             std = coloured_std(projected, effort - measured @ parameters)
             return problem.with_noise_bias(Estimate(parameters, std), shared_noise)
     raise DataError(

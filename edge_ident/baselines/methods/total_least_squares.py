@@ -27,7 +27,7 @@ _LEAST_EFFORT_NOISE: Final = 1e-6
 _UNCERTAINTY: Final = 0.1
 """Relative deviation of the noise's power: an encoder's steps are not quite white noise."""
 _ROUNDS: Final = 50
-_SETTLED: Final = 1e-6
+_CONVERGED: Final = 1e-6
 """Change of the modelled effort, relative to the effort, that ends the rounds."""
 
 
@@ -50,7 +50,7 @@ def estimate(problem: Problem) -> Estimate:
         effort_noise = _effort_noise(residual, effort, noise * parameters)
         before, parameters = parameters, _mixed(regressor, effort, noise, effort_noise)
         moved = np.linalg.norm(regressor @ (parameters - before))
-        if moved <= _SETTLED * np.linalg.norm(effort):
+        if moved <= _CONVERGED * np.linalg.norm(effort):
             cleaned = _without_noise(regressor, effort, parameters, noise, effort_noise)
             std = coloured_std(cleaned, effort - regressor @ parameters)
             return problem.with_noise_bias(Estimate(parameters, std), _UNCERTAINTY)

@@ -17,28 +17,28 @@ from edge_ident.model.model import Estimate
 
 Array = NDArray[np.float64]
 
-_STRETCHES: Final = 12
+_SEGMENTS: Final = 12
 _FEWEST_SAMPLES: Final = 20
-"""In a stretch: its deviation is then known to a sixth."""
+"""In a segment: its deviation is then known to a sixth."""
 _LARGEST_RATIO: Final = 30.0
-"""Between the weights: without it, a stretch that is fitted by chance would end up alone."""
+"""Between the weights: without it, a segment that is fitted by chance would end up alone."""
 _ROUNDS: Final = 100
-_SETTLED: Final = 1e-6
+_CONVERGED: Final = 1e-6
 """Change of the modelled effort, relative to the effort, that ends the rounds."""
 
 
 def estimate(problem: Problem) -> Estimate:
-    """Estimate with the noise of each stretch of the motion.
+    """Estimate with the noise of each segment of the motion.
 
     Raises
     ------
     DataError
-        The record is too short for two stretches, or the weights do not converge.
+        The record is too short for two segments, or the weights do not converge.
     """
-    count = min(_STRETCHES, len(problem.effort) // _FEWEST_SAMPLES)
+    count = min(_SEGMENTS, len(problem.effort) // _FEWEST_SAMPLES)
     if count < 2:
         raise DataError(
-            f"{len(problem.effort)} independent samples are too few to weigh stretches of them",
+            f"{len(problem.effort)} independent samples are too few to weigh segments of them",
             f"record a longer motion: {2 * _FEWEST_SAMPLES} are needed",
         )
     regressor, effort = problem.regressor, problem.effort
@@ -48,7 +48,7 @@ def estimate(problem: Problem) -> Estimate:
         weighted = regressor * weight[:, None]
         parameters = fit(weighted, effort * weight)
         before, modelled = modelled, regressor @ parameters
-        if np.linalg.norm(modelled - before) <= _SETTLED * np.linalg.norm(effort):
+        if np.linalg.norm(modelled - before) <= _CONVERGED * np.linalg.norm(effort):
             std = coloured_std(weighted, (effort - modelled) * weight)
             return problem.with_noise_bias(Estimate(parameters, std))
         weight = _weights(effort - modelled, count)
@@ -56,9 +56,9 @@ def estimate(problem: Problem) -> Estimate:
 
 
 def _weights(residual: Array, count: int) -> Array:
-    """Reciprocal deviation of the residual in each stretch, for every sample."""
-    stretches = np.array_split(residual, count)
-    deviation = np.array([np.sqrt(np.mean(stretch**2)) for stretch in stretches])
+    """Reciprocal deviation of the residual in each segment, for every sample."""
+    segments = np.array_split(residual, count)
+    deviation = np.array([np.sqrt(np.mean(segment**2)) for segment in segments])
     deviation = np.maximum(deviation, np.max(deviation) / _LARGEST_RATIO)
     deviation = np.maximum(deviation, np.finfo(float).tiny)
-    return np.repeat(np.min(deviation) / deviation, [len(stretch) for stretch in stretches])
+    return np.repeat(np.min(deviation) / deviation, [len(segment) for segment in segments])

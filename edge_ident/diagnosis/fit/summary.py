@@ -15,7 +15,7 @@ from edge_ident.diagnosis.fit.held_out import held_out_residuals
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.result import ModelFit, Traces, Validation
 from edge_ident.model.model import AxisModel, Estimate
-from edge_ident.signals.metrics import compare
+from edge_ident.signals.metrics import compare, rms
 
 Array = NDArray[np.float64]
 
@@ -25,7 +25,7 @@ _TINY: Final = float(np.finfo(float).tiny)
 def model_fit(data: AxisData, fitted: FittedModel, deviations: Array) -> ModelFit:
     """Summarize a fitted model; `deviations` (P,) begins with those of its base parameters."""
     valid = data.valid
-    scale = rms(data.effort[valid])
+    scale = nonzero_rms(data.effort[valid])
     return ModelFit(
         estimate=Estimate(fitted.base, deviations[:4]),
         fitted=rms((data.effort - fitted.predicted)[valid]) / scale,
@@ -36,7 +36,7 @@ def model_fit(data: AxisData, fitted: FittedModel, deviations: Array) -> ModelFi
 
 def validation(data: AxisData, base: AxisModel, extended: AxisModel) -> Validation:
     """Relative residuals of two models, as they are, on other data."""
-    scale = rms(data.effort[data.valid])
+    scale = nonzero_rms(data.effort[data.valid])
     left = [
         rms((data.effort - data.predicted(axis))[data.valid]) / scale for axis in (base, extended)
     ]
@@ -82,6 +82,6 @@ def _by_effect(model: FittedModel, parts: Sequence[Array]) -> Mapping[str, Array
     return added
 
 
-def rms(values: Array) -> float:
-    """Root mean square, and the smallest number instead of zero."""
-    return max(float(np.sqrt(np.mean(values**2))), _TINY)
+def nonzero_rms(values: Array) -> float:
+    """Root mean square, and the smallest number instead of zero: a denominator."""
+    return max(rms(values), _TINY)

@@ -15,6 +15,7 @@ from edge_ident.model.inverse import along_motion, inverse_effort, obeyed
 from edge_ident.model.model import AxisModel
 from edge_ident.model.search import Excitation
 from edge_ident.signals.filters import lowpass
+from edge_ident.signals.metrics import rms
 
 Array = NDArray[np.float64]
 
@@ -188,7 +189,7 @@ class AxisData:
         aliased = np.concatenate(
             [np.full(len(s.sample_index), s.aliased_acceleration) for s in self.segments]
         )
-        elsewhere = float(np.sqrt(np.mean(residual[self.valid] ** 2)))
+        elsewhere = rms(residual[self.valid])
         most = np.maximum(inertia * aliased, _OUTLIER * elsewhere)
         return np.asarray(~self.valid & (np.abs(residual) > most))
 
@@ -209,8 +210,8 @@ class AxisData:
         return Excitation(
             travel=float(np.ptp(position)),
             speed=float(np.max(np.abs(velocity))),
-            typical_speed=float(np.sqrt(np.mean(velocity**2))),
-            acceleration=float(np.sqrt(np.mean(acceleration**2))),
+            typical_speed=rms(velocity),
+            acceleration=rms(acceleration),
             effort=max(float(np.max(np.abs(s.raw_effort))) for s in self.segments),
             resolution=max(s.position_noise for s in self.segments) * np.sqrt(12.0),
             duration_s=max(float(s.motion.time_s[-1]) for s in self.segments),

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.signals.conditioning import acceleration_noise, filtered_regressor
-from edge_ident.signals.filters import gain, lowpass, whitening
+from edge_ident.signals.filters import lowpass, magnitude, whitening
 
 Array = NDArray[np.float64]
 
@@ -51,7 +51,7 @@ class Band:
 
     def power(self, frequency_hz: Array) -> Array:
         """Squared magnitude of the frequency response."""
-        passed = gain(frequency_hz / self.cutoff_hz) * whitening(frequency_hz / self.knee_hz)
+        passed = magnitude(frequency_hz / self.cutoff_hz) * whitening(frequency_hz / self.knee_hz)
         return np.asarray(passed**2)
 
 

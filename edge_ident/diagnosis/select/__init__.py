@@ -1,1 +1,1 @@
-"""Selection: which candidates become causes. The rule and its thresholds: `acceptance`."""
+"""Selection: which candidates become causes, by the rule in `acceptance` and its `thresholds`."""

@@ -10,14 +10,9 @@ from edge_ident.diagnosis.fit.external_vibrations import VIBRATION
 from edge_ident.diagnosis.fit.fitting import FittedModel
 from edge_ident.diagnosis.fit.scoring import ScoredCandidate
 from edge_ident.diagnosis.result import Alternative
-from edge_ident.diagnosis.select.acceptance import (
-    MOST_ALTERNATIVES,
-    Decision,
-    Evidence,
-    decide,
-    separable,
-)
+from edge_ident.diagnosis.select.acceptance import Decision, Evidence, decide, separable
 from edge_ident.diagnosis.select.search import Search, unrepeatable
+from edge_ident.diagnosis.select.thresholds import MOST_ALTERNATIVES
 from edge_ident.model.effects import named
 
 _TINY: Final = float(np.finfo(float).tiny)

@@ -11,10 +11,11 @@ from edge_ident.diagnosis.fit.fitting import FittedModel, build
 from edge_ident.diagnosis.fit.held_out import held_out_residuals
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.result import Refused
-from edge_ident.diagnosis.select.acceptance import MOST_ROUNDS, Decision, Evidence, decide
+from edge_ident.diagnosis.select.acceptance import Decision, Evidence, decide
 from edge_ident.diagnosis.select.alternatives import Comparison, compare_alternatives
 from edge_ident.diagnosis.select.cross_validation import HeldOutGain, held_out_gain, near_zero
 from edge_ident.diagnosis.select.search import Search
+from edge_ident.diagnosis.select.thresholds import MOST_ROUNDS
 from edge_ident.model.model import PARAMETERS, Term
 
 

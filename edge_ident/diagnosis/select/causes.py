@@ -6,12 +6,13 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.fit.summary import rms
+from edge_ident.diagnosis.fit.summary import nonzero_rms
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.result import Cause
 from edge_ident.diagnosis.select.backward_elimination import SupportedModel, SupportedTerm
 from edge_ident.model.effects import named
 from edge_ident.model.model import Term
+from edge_ident.signals.metrics import rms
 
 Array = NDArray[np.float64]
 
@@ -33,7 +34,7 @@ def causes(
     """
     model = supported.model
     nonlinear_at = len(model.linear_parameters)
-    scale = rms(data.effort[data.valid])
+    scale = nonzero_rms(data.effort[data.valid])
     found = []
     for k, (t, support) in enumerate(zip(model.terms, supported.support, strict=True)):
         names = t.candidate.form.nonlinear

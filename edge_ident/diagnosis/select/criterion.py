@@ -15,7 +15,7 @@ from edge_ident.diagnosis.fit.discrepancy import model_discrepancy
 from edge_ident.diagnosis.fit.fitting import FittedModel
 from edge_ident.diagnosis.fit.scoring import Grid, ScoredCandidate, ignored_command_penalty
 from edge_ident.diagnosis.prepare.axis_data import AxisData
-from edge_ident.diagnosis.select.acceptance import LOST_CORRELATION
+from edge_ident.diagnosis.select.thresholds import LOST_CORRELATION
 from edge_ident.model.effects import catalogue
 
 _TINY: Final = float(np.finfo(float).tiny)

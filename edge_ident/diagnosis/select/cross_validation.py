@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from edge_ident.diagnosis.fit.fitting import FittedModel
 from edge_ident.diagnosis.fit.held_out import held_out_residuals, standard_deviations
 from edge_ident.diagnosis.prepare.axis_data import AxisData
-from edge_ident.diagnosis.select.acceptance import (
+from edge_ident.diagnosis.select.thresholds import (
     BOOTSTRAP_SEED,
     NONZERO,
     ONE_OFF_BLOCKS,

@@ -9,17 +9,16 @@ from dataclasses import dataclass
 
 from edge_ident.diagnosis.fit.fitting import FittedModel
 from edge_ident.diagnosis.fit.scoring import ScoredCandidate
-from edge_ident.diagnosis.select.acceptance import (
+from edge_ident.diagnosis.select.acceptance import Evidence, decide
+from edge_ident.diagnosis.select.criterion import independent_samples
+from edge_ident.diagnosis.select.cross_validation import held_out_gain
+from edge_ident.diagnosis.select.search import Search, unrepeatable
+from edge_ident.diagnosis.select.thresholds import (
     BEAM_WIDTH,
     FEWEST_INDEPENDENT,
     FOLLOWED,
     MOST_TERMS,
-    Evidence,
-    decide,
 )
-from edge_ident.diagnosis.select.criterion import independent_samples
-from edge_ident.diagnosis.select.cross_validation import held_out_gain
-from edge_ident.diagnosis.select.search import Search, unrepeatable
 
 
 @dataclass(frozen=True)

@@ -19,9 +19,9 @@ from edge_ident.diagnosis.fit.projection import orthonormal
 from edge_ident.diagnosis.fit.refinement import refined
 from edge_ident.diagnosis.fit.scoring import Grid, ResidualSubspace, ScoredCandidate
 from edge_ident.diagnosis.prepare.axis_data import AxisData
-from edge_ident.diagnosis.select.acceptance import MOST_REFINED, PROMISING, SLIGHTEST
 from edge_ident.diagnosis.select.criterion import Criterion
 from edge_ident.diagnosis.select.screening import physical, reliable
+from edge_ident.diagnosis.select.thresholds import MOST_REFINED, PROMISING, SLIGHTEST
 from edge_ident.model.effects import named
 from edge_ident.model.model import AxisModel
 from edge_ident.model.search import Excitation

@@ -9,9 +9,10 @@ from edge_ident.diagnosis.fit.candidates import Candidate
 from edge_ident.diagnosis.fit.fitting import FittedModel
 from edge_ident.diagnosis.fit.projection import orthonormal
 from edge_ident.diagnosis.result import NotTestable
-from edge_ident.diagnosis.select.acceptance import DECISIVE, INDISTINGUISHABLE, NOT_TESTABLE
 from edge_ident.diagnosis.select.search import Search
+from edge_ident.diagnosis.select.thresholds import DECISIVE, INDISTINGUISHABLE, NOT_TESTABLE
 from edge_ident.model.effects import catalogue, named
+from edge_ident.signals.metrics import rms
 
 Array = NDArray[np.float64]
 
@@ -29,7 +30,7 @@ def not_testable(search: Search, model: FittedModel, noise: float) -> tuple[NotT
         Rms of the model's residual at the valid samples.
     """
     data = search.data
-    effort = float(np.sqrt(np.mean(data.effort[data.valid] ** 2)))
+    effort = rms(data.effort[data.valid])
     missing = []
     for name in catalogue():
         if name in model.effects:

@@ -16,10 +16,10 @@ from edge_ident.model.effect import Array, Effect, Motion, Parameter, Values
 from edge_ident.model.search import Excitation, Form, Search
 from edge_ident.model.strengths import Draws, Scale
 
-_STRETCHES: Final = 12
+_SEGMENTS: Final = 12
 """Of the motion, integrated side by side."""
 _SHORTEST: Final = 100
-"""Samples of such a stretch."""
+"""Samples of such a segment."""
 _CONTACT_DAMPING: Final = 0.4
 """Damping ratio of the load on a contact."""
 _CONTACT_BAND: Final = 5.0
@@ -85,8 +85,8 @@ class Backlash(Effect):
     def resistance(self, motion: Motion, values: Values) -> Array:
         """Let the load move on by itself and on the contacts, sample by sample.
 
-        A load forgets what it did before it was last carried, so stretches of the motion are
-        integrated side by side, each from one stretch earlier on, where the axis is quick.
+        A load forgets what it did before it was last carried, so segments of the motion are
+        integrated side by side, each from one segment earlier on, where the axis is quick.
         """
         step_s = float(motion.time_s[1] - motion.time_s[0])
         carried = values["deceleration"] * motion.direction
@@ -149,9 +149,9 @@ def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
 
 
 def _starts(velocity: Array) -> NDArray[np.intp]:
-    """Where stretches start (K + 1), the end included: where the axis is quick, evenly spread."""
+    """Where segments start (K + 1), the end included: where the axis is quick, evenly spread."""
     speed = np.abs(velocity).reshape(-1, velocity.shape[-1])[0]
-    count = max(1, min(_STRETCHES, len(speed) // _SHORTEST))
+    count = max(1, min(_SEGMENTS, len(speed) // _SHORTEST))
     near = len(speed) // (4 * count)
     even = len(speed) * np.arange(1, count) // count
     quick = [k - near + int(np.argmax(speed[k - near : k + near])) for k in even]
@@ -165,7 +165,7 @@ def _pushed(drive: Array, speed: Array, carried: Array, values: Values, step_s: 
     Parameters
     ----------
     drive : (..., K, N) array
-        Positions of the encoder's side along K stretches.
+        Positions of the encoder's side along K segments.
     speed, carried : (..., K) arrays
         Where they begin: speed, and the contact's acceleration of a load that is carried.
     """

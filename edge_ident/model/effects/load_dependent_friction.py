@@ -32,14 +32,18 @@ class LoadDependentFriction(Effect):
     def friction(self, at: Motion, values: Values) -> Array:
         """At one instant the transmitted effort is known at the input."""
         near = 1.0 - values["moved"]
-        passed = at.transmitted - near * at.accelerated + values["guided"] * at.rubbed
+        passed = at.transmitted - near * at.inertia_effort + values["guided"] * at.friction_effort
         own = near * values["share"] * at.direction * np.sign(passed)
         return values["share"] * np.abs(passed) / (1.0 - own)
 
     def resistance(self, motion: Motion, values: Values) -> Array:
         """Along a motion it is known at the output."""
         near = 1.0 - values["moved"]
-        output = motion.transmitted - near * motion.accelerated + values["guided"] * motion.rubbed
+        output = (
+            motion.transmitted
+            - near * motion.inertia_effort
+            + values["guided"] * motion.friction_effort
+        )
         share = values["share"] * motion.direction * np.sign(output)
         return output / (1.0 - share) - output
 

@@ -10,6 +10,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from threading import Event, Thread
 
 import pytest
 
@@ -18,6 +19,8 @@ from edge_ident.commissioning.port_notes import Holder, holder_of, noted
 from edge_ident.commissioning.stopping import stop_machine
 from edge_ident.errors import LinkError
 from edge_ident.signals.recording_files import load_recording
+from firmware_interface.board import Board
+from firmware_interface.connection import open_link
 from firmware_interface.registers import State
 from tests.boards import served_board
 
@@ -72,6 +75,38 @@ def test_stop_reaches_the_command_that_holds_the_port(command: str, tmp_path: Pa
         for path in (tmp_path / "out").glob("*.npz"):
             assert len(load_recording(path).time_s) > 0
         assert holder_of(device) is None
+
+
+def test_stop_switches_off_the_effort_that_a_vanished_host_left_on() -> None:
+    with served_board(speed=5.0) as device:
+        link = open_link(device)
+        board = Board.connect(link)
+        board.enable()
+        link.close()  # nobody lets go of the board: its lease runs out
+        assert not stop_machine(device, 115200, lambda text: None).enabled
+
+
+def test_stop_leaves_the_effort_to_a_host_that_is_alive() -> None:
+    with served_board("tcp_port=0", speed=5.0) as device:
+        link = open_link(device)
+        said: list[str] = []
+        board = Board.connect(link)
+        board.enable()
+        beating = Event()
+        thread = Thread(target=_beat_until, args=(board, beating))
+        thread.start()
+        try:
+            assert stop_machine(device, 115200, said.append).enabled
+        finally:
+            beating.set()
+            thread.join()
+            link.close()
+        assert any("stays on" in text for text in said)
+
+
+def _beat_until(board: Board, ended: Event) -> None:
+    while not ended.wait(0.5):
+        board.heartbeat()
 
 
 def test_a_holder_that_does_not_end_is_said_with_the_wired_stop_as_next_step(

@@ -72,7 +72,7 @@ def design_softly(gains: AxisGains, monkeypatch: pytest.MonkeyPatch) -> None:
     def design(*_: object) -> dict[str, GainDesign]:
         return {axis: GainDesign(gains, 1.0, 1.0, 10.0, 0.0) for axis in ("x", "z")}
 
-    monkeypatch.setattr(commissioning, "design_gains", design)
+    monkeypatch.setattr(commissioning, "board_designs", design)
 
 
 def test_least_squares_alone_carries_a_run(board: Board, tmp_path: Path) -> None:

@@ -8,7 +8,7 @@ from scipy.linalg import expm
 
 from edge_ident.commissioning.capture import capture_motion
 from edge_ident.commissioning.gain_forecast import Forecaster, check_stable
-from edge_ident.commissioning.run import design_gains
+from edge_ident.commissioning.run import board_designs
 from edge_ident.drive.description import load_drive
 from edge_ident.errors import DataError, GainError, ModelError
 from edge_ident.identification.identify import identify
@@ -96,7 +96,7 @@ def test_margins_are_what_the_sampled_loop_bears(
 ) -> None:
     """The loop's eigenvalues leave the unit circle as its gain or its phase uses up the margin."""
     board, recording, _ = moved
-    designs = design_gains(board, identify(recording, None))
+    designs = board_designs(board, identify(recording, None))
     vague = Model({name: with_deviation(axis, 0.03) for name, axis in identified.axes.items()})
     forecaster = Forecaster(board.identity, board.limits(), vague, None)
     (found,) = forecaster.forecast([{a: d.gains for a, d in designs.items()}], nothing)

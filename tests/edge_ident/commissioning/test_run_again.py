@@ -24,8 +24,8 @@ from firmware_interface.registers import State
 from firmware_interface.virtual.board import VirtualBoard
 from firmware_interface.virtual.settings import CONSERVATIVE_GAINS
 
-ENABLED_AT_REST = {"stage", "before commit", "after commit", "draining", "before confirm"}
-"""A host that dies here leaves the effort on: no motion ends by the watchdog."""
+ENABLED_AT_REST = {"stage", "before commit"}
+"""A host that dies here leaves the effort on, and nothing by which the next one could tell."""
 COUNT_RAD = 2 * np.pi / 8400
 
 
@@ -96,18 +96,27 @@ def test_after_an_interruption_at_any_phase_the_next_run_works(
     assert Board.connect(virtual).status().enabled == left_on  # as it was found
 
 
-def test_a_capture_cut_short_is_kept_and_said(tmp_path: Path) -> None:
+def test_a_place_just_inside_the_travel_is_reached_slowly_enough_to_stop_before_its_end() -> None:
+    board = Board.connect(VirtualBoard())
+    target_rad = board.limits()["x"].travel_rad - 1e-4
+    there = {axis: Multisine((SineComponent(target_rad, 0.0, np.pi / 2),)) for axis in board.axes}
+    board.enable()
+    board.write_trajectory(with_lead_in(board, Trajectory(there, 0.02, lead_in_s=6.0)))
+    board.arm()  # which refuses a way that leaves the travel if it is stopped
+
+
+@pytest.mark.parametrize(
+    ("phase", "name"),
+    [("identification capture", "capture"), ("verification capture", "verification")],
+)
+def test_a_capture_cut_short_is_kept_and_said(phase: str, name: str, tmp_path: Path) -> None:
     virtual, observer = VirtualBoard(), Listening()
     with pytest.raises(KeyboardInterrupt):
-        run(
-            InterruptedLink(virtual, "identification capture", KeyboardInterrupt),
-            tmp_path,
-            observer,
-        )
-    kept = load_recording(tmp_path / "capture_partial.npz")
+        run(InterruptedLink(virtual, phase, KeyboardInterrupt), tmp_path, observer)
+    kept = load_recording(tmp_path / f"{name}_partial.npz")
     assert len(kept.time_s) > 800
-    assert any("capture_partial.npz" in said for said in observer.said)
-    assert not (tmp_path / "capture.npz").exists()
+    assert any(f"{name}_partial.npz" in said for said in observer.said)
+    assert not (tmp_path / f"{name}.npz").exists()
 
 
 def test_a_whole_capture_is_saved_before_the_machine_has_come_to_rest(tmp_path: Path) -> None:

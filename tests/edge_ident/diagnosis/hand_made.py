@@ -108,7 +108,8 @@ def ripple() -> Cause:
         RIPPLE, 0.31, (0.27, 0.35), 0.12,
         (Alternative("encoder_eccentricity", True, "it grows with speed squared", "two speeds"),),
         "effort rises and falls 6.98 times per turn, at all speeds alike",
-        "it gains 412 units of the criterion (more than 25 are required)",
+        "without it the criterion is 412 units worse (a term must gain more than 25 to enter, "
+        "and more than 0 to stay)",
     )  # fmt: skip
 
 
@@ -117,7 +118,8 @@ def friction_by_direction() -> Cause:
         DIRECTION, 0.12, (0.08, 0.17), 0.05,
         (Alternative("nonlinear_viscous", False, "0.97 alike [so far]", "a faster multisine"),),
         "viscous friction is 12 % larger forward than backward",
-        "it gains 57 units of the criterion (more than 25 are required)",
+        "without it the criterion is 57 units worse (a term must gain more than 25 to enter, "
+        "and more than 0 to stay)",
     )  # fmt: skip
 
 

@@ -78,7 +78,8 @@ def test_the_real_diagnosis_names_the_cause_in_a_short_recording(tmp_path, monke
     assert cause["effect"] == "asymmetric_friction"
     difference = cause["parameters"]["difference"]
     assert difference["value"] == pytest.approx(0.25, abs=4.0 * difference["std"])
-    assert "more than 0 are required" in cause["decision"]
+    assert cause["decision"].startswith("without it the criterion is ")
+    assert "more than 25 to enter, and more than 0 to stay" in cause["decision"]
     assert axis["extended"]["relative_residual"]["fitted"] < 2.0 * axis["noise_floor"]
     model = load_model(tmp_path / "out" / "model.json").axes["x"]
     assert model.parameters == pytest.approx([0.5, 0.8, 1.1, 0.2], abs=0.03)

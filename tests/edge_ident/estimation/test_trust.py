@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from edge_ident.estimation.trust import compare_estimators, judge
+from edge_ident.estimation.trust import check_estimate, compare_estimators
 from edge_ident.model.model import Estimate
 
 TIME = 0.01 * np.arange(2000)
@@ -18,11 +18,11 @@ def estimate(values=VALUES, std=(0.01, 0.01, 0.01, 0.01)) -> Estimate:
 
 
 def test_a_good_estimate_raises_nothing() -> None:
-    assert judge(estimate(), REGRESSOR, EFFORT, 0.03) == []
+    assert check_estimate(estimate(), REGRESSOR, EFFORT, 0.03) == []
 
 
 def test_a_weak_inertia_is_reported_with_its_number_and_a_motion() -> None:
-    [finding] = judge(estimate(std=(0.08, 0.01, 0.01, 0.01)), REGRESSOR, EFFORT, 0.03)
+    [finding] = check_estimate(estimate(std=(0.08, 0.01, 0.01, 0.01)), REGRESSOR, EFFORT, 0.03)
     assert finding.code == "weak_inertia"
     assert not finding.blocks
     assert "±20%" in finding.message
@@ -41,21 +41,21 @@ def test_a_weak_inertia_is_reported_with_its_number_and_a_motion() -> None:
     ],
 )
 def test_reasons_to_refuse(values, std, residual: float, code: str) -> None:
-    findings = judge(estimate(values, std), REGRESSOR, EFFORT, residual)
+    findings = check_estimate(estimate(values, std), REGRESSOR, EFFORT, residual)
     assert [finding.code for finding in findings if finding.blocks] == [code]
 
 
 def test_one_way_motion_cannot_tell_coulomb_friction_from_offset() -> None:
     one_way = REGRESSOR.copy()
     one_way[:, 1], one_way[:, 2] = 2.0 + VELOCITY, 1.0
-    [finding] = judge(estimate(), one_way, one_way @ VALUES, 0.03)
+    [finding] = check_estimate(estimate(), one_way, one_way @ VALUES, 0.03)
     assert finding.code == "inseparable"
     assert finding.blocks
     assert finding.message.startswith("coulomb_friction and offset cannot be told apart")
 
 
 def test_a_negative_offset_is_physical() -> None:
-    assert judge(estimate((0.4, 0.9, 1.4, -0.5)), REGRESSOR, EFFORT, 0.03) == []
+    assert check_estimate(estimate((0.4, 0.9, 1.4, -0.5)), REGRESSOR, EFFORT, 0.03) == []
 
 
 def test_estimators_may_differ_within_their_uncertainty_only() -> None:

@@ -117,10 +117,10 @@ def test_a_selection_that_did_not_converge_says_so() -> None:
 
 def test_a_cause_says_why_it_is_accepted_and_a_refused_effect_why_not() -> None:
     diagnosis = hand_made.diagnosis()
-    refused = Refused("warm_up", "it gains 7 units of the criterion; more than 25 are required")
+    refused = Refused("warm_up", "without it the criterion is 7 units better")
     axis = replace(diagnosis.axes["x"], refused=(refused,))
     found = diagnosis_document(replace(diagnosis, axes={"x": axis}), None)["axes"]["x"]
-    assert found["causes"][0]["decision"].startswith("it gains 412 units of the criterion")
+    assert found["causes"][0]["decision"].startswith("without it the criterion is 412 units worse")
     assert found["refused"] == [{"effect": "warm_up", "reason": refused.reason}]
 
 

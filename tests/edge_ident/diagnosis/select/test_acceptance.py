@@ -1,4 +1,4 @@
-"""The rule that accepts a cause, and its thresholds: all in one file, all with a reason."""
+"""The rule that accepts a cause, and the thresholds: all in one file, all with a reason."""
 
 import ast
 from dataclasses import replace
@@ -12,8 +12,9 @@ from edge_ident.diagnosis.fit.fitting import FittedTerm, fit, solve
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.select import acceptance
-from edge_ident.diagnosis.select.acceptance import Evidence, decide, structure_left, thresholds
+from edge_ident.diagnosis.select.acceptance import Evidence, decide, structure_left
 from edge_ident.diagnosis.select.cross_validation import held_out_gain
+from edge_ident.diagnosis.select.thresholds import thresholds
 from edge_ident.model.search import Form
 from tests.edge_ident.diagnosis.select.test_search_parts import TEMPLATE, recorded, rigid, swing
 
@@ -39,6 +40,15 @@ def test_a_term_that_stays_has_to_gain_less_than_one_that_enters(
     gain: float, accepted: bool
 ) -> None:
     assert decide([RIPPLE], [RIPPLE, DRIFT], Evidence(gain), staying=True).accepted is accepted
+
+
+@pytest.mark.parametrize(("gain", "said"), [(730.0, "730 units worse"), (-12.0, "12 units better")])
+def test_a_decision_to_stay_says_what_entering_and_staying_require(gain: float, said: str) -> None:
+    decision = decide([RIPPLE], [RIPPLE, DRIFT], Evidence(gain), staying=True)
+    assert decision.reason == (
+        f"without it the criterion is {said} "
+        "(a term must gain more than 25 to enter, and more than 0 to stay)"
+    )
 
 
 @pytest.mark.parametrize(
@@ -123,7 +133,7 @@ def test_every_threshold_has_unit_reason_and_support() -> None:
 @pytest.mark.parametrize("file", sorted(ROOM.glob("*.py")), ids=lambda file: file.name)
 def test_no_other_file_of_the_room_holds_a_threshold(file: Path) -> None:
     tree = ast.parse(file.read_text(encoding="utf-8"))
-    assert numbers(tree) == [] or file.name == "acceptance.py"
+    assert numbers(tree) == [] or file.name == "thresholds.py"
 
 
 def numbers(tree: ast.Module) -> list[str]:

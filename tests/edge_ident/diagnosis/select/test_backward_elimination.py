@@ -10,9 +10,9 @@ from edge_ident.diagnosis.fit.candidates import Candidate
 from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm, fit
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.select import backward_elimination
-from edge_ident.diagnosis.select.acceptance import MOST_ROUNDS
 from edge_ident.diagnosis.select.backward_elimination import eliminate_backward
 from edge_ident.diagnosis.select.search import Search
+from edge_ident.diagnosis.select.thresholds import MOST_ROUNDS
 from edge_ident.model.effects import named
 from tests.edge_ident.diagnosis.select.test_search_parts import TEMPLATE, recorded, rigid, swing
 
@@ -35,7 +35,8 @@ def test_a_superfluous_term_leaves_and_says_why(superfluous: tuple[Search, Fitte
     assert supported.model.terms == ()
     (refused,) = supported.refused
     assert refused.effect == "asymmetric_friction"
-    assert "are required" in refused.reason
+    assert "units better" in refused.reason
+    assert "more than 0 to stay" in refused.reason
 
 
 def test_too_few_rounds_say_that_it_did_not_converge(

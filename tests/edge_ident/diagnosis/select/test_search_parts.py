@@ -10,7 +10,7 @@ from edge_ident.diagnosis.fit.noise_floor import noise_floor
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.present.wording import external_vibrations, verdict_sentence
 from edge_ident.diagnosis.result import Verdict
-from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Term
+from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Model, Term
 from edge_ident.signals.recording import AxisRecord, Recording
 
 Array = NDArray[np.float64]
@@ -172,8 +172,6 @@ def test_several_recordings_are_fitted_together_and_another_validates() -> None:
 
 
 def test_a_model_that_knows_the_effect_leaves_nothing_to_find() -> None:
-    from edge_ident.model.model import Model
-
     t, x, v, a = swing(seed=7)
     record = recorded(t, x, rigid(v, a) + 0.25 * abs(v), noise=0.05)
     known = Model({"x": diagnose([record]).axes["x"].model})

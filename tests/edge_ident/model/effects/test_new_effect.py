@@ -11,6 +11,7 @@ import pytest
 
 from edge_ident.control.gain_design import design
 from edge_ident.control.position_loop import LoopHardware
+from edge_ident.diagnosis.diagnose import diagnose
 from edge_ident.diagnosis.fit.candidates import candidates
 from edge_ident.errors import ModelError
 from edge_ident.identification.identify import identify
@@ -23,6 +24,7 @@ from edge_ident.model.model_files import load_model, save_model
 from edge_ident.signals.recording import AxisRecord, Recording
 from edge_ident.simulation.references import recorded_references
 from edge_ident.simulation.scenario import Scenario, record
+from tests.edge_ident.diagnosis.select.test_search_parts import recorded, rigid, swing
 from tests.plant import Drives, Electronics, draw, draw_drives, multisine, simulate
 from tests.plant.catalogue import names_of
 from tests.plant.effect import Effect as PlantEffect
@@ -147,6 +149,17 @@ def test_the_diagnosis_searches_for_it_and_the_page_describes_it() -> None:
     page = effect_pages.render()
     assert f"## {NAME}" in page
     assert "drag is largest at one speed and falls beyond it" in page
+
+
+@pytest.mark.usefixtures("brake")
+def test_the_diagnosis_names_it() -> None:
+    t, x, v, a = swing(seconds=10.0)
+    brake = 0.6 * v * 0.5 / (v**2 + 0.5**2)
+    axis = diagnose([recorded(t, x, rigid(v, a) + brake, noise=0.02)]).axes["x"]
+    (cause,) = axis.causes
+    assert cause.term.effect == NAME
+    assert cause.term.values["level"] == pytest.approx(0.6, rel=0.1)
+    assert cause.term.values["speed"] == pytest.approx(0.5, rel=0.1)
 
 
 @pytest.mark.usefixtures("brake")
