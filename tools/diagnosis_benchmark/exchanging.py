@@ -1,6 +1,5 @@
 """Gives the diagnosis other thresholds, and a memory of what they do not reach."""
 
-import pickle
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -8,6 +7,7 @@ from dataclasses import replace
 from functools import wraps
 from hashlib import sha256
 from io import BytesIO
+from pickle import Pickler
 from typing import Any, Final
 
 from edge_ident.diagnosis import motion_check
@@ -105,7 +105,7 @@ class _Memory:
 
     def _key(self, arguments: object) -> bytes:
         buffer = BytesIO()
-        pickler = pickle.Pickler(buffer, protocol=5)
+        pickler = Pickler(buffer, protocol=5)
         pickler.persistent_id = self._identity  # type: ignore[method-assign]
         pickler.dump(arguments)
         return sha256(buffer.getvalue()).digest()
