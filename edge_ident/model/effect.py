@@ -27,7 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.model.compensation import Compensation
-from edge_ident.model.search import Search
+from edge_ident.model.search import SearchSpec
 from edge_ident.model.strengths import Draw, no_draw
 
 Array = NDArray[np.float64]
@@ -35,7 +35,7 @@ Values = Mapping[str, Array]
 """Values of an effect's parameters by name, each of the shape of the drives."""
 
 _NOTHING: Final = np.zeros(())
-_NO_SEARCH: Final = Search()
+_NO_SEARCH: Final = SearchSpec()
 _NO_COMPENSATION: Final = Compensation()
 _NONADDITIVE_HOOKS: Final = ("true_motion", "reading", "command", "torque", "recorded", "withheld")
 """Hooks that act on what other terms contribute."""
@@ -120,7 +120,7 @@ class Effect:
 
     Parameters
     ----------
-    search : Search
+    search : SearchSpec
         How the diagnosis searches for it.
     draw : callable
         Random values for the drives of a `Scale`, from hardly visible to a machine that needs
@@ -148,7 +148,7 @@ class Effect:
 
     def __init__(
         self,
-        search: Search = _NO_SEARCH,
+        search: SearchSpec = _NO_SEARCH,
         draw: Draw = no_draw,
         compensation: Compensation = _NO_COMPENSATION,
     ) -> None:

@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 
 from edge_ident.model.effect import Array, Effect, Motion, Parameter, Values
-from edge_ident.model.search import Form, Search
+from edge_ident.model.search import Form, SearchSpec
 
 _MANY: Final = 1e9
 
@@ -33,7 +33,7 @@ class ExternalVibration(Effect):
 
 
 EXTERNAL_VIBRATION: Final = ExternalVibration(
-    search=Search(
+    search=SearchSpec(
         forms=(Form(("cosine", "sine"), ("frequency",)),),
         signature="follows the clock, whatever the motion",
         repeats=True,

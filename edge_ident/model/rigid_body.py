@@ -7,7 +7,7 @@ model (a reconstruction, see `edge_ident.model.model`).
 from typing import Final
 
 from edge_ident.model.effect import Array, Effect, Motion, Parameter, Values
-from edge_ident.model.search import Search
+from edge_ident.model.search import SearchSpec
 
 _MANY: Final = 1e9
 
@@ -36,5 +36,5 @@ class RigidBody(Effect):
 
 
 RIGID_BODY: Final = RigidBody(
-    search=Search(discrepancy=0.003),
+    search=SearchSpec(discrepancy=0.003),
 )

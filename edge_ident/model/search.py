@@ -20,7 +20,7 @@ class Form:
         The effort is proportional to them, or nearly so while they are small. Those of other
         forms are zero.
     nonlinear : tuple of parameter names
-        The others that matter. A grid search finds them (`Search.grid`).
+        The others that matter. A grid search finds them (`SearchSpec.grid`).
     coupled : bool
         Whether another axis takes part.
     rotary : bool
@@ -85,7 +85,7 @@ def _always(values: Values, excitation: Excitation) -> bool:
 
 
 @dataclass(frozen=True)
-class Search:
+class SearchSpec:
     """How the diagnosis searches for one effect.
 
     Attributes

@@ -242,9 +242,10 @@ def test_killed_where_most_is_under_way_a_run_leaves_the_virtual_board_for_the_n
 
 def test_a_host_that_is_held_up_finds_the_machine_stopped(site: Site) -> None:
     with site.run() as process:
-        ambush = Ambush(PAGE, 1, lambda: os.kill(process.pid, signal.SIGSTOP))
+        # from the start on: on a busy machine a motion is soon over
+        ambush = Ambush(MOTION["start"], 1, lambda: os.kill(process.pid, signal.SIGSTOP))
         site.proxy.line.choose = ambush
-        assert ambush.struck.wait(30.0)
+        assert ambush.struck.wait(60.0)
         time.sleep(0.8)
         process.send_signal(signal.SIGCONT)
         document, messages = process.communicate(timeout=60)

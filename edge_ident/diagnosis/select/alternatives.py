@@ -19,7 +19,7 @@ _TINY: Final = float(np.finfo(float).tiny)
 
 
 @dataclass(frozen=True)
-class Comparison:
+class ComparedAlternatives:
     """A cause and its alternatives.
 
     Attributes
@@ -37,7 +37,7 @@ class Comparison:
     decision: Decision | None
 
 
-def compare_alternatives(search: Search, model: FittedModel, index: int) -> Comparison:
+def compare_alternatives(search: Search, model: FittedModel, index: int) -> ComparedAlternatives:
     """Fit the best alternatives in the place of one term of a model."""
     term = model.terms[index]
     rest = search.fit(model.base, model.without(index))
@@ -61,7 +61,7 @@ def compare_alternatives(search: Search, model: FittedModel, index: int) -> Comp
         if name not in tried:
             found.append(_scored_alternative(name, scored, model))
     accepted = decision is not None and decision.accepted
-    return Comparison(_first_of_each(found), best if accepted else None, decision)
+    return ComparedAlternatives(_first_of_each(found), best if accepted else None, decision)
 
 
 def _fitted_alternative(

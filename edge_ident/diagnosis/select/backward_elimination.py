@@ -12,7 +12,7 @@ from edge_ident.diagnosis.fit.held_out import held_out_residuals
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.result import Refused
 from edge_ident.diagnosis.select.acceptance import Decision, Evidence, decide
-from edge_ident.diagnosis.select.alternatives import Comparison, compare_alternatives
+from edge_ident.diagnosis.select.alternatives import ComparedAlternatives, compare_alternatives
 from edge_ident.diagnosis.select.cross_validation import HeldOutGain, held_out_gain, near_zero
 from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.select.thresholds import MOST_ROUNDS
@@ -25,7 +25,7 @@ class SupportedTerm:
 
     gain: HeldOutGain
     decision: Decision
-    comparison: Comparison
+    comparison: ComparedAlternatives
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,7 @@ class _Round:
 
     gains: Sequence[HeldOutGain]
     decisions: Sequence[Decision]
-    comparisons: Sequence[Comparison]
+    comparisons: Sequence[ComparedAlternatives]
     change: FittedModel | None
     refused: Refused | None
 
@@ -142,7 +142,7 @@ def _replaced(
     model: FittedModel,
     gains: Sequence[HeldOutGain],
     decisions: Sequence[Decision],
-    comparisons: Sequence[Comparison],
+    comparisons: Sequence[ComparedAlternatives],
 ) -> _Round:
     """The round in which the best alternative takes the place of a term."""
     ranked = [

@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 
 from edge_ident.model.effect import Array, Effect, Parameter, Values
-from edge_ident.model.search import Form, Search
+from edge_ident.model.search import Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
 
 
@@ -39,7 +39,7 @@ def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
 
 
 EFFECT: Final = ActuatorDeadband(
-    search=Search(
+    search=SearchSpec(
         forms=(Form(("width",)),),
         signature="flips with the sign of the effort, not of the velocity",
         alternatives=("load_dependent_friction", "asymmetric_friction", "stribeck_friction"),

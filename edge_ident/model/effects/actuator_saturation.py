@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 
 from edge_ident.model.effect import Array, Effect, Parameter, Values
-from edge_ident.model.search import Excitation, Form, Search
+from edge_ident.model.search import Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
 
 
@@ -46,7 +46,7 @@ def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
 
 
 EFFECT: Final = ActuatorSaturation(
-    search=Search(
+    search=SearchSpec(
         forms=(Form((), ("limit",)),),
         signature="nothing is wrong below the limit; above it the command is not obeyed",
         alternatives=("disturbance_event", "load_dependent_friction"),

@@ -12,7 +12,7 @@ import numpy as np
 
 from edge_ident.model.compensation import Compensation
 from edge_ident.model.effect import Array, Effect, Motion, Parameter, Values
-from edge_ident.model.search import Form, Search
+from edge_ident.model.search import Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
 
 
@@ -41,7 +41,7 @@ def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
 
 
 EFFECT: Final = AsymmetricFriction(
-    search=Search(
+    search=SearchSpec(
         forms=(Form(("difference",)),),
         signature="grows with speed and does not change its sign with the direction",
         alternatives=("position_dependent_friction", "nonlinear_viscous", "actuator_deadband"),

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.model.effect import Array, Effect, Motion, Parameter, Values
-from edge_ident.model.search import Excitation, Form, Search
+from edge_ident.model.search import Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
 
 _SEGMENTS: Final = 12
@@ -205,7 +205,7 @@ def _contact(at: Motion, values: Values) -> Array:
 
 
 EFFECT: Final = Backlash(
-    search=Search(
+    search=SearchSpec(
         forms=(
             Form(
                 ("load_inertia",), ("gap", "deceleration", "damping_rate", "weight", "contact_rate")

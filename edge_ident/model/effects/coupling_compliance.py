@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from edge_ident.model.compensation import Compensation
 from edge_ident.model.effect import Array, Effect, Motion, Parameter, Values
-from edge_ident.model.search import Excitation, Form, Search
+from edge_ident.model.search import Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
 
 Complex = NDArray[np.complex128]
@@ -170,7 +170,7 @@ def _lag(pole: Complex, load: Array, velocity: Array, most: Array, period_s: flo
 
 
 EFFECT: Final = CouplingCompliance(
-    search=Search(
+    search=SearchSpec(
         forms=(
             Form(
                 ("load_inertia",),

@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 
 from edge_ident.model.effect import Array, Effect, Motion, Parameter, Values
-from edge_ident.model.search import Form, Search
+from edge_ident.model.search import Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
 
 
@@ -60,7 +60,7 @@ def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
 
 
 EFFECT: Final = CrossAxisCoupling(
-    search=Search(
+    search=SearchSpec(
         forms=(
             Form(("inertia",), coupled=True),
             Form(("viscous_friction",), coupled=True),

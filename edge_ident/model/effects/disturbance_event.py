@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 
 from edge_ident.model.effect import Array, Effect, Motion, Parameter, Values
-from edge_ident.model.search import Excitation, Form, Search
+from edge_ident.model.search import Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
 
 
@@ -64,7 +64,7 @@ def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
 
 
 EFFECT: Final = DisturbanceEvent(
-    search=Search(
+    search=SearchSpec(
         forms=(Form(("level",), ("time", "duration")),),
         signature="one short stretch of time, and not again where the motion repeats",
         alternatives=("payload_change", "actuator_saturation", "backlash"),

@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 
 from edge_ident.model.effect import Array, Effect, Motion, Parameter, Values
-from edge_ident.model.search import Excitation, Form, Search
+from edge_ident.model.search import Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
 
 _ITERATIONS: Final = 5
@@ -79,7 +79,7 @@ def _error(position: Array, values: Values) -> tuple[Array, Array, Array]:
 
 
 EFFECT: Final = EncoderEccentricity(
-    search=Search(
+    search=SearchSpec(
         forms=(Form(("cosine", "sine"), ("period",)),),
         signature="repeats every turn and grows with the square of the speed",
         alternatives=("torque_ripple", "position_dependent_load"),

@@ -14,7 +14,7 @@ import numpy as np
 from edge_ident.model.effect import Array, Effect, Parameter, Values
 from edge_ident.model.effects.offset_drift import TIME_CONSTANT, effective_time_s, time_constants
 from edge_ident.model.model import PARAMETERS
-from edge_ident.model.search import Excitation, Form, Search
+from edge_ident.model.search import Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
 
 _SMALLEST: Final = 0.05
@@ -62,7 +62,7 @@ def _scale(time_s: Array, values: Values) -> Array:
 
 
 EFFECT: Final = GainDrift(
-    search=Search(
+    search=SearchSpec(
         forms=(
             Form(("rate",)),
             Form(("rate", "curvature")),

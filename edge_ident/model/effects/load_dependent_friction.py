@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 
 from edge_ident.model.effect import Array, Effect, Motion, Parameter, Values
-from edge_ident.model.search import Excitation, Form, Search
+from edge_ident.model.search import Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
 
 
@@ -64,7 +64,7 @@ def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
 
 
 EFFECT: Final = LoadDependentFriction(
-    search=Search(
+    search=SearchSpec(
         forms=(Form(("share",), ("guided", "moved")),),
         signature="friction that follows the transmitted effort, not the speed",
         alternatives=("actuator_deadband", "nonlinear_viscous", "payload_change"),

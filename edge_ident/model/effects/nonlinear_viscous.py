@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 
 from edge_ident.model.effect import Array, Effect, Motion, Parameter, Values
-from edge_ident.model.search import Excitation, Form, Search
+from edge_ident.model.search import Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
 
 
@@ -50,7 +50,7 @@ def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
 
 
 EFFECT: Final = NonlinearViscous(
-    search=Search(
+    search=SearchSpec(
         forms=(Form(("level",), ("exponent",)),),
         signature="friction bends over the whole range of speeds",
         alternatives=("stribeck_friction", "warm_up", "load_dependent_friction"),

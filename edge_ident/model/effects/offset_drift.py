@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 
 from edge_ident.model.effect import Array, Effect, Motion, Parameter, Values
-from edge_ident.model.search import Excitation, Form, Search
+from edge_ident.model.search import Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
 
 TIME_CONSTANT: Final = Parameter(
@@ -64,7 +64,7 @@ def time_constants(excitation: Excitation) -> dict[str, Array]:
 
 
 EFFECT: Final = OffsetDrift(
-    search=Search(
+    search=SearchSpec(
         forms=(
             Form(("rate",)),
             Form(("rate", "curvature")),

@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 
 from edge_ident.model.effect import Array, Effect, Motion, Parameter, Values
-from edge_ident.model.search import Excitation, Form, Search
+from edge_ident.model.search import Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
 
 
@@ -55,7 +55,7 @@ def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
 
 
 EFFECT: Final = PayloadChange(
-    search=Search(
+    search=SearchSpec(
         forms=(
             Form(("inertia", "coulomb_friction"), ("time",)),
             Form(("inertia", "coulomb_friction", "offset"), ("time",)),

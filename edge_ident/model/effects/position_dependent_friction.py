@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 
 from edge_ident.model.effect import Array, Effect, Motion, Parameter, Values
-from edge_ident.model.search import Excitation, Form, Search
+from edge_ident.model.search import Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
 
 
@@ -56,7 +56,7 @@ def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
 
 
 EFFECT: Final = PositionDependentFriction(
-    search=Search(
+    search=SearchSpec(
         forms=(Form(("gradient",)), Form(("cosine", "sine"), ("period",))),
         signature="differs along the stroke and changes its sign with the direction",
         alternatives=("torque_ripple", "position_dependent_load", "asymmetric_friction"),

@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 
 from edge_ident.model.effect import Array, Effect, Motion, Parameter, Values
-from edge_ident.model.search import Excitation, Form, Search
+from edge_ident.model.search import Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
 
 _BRISTLES: Final = 10
@@ -89,7 +89,7 @@ def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
 
 
 EFFECT: Final = PreslidingHysteresis(
-    search=Search(
+    search=SearchSpec(
         forms=(Form(("level",), ("distance",)),),
         signature="depends on the distance since the reversal, not on speed or time",
         alternatives=("backlash", "stribeck_friction", "coupling_compliance"),

@@ -11,7 +11,7 @@ import numpy as np
 
 from edge_ident.model.compensation import Compensation
 from edge_ident.model.effect import Array, Effect, Motion, Parameter, Values
-from edge_ident.model.search import Excitation, Form, Search
+from edge_ident.model.search import Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
 
 
@@ -46,7 +46,7 @@ def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
 
 
 EFFECT: Final = StribeckFriction(
-    search=Search(
+    search=SearchSpec(
         forms=(Form(("level",), ("speed",)),),
         signature="friction is higher at low speed, the same accelerating and decelerating",
         alternatives=("nonlinear_viscous", "presliding_hysteresis"),

@@ -11,7 +11,7 @@ import numpy as np
 
 from edge_ident.model.compensation import Compensation
 from edge_ident.model.effect import Array, Effect, Parameter, Values
-from edge_ident.model.search import Excitation, Form, Search
+from edge_ident.model.search import Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
 
 
@@ -44,7 +44,7 @@ def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
 
 
 EFFECT: Final = TimeDelay(
-    search=Search(
+    search=SearchSpec(
         forms=(Form(("delay",)),),
         signature="the whole effort is shifted, the same at all amplitudes",
         alternatives=("coupling_compliance", "presliding_hysteresis"),

@@ -11,7 +11,7 @@ import numpy as np
 
 from edge_ident.model.compensation import Compensation
 from edge_ident.model.effect import Array, Effect, Motion, Parameter, Values
-from edge_ident.model.search import Excitation, Form, Search
+from edge_ident.model.search import Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
 
 
@@ -54,7 +54,7 @@ def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
 
 
 EFFECT: Final = TorqueRipple(
-    search=Search(
+    search=SearchSpec(
         forms=(Form(("cosine", "sine"), ("period",)),),
         signature="repeats with the position, the same at all speeds and in both directions",
         alternatives=(

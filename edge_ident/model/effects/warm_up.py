@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 
 from edge_ident.model.effect import Array, Effect, Motion, Parameter, Values
-from edge_ident.model.search import Excitation, Form, Search
+from edge_ident.model.search import Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
 
 
@@ -48,7 +48,7 @@ def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
 
 
 EFFECT: Final = WarmUp(
-    search=Search(
+    search=SearchSpec(
         forms=(Form(("excess",), ("time_constant",)),),
         signature="viscous friction falls from repeat to repeat, and inertia does not",
         alternatives=("gain_drift", "nonlinear_viscous", "payload_change"),

@@ -41,7 +41,7 @@ Source: Smythe, Trans. AIEE 61 (1942) 681.
 import numpy as np
 
 from edge_ident.model.effect import Effect, Parameter
-from edge_ident.model.search import Form, Search
+from edge_ident.model.search import Form, SearchSpec
 
 
 class MagneticBrake(Effect):
@@ -59,7 +59,7 @@ class MagneticBrake(Effect):
 
 
 EFFECT = MagneticBrake(
-    search=Search(
+    search=SearchSpec(
         forms=(Form(("level",), ("speed",)),),
         signature="drag is largest at one speed and falls beyond it",
         alternatives=("nonlinear_viscous",),
