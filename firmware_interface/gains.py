@@ -29,9 +29,11 @@ A bank is accepted if every number n with its largest value N (the gain_maximum 
 but those in `SIGNED` are not below it.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
-from typing import Final, Self
+from types import ModuleType
+from typing import Any, Final, Self
 
 RIPPLES: Final = 4
 """Entries of the ripple table."""
@@ -128,3 +130,34 @@ class AxisGains:
 
 Bank = Mapping[str, AxisGains]
 """Gains of all axes, by name."""
+
+
+def feedforward_nm(gains: AxisGains, setpoint: Any, functions: ModuleType = math) -> Any:
+    """What the reference alone asks for.
+
+    Parameters
+    ----------
+    gains : AxisGains
+    setpoint : Setpoint or Reference
+        A finite one, or a stretch of them.
+    functions : module
+        `math`, or numpy for a stretch.
+    """
+    velocity = setpoint.velocity_rad_s
+    slowness = velocity / gains.stribeck_speed_rad_s
+    bump = functions.exp(-slowness * slowness)
+    effort = (
+        gains.inertia_feedforward * setpoint.acceleration_rad_s2
+        + gains.viscous_feedforward * velocity
+        + gains.viscous_difference_feedforward * abs(velocity)
+        + (gains.coulomb_feedforward + gains.stribeck_feedforward * bump)
+        * functions.tanh(velocity / gains.coulomb_smoothing_rad_s)
+        + gains.offset_feedforward
+    )
+    for cosine, sine, period in zip(
+        gains.ripple_cosine, gains.ripple_sine, gains.ripple_period_rad, strict=True
+    ):
+        if cosine or sine:
+            angle = 2.0 * math.pi * setpoint.position_rad / period
+            effort = effort + cosine * functions.cos(angle) + sine * functions.sin(angle)
+    return effort

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from edge_ident.errors import BoardError
 from firmware_interface.board import AxisLimits, Board
-from firmware_interface.gains import AxisGains
+from firmware_interface.gains import AxisGains, feedforward_nm
 from firmware_interface.motion import (
     Multisine,
     Reference,
@@ -23,7 +23,6 @@ from firmware_interface.motion import (
     stop_duration_s,
 )
 from firmware_interface.registers import REGISTERS
-from firmware_interface.virtual.controller import feedforward_nm
 
 Array = NDArray[np.float64]
 

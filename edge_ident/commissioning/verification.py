@@ -33,9 +33,8 @@ from edge_ident.errors import BoardError
 from edge_ident.signals.metrics import rms
 from edge_ident.signals.recording import AxisRecord, Recording
 from firmware_interface.board import Board
-from firmware_interface.gains import FEEDBACK, AxisGains, Bank
+from firmware_interface.gains import FEEDBACK, AxisGains, Bank, feedforward_nm
 from firmware_interface.motion import Reference, Trajectory, reference
-from firmware_interface.virtual.controller import feedforward_nm
 
 Array = NDArray[np.float64]
 Verdict = Literal["better", "equal", "worse"]

@@ -1,10 +1,9 @@
 """The control law of `firmware_interface.gains`, sample by sample, for one axis."""
 
 import math
-from types import ModuleType
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-from firmware_interface.gains import AxisGains
+from firmware_interface.gains import AxisGains, feedforward_nm
 
 
 class Setpoint(NamedTuple):
@@ -74,34 +73,3 @@ class AxisController:
             self.finite = False
             return 0.0
         return min(max(effort_nm, -self._limit_nm), self._limit_nm)
-
-
-def feedforward_nm(gains: AxisGains, setpoint: Any, functions: ModuleType = math) -> Any:
-    """What the reference alone asks for.
-
-    Parameters
-    ----------
-    gains : AxisGains
-    setpoint : Setpoint or Reference
-        A finite one, or a stretch of them.
-    functions : module
-        `math`, or numpy for a stretch.
-    """
-    velocity = setpoint.velocity_rad_s
-    slowness = velocity / gains.stribeck_speed_rad_s
-    bump = functions.exp(-slowness * slowness)
-    effort = (
-        gains.inertia_feedforward * setpoint.acceleration_rad_s2
-        + gains.viscous_feedforward * velocity
-        + gains.viscous_difference_feedforward * abs(velocity)
-        + (gains.coulomb_feedforward + gains.stribeck_feedforward * bump)
-        * functions.tanh(velocity / gains.coulomb_smoothing_rad_s)
-        + gains.offset_feedforward
-    )
-    for cosine, sine, period in zip(
-        gains.ripple_cosine, gains.ripple_sine, gains.ripple_period_rad, strict=True
-    ):
-        if cosine or sine:
-            angle = 2.0 * math.pi * setpoint.position_rad / period
-            effort = effort + cosine * functions.cos(angle) + sine * functions.sin(angle)
-    return effort

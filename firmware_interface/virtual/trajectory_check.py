@@ -13,7 +13,7 @@ import numpy as np
 
 from firmware_interface.board_types import AxisLimits
 from firmware_interface.codec import decode_trajectory
-from firmware_interface.gains import AxisGains
+from firmware_interface.gains import AxisGains, feedforward_nm
 from firmware_interface.motion import (
     Array,
     Multisine,
@@ -24,7 +24,6 @@ from firmware_interface.motion import (
     stop_duration_s,
 )
 from firmware_interface.registers import AXES, REGISTERS
-from firmware_interface.virtual.controller import feedforward_nm
 from firmware_interface.virtual.drive import SAMPLE_PERIOD_S
 
 TRAJECTORY_ADDRESS: Final = REGISTERS["trajectory.kind"].address
