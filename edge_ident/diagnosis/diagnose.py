@@ -16,18 +16,12 @@ from edge_ident.diagnosis.fit.summary import (
     traces,
     validation,
 )
+from edge_ident.diagnosis.measures import ModelFit
 from edge_ident.diagnosis.motion_check import with_motion_errors
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.data_quality import data_findings
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
-from edge_ident.diagnosis.result import (
-    AxisDiagnosis,
-    Cause,
-    Diagnosis,
-    ModelFit,
-    Validation,
-    Verdict,
-)
+from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Diagnosis, Validation, Verdict
 from edge_ident.diagnosis.select.acceptance import structure_left
 from edge_ident.diagnosis.select.backward_elimination import SupportedModel, eliminate_backward
 from edge_ident.diagnosis.select.causes import causes

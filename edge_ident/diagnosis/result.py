@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.model.model import AxisModel, Estimate, Model, Term
-from edge_ident.signals.metrics import Metric
+from edge_ident.diagnosis.measures import NO_SHIFT, ModelFit, SpectralLine, Timing, Traces
+from edge_ident.estimation.trust import Finding
+from edge_ident.model.model import AxisModel, Model, Term
 from edge_ident.support.readable import Readable
 
 if TYPE_CHECKING:
@@ -112,62 +113,6 @@ class NotTestable:
 
 
 @dataclass(frozen=True)
-class ModelFit:
-    """How well a model describes the valid samples of the recordings.
-
-    Attributes
-    ----------
-    estimate : Estimate
-        Base parameters with standard deviations.
-    fitted, held_out : float
-        Relative residual of the fit, and of five-fold cross-validation by blocks of time.
-    metric : Metric
-    motion_error : float or None
-        Rms position error of the model in simulation (`edge_ident.diagnosis.motion_check`); None
-        where it was not simulated.
-    """
-
-    estimate: Estimate
-    fitted: float
-    held_out: float
-    metric: Metric
-    motion_error: float | None = None
-
-
-@dataclass(frozen=True)
-class Traces:
-    """Signals over the N samples of a diagnosis, one recording after the other.
-
-    Attributes
-    ----------
-    time_s, position, velocity, acceleration, effort : (N,) arrays
-        Filtered alike; SI units.
-    base_effort, extended_effort : (N,) arrays
-        Predictions of the base model, fitted alone, and of the extended model.
-    contributions : mapping of effect to (N,) array
-        Contribution of each cause to the prediction of the extended model.
-    since_reversal : (N,) array
-        Distance travelled since the last reversal, or since the start before the first.
-    valid : (N,) array of bool
-        False where encoder quantization aliases into the band; those samples do not count.
-    file : (N,) array of int
-        Number of the recording.
-    """
-
-    time_s: Array
-    position: Array
-    velocity: Array
-    acceleration: Array
-    effort: Array
-    base_effort: Array
-    extended_effort: Array
-    contributions: Mapping[str, Array]
-    since_reversal: Array
-    valid: NDArray[np.bool_]
-    file: NDArray[np.intp]
-
-
-@dataclass(frozen=True)
 class AxisDiagnosis:
     """The diagnosis of one axis.
 
@@ -193,6 +138,17 @@ class AxisDiagnosis:
         Bandwidth of the comparison.
     knee_hz : float
         Frequency above which encoder noise dominates and the filter attenuates.
+    suspected : tuple of Cause
+        Causes that the acceptance rule does not support; outside the model. `decision` says why.
+    minor : tuple of Cause
+        Certain causes below the tolerance; outside the model.
+    timing : Timing
+    share_in_band : float
+        Share of the variance of the recorded effort that lies in the band of the comparison.
+    lines : tuple of SpectralLine
+        Above the band, and explained by no cause.
+    findings : tuple of Finding
+        What speaks against any cause, or limits what the recording can show.
 
     Examples
     --------
@@ -216,6 +172,12 @@ class AxisDiagnosis:
     cutoff_hz: float
     knee_hz: float
     traces: Traces = field(repr=False)
+    suspected: tuple[Cause, ...] = ()
+    minor: tuple[Cause, ...] = ()
+    timing: Timing = NO_SHIFT
+    share_in_band: float = 1.0
+    lines: tuple[SpectralLine, ...] = ()
+    findings: tuple[Finding, ...] = ()
 
 
 @dataclass(frozen=True)

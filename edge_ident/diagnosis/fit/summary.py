@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 
 from edge_ident.diagnosis.fit.fitting import FittedModel
 from edge_ident.diagnosis.fit.held_out import held_out_residuals
+from edge_ident.diagnosis.measures import ModelFit, Traces
 from edge_ident.diagnosis.prepare.axis_data import AxisData
-from edge_ident.diagnosis.result import ModelFit, Traces, Validation
+from edge_ident.diagnosis.result import Validation
 from edge_ident.model.model import AxisModel, Estimate
 from edge_ident.signals.metrics import compare, rms
 

@@ -5,9 +5,10 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from edge_ident.diagnosis.measures import ModelFit
 from edge_ident.diagnosis.present.explained_variance import explained_variance
 from edge_ident.diagnosis.present.wording import external_vibrations
-from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Diagnosis, ModelFit, Validation
+from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Diagnosis, Validation
 from edge_ident.model.model import PARAMETERS, AxisModel, base_axis
 from edge_ident.model.model_files import values_document
 from edge_ident.support.json_text import finite

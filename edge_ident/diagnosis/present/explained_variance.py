@@ -6,7 +6,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.result import AxisDiagnosis, Traces
+from edge_ident.diagnosis.measures import Traces
+from edge_ident.diagnosis.result import AxisDiagnosis
 
 Array = NDArray[np.float64]
 

@@ -6,10 +6,11 @@ from typing import Any, Final
 import numpy as np
 from scipy.signal import welch
 
+from edge_ident.diagnosis.measures import Traces
 from edge_ident.diagnosis.present import panels
 from edge_ident.diagnosis.present.explained_variance import acceleration_at, running_time
 from edge_ident.diagnosis.present.panels import Array, Units
-from edge_ident.diagnosis.result import AxisDiagnosis, Traces
+from edge_ident.diagnosis.result import AxisDiagnosis
 from edge_ident.support.drawing import new_figure
 
 _SEGMENTS: Final = 8

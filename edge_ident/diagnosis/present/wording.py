@@ -4,11 +4,11 @@ import math
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+from edge_ident.diagnosis.measures import ModelFit
 from edge_ident.diagnosis.result import (
     Alternative,
     AxisDiagnosis,
     Cause,
-    ModelFit,
     Refused,
     Validation,
     Verdict,

@@ -4,15 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 
+from edge_ident.diagnosis.measures import ModelFit, Traces
 from edge_ident.diagnosis.result import (
     Alternative,
     AxisDiagnosis,
     Cause,
     DataFinding,
     Diagnosis,
-    ModelFit,
     NotTestable,
-    Traces,
     Validation,
     Verdict,
 )

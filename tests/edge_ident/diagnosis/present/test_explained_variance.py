@@ -6,8 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from edge_ident.diagnosis.measures import Traces
 from edge_ident.diagnosis.present.explained_variance import acceleration_at, explained_variance
-from edge_ident.diagnosis.result import Traces, Verdict
+from edge_ident.diagnosis.result import Verdict
 from tests.edge_ident.diagnosis import hand_made
 
 AXIS = hand_made.axis(Verdict.ADEQUATE)

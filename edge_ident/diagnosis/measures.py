@@ -1,0 +1,109 @@
+"""What was measured in a diagnosis: fits, timing, lines above the band, and signals over time."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from edge_ident.model.model import Estimate
+from edge_ident.signals.metrics import Metric
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class ModelFit:
+    """How well a model describes the valid samples of the recordings.
+
+    Attributes
+    ----------
+    estimate : Estimate
+        Base parameters with standard deviations.
+    fitted, held_out : float
+        Relative residual of the fit, and of five-fold cross-validation by blocks of time.
+    metric : Metric
+    motion_error : float or None
+        Rms position error of the model in simulation (`edge_ident.diagnosis.motion_check`); None
+        where it was not simulated.
+    """
+
+    estimate: Estimate
+    fitted: float
+    held_out: float
+    metric: Metric
+    motion_error: float | None = None
+
+
+@dataclass(frozen=True)
+class Traces:
+    """Signals over the N samples of a diagnosis, one recording after the other.
+
+    Attributes
+    ----------
+    time_s, position, velocity, acceleration, effort : (N,) arrays
+        Filtered alike; SI units.
+    base_effort, extended_effort : (N,) arrays
+        Predictions of the base model, fitted alone, and of the extended model.
+    contributions : mapping of effect to (N,) array
+        Contribution of each cause to the prediction of the extended model.
+    since_reversal : (N,) array
+        Distance travelled since the last reversal, or since the start before the first.
+    valid : (N,) array of bool
+        False where encoder quantization aliases into the band; those samples do not count.
+    file : (N,) array of int
+        Number of the recording.
+    """
+
+    time_s: Array
+    position: Array
+    velocity: Array
+    acceleration: Array
+    effort: Array
+    base_effort: Array
+    extended_effort: Array
+    contributions: Mapping[str, Array]
+    since_reversal: Array
+    valid: NDArray[np.bool_]
+    file: NDArray[np.intp]
+
+
+@dataclass(frozen=True)
+class Timing:
+    """Shift between effort and position, part of the base model.
+
+    Attributes
+    ----------
+    shift_s : float
+        By which the effort is recorded late, beyond what the recording states.
+    shift_samples, std_samples : float
+        The same in sampling periods, and its standard deviation.
+    """
+
+    shift_s: float = 0.0
+    shift_samples: float = 0.0
+    std_samples: float = 0.0
+
+
+NO_SHIFT: Final = Timing()
+
+
+@dataclass(frozen=True)
+class SpectralLine:
+    """A sinusoid that stands out of the noise of the effort above the band of the comparison.
+
+    Attributes
+    ----------
+    order : float or None
+        Periods per turn (rad) or per metre, for a sinusoid in position.
+    frequency_hz : float or None
+        For a sinusoid in time.
+    amplitude, std : float
+        In the unit of the effort, with its standard deviation.
+    """
+
+    order: float | None
+    frequency_hz: float | None
+    amplitude: float
+    std: float
