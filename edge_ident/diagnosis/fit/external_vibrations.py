@@ -1,6 +1,6 @@
 """External vibrations: the strongest sinusoids in time in a residual."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final, Self
 
 import numpy as np
@@ -49,6 +49,10 @@ class Spectrum:
         frequency_hz = np.arange(lowest, highest, _STEP / duration_s)
         angle = 2.0 * np.pi * frequency_hz[:, None] * data.of_motion("time_s")[data.valid]
         return cls(frequency_hz, np.exp(-1j * angle).astype(np.complex64))
+
+    def at(self, kept: NDArray[np.bool_]) -> "Spectrum":
+        """The same at fewer of the samples (n,)."""
+        return self if np.all(kept) else replace(self, waves=self.waves[:, kept])
 
     def strongest(self, residual: Array) -> Grid:
         """Frequencies of the highest peaks of a residual (n,) at the valid samples."""

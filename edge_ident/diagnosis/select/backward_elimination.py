@@ -116,7 +116,7 @@ def _look(search: Search, model: FittedModel) -> _Round:
     What cross-validation does not support leaves before alternatives are compared, and a better
     alternative comes before a term with an essential parameter near zero leaves.
     """
-    smaller, evidence, gains = _evidence(search, model)
+    smaller, evidence, gains = evidence_for_terms(search, model)
     decisions = _decisions(smaller, model, evidence)
     if all(d.accepted for d in decisions):
         comparisons = [compare_alternatives(search, model, k) for k in range(len(model.terms))]
@@ -159,7 +159,7 @@ def _replaced(
     return _Round(gains, decisions, comparisons, best.replacement, refused)
 
 
-def _evidence(
+def evidence_for_terms(
     search: Search, model: FittedModel
 ) -> tuple[list[FittedModel], list[Evidence], list[HeldOutGain]]:
     """The models without each term, and the evidence for the term."""

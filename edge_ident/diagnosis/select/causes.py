@@ -1,41 +1,35 @@
-"""The terms of the final model as causes: values, deviations, gains, decisions, evidence."""
+"""The terms of a model as causes: values, deviations, gains, decisions, evidence."""
 
 from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from edge_ident.diagnosis.fit.summary import nonzero_rms
+from edge_ident.diagnosis.fit.external_vibrations import VIBRATION
+from edge_ident.diagnosis.fit.held_out import standard_deviations
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.result import Cause
 from edge_ident.diagnosis.select.backward_elimination import SupportedModel, SupportedTerm
 from edge_ident.model.effects import named
 from edge_ident.model.model import Term
-from edge_ident.signals.metrics import rms
-
-Array = NDArray[np.float64]
 
 
 def causes(
-    data: AxisData, supported: SupportedModel, contributions: Sequence[Array], deviations: Array
-) -> tuple[Cause, ...]:
-    """Causes of the final model, the strongest first.
+    data: AxisData, supported: SupportedModel, shares: Sequence[float]
+) -> tuple[Cause | None, ...]:
+    """Causes in the order of a model's terms; None for an external vibration.
 
     Parameters
     ----------
     data : AxisData
     supported : SupportedModel
-        Without external vibrations.
-    contributions : sequence of (n,) arrays
-        Of the model's terms.
-    deviations : (P,) array
-        Standard deviations of base, linear and nonlinear parameters.
+    shares : sequence of float
+        Of each term (`edge_ident.diagnosis.select.own_effort`).
     """
     model = supported.model
+    deviations = standard_deviations(data, model)
     nonlinear_at = len(model.linear_parameters)
-    scale = nonzero_rms(data.effort[data.valid])
-    found = []
+    found: list[Cause | None] = []
     for k, (t, support) in enumerate(zip(model.terms, supported.support, strict=True)):
         names = t.candidate.form.nonlinear
         nonlinear = deviations[nonlinear_at : nonlinear_at + len(names)]
@@ -44,24 +38,35 @@ def causes(
         std |= dict(zip(names, nonlinear.tolist(), strict=True))
         term = t.model_term
         values = {name: float(np.asarray(value)) for name, value in term.values.items()}
-        share = rms(contributions[k][data.valid]) / scale
-        found.append(_cause(replace(term, values=values, std=std), share, support))
-    order = np.argsort([-cause.share for cause in found], kind="stable")
-    return tuple(found[k] for k in order)
+        cause = _cause(replace(term, values=values, std=std), shares[k], support)
+        found.append(None if t.candidate == VIBRATION else cause)
+    return tuple(found)
 
 
 def _cause(term: Term, share: float, support: SupportedTerm) -> Cause:
     gain = support.gain
     where = "where it acts" if gain.one_off else "in segments that it was not fitted to"
+    evidence = f"{_signature(term)}; it adds {share:.1%} of the effort to what the base model can say"
+    if gain.value > 0.0:
+        evidence += f" and reduces the residual by {gain.value:.0%} {where}"
     return Cause(
         term=term,
         held_out_gain=gain.value,
         held_out_gain_interval=gain.interval,
         share=share,
         alternatives=support.comparison.alternatives,
-        evidence=(
-            f"{named(term.effect).search.signature}; it makes up {share:.1%} of the effort and "
-            f"reduces the residual by {gain.value:.0%} {where}"
-        ),
+        evidence=evidence,
         decision=support.decision.reason,
     )
+
+
+def _signature(term: Term) -> str:
+    if term.effect == VIBRATION.effect:
+        return "a sinusoid in time"
+    return named(term.effect).search.signature
+
+
+def strongest_first(found: Sequence[Cause]) -> tuple[Cause, ...]:
+    """Causes by their share."""
+    order = np.argsort([-cause.share for cause in found], kind="stable")
+    return tuple(found[k] for k in order)

@@ -77,6 +77,35 @@ NONZERO: Final = Threshold(
     "`test_search_parts.py`: friction that changes alone is no payload; sensitivity: 4.2 refuses a "
     "real payload, 2.1 changes nothing",
 )
+SAME_WAVEFORM: Final = Threshold(
+    0.5,
+    "rms of the cause's own effort",
+    "A disturbed run leads to a cause again where an effort of its model differs by less than this.",
+    "A judgement: the two efforts then have a correlation of about 0.87 or more.",
+    "docs/diagnosis_reference.md, the rules on real axes: waveforms keep 48 of 50 true causes",
+)
+FOUND_AGAIN: Final = Threshold(
+    0.8,
+    "share of the runs",
+    "A cause that fewer runs find, the undisturbed one among them, is suspected.",
+    "Inside the range of 0.6 to 0.9 that the source of stability selection proposes (Meinshausen "
+    "and Bühlmann, J. R. Stat. Soc. B 72 (2010) 417): four of five runs.",
+    "docs/diagnosis_reference.md, the rules on real axes",
+)
+NEGATIVE: Final = Threshold(
+    3.0,
+    "standard deviations",
+    "Inertia or friction below zero by more than this is unphysical: no cause is named beside it.",
+    "The usual three-sigma rule.",
+    "`test_judgement.py`: the law of a speed loop is no machine",
+)
+NOISE_SEEDS: Final = Threshold(
+    2,
+    "runs",
+    "So many copies have noise added; the two halves of the samples are two more runs.",
+    "As many as there are halves, so that neither kind of disturbance decides alone.",
+    "docs/diagnosis_reference.md, the rules on real axes: one run of each gives the same answer",
+)
 RELIABILITY: Final = Threshold(
     0.75,
     "reliability ratio",
