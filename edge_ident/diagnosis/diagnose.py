@@ -2,13 +2,14 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Final
 
 import numpy as np
 
 from edge_ident.diagnosis.fit.fitting import FittedModel, fit
 from edge_ident.diagnosis.fit.held_out import standard_deviations
-from edge_ident.diagnosis.fit.noise_floor import NoiseFloor, noise_floor
+from edge_ident.diagnosis.fit.noise_floor import noise_floor
 from edge_ident.diagnosis.fit.summary import (
     contributions,
     model_fit,
@@ -22,12 +23,12 @@ from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.data_quality import data_findings
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.recording_checks import findings
-from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Diagnosis, Validation, Verdict
-from edge_ident.diagnosis.select.acceptance import structure_left
+from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Diagnosis, Validation
 from edge_ident.diagnosis.select.backward_elimination import SupportedModel, eliminate_backward
-from edge_ident.diagnosis.select.causes import causes
 from edge_ident.diagnosis.select.forward_selection import select_forward
+from edge_ident.diagnosis.select.judgement import Rules, judge
 from edge_ident.diagnosis.select.search import Search
+from edge_ident.diagnosis.select.stability import RUNS
 from edge_ident.diagnosis.select.testability import not_testable
 from edge_ident.errors import DataError
 from edge_ident.model.effects import named
@@ -36,6 +37,7 @@ from edge_ident.model.supported_range import SupportedRange
 from edge_ident.signals.recording import Recording
 
 Progress = Callable[[str, int, int], None]
+OnRun = Callable[[int], None]
 
 _START: Final = np.array([1.0, 0.0, 0.0, 0.0])
 """Base parameters that the first fit starts from."""
@@ -46,6 +48,9 @@ def diagnose(
     *,
     model: Model | None = None,
     validate: Recording | None = None,
+    tolerance: float = 0.01,
+    stability: bool = True,
+    keep_minor: bool = False,
     on_progress: Progress = lambda stage, done, of: None,
 ) -> Diagnosis:
     """Find what the base model gets wrong, name the cause, and extend the model.
@@ -58,8 +63,15 @@ def diagnose(
         Effects that the machine is known to have.
     validate : Recording, optional
         Another recording, on which the fitted models are scored.
+    tolerance : float, optional
+        Smallest share of the rms effort that is worth naming. Smaller causes are minor.
+    stability : bool, optional
+        Whether the search is repeated on disturbed data. A cause that does not come back is only
+        suspected.
+    keep_minor : bool, optional
+        Whether the extended model has the minor causes too.
     on_progress : callable
-        Gets the stage, the number of axes done and the number of axes.
+        Gets the stage, the number of its steps done and the number of its steps.
 
     Returns
     -------
@@ -80,16 +92,24 @@ def diagnose(
     names = list(recordings[0].axes)
     _check_axes([*recordings, *([validate] if validate else [])])
     axes, validations = {}, {}
+    rules = Rules(tolerance, stability, keep_minor)
     for done, name in enumerate(names):
         on_progress("diagnosis", done, len(names))
         template = _template(recordings[0], name, model)
-        axes[name] = _diagnose_axis(recordings, name, template)
+        axes[name] = _diagnose_axis(
+            recordings, name, template, rules, partial(_told, on_progress, name)
+        )
         if validate is not None:
             validations[name] = _validate(prepare_axis([validate], name), axes[name], template)
     on_progress("diagnosis", len(names), len(names))
     on_progress("simulated motion", 0, 1)
     found = Diagnosis(axes, data_findings(recordings, axes), validations)
     return with_motion_errors(found, recordings)
+
+
+def _told(on_progress: Progress, name: str, done: int) -> None:
+    """Tell how many disturbed runs of an axis are done."""
+    on_progress(f"stability, axis {name}", done, RUNS)
 
 
 def _check_axes(recordings: Sequence[Recording]) -> None:
@@ -124,34 +144,36 @@ class _Selected:
 
 
 def _diagnose_axis(
-    recordings: Sequence[Recording], name: str, template: AxisModel
+    recordings: Sequence[Recording], name: str, template: AxisModel, rules: Rules, on_run: OnRun
 ) -> AxisDiagnosis:
     data, selected = _selected(prepare_axis(recordings, name), template)
     search, start = selected.search, selected.start
-    supported = selected.supported.without_vibrations(data)
-    model = supported.model
-    floor = noise_floor(data, start, float(model.base[0]))
+    floor = noise_floor(data, start, float(selected.supported.model.base[0]))
+    checks = findings(recordings, name, data, start, selected.supported.model)
+    blocked = next((check.message for check in checks if check.blocks), None)
+    judged = judge(search, start, selected.supported, floor, rules, blocked, on_run)
+    model = judged.supported.without_vibrations(data).model
     left = float(np.sqrt(model.error / np.count_nonzero(data.valid)))
-    deviations = standard_deviations(data, model)
-    extended = model_fit(data, model, deviations)
-    parts = contributions(data, model)
-    found = causes(data, supported, parts, deviations)
+    extended = model_fit(data, model, standard_deviations(data, model))
+    kept = (*judged.causes, *(judged.minor if rules.keep_minor else ()))
     return AxisDiagnosis(
-        verdict=_verdict(search, model, floor, left),
-        causes=found,
-        refused=supported.refused,
-        external_vibrations=selected.supported.vibrations,
-        converged=supported.converged,
+        verdict=judged.verdict,
+        causes=judged.causes,
+        refused=judged.supported.refused,
+        external_vibrations=judged.supported.vibrations,
+        converged=judged.supported.converged,
         not_testable=not_testable(search, model, left),
         base=model_fit(data, start, standard_deviations(data, start)),
         extended=extended,
         noise_floor=floor.rms / nonzero_rms(data.effort[data.valid]),
         noise_floor_source=floor.source,
-        model=_physical_model(template, extended.estimate, found, data.supported),
+        model=_physical_model(template, extended.estimate, kept, data.supported),
         cutoff_hz=max(s.cutoff_hz for s in data.segments),
         knee_hz=max(s.band.knee_hz for s in data.segments),
-        traces=traces(data, start, model, parts),
-        findings=findings(recordings, name, data, start, selected.supported.model),
+        traces=traces(data, start, model, contributions(data, model)),
+        suspected=judged.suspected,
+        minor=judged.minor,
+        findings=checks,
     )
 
 
@@ -172,15 +194,6 @@ def _select(data: AxisData, template: AxisModel) -> _Selected:
     selection = select_forward(search, start)
     search = search.with_samples(selection.samples)
     return _Selected(search, start, eliminate_backward(search, selection.model))
-
-
-def _verdict(search: Search, model: FittedModel, floor: NoiseFloor, left: float) -> Verdict:
-    """The verdict on a model whose residual has the rms `left`."""
-    samples = np.count_nonzero(search.data.valid)
-    discrepancy = float(np.sqrt(search.criterion.discrepancy(model) / samples))
-    if structure_left(left, floor.rms, floor.uncertainty, discrepancy):
-        return Verdict.UNEXPLAINED
-    return Verdict.EXPLAINED if model.terms else Verdict.ADEQUATE
 
 
 def _physical_model(

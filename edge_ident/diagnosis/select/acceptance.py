@@ -3,12 +3,12 @@
 `decide` is the rule. Forward selection asks it before it adds a term, backward elimination before
 it keeps one, and replacement before it exchanges one for an alternative. `again` and
 `larger_than_rest` decide which causes of the model that the search ends with are supported, and
-which only suspected. `structure_left` decides on the verdict. What they compare with is in `select.thresholds`.
+which only suspected. `structure_left` decides on the verdict. What they compare with is in
+`select.thresholds`.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final
 
 import numpy as np
 
@@ -22,8 +22,6 @@ from edge_ident.diagnosis.select.thresholds import (
     STRUCTURE,
     SUPPORTED,
 )
-
-_ROUNDING: Final = 1e-9
 
 
 @dataclass(frozen=True)
@@ -138,12 +136,11 @@ def separable(criterion_gain: float) -> bool:
 
 def again(found: int, runs: int) -> Decision:
     """Decide whether a cause that so many of the runs found is stable (`select.stability`)."""
-    margin = found / runs - FOUND_AGAIN.value
     reason = (
         f"{found} of {runs} runs on data disturbed by less than their noise find the same effort "
-        f"({FOUND_AGAIN.value:.0%} are required)"
+        f"({FOUND_AGAIN.value} are required)"
     )
-    return Decision(margin > -_ROUNDING, reason, margin)
+    return Decision(found >= FOUND_AGAIN.value, reason, float(found - FOUND_AGAIN.value))
 
 
 def larger_than_rest(share: float, rest: float) -> Decision:

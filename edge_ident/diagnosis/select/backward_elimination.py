@@ -57,20 +57,24 @@ class SupportedModel:
 
     def without_vibrations(self, data: AxisData) -> "SupportedModel":
         """The model of the axis itself; parameters stay as they were fitted beside vibrations."""
-        model = self.model
-        own = [t.candidate != VIBRATION for t in model.terms]
-        if all(own):
-            return self
-        places = np.flatnonzero(own).tolist()
-        terms = tuple(model.terms[k] for k in places)
-        axis = build(model.template, model.base, terms)
-        predicted = data.predicted(axis)
-        residual = (data.effort - predicted)[data.valid]
-        sizes = [len(PARAMETERS), *(len(t.linear) for t in model.terms)]
-        jacobian = model.jacobian[:, np.repeat([True, *own], sizes)]
-        error = float(residual @ residual)
-        inside = FittedModel(axis, model.base, terms, predicted, jacobian, error)
-        return replace(self, model=inside, support=tuple(self.support[k] for k in places))
+        own = [t.candidate != VIBRATION for t in self.model.terms]
+        support = tuple(s for s, mine in zip(self.support, own, strict=True) if mine)
+        return replace(self, model=without_vibrations(data, self.model), support=support)
+
+
+def without_vibrations(data: AxisData, model: FittedModel) -> FittedModel:
+    """A model without external vibrations; parameters stay as they were fitted beside them."""
+    own = [t.candidate != VIBRATION for t in model.terms]
+    if all(own):
+        return model
+    terms = tuple(t for t, mine in zip(model.terms, own, strict=True) if mine)
+    axis = build(model.template, model.base, terms)
+    predicted = data.predicted(axis)
+    residual = (data.effort - predicted)[data.valid]
+    sizes = [len(PARAMETERS), *(len(t.linear) for t in model.terms)]
+    jacobian = model.jacobian[:, np.repeat([True, *own], sizes)]
+    error = float(residual @ residual)
+    return FittedModel(axis, model.base, terms, predicted, jacobian, error)
 
 
 @dataclass(frozen=True)

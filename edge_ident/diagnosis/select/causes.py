@@ -46,9 +46,12 @@ def causes(
 def _cause(term: Term, share: float, support: SupportedTerm) -> Cause:
     gain = support.gain
     where = "where it acts" if gain.one_off else "in segments that it was not fitted to"
-    evidence = f"{_signature(term)}; it adds {share:.1%} of the effort to what the base model can say"
+    evidence = (
+        f"{_signature(term)}; the part that the base model cannot express is {share:.1%} of the "
+        "effort"
+    )
     if gain.value > 0.0:
-        evidence += f" and reduces the residual by {gain.value:.0%} {where}"
+        evidence += f", and it reduces the residual by {gain.value:.0%} {where}"
     return Cause(
         term=term,
         held_out_gain=gain.value,

@@ -28,12 +28,14 @@ from edge_ident.diagnosis.select.backward_elimination import (
     SupportedModel,
     SupportedTerm,
     evidence_for_terms,
+    without_vibrations,
 )
 from edge_ident.diagnosis.select.causes import causes, strongest_first
 from edge_ident.diagnosis.select.own_effort import Array, base_space, own_efforts
 from edge_ident.diagnosis.select.physics import unphysical
 from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.select.stability import RUNS, times_found
+from edge_ident.diagnosis.select.thresholds import TRADED
 from edge_ident.signals.metrics import rms
 
 
@@ -110,6 +112,9 @@ def judge(
         kept = [k for k in kept if k not in doubts]
     kept, smaller = _larger_than_rest(court, kept)
     doubts |= smaller
+    traded = _traded(court, kept)
+    doubts |= traded
+    kept = [k for k in kept if k not in traded]
     reason = blocked or (unphysical(search.data, court.fitted(kept)) if kept else None)
     if reason is not None:
         doubts |= dict.fromkeys(kept, reason)
@@ -198,6 +203,20 @@ def _larger_than_rest(court: _Court, kept: list[int]) -> tuple[list[int], dict[i
         doubts[kept[weakest]] = decision.reason
         kept = [k for k in kept if k != kept[weakest]]
     return kept, doubts
+
+
+def _traded(court: _Court, kept: Sequence[int]) -> dict[int, str]:
+    """Reasons against vibrations that trade places with the base model.
+
+    They are no part of the machine. So without them, and with the parameters that were fitted
+    beside them, the rest has to describe the machine no worse than the base model.
+    """
+    model = court.fitted(kept)
+    rest = without_vibrations(court.search.data, model)
+    if court.left(rest) <= TRADED.value * court.left(court.start):
+        return {}
+    reason = "without it the parameters that were fitted beside it are worse than the base model's"
+    return {k: reason for k, t in zip(kept, model.terms, strict=True) if t.candidate == VIBRATION}
 
 
 def _worth_naming(court: _Court, kept: list[int]) -> tuple[list[int], list[int]]:

@@ -108,10 +108,7 @@ class Search:
         base = build(self.template, self.excitation.base, ())
         for candidate, terms in refined_terms.items():
             more = {
-                name: np.unique([t.nonlinear[name] for t in terms])
-                if len(points[candidate]) == 1
-                else np.array([t.nonlinear[name] for t in terms])
-                for name in points[candidate]
+                name: np.array([t.nonlinear[name] for t in terms]) for name in points[candidate]
             }
             rows = regressors(self.data, base, candidate, more)[..., self.data.valid]
             library[candidate] = np.concatenate([library[candidate], rows])
@@ -222,7 +219,8 @@ class Search:
         """Regressors (k, n) of a term on top of a model."""
         if additive(self.template, (*fitted.terms, term)):
             return cached_regressors(data, self.template, term.candidate, term.nonlinear)
-        return regressors(data, fitted.axis, term.candidate, term.nonlinear)[0]
+        rows = regressors(data, fitted.axis, term.candidate, term.nonlinear)
+        return np.asarray(rows[0])
 
     def polished(self, fitted: FittedModel) -> FittedModel:
         """Refine the nonlinear parameters of each term once more, beside all the others."""

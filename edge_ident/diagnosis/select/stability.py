@@ -8,6 +8,7 @@ freely. The motion is undisturbed. So the regressors of the first search serve a
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,12 +18,12 @@ from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.select.forward_selection import select_again
 from edge_ident.diagnosis.select.own_effort import base_space, own_efforts
 from edge_ident.diagnosis.select.search import Search
-from edge_ident.diagnosis.select.thresholds import NOISE_SEEDS, SAME_WAVEFORM
+from edge_ident.diagnosis.select.thresholds import HALVES, NOISE_SEEDS, SAME_WAVEFORM
 from edge_ident.signals.metrics import rms
 
 Array = NDArray[np.float64]
 
-RUNS = 2 + NOISE_SEEDS.value
+RUNS: Final = HALVES.value + NOISE_SEEDS.value
 """Disturbed runs: two halves of the samples, and the copies with noise."""
 
 
@@ -55,7 +56,7 @@ def times_found(
     for done, disturbed in enumerate(_disturbed(data, noise)):
         on_run(done)
         again = points.on(disturbed)
-        found = select_again(again, again.fit(start.base, ()), np.count_nonzero(data.valid))
+        found = select_again(again, again.fit(start.base, ()), float(np.count_nonzero(data.valid)))
         seen = own_efforts(data, found, space)
         counts = [
             count + _among(effort, seen) for count, effort in zip(counts, wanted, strict=True)
@@ -67,8 +68,8 @@ def times_found(
 def _disturbed(data: AxisData, noise: float) -> Iterator[AxisData]:
     """The copies: every second valid sample, the others, and noise from every seed."""
     number = np.cumsum(data.valid)
-    for half in range(2):
-        yield replace(data, valid=data.valid & (number % 2 == half))
+    for half in range(HALVES.value):
+        yield replace(data, valid=data.valid & (number % HALVES.value == half))
     for seed in range(NOISE_SEEDS.value):
         rng = np.random.default_rng(seed)
         added = noise * rng.standard_normal(len(data.effort))

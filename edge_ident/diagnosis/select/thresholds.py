@@ -80,16 +80,16 @@ NONZERO: Final = Threshold(
 SAME_WAVEFORM: Final = Threshold(
     0.5,
     "rms of the cause's own effort",
-    "A disturbed run leads to a cause again where an effort of its model differs by less than this.",
+    "A disturbed run finds a cause again where an effort of its model differs by less than this.",
     "A judgement: the two efforts then have a correlation of about 0.87 or more.",
     "docs/diagnosis_reference.md, the rules on real axes: waveforms keep 48 of 50 true causes",
 )
 FOUND_AGAIN: Final = Threshold(
-    0.8,
-    "share of the runs",
+    4,
+    "runs of 5",
     "A cause that fewer runs find, the undisturbed one among them, is suspected.",
-    "Inside the range of 0.6 to 0.9 that the source of stability selection proposes (Meinshausen "
-    "and Bühlmann, J. R. Stat. Soc. B 72 (2010) 417): four of five runs.",
+    "Four fifths: inside the range of 0.6 to 0.9 that the source of stability selection proposes "
+    "(Meinshausen and Bühlmann, J. R. Stat. Soc. B 72 (2010) 417).",
     "docs/diagnosis_reference.md, the rules on real axes",
 )
 NEGATIVE: Final = Threshold(
@@ -99,12 +99,29 @@ NEGATIVE: Final = Threshold(
     "The usual three-sigma rule.",
     "`test_judgement.py`: the law of a speed loop is no machine",
 )
+TRADED: Final = Threshold(
+    1.02,
+    "residual of the base model",
+    "Without its external vibrations a model leaves no more than this, or they trade places with "
+    "its parameters and are refused.",
+    "The base model is the best without them; a machine that they act on is described nearly as "
+    "well by the parameters that were fitted beside them.",
+    "`test_search_parts.py`: an external vibration is reported; on a pendulum that is driven by "
+    "one sinusoid it is refused",
+)
+HALVES: Final = Threshold(
+    2,
+    "runs",
+    "So many disturbed runs have every second sample.",
+    "Both halves of the samples.",
+    "docs/diagnosis_reference.md, the rules on real axes: one run gives the same answer",
+)
 NOISE_SEEDS: Final = Threshold(
     2,
     "runs",
-    "So many copies have noise added; the two halves of the samples are two more runs.",
+    "So many disturbed runs have noise added.",
     "As many as there are halves, so that neither kind of disturbance decides alone.",
-    "docs/diagnosis_reference.md, the rules on real axes: one run of each gives the same answer",
+    "docs/diagnosis_reference.md, the rules on real axes: one run gives the same answer",
 )
 RELIABILITY: Final = Threshold(
     0.75,
