@@ -21,6 +21,7 @@ from edge_ident.diagnosis.motion_check import with_motion_errors
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.data_quality import data_findings
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
+from edge_ident.diagnosis.recording_checks import findings
 from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Diagnosis, Validation, Verdict
 from edge_ident.diagnosis.select.acceptance import structure_left
 from edge_ident.diagnosis.select.backward_elimination import SupportedModel, eliminate_backward
@@ -81,7 +82,7 @@ def diagnose(
     for done, name in enumerate(names):
         on_progress("diagnosis", done, len(names))
         template = _template(recordings[0], name, model)
-        axes[name] = _diagnose_axis(prepare_axis(recordings, name), template)
+        axes[name] = _diagnose_axis(recordings, name, template)
         if validate is not None:
             validations[name] = _validate(prepare_axis([validate], name), axes[name], template)
     on_progress("diagnosis", len(names), len(names))
@@ -121,8 +122,10 @@ class _Selected:
     supported: SupportedModel
 
 
-def _diagnose_axis(data: AxisData, template: AxisModel) -> AxisDiagnosis:
-    data, selected = _selected(data, template)
+def _diagnose_axis(
+    recordings: Sequence[Recording], name: str, template: AxisModel
+) -> AxisDiagnosis:
+    data, selected = _selected(prepare_axis(recordings, name), template)
     search, start = selected.search, selected.start
     supported = selected.supported.without_vibrations(data)
     model = supported.model
@@ -147,6 +150,7 @@ def _diagnose_axis(data: AxisData, template: AxisModel) -> AxisDiagnosis:
         cutoff_hz=max(s.cutoff_hz for s in data.segments),
         knee_hz=max(s.band.knee_hz for s in data.segments),
         traces=traces(data, start, model, parts),
+        findings=findings(recordings, name, data, start, selected.supported.model),
     )
 
 
