@@ -19,7 +19,7 @@ from edge_ident.signals.motion_lines import strongest_line
 
 Array = NDArray[np.float64]
 
-_LAGS: Final = (0.0, 1.0, 2.0, 3.0, 5.0)
+_LAGS: Final = (0.0, 0.5, 1.0, 1.5, 2.0, 3.0, 5.0)
 """Sampling periods from a motion to the answer: calculation, and filters of position and speed."""
 _AS_WELL: Final = 1.1
 """Residual of the law over that of the base model, up to which the law describes the effort as
@@ -37,8 +37,8 @@ class FeedbackLaw:
     position_gain, velocity_gain : float
         Effort per unit of position and velocity, never negative.
     over_base : float
-        Residual over that of the base model without bounds, the larger of two: with and without
-        the strongest line of the motion. At one frequency any law describes any effort.
+        Residual over that of the base model with physical signs, the larger of two: with and
+        without the strongest line of the motion. At one frequency any law describes any effort.
     left : float
         Residual over the variation of the effort, the larger of the same two.
     """
@@ -111,14 +111,15 @@ def _fitted(effort: Array, regressor: Array, answers: list[Array], known: Array)
 
     target = beside(effort)
     variation = float(np.linalg.norm(target))
-    columns, _ = _unit_length(beside(regressor))
-    dynamics = target - columns @ np.linalg.lstsq(columns, target, rcond=1e-9)[0]
+    offset = beside(regressor[:, 3:])
+    columns, _ = _unit_length(np.hstack([beside(regressor[:, :3]), offset, -offset]))
+    dynamics = scipy.optimize.nnls(columns, target)[1]
     floor = np.finfo(float).eps * float(np.linalg.norm(effort))
     best = FeedbackLaw(0.0, 0.0, np.inf, np.inf)
     for answer in answers:
         columns, length = _unit_length(beside(answer))
         gains, left = scipy.optimize.nnls(columns, target)
-        over_base = float(left) / max(float(np.linalg.norm(dynamics)), floor)
+        over_base = float(left) / max(float(dynamics), floor)
         if over_base < best.over_base:
             gains = gains / length
             share = float(left) / max(variation, floor)
