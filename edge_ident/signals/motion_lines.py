@@ -8,6 +8,9 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
+ONE_LINE: Final = 0.9
+"""Share of a velocity's variance in one line, from which the other frequencies together move an
+axis by less than a third as much."""
 _FINER: Final = 4
 """Frequencies tried in each step of the record's resolution: a peak is lower by 3 % at most."""
 _STRONG: Final = 0.01
