@@ -124,8 +124,9 @@ def test_one_frequency_and_one_speed_limit_what_a_recording_shows() -> None:
         rng = np.random.default_rng(5)
         angle = 6.0 * (time_s - swing / 9.0 * np.cos(9.0 * time_s))
         effort = 0.2 + 0.3 * 6.0 * (1.0 + swing * np.sin(9.0 * time_s))
-        noise = rng.standard_normal((2, len(time_s)))
-        axis = AxisRecord(angle + 1e-5 * noise[0], effort + 0.01 * noise[1], "rad", "A")
+        noise = rng.standard_normal(len(time_s))
+        angle = 1e-4 * np.round(angle / 1e-4)
+        axis = AxisRecord(angle, effort + 0.01 * noise, "rad", "A")
         codes = found(Recording(time_s, {"m": axis}, "motor"), "m")
         assert ("one_speed" in codes) == caught
     assert "one_speed" not in found(plant(None, stairs(4000), 1), "x")
