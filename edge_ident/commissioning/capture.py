@@ -14,6 +14,7 @@ from edge_ident.commissioning.approach import with_lead_in
 from edge_ident.commissioning.safety import stop_at_once
 from edge_ident.drive.description import Drive
 from edge_ident.errors import DataError, LinkError
+from edge_ident.signals.metrics import rms
 from edge_ident.signals.recording import AxisRecord, Recording
 from edge_ident.signals.recording_files import save_recording
 from edge_ident.support.interrupts import deaf_to_interrupts
@@ -216,10 +217,9 @@ def _assemble(board: Board, pages: list[CapturePage], tail_s: float) -> Capture:
         # the effort of a row acts for one period, from its computation on
         effort_shift_s=identity.control_delay_s + 0.5 * identity.sample_period_s,
     )
-    rms = np.sqrt(np.mean(following**2, axis=0))
     return Capture(
         recording=recording,
         pages=len(pages),
         tail_s=tail_s,
-        tracking_rms_rad={name: float(rms[i]) for i, name in enumerate(board.axes)},
+        tracking_rms_rad={name: rms(following[:, i]) for i, name in enumerate(board.axes)},
     )

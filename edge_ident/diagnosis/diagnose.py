@@ -21,6 +21,7 @@ from edge_ident.diagnosis.motion_check import with_motion_errors
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.data_quality import data_findings
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
+from edge_ident.diagnosis.recording_checks import findings
 from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Diagnosis, Validation, Verdict
 from edge_ident.diagnosis.select.acceptance import structure_left
 from edge_ident.diagnosis.select.backward_elimination import SupportedModel, eliminate_backward
@@ -31,6 +32,7 @@ from edge_ident.diagnosis.select.testability import not_testable
 from edge_ident.errors import DataError
 from edge_ident.model.effects import named
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Estimate, Model, Term
+from edge_ident.model.supported_range import SupportedRange
 from edge_ident.signals.recording import Recording
 
 Progress = Callable[[str, int, int], None]
@@ -81,7 +83,7 @@ def diagnose(
     for done, name in enumerate(names):
         on_progress("diagnosis", done, len(names))
         template = _template(recordings[0], name, model)
-        axes[name] = _diagnose_axis(prepare_axis(recordings, name), template)
+        axes[name] = _diagnose_axis(recordings, name, template)
         if validate is not None:
             validations[name] = _validate(prepare_axis([validate], name), axes[name], template)
     on_progress("diagnosis", len(names), len(names))
@@ -121,8 +123,10 @@ class _Selected:
     supported: SupportedModel
 
 
-def _diagnose_axis(data: AxisData, template: AxisModel) -> AxisDiagnosis:
-    data, selected = _selected(data, template)
+def _diagnose_axis(
+    recordings: Sequence[Recording], name: str, template: AxisModel
+) -> AxisDiagnosis:
+    data, selected = _selected(prepare_axis(recordings, name), template)
     search, start = selected.search, selected.start
     supported = selected.supported.without_vibrations(data)
     model = supported.model
@@ -143,10 +147,11 @@ def _diagnose_axis(data: AxisData, template: AxisModel) -> AxisDiagnosis:
         extended=extended,
         noise_floor=floor.rms / nonzero_rms(data.effort[data.valid]),
         noise_floor_source=floor.source,
-        model=_physical_model(template, extended.estimate, found),
+        model=_physical_model(template, extended.estimate, found, data.supported),
         cutoff_hz=max(s.cutoff_hz for s in data.segments),
         knee_hz=max(s.band.knee_hz for s in data.segments),
         traces=traces(data, start, model, parts),
+        findings=findings(recordings, name, data, start, selected.supported.model),
     )
 
 
@@ -178,12 +183,18 @@ def _verdict(search: Search, model: FittedModel, floor: NoiseFloor, left: float)
     return Verdict.EXPLAINED if model.terms else Verdict.ADEQUATE
 
 
-def _physical_model(template: AxisModel, estimate: Estimate, found: tuple[Cause, ...]) -> AxisModel:
+def _physical_model(
+    template: AxisModel,
+    estimate: Estimate,
+    found: tuple[Cause, ...],
+    supported: SupportedRange,
+) -> AxisModel:
     """The extended model for a model file: a friction that was fitted negative is zero."""
     lowest = [named(BASE).bounds[name][0] for name in PARAMETERS]
     values = dict(zip(PARAMETERS, np.maximum(estimate.parameters, lowest).tolist(), strict=True))
     std = dict(zip(PARAMETERS, estimate.std.tolist(), strict=True))
-    terms = (Term(BASE, values, std), *template.terms[1:], *(cause.term for cause in found))
+    added = (replace(cause.term, supported=supported) for cause in found)
+    terms = (Term(BASE, values, std, supported=supported), *template.terms[1:], *added)
     return replace(template, terms=terms)
 
 
