@@ -113,14 +113,12 @@ def timed(e: Effect, found: Balance) -> Array:
     return along(e.size) * np.moveaxis(rows, 0, -1)
 
 
-def whirl(e: Effect, found: Balance) -> Array:
-    turned = np.sin(along(e.per_turn) * found.angle + along(e.phase_rad))
-    return along(e.size) * (found.velocity / along(e.peak)) ** 2 * turned
+def fading_order(e: Effect, found: Balance) -> Array:
+    return timed(e, found) * np.sin(along(e.per_turn) * found.angle + along(e.phase_rad))
 
 
 def slipping_order(e: Effect, found: Balance) -> Array:
-    rows = e.course[LEAD + 1 : LEAD + 1 + len(found.time_s)]
-    slipped = along(e.phase_rad) + np.moveaxis(rows, 0, -1)
+    slipped = timed(replace(e, size=np.ones(e.size.shape)), found) + along(e.phase_rad)
     return along(e.size) * np.sin(along(e.per_turn) * found.angle + slipped)
 
 
@@ -155,7 +153,7 @@ LAWS: dict[str, Callable[[Effect, Balance], Array]] = {
     "random_steps": timed,
     "chirp": timed,
     "random_bumps": timed,
-    "whirl": whirl,
+    "fading_order": fading_order,
     "slipping_order": slipping_order,
     "cross_axis_coupling": cross_axis,
     "actuator_deadband": deadband,

@@ -12,7 +12,7 @@ import numpy as np
 from tests.plant.drives import Array, log_uniform
 from tests.plant.effect import Effect, Scales, State
 from tests.plant.motions import LEAD, SAMPLE_S
-from tests.plant.timed_effects import TimedTorque
+from tests.plant.timed_effects import TimedTorque, lagged
 
 
 @dataclass(frozen=True)
@@ -61,36 +61,48 @@ class _Order(Effect):
 
     per_turn: Array
     phase_rad: Array
-    peak: Array  # speed
-    course: Array = field(repr=False)  # of the phase, rad, (LEAD + N + TAIL, B, A)
+    course: Array = field(repr=False)  # random, (LEAD + N + TAIL, B, A)
 
     @classmethod
     def draw(cls, strength: Array, rng: np.random.Generator, scales: Scales) -> Self:
         """Size in shares of the effort's rms."""
         shape = strength.shape
-        steps = rng.standard_normal((len(scales.motion.position), *shape))
         return cls(
             strength * scales.effort_rms,
             log_uniform(rng, 2.0, 12.0, shape),
             rng.uniform(0, 2 * np.pi, shape),
-            scales.peak_speed,
-            np.cumsum(steps, axis=0) * np.sqrt(SAMPLE_S),
+            cls.wandering(rng.standard_normal((len(scales.motion.position), *shape))),
         )
+
+    @staticmethod
+    def wandering(noise: Array) -> Array:
+        """What becomes of white noise of variance one."""
+        raise NotImplementedError
+
+    def _now(self, state: State) -> Array:
+        return np.asarray(self.course[LEAD + round(state.time_s / SAMPLE_S)])
+
+    def _turned(self, state: State) -> Array:
+        return self.per_turn * state.angle[2] + self.phase_rad
 
 
 @dataclass(frozen=True)
-class Whirl(_Order):
-    """Unknown: an order whose torque grows with the square of speed, as of a mass off centre."""
+class FadingOrder(_Order):
+    """Unknown: an order that comes and goes, as of a ball that is loose now and then."""
 
-    name: ClassVar[str] = "whirl"
+    name: ClassVar[str] = "fading_order"
     number: ClassVar[int] = 6
 
+    @staticmethod
+    def wandering(noise: Array) -> Array:
+        """Amplitude of rms one, of either sign, that lasts for 0.4 s."""
+        keep = np.full(noise.shape[1:], np.exp(-SAMPLE_S / 0.4))
+        course = lagged(noise, keep)
+        return np.asarray(course / course[LEAD:].std(axis=0))
+
     def table_torque(self, state: State) -> Array:
-        """`size` at the peak speed."""
-        share = np.square(state.velocity[2] / self.peak)
-        return np.asarray(
-            self.size * share * np.sin(self.per_turn * state.angle[2] + self.phase_rad)
-        )
+        """As large at every speed."""
+        return np.asarray(self.size * self._now(state) * np.sin(self._turned(state)))
 
 
 @dataclass(frozen=True)
@@ -100,12 +112,14 @@ class SlippingOrder(_Order):
     name: ClassVar[str] = "slipping_order"
     number: ClassVar[int] = 7
 
+    @staticmethod
+    def wandering(noise: Array) -> Array:
+        """Phase, rad."""
+        return np.cumsum(noise, axis=0) * np.sqrt(SAMPLE_S)
+
     def table_torque(self, state: State) -> Array:
         """As large at every speed."""
-        slipped = self.course[LEAD + round(state.time_s / SAMPLE_S)]
-        return np.asarray(
-            self.size * np.sin(self.per_turn * state.angle[2] + self.phase_rad + slipped)
-        )
+        return np.asarray(self.size * np.sin(self._turned(state) + self._now(state)))
 
 
 @dataclass(frozen=True)
