@@ -178,4 +178,5 @@ def structure_left(residual: float, limit: float, discrepancy: float, tolerance:
         Rms over the valid samples: of the residual, of noise (`noise_limit`), of what the formulas
         may be off, and of what is not worth naming.
     """
-    return bool(residual > np.sqrt(limit**2 + discrepancy**2 + tolerance**2))
+    allowed = float(np.linalg.norm([limit, discrepancy, tolerance]))
+    return residual > allowed

@@ -261,14 +261,22 @@ def _judgement(
     supported = _supported(court, selected, places, times)
     kept = causes(court.search.data, supported, court.shares(supported.model))
     accepted = {k: cause for k, cause in zip(places, kept, strict=True) if cause is not None}
-    minor = [accepted.get(k, every[k]) for k in found.minor]
+    small = [accepted.get(k, every[k]) for k in found.minor]
+    minor = [replace(c, decision=_minor_reason(court, c)) for c in small if c is not None]
     return Judgement(
         verdict=_verdict(court, found.named),
         supported=replace(supported, refused=(*selected.refused, *_refused(every, found.doubts))),
         causes=strongest_first([accepted[k] for k in found.named if k in accepted]),
         suspected=strongest_first(doubtful),
-        minor=strongest_first([cause for cause in minor if cause is not None]),
+        minor=strongest_first(minor),
     )
+
+
+def _minor_reason(court: _Court, cause: Cause) -> str:
+    limit = court.tolerance / court.scale
+    if cause.share < limit:
+        return f"certain, and smaller than {limit:.1%} of the effort, which is worth naming"
+    return "certain, but the base model leaves no more than noise and what is not worth naming"
 
 
 def _refused(every: Sequence[Cause | None], doubts: Mapping[int, str]) -> tuple[Refused, ...]:
