@@ -13,7 +13,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.measures import NO_SHIFT, ModelFit, SpectralLine, Timing, Traces
+from edge_ident.diagnosis.measures import (
+    NO_SHIFT,
+    ModelFit,
+    SpectralLine,
+    Timing,
+    Traces,
+    Validation,
+)
 from edge_ident.estimation.trust import Finding
 from edge_ident.model.model import AxisModel, Model, Term
 from edge_ident.support.readable import Readable
@@ -77,6 +84,8 @@ class Cause:
         What sets the effect apart, and how much it explains, in one sentence.
     decision : str
         Why the acceptance rule accepts it (`edge_ident.diagnosis.select.acceptance`).
+    shown_in : tuple of str
+        Recordings in which it certainly reduces the residual.
     """
 
     term: Term
@@ -86,6 +95,7 @@ class Cause:
     alternatives: tuple[Alternative, ...]
     evidence: str
     decision: str
+    shown_in: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -187,53 +197,6 @@ class DataFinding:
     code: str
     axis: str
     message: str
-
-
-@dataclass(frozen=True)
-class CarriedCause:
-    """What another recording says of a cause (`edge_ident.diagnosis.validation`).
-
-    Attributes
-    ----------
-    effect : str
-    without : float or None
-        Relative residual there of the model without it.
-    gain : float or None
-        Relative reduction of that residual by the cause.
-    interval : (float, float) or None
-        Of the gain, 95 %.
-    carries_over : bool or None
-        Whether the gain is certain; None where the effect is tied to the time of its recording,
-        and the other figures are None as well.
-    reason : str
-    """
-
-    effect: str
-    without: float | None
-    gain: float | None
-    interval: tuple[float, float] | None
-    carries_over: bool | None
-    reason: str
-
-
-@dataclass(frozen=True)
-class Validation:
-    """Relative residuals of one axis over the valid samples of a recording outside the fit.
-
-    Attributes
-    ----------
-    base, extended : float
-        Of the base model, and of the extended model with what carries over.
-    as_found : float
-        Of the extended model as the other recordings alone give it.
-    causes : tuple of CarriedCause
-        Of that model.
-    """
-
-    base: float
-    extended: float
-    as_found: float
-    causes: tuple[CarriedCause, ...] = ()
 
 
 @dataclass(frozen=True, repr=False)

@@ -5,44 +5,96 @@ samples of the other recording. The offset is fitted anew for each, because it d
 to the next. Terms that are tied to the time of their recording are left out.
 
 Each cause is judged by leaving it out: the rest is fitted again to the first recording, and both
-models predict the other one. A cause carries over if the residual there is smaller with it. The 95 %
-interval is that of sums over blocks of time, because the residual is coloured. What does not carry
-over leaves the model, the worst first, until the rest does.
+models predict the other one. A cause carries over if the residual there is smaller with it. The
+95 % interval is that of sums over blocks of time, because the residual is coloured. What does not
+carry over leaves the model, the worst first, until the rest does and together beats the base model.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Final
 
 import numpy as np
-import scipy.special
 from numpy.typing import NDArray
 
+from edge_ident.diagnosis.fit.block_gain import Gain, gain_of
+from edge_ident.diagnosis.fit.discrepancy import model_discrepancy
 from edge_ident.diagnosis.fit.fitting import FittedModel, fit, solve
-from edge_ident.diagnosis.fit.summary import nonzero_rms
+from edge_ident.diagnosis.fit.held_out import standard_deviations
+from edge_ident.diagnosis.fit.noise_floor import noise_floor
+from edge_ident.diagnosis.fit.summary import contributions, nonzero_rms
+from edge_ident.diagnosis.measures import CarriedCause, Validation
 from edge_ident.diagnosis.prepare.axis_data import AxisData
-from edge_ident.diagnosis.result import CarriedCause, Validation
+from edge_ident.diagnosis.result import Cause, Verdict
+from edge_ident.diagnosis.select.acceptance import structure_left
+from edge_ident.diagnosis.select.backward_elimination import SupportedModel
+from edge_ident.diagnosis.select.causes import causes, strongest_first
 from edge_ident.model.effects import named
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Term
 from edge_ident.signals.metrics import rms
 
 Array = NDArray[np.float64]
 
-_LEVEL: Final = 0.975
-"""Quantile of the intervals' ends."""
-_TINY: Final = float(np.finfo(float).tiny)
-
 
 @dataclass(frozen=True)
-class Gain:
-    """Relative reduction of a residual's rms, with its 95 % interval."""
+class Judged:
+    """A model after another recording has judged it, or none has.
 
-    value: float
-    interval: tuple[float, float]
+    Attributes
+    ----------
+    supported : SupportedModel
+        With what carries over, and the terms that are tied to time.
+    suspected : tuple of Cause
+        What does not carry over; the decision says why.
+    validation : Validation or None
+    unexplained : bool
+        Whether the other recording has structure left.
+    """
 
-    @property
-    def certain(self) -> bool:
-        """Whether the residual certainly falls."""
-        return self.interval[0] > 0.0
+    supported: SupportedModel
+    suspected: tuple[Cause, ...] = ()
+    validation: Validation | None = None
+    unexplained: bool = False
+
+    def verdict(self, verdict: Verdict) -> Verdict:
+        """That of both recordings, from that on the first one."""
+        return Verdict.UNEXPLAINED if self.unexplained else verdict
+
+    def carried(self, causes: tuple[Cause, ...]) -> tuple[Cause, ...]:
+        """Causes for the model file: where another recording judges, none that is tied to time."""
+        if self.validation is None:
+            return causes
+        return tuple(cause for cause in causes if not named(cause.term.effect).tied_to_time)
+
+
+def judge(data: AxisData, other: AxisData, base: FittedModel, supported: SupportedModel) -> Judged:
+    """Let another recording judge a supported model; see `carry_over`."""
+    model = supported.model
+    carried = carry_over(data, other, base, model)
+    lost = [k for k in range(len(model.terms)) if k not in carried.kept]
+    suspected: tuple[Cause, ...] = ()
+    if lost:
+        every = causes(
+            data, supported, contributions(data, model), standard_deviations(data, model)
+        )
+        suspected = strongest_first(
+            replace(every[k], decision=carried.validation.causes[k].reason) for k in lost
+        )
+    return Judged(
+        supported.of(carried.model, carried.kept),
+        suspected,
+        carried.validation,
+        _structure_left(other, carried.model),
+    )
+
+
+def _structure_left(other: AxisData, model: FittedModel) -> bool:
+    """Whether a model leaves structure of another recording."""
+    terms = tuple(t for t in model.terms if not named(t.candidate.effect).tied_to_time)
+    there = fit(other, model.template, model.base, terms)
+    floor = noise_floor(other, fit(other, model.template, model.base, ()), float(model.base[0]))
+    discrepancy = np.sqrt(model_discrepancy(other, there) / np.count_nonzero(other.valid))
+    left = rms(_residual(other, model))
+    return structure_left(left, floor.rms, floor.uncertainty, float(discrepancy))
 
 
 @dataclass(frozen=True)
@@ -79,31 +131,49 @@ def carry_over(data: AxisData, other: AxisData, base: FittedModel, model: Fitted
         Without external vibrations.
     """
     kept = tuple(range(len(model.terms)))
-    judged: dict[int, CarriedCause] = {}
-    found, left = model, _residual(other, model)
-    as_found = left
+    start, left = (_residual(other, m) for m in (base, model))
+    found, as_found = model, left
+    judged = {k: _not_judged(t.candidate.effect) for k, t in enumerate(model.terms)}
     while weighed := _weighed(data, other, found, kept, left):
-        judged |= {k: cause for k, (cause, _) in weighed.items()}
-        doubtful = [k for k, (cause, _) in weighed.items() if not cause.carries_over]
+        judged |= {k: one.cause for k, one in weighed.items()}
+        doubtful = weighed
+        if rms(left) <= rms(start):
+            doubtful = {k: one for k, one in weighed.items() if not one.gain.certain}
         if not doubtful:
             break
-        worst = min(doubtful, key=lambda k: weighed[k][0].interval[0])
-        found = weighed[worst][1]
-        left = _residual(other, found)
+        worst = min(doubtful, key=lambda k: weighed[k].gain.interval[0])
+        judged[worst] = doubtful[worst].refused
+        found, left = doubtful[worst].without, doubtful[worst].residual
         kept = tuple(k for k in kept if k != worst)
-    causes = tuple(
-        judged.get(k, _not_judged(t.candidate.effect)) for k, t in enumerate(model.terms)
-    )
-    start = _residual(other, base)
     scale = nonzero_rms(other.effort[other.valid])
-    shares = (rms(residual) / scale for residual in (start, left, as_found))
-    return Carried(found, kept, Validation(*shares, causes))
+    validation = Validation(
+        rms(start) / scale, rms(left) / scale, rms(as_found) / scale, tuple(judged.values())
+    )
+    return Carried(found, kept, validation)
+
+
+@dataclass(frozen=True)
+class _Weighed:
+    """A term against the model fitted without it, and what that leaves of the other recording."""
+
+    cause: CarriedCause
+    gain: Gain
+    without: FittedModel
+    residual: Array
+
+    @property
+    def refused(self) -> CarriedCause:
+        """The same, not carried over."""
+        if not self.gain.certain:
+            return self.cause
+        reason = "with it the model predicts the other recording worse than the base model does"
+        return replace(self.cause, carries_over=False, reason=reason)
 
 
 def _weighed(
     data: AxisData, other: AxisData, model: FittedModel, places: tuple[int, ...], left: Array
-) -> dict[int, tuple[CarriedCause, FittedModel]]:
-    """Each term that is not tied to time, by its place, and the model fitted without it."""
+) -> dict[int, _Weighed]:
+    """Each term that is not tied to time, by its place in the model that is judged."""
     scale = nonzero_rms(other.effort[other.valid])
     found = {}
     for k, place in enumerate(places):
@@ -114,14 +184,9 @@ def _weighed(
         without = _residual(other, less)
         gain = gain_of(other.block[other.valid], without, left)
         cause = CarriedCause(
-            effect,
-            rms(without) / scale,
-            gain.value,
-            gain.interval,
-            gain.certain,
-            _reason(gain),
+            effect, rms(without) / scale, gain.value, gain.interval, gain.certain, _reason(gain)
         )
-        found[place] = (cause, less)
+        found[place] = _Weighed(cause, gain, less, without)
     return found
 
 
@@ -160,33 +225,7 @@ def _carried_axis(axis: AxisModel) -> AxisModel:
     return replace(axis, terms=(replace(base, values=values), *terms))
 
 
-def gain_of(block: NDArray[np.intp], before: Array, after: Array) -> Gain:
-    """Relative reduction of the rms from one residual to another.
-
-    The logarithm of the ratio of two sums over B blocks is nearly normal. Its variance is that of
-    the blocks' parts of it (the delta method), with B - 1 degrees of freedom.
-
-    Parameters
-    ----------
-    block : (n,) array of int
-        Numbers of the blocks of time.
-    before, after : (n,) arrays
-    """
-    present = np.bincount(block) > 0
-    old, new = (np.bincount(block, r**2)[present] for r in (before, after))
-    total_old, total_new = max(float(np.sum(old)), _TINY), max(float(np.sum(new)), _TINY)
-    ratio = 0.5 * np.log(total_new / total_old)
-    blocks = len(old)
-    if blocks < 2:
-        return Gain(float(1.0 - np.exp(ratio)), (-np.inf, 1.0))
-    parts = 0.5 * (new / total_new - old / total_old)
-    std = np.sqrt(blocks / (blocks - 1.0) * float(parts @ parts))
-    reach = float(scipy.special.stdtrit(blocks - 1, _LEVEL)) * std
-    ends = (float(1.0 - np.exp(ratio + reach)), float(1.0 - np.exp(ratio - reach)))
-    return Gain(float(1.0 - np.exp(ratio)), ends)
-
-
-def shown_in(data: AxisData, model: FittedModel, sources: tuple[str, ...]) -> list[tuple[str, ...]]:
+def shown_in(data: AxisData, model: FittedModel, sources: Sequence[str]) -> list[tuple[str, ...]]:
     """In which of several recordings each term shows: those whose residual certainly falls.
 
     Parameters
@@ -195,11 +234,11 @@ def shown_in(data: AxisData, model: FittedModel, sources: tuple[str, ...]) -> li
         Of all recordings together.
     model : FittedModel
         Fitted to them.
-    sources : tuple of str
+    sources : sequence of str
         Names of the recordings.
     """
     if len(sources) == 1:
-        return [sources for _ in model.terms]
+        return [tuple(sources)] * len(model.terms)
     lengths = [len(s.sample_index) for s in data.segments]
     of_file = np.repeat(np.arange(len(sources)), lengths)
     found = []
