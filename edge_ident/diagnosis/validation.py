@@ -5,9 +5,11 @@ samples of the other recording. The offset is fitted anew for each, because it d
 to the next. Terms that are tied to the time of their recording are left out.
 
 Each cause is judged by leaving it out: the rest is fitted again to the first recording, and both
-models predict the other one. A cause carries over if the residual there is smaller with it. The
-95 % interval is that of sums over blocks of time, because the residual is coloured. What does not
-carry over leaves the model, the worst first, until the rest does and together beats the base model.
+models predict the other one. A cause carries over if the residual there is certainly smaller with
+it; or if it is smaller, and certainly so once the base parameters are fitted to that recording:
+what they got wrong must not hide the cause. The 95 % interval is that of sums over blocks of time,
+because the residual is coloured. What does not carry over leaves the model, the worst first, until
+the rest does and together beats the base model.
 """
 
 from collections.abc import Sequence
@@ -21,6 +23,7 @@ from edge_ident.diagnosis.fit.discrepancy import model_discrepancy
 from edge_ident.diagnosis.fit.fitting import FittedModel, fit, solve
 from edge_ident.diagnosis.fit.held_out import standard_deviations
 from edge_ident.diagnosis.fit.noise_floor import noise_floor
+from edge_ident.diagnosis.fit.projection import orthonormal
 from edge_ident.diagnosis.fit.summary import contributions, nonzero_rms
 from edge_ident.diagnosis.measures import CarriedCause, Validation
 from edge_ident.diagnosis.prepare.axis_data import AxisData
@@ -138,7 +141,7 @@ def carry_over(data: AxisData, other: AxisData, base: FittedModel, model: Fitted
         judged |= {k: one.cause for k, one in weighed.items()}
         doubtful = weighed
         if rms(left) <= rms(start):
-            doubtful = {k: one for k, one in weighed.items() if not one.gain.certain}
+            doubtful = {k: one for k, one in weighed.items() if not one.cause.carries_over}
         if not doubtful:
             break
         worst = min(doubtful, key=lambda k: weighed[k].gain.interval[0])
@@ -164,7 +167,7 @@ class _Weighed:
     @property
     def refused(self) -> CarriedCause:
         """The same, not carried over."""
-        if not self.gain.certain:
+        if not self.cause.carries_over:
             return self.cause
         reason = "with it the model predicts the other recording worse than the base model does"
         return replace(self.cause, carries_over=False, reason=reason)
@@ -174,7 +177,8 @@ def _weighed(
     data: AxisData, other: AxisData, model: FittedModel, places: tuple[int, ...], left: Array
 ) -> dict[int, _Weighed]:
     """Each term that is not tied to time, by its place in the model that is judged."""
-    scale = nonzero_rms(other.effort[other.valid])
+    scale, block = nonzero_rms(other.effort[other.valid]), other.block[other.valid]
+    basis = orthonormal(_base_columns(other))
     found = {}
     for k, place in enumerate(places):
         effect = model.terms[k].candidate.effect
@@ -182,16 +186,26 @@ def _weighed(
             continue
         less = fit(data, model.template, model.base, model.without(k))
         without = _residual(other, less)
-        gain = gain_of(other.block[other.valid], without, left)
+        gain = gain_of(block, without, left)
+        refitted = gain_of(block, *(r - basis @ (basis.T @ r) for r in (without, left)))
+        carries = gain.certain or (gain.value > 0.0 and refitted.certain)
+        reason = _reason(gain, refitted if carries and not gain.certain else None)
         cause = CarriedCause(
-            effect, rms(without) / scale, gain.value, gain.interval, gain.certain, _reason(gain)
+            effect, rms(without) / scale, gain.value, gain.interval, carries, reason
         )
         found[place] = _Weighed(cause, gain, less, without)
     return found
 
 
-def _reason(gain: Gain) -> str:
+def _reason(gain: Gain, refitted: Gain | None) -> str:
+    """In words; `refitted` where that is what decides."""
     low, high = gain.interval
+    if refitted is not None:
+        low, high = refitted.interval
+        return (
+            f"it reduces the residual of the other recording by {gain.value:.1%}, and by {low:.1%} "
+            f"to {high:.1%} once the base parameters are fitted to that recording"
+        )
     if gain.certain:
         return f"it reduces the residual of the other recording by {low:.1%} to {high:.1%}"
     if high < 0.0:
@@ -210,9 +224,14 @@ def _not_judged(effect: str) -> CarriedCause:
 def _residual(other: AxisData, model: FittedModel) -> Array:
     """What a model leaves at the valid samples of another recording, its offset fitted anew."""
     residual = (other.effort - other.predicted(_carried_axis(model.axis)))[other.valid]
-    one = Term(BASE, {**dict.fromkeys(PARAMETERS, 0.0), "offset": 1.0})
-    column = other.predicted(AxisModel((one,)))[other.valid, None]
-    return np.asarray(residual - column @ solve(column, residual))
+    offset = _base_columns(other)[:, 3:]
+    return np.asarray(residual - offset @ solve(offset, residual))
+
+
+def _base_columns(data: AxisData) -> Array:
+    """Columns (n, 4) of the base parameters at the valid samples."""
+    unit = dict(zip(PARAMETERS, np.eye(4), strict=True))
+    return data.predicted(AxisModel((Term(BASE, unit),)))[:, data.valid].T
 
 
 def _carried_axis(axis: AxisModel) -> AxisModel:

@@ -61,7 +61,9 @@ def test_an_effect_is_tied_to_time_if_a_later_record_meets_another_effort(name: 
     later = replace(MOTION, time_s=MOTION.time_s + MOTION.time_s[-1])
     base = AxisModel(axis.terms[:1])
     then = inverse_effort(axis, later, {"z": OTHER}) - inverse_effort(base, later)
-    assert named(name).tied_to_time is not bool(np.allclose(added, then))
+    # the impacts of a play follow rounding errors of the clock
+    differs = np.sqrt(np.mean((then - added) ** 2)) > 0.05 * np.sqrt(np.mean(added**2))
+    assert named(name).tied_to_time is bool(differs)
 
 
 def test_the_independent_plant_knows_the_same_effects() -> None:
