@@ -7,6 +7,7 @@ import numpy as np
 from edge_ident.estimation import least_squares, network_estimate
 from edge_ident.estimation.alignment import align
 from edge_ident.estimation.compensation import CompensatedAxis, compensate_effects
+from edge_ident.estimation.effort_checks import check_effort
 from edge_ident.estimation.network import Network
 from edge_ident.estimation.outside_support import departures, range_of
 from edge_ident.estimation.trust import (
@@ -141,6 +142,7 @@ def _conclude(
     findings = describe_data(signals)
     findings += departures(compensated.effects, seen, axis)
     findings += tied_to_time(compensated.tied_to_time)
+    findings += check_effort(signals, part)
     findings += check_estimate(linear, regressor, measured, metric.relative_residual)
     if network is not None:
         findings += compare_estimators(network, linear)
