@@ -28,7 +28,7 @@ from edge_ident.diagnosis.select.causes import causes, strongest_first
 from edge_ident.diagnosis.select.forward_selection import select_forward
 from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.select.testability import not_testable
-from edge_ident.diagnosis.validation import Judged, judge, shown_in
+from edge_ident.diagnosis.validation import Judged, judge, with_sources
 from edge_ident.errors import DataError
 from edge_ident.model.effects import named
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Estimate, Model, Term
@@ -141,12 +141,8 @@ def _diagnose_axis(
     deviations = standard_deviations(data, model)
     extended = model_fit(data, model, deviations)
     parts = contributions(data, model)
-    shows = shown_in(data, model, [recording.source for recording in recordings])
-    found = strongest_first(
-        replace(cause, shown_in=sources)
-        for cause, sources in zip(causes(data, supported, parts, deviations), shows, strict=True)
-    )
-    carried = judged.carried(found)
+    found = causes(data, supported, parts, deviations)
+    found = strongest_first(with_sources(found, data, model, recordings))
     diagnosis = AxisDiagnosis(
         verdict=judged.verdict(_verdict(search, model, floor, left)),
         causes=found,
@@ -159,7 +155,7 @@ def _diagnose_axis(
         extended=extended,
         noise_floor=floor.rms / nonzero_rms(data.effort[data.valid]),
         noise_floor_source=floor.source,
-        model=_physical_model(template, extended.estimate, carried, data.supported),
+        model=_physical_model(template, extended.estimate, judged.carried(found), data.supported),
         cutoff_hz=max(s.cutoff_hz for s in data.segments),
         knee_hz=max(s.band.knee_hz for s in data.segments),
         traces=traces(data, start, model, parts),

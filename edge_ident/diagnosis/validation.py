@@ -34,6 +34,7 @@ from edge_ident.diagnosis.select.causes import causes, strongest_first
 from edge_ident.model.effects import named
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Term
 from edge_ident.signals.metrics import rms
+from edge_ident.signals.recording import Recording
 
 Array = NDArray[np.float64]
 
@@ -244,24 +245,27 @@ def _carried_axis(axis: AxisModel) -> AxisModel:
     return replace(axis, terms=(replace(base, values=values), *terms))
 
 
-def shown_in(data: AxisData, model: FittedModel, sources: Sequence[str]) -> list[tuple[str, ...]]:
-    """In which of several recordings each term shows: those whose residual certainly falls.
+def with_sources(
+    found: Sequence[Cause], data: AxisData, model: FittedModel, recordings: Sequence[Recording]
+) -> list[Cause]:
+    """Causes with the recordings in which each shows: those whose residual certainly falls.
 
     Parameters
     ----------
+    found : sequence of Cause
+        In the order of the model's terms.
     data : AxisData
         Of all recordings together.
     model : FittedModel
         Fitted to them.
-    sources : sequence of str
-        Names of the recordings.
+    recordings : sequence of Recording
     """
+    sources = tuple(recording.source for recording in recordings)
     if len(sources) == 1:
-        return [tuple(sources)] * len(model.terms)
-    lengths = [len(s.sample_index) for s in data.segments]
-    of_file = np.repeat(np.arange(len(sources)), lengths)
-    found = []
-    for k in range(len(model.terms)):
+        return [replace(cause, shown_in=sources) for cause in found]
+    of_file = np.repeat(np.arange(len(sources)), [len(s.sample_index) for s in data.segments])
+    shown = []
+    for k, cause in enumerate(found):
         less = fit(data, model.template, model.base, model.without(k))
         shows = []
         for number, source in enumerate(sources):
@@ -269,5 +273,5 @@ def shown_in(data: AxisData, model: FittedModel, sources: Sequence[str]) -> list
             before, after = ((data.effort - m.predicted)[here] for m in (less, model))
             if gain_of(data.block[here], before, after).certain:
                 shows.append(source)
-        found.append(tuple(shows))
-    return found
+        shown.append(replace(cause, shown_in=tuple(shows)))
+    return shown
