@@ -9,28 +9,27 @@ import numpy as np
 
 from edge_ident.diagnosis.fit.fitting import FittedModel, fit
 from edge_ident.diagnosis.fit.held_out import standard_deviations
-from edge_ident.diagnosis.fit.noise_floor import noise_floor
-from edge_ident.diagnosis.fit.summary import (
-    contributions,
-    model_fit,
-    nonzero_rms,
-    traces,
-    validation,
-)
-from edge_ident.diagnosis.measures import ModelFit
+from edge_ident.diagnosis.fit.noise_floor import NoiseFloor, noise_floor
+from edge_ident.diagnosis.fit.summary import contributions, model_fit, nonzero_rms, traces
+from edge_ident.diagnosis.measures import Validation
 from edge_ident.diagnosis.motion_check import with_motion_errors
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.data_quality import data_findings
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.recording_checks import findings
-from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Diagnosis, Validation
+from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Diagnosis
 from edge_ident.diagnosis.select.backward_elimination import SupportedModel, eliminate_backward
+from edge_ident.diagnosis.select.causes import causes, strongest_first
 from edge_ident.diagnosis.select.forward_selection import select_forward
-from edge_ident.diagnosis.select.judgement import Rules, judge
+from edge_ident.diagnosis.select.judgement import Judgement, Rules, judge
+from edge_ident.diagnosis.select.own_effort import base_space, own_shares
 from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.select.stability import RUNS
 from edge_ident.diagnosis.select.testability import not_testable
+from edge_ident.diagnosis.validation import Judged, with_sources
+from edge_ident.diagnosis.validation import judge as judge_elsewhere
 from edge_ident.errors import DataError
+from edge_ident.estimation.trust import Finding
 from edge_ident.model.effects import named
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Estimate, Model, Term
 from edge_ident.model.supported_range import SupportedRange
@@ -96,11 +95,10 @@ def diagnose(
     for done, name in enumerate(names):
         on_progress("diagnosis", done, len(names))
         template = _template(recordings[0], name, model)
-        axes[name] = _diagnose_axis(
-            recordings, name, template, rules, partial(_told, on_progress, name)
-        )
-        if validate is not None:
-            validations[name] = _validate(prepare_axis([validate], name), axes[name], template)
+        told = partial(_told, on_progress, name)
+        axes[name], validation = _diagnose_axis(recordings, name, template, validate, rules, told)
+        if validation is not None:
+            validations[name] = validation
     on_progress("diagnosis", len(names), len(names))
     on_progress("simulated motion", 0, 1)
     found = Diagnosis(axes, data_findings(recordings, axes), validations)
@@ -143,38 +141,79 @@ class _Selected:
     supported: SupportedModel
 
 
+@dataclass(frozen=True)
+class _Outcome:
+    """An axis after the recordings themselves and, where there is one, another have judged it."""
+
+    data: AxisData
+    selected: _Selected
+    floor: NoiseFloor
+    checks: tuple[Finding, ...]
+    judged: Judgement
+    carried: Judged
+
+
 def _diagnose_axis(
-    recordings: Sequence[Recording], name: str, template: AxisModel, rules: Rules, on_run: OnRun
-) -> AxisDiagnosis:
+    recordings: Sequence[Recording],
+    name: str,
+    template: AxisModel,
+    validate: Recording | None,
+    rules: Rules,
+    on_run: OnRun,
+) -> tuple[AxisDiagnosis, Validation | None]:
     data, selected = _selected(prepare_axis(recordings, name), template)
     search, start = selected.search, selected.start
     floor = noise_floor(data, start, float(selected.supported.model.base[0]))
     checks = findings(recordings, name, data, start, selected.supported.model)
     blocked = next((check.message for check in checks if check.blocks), None)
     judged = judge(search, start, selected.supported, floor, rules, blocked, on_run)
-    model = judged.supported.without_vibrations(data).model
+    carried = Judged(judged.supported.without_vibrations(data))
+    if validate is not None:
+        other = prepare_axis([validate], name)
+        carried = judge_elsewhere(data, other, start, carried.supported, rules.tolerance)
+    outcome = _Outcome(data, selected, floor, checks, judged, carried)
+    return _axis_diagnosis(outcome, template, recordings), carried.validation
+
+
+def _axis_diagnosis(
+    outcome: _Outcome, template: AxisModel, recordings: Sequence[Recording]
+) -> AxisDiagnosis:
+    data, start, judged = outcome.data, outcome.selected.start, outcome.judged
+    model = outcome.carried.supported.model
     left = float(np.sqrt(model.error / np.count_nonzero(data.valid)))
     extended = model_fit(data, model, standard_deviations(data, model))
-    kept = (*judged.causes, *(judged.minor if rules.keep_minor else ()))
+    found, minor = _named(data, start, outcome.carried.supported, recordings)
+    written = outcome.carried.carried((*found, *minor))
     return AxisDiagnosis(
-        verdict=judged.verdict,
-        causes=judged.causes,
+        verdict=outcome.carried.verdict(judged.verdict),
+        causes=found,
+        suspected=strongest_first((*judged.suspected, *outcome.carried.suspected)),
+        minor=minor or judged.minor,
         refused=judged.supported.refused,
         external_vibrations=judged.supported.vibrations,
         converged=judged.supported.converged,
-        not_testable=not_testable(search, model, left),
+        not_testable=not_testable(outcome.selected.search, model, left),
         base=model_fit(data, start, standard_deviations(data, start)),
         extended=extended,
-        noise_floor=floor.rms / nonzero_rms(data.effort[data.valid]),
-        noise_floor_source=floor.source,
-        model=_physical_model(template, extended.estimate, kept, data.supported),
+        noise_floor=outcome.floor.rms / nonzero_rms(data.effort[data.valid]),
+        noise_floor_source=outcome.floor.source,
+        model=_physical_model(template, extended.estimate, written, data.supported),
         cutoff_hz=max(s.cutoff_hz for s in data.segments),
         knee_hz=max(s.band.knee_hz for s in data.segments),
         traces=traces(data, start, model, contributions(data, model)),
-        suspected=judged.suspected,
-        minor=judged.minor,
-        findings=checks,
+        findings=outcome.checks,
     )
+
+
+def _named(
+    data: AxisData, start: FittedModel, supported: SupportedModel, recordings: Sequence[Recording]
+) -> tuple[tuple[Cause, ...], tuple[Cause, ...]]:
+    """Causes and minor causes of the model, the strongest first."""
+    model = supported.model
+    found = causes(data, supported, own_shares(data, model, base_space(data, start)))
+    pairs = list(zip(with_sources(found, data, model, recordings), supported.support, strict=True))
+    named_causes = strongest_first(cause for cause, support in pairs if not support.minor)
+    return named_causes, strongest_first(cause for cause, support in pairs if support.minor)
 
 
 def _selected(data: AxisData, template: AxisModel) -> tuple[AxisData, _Selected]:
@@ -209,14 +248,3 @@ def _physical_model(
     added = (replace(cause.term, supported=supported) for cause in found)
     terms = (Term(BASE, values, std, supported=supported), *template.terms[1:], *added)
     return replace(template, terms=terms)
-
-
-def _validate(data: AxisData, found: AxisDiagnosis, template: AxisModel) -> Validation:
-    """Score the base model and the extended model on another recording."""
-    return validation(data, _base_model(found.base, template), found.model)
-
-
-def _base_model(base: ModelFit, template: AxisModel) -> AxisModel:
-    """The base model with the effects that the axis is known to have."""
-    values = dict(zip(PARAMETERS, base.estimate.parameters, strict=True))
-    return replace(template, terms=(Term(BASE, values), *template.terms[1:]))

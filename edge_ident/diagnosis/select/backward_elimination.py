@@ -21,11 +21,12 @@ from edge_ident.model.model import PARAMETERS, Term
 
 @dataclass(frozen=True)
 class SupportedTerm:
-    """What the last round says of one term of the model."""
+    """What the last round says of one term of the model; `minor` where it is not worth naming."""
 
     gain: HeldOutGain
     decision: Decision
     comparison: ComparedAlternatives
+    minor: bool = False
 
 
 @dataclass(frozen=True)
@@ -54,6 +55,10 @@ class SupportedModel:
         found = [t for t in self.model.terms if t.candidate == VIBRATION]
         found.sort(key=lambda t: -math.hypot(*t.linear.values()))
         return tuple(t.model_term for t in found)
+
+    def of(self, model: FittedModel, places: Sequence[int]) -> "SupportedModel":
+        """The same for a model with some of the terms, by their places."""
+        return replace(self, model=model, support=tuple(self.support[k] for k in places))
 
     def without_vibrations(self, data: AxisData) -> "SupportedModel":
         """The model of the axis itself; parameters stay as they were fitted beside vibrations."""

@@ -1,6 +1,6 @@
 """The terms of a model as causes: values, deviations, gains, decisions, evidence."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -14,10 +14,8 @@ from edge_ident.model.effects import named
 from edge_ident.model.model import Term
 
 
-def causes(
-    data: AxisData, supported: SupportedModel, shares: Sequence[float]
-) -> tuple[Cause | None, ...]:
-    """Causes in the order of a model's terms; None for an external vibration.
+def causes(data: AxisData, supported: SupportedModel, shares: Sequence[float]) -> tuple[Cause, ...]:
+    """Terms of a model as causes, in the order of the terms.
 
     Parameters
     ----------
@@ -29,7 +27,7 @@ def causes(
     model = supported.model
     deviations = standard_deviations(data, model)
     nonlinear_at = len(model.linear_parameters)
-    found: list[Cause | None] = []
+    found = []
     for k, (t, support) in enumerate(zip(model.terms, supported.support, strict=True)):
         names = t.candidate.form.nonlinear
         nonlinear = deviations[nonlinear_at : nonlinear_at + len(names)]
@@ -38,9 +36,13 @@ def causes(
         std |= dict(zip(names, nonlinear.tolist(), strict=True))
         term = t.model_term
         values = {name: float(np.asarray(value)) for name, value in term.values.items()}
-        cause = _cause(replace(term, values=values, std=std), shares[k], support)
-        found.append(None if t.candidate == VIBRATION else cause)
+        found.append(_cause(replace(term, values=values, std=std), shares[k], support))
     return tuple(found)
+
+
+def strongest_first(causes: Iterable[Cause]) -> tuple[Cause, ...]:
+    """Causes in the order of their shares."""
+    return tuple(sorted(causes, key=lambda cause: -cause.share))
 
 
 def _cause(term: Term, share: float, support: SupportedTerm) -> Cause:
@@ -67,9 +69,3 @@ def _signature(term: Term) -> str:
     if term.effect == VIBRATION.effect:
         return "a sinusoid in time"
     return named(term.effect).search.signature
-
-
-def strongest_first(found: Sequence[Cause]) -> tuple[Cause, ...]:
-    """Causes by their share."""
-    order = np.argsort([-cause.share for cause in found], kind="stable")
-    return tuple(found[k] for k in order)

@@ -67,13 +67,12 @@ class Judgement:
     verdict : Verdict
     supported : SupportedModel
         With the supported causes, external vibrations and, if they are kept, minor causes.
-    causes, suspected, minor : tuple of Cause
+    suspected, minor : tuple of Cause
         Strongest first.
     """
 
     verdict: Verdict
     supported: SupportedModel
-    causes: tuple[Cause, ...]
     suspected: tuple[Cause, ...]
     minor: tuple[Cause, ...]
 
@@ -255,18 +254,16 @@ def _judgement(
     court: _Court, selected: SupportedModel, found: _Sorted, times: Sequence[int], rules: Rules
 ) -> Judgement:
     every = causes(court.search.data, selected, court.shares(selected.model))
-    doubtful = [replace(c, decision=found.doubts[k]) for k, c in enumerate(every)
-                if c is not None and k in found.doubts]  # fmt: skip
-    places = sorted([*found.named, *(found.minor if rules.keep_minor else ())])
-    supported = _supported(court, selected, places, times)
-    kept = causes(court.search.data, supported, court.shares(supported.model))
-    accepted = {k: cause for k, cause in zip(places, kept, strict=True) if cause is not None}
-    small = [accepted.get(k, every[k]) for k in found.minor]
-    minor = [replace(c, decision=_minor_reason(court, c)) for c in small if c is not None]
+    own = [t.candidate != VIBRATION for t in selected.model.terms]
+    doubtful = [replace(every[k], decision=r) for k, r in found.doubts.items() if own[k]]
+    vibrations = [Refused(VIBRATION.effect, r) for k, r in found.doubts.items() if not own[k]]
+    minor = [replace(every[k], decision=_minor_reason(court, every[k])) for k in found.minor
+             if own[k]]  # fmt: skip
+    kept = found.minor if rules.keep_minor else ()
+    supported = _supported(court, selected, sorted([*found.named, *kept]), kept, times)
     return Judgement(
         verdict=_verdict(court, found.named),
-        supported=replace(supported, refused=(*selected.refused, *_refused(every, found.doubts))),
-        causes=strongest_first([accepted[k] for k in found.named if k in accepted]),
+        supported=replace(supported, refused=(*selected.refused, *vibrations)),
         suspected=strongest_first(doubtful),
         minor=strongest_first(minor),
     )
@@ -279,14 +276,12 @@ def _minor_reason(court: _Court, cause: Cause) -> str:
     return "certain, but the base model leaves no more than noise and what is not worth naming"
 
 
-def _refused(every: Sequence[Cause | None], doubts: Mapping[int, str]) -> tuple[Refused, ...]:
-    """External vibrations that are not supported: they are no cause that could be suspected."""
-    reasons = [reason for k, reason in doubts.items() if every[k] is None]
-    return tuple(Refused(VIBRATION.effect, reason) for reason in reasons)
-
-
 def _supported(
-    court: _Court, selected: SupportedModel, places: Sequence[int], times: Sequence[int]
+    court: _Court,
+    selected: SupportedModel,
+    places: Sequence[int],
+    minor: Sequence[int],
+    times: Sequence[int],
 ) -> SupportedModel:
     """The model with a part of the terms: gains and decisions anew, alternatives as they were."""
     model = court.fitted(places)
@@ -298,7 +293,7 @@ def _supported(
         reasons = [before.decision.reason, larger_than_rest(share, rest).reason]
         reasons += [again(times[place] + 1, RUNS + 1).reason] if times else []
         decision = replace(before.decision, reason="; ".join(reasons))
-        support.append(SupportedTerm(gain, decision, before.comparison))
+        support.append(SupportedTerm(gain, decision, before.comparison, place in minor))
     return replace(selected, model=model, support=tuple(support))
 
 
