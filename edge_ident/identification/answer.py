@@ -19,15 +19,15 @@ from edge_ident.diagnosis.result import AxisDiagnosis, Verdict
 from edge_ident.estimation import least_squares
 from edge_ident.estimation.compensation import CompensatedAxis, compensate_effects
 from edge_ident.estimation.model_error import regime_spread
+from edge_ident.estimation.outside_support import departures, range_of
 from edge_ident.estimation.trust import (
-    Finding,
     check_estimate,
     compare_estimators,
     describe_data,
-    describe_model,
     tied_to_time,
 )
 from edge_ident.identification.adequacy import Adequacy
+from edge_ident.identification.findings import describe_model
 from edge_ident.identification.result import AxisIdentification, EffortTrace, ParameterSource
 from edge_ident.model.model import AxisModel, Estimate, Model, base_axis, effect_names
 from edge_ident.signals.metrics import compare
@@ -107,8 +107,10 @@ def answer(question: Question, diagnosed: AxisDiagnosis | None) -> AxisIdentific
     modelled = signals.regressor[part] @ chosen.estimate.parameters + effects
     metric = compare(measured, modelled)
     axis = question.recording.axes[question.name]
-    base = base_axis(chosen.estimate, axis.position_unit, axis.effort_unit)
+    seen = range_of(signals, axis, part, signals.effort + chosen.compensated.effects_effort)
+    base = base_axis(chosen.estimate, axis.position_unit, axis.effort_unit, seen)
     findings = describe_data(signals)
+    findings += departures(compensated.effects, seen, axis)
     findings += tied_to_time(compensated.tied_to_time)
     findings += describe_model(question.adequacy, diagnosed)
     findings += check_estimate(

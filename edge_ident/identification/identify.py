@@ -11,7 +11,7 @@ from edge_ident.diagnosis.measures import Timing
 from edge_ident.diagnosis.result import AxisDiagnosis
 from edge_ident.estimation import least_squares, network_estimate
 from edge_ident.estimation.alignment import align
-from edge_ident.estimation.compensation import CompensatedAxis, compensate_effects
+from edge_ident.estimation.compensation import compensate_effects
 from edge_ident.estimation.network import Network
 from edge_ident.identification.adequacy import judge
 from edge_ident.identification.answer import Question, answer
