@@ -31,7 +31,7 @@ class CompensatedAxis:
     shift_s : float
         From a row's stamp to the middle of the interval in which its effort acted.
     position, effort : (N,) arrays
-        On the even grid, as recorded.
+        On the even grid, as recorded; the effort less what the actuator withheld.
     effects_unfiltered : (N,) array
         What the effects account for along the motion, in step with the position.
     tied_to_time : tuple of str
@@ -95,7 +95,8 @@ def compensate_effects(
         plain,
         signals=replace(signals, effort=signals.effort - effects_effort),
         effects_effort=effects_effort,
-        effects_unfiltered=added + withheld,
+        effort=effort - withheld,
+        effects_unfiltered=added,
         tied_to_time=_tied_to_time(undelayed, motion, others),
     )
 

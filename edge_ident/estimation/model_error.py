@@ -88,7 +88,7 @@ def _quarters(values: Array) -> NDArray[np.intp]:
 
 def _sums(rows: Array, quarter: NDArray[np.intp]) -> Array:
     """Sums (4, R) of rows (N, R) by quarter."""
-    return (quarter == np.arange(QUARTERS)[:, None]).astype(np.float64) @ rows
+    return np.asarray((quarter == np.arange(QUARTERS)[:, None]).astype(np.float64) @ rows)
 
 
 def _products(unit: Array) -> Array:

@@ -2,8 +2,8 @@
 
 Two things tell that it is not: what the model leaves is more than noise, or its parameters depend
 on the regime of the motion more than noise makes them. Both are judged on signals in which noise is
-small (`edge_ident.identification.comparison`). A wrong 'no' costs a diagnosis, a wrong 'yes' a wrong
-answer, so the limits lean towards the diagnosis.
+small (`edge_ident.identification.comparison`). A wrong 'no' costs a diagnosis, a wrong 'yes' is a
+wrong answer, so the limits lean towards the diagnosis.
 """
 
 from dataclasses import dataclass
@@ -23,8 +23,8 @@ Array = NDArray[np.float64]
 NOISE_RATIO: Final = 1.2
 """Residual over noise from which there is something to explain; the diagnosis has the same."""
 SMALLEST_EXCESS: Final = 0.002
-"""Residual beyond noise, of the effort, that moves no parameter far: by 2 % of itself where it makes
-up a tenth of the effort."""
+"""Residual beyond noise, of the effort, that moves no parameter far: by 2 % of its value where it
+makes up a tenth of the effort."""
 LARGEST_MOVE: Final = 0.026
 """Relative move between regimes from which parameters were found to be off by 5 %."""
 SIGNIFICANT: Final = 5.0

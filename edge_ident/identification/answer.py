@@ -29,7 +29,7 @@ from edge_ident.estimation.trust import (
 from edge_ident.identification.adequacy import Adequacy
 from edge_ident.identification.findings import describe_model
 from edge_ident.identification.result import AxisIdentification, EffortTrace, ParameterSource
-from edge_ident.model.model import AxisModel, Estimate, Model, base_axis, effect_names
+from edge_ident.model.model import Estimate, Model, base_axis, effect_names
 from edge_ident.signals.metrics import compare
 from edge_ident.signals.recording import Recording
 
@@ -103,8 +103,8 @@ def answer(question: Question, diagnosed: AxisDiagnosis | None) -> AxisIdentific
     network = None if question.network is None else _widened(question.network, linear.std)
     chosen = _chosen(question, diagnosed, linear, network, error)
     signals, effects = chosen.compensated.signals, chosen.compensated.effects_effort[part]
-    measured = signals.effort[part] + effects
-    modelled = signals.regressor[part] @ chosen.estimate.parameters + effects
+    regressor, measured = signals.regressor[part], signals.effort[part] + effects
+    modelled = regressor @ chosen.estimate.parameters + effects
     metric = compare(measured, modelled)
     axis = question.recording.axes[question.name]
     seen = range_of(signals, axis, part, signals.effort + chosen.compensated.effects_effort)
@@ -113,9 +113,7 @@ def answer(question: Question, diagnosed: AxisDiagnosis | None) -> AxisIdentific
     findings += departures(compensated.effects, seen, axis)
     findings += tied_to_time(compensated.tied_to_time)
     findings += describe_model(question.adequacy, diagnosed)
-    findings += check_estimate(
-        chosen.estimate, signals.regressor[part], measured, metric.relative_residual
-    )
+    findings += check_estimate(chosen.estimate, regressor, measured, metric.relative_residual)
     if network is not None and question.adequacy.adequate:
         findings += compare_estimators(network, linear)
     return AxisIdentification(
@@ -127,13 +125,13 @@ def answer(question: Question, diagnosed: AxisDiagnosis | None) -> AxisIdentific
         network_reason=question.network_reason,
         least_squares=linear,
         adequacy=question.adequacy,
-        timing=question.timing,
+        timing=question.timing if diagnosed is None else diagnosed.timing,
         diagnosis=diagnosed,
         model=replace(base, terms=(*base.terms, *chosen.compensated.effects)),
         metric=metric,
         units=axis.parameter_units,
         cutoff_hz=signals.cutoff_hz,
-        condition_number=least_squares.condition_number(signals.regressor[part]),
+        condition_number=least_squares.condition_number(regressor),
         findings=tuple(findings),
         trace=EffortTrace(signals.period_s * part.astype(np.float64), measured, modelled),
     )
@@ -153,9 +151,7 @@ def _chosen(
     )
     if network is None or adequate:
         reason = _reason(network, linear)
-        return _Choice(
-            ParameterSource.LEAST_SQUARES, linear, error, question.compensated, reason
-        )
+        return _Choice(ParameterSource.LEAST_SQUARES, linear, error, question.compensated, reason)
     apart = network.parameters - linear.parameters
     return _Choice(
         ParameterSource.NETWORK,
@@ -170,7 +166,7 @@ def _extended(question: Question, diagnosed: AxisDiagnosis) -> _Choice:
     """The base parameters of the extended model."""
     model = Model({question.name: diagnosed.model})
     compensated = compensate_effects(
-        question.recording, question.name, model, late_s=question.timing.shift_s
+        question.recording, question.name, model, late_s=diagnosed.timing.shift_s
     )
     estimate = Estimate(diagnosed.model.parameters, diagnosed.extended.estimate.std)
     error = _model_error(compensated, question.part, estimate.std)

@@ -79,9 +79,7 @@ def identify(
     (0.43, 'kg*m^2')
     """
     watch = stopwatch or Stopwatch()
-    looked = {
-        name: _look(recording, name, network, model, seed, watch) for name in recording.axes
-    }
+    looked = {name: _look(recording, name, network, model, seed, watch) for name in recording.axes}
     inadequate = [name for name, question in looked.items() if not question.adequacy.adequate]
     diagnoses: Mapping[str, AxisDiagnosis] = {}
     if diagnose and inadequate:

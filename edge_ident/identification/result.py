@@ -28,6 +28,11 @@ class ParameterSource(StrEnum):
     NETWORK = "cnn"
     EXTENDED_MODEL = "extended_model"
 
+    @property
+    def spoken(self) -> str:
+        """What people call it."""
+        return "network" if self is ParameterSource.NETWORK else self.value.replace("_", " ")
+
 
 @dataclass(frozen=True)
 class EffortTrace:
@@ -113,6 +118,14 @@ class AxisIdentification:
     def compensated_effects(self) -> tuple[str, ...]:
         """Names of the effects that the effort is compensated for."""
         return effect_names(self.model)
+
+    @property
+    def diagnosis_sentence(self) -> str:
+        """What the diagnosis found, and which parameters follow from it, in one line."""
+        if self.diagnosis is None:
+            return self.adequacy.reason
+        found = ", ".join(cause.term.effect.replace("_", " ") for cause in self.diagnosis.causes)
+        return f"{self.diagnosis.verdict.value}: {found or 'no cause'}; {self.source.spoken} used"
 
     @property
     def trusted(self) -> bool:
