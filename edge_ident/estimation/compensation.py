@@ -97,7 +97,7 @@ def compensate_effects(
         effects_effort=effects_effort,
         effort=effort - withheld,
         effects_unfiltered=added,
-        tied_to_time=_tied_to_time(undelayed, motion, others),
+        tied_to_time=tuple(t.effect for t in effects if named(t.effect).tied_to_time),
     )
 
 
@@ -152,14 +152,3 @@ def _withheld(axis: AxisModel, effort: Array) -> Array:
     terms = axis.terms[1:]
     parts = [named(term.effect).withheld(effort, along_motion(term)) for term in terms]
     return np.asarray(np.sum(parts, axis=0))
-
-
-def _tied_to_time(axis: AxisModel, motion: Motion, others: dict[str, Motion]) -> tuple[str, ...]:
-    """Effects that add something else to the same motion one record later."""
-    later = replace(motion, time_s=motion.time_s + motion.time_s[-1])
-    found = []
-    for term in axis.terms[1:]:
-        alone = replace(axis, terms=(axis.terms[0], term))
-        if not np.allclose(_added(alone, motion, others), _added(alone, later, others)):
-            found.append(term.effect)
-    return tuple(found)

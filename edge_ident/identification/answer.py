@@ -18,6 +18,7 @@ from edge_ident.diagnosis.measures import Timing
 from edge_ident.diagnosis.result import AxisDiagnosis, Verdict
 from edge_ident.estimation import least_squares
 from edge_ident.estimation.compensation import CompensatedAxis, compensate_effects
+from edge_ident.estimation.effort_checks import check_effort
 from edge_ident.estimation.model_error import regime_spread
 from edge_ident.estimation.outside_support import departures, range_of
 from edge_ident.estimation.trust import (
@@ -112,6 +113,7 @@ def answer(question: Question, diagnosed: AxisDiagnosis | None) -> AxisIdentific
     findings = describe_data(signals)
     findings += departures(compensated.effects, seen, axis)
     findings += tied_to_time(compensated.tied_to_time)
+    findings += check_effort(signals, part)
     findings += describe_model(question.adequacy, diagnosed)
     findings += check_estimate(chosen.estimate, regressor, measured, metric.relative_residual)
     if network is not None and question.adequacy.adequate:
