@@ -22,6 +22,7 @@ from edge_ident.estimation.effort_checks import check_effort
 from edge_ident.estimation.model_error import regime_spread
 from edge_ident.estimation.outside_support import departures, range_of
 from edge_ident.estimation.trust import (
+    Finding,
     check_estimate,
     compare_estimators,
     describe_data,
@@ -31,6 +32,7 @@ from edge_ident.identification.adequacy import Adequacy
 from edge_ident.identification.findings import describe_model
 from edge_ident.identification.result import AxisIdentification, EffortTrace, ParameterSource
 from edge_ident.model.model import Estimate, Model, base_axis, effect_names
+from edge_ident.model.supported_range import SupportedRange
 from edge_ident.signals.metrics import compare
 from edge_ident.signals.recording import Recording
 
@@ -110,11 +112,7 @@ def answer(question: Question, diagnosed: AxisDiagnosis | None) -> AxisIdentific
     axis = question.recording.axes[question.name]
     seen = range_of(signals, axis, part, signals.effort + chosen.compensated.effects_effort)
     base = base_axis(chosen.estimate, axis.position_unit, axis.effort_unit, seen)
-    findings = describe_data(signals)
-    findings += departures(compensated.effects, seen, axis)
-    findings += tied_to_time(compensated.tied_to_time)
-    findings += check_effort(signals, part)
-    findings += describe_model(question.adequacy, diagnosed)
+    findings = _what_was_done(question, diagnosed, seen)
     findings += check_estimate(chosen.estimate, regressor, measured, metric.relative_residual)
     if network is not None and question.adequacy.adequate:
         findings += compare_estimators(network, linear)
@@ -137,6 +135,19 @@ def answer(question: Question, diagnosed: AxisDiagnosis | None) -> AxisIdentific
         findings=tuple(findings),
         trace=EffortTrace(signals.period_s * part.astype(np.float64), measured, modelled),
     )
+
+
+def _what_was_done(
+    question: Question, diagnosed: AxisDiagnosis | None, seen: SupportedRange
+) -> list[Finding]:
+    """Findings about the data, the known effects and the model."""
+    known, signals = question.compensated, question.compensated.signals
+    findings = describe_data(signals)
+    findings += departures(known.effects, seen, question.recording.axes[question.name])
+    findings += tied_to_time(known.tied_to_time)
+    findings += check_effort(signals, question.part)
+    findings += describe_model(question.adequacy, diagnosed)
+    return findings
 
 
 def _chosen(
