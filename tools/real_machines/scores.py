@@ -11,13 +11,12 @@ from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.result import AxisDiagnosis, Cause
 from edge_ident.errors import EdgeIdentError
+from edge_ident.model.effects import named
 from edge_ident.model.model import AxisModel, Term
 from edge_ident.signals.recording import Recording
 
 HARMED: Final = 1.02
 """Ratio of residuals above which the extension harms the other recording."""
-_TIME_TIED: Final = ("disturbance_event", "payload_change", "warm_up", "gain_drift", "offset_drift")
-"""Effects whose parameters belong to the clock of one recording."""
 
 
 @dataclass(frozen=True)
@@ -116,7 +115,7 @@ def residual(data: AxisData, model: AxisModel) -> float:
     The filter fades an offset out at reversals like everything else, so it is no constant.
     """
     base = model.terms[0]
-    kept = tuple(term for term in model.terms[1:] if term.effect not in _TIME_TIED)
+    kept = tuple(term for term in model.terms[1:] if not named(term.effect).tied_to_time)
     raised = replace(base, values={**base.values, "offset": base.values["offset"] + 1.0})
     predicted, higher = (
         data.predicted(AxisModel((term, *kept), *_units(model)))[data.valid]
