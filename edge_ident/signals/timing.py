@@ -88,10 +88,8 @@ def estimate_shift(
         return even
     basis, residual, parameters = _projected(regressor[samples], effort[samples])
     smooth = np.where(np.arange(regressor.shape[1]) == _COULOMB, 0.0, parameters)
-    slow = lowpass(effort, _INSTRUMENT_BAND * cutoff_hz, period_s)
-    column, instrument = (
-        -np.gradient(signal, period_s)[samples] for signal in (regressor @ smooth, slow)
-    )
+    column = -np.gradient(regressor @ smooth, period_s)[samples]
+    instrument = -np.gradient(slow(effort, cutoff_hz, period_s), period_s)[samples]
     column, instrument = (x - basis @ (basis.T @ x) for x in (column, instrument))
     gain = float(instrument @ column)
     if gain <= _TINY:
@@ -105,6 +103,11 @@ def estimate_shift(
         unlimited_s=unlimited,
         unlimited_std_s=float(np.sqrt(variance)),
     )
+
+
+def slow(effort: Array, cutoff_hz: float, period_s: float) -> Array:
+    """Part of an effort (N,) that is slow enough for its rate to be signal, and hardly noise."""
+    return lowpass(effort, _INSTRUMENT_BAND * cutoff_hz, period_s)
 
 
 def _projected(regressor: Array, effort: Array) -> tuple[Array, Array, Array]:

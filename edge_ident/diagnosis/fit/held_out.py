@@ -9,8 +9,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from edge_ident.diagnosis.fit.bounded import solve
 from edge_ident.diagnosis.fit.candidates import cached_regressors
-from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm, additive, solve
+from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm, additive
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.estimation.covariance import coloured_std
 from edge_ident.estimation.least_squares import unit_length

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field, replace
 from typing import Final
 
 import numpy as np
+import scipy.linalg
 import scipy.sparse
 from numpy.typing import NDArray
 
@@ -16,11 +17,15 @@ from edge_ident.model.model import AxisModel
 from edge_ident.model.search import Excitation
 from edge_ident.signals.filters import lowpass
 from edge_ident.signals.metrics import rms
+from edge_ident.signals.timing import LARGEST_SHIFT, Shift, slow
 
 Array = NDArray[np.float64]
 
 _OUTLIER: Final = 5.0
 """Standard deviations of a residual beyond which no noise explains it."""
+_CERTAIN: Final = 3.0
+"""Standard deviations beyond the limit from which a shift is a delay: the usual three-sigma rule.
+"""
 _WHOLE_BAND: Final = 0.4
 """Of the sampling rate; below it a shift by a fraction of a sample is exact."""
 
@@ -37,7 +42,11 @@ class Segment:
     noise_replica : tuple of Motion and mapping
         The same two with the encoder noise added a second time.
     raw_effort : (M,) array
-        As recorded, every raw_period_s; its means lie shift_s later.
+        As recorded, every raw_period_s; it is in step with the motion shift_s later.
+    timing : Shift
+        By which the effort is recorded late, estimated beside the base model.
+    applied_s : float
+        Part of the shift that `shift_s` takes out already.
     turns : array of int
         Last samples before the motion, filtered as the comparison, changes its direction.
     direction_weight : (M,) array
@@ -66,6 +75,8 @@ class Segment:
     raw_effort: Array
     raw_period_s: float
     shift_s: float
+    timing: Shift
+    applied_s: float
     stride: int
     turns: NDArray[np.intp]
     direction_weight: Array
@@ -86,6 +97,31 @@ class Segment:
     def cutoff_hz(self) -> float:
         """Bandwidth of the comparison."""
         return self.band.cutoff_hz
+
+    @property
+    def late(self) -> bool:
+        """Whether the effort is late, or early, by more than a controller's timing can be."""
+        largest_s = LARGEST_SHIFT * self.raw_period_s
+        shift = self.timing
+        return abs(shift.unlimited_s) - _CERTAIN * shift.unlimited_std_s > largest_s
+
+    @property
+    def timing_column(self) -> Array:
+        """What a further shift adds to the effort at the compared samples, per s, (n,)."""
+        if "timing" not in self.cache:
+            rate = np.gradient(slow(self.raw_effort, self.cutoff_hz, self.raw_period_s))
+            self.cache["timing"] = -self._sampled(rate / self.raw_period_s)
+        return self.cache["timing"]
+
+    def in_step(self, applied_s: float) -> "Segment":
+        """The same with a part of the shift taken out of the effort."""
+        shift_s = self.shift_s + self.applied_s - applied_s
+        effort = filtered_effort(
+            self.raw_effort, self.direction_weight, self.band, self.raw_period_s, shift_s
+        )
+        return replace(
+            self, shift_s=shift_s, applied_s=applied_s, effort=effort[:: self.stride], cache={}
+        )
 
     def predicted(self, axis: AxisModel) -> Array:
         """Filtered effort that a model predicts at the compared samples, (n,) or (D, n)."""
@@ -152,6 +188,24 @@ class AxisData:
         return replace(self, segments=segments, cache={})
 
     @property
+    def late(self) -> bool:
+        """Whether the effort of a recording is late by more than a controller's timing can be."""
+        return any(s.late for s in self.segments)
+
+    @property
+    def timing_columns(self) -> Array:
+        """What a further shift of each of the R recordings adds to the effort, per s, (n, R)."""
+        columns = (s.timing_column[:, None] for s in self.segments)
+        return np.asarray(scipy.linalg.block_diag(*columns))
+
+    @property
+    def timing_limits(self) -> tuple[Array, Array]:
+        """Least and largest further shift of each recording in s, (R,) each."""
+        largest = np.array([LARGEST_SHIFT * s.raw_period_s for s in self.segments])
+        applied = np.array([s.applied_s for s in self.segments])
+        return -largest - applied, largest - applied
+
+    @property
     def samples(self) -> int:
         """Number of samples at the rate of the regressors, all recordings together."""
         return sum(len(s.effort) for s in self.segments)
@@ -216,6 +270,7 @@ class AxisData:
             resolution=max(s.position_noise for s in self.segments) * np.sqrt(12.0),
             duration_s=max(float(s.motion.time_s[-1]) for s in self.segments),
             cutoff_hz=max(s.cutoff_hz for s in self.segments),
+            sampling_s=max(s.raw_period_s for s in self.segments),
             base=base,
         )
 
