@@ -32,6 +32,7 @@ from edge_ident.diagnosis.select.testability import not_testable
 from edge_ident.errors import DataError
 from edge_ident.model.effects import named
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Estimate, Model, Term
+from edge_ident.model.supported_range import SupportedRange
 from edge_ident.signals.recording import Recording
 
 Progress = Callable[[str, int, int], None]
@@ -146,7 +147,7 @@ def _diagnose_axis(
         extended=extended,
         noise_floor=floor.rms / nonzero_rms(data.effort[data.valid]),
         noise_floor_source=floor.source,
-        model=_physical_model(template, extended.estimate, found),
+        model=_physical_model(template, extended.estimate, found, data.supported),
         cutoff_hz=max(s.cutoff_hz for s in data.segments),
         knee_hz=max(s.band.knee_hz for s in data.segments),
         traces=traces(data, start, model, parts),
@@ -182,12 +183,18 @@ def _verdict(search: Search, model: FittedModel, floor: NoiseFloor, left: float)
     return Verdict.EXPLAINED if model.terms else Verdict.ADEQUATE
 
 
-def _physical_model(template: AxisModel, estimate: Estimate, found: tuple[Cause, ...]) -> AxisModel:
+def _physical_model(
+    template: AxisModel,
+    estimate: Estimate,
+    found: tuple[Cause, ...],
+    supported: SupportedRange,
+) -> AxisModel:
     """The extended model for a model file: a friction that was fitted negative is zero."""
     lowest = [named(BASE).bounds[name][0] for name in PARAMETERS]
     values = dict(zip(PARAMETERS, np.maximum(estimate.parameters, lowest).tolist(), strict=True))
     std = dict(zip(PARAMETERS, estimate.std.tolist(), strict=True))
-    terms = (Term(BASE, values, std), *template.terms[1:], *(cause.term for cause in found))
+    added = (replace(cause.term, supported=supported) for cause in found)
+    terms = (Term(BASE, values, std, supported=supported), *template.terms[1:], *added)
     return replace(template, terms=terms)
 
 

@@ -8,6 +8,7 @@ from edge_ident.estimation import least_squares, network_estimate
 from edge_ident.estimation.alignment import align
 from edge_ident.estimation.compensation import CompensatedAxis, compensate_effects
 from edge_ident.estimation.network import Network
+from edge_ident.estimation.outside_support import departures, range_of
 from edge_ident.estimation.trust import (
     check_estimate,
     compare_estimators,
@@ -135,8 +136,10 @@ def _conclude(
         network = Estimate(network.parameters, np.hypot(network.std, linear.std))
     modelled = regressor @ linear.parameters + effects
     metric = compare(measured, modelled)
-    base = base_axis(linear, axis.position_unit, axis.effort_unit)
+    seen = range_of(signals, axis, part, signals.effort + compensated.effects_effort)
+    base = base_axis(linear, axis.position_unit, axis.effort_unit, seen)
     findings = describe_data(signals)
+    findings += departures(compensated.effects, seen, axis)
     findings += tied_to_time(compensated.tied_to_time)
     findings += check_estimate(linear, regressor, measured, metric.relative_residual)
     if network is not None:

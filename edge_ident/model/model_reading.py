@@ -10,6 +10,7 @@ from edge_ident.errors import ModelError
 from edge_ident.model.effect import Effect, Motion, Parameter
 from edge_ident.model.effects import named
 from edge_ident.model.model import BASE, AxisModel, Model, SourceFile, Term, inertia_unit
+from edge_ident.model.supported_range import QUANTITIES, SupportedRange
 
 SCHEMA: Final = "edge-ident/model/1"
 _POSITION_UNITS: Final = ("rad", "m")
@@ -109,7 +110,27 @@ class _Reader:
             values[parameter.name] = self._value(place, parameter, entry, units)
             if entry.get("std") is not None:
                 std[parameter.name] = self._number(place, parameter.name, "std", entry["std"])
-        return Term(name, values, std, document.get("source_axis"))
+        supported = self._range(place, document)
+        return Term(name, values, std, document.get("source_axis"), supported)
+
+    def _range(self, place: str, document: Mapping[str, Any]) -> SupportedRange | None:
+        if document.get("supported") is None:
+            return None
+        given = self._mapping(document, "supported", place)
+        intervals = []
+        for name in QUANTITIES:
+            ends = given.get(name)
+            if not isinstance(ends, list) or len(ends) != 2:
+                raise self._error(
+                    f"{place}, supported", f"{name} is {ends!r}", "write [lowest, highest]"
+                )
+            low, high = (self._number(place, "supported", name, end) for end in ends)
+            if low > high:
+                raise self._error(
+                    f"{place}, supported", f"{name} is {ends!r}", "write the lowest value first"
+                )
+            intervals.append((low, high))
+        return SupportedRange(*intervals)
 
     def _value(
         self, place: str, parameter: Parameter, entry: Mapping[str, Any], units: list[str]

@@ -2,7 +2,7 @@
 
 import dataclasses
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -93,9 +93,17 @@ def design_document(design: GainDesign) -> dict[str, Any]:
 
 
 def simulation_document(
-    recording: Recording, file: Path, model: str, motion: str, seed: int
+    recording: Recording,
+    file: Path,
+    model: str,
+    motion: str,
+    seed: int,
+    left: Mapping[str, Sequence[Finding]],
 ) -> dict[str, Any]:
-    """Schema edge-ident/simulation/1: what was simulated and where it lies."""
+    """Schema edge-ident/simulation/1: what was simulated and where it lies.
+
+    `left` tells of each axis where it leaves the range in which the model was supported.
+    """
     return {
         "schema": "edge-ident/simulation/1",
         "file": str(file),
@@ -111,6 +119,7 @@ def simulation_document(
                 "effort_rms": rms(axis.effort),
                 "position_unit": axis.position_unit,
                 "effort_unit": axis.effort_unit,
+                "warnings": [finding_document(finding) for finding in left.get(name, ())],
             }
             for name, axis in recording.axes.items()
             if axis.reference is not None

@@ -15,6 +15,7 @@ from edge_ident.model.effects import named
 from edge_ident.model.inverse import along_motion, inverse_effort, obeyed
 from edge_ident.model.model import AxisModel
 from edge_ident.model.search import Excitation
+from edge_ident.model.supported_range import SupportedRange
 from edge_ident.signals.filters import lowpass
 from edge_ident.signals.metrics import rms
 from edge_ident.signals.timing import LARGEST_SHIFT, Shift, slow
@@ -233,6 +234,14 @@ class AxisData:
     def of_motion(self, name: str) -> Array:
         """Time, position, velocity or acceleration of the motion, (n,)."""
         return np.concatenate([getattr(s.motion, name)[s.sample_index] for s in self.segments])
+
+    @property
+    def supported(self) -> SupportedRange:
+        """What the valid samples cover."""
+        position, velocity, acceleration = (
+            self.of_motion(name)[self.valid] for name in ("position", "velocity", "acceleration")
+        )
+        return SupportedRange.of(position, velocity, acceleration, self.effort[self.valid])
 
     def exceeds_aliasing(self, residual: Array, inertia: float) -> NDArray[np.bool_]:
         """Invalid samples (n,) whose residual aliased quantization cannot explain.
