@@ -6,15 +6,16 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.diagnosis.fit.fitting import FittedModel, fit
+from edge_ident.diagnosis.fit.fitting import FittedModel, delayed, fit
 from edge_ident.diagnosis.fit.held_out import standard_deviations
 from edge_ident.diagnosis.fit.noise_floor import NoiseFloor, noise_floor
 from edge_ident.diagnosis.fit.summary import (
     contributions,
     model_fit,
     nonzero_rms,
+    relative_residual,
+    timing,
     traces,
-    validation,
 )
 from edge_ident.diagnosis.measures import ModelFit
 from edge_ident.diagnosis.motion_check import with_motion_errors
@@ -30,7 +31,6 @@ from edge_ident.diagnosis.select.forward_selection import select_forward
 from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.select.testability import not_testable
 from edge_ident.errors import DataError
-from edge_ident.model.effects import named
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Estimate, Model, Term
 from edge_ident.model.supported_range import SupportedRange
 from edge_ident.signals.recording import Recording
@@ -85,7 +85,7 @@ def diagnose(
         template = _template(recordings[0], name, model)
         axes[name] = _diagnose_axis(recordings, name, template)
         if validate is not None:
-            validations[name] = _validate(prepare_axis([validate], name), axes[name], template)
+            validations[name] = _validate(validate, name, axes[name], template)
     on_progress("diagnosis", len(names), len(names))
     on_progress("simulated motion", 0, 1)
     found = Diagnosis(axes, data_findings(recordings, axes), validations)
@@ -126,7 +126,9 @@ class _Selected:
 def _diagnose_axis(
     recordings: Sequence[Recording], name: str, template: AxisModel
 ) -> AxisDiagnosis:
-    data, selected = _selected(prepare_axis(recordings, name), template)
+    data, selected = _selected(
+        prepare_axis(recordings, name, timed=not delayed(template)), template
+    )
     search, start = selected.search, selected.start
     supported = selected.supported.without_vibrations(data)
     model = supported.model
@@ -145,9 +147,10 @@ def _diagnose_axis(
         not_testable=not_testable(search, model, left),
         base=model_fit(data, start, standard_deviations(data, start)),
         extended=extended,
+        timing=timing(data, model, deviations),
         noise_floor=floor.rms / nonzero_rms(data.effort[data.valid]),
         noise_floor_source=floor.source,
-        model=_physical_model(template, extended.estimate, found, data.supported),
+        model=_extended_model(template, extended.estimate, found, data.supported),
         cutoff_hz=max(s.cutoff_hz for s in data.segments),
         knee_hz=max(s.band.knee_hz for s in data.segments),
         traces=traces(data, start, model, parts),
@@ -183,24 +186,31 @@ def _verdict(search: Search, model: FittedModel, floor: NoiseFloor, left: float)
     return Verdict.EXPLAINED if model.terms else Verdict.ADEQUATE
 
 
-def _physical_model(
+def _extended_model(
     template: AxisModel,
     estimate: Estimate,
     found: tuple[Cause, ...],
     supported: SupportedRange,
 ) -> AxisModel:
-    """The extended model for a model file: a friction that was fitted negative is zero."""
-    lowest = [named(BASE).bounds[name][0] for name in PARAMETERS]
-    values = dict(zip(PARAMETERS, np.maximum(estimate.parameters, lowest).tolist(), strict=True))
+    """The extended model for a model file."""
+    values = dict(zip(PARAMETERS, estimate.parameters.tolist(), strict=True))
     std = dict(zip(PARAMETERS, estimate.std.tolist(), strict=True))
     added = (replace(cause.term, supported=supported) for cause in found)
     terms = (Term(BASE, values, std, supported=supported), *template.terms[1:], *added)
     return replace(template, terms=terms)
 
 
-def _validate(data: AxisData, found: AxisDiagnosis, template: AxisModel) -> Validation:
+def _validate(
+    recording: Recording, name: str, found: AxisDiagnosis, template: AxisModel
+) -> Validation:
     """Score the base model and the extended model on another recording."""
-    return validation(data, _base_model(found.base, template), found.model)
+    models = (_base_model(found.base, template), found.model)
+    return Validation(
+        *(
+            relative_residual(prepare_axis([recording], name, timed=not delayed(axis)), axis)
+            for axis in models
+        )
+    )
 
 
 def _base_model(base: ModelFit, template: AxisModel) -> AxisModel:

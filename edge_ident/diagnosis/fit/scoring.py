@@ -100,9 +100,7 @@ class ResidualSubspace:
         """
         delay = bool(named(candidate.effect).effort_delay)
         of = self.untimed if delay and self.untimed is not None else self
-        errors, linear = projected_errors(
-            candidate, candidate_regressors, of.residual, of.basis
-        )
+        errors, linear = projected_errors(candidate, candidate_regressors, of.residual, of.basis)
         if named(candidate.effect).overrides("withheld"):
             fitted = dict(zip(candidate.form.linear, linear.T, strict=True))
             penalty = ignored_command_penalty(self.data, term(candidate, nonlinear, fitted))

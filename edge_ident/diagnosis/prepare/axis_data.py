@@ -12,21 +12,19 @@ from numpy.typing import NDArray
 from edge_ident.diagnosis.prepare.bandwidth import Band
 from edge_ident.model.effect import Motion
 from edge_ident.model.effects import named
+from edge_ident.model.effects.time_delay import LARGEST_SHIFT
 from edge_ident.model.inverse import along_motion, inverse_effort, obeyed
-from edge_ident.model.model import AxisModel
+from edge_ident.model.model import AxisModel, regressor
 from edge_ident.model.search import Excitation
 from edge_ident.model.supported_range import SupportedRange
 from edge_ident.signals.filters import lowpass
 from edge_ident.signals.metrics import rms
-from edge_ident.signals.timing import LARGEST_SHIFT, Shift, slow
+from edge_ident.signals.timing import Shift, beyond_limit, slow, solve_shift
 
 Array = NDArray[np.float64]
 
 _OUTLIER: Final = 5.0
 """Standard deviations of a residual beyond which no noise explains it."""
-_CERTAIN: Final = 3.0
-"""Standard deviations beyond the limit from which a shift is a delay: the usual three-sigma rule.
-"""
 _WHOLE_BAND: Final = 0.4
 """Of the sampling rate; below it a shift by a fraction of a sample is exact."""
 
@@ -44,10 +42,10 @@ class Segment:
         The same two with the encoder noise added a second time.
     raw_effort : (M,) array
         As recorded, every raw_period_s; it is in step with the motion shift_s later.
-    timing : Shift
-        By which the effort is recorded late, estimated beside the base model.
+    timing_hz : float
+        Bandwidth of what shows the shift between effort and motion.
     applied_s : float
-        Part of the shift that `shift_s` takes out already.
+        Part of this shift that `shift_s` takes out already.
     turns : array of int
         Last samples before the motion, filtered as the comparison, changes its direction.
     direction_weight : (M,) array
@@ -76,7 +74,7 @@ class Segment:
     raw_effort: Array
     raw_period_s: float
     shift_s: float
-    timing: Shift
+    timing_hz: float
     applied_s: float
     stride: int
     turns: NDArray[np.intp]
@@ -100,19 +98,28 @@ class Segment:
         return self.band.cutoff_hz
 
     @property
-    def late(self) -> bool:
-        """Whether the effort is late, or early, by more than a controller's timing can be."""
-        largest_s = LARGEST_SHIFT * self.raw_period_s
-        shift = self.timing
-        return abs(shift.unlimited_s) - _CERTAIN * shift.unlimited_std_s > largest_s
-
-    @property
     def timing_column(self) -> Array:
         """What a further shift adds to the effort at the compared samples, per s, (n,)."""
         if "timing" not in self.cache:
-            rate = np.gradient(slow(self.raw_effort, self.cutoff_hz, self.raw_period_s))
+            rate = np.gradient(slow(self.raw_effort, self.timing_hz, self.raw_period_s))
             self.cache["timing"] = -self._sampled(rate / self.raw_period_s)
         return self.cache["timing"]
+
+    @property
+    def further_shift(self) -> Shift:
+        """By which the effort is late against the motion, beside the base model."""
+        motion, nothing = self.motion, np.zeros(len(self.effort))
+        jerk = np.gradient(motion.acceleration, self.period_s)
+        columns = regressor(motion.velocity, motion.acceleration)
+        rates = np.stack([jerk, motion.acceleration, nothing, nothing], axis=1)
+        at = self.sample_index[self.valid]
+        return solve_shift(
+            (self.filter @ columns)[self.valid],
+            (self.filter @ rates)[self.valid],
+            self.effort[at],
+            self.timing_column[self.valid],
+            self.raw_period_s,
+        )
 
     def in_step(self, applied_s: float) -> "Segment":
         """The same with a part of the shift taken out of the effort."""
@@ -164,6 +171,8 @@ class AxisData:
     valid : (n,) array of bool
     block : (n,) array of int
         Number of the block of time, for cross-validation and for the bootstrap.
+    timing : tuple of Shift
+        By which the effort of each recording is late, estimated beside the base model.
     cache : dict
         Regressors that were computed before.
     """
@@ -172,6 +181,7 @@ class AxisData:
     effort: Array
     valid: NDArray[np.bool_]
     block: NDArray[np.intp]
+    timing: tuple[Shift, ...]
     cache: dict[object, Array] = field(default_factory=dict, compare=False)
 
     @property
@@ -191,7 +201,7 @@ class AxisData:
     @property
     def late(self) -> bool:
         """Whether the effort of a recording is late by more than a controller's timing can be."""
-        return any(s.late for s in self.segments)
+        return any(map(beyond_limit, self.timing, (s.raw_period_s for s in self.segments)))
 
     @property
     def timing_columns(self) -> Array:

@@ -22,7 +22,6 @@ from edge_ident.diagnosis.prepare.masks import (
 from edge_ident.diagnosis.prepare.sampled import Sampled
 from edge_ident.errors import DataError
 from edge_ident.model.effect import Motion
-from edge_ident.model.model import regressor
 from edge_ident.signals.conditioning import (
     SAMPLES_PER_CUTOFF_PERIOD,
     acceleration_noise,
@@ -33,7 +32,7 @@ from edge_ident.signals.conditioning import (
 )
 from edge_ident.signals.filters import lowpass
 from edge_ident.signals.recording import Recording
-from edge_ident.signals.timing import Shift, estimate_shift
+from edge_ident.signals.timing import beyond_limit
 
 Array = NDArray[np.float64]
 
@@ -88,8 +87,9 @@ def prepare_axis(recordings: Sequence[Recording], name: str, *, timed: bool = Tr
         Hardly any sample shows the axis in motion.
     """
     segments = tuple(_segment(recording, name) for recording in recordings)
-    if timed and not any(s.late for s in segments):
-        segments = tuple(s.in_step(s.timing.shift_s) for s in segments)
+    timing = tuple(s.further_shift for s in segments)
+    if timed and not any(map(beyond_limit, timing, (s.raw_period_s for s in segments))):
+        segments = tuple(s.in_step(t.shift_s) for s, t in zip(segments, timing, strict=True))
     valid = np.concatenate([s.valid for s in segments])
     if np.count_nonzero(valid) < _FEWEST_SAMPLES:
         raise DataError(
@@ -102,6 +102,7 @@ def prepare_axis(recordings: Sequence[Recording], name: str, *, timed: bool = Tr
         effort=np.concatenate([s.effort[s.sample_index] for s in segments]),
         valid=valid,
         block=_blocks(segments),
+        timing=timing,
     )
 
 
@@ -109,7 +110,8 @@ def _segment(recording: Recording, name: str) -> Segment:
     raw = Sampled.of(recording, name)
     noise = position_noise(recording.axes[name].position)
     count = encoder_count(recording.axes[name].position)
-    band, density = _band(raw, noise)
+    widest_hz = choose_cutoff(raw.position, raw.period_s)
+    band, density = _band(raw, noise, widest_hz)
     motion_hz = min(_MOTION_BAND * band.cutoff_hz, _WIDEST / raw.period_s)
     stride = max(1, int(1.0 / (_REGRESSOR_RATE * motion_hz * raw.period_s)))
     period_s = stride * raw.period_s
@@ -130,7 +132,7 @@ def _segment(recording: Recording, name: str) -> Segment:
         raw_effort=raw.effort,
         raw_period_s=raw.period_s,
         shift_s=shift_s,
-        timing=_timing(raw, narrow, band, stride, shift_s, sample_index[far]),
+        timing_hz=widest_hz,
         applied_s=0.0,
         stride=stride,
         turns=turns,
@@ -149,9 +151,8 @@ def _segment(recording: Recording, name: str) -> Segment:
     )
 
 
-def _band(raw: Sampled, noise: float) -> tuple[Band, float]:
+def _band(raw: Sampled, noise: float, widest_hz: float) -> tuple[Band, float]:
     """The band of the comparison, and the power density of the effort noise per Hz."""
-    widest_hz = choose_cutoff(raw.position, raw.period_s)
     deviation = white_noise(raw.effort, raw.position, widest_hz, raw.period_s)
     density = 2.0 * raw.period_s * deviation**2
     band = comparison_band(raw.position, raw.effort, noise, density, widest_hz, raw.period_s)
@@ -182,22 +183,6 @@ def _sample_index(
 def _run_in(position: Array) -> int:
     """First sample far from the start: friction and play have forgotten the time before."""
     return int(np.argmax(np.abs(position - position[0]) > _RUN_IN * np.ptp(position)))
-
-
-def _timing(
-    raw: Sampled,
-    narrow: Motion,
-    band: Band,
-    stride: int,
-    shift_s: float,
-    samples: NDArray[np.intp],
-) -> Shift:
-    """By which the effort is recorded late, from samples far from reversals and standstills."""
-    period_s = stride * raw.period_s
-    columns = regressor(narrow.velocity, narrow.acceleration)
-    columns[:, 2] = lowpass(columns[:, 2], band.cutoff_hz, period_s)
-    effort = lowpass(raw.effort, band.cutoff_hz, raw.period_s, delay_s=shift_s)[::stride]
-    return estimate_shift(columns, effort, band.cutoff_hz, period_s, samples, raw.period_s)
 
 
 def _masks(

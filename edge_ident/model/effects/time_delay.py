@@ -16,6 +16,10 @@ from edge_ident.model.effect import Array, Effect, Parameter, Values
 from edge_ident.model.search import Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
 
+LARGEST_SHIFT: Final = 1.5
+"""Largest shift of a controller's timing, in sampling periods: one for its calculation, half a one
+because its command is held."""
+
 
 class TimeDelay(Effect):
     """Shift of the whole effort in time."""
