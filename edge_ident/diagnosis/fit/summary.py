@@ -15,6 +15,7 @@ from edge_ident.diagnosis.fit.held_out import held_out_residuals
 from edge_ident.diagnosis.fit.projection import orthonormal
 from edge_ident.diagnosis.measures import NO_SHIFT, ModelFit, Timing, Traces
 from edge_ident.diagnosis.prepare.axis_data import AxisData
+from edge_ident.model.effects.time_delay import LARGEST_SHIFT
 from edge_ident.model.model import AxisModel, Estimate
 from edge_ident.signals.metrics import compare, rms
 
@@ -58,7 +59,9 @@ def timing(data: AxisData, fitted: FittedModel, deviations: Array) -> Timing:
         return NO_SHIFT
     applied, period = np.array([(s.applied_s, s.raw_period_s) for s in data.segments]).T
     first = np.array([shift.std_s for shift in data.timing])
-    std = np.maximum(np.maximum(first, deviations[fitted.timing_columns]), _TINY)
+    # no fit says more than that the shift lies between its limits
+    even = LARGEST_SHIFT * period / np.sqrt(3.0)
+    std = np.maximum(np.maximum(first, np.minimum(deviations[fitted.timing_columns], even)), _TINY)
     certain = np.abs(fitted.timing) > _CERTAIN * std
     shift = applied + np.where(certain, fitted.timing, 0.0)
     weight = std**-2.0 / np.sum(std**-2.0)

@@ -14,12 +14,12 @@ from edge_ident.model.effect import Motion
 from edge_ident.model.effects import named
 from edge_ident.model.effects.time_delay import LARGEST_SHIFT
 from edge_ident.model.inverse import along_motion, inverse_effort, obeyed
-from edge_ident.model.model import AxisModel, regressor
+from edge_ident.model.model import AxisModel
 from edge_ident.model.search import Excitation
 from edge_ident.model.supported_range import SupportedRange
 from edge_ident.signals.filters import lowpass
 from edge_ident.signals.metrics import rms
-from edge_ident.signals.timing import Shift, beyond_limit, slow, solve_shift
+from edge_ident.signals.timing import Shift
 
 Array = NDArray[np.float64]
 
@@ -46,6 +46,8 @@ class Segment:
         Bandwidth of what shows the shift between effort and motion.
     applied_s : float
         Part of this shift that `shift_s` takes out already.
+    timing_column : (n,) array
+        What a further shift adds to the effort of the base model at the compared samples, per s.
     turns : array of int
         Last samples before the motion, filtered as the comparison, changes its direction.
     direction_weight : (M,) array
@@ -76,6 +78,7 @@ class Segment:
     shift_s: float
     timing_hz: float
     applied_s: float
+    timing_column: Array
     stride: int
     turns: NDArray[np.intp]
     direction_weight: Array
@@ -97,30 +100,6 @@ class Segment:
         """Bandwidth of the comparison."""
         return self.band.cutoff_hz
 
-    @property
-    def timing_column(self) -> Array:
-        """What a further shift adds to the effort at the compared samples, per s, (n,)."""
-        if "timing" not in self.cache:
-            rate = np.gradient(slow(self.raw_effort, self.timing_hz, self.raw_period_s))
-            self.cache["timing"] = -self._sampled(rate / self.raw_period_s)
-        return self.cache["timing"]
-
-    @property
-    def further_shift(self) -> Shift:
-        """By which the effort is late against the motion, beside the base model."""
-        motion, nothing = self.motion, np.zeros(len(self.effort))
-        jerk = np.gradient(motion.acceleration, self.period_s)
-        columns = regressor(motion.velocity, motion.acceleration)
-        rates = np.stack([jerk, motion.acceleration, nothing, nothing], axis=1)
-        at = self.sample_index[self.valid]
-        return solve_shift(
-            (self.filter @ columns)[self.valid],
-            (self.filter @ rates)[self.valid],
-            self.effort[at],
-            self.timing_column[self.valid],
-            self.raw_period_s,
-        )
-
     def in_step(self, applied_s: float) -> "Segment":
         """The same with a part of the shift taken out of the effort."""
         shift_s = self.shift_s + self.applied_s - applied_s
@@ -139,10 +118,10 @@ class Segment:
             effect = named(term.effect)
             if effect.overrides("withheld"):
                 withheld = effect.withheld(self.raw_effort, along_motion(term))
-                sampled = sampled + self._sampled(withheld)
+                sampled = sampled + self.sampled(withheld)
         return sampled if sampled.shape[0] > 1 or effort.ndim > 1 else sampled[0]
 
-    def _sampled(self, raw: Array) -> Array:
+    def sampled(self, raw: Array) -> Array:
         """A raw effort (..., M), filtered, at the compared samples (..., n)."""
         filtered = filtered_effort(
             raw, self.direction_weight, self.band, self.raw_period_s, self.shift_s
@@ -172,7 +151,9 @@ class AxisData:
     block : (n,) array of int
         Number of the block of time, for cross-validation and for the bootstrap.
     timing : tuple of Shift
-        By which the effort of each recording is late, estimated beside the base model.
+        By which the effort of each recording was late, estimated beside the base model.
+    late : bool
+        Whether one is late by more than a controller's timing can be. Then all stay as they are.
     cache : dict
         Regressors that were computed before.
     """
@@ -182,6 +163,7 @@ class AxisData:
     valid: NDArray[np.bool_]
     block: NDArray[np.intp]
     timing: tuple[Shift, ...]
+    late: bool
     cache: dict[object, Array] = field(default_factory=dict, compare=False)
 
     @property
@@ -197,11 +179,6 @@ class AxisData:
             for s in self.segments
         )
         return replace(self, segments=segments, cache={})
-
-    @property
-    def late(self) -> bool:
-        """Whether the effort of a recording is late by more than a controller's timing can be."""
-        return any(map(beyond_limit, self.timing, (s.raw_period_s for s in self.segments)))
 
     @property
     def timing_columns(self) -> Array:

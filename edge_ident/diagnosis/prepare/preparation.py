@@ -20,6 +20,7 @@ from edge_ident.diagnosis.prepare.masks import (
     widened,
 )
 from edge_ident.diagnosis.prepare.sampled import Sampled
+from edge_ident.diagnosis.prepare.timing import in_time
 from edge_ident.errors import DataError
 from edge_ident.model.effect import Motion
 from edge_ident.signals.conditioning import (
@@ -32,7 +33,6 @@ from edge_ident.signals.conditioning import (
 )
 from edge_ident.signals.filters import lowpass
 from edge_ident.signals.recording import Recording
-from edge_ident.signals.timing import beyond_limit
 
 Array = NDArray[np.float64]
 
@@ -86,10 +86,8 @@ def prepare_axis(recordings: Sequence[Recording], name: str, *, timed: bool = Tr
     DataError
         Hardly any sample shows the axis in motion.
     """
-    segments = tuple(_segment(recording, name) for recording in recordings)
-    timing = tuple(s.further_shift for s in segments)
-    if timed and not any(map(beyond_limit, timing, (s.raw_period_s for s in segments))):
-        segments = tuple(s.in_step(t.shift_s) for s, t in zip(segments, timing, strict=True))
+    found = in_time([_segment(recording, name) for recording in recordings], move=timed)
+    segments = found.segments
     valid = np.concatenate([s.valid for s in segments])
     if np.count_nonzero(valid) < _FEWEST_SAMPLES:
         raise DataError(
@@ -102,7 +100,8 @@ def prepare_axis(recordings: Sequence[Recording], name: str, *, timed: bool = Tr
         effort=np.concatenate([s.effort[s.sample_index] for s in segments]),
         valid=valid,
         block=_blocks(segments),
-        timing=timing,
+        timing=found.shifts,
+        late=found.late,
     )
 
 
@@ -134,6 +133,7 @@ def _segment(recording: Recording, name: str) -> Segment:
         shift_s=shift_s,
         timing_hz=widest_hz,
         applied_s=0.0,
+        timing_column=np.zeros(len(sample_index)),
         stride=stride,
         turns=turns,
         direction_weight=weight,
