@@ -23,6 +23,10 @@ _FEWEST_CUTOFF_PERIODS: Final = 10.0
 """In a record; a motion without acceleration would ask for none."""
 _ACCELERATION_NOISE_SHARE: Final = 0.05
 """Encoder noise allowed in the acceleration; its square biases the inertia, by 0.25 %."""
+_ALWAYS: Final = 0.9
+"""Share of samples in which an axis moves, from which rounding is white noise."""
+_NO_ROUNDING: Final = 0.5
+"""Noise over that of rounding, below which a position is not rounded."""
 _TINY: Final = float(np.finfo(float).tiny)
 _DECAY_PERIODS: Final = 1.5
 """Cut-off periods after which 3 % of the filter's response are left."""
@@ -202,17 +206,25 @@ def bridge(signal: Array, moving: NDArray[np.bool_]) -> Array:
 
 
 def position_noise(position: Array) -> float:
-    """Standard deviation of white noise in a position, at least that of its quantization.
-
-    Third differences remove the motion and multiply white noise by √20.
-    """
-    third = np.diff(position, 3)
-    quantization = encoder_count(position) / np.sqrt(12.0)
-    return float(max(np.sqrt(np.mean(third**2) / 20.0), quantization))
+    """Standard deviation of white noise in a position, at least that of its quantization."""
+    return float(max(_white_noise(position), encoder_count(position) / np.sqrt(12.0)))
 
 
 def encoder_count(position: Array) -> float:
-    """Smallest step between values that a position takes, 0 where it takes but one."""
+    """Smallest step between values that a position takes, 0 where that is no count.
+
+    An axis that moves on all the time and never returns takes each value once. Its smallest step is
+    that of the slowest sample. Rounding to counts of that size would show as noise.
+    """
     steps = np.diff(np.unique(position))
     count = float(np.min(steps, initial=np.inf, where=steps > 1e-9 * np.ptp(position)))
-    return count if count < np.inf else 0.0
+    if not np.isfinite(count):
+        return 0.0
+    moves = float(np.mean(np.diff(position) != 0.0)) > _ALWAYS
+    rounding = count / np.sqrt(12.0)
+    return 0.0 if moves and _white_noise(position) < _NO_ROUNDING * rounding else count
+
+
+def _white_noise(position: Array) -> float:
+    """Third differences remove the motion and multiply white noise by √20."""
+    return float(np.sqrt(np.mean(np.diff(position, 3) ** 2) / 20.0))

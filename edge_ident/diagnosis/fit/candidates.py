@@ -46,9 +46,8 @@ def candidates(data: AxisData, rotary: bool) -> tuple[Candidate, ...]:
     for name, effect in catalogue().items():
         if effect.search.needs_reversals and not data.reverses:
             continue
-        # timing accounts for any other shift
         if effect.effort_delay and not data.late:
-            continue
+            continue  # timing accounts for the shift
         for form in effect.search.forms:
             if not form.rotary or rotary:
                 sources = data.other_axes if form.coupled else (None,)

@@ -16,7 +16,7 @@ from edge_ident.diagnosis.fit.projection import orthonormal
 from edge_ident.diagnosis.measures import NO_SHIFT, ModelFit, Timing, Traces
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.model.effects.time_delay import LARGEST_SHIFT
-from edge_ident.model.model import AxisModel, Estimate
+from edge_ident.model.model import Estimate
 from edge_ident.signals.metrics import compare, rms
 
 Array = NDArray[np.float64]
@@ -36,12 +36,6 @@ def model_fit(data: AxisData, fitted: FittedModel, deviations: Array) -> ModelFi
         held_out=rms(held_out_residuals(data, fitted)[valid]) / scale,
         metric=compare(data.effort[valid], fitted.predicted[valid]),
     )
-
-
-def relative_residual(data: AxisData, axis: AxisModel) -> float:
-    """Relative residual of a model, as it is, on other data, in step with their own motion."""
-    scale = nonzero_rms(data.effort[data.valid])
-    return rms((data.effort - data.predicted(axis))[data.valid]) / scale
 
 
 def timing(data: AxisData, fitted: FittedModel, deviations: Array) -> Timing:
