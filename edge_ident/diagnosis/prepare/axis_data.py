@@ -77,8 +77,6 @@ class Segment:
     raw_period_s: float
     shift_s: float
     timing_hz: float
-    applied_s: float
-    timing_column: Array
     stride: int
     turns: NDArray[np.intp]
     direction_weight: Array
@@ -93,6 +91,8 @@ class Segment:
     position_noise: float
     acceleration_noise: float
     effort_noise: float
+    applied_s: float = 0.0
+    timing_column: Array = field(default_factory=lambda: np.zeros(0))
     cache: dict[object, Array] = field(default_factory=dict, compare=False)
 
     @property

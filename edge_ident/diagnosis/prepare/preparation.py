@@ -115,29 +115,23 @@ def _segment(recording: Recording, name: str) -> Segment:
     stride = max(1, int(1.0 / (_REGRESSOR_RATE * motion_hz * raw.period_s)))
     period_s = stride * raw.period_s
     motions, replicas = raw.motions(motion_hz, stride)
-    noise_of_speed = {
-        other: float(np.std(replicas[other].velocity - motions[other].velocity))
-        for other in motions
-    }
     known, weight = _direction_weights(raw, noise, band, stride)
     sample_index = _sample_index(known, weight, band, motions[name], raw, stride)
     narrow = raw.motion(raw.position, band.cutoff_hz, stride)
     turns, valid, far = _masks(narrow, known, count, band, period_s, sample_index)
-    shift_s = recording.effort_shift_s
+    late_s = recording.effort_shift_s
     return Segment(
         motion=motions[name],
-        others=_others(motions, noise_of_speed, name),
-        noise_replica=(replicas[name], _others(replicas, noise_of_speed, name)),
+        others=_others(motions, motions, replicas, name),
+        noise_replica=(replicas[name], _others(replicas, motions, replicas, name)),
         raw_effort=raw.effort,
         raw_period_s=raw.period_s,
-        shift_s=shift_s,
+        shift_s=late_s,
         timing_hz=widest_hz,
-        applied_s=0.0,
-        timing_column=np.zeros(len(sample_index)),
         stride=stride,
         turns=turns,
         direction_weight=weight,
-        effort=filtered_effort(raw.effort, weight, band, raw.period_s, shift_s)[::stride],
+        effort=filtered_effort(raw.effort, weight, band, raw.period_s, late_s)[::stride],
         sample_index=sample_index,
         valid=valid,
         far=far,
@@ -222,16 +216,20 @@ def _filter_at(
 
 
 def _others(
-    motions: Mapping[str, Motion], noise_of_speed: Mapping[str, float], name: str
+    seen: Mapping[str, Motion],
+    motions: Mapping[str, Motion],
+    replicas: Mapping[str, Motion],
+    name: str,
 ) -> dict[str, Motion]:
     """Motions of the other axes, with the expected direction of a noisy velocity.
 
-    An axis that reverses or rests moves in neither direction.
+    An axis that reverses or rests moves in neither direction. The replicas tell the noise.
     """
     expected = {}
-    for other, motion in motions.items():
+    for other, motion in seen.items():
         if other != name:
-            sure = motion.velocity / max(np.sqrt(2.0) * noise_of_speed[other], _TINY)
+            noise = float(np.std(replicas[other].velocity - motions[other].velocity))
+            sure = motion.velocity / max(np.sqrt(2.0) * noise, _TINY)
             expected[other] = replace(motion, direction=scipy.special.erf(sure))
     return expected
 
