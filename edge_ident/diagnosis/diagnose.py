@@ -7,10 +7,16 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.diagnosis.fit.fitting import FittedModel, fit
+from edge_ident.diagnosis.fit.fitting import FittedModel, delayed, fit
 from edge_ident.diagnosis.fit.held_out import standard_deviations
 from edge_ident.diagnosis.fit.noise_floor import NoiseFloor, noise_floor
-from edge_ident.diagnosis.fit.summary import contributions, model_fit, nonzero_rms, traces
+from edge_ident.diagnosis.fit.summary import (
+    contributions,
+    model_fit,
+    nonzero_rms,
+    timing,
+    traces,
+)
 from edge_ident.diagnosis.measures import Validation
 from edge_ident.diagnosis.motion_check import with_motion_errors
 from edge_ident.diagnosis.prepare.axis_data import AxisData
@@ -30,7 +36,6 @@ from edge_ident.diagnosis.validation import Judged, with_sources
 from edge_ident.diagnosis.validation import judge as judge_elsewhere
 from edge_ident.errors import DataError
 from edge_ident.estimation.trust import Finding
-from edge_ident.model.effects import named
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Estimate, Model, Term
 from edge_ident.model.supported_range import SupportedRange
 from edge_ident.signals.recording import Recording
@@ -161,7 +166,7 @@ def _diagnose_axis(
     rules: Rules,
     on_run: OnRun,
 ) -> tuple[AxisDiagnosis, Validation | None]:
-    data, selected = _selected(prepare_axis(recordings, name), template)
+    data, selected = _selected(_prepared(recordings, name, template), template)
     search, start = selected.search, selected.start
     floor = noise_floor(data, start, float(selected.supported.model.base[0]))
     checks = findings(recordings, name, data, start, selected.supported.model)
@@ -169,7 +174,7 @@ def _diagnose_axis(
     judged = judge(search, start, selected.supported, floor, rules, blocked, on_run)
     carried = Judged(judged.supported.without_vibrations(data))
     if validate is not None:
-        other = prepare_axis([validate], name)
+        other = _prepared([validate], name, carried.supported.model.axis)
         carried = judge_elsewhere(data, other, start, carried.supported, rules.tolerance)
     outcome = _Outcome(data, selected, floor, checks, judged, carried)
     return _axis_diagnosis(outcome, template, recordings), carried.validation
@@ -181,7 +186,8 @@ def _axis_diagnosis(
     data, start, judged = outcome.data, outcome.selected.start, outcome.judged
     model = outcome.carried.supported.model
     left = float(np.sqrt(model.error / np.count_nonzero(data.valid)))
-    extended = model_fit(data, model, standard_deviations(data, model))
+    deviations = standard_deviations(data, model)
+    extended = model_fit(data, model, deviations)
     found, minor = _named(data, start, outcome.carried.supported, recordings)
     written = outcome.carried.carried((*found, *minor))
     return AxisDiagnosis(
@@ -195,9 +201,10 @@ def _axis_diagnosis(
         not_testable=not_testable(outcome.selected.search, model, left),
         base=model_fit(data, start, standard_deviations(data, start)),
         extended=extended,
+        timing=timing(data, model, deviations),
         noise_floor=outcome.floor.rms / nonzero_rms(data.effort[data.valid]),
         noise_floor_source=outcome.floor.source,
-        model=_physical_model(template, extended.estimate, written, data.supported),
+        model=_extended_model(template, extended.estimate, written, data.supported),
         cutoff_hz=max(s.cutoff_hz for s in data.segments),
         knee_hz=max(s.band.knee_hz for s in data.segments),
         traces=traces(data, start, model, contributions(data, model)),
@@ -214,6 +221,11 @@ def _named(
     pairs = list(zip(with_sources(found, data, model, recordings), supported.support, strict=True))
     named_causes = strongest_first(cause for cause, support in pairs if not support.minor)
     return named_causes, strongest_first(cause for cause, support in pairs if support.minor)
+
+
+def _prepared(recordings: Sequence[Recording], name: str, axis: AxisModel) -> AxisData:
+    """The axis, in step with its motion unless a delay in its model accounts for that."""
+    return prepare_axis(recordings, name, timed=not delayed(axis))
 
 
 def _selected(data: AxisData, template: AxisModel) -> tuple[AxisData, _Selected]:
@@ -235,15 +247,14 @@ def _select(data: AxisData, template: AxisModel) -> _Selected:
     return _Selected(search, start, eliminate_backward(search, selection.model))
 
 
-def _physical_model(
+def _extended_model(
     template: AxisModel,
     estimate: Estimate,
     found: tuple[Cause, ...],
     supported: SupportedRange,
 ) -> AxisModel:
-    """The extended model for a model file: a friction that was fitted negative is zero."""
-    lowest = [named(BASE).bounds[name][0] for name in PARAMETERS]
-    values = dict(zip(PARAMETERS, np.maximum(estimate.parameters, lowest).tolist(), strict=True))
+    """The extended model for a model file."""
+    values = dict(zip(PARAMETERS, estimate.parameters.tolist(), strict=True))
     std = dict(zip(PARAMETERS, estimate.std.tolist(), strict=True))
     added = (replace(cause.term, supported=supported) for cause in found)
     terms = (Term(BASE, values, std, supported=supported), *template.terms[1:], *added)

@@ -11,7 +11,6 @@ from edge_ident.diagnosis.fit.fitting import FittedModel, additive, jacobian_of
 from edge_ident.diagnosis.fit.projection import orthonormal
 from edge_ident.diagnosis.fit.summary import contributions, nonzero_rms
 from edge_ident.diagnosis.prepare.axis_data import AxisData
-from edge_ident.model.model import PARAMETERS
 from edge_ident.signals.metrics import rms
 
 Array = NDArray[np.float64]
@@ -19,7 +18,7 @@ Array = NDArray[np.float64]
 
 def base_space(data: AxisData, start: FittedModel) -> Array:
     """Orthonormal basis (n, R) of the base model's columns at the valid samples."""
-    return orthonormal(jacobian_of(data, start)[data.valid, : len(PARAMETERS)])
+    return orthonormal(jacobian_of(data, start)[data.valid, start.base_columns])
 
 
 def own_efforts(data: AxisData, model: FittedModel, space: Array) -> Array:

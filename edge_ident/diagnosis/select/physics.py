@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.fit.fitting import FittedModel, jacobian_of, solve
+from edge_ident.diagnosis.fit.fitting import FittedModel, jacobian_of
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.select.thresholds import NEGATIVE
 from edge_ident.estimation.covariance import coloured_std
@@ -35,11 +35,11 @@ def unphysical(data: AxisData, model: FittedModel) -> str | None:
         Its nonlinear parameters stay as they are.
     """
     jacobian = jacobian_of(data, model)[data.valid]
-    residual = (data.effort - model.predicted)[data.valid]
-    step = solve(jacobian, residual)
-    optimum = model.linear_parameters + step
+    optimum = model.unbounded
+    step = optimum - model.linear_parameters
     unit, length = unit_length(jacobian)
-    deviations = coloured_std(unit, residual - jacobian @ step) / length
+    residual = (data.effort - model.predicted)[data.valid] - jacobian @ step
+    deviations = coloured_std(unit, residual) / length
     shared = bool(model.effects & _CURVES)
     for name, value, std in zip(PARAMETERS[:3], optimum, deviations, strict=False):
         if value < -NEGATIVE.value * std and not (shared and name in _FRICTION):
