@@ -84,21 +84,21 @@ def identify(
     diagnoses: Mapping[str, AxisDiagnosis] = {}
     if diagnose and inadequate:
         with watch.stage("diagnosis"):
-            diagnoses = _diagnosed(recording, model, on_progress)
+            diagnoses = _diagnosed(recording, inadequate, model, on_progress)
     axes = {}
     for name, question in looked.items():
         with watch.stage("estimate"):
-            axes[name] = answer(question, diagnoses.get(name) if name in inadequate else None)
+            axes[name] = answer(question, diagnoses.get(name))
     return Identification(axes, watch.timing_ms())
 
 
 def _diagnosed(
-    recording: Recording, model: Model | None, on_progress: Progress
+    recording: Recording, names: list[str], model: Model | None, on_progress: Progress
 ) -> Mapping[str, AxisDiagnosis]:
-    """Diagnose a recording; the diagnosis needs scipy, which an adequate axis does without."""
+    """Diagnose some axes; the diagnosis needs scipy, which an adequate axis does without."""
     from edge_ident.diagnosis.diagnose import diagnose
 
-    return diagnose([recording], model=model, on_progress=on_progress).axes
+    return diagnose([recording], model=model, only=names, on_progress=on_progress).axes
 
 
 def _look(
