@@ -19,18 +19,18 @@ from edge_ident.identification.adequacy import judge
 from edge_ident.identification.answer import Question, answer
 from edge_ident.identification.comparison import Comparison
 from edge_ident.identification.result import Identification
+from edge_ident.model.effects.time_delay import LARGEST_SHIFT
 from edge_ident.model.model import Estimate, Model
 from edge_ident.signals.conditioning import Signals
 from edge_ident.signals.recording import AxisRecord, Recording
-from edge_ident.signals.timing import LARGEST_SHIFT, Shift, estimate_shift
 from edge_ident.support.stopwatch import Stopwatch
 
 Progress = Callable[[str, int, int], None]
 
 _SMALLEST_SHIFT: Final = 0.02
 """Shift in sampling periods that moves no parameter, so that the signals need no second look."""
-_KNOWN_SHIFT: Final = 0.2
-"""Deviation in sampling periods above which a second look would follow noise."""
+_CERTAIN: Final = 3.0
+"""Its standard deviations up to which a second look would follow noise."""
 _SHIFTS: Final = 3
 """Looks at the signals: a shift of a sample is known to a hundredth after two."""
 
@@ -145,27 +145,16 @@ def _in_step(
     late_s, largest_s = 0.0, LARGEST_SHIFT * sampling_s
     compared = Comparison.of(compensated)
     for _ in range(_SHIFTS):
-        found = _shift(compared, sampling_s)
+        found = compared.shift(sampling_s)
         step_s = float(np.clip(found.shift_s, -largest_s - late_s, largest_s - late_s))
         if abs(step_s) < _SMALLEST_SHIFT * sampling_s:
             break
         late_s += step_s
         compensated = compensate_effects(recording, name, model, late_s=late_s)
         compared = Comparison.of(compensated)
-        if found.std_s > _KNOWN_SHIFT * sampling_s:
+        if abs(step_s) < _CERTAIN * found.std_s:
             break
     return compensated, compared, Timing(late_s, late_s / sampling_s, found.std_s / sampling_s)
-
-
-def _shift(compared: Comparison, sampling_s: float) -> Shift:
-    return estimate_shift(
-        compared.regressor,
-        compared.effort,
-        compared.band.cutoff_hz,
-        compared.period_s,
-        compared.samples,
-        sampling_s,
-    )
 
 
 def run_network(
