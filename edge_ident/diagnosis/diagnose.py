@@ -1,7 +1,7 @@
 """The front door: diagnose recordings of one machine."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -21,7 +21,7 @@ from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.data_quality import data_findings
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.recording_checks import findings
-from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Diagnosis, Verdict
+from edge_ident.diagnosis.result import AxisDiagnosis, Diagnosis, Verdict
 from edge_ident.diagnosis.select.acceptance import structure_left
 from edge_ident.diagnosis.select.backward_elimination import SupportedModel, eliminate_backward
 from edge_ident.diagnosis.select.causes import causes, strongest_first
@@ -29,10 +29,9 @@ from edge_ident.diagnosis.select.forward_selection import select_forward
 from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.select.testability import not_testable
 from edge_ident.diagnosis.validation import Judged, judge, with_sources
+from edge_ident.diagnosis.written_model import written_model
 from edge_ident.errors import DataError
-from edge_ident.model.effects import named
-from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Estimate, Model, Term
-from edge_ident.model.supported_range import SupportedRange
+from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Model, Term
 from edge_ident.signals.recording import Recording
 
 Progress = Callable[[str, int, int], None]
@@ -155,7 +154,7 @@ def _diagnose_axis(
         extended=extended,
         noise_floor=floor.rms / nonzero_rms(data.effort[data.valid]),
         noise_floor_source=floor.source,
-        model=_physical_model(template, extended.estimate, judged.carried(found), data.supported),
+        model=written_model(template, extended.estimate, judged.carried(found), data),
         cutoff_hz=max(s.cutoff_hz for s in data.segments),
         knee_hz=max(s.band.knee_hz for s in data.segments),
         traces=traces(data, start, model, parts),
@@ -190,18 +189,3 @@ def _verdict(search: Search, model: FittedModel, floor: NoiseFloor, left: float)
     if structure_left(left, floor.rms, floor.uncertainty, discrepancy):
         return Verdict.UNEXPLAINED
     return Verdict.EXPLAINED if model.terms else Verdict.ADEQUATE
-
-
-def _physical_model(
-    template: AxisModel,
-    estimate: Estimate,
-    found: tuple[Cause, ...],
-    supported: SupportedRange,
-) -> AxisModel:
-    """The extended model for a model file: a friction that was fitted negative is zero."""
-    lowest = [named(BASE).bounds[name][0] for name in PARAMETERS]
-    values = dict(zip(PARAMETERS, np.maximum(estimate.parameters, lowest).tolist(), strict=True))
-    std = dict(zip(PARAMETERS, estimate.std.tolist(), strict=True))
-    added = (replace(cause.term, supported=supported) for cause in found)
-    terms = (Term(BASE, values, std, supported=supported), *template.terms[1:], *added)
-    return replace(template, terms=terms)
