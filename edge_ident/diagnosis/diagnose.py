@@ -6,15 +6,17 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.diagnosis.fit.fitting import FittedModel, fit
+from edge_ident.diagnosis.fit.fitting import FittedModel, delayed, fit
 from edge_ident.diagnosis.fit.held_out import standard_deviations
 from edge_ident.diagnosis.fit.noise_floor import NoiseFloor, noise_floor
 from edge_ident.diagnosis.fit.summary import (
     contributions,
     model_fit,
     nonzero_rms,
+    timing,
     traces,
 )
+from edge_ident.diagnosis.fit.traded import with_trades
 from edge_ident.diagnosis.measures import Validation
 from edge_ident.diagnosis.motion_check import with_motion_errors
 from edge_ident.diagnosis.prepare.axis_data import AxisData
@@ -31,7 +33,7 @@ from edge_ident.diagnosis.select.testability import not_testable
 from edge_ident.diagnosis.validation import Judged, judge, with_sources
 from edge_ident.diagnosis.written_model import written_model
 from edge_ident.errors import DataError
-from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Model, Term
+from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Estimate, Model, Term
 from edge_ident.signals.recording import Recording
 
 Progress = Callable[[str, int, int], None]
@@ -128,17 +130,17 @@ def _diagnose_axis(
     template: AxisModel,
     validate: Recording | None,
 ) -> tuple[AxisDiagnosis, Validation | None]:
-    data, selected = _selected(prepare_axis(recordings, name), template)
+    data, selected = _selected(_prepared(recordings, name, template), template)
     search, start = selected.search, selected.start
     supported = selected.supported.without_vibrations(data)
     judged = Judged(supported)
     if validate is not None:
-        judged = judge(data, prepare_axis([validate], name), start, supported)
+        judged = judge(data, _prepared([validate], name, supported.model.axis), start, supported)
     supported, model = judged.supported, judged.supported.model
     floor = noise_floor(data, start, float(model.base[0]))
     left = float(np.sqrt(model.error / np.count_nonzero(data.valid)))
-    deviations = standard_deviations(data, model)
-    extended = model_fit(data, model, deviations)
+    deviations = with_trades(data, start, model, floor.rms)
+    estimate = Estimate(model.base, deviations[: len(PARAMETERS)])
     parts = contributions(data, model)
     found = causes(data, supported, parts, deviations)
     found = strongest_first(with_sources(found, data, model, recordings))
@@ -151,16 +153,22 @@ def _diagnose_axis(
         converged=supported.converged,
         not_testable=not_testable(search, model, left),
         base=model_fit(data, start, standard_deviations(data, start)),
-        extended=extended,
+        extended=model_fit(data, model, deviations),
+        timing=timing(data, model, deviations),
         noise_floor=floor.rms / nonzero_rms(data.effort[data.valid]),
         noise_floor_source=floor.source,
-        model=written_model(template, extended.estimate, judged.carried(found), data),
+        model=written_model(template, estimate, judged.carried(found), data),
         cutoff_hz=max(s.cutoff_hz for s in data.segments),
         knee_hz=max(s.band.knee_hz for s in data.segments),
         traces=traces(data, start, model, parts),
         findings=findings(recordings, name, data, start, selected.supported.model),
     )
     return diagnosis, judged.validation
+
+
+def _prepared(recordings: Sequence[Recording], name: str, axis: AxisModel) -> AxisData:
+    """The axis, in step with its motion unless a delay in its model accounts for that."""
+    return prepare_axis(recordings, name, timed=not delayed(axis))
 
 
 def _selected(data: AxisData, template: AxisModel) -> tuple[AxisData, _Selected]:

@@ -12,14 +12,26 @@ all of it, where the interval reaches the parameter of the base model alone.
 import numpy as np
 from numpy.typing import NDArray
 
+from edge_ident.diagnosis.fit.bounded import solve
 from edge_ident.diagnosis.fit.candidates import regressors
-from edge_ident.diagnosis.fit.fitting import FittedModel, solve
+from edge_ident.diagnosis.fit.fitting import FittedModel
+from edge_ident.diagnosis.fit.held_out import standard_deviations
 from edge_ident.diagnosis.fit.summary import nonzero_rms
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.model.model import PARAMETERS
 from edge_ident.signals.metrics import rms
 
 Array = NDArray[np.float64]
+
+
+def with_trades(data: AxisData, base: FittedModel, model: FittedModel, floor: float) -> Array:
+    """Standard deviations (P,) of a model's parameters, trading included.
+
+    The parameters and their order are those of `edge_ident.diagnosis.fit.held_out`.
+    """
+    deviations = standard_deviations(data, model)
+    traded = traded_deviations(data, base, model, floor)
+    return np.concatenate([np.hypot(deviations[: len(traded)], traded), deviations[len(traded) :]])
 
 
 def traded_deviations(data: AxisData, base: FittedModel, model: FittedModel, floor: float) -> Array:
