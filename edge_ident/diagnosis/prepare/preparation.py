@@ -107,6 +107,7 @@ class _Sampled:
     period_s: float
     positions: Mapping[str, Array]
     effort: Array
+    unknown: NDArray[np.bool_]
 
     @classmethod
     def of(cls, recording: Recording, name: str) -> "_Sampled":
@@ -116,7 +117,8 @@ class _Sampled:
             other: grid.resampled(record.position) for other, record in recording.axes.items()
         }
         effort = grid.resampled(recording.axes[name].effort)
-        return cls(name, grid.time_s, grid.period_s, positions, effort)
+        unknown = grid.unknown(recording.axes[name].effort)
+        return cls(name, grid.time_s, grid.period_s, positions, effort, unknown)
 
     @property
     def position(self) -> Array:
@@ -133,8 +135,8 @@ class _Sampled:
 
 def _segment(recording: Recording, name: str) -> Segment:
     raw = _Sampled.of(recording, name)
-    noise = position_noise(recording.axes[name].position)
     count = encoder_count(recording.axes[name].position)
+    noise = max(position_noise(raw.position), count / np.sqrt(12.0))
     band, density = _band(raw, noise)
     motion_hz = min(_MOTION_BAND * band.cutoff_hz, _WIDEST / raw.period_s)
     stride = max(1, int(1.0 / (_REGRESSOR_RATE * motion_hz * raw.period_s)))
@@ -203,8 +205,8 @@ def _motions(
 
 
 def _direction_weights(raw: _Sampled, noise: float, band: Band, stride: int) -> tuple[Array, Array]:
-    """Weights from 0, where the direction is unknown, to 1: every stride-th sample, and all."""
-    unknown = direction_unknown(raw.position, noise, band.cutoff_hz, raw.period_s)
+    """Weights from 0, where anything is unknown, to 1: every stride-th sample, and all."""
+    unknown = direction_unknown(raw.position, noise, band.cutoff_hz, raw.period_s) | raw.unknown
     taper = _TAPER_PERIODS / (band.cutoff_hz * raw.period_s)
     known = 1.0 - tapered(unknown, taper)[::stride]
     at = np.arange(len(known)) * stride
