@@ -14,21 +14,21 @@ from edge_ident.diagnosis.fit.summary import (
     model_fit,
     nonzero_rms,
     traces,
-    validation,
 )
-from edge_ident.diagnosis.measures import ModelFit
+from edge_ident.diagnosis.measures import Validation
 from edge_ident.diagnosis.motion_check import with_motion_errors
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.data_quality import data_findings
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.recording_checks import findings
-from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Diagnosis, Validation, Verdict
+from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Diagnosis, Verdict
 from edge_ident.diagnosis.select.acceptance import structure_left
 from edge_ident.diagnosis.select.backward_elimination import SupportedModel, eliminate_backward
-from edge_ident.diagnosis.select.causes import causes
+from edge_ident.diagnosis.select.causes import causes, strongest_first
 from edge_ident.diagnosis.select.forward_selection import select_forward
 from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.select.testability import not_testable
+from edge_ident.diagnosis.validation import Judged, judge, with_sources
 from edge_ident.errors import DataError
 from edge_ident.model.effects import named
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Estimate, Model, Term
@@ -83,9 +83,9 @@ def diagnose(
     for done, name in enumerate(names):
         on_progress("diagnosis", done, len(names))
         template = _template(recordings[0], name, model)
-        axes[name] = _diagnose_axis(recordings, name, template)
-        if validate is not None:
-            validations[name] = _validate(prepare_axis([validate], name), axes[name], template)
+        axes[name], validation = _diagnose_axis(recordings, name, template, validate)
+        if validation is not None:
+            validations[name] = validation
     on_progress("diagnosis", len(names), len(names))
     on_progress("simulated motion", 0, 1)
     found = Diagnosis(axes, data_findings(recordings, axes), validations)
@@ -124,21 +124,29 @@ class _Selected:
 
 
 def _diagnose_axis(
-    recordings: Sequence[Recording], name: str, template: AxisModel
-) -> AxisDiagnosis:
+    recordings: Sequence[Recording],
+    name: str,
+    template: AxisModel,
+    validate: Recording | None,
+) -> tuple[AxisDiagnosis, Validation | None]:
     data, selected = _selected(prepare_axis(recordings, name), template)
     search, start = selected.search, selected.start
     supported = selected.supported.without_vibrations(data)
-    model = supported.model
+    judged = Judged(supported)
+    if validate is not None:
+        judged = judge(data, prepare_axis([validate], name), start, supported)
+    supported, model = judged.supported, judged.supported.model
     floor = noise_floor(data, start, float(model.base[0]))
     left = float(np.sqrt(model.error / np.count_nonzero(data.valid)))
     deviations = standard_deviations(data, model)
     extended = model_fit(data, model, deviations)
     parts = contributions(data, model)
     found = causes(data, supported, parts, deviations)
-    return AxisDiagnosis(
-        verdict=_verdict(search, model, floor, left),
+    found = strongest_first(with_sources(found, data, model, recordings))
+    diagnosis = AxisDiagnosis(
+        verdict=judged.verdict(_verdict(search, model, floor, left)),
         causes=found,
+        suspected=judged.suspected,
         refused=supported.refused,
         external_vibrations=selected.supported.vibrations,
         converged=supported.converged,
@@ -147,12 +155,13 @@ def _diagnose_axis(
         extended=extended,
         noise_floor=floor.rms / nonzero_rms(data.effort[data.valid]),
         noise_floor_source=floor.source,
-        model=_physical_model(template, extended.estimate, found, data.supported),
+        model=_physical_model(template, extended.estimate, judged.carried(found), data.supported),
         cutoff_hz=max(s.cutoff_hz for s in data.segments),
         knee_hz=max(s.band.knee_hz for s in data.segments),
         traces=traces(data, start, model, parts),
         findings=findings(recordings, name, data, start, selected.supported.model),
     )
+    return diagnosis, judged.validation
 
 
 def _selected(data: AxisData, template: AxisModel) -> tuple[AxisData, _Selected]:
@@ -196,14 +205,3 @@ def _physical_model(
     added = (replace(cause.term, supported=supported) for cause in found)
     terms = (Term(BASE, values, std, supported=supported), *template.terms[1:], *added)
     return replace(template, terms=terms)
-
-
-def _validate(data: AxisData, found: AxisDiagnosis, template: AxisModel) -> Validation:
-    """Score the base model and the extended model on another recording."""
-    return validation(data, _base_model(found.base, template), found.model)
-
-
-def _base_model(base: ModelFit, template: AxisModel) -> AxisModel:
-    """The base model with the effects that the axis is known to have."""
-    values = dict(zip(PARAMETERS, base.estimate.parameters, strict=True))
-    return replace(template, terms=(Term(BASE, values), *template.terms[1:]))

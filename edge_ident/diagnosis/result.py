@@ -13,7 +13,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.measures import NO_SHIFT, ModelFit, SpectralLine, Timing, Traces
+from edge_ident.diagnosis.measures import (
+    NO_SHIFT,
+    ModelFit,
+    SpectralLine,
+    Timing,
+    Traces,
+    Validation,
+)
 from edge_ident.estimation.trust import Finding
 from edge_ident.model.model import AxisModel, Model, Term
 from edge_ident.support.readable import Readable
@@ -77,6 +84,8 @@ class Cause:
         What sets the effect apart, and how much it explains, in one sentence.
     decision : str
         Why the acceptance rule accepts it (`edge_ident.diagnosis.select.acceptance`).
+    shown_in : tuple of str
+        Recordings in which it certainly reduces the residual.
     """
 
     term: Term
@@ -86,6 +95,7 @@ class Cause:
     alternatives: tuple[Alternative, ...]
     evidence: str
     decision: str
+    shown_in: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -187,14 +197,6 @@ class DataFinding:
     code: str
     axis: str
     message: str
-
-
-@dataclass(frozen=True)
-class Validation:
-    """Relative residuals of one axis over the valid samples of a recording outside the fit."""
-
-    base: float
-    extended: float
 
 
 @dataclass(frozen=True, repr=False)

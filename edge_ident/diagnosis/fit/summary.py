@@ -14,8 +14,7 @@ from edge_ident.diagnosis.fit.fitting import FittedModel
 from edge_ident.diagnosis.fit.held_out import held_out_residuals
 from edge_ident.diagnosis.measures import ModelFit, Traces
 from edge_ident.diagnosis.prepare.axis_data import AxisData
-from edge_ident.diagnosis.result import Validation
-from edge_ident.model.model import AxisModel, Estimate
+from edge_ident.model.model import Estimate
 from edge_ident.signals.metrics import compare, rms
 
 Array = NDArray[np.float64]
@@ -33,15 +32,6 @@ def model_fit(data: AxisData, fitted: FittedModel, deviations: Array) -> ModelFi
         held_out=rms(held_out_residuals(data, fitted)[valid]) / scale,
         metric=compare(data.effort[valid], fitted.predicted[valid]),
     )
-
-
-def validation(data: AxisData, base: AxisModel, extended: AxisModel) -> Validation:
-    """Relative residuals of two models, as they are, on other data."""
-    scale = nonzero_rms(data.effort[data.valid])
-    left = [
-        rms((data.effort - data.predicted(axis))[data.valid]) / scale for axis in (base, extended)
-    ]
-    return Validation(*left)
 
 
 def contributions(data: AxisData, model: FittedModel) -> list[Array]:

@@ -55,6 +55,10 @@ class SupportedModel:
         found.sort(key=lambda t: -math.hypot(*t.linear.values()))
         return tuple(t.model_term for t in found)
 
+    def of(self, model: FittedModel, places: Sequence[int]) -> "SupportedModel":
+        """The same for a model with some of the terms, by their places."""
+        return replace(self, model=model, support=tuple(self.support[k] for k in places))
+
     def without_vibrations(self, data: AxisData) -> "SupportedModel":
         """The model of the axis itself; parameters stay as they were fitted beside vibrations."""
         model = self.model

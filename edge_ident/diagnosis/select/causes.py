@@ -1,6 +1,6 @@
 """The terms of the final model as causes: values, deviations, gains, decisions, evidence."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 def causes(
     data: AxisData, supported: SupportedModel, contributions: Sequence[Array], deviations: Array
 ) -> tuple[Cause, ...]:
-    """Causes of the final model, the strongest first.
+    """Causes of the final model, in the order of its terms.
 
     Parameters
     ----------
@@ -46,8 +46,12 @@ def causes(
         values = {name: float(np.asarray(value)) for name, value in term.values.items()}
         share = rms(contributions[k][data.valid]) / scale
         found.append(_cause(replace(term, values=values, std=std), share, support))
-    order = np.argsort([-cause.share for cause in found], kind="stable")
-    return tuple(found[k] for k in order)
+    return tuple(found)
+
+
+def strongest_first(causes: Iterable[Cause]) -> tuple[Cause, ...]:
+    """Causes in the order of their shares."""
+    return tuple(sorted(causes, key=lambda cause: -cause.share))
 
 
 def _cause(term: Term, share: float, support: SupportedTerm) -> Cause:
