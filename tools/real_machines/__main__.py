@@ -2,9 +2,9 @@
 
 Every model is fitted to one recording of a pair and scored on the other, both ways round. The
 score is the relative residual of base and extended model under the same physical bounds, on the
-same samples, with the mean of the residual taken out and without what is tied to the clock of one
-recording. The extension harms where it leaves more than 1.02 times what the base model leaves.
-Nothing that `diagnose` itself says about a second recording enters.
+same samples, with the offset refitted and without what is tied to the clock of one recording. The
+extension harms where it leaves more than 1.02 times what the base model leaves. Nothing that
+`diagnose` itself says about a second recording enters.
 
     python -m tools.real_machines                     the folder in EDGE_IDENT_DATA
     python -m tools.real_machines FOLDER --only emps,lift

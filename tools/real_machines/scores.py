@@ -1,7 +1,7 @@
 """A model of one recording, scored on another of the same machine."""
 
 import json
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any, Final, Self
 
 import numpy as np
@@ -11,13 +11,12 @@ from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.result import AxisDiagnosis, Cause
 from edge_ident.errors import EdgeIdentError
+from edge_ident.model.effects import named
 from edge_ident.model.model import AxisModel, Term
 from edge_ident.signals.recording import Recording
 
 HARMED: Final = 1.02
 """Ratio of residuals above which the extension harms the other recording."""
-_TIME_TIED: Final = ("disturbance_event", "payload_change", "warm_up", "gain_drift", "offset_drift")
-"""Effects whose parameters belong to the clock of one recording."""
 
 
 @dataclass(frozen=True)
@@ -33,8 +32,8 @@ class Score:
     base_own, extended_own : float
         Relative residuals on the recording that was fitted.
     base, extended : float
-        Relative residuals on the other one, with the mean of the residual taken out and without
-        terms that are tied to time; nan where that recording cannot be judged.
+        Relative residuals on the other one, with the offset refitted and without terms that are
+        tied to time; nan where that recording cannot be judged.
     note : str
         Why there is no figure.
     """
@@ -111,11 +110,21 @@ def _scored(label: str, name: str, axis: AxisDiagnosis, other: Recording) -> Sco
 
 
 def residual(data: AxisData, model: AxisModel) -> float:
-    """Relative residual of a model as it is; its offset and what is tied to time do not count."""
-    kept = tuple(term for term in model.terms if term.effect not in _TIME_TIED)
-    valid = data.valid
-    left = (data.effort - data.predicted(AxisModel(kept, *_units(model))))[valid]
-    return float(np.std(left) / np.sqrt(np.mean(np.square(data.effort[valid]))))
+    """Relative residual of a model as it is; its offset is refitted, what is tied to time left out.
+
+    The filter fades an offset out at reversals like everything else, so it is no constant.
+    """
+    base = model.terms[0]
+    kept = tuple(term for term in model.terms[1:] if not named(term.effect).tied_to_time)
+    raised = replace(base, values={**base.values, "offset": base.values["offset"] + 1.0})
+    predicted, higher = (
+        data.predicted(AxisModel((term, *kept), *_units(model)))[data.valid]
+        for term in (base, raised)
+    )
+    effort, column = data.effort[data.valid], higher - predicted
+    left = effort - predicted
+    left = left - column * (column @ left) / (column @ column)
+    return float(np.sqrt(np.mean(np.square(left)) / np.mean(np.square(effort))))
 
 
 def _units(model: AxisModel) -> tuple[str, str]:
