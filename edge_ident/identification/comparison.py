@@ -42,8 +42,8 @@ _FREQUENCIES: Final = 512
 """At which the noise through the filter is summed up."""
 
 
-_FEWEST: Final = 24
-"""Samples, six for each parameter."""
+_FEWEST: Final = 8
+"""Samples, two for each parameter."""
 
 
 @dataclass(frozen=True)
