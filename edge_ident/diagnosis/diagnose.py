@@ -6,13 +6,14 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.diagnosis.fit.fitting import FittedModel, fit
+from edge_ident.diagnosis.fit.fitting import FittedModel, delayed, fit
 from edge_ident.diagnosis.fit.held_out import standard_deviations
 from edge_ident.diagnosis.fit.noise_floor import NoiseFloor, noise_floor
 from edge_ident.diagnosis.fit.summary import (
     contributions,
     model_fit,
     nonzero_rms,
+    timing,
     traces,
 )
 from edge_ident.diagnosis.measures import Validation
@@ -30,7 +31,6 @@ from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.select.testability import not_testable
 from edge_ident.diagnosis.validation import Judged, judge, with_sources
 from edge_ident.errors import DataError
-from edge_ident.model.effects import named
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Estimate, Model, Term
 from edge_ident.model.supported_range import SupportedRange
 from edge_ident.signals.recording import Recording
@@ -129,17 +129,17 @@ def _diagnose_axis(
     template: AxisModel,
     validate: Recording | None,
 ) -> tuple[AxisDiagnosis, Validation | None]:
-    data, selected = _selected(prepare_axis(recordings, name), template)
+    data, selected = _selected(_prepared(recordings, name, template), template)
     search, start = selected.search, selected.start
     supported = selected.supported.without_vibrations(data)
     judged = Judged(supported)
     if validate is not None:
-        judged = judge(data, prepare_axis([validate], name), start, supported)
+        judged = judge(data, _prepared([validate], name, supported.model.axis), start, supported)
     supported, model = judged.supported, judged.supported.model
     floor = noise_floor(data, start, float(model.base[0]))
     left = float(np.sqrt(model.error / np.count_nonzero(data.valid)))
     deviations = standard_deviations(data, model)
-    extended = model_fit(data, model, deviations)
+    estimate = Estimate(model.base, deviations[: len(PARAMETERS)])
     parts = contributions(data, model)
     found = causes(data, supported, parts, deviations)
     found = strongest_first(with_sources(found, data, model, recordings))
@@ -152,16 +152,22 @@ def _diagnose_axis(
         converged=supported.converged,
         not_testable=not_testable(search, model, left),
         base=model_fit(data, start, standard_deviations(data, start)),
-        extended=extended,
+        extended=model_fit(data, model, deviations),
+        timing=timing(data, model, deviations),
         noise_floor=floor.rms / nonzero_rms(data.effort[data.valid]),
         noise_floor_source=floor.source,
-        model=_physical_model(template, extended.estimate, judged.carried(found), data.supported),
+        model=_extended_model(template, estimate, judged.carried(found), data.supported),
         cutoff_hz=max(s.cutoff_hz for s in data.segments),
         knee_hz=max(s.band.knee_hz for s in data.segments),
         traces=traces(data, start, model, parts),
         findings=findings(recordings, name, data, start, selected.supported.model),
     )
     return diagnosis, judged.validation
+
+
+def _prepared(recordings: Sequence[Recording], name: str, axis: AxisModel) -> AxisData:
+    """The axis, in step with its motion unless a delay in its model accounts for that."""
+    return prepare_axis(recordings, name, timed=not delayed(axis))
 
 
 def _selected(data: AxisData, template: AxisModel) -> tuple[AxisData, _Selected]:
@@ -192,15 +198,14 @@ def _verdict(search: Search, model: FittedModel, floor: NoiseFloor, left: float)
     return Verdict.EXPLAINED if model.terms else Verdict.ADEQUATE
 
 
-def _physical_model(
+def _extended_model(
     template: AxisModel,
     estimate: Estimate,
     found: tuple[Cause, ...],
     supported: SupportedRange,
 ) -> AxisModel:
-    """The extended model for a model file: a friction that was fitted negative is zero."""
-    lowest = [named(BASE).bounds[name][0] for name in PARAMETERS]
-    values = dict(zip(PARAMETERS, np.maximum(estimate.parameters, lowest).tolist(), strict=True))
+    """The extended model for a model file."""
+    values = dict(zip(PARAMETERS, estimate.parameters.tolist(), strict=True))
     std = dict(zip(PARAMETERS, estimate.std.tolist(), strict=True))
     added = (replace(cause.term, supported=supported) for cause in found)
     terms = (Term(BASE, values, std, supported=supported), *template.terms[1:], *added)

@@ -77,7 +77,8 @@ class Cause:
     held_out_gain_interval : (float, float)
         95 % interval of the block bootstrap.
     share : float
-        Rms of its contribution over the rms of the effort.
+        Rms of the part of its contribution that the base model cannot express (orthogonal to its
+        columns, timing included) over the rms of the effort.
     alternatives : tuple of Alternative
         The nearest first.
     evidence : str

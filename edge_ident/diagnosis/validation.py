@@ -19,8 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.fit.block_gain import Gain, gain_of
+from edge_ident.diagnosis.fit.bounded import solve
 from edge_ident.diagnosis.fit.discrepancy import model_discrepancy
-from edge_ident.diagnosis.fit.fitting import FittedModel, fit, solve
+from edge_ident.diagnosis.fit.fitting import FittedModel, fit
 from edge_ident.diagnosis.fit.held_out import standard_deviations
 from edge_ident.diagnosis.fit.noise_floor import noise_floor
 from edge_ident.diagnosis.fit.projection import orthonormal
@@ -179,7 +180,8 @@ def _weighed(
 ) -> dict[int, _Weighed]:
     """Each term that is not tied to time, by its place in the model that is judged."""
     scale, block = nonzero_rms(other.effort[other.valid]), other.block[other.valid]
-    basis = orthonormal(_base_columns(other))
+    timing = other.timing_columns[other.valid]
+    basis = orthonormal(np.hstack([_base_columns(other), timing]))
     found = {}
     for k, place in enumerate(places):
         effect = model.terms[k].candidate.effect

@@ -16,12 +16,11 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from edge_ident.model.effects.time_delay import LARGEST_SHIFT
 from edge_ident.signals.filters import lowpass
 
 Array = NDArray[np.float64]
 
-LARGEST_SHIFT: Final = 1.5
-"""Largest shift in sampling periods: a period of a controller's calculation, half a one of hold."""
 _INSTRUMENT_BAND: Final = 1.0 / 3.0
 """Bandwidth of the instrument, of the signals'. The controller answers the noise of its encoder,
 and this answer imitates a shift. Its power grows with the fifth power of the bandwidth."""
@@ -29,6 +28,9 @@ _BLOCKS: Final = 40
 """Blocks of time whose scatter tells the deviation: longer than the memory of a residual."""
 _COULOMB: Final = 2
 """Column of the direction of motion: its rate is the error of a reversal, not a signal."""
+_CERTAIN: Final = 3.0
+"""Standard deviations beyond the limit from which a shift is a delay: the usual three-sigma rule.
+"""
 _TINY: Final = float(np.finfo(float).tiny)
 
 
@@ -81,18 +83,36 @@ def estimate_shift(
     -------
     Shift
     """
+    rate = np.gradient(regressor, period_s, axis=0)
+    rate[:, _COULOMB] = 0.0
+    instrument = -np.gradient(slow(effort, cutoff_hz, period_s), period_s)
+    return solve_shift(
+        regressor[samples], rate[samples], effort[samples], instrument[samples], sampling_s
+    )
+
+
+def solve_shift(
+    regressor: Array, rate: Array, effort: Array, instrument: Array, sampling_s: float
+) -> Shift:
+    """Solve for the shift, from signals at the samples that count.
+
+    Parameters
+    ----------
+    regressor, rate : (n, P) arrays
+        Columns of the model, and their time derivatives where these are signals.
+    effort : (n,) array
+    instrument : (n,) array
+        Slow part of the effort's rate, negative: what a shift adds to the effort, per s.
+    sampling_s : float
+        Sampling period of the recording, which limits the shift.
+    """
     largest_s = LARGEST_SHIFT * sampling_s
     prior = largest_s**2 / 3.0
     even = Shift(0.0, float(np.sqrt(prior)), 0.0, float(np.inf))
-    if len(samples) <= 2 * regressor.shape[1]:
+    if len(effort) <= 2 * regressor.shape[1]:
         return even
-    basis, residual, parameters = _projected(regressor[samples], effort[samples])
-    smooth = np.where(np.arange(regressor.shape[1]) == _COULOMB, 0.0, parameters)
-    slow = lowpass(effort, _INSTRUMENT_BAND * cutoff_hz, period_s)
-    column, instrument = (
-        -np.gradient(signal, period_s)[samples] for signal in (regressor @ smooth, slow)
-    )
-    column, instrument = (x - basis @ (basis.T @ x) for x in (column, instrument))
+    basis, residual, parameters = _projected(regressor, effort)
+    column, instrument = (x - basis @ (basis.T @ x) for x in (-rate @ parameters, instrument))
     gain = float(instrument @ column)
     if gain <= _TINY:
         return even
@@ -105,6 +125,17 @@ def estimate_shift(
         unlimited_s=unlimited,
         unlimited_std_s=float(np.sqrt(variance)),
     )
+
+
+def beyond_limit(shift: Shift, sampling_s: float) -> bool:
+    """Whether an effort is late, or early, by more than a controller's timing can be."""
+    beyond = abs(shift.unlimited_s) - LARGEST_SHIFT * sampling_s
+    return beyond > _CERTAIN * shift.unlimited_std_s
+
+
+def slow(effort: Array, cutoff_hz: float, period_s: float) -> Array:
+    """Part of an effort (N,) that is slow enough for its rate to be signal, and hardly noise."""
+    return lowpass(effort, _INSTRUMENT_BAND * cutoff_hz, period_s)
 
 
 def _projected(regressor: Array, effort: Array) -> tuple[Array, Array, Array]:

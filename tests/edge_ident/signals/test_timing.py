@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from edge_ident.model.effects.time_delay import LARGEST_SHIFT
 from edge_ident.signals.conditioning import condition
-from edge_ident.signals.timing import LARGEST_SHIFT, Shift, estimate_shift
+from edge_ident.signals.timing import Shift, estimate_shift
 
 _PERIOD_S = 0.002
 _EVEN = LARGEST_SHIFT / np.sqrt(3.0)
