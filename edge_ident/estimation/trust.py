@@ -26,6 +26,8 @@ TARGET: Final = 0.05
 """Relative standard deviation that a suggested motion should reach."""
 UNKNOWN_LIMIT: Final = 0.05
 """Share of a record that is clipped or missing, above which the rest may be another motion."""
+_FEW_UNKNOWN: Final = 0.001
+"""The same, below which it is not worth a sentence."""
 AGREEMENT: Final = 3.0
 """Combined standard deviations by which two estimators may differ: 0.3 % by chance."""
 _HOPELESS: Final = 100.0
@@ -118,7 +120,7 @@ def describe_data(signals: Signals) -> list[Finding]:
 def _unknown(signals: Signals) -> list[Finding]:
     """Samples inside gaps of the time stamps, or with a clipped effort."""
     share = signals.unknown_share
-    if not share:
+    if share < _FEW_UNKNOWN:
         return []
     return [
         Finding(
