@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from edge_ident.diagnosis.prepare.bandwidth import Band, balanced_band, white_noise
 from edge_ident.diagnosis.prepare.masks import SMEAR_PERIODS, aliasing_mask, tapered
+from edge_ident.errors import DataError
 from edge_ident.estimation.compensation import CompensatedAxis
 from edge_ident.model.effect import Motion
 from edge_ident.model.model import regressor
@@ -40,6 +41,10 @@ _RUN_IN: Final = 0.1
 """Distance from the start, of the travel, before which friction remembers the time before."""
 _FREQUENCIES: Final = 512
 """At which the noise through the filter is summed up."""
+
+
+_FEWEST: Final = 8
+"""Samples, two for each parameter."""
 
 
 @dataclass(frozen=True)
@@ -96,6 +101,12 @@ class Comparison:
         motion = Motion.known(position, position, velocity, acceleration)
         aliased = _aliased(motion, encoder_count(axis.position), band, sampling_s, stride)
         samples = samples[(samples >= np.argmax(far)) & ~aliased[samples]]
+        if len(samples) < _FEWEST:
+            raise DataError(
+                f"only {len(samples)} independent samples lie away from standstill, reversals, "
+                "gaps and clipped efforts",
+                "record a longer motion, or one that is gentler and turns less often",
+            )
         return cls(
             regressor=filtered[:4].T,
             effort=filtered[4],
