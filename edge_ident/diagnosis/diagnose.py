@@ -1,7 +1,7 @@
 """The front door: diagnose recordings of one machine."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -16,13 +16,14 @@ from edge_ident.diagnosis.fit.summary import (
     timing,
     traces,
 )
+from edge_ident.diagnosis.fit.traded import with_trades
 from edge_ident.diagnosis.measures import Validation
 from edge_ident.diagnosis.motion_check import with_motion_errors
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.data_quality import data_findings
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.recording_checks import findings
-from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Diagnosis, Verdict
+from edge_ident.diagnosis.result import AxisDiagnosis, Diagnosis, Verdict
 from edge_ident.diagnosis.select.acceptance import structure_left
 from edge_ident.diagnosis.select.backward_elimination import SupportedModel, eliminate_backward
 from edge_ident.diagnosis.select.causes import causes, strongest_first
@@ -30,9 +31,9 @@ from edge_ident.diagnosis.select.forward_selection import select_forward
 from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.select.testability import not_testable
 from edge_ident.diagnosis.validation import Judged, judge, with_sources
+from edge_ident.diagnosis.written_model import written_model
 from edge_ident.errors import DataError
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Estimate, Model, Term
-from edge_ident.model.supported_range import SupportedRange
 from edge_ident.signals.recording import Recording
 
 Progress = Callable[[str, int, int], None]
@@ -138,7 +139,7 @@ def _diagnose_axis(
     supported, model = judged.supported, judged.supported.model
     floor = noise_floor(data, start, float(model.base[0]))
     left = float(np.sqrt(model.error / np.count_nonzero(data.valid)))
-    deviations = standard_deviations(data, model)
+    deviations = with_trades(data, start, model, floor.rms)
     estimate = Estimate(model.base, deviations[: len(PARAMETERS)])
     parts = contributions(data, model)
     found = causes(data, supported, parts, deviations)
@@ -156,7 +157,7 @@ def _diagnose_axis(
         timing=timing(data, model, deviations),
         noise_floor=floor.rms / nonzero_rms(data.effort[data.valid]),
         noise_floor_source=floor.source,
-        model=_extended_model(template, estimate, judged.carried(found), data.supported),
+        model=written_model(template, estimate, judged.carried(found), data),
         cutoff_hz=max(s.cutoff_hz for s in data.segments),
         knee_hz=max(s.band.knee_hz for s in data.segments),
         traces=traces(data, start, model, parts),
@@ -196,17 +197,3 @@ def _verdict(search: Search, model: FittedModel, floor: NoiseFloor, left: float)
     if structure_left(left, floor.rms, floor.uncertainty, discrepancy):
         return Verdict.UNEXPLAINED
     return Verdict.EXPLAINED if model.terms else Verdict.ADEQUATE
-
-
-def _extended_model(
-    template: AxisModel,
-    estimate: Estimate,
-    found: tuple[Cause, ...],
-    supported: SupportedRange,
-) -> AxisModel:
-    """The extended model for a model file."""
-    values = dict(zip(PARAMETERS, estimate.parameters.tolist(), strict=True))
-    std = dict(zip(PARAMETERS, estimate.std.tolist(), strict=True))
-    added = (replace(cause.term, supported=supported) for cause in found)
-    terms = (Term(BASE, values, std, supported=supported), *template.terms[1:], *added)
-    return replace(template, terms=terms)
