@@ -19,6 +19,7 @@ from edge_ident.identification.comparison import Comparison
 from edge_ident.identification.result import Identification
 from edge_ident.model.model import Estimate, Model
 from edge_ident.signals.conditioning import Signals
+from edge_ident.signals.data_checks import check_efforts
 from edge_ident.signals.recording import AxisRecord, Recording
 from edge_ident.signals.timing import estimate_shift
 from edge_ident.support.stopwatch import Stopwatch
@@ -78,6 +79,7 @@ def identify(
     >>> round(float(inertia), 2), found.axes["x"].units[0]
     (0.43, 'kg*m^2')
     """
+    check_efforts(recording)
     watch = stopwatch or Stopwatch()
     looked = {name: _look(recording, name, network, model, seed, watch) for name in recording.axes}
     inadequate = [name for name, question in looked.items() if not question.adequacy.adequate]
