@@ -1,11 +1,12 @@
 """The front door: diagnose recordings of one machine."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass
 from functools import partial
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from edge_ident.diagnosis.fit.fitting import FittedModel, delayed, fit
 from edge_ident.diagnosis.fit.held_out import standard_deviations
@@ -17,6 +18,7 @@ from edge_ident.diagnosis.fit.summary import (
     timing,
     traces,
 )
+from edge_ident.diagnosis.fit.traded import with_trades
 from edge_ident.diagnosis.measures import Validation
 from edge_ident.diagnosis.motion_check import with_motion_errors
 from edge_ident.diagnosis.prepare.axis_data import AxisData
@@ -34,14 +36,16 @@ from edge_ident.diagnosis.select.stability import RUNS
 from edge_ident.diagnosis.select.testability import not_testable
 from edge_ident.diagnosis.validation import Judged, with_sources
 from edge_ident.diagnosis.validation import judge as judge_elsewhere
+from edge_ident.diagnosis.written_model import written_model
 from edge_ident.errors import DataError
 from edge_ident.estimation.trust import Finding
-from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Estimate, Model, Term
-from edge_ident.model.supported_range import SupportedRange
+from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Model, Term
+from edge_ident.signals.data_checks import check_efforts
 from edge_ident.signals.recording import Recording
 
 Progress = Callable[[str, int, int], None]
 OnRun = Callable[[int], None]
+Array = NDArray[np.float64]
 
 _START: Final = np.array([1.0, 0.0, 0.0, 0.0])
 """Base parameters that the first fit starts from."""
@@ -55,6 +59,7 @@ def diagnose(
     tolerance: float = 0.01,
     stability: bool = True,
     keep_minor: bool = False,
+    only: Collection[str] = (),
     on_progress: Progress = lambda stage, done, of: None,
 ) -> Diagnosis:
     """Find what the base model gets wrong, name the cause, and extend the model.
@@ -74,6 +79,8 @@ def diagnose(
         suspected.
     keep_minor : bool, optional
         Whether the extended model has the minor causes too.
+    only : collection of str
+        Names of the axes to diagnose; none for all.
     on_progress : callable
         Gets the stage, the number of its steps done and the number of its steps.
 
@@ -93,7 +100,7 @@ def diagnose(
     >>> found.axes["x"].verdict.value
     'adequate'
     """
-    names = list(recordings[0].axes)
+    names = [name for name in recordings[0].axes if name in (only or recordings[0].axes)]
     _check_axes([*recordings, *([validate] if validate else [])])
     axes, validations = {}, {}
     rules = Rules(tolerance, stability, keep_minor)
@@ -116,8 +123,10 @@ def _told(on_progress: Progress, name: str, done: int) -> None:
 
 
 def _check_axes(recordings: Sequence[Recording]) -> None:
-    """Raise DataError where recordings have different axes."""
+    """Raise DataError where recordings have different axes, or an effort that never changes."""
     first = recordings[0]
+    for recording in recordings:
+        check_efforts(recording)
     for other in recordings[1:]:
         if set(other.axes) != set(first.axes):
             raise DataError(
@@ -186,9 +195,9 @@ def _axis_diagnosis(
     data, start, judged = outcome.data, outcome.selected.start, outcome.judged
     model = outcome.carried.supported.model
     left = float(np.sqrt(model.error / np.count_nonzero(data.valid)))
-    deviations = standard_deviations(data, model)
+    deviations = with_trades(data, start, model, outcome.floor.rms)
     extended = model_fit(data, model, deviations)
-    found, minor = _named(data, start, outcome.carried.supported, recordings)
+    found, minor = _named(outcome, deviations, recordings)
     written = outcome.carried.carried((*found, *minor))
     return AxisDiagnosis(
         verdict=outcome.carried.verdict(judged.verdict),
@@ -204,7 +213,7 @@ def _axis_diagnosis(
         timing=timing(data, model, deviations),
         noise_floor=outcome.floor.rms / nonzero_rms(data.effort[data.valid]),
         noise_floor_source=outcome.floor.source,
-        model=_extended_model(template, extended.estimate, written, data.supported),
+        model=written_model(template, extended.estimate, written, data),
         cutoff_hz=max(s.cutoff_hz for s in data.segments),
         knee_hz=max(s.band.knee_hz for s in data.segments),
         traces=traces(data, start, model, contributions(data, model)),
@@ -213,11 +222,12 @@ def _axis_diagnosis(
 
 
 def _named(
-    data: AxisData, start: FittedModel, supported: SupportedModel, recordings: Sequence[Recording]
+    outcome: _Outcome, deviations: Array, recordings: Sequence[Recording]
 ) -> tuple[tuple[Cause, ...], tuple[Cause, ...]]:
     """Causes and minor causes of the model, the strongest first."""
-    model = supported.model
-    found = causes(data, supported, own_shares(data, model, base_space(data, start)))
+    data, supported = outcome.data, outcome.carried.supported
+    model, space = supported.model, base_space(data, outcome.selected.start)
+    found = causes(data, supported, own_shares(data, model, space), deviations)
     pairs = list(zip(with_sources(found, data, model, recordings), supported.support, strict=True))
     named_causes = strongest_first(cause for cause, support in pairs if not support.minor)
     return named_causes, strongest_first(cause for cause, support in pairs if support.minor)
@@ -245,17 +255,3 @@ def _select(data: AxisData, template: AxisModel) -> _Selected:
     selection = select_forward(search, start)
     search = search.with_samples(selection.samples)
     return _Selected(search, start, eliminate_backward(search, selection.model))
-
-
-def _extended_model(
-    template: AxisModel,
-    estimate: Estimate,
-    found: tuple[Cause, ...],
-    supported: SupportedRange,
-) -> AxisModel:
-    """The extended model for a model file."""
-    values = dict(zip(PARAMETERS, estimate.parameters.tolist(), strict=True))
-    std = dict(zip(PARAMETERS, estimate.std.tolist(), strict=True))
-    added = (replace(cause.term, supported=supported) for cause in found)
-    terms = (Term(BASE, values, std, supported=supported), *template.terms[1:], *added)
-    return replace(template, terms=terms)

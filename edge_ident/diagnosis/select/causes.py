@@ -4,17 +4,21 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from edge_ident.diagnosis.fit.external_vibrations import VIBRATION
-from edge_ident.diagnosis.fit.held_out import standard_deviations
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.result import Cause
 from edge_ident.diagnosis.select.backward_elimination import SupportedModel, SupportedTerm
 from edge_ident.model.effects import named
 from edge_ident.model.model import Term
 
+Array = NDArray[np.float64]
 
-def causes(data: AxisData, supported: SupportedModel, shares: Sequence[float]) -> tuple[Cause, ...]:
+
+def causes(
+    data: AxisData, supported: SupportedModel, shares: Sequence[float], deviations: Array
+) -> tuple[Cause, ...]:
     """Terms of a model as causes, in the order of the terms.
 
     Parameters
@@ -23,9 +27,10 @@ def causes(data: AxisData, supported: SupportedModel, shares: Sequence[float]) -
     supported : SupportedModel
     shares : sequence of float
         Of each term (`edge_ident.diagnosis.select.own_effort`).
+    deviations : (P,) array
+        Standard deviations of linear and nonlinear parameters.
     """
     model = supported.model
-    deviations = standard_deviations(data, model)
     nonlinear_at = len(model.linear_parameters)
     found = []
     for k, (t, support) in enumerate(zip(model.terms, supported.support, strict=True)):

@@ -14,6 +14,7 @@ import numpy as np
 
 from edge_ident.diagnosis.fit.external_vibrations import VIBRATION
 from edge_ident.diagnosis.fit.fitting import FittedModel
+from edge_ident.diagnosis.fit.held_out import standard_deviations
 from edge_ident.diagnosis.fit.noise_floor import NoiseFloor
 from edge_ident.diagnosis.fit.summary import nonzero_rms
 from edge_ident.diagnosis.result import Cause, Refused, Verdict
@@ -253,7 +254,8 @@ def _shares_by_effect(court: _Court, places: Sequence[int]) -> list[float]:
 def _judgement(
     court: _Court, selected: SupportedModel, found: _Sorted, times: Sequence[int], rules: Rules
 ) -> Judgement:
-    every = causes(court.search.data, selected, court.shares(selected.model))
+    data, model = court.search.data, selected.model
+    every = causes(data, selected, court.shares(model), standard_deviations(data, model))
     own = [t.candidate != VIBRATION for t in selected.model.terms]
     doubtful = [replace(every[k], decision=r) for k, r in found.doubts.items() if own[k]]
     vibrations = [Refused(VIBRATION.effect, r) for k, r in found.doubts.items() if not own[k]]
