@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.fit.fitting import FittedModel, delayed, jacobian_of
+from edge_ident.diagnosis.fit.fitting import FittedModel, delayed
 from edge_ident.diagnosis.fit.held_out import held_out_residuals
 from edge_ident.diagnosis.fit.projection import orthonormal
 from edge_ident.diagnosis.measures import NO_SHIFT, ModelFit, Timing, Traces
@@ -84,7 +84,7 @@ def orthogonal_shares(data: AxisData, model: FittedModel, parts: Sequence[Array]
         Contributions of the model's terms.
     """
     valid = data.valid
-    basis = orthonormal(jacobian_of(data, model)[valid, model.base_columns])
+    basis = orthonormal(model.derivatives[valid, model.base_columns])
     scale = nonzero_rms(data.effort[valid])
     return [rms(part[valid] - basis @ (basis.T @ part[valid])) / scale for part in parts]
 
