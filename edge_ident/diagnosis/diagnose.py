@@ -153,7 +153,7 @@ def _diagnose_axis(
         not_testable=not_testable(search, model, left),
         base=model_fit(data, start, standard_deviations(data, start)),
         extended=model_fit(data, model, deviations),
-        timing=timing(data, model, deviations),
+        timing=timing(data, model),
         noise_floor=floor.rms / nonzero_rms(data.effort[data.valid]),
         noise_floor_source=floor.source,
         model=_extended_model(template, estimate, judged.carried(found), data.supported),
