@@ -1,7 +1,7 @@
 """The front door: diagnose recordings of one machine."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -16,13 +16,14 @@ from edge_ident.diagnosis.fit.summary import (
     timing,
     traces,
 )
+from edge_ident.diagnosis.fit.traded import with_trades
 from edge_ident.diagnosis.measures import Validation
 from edge_ident.diagnosis.motion_check import with_motion_errors
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.data_quality import data_findings
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.recording_checks import findings
-from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Diagnosis, Verdict
+from edge_ident.diagnosis.result import AxisDiagnosis, Diagnosis, Verdict
 from edge_ident.diagnosis.select.acceptance import structure_left
 from edge_ident.diagnosis.select.backward_elimination import SupportedModel, eliminate_backward
 from edge_ident.diagnosis.select.causes import causes, strongest_first
@@ -30,9 +31,10 @@ from edge_ident.diagnosis.select.forward_selection import select_forward
 from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.select.testability import not_testable
 from edge_ident.diagnosis.validation import Judged, judge, with_sources
+from edge_ident.diagnosis.written_model import written_model
 from edge_ident.errors import DataError
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Estimate, Model, Term
-from edge_ident.model.supported_range import SupportedRange
+from edge_ident.signals.data_checks import check_efforts
 from edge_ident.signals.recording import Recording
 
 Progress = Callable[[str, int, int], None]
@@ -46,6 +48,7 @@ def diagnose(
     *,
     model: Model | None = None,
     validate: Recording | None = None,
+    only: Collection[str] = (),
     on_progress: Progress = lambda stage, done, of: None,
 ) -> Diagnosis:
     """Find what the base model gets wrong, name the cause, and extend the model.
@@ -58,6 +61,8 @@ def diagnose(
         Effects that the machine is known to have.
     validate : Recording, optional
         Another recording, on which the fitted models are scored.
+    only : collection of str
+        Names of the axes to diagnose; none for all.
     on_progress : callable
         Gets the stage, the number of axes done and the number of axes.
 
@@ -77,7 +82,7 @@ def diagnose(
     >>> found.axes["x"].verdict.value
     'adequate'
     """
-    names = list(recordings[0].axes)
+    names = [name for name in recordings[0].axes if name in (only or recordings[0].axes)]
     _check_axes([*recordings, *([validate] if validate else [])])
     axes, validations = {}, {}
     for done, name in enumerate(names):
@@ -93,8 +98,10 @@ def diagnose(
 
 
 def _check_axes(recordings: Sequence[Recording]) -> None:
-    """Raise DataError where recordings have different axes."""
+    """Raise DataError where recordings have different axes, or an effort that never changes."""
     first = recordings[0]
+    for recording in recordings:
+        check_efforts(recording)
     for other in recordings[1:]:
         if set(other.axes) != set(first.axes):
             raise DataError(
@@ -138,7 +145,7 @@ def _diagnose_axis(
     supported, model = judged.supported, judged.supported.model
     floor = noise_floor(data, start, float(model.base[0]))
     left = float(np.sqrt(model.error / np.count_nonzero(data.valid)))
-    deviations = standard_deviations(data, model)
+    deviations = with_trades(data, start, model, floor.rms)
     estimate = Estimate(model.base, deviations[: len(PARAMETERS)])
     parts = contributions(data, model)
     found = causes(data, supported, parts, deviations)
@@ -156,7 +163,7 @@ def _diagnose_axis(
         timing=timing(data, model),
         noise_floor=floor.rms / nonzero_rms(data.effort[data.valid]),
         noise_floor_source=floor.source,
-        model=_extended_model(template, estimate, judged.carried(found), data.supported),
+        model=written_model(template, estimate, judged.carried(found), data),
         cutoff_hz=max(s.cutoff_hz for s in data.segments),
         knee_hz=max(s.band.knee_hz for s in data.segments),
         traces=traces(data, start, model, parts),
@@ -196,17 +203,3 @@ def _verdict(search: Search, model: FittedModel, floor: NoiseFloor, left: float)
     if structure_left(left, floor.rms, floor.uncertainty, discrepancy):
         return Verdict.UNEXPLAINED
     return Verdict.EXPLAINED if model.terms else Verdict.ADEQUATE
-
-
-def _extended_model(
-    template: AxisModel,
-    estimate: Estimate,
-    found: tuple[Cause, ...],
-    supported: SupportedRange,
-) -> AxisModel:
-    """The extended model for a model file."""
-    values = dict(zip(PARAMETERS, estimate.parameters.tolist(), strict=True))
-    std = dict(zip(PARAMETERS, estimate.std.tolist(), strict=True))
-    added = (replace(cause.term, supported=supported) for cause in found)
-    terms = (Term(BASE, values, std, supported=supported), *template.terms[1:], *added)
-    return replace(template, terms=terms)

@@ -1,8 +1,8 @@
 """What a model found in one recording is worth on another.
 
 Base and extended model are scored like for like: inside the same physical bounds, on the same
-samples of the other recording. The offset is fitted anew for each, because it drifts from one day
-to the next. Terms that are tied to the time of their recording are left out.
+samples of the other recording. The offset and the timing are fitted anew for each, because they
+differ from one day to the next. Terms that are tied to the time of their recording are left out.
 
 Each cause is judged by leaving it out: the rest is fitted again to the first recording, and both
 models predict the other one. A cause carries over if the residual there is certainly smaller with
@@ -19,9 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.fit.block_gain import Gain, gain_of
-from edge_ident.diagnosis.fit.bounded import solve
+from edge_ident.diagnosis.fit.bounded import solve_within
 from edge_ident.diagnosis.fit.discrepancy import model_discrepancy
-from edge_ident.diagnosis.fit.fitting import FittedModel, fit
+from edge_ident.diagnosis.fit.fitting import FittedModel, delayed, fit
 from edge_ident.diagnosis.fit.held_out import standard_deviations
 from edge_ident.diagnosis.fit.noise_floor import noise_floor
 from edge_ident.diagnosis.fit.projection import orthonormal
@@ -225,10 +225,15 @@ def _not_judged(effect: str) -> CarriedCause:
 
 
 def _residual(other: AxisData, model: FittedModel) -> Array:
-    """What a model leaves at the valid samples of another recording, its offset fitted anew."""
-    residual = (other.effort - other.predicted(_carried_axis(model.axis)))[other.valid]
-    offset = _base_columns(other)[:, 3:]
-    return np.asarray(residual - offset @ solve(offset, residual))
+    """What a model leaves at the valid samples of another recording, offset and timing anew."""
+    axis = _carried_axis(model.axis)
+    residual = (other.effort - other.predicted(axis))[other.valid]
+    early, late = other.timing_limits
+    if delayed(axis):
+        early = late = np.zeros(len(other.segments))
+    columns = np.hstack([_base_columns(other)[:, 3:], other.timing_columns[other.valid]])
+    low, high = np.array([-np.inf, *early]), np.array([np.inf, *late])
+    return np.asarray(residual - columns @ solve_within(columns, residual, low, high).solution)
 
 
 def _base_columns(data: AxisData) -> Array:

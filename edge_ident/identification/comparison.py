@@ -14,11 +14,13 @@ from numpy.typing import NDArray
 
 from edge_ident.diagnosis.prepare.bandwidth import Band, balanced_band, white_noise
 from edge_ident.diagnosis.prepare.masks import SMEAR_PERIODS, aliasing_mask, tapered
+from edge_ident.errors import DataError
 from edge_ident.estimation.compensation import CompensatedAxis
 from edge_ident.model.effect import Motion
 from edge_ident.model.model import regressor
 from edge_ident.signals.conditioning import decimated, encoder_count, position_noise
 from edge_ident.signals.filters import differentiate, lowpass
+from edge_ident.signals.timing import Shift, slow, solve_shift
 
 Array = NDArray[np.float64]
 
@@ -41,6 +43,10 @@ _FREQUENCIES: Final = 512
 """At which the noise through the filter is summed up."""
 
 
+_FEWEST: Final = 8
+"""Samples, two for each parameter."""
+
+
 @dataclass(frozen=True)
 class Comparison:
     """One axis, filtered for the comparison, at a rate that this band needs.
@@ -50,6 +56,8 @@ class Comparison:
     regressor : (N, 4) array
     effort : (N,) array
         Less what known effects account for.
+    rates : (N, 3) array
+        Time derivatives of the slow parts of acceleration, velocity and effort.
     position : (N,) array
     samples : array of int
         Rows that are compared.
@@ -62,6 +70,7 @@ class Comparison:
 
     regressor: Array
     effort: Array
+    rates: Array
     position: Array
     samples: NDArray[np.intp]
     band: Band
@@ -83,22 +92,45 @@ class Comparison:
         in_step = (in_step - axis.effects_unfiltered)[::stride]
         unknown = _direction_unknown(axis, velocity, noise, stride)
         weight = 1.0 - tapered(unknown, _TAPER_PERIODS / (band.cutoff_hz * period_s))
-        columns = np.vstack([regressor(velocity, acceleration).T, in_step]) * weight
-        filtered = band.lowpass(columns, period_s)
+        columns = [*regressor(velocity, acceleration).T, in_step]
+        columns += _rates(acceleration, in_step, axis.signals.cutoff_hz, period_s)
+        filtered = band.lowpass(np.array(columns) * weight, period_s)
         samples = decimated(len(weight), band.cutoff_hz, period_s)
         samples = samples[lowpass(weight, band.cutoff_hz, period_s)[samples] > _LEAST_WEIGHT]
         far = np.abs(position - position[0]) > _RUN_IN * np.ptp(position)
         motion = Motion.known(position, position, velocity, acceleration)
         aliased = _aliased(motion, encoder_count(axis.position), band, sampling_s, stride)
         samples = samples[(samples >= np.argmax(far)) & ~aliased[samples]]
+        if len(samples) < _FEWEST:
+            raise DataError(
+                f"only {len(samples)} independent samples lie away from standstill, reversals, "
+                "gaps and clipped efforts",
+                "record a longer motion, or one that is gentler and turns less often",
+            )
         return cls(
             regressor=filtered[:4].T,
             effort=filtered[4],
+            rates=filtered[5:].T,
             position=position,
             samples=samples,
             band=band,
             period_s=period_s,
             noise=_noise(band, density, noise, sampling_s),
+        )
+
+    def shift(self, sampling_s: float) -> Shift:
+        """By which the effort is recorded late, to first order.
+
+        Parameters
+        ----------
+        sampling_s : float
+            Sampling period of the recording, which limits the shift.
+        """
+        rate = np.zeros_like(self.regressor)
+        rate[:, :2] = self.rates[:, :2]
+        at = self.samples
+        return solve_shift(
+            self.regressor[at], rate[at], self.effort[at], -self.rates[at, 2], sampling_s
         )
 
 
@@ -110,6 +142,12 @@ def _band(axis: CompensatedAxis, noise: float) -> tuple[Band, float]:
     part = decimated(len(signals.effort), widest_hz, period_s)
     found = np.linalg.lstsq(signals.regressor[part], signals.effort[part], rcond=None)[0]
     return balanced_band(abs(float(found[0])), noise, density, widest_hz, period_s), density
+
+
+def _rates(acceleration: Array, effort: Array, widest_hz: float, period_s: float) -> list[Array]:
+    """Time derivatives of the slow parts of acceleration, velocity and effort, before weighting."""
+    smooth, slow_effort = (slow(x, widest_hz, period_s) for x in (acceleration, effort))
+    return [np.gradient(smooth, period_s), smooth, np.gradient(slow_effort, period_s)]
 
 
 def _direction_unknown(

@@ -55,6 +55,9 @@ class Signals:
     acceleration_noise : float
         Encoder noise in the acceleration over its rms value. Least squares underestimates the
         inertia by the square of it (errors in variables).
+    unknown_share : float
+        Share of samples inside gaps of the time stamps, or where the effort is clipped. They are
+        bridged like standstills.
     """
 
     grid: EvenGrid
@@ -63,6 +66,7 @@ class Signals:
     regressor: Array
     moving: NDArray[np.bool_]
     acceleration_noise: float
+    unknown_share: float = 0.0
 
     @property
     def period_s(self) -> float:
@@ -86,12 +90,15 @@ def condition(
     """
     grid = EvenGrid.of(time_s)
     period_s = grid.period_s
+    unknown = grid.unknown(effort) if effort.ndim == 1 else np.zeros(len(time_s), dtype=np.bool_)
     position, effort = grid.resampled(position), grid.resampled(effort)
     noise = position_noise(position)
     cutoff_hz = choose_cutoff(position, period_s, noise)
     smooth_effort = lowpass(effort, cutoff_hz, period_s, delay_s=effort_shift_s)
     columns = filtered_regressor(position, cutoff_hz, period_s)
-    moving = ~standing(position, noise, cutoff_hz, period_s)
+    moving = ~standing(position, noise, cutoff_hz, period_s) & ~_spread(
+        unknown, cutoff_hz, period_s
+    )
     acceleration_std = max(float(np.std(columns[:, 0])), _TINY)
     return Signals(
         grid=grid,
@@ -100,6 +107,7 @@ def condition(
         regressor=bridge(columns.T, moving).T,
         moving=moving,
         acceleration_noise=acceleration_noise(noise, cutoff_hz, period_s) / acceleration_std,
+        unknown_share=float(np.mean(unknown)),
     )
 
 
@@ -177,6 +185,14 @@ def standing(position: Array, noise: float, cutoff_hz: float, period_s: float) -
     # from the windows' first samples to all of their samples and the margins at both sides
     spread = np.convolve(still, np.ones(width + 2 * margin))[margin : margin + len(position)]
     return np.asarray(spread > 0.5)
+
+
+def _spread(unknown: NDArray[np.bool_], cutoff_hz: float, period_s: float) -> NDArray[np.bool_]:
+    """Samples that the filter mixes with unknown ones."""
+    if not np.any(unknown):
+        return unknown
+    margin = min(int(np.ceil(_DECAY_PERIODS / (cutoff_hz * period_s))), len(unknown) // 2 - 1)
+    return np.asarray(np.convolve(unknown, np.ones(2 * margin + 1), "same") > 0.5)
 
 
 def decimation(cutoff_hz: float, period_s: float) -> int:

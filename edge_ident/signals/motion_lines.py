@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 
 ONE_LINE: Final = 0.9
 """Share of a velocity's variance in one line, from which the other frequencies together move an
@@ -20,8 +21,12 @@ _MOST: Final = 40
 """Lines that are looked for."""
 _ORDERS: Final = 3
 """Harmonics of each line that friction and play add: even ones and odd ones."""
-_COMBINED: Final = 6
-"""Strongest lines of which sums and differences are considered."""
+_DOMINANT: Final = 0.1
+"""Share of the power from which a line's harmonics and combinations are considered."""
+_NARROW: Final = 0.5
+"""Distance from any line that belongs to it, of the resolution of the record."""
+_WIDE: Final = 1.5
+"""The same for strong lines, whose feet are wide, and what friction adds."""
 _TINY: Final = float(np.finfo(float).tiny)
 
 
@@ -60,18 +65,28 @@ def motion_lines(signal: Array, period_s: float, highest_hz: float) -> tuple[Lin
     return tuple(found)
 
 
-def driven_frequencies(lines: tuple[Line, ...]) -> Array:
-    """Frequencies (F,), in Hz, at which a motion of these lines has an effort of its own.
+def driven(frequency_hz: Array, lines: tuple[Line, ...], resolution_hz: float) -> Mask:
+    """Frequencies (F,) at which a motion of these lines has an effort of its own.
 
-    These are the lines, their low harmonics, and sums and differences of the strongest.
+    These are the lines. Friction and play add low harmonics of the strong ones, and their sums and
+    differences.
+
+    Parameters
+    ----------
+    resolution_hz : float
+        One over the length of the record.
     """
-    hz = np.array([line.frequency_hz for line in lines])
-    strongest = hz[:_COMBINED]
-    combined = np.add.outer(strongest, strongest).ravel()
-    apart = np.abs(np.subtract.outer(strongest, strongest)).ravel()
-    harmonics = [order * hz for order in range(1, _ORDERS + 1)]
-    every = np.concatenate([*harmonics, combined, apart])
-    return np.unique(every[every > 0.0])
+    every = np.array([line.frequency_hz for line in lines])
+    strong = np.array([line.frequency_hz for line in lines if line.share > _DOMINANT])
+    combined = [np.add.outer(strong, strong), np.abs(np.subtract.outer(strong, strong))]
+    answers = np.concatenate(
+        [*(order * strong for order in range(1, _ORDERS + 1)), *(c.ravel() for c in combined)]
+    )
+    near = np.zeros(len(frequency_hz), dtype=np.bool_)
+    for place_hz, width in ((every, _NARROW), (answers[answers > 0.0], _WIDE)):
+        apart = np.abs(frequency_hz[:, None] - place_hz)
+        near |= np.any(apart < width * resolution_hz, axis=1)
+    return near
 
 
 def _strongest(left: Array, period_s: float, highest_hz: float) -> tuple[Line, Array]:

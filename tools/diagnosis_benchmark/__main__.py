@@ -9,10 +9,11 @@ or more, counted from a record in step.
 
 What counts, and how:
 
-- A case counts in the headline when its effect is above the tolerance: what it adds, and the base
-  model cannot express along the true motion, is at least 1 % of the rms effort. Rows of their own
-  count those that also show outside reversals (the base model leaves at least twice the variance
-  that it leaves on the same drive without the effect), and outside standstills as well.
+- A case counts in the headline when its effect is above the tolerance: what it adds outside 60 ms
+  around reversals, and the base model with a shift of at most 1.5 samples cannot express along the
+  true motion, is at least 1 % of the rms effort. Rows of their own count those that also show
+  outside reversals (the base model leaves at least twice the variance that it leaves on the same
+  drive without the effect), and outside standstills as well.
 - A first cause is right when it is the hidden effect. A tie is not right: where the report calls
   another effect first and the hidden one its only inseparable alternative, a row of its own counts
   it. 'Nothing else named' and 'pairs' count it.

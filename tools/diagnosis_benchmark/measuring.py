@@ -17,6 +17,10 @@ _SMEARED_PERIODS: Final = 0.7
 """Cut-off periods around a reversal in which the filtered sign of the velocity is not judged."""
 _WINDOW: Final = np.hanning(23)[1:-1]
 """Smooths the true signals: half of an amplitude at 18 Hz is left."""
+_TURN: Final = 24
+"""Samples on both sides of a reversal or standstill that do not count, 60 ms."""
+_LARGEST_SHIFT: Final = 1.5
+"""Periods by which any record may be early or late; the shift belongs to the base model."""
 
 
 def variance_ratio(
@@ -51,9 +55,10 @@ def variance_ratio(
 def orthogonal_share(made: Recordings, sound: Recordings, row: int, axis: int) -> float:
     """Rms of what a fault adds that the base model cannot express, over the rms effort.
 
-    It is taken on the true motion and the effort without noise, so no filter of the diagnosis and
-    no estimate of the timing enters: the base model is fitted with and without the fault, and what
-    the sound drive leaves does not count.
+    It is taken on the true motion and the effort without noise, so no filter of the diagnosis
+    enters: the base model, with a shift of at most 1.5 periods, is fitted with and without the
+    fault, and what the sound drive leaves does not count. Reversals do not count: no encoder
+    resolves what happens there within a count.
     """
     effort = made.quiet_effort[row, axis]
     added = _left(made, row, axis) - _left(sound, row, axis)
@@ -70,14 +75,24 @@ def added_share(made: Recordings, row: int, axis: int) -> float:
 def _left(made: Recordings, row: int, axis: int) -> float:
     """Variance that the base model leaves of the smoothed effort along the true motion."""
     velocity, time_s = made.true_velocity[row, axis], made.time_s
-    in_step = np.interp(time_s, time_s + made.effort_shift_s[row], made.quiet_effort[row, axis])
-    columns = (np.gradient(velocity, SAMPLE_S), velocity, np.sign(velocity), np.ones(len(velocity)))
-    *known, wanted = (
-        np.convolve(values, _WINDOW / _WINDOW.sum(), "valid") for values in (*columns, in_step)
-    )
-    regressor = np.stack(known, axis=-1)
-    solved = np.linalg.lstsq(regressor, wanted, rcond=None)[0]
-    return float(np.mean(np.square(wanted - regressor @ solved)))
+    direction = np.sign(velocity)
+    columns = (np.gradient(velocity, SAMPLE_S), velocity, direction, np.ones(len(velocity)))
+    regressor = np.stack([_smoothed(column) for column in columns], axis=-1)
+    turns = np.abs(np.diff(direction, prepend=direction[0])) + (direction == 0)
+    kept = np.convolve(turns, np.ones(2 * _TURN + 1), "same") < 0.5
+    kept = kept[len(_WINDOW) // 2 : -(len(_WINDOW) // 2)]
+    known = np.linalg.qr(regressor[kept])[0]
+    shifts = (made.effort_shift_s[row], -_LARGEST_SHIFT * SAMPLE_S, _LARGEST_SHIFT * SAMPLE_S)
+    left = []
+    for shift_s in shifts:
+        in_step = np.interp(time_s, time_s + shift_s, made.quiet_effort[row, axis])
+        wanted = _smoothed(in_step)[kept]
+        left.append(float(np.sum(np.square(wanted - known @ (known.T @ wanted))) / len(velocity)))
+    return min(left)
+
+
+def _smoothed(values: Array) -> Array:
+    return np.convolve(values, _WINDOW / _WINDOW.sum(), "valid")
 
 
 def unexplained_variance(

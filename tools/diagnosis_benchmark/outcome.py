@@ -81,7 +81,7 @@ class Outcome:
     share : tuple of float
         Of the rms effort, by each hidden effect, orthogonal to the base model, at full size.
     shift_periods, found_shift_periods : float
-        From a stamp to the middle of the period in which its effort acts, and as diagnosed.
+        By which the effort is recorded late, and as diagnosed.
     verdict : str
     causes, suspected, minor : tuple of Named
         On the axis with the fault; on x where there is none.
@@ -221,7 +221,7 @@ def unjudged(case: Case, failure: str = "") -> Outcome:
         shows_full=tuple(shows_full.tolist()),
         slides_full=tuple(full.shows_sliding[case.row].tolist()),
         share=tuple(full.share[case.row].tolist()),
-        shift_periods=float(full.effort_shift_s[case.row]) / SAMPLE_S,
+        shift_periods=-float(full.effort_shift_s[case.row]) / SAMPLE_S,
         failure=failure,
     )
 

@@ -106,8 +106,8 @@ def prepare_axis(recordings: Sequence[Recording], name: str, *, timed: bool = Tr
 
 def _segment(recording: Recording, name: str) -> Segment:
     raw = Sampled.of(recording, name)
-    noise = position_noise(recording.axes[name].position)
     count = encoder_count(recording.axes[name].position)
+    noise = max(position_noise(raw.position), count / np.sqrt(12.0))
     widest_hz = choose_cutoff(raw.position, raw.period_s)
     band, density = _band(raw, noise, widest_hz)
     motion_hz = min(_MOTION_BAND * band.cutoff_hz, _WIDEST / raw.period_s)
@@ -154,8 +154,8 @@ def _band(raw: Sampled, noise: float, widest_hz: float) -> tuple[Band, float]:
 
 
 def _direction_weights(raw: Sampled, noise: float, band: Band, stride: int) -> tuple[Array, Array]:
-    """Weights from 0, where the direction is unknown, to 1: every stride-th sample, and all."""
-    unknown = direction_unknown(raw.position, noise, band.cutoff_hz, raw.period_s)
+    """Weights from 0, where anything is unknown, to 1: every stride-th sample, and all."""
+    unknown = direction_unknown(raw.position, noise, band.cutoff_hz, raw.period_s) | raw.unknown
     taper = _TAPER_PERIODS / (band.cutoff_hz * raw.period_s)
     known = 1.0 - tapered(unknown, taper)[::stride]
     at = np.arange(len(known)) * stride

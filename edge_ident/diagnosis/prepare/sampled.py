@@ -27,6 +27,7 @@ class Sampled:
     period_s: float
     positions: Mapping[str, Array]
     effort: Array
+    unknown: NDArray[np.bool_]
 
     @classmethod
     def of(cls, recording: Recording, name: str) -> "Sampled":
@@ -36,7 +37,8 @@ class Sampled:
             other: grid.resampled(record.position) for other, record in recording.axes.items()
         }
         effort = grid.resampled(recording.axes[name].effort)
-        return cls(name, grid.time_s, grid.period_s, positions, effort)
+        unknown = grid.unknown(recording.axes[name].effort)
+        return cls(name, grid.time_s, grid.period_s, positions, effort, unknown)
 
     @property
     def position(self) -> Array:

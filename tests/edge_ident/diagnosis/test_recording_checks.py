@@ -8,7 +8,7 @@ from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.recording_checks import findings
 from edge_ident.estimation.trust import Finding
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Term
-from edge_ident.signals.motion_lines import driven_frequencies, motion_lines, strongest_line
+from edge_ident.signals.motion_lines import Line, driven, motion_lines, strongest_line
 from edge_ident.signals.recording import AxisRecord, Recording
 from edge_ident.signals.recording_files import load_recording
 from tests.measured import MeasuredData
@@ -142,8 +142,10 @@ def test_lines_of_a_motion_their_harmonics_and_combinations() -> None:
     assert strongest.share == pytest.approx(16.0 / 17.0, abs=0.01)
     lines = motion_lines(signal + noise, period_s, 10.0)
     assert [line.frequency_hz for line in lines] == pytest.approx([1.6, 0.7], abs=0.02)
-    driven = driven_frequencies(lines)
-    for frequency_hz in (0.7, 0.9, 1.4, 1.6, 2.3, 3.2, 4.8):
-        assert np.min(np.abs(driven - frequency_hz)) < 0.07
-    assert np.min(np.abs(driven - 4.0)) > 0.5
+    frequency_hz = np.array([0.7, 0.9, 1.4, 1.6, 2.3, 3.2, 4.8, 4.0, 1.15])
+    belongs = driven(frequency_hz, motion_lines(signal, period_s, 10.0), 0.05)
+    assert belongs.tolist() == [True, False, False, True, False, True, True, False, False]
+    both = (Line(1.6, 0.6), Line(0.7, 0.4))
+    belongs = driven(frequency_hz, both, 0.05)
+    assert belongs.tolist() == [True, True, True, True, True, True, True, False, False]
     assert strongest_line(signal, period_s, 1.0).frequency_hz == pytest.approx(0.7, abs=0.02)
