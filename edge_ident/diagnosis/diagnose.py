@@ -210,7 +210,7 @@ def _axis_diagnosis(
         not_testable=not_testable(outcome.selected.search, model, left),
         base=model_fit(data, start, standard_deviations(data, start)),
         extended=extended,
-        timing=timing(data, model, deviations),
+        timing=timing(data, model),
         noise_floor=outcome.floor.rms / nonzero_rms(data.effort[data.valid]),
         noise_floor_source=outcome.floor.source,
         model=written_model(template, extended.estimate, written, data),
