@@ -20,6 +20,9 @@ _OVERSAMPLED: Final = 2
 """Ordinates per resolution cell."""
 _CELLS: Final = 48
 """Resolution cells in a block of the running median. Its density is then known to 20 %."""
+_REPEATED: Final = 4.0
+"""Factor on the noise level at harmonics of the motion: what repeats with it is not exponentially
+distributed, and a second lap is no second look."""
 _FEWEST_HARMONICS: Final = 24
 """Harmonics of the motion among which their level is measured."""
 _BINS_PER_WAVE: Final = 8
@@ -78,7 +81,7 @@ class Periodogram:
         level = np.quantile(windows, 0.75, axis=1) / np.log(4.0)
         off = np.abs(self.rate / fundamental - np.round(self.rate / fundamental)) * fundamental
         on = np.interp(self.rate, numbers * fundamental, level)
-        raised = np.where(off < self.cell, np.maximum(self.level, on), self.level)
+        raised = np.where(off < self.cell, _REPEATED * np.maximum(self.level, on), self.level)
         return replace(self, level=raised)
 
     def rate_std(self, power: float, level: float) -> float:

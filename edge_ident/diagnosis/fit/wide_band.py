@@ -135,9 +135,11 @@ def above_band(recordings: Sequence[Recording], name: str, data: AxisData) -> Ba
     for recording, segment in zip(recordings, data.segments, strict=True):
         wide = WideSignals.of(recording, name, segment)
         peaks = search(wide)
-        of_position = [p for p in peaks if p.order]
-        orders.append(_orders(wide, of_position))
-        lines.append(_lines(wide, of_position, [p for p in peaks if not p.order]))
+        moving = [p for p in peaks if p.full_motion]
+        others = [p for p in peaks if not p.full_motion]
+        beside = _beside(wide, moving, others)
+        orders.append(_orders(wide, moving) + [s for s, p in beside if p.order])
+        lines.append([s for s, p in beside if not p.order])
     found = _merged(orders)
     return BandContent(
         share_in_band=_share_in_band(data.segments),
@@ -214,8 +216,9 @@ def _laws_of_speed(wide: WideSignals, rows: Array, effort: Array, waves: Array) 
     encoder does, over that of a constant amplitude."""
     squared = wide.above(wide.white(wide.velocity**2 * waves))
     whole = np.concatenate([rows, squared])
-    length = np.maximum(np.linalg.norm(whole, axis=1), _TINY)
-    gram = whole @ whole.T / np.outer(length, length)
+    gram = whole @ whole.T
+    length = np.sqrt(np.maximum(np.diag(gram), _TINY))
+    gram = gram / np.outer(length, length)
     moment = whole @ effort / length
 
     def explained(kept: NDArray[np.intp]) -> float:
@@ -233,14 +236,22 @@ def _laws_of_speed(wide: WideSignals, rows: Array, effort: Array, waves: Array) 
     return ratios
 
 
-def _lines(wide: WideSignals, orders: list[Peak], peaks: list[Peak]) -> list[Sinusoid]:
-    """Amplitudes of lines, beside the orders."""
+def _beside(
+    wide: WideSignals, orders: list[Peak], peaks: list[Peak]
+) -> list[tuple[Sinusoid, Peak]]:
+    """Amplitudes of peaks at frequencies where encoder noise hides the motion, beside orders."""
     if not peaks:
         return []
-    beside = columns(wide, orders)
-    mass = inertia(wide, beside)
-    rows = np.concatenate([wide.above(beside), wide.above(columns(wide, peaks))])
-    return _measured(wide, peaks, rows, detectable(wide, mass), first=len(beside))
+    beside, waves = columns(wide, orders), wide.above(columns(wide, peaks))
+    mass = inertia(wide, columns(wide, orders))
+    rows = np.concatenate([wide.above(beside), waves])
+    found = _measured(wide, peaks, rows, detectable(wide, mass), first=len(beside))
+    moved = mass * least_squares(waves, wide.above(wide.acceleration)).reshape(-1, 2)
+    moving = np.hypot(moved[:, 0], moved[:, 1])
+    return [
+        (replace(one, of_encoder=bool(hidden > _AGREES * one.amplitude)), peak)
+        for one, peak, hidden in zip(found, peaks, moving, strict=True)
+    ]
 
 
 def _measured(

@@ -59,6 +59,8 @@ class Peak:
         Energy that it explains, and that of the noise about it.
     rate_std : float
         Standard deviation of the rate.
+    full_motion : bool
+        Whether it was found beside the whole acceleration, or beside what encoder noise leaves.
     time_range : (float, float)
         Lowest and highest rate in time, rad/s.
     """
@@ -68,6 +70,7 @@ class Peak:
     power: float
     level: float
     rate_std: float
+    full_motion: bool
     time_range: tuple[float, float]
 
 
@@ -174,7 +177,7 @@ def _strongest(
         along = wide.position if order else wide.time_s
         rate = refined(seen if order else weighted, along, rate, one.cell)
         level = float(one.level[k])
-        found.append(Peak(order, rate, power, level, one.rate_std(power, level), swept))
+        found.append(Peak(order, rate, power, level, one.rate_std(power, level), white, swept))
     return found
 
 

@@ -106,7 +106,8 @@ class WideSignals:
     @cached_property
     def lap_s(self) -> float | None:
         """Time after which the velocity repeats; None where it does not."""
-        velocity = self.velocity - np.mean(self.velocity)
+        velocity = lowpass(self.velocity, self.cutoff_hz, self.period_s)
+        velocity = velocity - np.mean(velocity)
         samples = len(velocity)
         length = scipy.fft.next_fast_len(2 * samples, real=True)
         power = np.abs(np.fft.rfft(velocity, length)) ** 2
