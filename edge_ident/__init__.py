@@ -31,6 +31,7 @@ if TYPE_CHECKING:
         ModelError,
     )
     from edge_ident.estimation.network import Network, load_network
+    from edge_ident.estimation.outside_support import outside_support
     from edge_ident.identification.identify import identify
     from edge_ident.identification.result import AxisIdentification, Identification
     from edge_ident.model.model import AxisModel, Estimate, Model, Term
@@ -80,6 +81,7 @@ __all__ = [
     "load_model",
     "load_network",
     "load_recording",
+    "outside_support",
     "reduced_model",
     "save_model",
     "save_recording",
@@ -124,6 +126,7 @@ _attribute = lazy_names(
         "load_model": "edge_ident.model.model_files",
         "load_network": "edge_ident.estimation.network",
         "load_recording": "edge_ident.signals.recording_files",
+        "outside_support": "edge_ident.estimation.outside_support",
         "reduced_model": "edge_ident.simulation.flexible",
         "save_model": "edge_ident.model.model_files",
         "save_recording": "edge_ident.signals.recording_files",

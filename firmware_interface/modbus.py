@@ -46,6 +46,14 @@ _IDENTITY: Final = (REGISTERS["identity.magic"].address, NONCE_WORDS)
 _TRIES: Final = 3
 _LATEST_S: Final = 2.0
 """After which no adapter still holds a reply."""
+_SERIAL_ADVICE: Final = (
+    "check port and baud rate, that the board is on, and that nothing else talks to it "
+    "(ModemManager probes new ttyACM ports: stop it or exempt the port)"
+)
+_TCP_ADVICE: Final = (
+    "check address and port, and close other programs that talk to the board: it hangs up on more "
+    "connections than it serves"
+)
 
 # what pymodbus would print says less than the errors raised here
 logging.getLogger("pymodbus").addHandler(logging.NullHandler())
@@ -62,6 +70,8 @@ class ModbusLink:
         For messages.
     silence_s : float
         The board's worst reply time.
+    advice : str
+        What to look at where nothing answers like a board.
 
     Raises
     ------
@@ -70,7 +80,11 @@ class ModbusLink:
     """
 
     def __init__(
-        self, client: ModbusSerialClient | ModbusTcpClient, name: str, silence_s: float
+        self,
+        client: ModbusSerialClient | ModbusTcpClient,
+        name: str,
+        silence_s: float,
+        advice: str = _SERIAL_ADVICE,
     ) -> None:
         self._client = client
         self._name = name
@@ -85,8 +99,7 @@ class ModbusLink:
             client.close()  # type: ignore[no-untyped-call]
             raise LinkError(
                 f"{name} is open, but what answers is no board: {error.cause}",
-                "check port and baud rate, that the board is on, and that nothing else talks to "
-                "it (ModemManager probes new ttyACM ports: stop it or exempt the port)",
+                advice,
             ) from error
 
     def read(self, address: int, count: int) -> list[int]:
@@ -271,4 +284,4 @@ def open_tcp(host: str, port: int, timeout_s: float) -> ModbusLink:
             f"{name} refuses the connection or cannot be reached",
             "check address and port, and that the board (or `edge-ident board`) is running",
         )
-    return ModbusLink(client, name, timeout_s)
+    return ModbusLink(client, name, timeout_s, _TCP_ADVICE)

@@ -119,5 +119,5 @@ def _laps() -> Motion:
 
 
 def _saved(path: Path, made: Recordings, axes: dict[str, AxisRecord]) -> Path:
-    save_recording(Recording(made.time_s, axes, path.name, made.effort_shift_s), path)
+    save_recording(Recording(made.time_s, axes, path.name, float(made.effort_shift_s[0])), path)
     return path

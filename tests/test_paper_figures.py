@@ -187,10 +187,11 @@ def test_both_axes_of_every_drive_are_tabulated_and_drawn() -> None:
         time_s=one.time_s,
         **both,
         reference=both["position"],
-        effort_shift_s=0.0,
+        effort_shift_s=np.zeros(1),
         true_angle=both["position"],
         true_velocity=both["position"],
         true_command=both["effort"],
+        quiet_effort=both["effort"],
         base=np.tile(TRUTH, (1, 2, 1)),
         truth=np.tile(TRUTH, (1, 2, 1)),
     )

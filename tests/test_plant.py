@@ -1,6 +1,7 @@
 """The batched plant: its mechanics against a stiff solver, its loop, its recordings."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -17,6 +18,8 @@ from tests.plant import (
     Noise,
     draw,
     draw_drives,
+    draw_electronics,
+    draw_noise,
     multisine,
     paper,
     simulate,
@@ -162,6 +165,46 @@ def test_position_comes_in_counts_and_effort_in_steps() -> None:
     steps = recordings.effort / 0.004
     assert np.allclose(steps, np.round(steps), atol=1e-6)
     assert recordings.position.shape == recordings.effort.shape == (5, 2, 400)
+
+
+def test_a_command_acts_when_its_board_says() -> None:
+    drives = draw_drives(16, 14)
+    delays = np.resize([0.0, 0.2, 1.0, 1.4], (16, 1))
+    made = simulate(drives, multisine(3000), electronics=replace(IDEAL, delay_periods=delays))
+    assert np.allclose(made.effort_shift_s, (0.5 + delays[:, 0]) * SAMPLE_S)
+    velocity = made.true_velocity
+    columns = [np.gradient(velocity, SAMPLE_S, axis=-1), velocity, np.sign(velocity)]
+    rigid = made.base[..., 3:] + sum(
+        made.base[..., place, None] * column for place, column in enumerate(columns)
+    )
+    calm = averaged(abs(np.diff(np.sign(velocity), prepend=0.0)), 161) == 0
+    left = []
+    for periods in (0.5, 0.7, 1.5, 1.9):
+        clock = made.time_s + periods * SAMPLE_S
+        in_step = np.apply_along_axis(partial(np.interp, made.time_s, clock), -1, made.quiet_effort)
+        left.append((np.where(calm, averaged(in_step - rigid), 0) ** 2).mean(axis=(-1, -2)))
+    assert np.mean(np.argmin(left, axis=0) == np.resize([0, 1, 2, 3], 16)) > 0.9
+
+
+def test_boards_and_noise_are_drawn_for_every_drive() -> None:
+    drives = draw_drives(40, 15)
+    boards, noise = draw_electronics(drives.shape, 16), draw_noise(40, 17)
+    made = simulate(drives, paper(1500), electronics=boards, noise=noise, seed=18)
+    count = np.asarray(boards.count_rad)
+    counts = made.position / count[..., None]
+    assert np.allclose(counts, np.round(counts), atol=1e-4)
+    at_output = np.isclose(count[:, 0], COUNT_RAD)
+    assert 8 <= at_output.sum() <= 32
+    assert np.all(count[~at_output] < COUNT_RAD / 4.9)
+    shifts = made.effort_shift_s / SAMPLE_S
+    assert shifts.min() >= 0.5
+    assert shifts.max() <= 1.5
+    assert len(np.unique(shifts)) > 5
+    share = (made.effort - made.quiet_effort).std(axis=-1)
+    share /= np.sqrt((made.quiet_effort**2).mean(axis=-1))
+    assert np.allclose(share, noise.share, rtol=0.1)
+    assert np.min(noise.share) < 0.008
+    assert np.max(noise.share) > 0.03
 
 
 @pytest.mark.parametrize("correlation_s", [0.0, 0.05])

@@ -1,6 +1,7 @@
 """Files and functions are short enough to be read at once."""
 
 import ast
+import re
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
@@ -12,6 +13,8 @@ SOURCES = [
     for path in sorted((ROOT / package).rglob("*.py"))
     if str(path.relative_to(ROOT)) not in GENERATED
 ]
+FIRMWARE = sorted((ROOT / "firmware_interface" / "reference_firmware").rglob("*.[ch]"))
+C_FUNCTION = re.compile(r"\)\n\{\n(.*?)^\}", re.MULTILINE | re.DOTALL)
 
 
 def function_lengths(tree: ast.Module) -> dict[str, int]:
@@ -27,7 +30,8 @@ def function_lengths(tree: ast.Module) -> dict[str, int]:
 
 
 def test_files_are_short() -> None:
-    lengths = {str(path): len(path.read_text("utf-8").splitlines()) for path in SOURCES}
+    every = [*SOURCES, *FIRMWARE]
+    lengths = {str(path): len(path.read_text("utf-8").splitlines()) for path in every}
     assert not {path: lines for path, lines in lengths.items() if lines > FILE_LINES}
 
 
@@ -38,3 +42,9 @@ def test_functions_are_short() -> None:
             if lines > FUNCTION_LINES:
                 long[f"{path}: {name}"] = lines
     assert not long
+
+
+def test_functions_of_the_firmware_are_short() -> None:
+    bodies = [(p, body) for p in FIRMWARE for body in C_FUNCTION.findall(p.read_text("utf-8"))]
+    assert len(bodies) > 100
+    assert not [str(path) for path, body in bodies if body.count("\n") > FUNCTION_LINES]

@@ -115,7 +115,7 @@ class Setting:
                     made.position[drive, axis],
                     made.effort[drive, axis],
                     made.base[drive, axis],
-                    made.effort_shift_s,
+                    float(made.effort_shift_s[drive]),
                 )
                 if case is not None:
                     yield case

@@ -35,7 +35,7 @@ from tools.diagnosis_benchmark.cases import CLEAN, PAIRS, SINGLE, UNKNOWN_KIND, 
 from tools.diagnosis_benchmark.exchanging import changed_threshold, remembering
 from tools.diagnosis_benchmark.hiding import FOLDER, load_batch
 from tools.diagnosis_benchmark.outcome import Outcome, judge
-from tools.diagnosis_benchmark.running import Workers, shows
+from tools.diagnosis_benchmark.running import Workers, counts
 
 SEED: Final = 4004
 MOTIONS: Final = ("multisine", "paper")
@@ -148,8 +148,8 @@ def plan(workers: Workers) -> list[Case]:
 
 
 def _worth(case: Case) -> bool:
-    """Whether all that is hidden shows."""
-    return not case.hidden or shows(case)
+    """Whether all that is hidden is above the tolerance."""
+    return not case.hidden or counts(case)
 
 
 def _ratio(case: Case) -> float:

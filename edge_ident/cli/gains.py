@@ -14,10 +14,12 @@ from edge_ident.cli.options import (
     DriveFile,
     ModelFile,
     NetworkOptions,
+    NoDiagnose,
     RecordingOptions,
     ResultOptions,
     given_model,
 )
+from edge_ident.cli.progress import progress_if_any
 
 _HELP: Final = """Design gains from a recording (`gains FILE`), or manage the gains of a board.
 
@@ -57,6 +59,7 @@ def design(
     control_delay: ControlDelay = 0.0005,
     network: NetworkOptions,
     model: ModelFile = None,
+    no_diagnose: NoDiagnose = False,
     results: ResultOptions,
 ) -> None:
     """Identify a recording and design controller gains; nothing is written to a board.
@@ -64,7 +67,11 @@ def design(
     Example: `edge-ident gains capture.npz --bandwidth 12`
     """
     described = edge_ident.load_drive(drive)
-    found = edge_ident.identify(recording.load(), network.load(), model=given_model(model))
+    with progress_if_any() as show:
+        found = edge_ident.identify(
+            recording.load(), network.load(), model=given_model(model),
+            diagnose=not no_diagnose, on_progress=show,
+        )  # fmt: skip
     results.show(found)
     if not found.trusted:
         results.deliver(report.gains_document(found, {}), "gains.json")

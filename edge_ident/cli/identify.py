@@ -8,12 +8,14 @@ from edge_ident.cli.command import UNTRUSTED, command
 from edge_ident.cli.options import (
     ModelFile,
     NetworkOptions,
+    NoDiagnose,
     RecordingOptions,
     ResultOptions,
     Seed,
     given_model,
     save_result_model,
 )
+from edge_ident.cli.progress import progress_if_any
 
 
 def register(app: typer.Typer) -> None:
@@ -28,18 +30,24 @@ def identify(
     network: NetworkOptions,
     model: ModelFile = None,
     seed: Seed = 0,
+    no_diagnose: NoDiagnose = False,
     results: ResultOptions,
 ) -> None:
     """Identify the parameters of every axis in a recording.
 
-    With --model, the effects of that model are compensated before.
+    Where rigid body and friction are not enough, the axis is diagnosed, and the answer is that of
+    the extended model. With --model, the effects of that model are compensated before.
 
     Example: `edge-ident identify recording.csv --column pos=x_position_rad --json`
     """
     watch = edge_ident.Stopwatch()
     with watch.stage("load"):
         measured, loaded, known = recording.load(), network.load(), given_model(model)
-    found = edge_ident.identify(measured, loaded, model=known, seed=seed, stopwatch=watch)
+    with progress_if_any() as show:
+        found = edge_ident.identify(
+            measured, loaded, model=known, seed=seed, diagnose=not no_diagnose, on_progress=show,
+            stopwatch=watch,
+        )  # fmt: skip
     results.deliver(report.identification_document(found), "identification.json")
     if results.output:
         save_result_model(found.model, [recording.file], results.output, known)

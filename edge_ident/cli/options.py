@@ -78,6 +78,14 @@ Bandwidth = Annotated[
         help="Closed-loop bandwidth in rad/s; default: the highest that keeps the margins.",
     ),
 ]
+NoDiagnose = Annotated[
+    bool,
+    typer.Option(
+        "--no-diagnose",
+        envvar="EDGE_IDENT_NO_DIAGNOSE",
+        help="Do not diagnose an axis whose base model is not enough; its answer is not trusted.",
+    ),
+]
 Seed = Annotated[int, typer.Option("--seed", envvar="EDGE_IDENT_SEED", help="Random seed.")]
 
 

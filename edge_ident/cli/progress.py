@@ -1,7 +1,7 @@
 """Progress of a command on stderr."""
 
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -66,3 +66,17 @@ def shown_progress() -> Iterator[ProgressBars]:
         bars = ProgressBars(progress)
         yield bars
         bars.end()
+
+
+@contextmanager
+def progress_if_any() -> Iterator[Callable[[str, int, int], None]]:
+    """Show progress from the first call on; most jobs are over before there is any."""
+    with ExitStack() as stack:
+        shown: list[ProgressBars] = []
+
+        def show(stage: str, done: int, total: int) -> None:
+            if not shown:
+                shown.append(stack.enter_context(shown_progress()))
+            shown[0].show(stage, done, total)
+
+        yield show

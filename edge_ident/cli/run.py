@@ -13,6 +13,7 @@ from edge_ident.cli.options import (
     BoardOptions,
     ModelFile,
     NetworkOptions,
+    NoDiagnose,
     ResultOptions,
     Seed,
     deliver,
@@ -60,6 +61,7 @@ def run(
     network: NetworkOptions,
     model: ModelFile = None,
     seed: Seed = 0,
+    no_diagnose: NoDiagnose = False,
     results: ResultOptions,
 ) -> None:
     """Move, identify, design gains, write them with read-back, verify, confirm or roll back.
@@ -68,7 +70,14 @@ def run(
     """
     known = given_model(model)
     plan = commissioning.Plan(
-        motion, cycles, gains.bandwidth, not gains.dry_run, gains.store, seed, known
+        motion,
+        cycles,
+        gains.bandwidth,
+        not gains.dry_run,
+        gains.store,
+        seed,
+        known,
+        not no_diagnose,
     )
     with session(where, results.output) as opened:
         board, folder, loaded = opened.board, opened.folder, network.load()

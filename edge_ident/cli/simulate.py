@@ -9,7 +9,7 @@ import typer
 import edge_ident
 from edge_ident import report
 from edge_ident.cli.command import command
-from edge_ident.cli.messages import print_document
+from edge_ident.cli.messages import print_document, say
 from edge_ident.cli.options import Columns, Json, Seed, parse_renames
 from edge_ident.cli.progress import shown_progress
 
@@ -131,8 +131,14 @@ def simulate(
             effort_resolution=measurement.effort_resolution, on_progress=bars.samples,
         )  # fmt: skip
     edge_ident.save_recording(recording, output)
+    left = {} if drive is None else edge_ident.outside_support(drive, recording)
+    for name, findings in left.items():
+        for finding in findings:
+            say(f"warning: axis {name}: {finding.message}")
     if json:
-        print_document(report.simulation_document(recording, output, model, motion.motion, seed))
+        print_document(
+            report.simulation_document(recording, output, model, motion.motion, seed, left)
+        )
     else:
         print(output)
 

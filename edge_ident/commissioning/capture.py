@@ -1,6 +1,7 @@
 """Let the board move and record what it did."""
 
 import logging
+import shutil
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -13,6 +14,7 @@ from edge_ident.commissioning.approach import with_lead_in
 from edge_ident.commissioning.safety import stop_at_once
 from edge_ident.drive.description import Drive
 from edge_ident.errors import DataError, LinkError
+from edge_ident.signals.metrics import rms
 from edge_ident.signals.recording import AxisRecord, Recording
 from edge_ident.signals.recording_files import save_recording
 from edge_ident.support.interrupts import deaf_to_interrupts
@@ -24,6 +26,9 @@ log = logging.getLogger(__name__)
 
 _CLOCK_RANGE: Final = 2**32
 """The board's clock wraps around after so many samples."""
+_COLUMN_BYTES: Final = 8
+_COLUMNS_PER_AXIS: Final = 3
+"""Position, effort and reference; beside them the time."""
 
 
 @dataclass(frozen=True)
@@ -103,12 +108,19 @@ def capture_motion(
         For the recording.
     say : callable
         Takes what the person should know.
+
+    Raises
+    ------
+    DataError
+        The disk has no room for the recording; nothing has moved.
     """
     reachable = with_lead_in(board, trajectory)
     if reachable.lead_in_s > trajectory.lead_in_s:
         say(f"the axes stand far from the motion: the way there takes {reachable.lead_in_s:.1f} s")
     board.write_trajectory(reachable)
     expected = round(trajectory.duration_s / board.identity.sample_period_s)
+    if file is not None:
+        _check_room(file, expected, len(board.axes))
     board.arm()
     pages: list[CapturePage] = []
     with _kept_if_cut_short(board, pages, file, say):
@@ -125,6 +137,18 @@ def capture_motion(
             save_recording(capture.recording, file)
     log.info("%d pages in hand %.3f s after the last sample", len(pages), capture.tail_s)
     return capture
+
+
+def _check_room(file: Path, samples: int, axes: int) -> None:
+    """Refuse a motion whose recording would not fit on the disk."""
+    needed = samples * _COLUMN_BYTES * (1 + _COLUMNS_PER_AXIS * axes)
+    free = shutil.disk_usage(file.parent).free
+    if free < needed:
+        raise DataError(
+            f"{file.parent} has room for {free / 1e6:.1f} MB, the recording needs "
+            f"{needed / 1e6:.1f} MB",
+            "make room there or choose another folder with --output; nothing has moved",
+        )
 
 
 def partial_file(file: Path) -> Path:
@@ -193,10 +217,9 @@ def _assemble(board: Board, pages: list[CapturePage], tail_s: float) -> Capture:
         # the effort of a row acts for one period, from its computation on
         effort_shift_s=identity.control_delay_s + 0.5 * identity.sample_period_s,
     )
-    rms = np.sqrt(np.mean(following**2, axis=0))
     return Capture(
         recording=recording,
         pages=len(pages),
         tail_s=tail_s,
-        tracking_rms_rad={name: float(rms[i]) for i, name in enumerate(board.axes)},
+        tracking_rms_rad={name: rms(following[:, i]) for i, name in enumerate(board.axes)},
     )

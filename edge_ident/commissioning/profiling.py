@@ -41,6 +41,7 @@ STAGES: Final = (
     "connect",
     "page_tail",
     "signals",
+    "adequacy",
     "align",
     "image",
     "network",
@@ -170,7 +171,7 @@ def _after_the_last_sample(
     with watch.stage("total"):
         with watch.stage("page_tail"):
             board.read_last_page()
-        found = identify(recording, network, stopwatch=watch)
+        found = identify(recording, network, diagnose=False, stopwatch=watch)
         with watch.stage("gains"):
             board_designs(board, found)
         with watch.stage("stage"):

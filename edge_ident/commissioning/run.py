@@ -1,7 +1,7 @@
 """The whole job on a board: move, identify, design, write, verify, confirm or roll back."""
 
 import logging
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -15,7 +15,7 @@ from edge_ident.commissioning.gain_change import (
 )
 from edge_ident.commissioning.gain_files import save_backup
 from edge_ident.commissioning.observer import Observer
-from edge_ident.commissioning.safety import make_ready, ready_to_move
+from edge_ident.commissioning.safety import ready_to_move
 from edge_ident.control.gain_design import GainDesign, design
 from edge_ident.control.position_loop import LoopHardware
 from edge_ident.drive.description import Drive
@@ -55,6 +55,8 @@ class Plan:
     seed : int
     model : Model or None
         Effects that are known of the drive.
+    diagnose : bool
+        Whether an axis whose base model is not enough is diagnosed.
     """
 
     motion: MotionName = "sinusoid"
@@ -64,6 +66,7 @@ class Plan:
     store: bool = False
     seed: int = 0
     model: Model | None = None
+    diagnose: bool = True
 
 
 @dataclass(frozen=True)
@@ -131,16 +134,13 @@ def commission(
     check_drive(board, drive)
     watch = Stopwatch()
     trajectory = named_trajectory(drive, plan.motion, plan.cycles)
-    make_ready(board)
-    gains_before = board.active_gains()
-    save_backup(gains_before, board.identity, folder / BACKUP_FILE)
     with ready_to_move(board, observer.say):
+        gains_before = board.active_gains()
+        save_backup(gains_before, board.identity, folder / BACKUP_FILE)
         capture = _captured(board, trajectory, folder, observer, watch)
         with watch.stage("last_sample_to_verified"):
             board.finish()
-            observer.stage("identification")
-            check_recording(capture.recording)
-            found = identify(capture.recording, network, model=plan.model, seed=plan.seed)
+            found = _identified(capture, network, plan, observer)
             designs = board_designs(board, found, plan.bandwidth_rad_s) if found.trusted else {}
         before = MotionBefore(capture, trajectory, named_trajectory(drive, plan.motion, 1))
         change = _change(board, designs, gains_before, before, plan, folder, observer, watch)
@@ -162,6 +162,40 @@ def _captured(
     file = folder / CAPTURE_FILE
     with watch.stage("motion"):
         return capture_motion(board, trajectory, observer.samples, file, observer.say)
+
+
+def _identified(
+    capture: Capture, network: Network | None, plan: Plan, observer: Observer
+) -> Identification:
+    """Identify what was captured, and say what a diagnosis found."""
+    observer.stage("identification")
+    check_recording(capture.recording)
+    found = identify(
+        capture.recording,
+        network,
+        model=plan.model,
+        seed=plan.seed,
+        diagnose=plan.diagnose,
+        on_progress=_progress_on(observer),
+    )
+    for name, axis in found.axes.items():
+        if axis.diagnosis is not None:
+            observer.say(f"axis {name}: {axis.diagnosis_sentence}")
+            log.info("axis %s: %s", name, axis.diagnosis_sentence)
+    return found
+
+
+def _progress_on(observer: Observer) -> Callable[[str, int, int], None]:
+    """What a diagnosis calls with its progress."""
+    shown: list[str] = []
+
+    def show(stage: str, done: int, total: int) -> None:
+        if stage not in shown:
+            shown.append(stage)
+            observer.stage(stage)
+        observer.samples(done, total)
+
+    return show
 
 
 def board_designs(

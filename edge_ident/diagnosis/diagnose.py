@@ -1,35 +1,38 @@
 """The front door: diagnose recordings of one machine."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 
-from edge_ident.diagnosis.fit.fitting import FittedModel, fit
+from edge_ident.diagnosis.fit.fitting import FittedModel, delayed, fit
 from edge_ident.diagnosis.fit.held_out import standard_deviations
 from edge_ident.diagnosis.fit.noise_floor import NoiseFloor, noise_floor
 from edge_ident.diagnosis.fit.summary import (
     contributions,
     model_fit,
     nonzero_rms,
+    timing,
     traces,
-    validation,
 )
-from edge_ident.diagnosis.measures import ModelFit
+from edge_ident.diagnosis.fit.traded import with_trades
+from edge_ident.diagnosis.measures import Validation
 from edge_ident.diagnosis.motion_check import with_motion_errors
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.data_quality import data_findings
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
-from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Diagnosis, Validation, Verdict
+from edge_ident.diagnosis.recording_checks import findings
+from edge_ident.diagnosis.result import AxisDiagnosis, Diagnosis, Verdict
 from edge_ident.diagnosis.select.acceptance import structure_left
 from edge_ident.diagnosis.select.backward_elimination import SupportedModel, eliminate_backward
-from edge_ident.diagnosis.select.causes import causes
+from edge_ident.diagnosis.select.causes import causes, strongest_first
 from edge_ident.diagnosis.select.forward_selection import select_forward
 from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.select.testability import not_testable
+from edge_ident.diagnosis.validation import Judged, judge, with_sources
+from edge_ident.diagnosis.written_model import written_model
 from edge_ident.errors import DataError
-from edge_ident.model.effects import named
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Estimate, Model, Term
 from edge_ident.signals.recording import Recording
 
@@ -81,9 +84,9 @@ def diagnose(
     for done, name in enumerate(names):
         on_progress("diagnosis", done, len(names))
         template = _template(recordings[0], name, model)
-        axes[name] = _diagnose_axis(prepare_axis(recordings, name), template)
-        if validate is not None:
-            validations[name] = _validate(prepare_axis([validate], name), axes[name], template)
+        axes[name], validation = _diagnose_axis(recordings, name, template, validate)
+        if validation is not None:
+            validations[name] = validation
     on_progress("diagnosis", len(names), len(names))
     on_progress("simulated motion", 0, 1)
     found = Diagnosis(axes, data_findings(recordings, axes), validations)
@@ -121,33 +124,51 @@ class _Selected:
     supported: SupportedModel
 
 
-def _diagnose_axis(data: AxisData, template: AxisModel) -> AxisDiagnosis:
-    data, selected = _selected(data, template)
+def _diagnose_axis(
+    recordings: Sequence[Recording],
+    name: str,
+    template: AxisModel,
+    validate: Recording | None,
+) -> tuple[AxisDiagnosis, Validation | None]:
+    data, selected = _selected(_prepared(recordings, name, template), template)
     search, start = selected.search, selected.start
     supported = selected.supported.without_vibrations(data)
-    model = supported.model
+    judged = Judged(supported)
+    if validate is not None:
+        judged = judge(data, _prepared([validate], name, supported.model.axis), start, supported)
+    supported, model = judged.supported, judged.supported.model
     floor = noise_floor(data, start, float(model.base[0]))
     left = float(np.sqrt(model.error / np.count_nonzero(data.valid)))
-    deviations = standard_deviations(data, model)
-    extended = model_fit(data, model, deviations)
+    deviations = with_trades(data, start, model, floor.rms)
+    estimate = Estimate(model.base, deviations[: len(PARAMETERS)])
     parts = contributions(data, model)
     found = causes(data, supported, parts, deviations)
-    return AxisDiagnosis(
-        verdict=_verdict(search, model, floor, left),
+    found = strongest_first(with_sources(found, data, model, recordings))
+    diagnosis = AxisDiagnosis(
+        verdict=judged.verdict(_verdict(search, model, floor, left)),
         causes=found,
+        suspected=judged.suspected,
         refused=supported.refused,
         external_vibrations=selected.supported.vibrations,
         converged=supported.converged,
         not_testable=not_testable(search, model, left),
         base=model_fit(data, start, standard_deviations(data, start)),
-        extended=extended,
+        extended=model_fit(data, model, deviations),
+        timing=timing(data, model, deviations),
         noise_floor=floor.rms / nonzero_rms(data.effort[data.valid]),
         noise_floor_source=floor.source,
-        model=_physical_model(template, extended.estimate, found),
+        model=written_model(template, estimate, judged.carried(found), data),
         cutoff_hz=max(s.cutoff_hz for s in data.segments),
         knee_hz=max(s.band.knee_hz for s in data.segments),
         traces=traces(data, start, model, parts),
+        findings=findings(recordings, name, data, start, selected.supported.model),
     )
+    return diagnosis, judged.validation
+
+
+def _prepared(recordings: Sequence[Recording], name: str, axis: AxisModel) -> AxisData:
+    """The axis, in step with its motion unless a delay in its model accounts for that."""
+    return prepare_axis(recordings, name, timed=not delayed(axis))
 
 
 def _selected(data: AxisData, template: AxisModel) -> tuple[AxisData, _Selected]:
@@ -176,23 +197,3 @@ def _verdict(search: Search, model: FittedModel, floor: NoiseFloor, left: float)
     if structure_left(left, floor.rms, floor.uncertainty, discrepancy):
         return Verdict.UNEXPLAINED
     return Verdict.EXPLAINED if model.terms else Verdict.ADEQUATE
-
-
-def _physical_model(template: AxisModel, estimate: Estimate, found: tuple[Cause, ...]) -> AxisModel:
-    """The extended model for a model file: a friction that was fitted negative is zero."""
-    lowest = [named(BASE).bounds[name][0] for name in PARAMETERS]
-    values = dict(zip(PARAMETERS, np.maximum(estimate.parameters, lowest).tolist(), strict=True))
-    std = dict(zip(PARAMETERS, estimate.std.tolist(), strict=True))
-    terms = (Term(BASE, values, std), *template.terms[1:], *(cause.term for cause in found))
-    return replace(template, terms=terms)
-
-
-def _validate(data: AxisData, found: AxisDiagnosis, template: AxisModel) -> Validation:
-    """Score the base model and the extended model on another recording."""
-    return validation(data, _base_model(found.base, template), found.model)
-
-
-def _base_model(base: ModelFit, template: AxisModel) -> AxisModel:
-    """The base model with the effects that the axis is known to have."""
-    values = dict(zip(PARAMETERS, base.estimate.parameters, strict=True))
-    return replace(template, terms=(Term(BASE, values), *template.terms[1:]))

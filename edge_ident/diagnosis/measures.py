@@ -107,3 +107,50 @@ class SpectralLine:
     frequency_hz: float | None
     amplitude: float
     std: float
+
+
+@dataclass(frozen=True)
+class CarriedCause:
+    """What another recording says of a cause (`edge_ident.diagnosis.validation`).
+
+    Attributes
+    ----------
+    effect : str
+    without : float or None
+        Relative residual there of the model without it.
+    gain : float or None
+        Relative reduction of that residual by the cause.
+    interval : (float, float) or None
+        Of the gain, 95 %.
+    carries_over : bool or None
+        Whether the gain is certain; None where the effect is tied to the time of its recording,
+        and the other figures are None as well.
+    reason : str
+    """
+
+    effect: str
+    without: float | None
+    gain: float | None
+    interval: tuple[float, float] | None
+    carries_over: bool | None
+    reason: str
+
+
+@dataclass(frozen=True)
+class Validation:
+    """Relative residuals of one axis over the valid samples of a recording outside the fit.
+
+    Attributes
+    ----------
+    base, extended : float
+        Of the base model, and of the extended model with what carries over.
+    as_found : float
+        Of the extended model as the other recordings alone give it.
+    causes : tuple of CarriedCause
+        Of that model.
+    """
+
+    base: float
+    extended: float
+    as_found: float
+    causes: tuple[CarriedCause, ...] = ()

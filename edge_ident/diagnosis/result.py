@@ -13,7 +13,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.measures import NO_SHIFT, ModelFit, SpectralLine, Timing, Traces
+from edge_ident.diagnosis.measures import (
+    NO_SHIFT,
+    ModelFit,
+    SpectralLine,
+    Timing,
+    Traces,
+    Validation,
+)
 from edge_ident.estimation.trust import Finding
 from edge_ident.model.model import AxisModel, Model, Term
 from edge_ident.support.readable import Readable
@@ -70,13 +77,16 @@ class Cause:
     held_out_gain_interval : (float, float)
         95 % interval of the block bootstrap.
     share : float
-        Rms of its contribution over the rms of the effort.
+        Rms of the part of its contribution that the base model cannot express (orthogonal to its
+        columns, timing included) over the rms of the effort.
     alternatives : tuple of Alternative
         The nearest first.
     evidence : str
         What sets the effect apart, and how much it explains, in one sentence.
     decision : str
         Why the acceptance rule accepts it (`edge_ident.diagnosis.select.acceptance`).
+    shown_in : tuple of str
+        Recordings in which it certainly reduces the residual.
     """
 
     term: Term
@@ -86,6 +96,7 @@ class Cause:
     alternatives: tuple[Alternative, ...]
     evidence: str
     decision: str
+    shown_in: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -187,14 +198,6 @@ class DataFinding:
     code: str
     axis: str
     message: str
-
-
-@dataclass(frozen=True)
-class Validation:
-    """Relative residuals of one axis over the valid samples of a recording outside the fit."""
-
-    base: float
-    extended: float
 
 
 @dataclass(frozen=True, repr=False)

@@ -28,6 +28,12 @@ class CompensatedAxis:
     effects_effort : (N,) array
         What the effects account for, filtered alike.
     effects : tuple of Term
+    shift_s : float
+        From a row's stamp to the middle of the interval in which its effort acted.
+    position, effort : (N,) arrays
+        On the even grid, as recorded; the effort less what the actuator withheld.
+    effects_unfiltered : (N,) array
+        What the effects account for along the motion, in step with the position.
     tied_to_time : tuple of str
         Those of them that would act otherwise in a recording that begins later.
     """
@@ -35,10 +41,16 @@ class CompensatedAxis:
     signals: Signals
     effects_effort: Array
     effects: tuple[Term, ...]
+    shift_s: float
+    position: Array
+    effort: Array
+    effects_unfiltered: Array
     tied_to_time: tuple[str, ...] = ()
 
 
-def compensate_effects(recording: Recording, name: str, model: Model | None) -> CompensatedAxis:
+def compensate_effects(
+    recording: Recording, name: str, model: Model | None, *, late_s: float = 0.0
+) -> CompensatedAxis:
     """Condition one axis, and subtract from its effort what the model's effects account for.
 
     That is the difference between the efforts that the whole axis of the model and its base term
@@ -52,6 +64,8 @@ def compensate_effects(recording: Recording, name: str, model: Model | None) -> 
         Of the axis.
     model : Model or None
         Without one, nothing is compensated.
+    late_s : float
+        By which the effort is recorded late, beyond what the recording states.
 
     Raises
     ------
@@ -63,20 +77,28 @@ def compensate_effects(recording: Recording, name: str, model: Model | None) -> 
     known = None if model is None else _known(model, recording, name)
     effects = () if known is None else known.terms[1:]
     delay_s, acting = _delay_s(effects)
-    shift_s = recording.effort_shift_s - delay_s
+    shift_s = recording.effort_shift_s - delay_s - late_s
     signals = condition(recording.time_s, axis.position, axis.effort, effort_shift_s=shift_s)
+    position, effort = (signals.grid.resampled(x) for x in (axis.position, axis.effort))
+    nothing = np.zeros_like(effort)
+    plain = CompensatedAxis(signals, nothing, effects, shift_s, position, effort, nothing)
     if known is None or not acting:
-        return CompensatedAxis(signals, np.zeros_like(signals.effort), effects)
+        return plain
     undelayed = replace(known, terms=(known.terms[0], *acting))
     motion, others = _smooth_motions(undelayed, recording, name, signals)
-    withheld = _withheld(undelayed, signals.grid.resampled(axis.effort))
+    withheld = _withheld(undelayed, effort)
     added = _added(obeyed(undelayed), motion, others)
     filtered = lowpass(added, signals.cutoff_hz, signals.period_s)
     filtered += lowpass(withheld, signals.cutoff_hz, signals.period_s, delay_s=shift_s)
     effects_effort = bridge(filtered, signals.moving)
-    remaining = replace(signals, effort=signals.effort - effects_effort)
-    tied_to_time = _tied_to_time(undelayed, motion, others)
-    return CompensatedAxis(remaining, effects_effort, effects, tied_to_time)
+    return replace(
+        plain,
+        signals=replace(signals, effort=signals.effort - effects_effort),
+        effects_effort=effects_effort,
+        effort=effort - withheld,
+        effects_unfiltered=added,
+        tied_to_time=tuple(t.effect for t in effects if named(t.effect).tied_to_time),
+    )
 
 
 def _known(model: Model, recording: Recording, name: str) -> AxisModel:
@@ -130,14 +152,3 @@ def _withheld(axis: AxisModel, effort: Array) -> Array:
     terms = axis.terms[1:]
     parts = [named(term.effect).withheld(effort, along_motion(term)) for term in terms]
     return np.asarray(np.sum(parts, axis=0))
-
-
-def _tied_to_time(axis: AxisModel, motion: Motion, others: dict[str, Motion]) -> tuple[str, ...]:
-    """Effects that add something else to the same motion one record later."""
-    later = replace(motion, time_s=motion.time_s + motion.time_s[-1])
-    found = []
-    for term in axis.terms[1:]:
-        alone = replace(axis, terms=(axis.terms[0], term))
-        if not np.allclose(_added(alone, motion, others), _added(alone, later, others)):
-            found.append(term.effect)
-    return tuple(found)

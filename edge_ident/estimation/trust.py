@@ -24,6 +24,10 @@ WEAK_LIMIT: Final = 0.10
 """Relative standard deviation above which a parameter is called weakly determined."""
 TARGET: Final = 0.05
 """Relative standard deviation that a suggested motion should reach."""
+UNKNOWN_LIMIT: Final = 0.05
+"""Share of a record that is clipped or missing, above which the rest may be another motion."""
+_FEW_UNKNOWN: Final = 0.001
+"""The same, below which it is not worth a sentence."""
 AGREEMENT: Final = 3.0
 """Combined standard deviations by which two estimators may differ: 0.3 % by chance."""
 _HOPELESS: Final = 100.0
@@ -98,8 +102,9 @@ def describe_data(signals: Signals) -> list[Finding]:
                 blocks=False,
             )
         )
+    findings += _unknown(signals)
     standing = 1.0 - float(np.mean(signals.moving))
-    if standing > 0:
+    if standing > 0 and not signals.unknown_share:
         findings.append(
             Finding(
                 "standstill",
@@ -110,6 +115,22 @@ def describe_data(signals: Signals) -> list[Finding]:
             )
         )
     return findings
+
+
+def _unknown(signals: Signals) -> list[Finding]:
+    """Samples inside gaps of the time stamps, or with a clipped effort."""
+    share = signals.unknown_share
+    if share < _FEW_UNKNOWN:
+        return []
+    return [
+        Finding(
+            "clipped_or_missing",
+            f"in {share:.1%} of the recording the effort is clipped at its highest or lowest "
+            "value, or samples are missing; this part was left out",
+            "record with a larger range of the effort, a gentler motion, and without pauses",
+            blocks=share > UNKNOWN_LIMIT,
+        )
+    ]
 
 
 def _inseparable(regressor: Array) -> list[Finding]:

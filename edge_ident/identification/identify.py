@@ -1,25 +1,32 @@
-"""From a recording to parameters: network and least squares side by side, and which to trust."""
+"""From a recording to parameters: the base model where it is enough, else the diagnosis' model.
 
-from dataclasses import replace
+Network and least squares estimate side by side. Whether the base model is adequate is asked first;
+where it is not, the axis is diagnosed, and the parameters of the extended model are the answer.
+"""
 
-import numpy as np
+from collections.abc import Callable, Mapping
+from typing import Final
 
+from edge_ident.diagnosis.measures import Timing
+from edge_ident.diagnosis.result import AxisDiagnosis
 from edge_ident.estimation import least_squares, network_estimate
 from edge_ident.estimation.alignment import align
-from edge_ident.estimation.compensation import CompensatedAxis, compensate_effects
+from edge_ident.estimation.compensation import compensate_effects
 from edge_ident.estimation.network import Network
-from edge_ident.estimation.trust import (
-    check_estimate,
-    compare_estimators,
-    describe_data,
-    tied_to_time,
-)
-from edge_ident.identification.result import AxisIdentification, EffortTrace, Identification
-from edge_ident.model.model import Estimate, Model, base_axis
+from edge_ident.identification.adequacy import judge
+from edge_ident.identification.answer import Question, answer
+from edge_ident.identification.comparison import Comparison
+from edge_ident.identification.result import Identification
+from edge_ident.model.model import Estimate, Model
 from edge_ident.signals.conditioning import Signals
-from edge_ident.signals.metrics import compare
 from edge_ident.signals.recording import AxisRecord, Recording
+from edge_ident.signals.timing import estimate_shift
 from edge_ident.support.stopwatch import Stopwatch
+
+Progress = Callable[[str, int, int], None]
+
+_SMALLEST_SHIFT: Final = 0.02
+"""Shift in sampling periods that moves no parameter, so that the signals need no second look."""
 
 
 def identify(
@@ -28,6 +35,8 @@ def identify(
     *,
     model: Model | None = None,
     seed: int = 0,
+    diagnose: bool = True,
+    on_progress: Progress = lambda stage, done, of: None,
     stopwatch: Stopwatch | None = None,
 ) -> Identification:
     """Identify the parameters of every axis of a recording.
@@ -41,6 +50,10 @@ def identify(
         The effort is compensated for its effects before the base parameters are estimated.
     seed : int
         Of the network's random starting points.
+    diagnose : bool
+        Whether axes whose base model is inadequate are diagnosed; this takes seconds.
+    on_progress : callable
+        Gets the stage of the diagnosis, the number of axes done and the number of axes.
     stopwatch : Stopwatch, optional
         Continued if given, so that the caller's stages are reported too.
 
@@ -66,18 +79,69 @@ def identify(
     (0.43, 'kg*m^2')
     """
     watch = stopwatch or Stopwatch()
+    looked = {name: _look(recording, name, network, model, seed, watch) for name in recording.axes}
+    inadequate = [name for name, question in looked.items() if not question.adequacy.adequate]
+    diagnoses: Mapping[str, AxisDiagnosis] = {}
+    if diagnose and inadequate:
+        with watch.stage("diagnosis"):
+            diagnoses = _diagnosed(recording, model, on_progress)
     axes = {}
-    for name, axis in recording.axes.items():
-        with watch.stage("signals"):
-            compensated = compensate_effects(recording, name, model)
-            network_input = compensated
-            if network is not None and network.manifest.motion.effects:
-                network_input = compensate_effects(recording, name, None)
-        with watch.stage("cnn"):
-            estimate, reason = run_network(network_input.signals, axis, network, seed, watch)
+    for name, question in looked.items():
         with watch.stage("estimate"):
-            axes[name] = _conclude(compensated, axis, estimate, reason)
+            axes[name] = answer(question, diagnoses.get(name) if name in inadequate else None)
     return Identification(axes, watch.timing_ms())
+
+
+def _diagnosed(
+    recording: Recording, model: Model | None, on_progress: Progress
+) -> Mapping[str, AxisDiagnosis]:
+    """Diagnose a recording; the diagnosis needs scipy, which an adequate axis does without."""
+    from edge_ident.diagnosis.diagnose import diagnose
+
+    return diagnose([recording], model=model, on_progress=on_progress).axes
+
+
+def _look(
+    recording: Recording,
+    name: str,
+    network: Network | None,
+    model: Model | None,
+    seed: int,
+    watch: Stopwatch,
+) -> Question:
+    """All that is known of an axis before it is diagnosed."""
+    axis = recording.axes[name]
+    with watch.stage("signals"):
+        compensated = compensate_effects(recording, name, model)
+    with watch.stage("adequacy"):
+        timing = _timing(Comparison.of(compensated), compensated.signals.period_s)
+    with watch.stage("signals"):
+        if abs(timing.shift_samples) > _SMALLEST_SHIFT:
+            compensated = compensate_effects(recording, name, model, late_s=timing.shift_s)
+        seen = compensated
+        if network is not None and network.manifest.motion.effects:
+            seen = compensate_effects(recording, name, None, late_s=timing.shift_s)
+    with watch.stage("adequacy"):
+        adequacy = judge(Comparison.of(compensated))
+    with watch.stage("cnn"):
+        found, reason = run_network(seen.signals, axis, network, seed, watch)
+    with watch.stage("estimate"):
+        part = least_squares.estimation_part(compensated.signals)
+        linear = least_squares.fit(compensated.signals, part)
+    return Question(recording, name, compensated, part, linear, found, reason, adequacy, timing)
+
+
+def _timing(compared: Comparison, sampling_s: float) -> Timing:
+    """The shift between effort and position, beyond what the recording states."""
+    shift = estimate_shift(
+        compared.regressor,
+        compared.effort,
+        compared.band.cutoff_hz,
+        compared.period_s,
+        compared.samples,
+        sampling_s,
+    )
+    return Timing(shift.shift_s, shift.shift_s / sampling_s, shift.std_s / sampling_s)
 
 
 def run_network(
@@ -120,48 +184,3 @@ def run_network(
     if not result.trusted:
         return None, result.reason
     return Estimate(result.parameters, result.std), result.reason
-
-
-def _conclude(
-    compensated: CompensatedAxis, axis: AxisRecord, network: Estimate | None, reason: str
-) -> AxisIdentification:
-    signals = compensated.signals
-    part = least_squares.estimation_part(signals)
-    regressor, effects = signals.regressor[part], compensated.effects_effort[part]
-    measured = signals.effort[part] + effects
-    linear = least_squares.fit(signals, part)
-    if network is not None:
-        # slow noise moves both answers alike; the network's own figures know white noise alone
-        network = Estimate(network.parameters, np.hypot(network.std, linear.std))
-    modelled = regressor @ linear.parameters + effects
-    metric = compare(measured, modelled)
-    base = base_axis(linear, axis.position_unit, axis.effort_unit)
-    findings = describe_data(signals)
-    findings += tied_to_time(compensated.tied_to_time)
-    findings += check_estimate(linear, regressor, measured, metric.relative_residual)
-    if network is not None:
-        findings += compare_estimators(network, linear)
-    return AxisIdentification(
-        reason=_reason(network, linear),
-        network=network,
-        network_reason=reason,
-        least_squares=linear,
-        model=replace(base, terms=(*base.terms, *compensated.effects)),
-        metric=metric,
-        units=axis.parameter_units,
-        cutoff_hz=signals.cutoff_hz,
-        condition_number=least_squares.condition_number(regressor),
-        findings=tuple(findings),
-        trace=EffortTrace(signals.period_s * part.astype(np.float64), measured, modelled),
-    )
-
-
-def _reason(network: Estimate | None, linear: Estimate) -> str:
-    """Why the parameters are those of least squares."""
-    if network is None:
-        return "the network does not apply"
-    apart = np.max(np.abs(network.parameters - linear.parameters) / network.std)
-    return (
-        "its intervals hold under coloured noise; "
-        f"the network agrees within {apart:.1f} standard deviations"
-    )

@@ -2,12 +2,16 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from enum import StrEnum
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from edge_ident.diagnosis.measures import Timing
+from edge_ident.diagnosis.result import AxisDiagnosis
 from edge_ident.estimation.trust import Finding
+from edge_ident.identification.adequacy import Adequacy
 from edge_ident.model.model import AxisModel, Estimate, Model, effect_names
 from edge_ident.signals.metrics import Metric
 from edge_ident.support.readable import Readable
@@ -15,6 +19,19 @@ from edge_ident.support.readable import Readable
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from rich.console import RenderableType
+
+
+class ParameterSource(StrEnum):
+    """Which estimate an answer is."""
+
+    LEAST_SQUARES = "least_squares"
+    NETWORK = "cnn"
+    EXTENDED_MODEL = "extended_model"
+
+    @property
+    def spoken(self) -> str:
+        """What people call it."""
+        return "network" if self is ParameterSource.NETWORK else self.value.replace("_", " ")
 
 
 @dataclass(frozen=True)
@@ -40,11 +57,23 @@ class AxisIdentification:
 
     Attributes
     ----------
+    estimate : Estimate
+        What is reported and used; its deviations include the model error.
+    source : ParameterSource
+        Which of the estimates that is; `reason` says why.
     reason : str
-        Why `estimate` is what is reported.
+    model_error : (4,) array
+        Part of the deviations that is by error of the model.
     network : Estimate or None
         None where no network applies; `network_reason` says why, or how it ended.
+    network_reason : str
     least_squares : Estimate
+        Of the base model.
+    adequacy : Adequacy
+        Of the base model.
+    timing : Timing
+    diagnosis : AxisDiagnosis or None
+        Where the base model is not adequate.
     model : AxisModel
         `estimate` as the base term, and the effects that the effort is compensated for.
     metric : Metric
@@ -67,10 +96,16 @@ class AxisIdentification:
     True
     """
 
+    estimate: Estimate
+    source: ParameterSource
     reason: str
+    model_error: NDArray[np.float64]
     network: Estimate | None
     network_reason: str
     least_squares: Estimate
+    adequacy: Adequacy
+    timing: Timing
+    diagnosis: AxisDiagnosis | None
     model: AxisModel
     metric: Metric
     units: tuple[str, str, str, str]
@@ -80,14 +115,17 @@ class AxisIdentification:
     trace: EffortTrace = field(repr=False)
 
     @property
-    def estimate(self) -> Estimate:
-        """What is reported and used: least squares. The network confirms it."""
-        return self.least_squares
-
-    @property
     def compensated_effects(self) -> tuple[str, ...]:
         """Names of the effects that the effort is compensated for."""
         return effect_names(self.model)
+
+    @property
+    def diagnosis_sentence(self) -> str:
+        """What the diagnosis found, and which parameters follow from it, in one line."""
+        if self.diagnosis is None:
+            return self.adequacy.reason
+        found = ", ".join(cause.term.effect.replace("_", " ") for cause in self.diagnosis.causes)
+        return f"{self.diagnosis.verdict.value}: {found or 'no cause'}; {self.source.spoken} used"
 
     @property
     def trusted(self) -> bool:

@@ -138,6 +138,9 @@ class Effect:
     """Whether its effort depends on the base parameters too."""
     changes_base: ClassVar[tuple[str, ...]] = ()
     """Base parameters that the effect changes in time, where that is all it does."""
+    tied_to_time: ClassVar[bool] = False
+    """Whether the same motion a record later would meet another effort. Such a term belongs to its
+    recording, and is not carried on to another."""
     needs_source: ClassVar[bool] = False
     """Whether another axis must be named."""
     takes_source: ClassVar[bool] = False

@@ -25,6 +25,7 @@ class ExternalVibration(Effect):
         Parameter("sine", "{effort}", -_MANY, _MANY, "amplitude a quarter period later"),
         Parameter("frequency", "Hz", 0.0, _MANY, "of the vibration"),
     )
+    tied_to_time = True
 
     def load(self, at: Motion, values: Values) -> Array:
         """A sinusoid of time."""

@@ -16,6 +16,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from edge_ident.model.supported_range import SupportedRange
+
 PARAMETERS: Final = ("inertia", "viscous_friction", "coulomb_friction", "offset")
 POSITIVE: Final = np.array([True, True, True, False])
 """Which parameters physics requires to be positive; the offset may have either sign."""
@@ -75,6 +77,8 @@ class Term:
         Standard deviations, where known.
     source_axis : str or None
         The axis that acts on this one, for effects that need one.
+    supported : SupportedRange or None
+        Where samples supported the term; None where that is not known.
 
     Examples
     --------
@@ -87,6 +91,7 @@ class Term:
     values: Mapping[str, float | NDArray[np.float64]]
     std: Mapping[str, float] = field(default_factory=dict)
     source_axis: str | None = None
+    supported: SupportedRange | None = None
 
 
 @dataclass(frozen=True)
@@ -150,12 +155,15 @@ class Model:
 
 
 def base_axis(
-    estimate: Estimate, position_unit: str = "rad", effort_unit: str = "N*m"
+    estimate: Estimate,
+    position_unit: str = "rad",
+    effort_unit: str = "N*m",
+    supported: SupportedRange | None = None,
 ) -> AxisModel:
     """Model of an axis of which nothing but the base parameters is known."""
     values = dict(zip(PARAMETERS, estimate.parameters.tolist(), strict=True))
     std = dict(zip(PARAMETERS, estimate.std.tolist(), strict=True))
-    return AxisModel((Term(BASE, values, std),), position_unit, effort_unit)
+    return AxisModel((Term(BASE, values, std, supported=supported),), position_unit, effort_unit)
 
 
 def effect_names(axis: AxisModel) -> tuple[str, ...]:

@@ -12,6 +12,7 @@ from edge_ident.errors import ModelError
 from edge_ident.model.effects import named
 from edge_ident.model.model import AxisModel, Model, SourceFile, Term
 from edge_ident.model.model_reading import SCHEMA, model_of, unit_of
+from edge_ident.model.supported_range import QUANTITIES
 from edge_ident.support.json_text import finite, write_json
 
 
@@ -67,7 +68,15 @@ def _term_document(term: Term, axis: AxisModel) -> dict[str, Any]:
         "effect": term.effect,
         **source,
         "parameters": values_document(term, axis),
+        **_range_document(term),
     }
+
+
+def _range_document(term: Term) -> dict[str, Any]:
+    """Lowest and highest value of each quantity, in the units of the axis; empty where unknown."""
+    if term.supported is None:
+        return {}
+    return {"supported": {name: list(getattr(term.supported, name)) for name in QUANTITIES}}
 
 
 def values_document(term: Term, axis: AxisModel) -> dict[str, Any]:

@@ -4,12 +4,12 @@ import math
 from collections.abc import Mapping
 from typing import Any, Final
 
-import numpy as np
-
 from edge_ident.errors import ModelError
-from edge_ident.model.effect import Effect, Motion, Parameter
+from edge_ident.model.effect import Parameter
 from edge_ident.model.effects import named
 from edge_ident.model.model import BASE, AxisModel, Model, SourceFile, Term, inertia_unit
+from edge_ident.model.physical_sums import left_by_terms
+from edge_ident.model.supported_range import QUANTITIES, SupportedRange
 
 SCHEMA: Final = "edge-ident/model/1"
 _POSITION_UNITS: Final = ("rad", "m")
@@ -109,7 +109,27 @@ class _Reader:
             values[parameter.name] = self._value(place, parameter, entry, units)
             if entry.get("std") is not None:
                 std[parameter.name] = self._number(place, parameter.name, "std", entry["std"])
-        return Term(name, values, std, document.get("source_axis"))
+        supported = self._range(place, document)
+        return Term(name, values, std, document.get("source_axis"), supported)
+
+    def _range(self, place: str, document: Mapping[str, Any]) -> SupportedRange | None:
+        if document.get("supported") is None:
+            return None
+        given = self._mapping(document, "supported", place)
+        intervals = []
+        for name in QUANTITIES:
+            ends = given.get(name)
+            if not isinstance(ends, list) or len(ends) != 2:
+                raise self._error(
+                    f"{place}, supported", f"{name} is {ends!r}", "write [lowest, highest]"
+                )
+            low, high = (self._number(place, "supported", name, end) for end in ends)
+            if low > high:
+                raise self._error(
+                    f"{place}, supported", f"{name} is {ends!r}", "write the lowest value first"
+                )
+            intervals.append((low, high))
+        return SupportedRange(*intervals)
 
     def _value(
         self, place: str, parameter: Parameter, entry: Mapping[str, Any], units: list[str]
@@ -149,19 +169,16 @@ class _Reader:
 
     def _check_sums(self, place: str, axis: AxisModel) -> None:
         """Effects may take no more from inertia and Coulomb friction than there is."""
-        for time_s in (-1e12, 1e12):
-            at = _fast_at(time_s)
-            inertia = sum(_at_once(named(t.effect), t, at, "inertia") for t in axis.terms)
-            friction = sum(_at_once(named(t.effect), t, at, "friction") for t in axis.terms)
-            for what, left, enough in (
-                ("inertia", inertia, inertia > 0.0),
-                ("coulomb_friction", friction, friction > -1e-9),
-            ):
-                if not enough:
-                    raise self._error(
-                        place, f"its terms leave {left:.3g} of {what}",
-                        f"raise {what} of {BASE}, or lower what the effects take from it",
-                    )  # fmt: skip
+        left = left_by_terms(axis)
+        for what, amount, enough in (
+            ("inertia", left.inertia, left.inertia > 0.0),
+            ("coulomb_friction", left.coulomb_friction, left.physical),
+        ):
+            if not enough:
+                raise self._error(
+                    place, f"its terms leave {amount:.3g} of {what}",
+                    f"raise {what} of {BASE}, or lower what the effects take from it",
+                )  # fmt: skip
 
     def _mapping(self, parent: Mapping[str, Any], key: str, place: str) -> dict[str, Any]:
         found = parent.get(key)
@@ -172,14 +189,3 @@ class _Reader:
     def _error(self, place: str, cause: str, next_step: str) -> ModelError:
         where = ": ".join(part for part in (self._source, place) if part)
         return ModelError(f"{where}: {cause}", next_step)
-
-
-def _fast_at(time_s: float) -> Motion:
-    """At position zero, too fast for the Stribeck effect."""
-    zero = np.zeros(1)
-    return Motion.known(np.full(1, time_s), zero, zero + 1e12, zero)
-
-
-def _at_once(effect: Effect, term: Term, at: Motion, hook: str) -> float:
-    values = {name: np.asarray(value) for name, value in term.values.items()}
-    return float(np.sum(getattr(effect, hook)(at, values)))

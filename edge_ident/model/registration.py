@@ -41,6 +41,7 @@ _PROBE: Final = Excitation(
     resolution=1e-4,
     duration_s=2.0,
     cutoff_hz=8.0,
+    sampling_s=1e-3,
     base=np.array([0.5, 1.0, 1.0, 0.1]),
 )
 """Of the motion along which linearity is checked."""

@@ -48,6 +48,8 @@ class Excitation:
     resolution : float
         Of the encoder.
     duration_s, cutoff_hz : float
+    sampling_s : float
+        Sampling period of the recording.
     base : (4,) array
         Base parameters, fitted without any effect.
     """
@@ -60,6 +62,7 @@ class Excitation:
     resolution: float
     duration_s: float
     cutoff_hz: float
+    sampling_s: float
     base: Array
 
     def moved(self, inertia: Array) -> bool:

@@ -2,7 +2,7 @@
 
 import dataclasses
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -10,9 +10,15 @@ from typing import Any
 import numpy as np
 
 from edge_ident.control.gain_design import GainDesign
+from edge_ident.diagnosis.result import AxisDiagnosis, Cause
 from edge_ident.estimation.trust import Finding
-from edge_ident.identification.result import AxisIdentification, Identification
+from edge_ident.identification.result import (
+    AxisIdentification,
+    Identification,
+    ParameterSource,
+)
 from edge_ident.model.model import PARAMETERS, Estimate
+from edge_ident.model.model_files import values_document
 from edge_ident.signals.metrics import rms
 from edge_ident.signals.recording import Recording
 from edge_ident.support.json_text import finite
@@ -32,7 +38,18 @@ def _axis(axis: AxisIdentification) -> dict[str, Any]:
     network = None if axis.network is None else _estimate(axis.network, axis.units)
     return {
         "parameters": _estimate(axis.estimate, axis.units),
-        "parameters_from": {"estimator": "least_squares", "reason": axis.reason},
+        "parameters_from": axis.source.value,
+        "parameters_reason": axis.reason,
+        "model_error": dict(zip(PARAMETERS, axis.model_error.tolist(), strict=True)),
+        "base": _base(axis),
+        "diagnosis": _short_diagnosis(axis.diagnosis),
+        "adequacy": {
+            "adequate": axis.adequacy.adequate,
+            "reason": axis.adequacy.reason,
+            "relative_residual": axis.adequacy.relative_residual,
+            "noise_ratio": axis.adequacy.noise_ratio,
+        },
+        "timing": dataclasses.asdict(axis.timing),
         "estimators": {"cnn": network, "least_squares": _estimate(axis.least_squares, axis.units)},
         "cnn_reason": axis.network_reason,
         "metric": {
@@ -45,6 +62,41 @@ def _axis(axis: AxisIdentification) -> dict[str, Any]:
         "condition_number": finite(axis.condition_number),
         "trusted": axis.trusted,
         "warnings": [finding_document(finding) for finding in axis.findings],
+    }
+
+
+def _base(axis: AxisIdentification) -> dict[str, Any] | None:
+    """The base model's parameters, where the answer is another model's."""
+    if axis.source is not ParameterSource.EXTENDED_MODEL:
+        return None
+    return {"parameters": _estimate(axis.least_squares, axis.units)}
+
+
+def _short_diagnosis(diagnosis: AxisDiagnosis | None) -> dict[str, Any] | None:
+    """Verdict and causes; all of it is what `diagnose` prints."""
+    if diagnosis is None:
+        return None
+    return {
+        "verdict": diagnosis.verdict.value,
+        **{
+            kind: [_cause(cause, diagnosis) for cause in causes]
+            for kind, causes in (
+                ("causes", diagnosis.causes),
+                ("suspected", diagnosis.suspected),
+                ("minor", diagnosis.minor),
+            )
+        },
+        "noise_floor": diagnosis.noise_floor,
+        "relative_residual": diagnosis.extended.fitted,
+    }
+
+
+def _cause(cause: Cause, diagnosis: AxisDiagnosis) -> dict[str, Any]:
+    return {
+        "effect": cause.term.effect,
+        "parameters": values_document(cause.term, diagnosis.model),
+        "share": cause.share,
+        "evidence": cause.evidence,
     }
 
 
@@ -93,9 +145,17 @@ def design_document(design: GainDesign) -> dict[str, Any]:
 
 
 def simulation_document(
-    recording: Recording, file: Path, model: str, motion: str, seed: int
+    recording: Recording,
+    file: Path,
+    model: str,
+    motion: str,
+    seed: int,
+    left: Mapping[str, Sequence[Finding]],
 ) -> dict[str, Any]:
-    """Schema edge-ident/simulation/1: what was simulated and where it lies."""
+    """Schema edge-ident/simulation/1: what was simulated and where it lies.
+
+    `left` tells of each axis where it leaves the range in which the model was supported.
+    """
     return {
         "schema": "edge-ident/simulation/1",
         "file": str(file),
@@ -111,6 +171,7 @@ def simulation_document(
                 "effort_rms": rms(axis.effort),
                 "position_unit": axis.position_unit,
                 "effort_unit": axis.effort_unit,
+                "warnings": [finding_document(finding) for finding in left.get(name, ())],
             }
             for name, axis in recording.axes.items()
             if axis.reference is not None

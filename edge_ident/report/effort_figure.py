@@ -29,7 +29,7 @@ def draw_effort(top: Any, bottom: Any, axis: str, trace: EffortTrace, unit: str)
     """Draw one axis into two panels."""
     unit = unit.replace("*", "·")
     top.plot(trace.time_s, trace.measured, label="measured, filtered", linewidth=1.5)
-    top.plot(trace.time_s, trace.modelled, "--", label="least-squares model", linewidth=1)
+    top.plot(trace.time_s, trace.modelled, "--", label="identified model", linewidth=1)
     top.set_title(f"axis {axis}")
     top.set_ylabel(f"effort ({unit})")
     top.legend(fontsize="small")

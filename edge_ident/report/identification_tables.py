@@ -9,7 +9,11 @@ from rich.table import Table
 from rich.text import Text
 
 from edge_ident.control.gain_design import GainDesign
-from edge_ident.identification.result import AxisIdentification, Identification
+from edge_ident.identification.result import (
+    AxisIdentification,
+    Identification,
+    ParameterSource,
+)
 from edge_ident.model.model import PARAMETERS, Estimate
 from firmware_interface.gains import RIPPLES, AxisGains
 
@@ -24,10 +28,15 @@ def identification_view(identification: Identification) -> Group:
 def _axis(name: str, axis: AxisIdentification) -> Iterator[RenderableType]:
     yield _parameter_table(name, axis)
     verdict = "[green]trusted[/]" if axis.trusted else "[red]not trusted[/]"
-    yield Text.from_markup(f"  {verdict}; least squares used: {escape(axis.reason)}")
+    yield Text.from_markup(f"  {verdict}; {axis.source.spoken} used: {escape(axis.reason)}")
     yield Text(
         f"  relative residual {axis.metric.relative_residual:.2%}, "
         f"fit {axis.metric.fit:.3f}, time-spectral {axis.metric.time_spectral:.4f}"
+    )
+    yield Text(f"  {axis.adequacy.reason}")
+    yield Text(
+        f"  effort late by {axis.timing.shift_samples:.2f} ± {axis.timing.std_samples:.2f} "
+        f"samples ({1e3 * axis.timing.shift_s:.3g} ms), which is taken into account"
     )
     if axis.compensated_effects:
         yield Text(f"  compensated effects: {', '.join(axis.compensated_effects)}")
@@ -40,18 +49,22 @@ def _axis(name: str, axis: AxisIdentification) -> Iterator[RenderableType]:
 
 
 def _parameter_table(name: str, axis: AxisIdentification) -> Table:
+    """One column for each estimate, the one that is used first."""
+    columns: dict[ParameterSource, Estimate | None] = {
+        axis.source: axis.estimate,
+        ParameterSource.LEAST_SQUARES: axis.least_squares,
+        ParameterSource.NETWORK: axis.network,
+    }
+    columns[axis.source] = axis.estimate
     table = Table(title=escape(f"axis {name}"), title_justify="left")
     table.add_column("parameter", no_wrap=True)
-    for estimator in ("network", "least squares (used)"):
-        table.add_column(estimator, justify="right", no_wrap=True)
+    for source in columns:
+        heading = source.spoken + (" (used)" if source is axis.source else "")
+        table.add_column(heading, justify="right", no_wrap=True)
     table.add_column("unit", no_wrap=True)
     for i, parameter in enumerate(PARAMETERS):
-        table.add_row(
-            parameter.replace("_", " "),
-            "–" if axis.network is None else _value(axis.network, i),
-            _value(axis.least_squares, i),
-            axis.units[i],
-        )
+        values = ("–" if estimate is None else _value(estimate, i) for estimate in columns.values())
+        table.add_row(parameter.replace("_", " "), *values, axis.units[i])
     return table
 
 

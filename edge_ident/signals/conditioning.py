@@ -23,6 +23,10 @@ _FEWEST_CUTOFF_PERIODS: Final = 10.0
 """In a record; a motion without acceleration would ask for none."""
 _ACCELERATION_NOISE_SHARE: Final = 0.05
 """Encoder noise allowed in the acceleration; its square biases the inertia, by 0.25 %."""
+_ALWAYS: Final = 0.9
+"""Share of samples in which an axis moves, from which rounding is white noise."""
+_NO_ROUNDING: Final = 0.5
+"""Noise over that of rounding, below which a position is not rounded."""
 _TINY: Final = float(np.finfo(float).tiny)
 _DECAY_PERIODS: Final = 1.5
 """Cut-off periods after which 3 % of the filter's response are left."""
@@ -51,6 +55,9 @@ class Signals:
     acceleration_noise : float
         Encoder noise in the acceleration over its rms value. Least squares underestimates the
         inertia by the square of it (errors in variables).
+    unknown_share : float
+        Share of samples inside gaps of the time stamps, or where the effort is clipped. They are
+        bridged like standstills.
     """
 
     grid: EvenGrid
@@ -59,6 +66,7 @@ class Signals:
     regressor: Array
     moving: NDArray[np.bool_]
     acceleration_noise: float
+    unknown_share: float = 0.0
 
     @property
     def period_s(self) -> float:
@@ -82,12 +90,15 @@ def condition(
     """
     grid = EvenGrid.of(time_s)
     period_s = grid.period_s
+    unknown = grid.unknown(effort) if effort.ndim == 1 else np.zeros(len(time_s), dtype=np.bool_)
     position, effort = grid.resampled(position), grid.resampled(effort)
     noise = position_noise(position)
     cutoff_hz = choose_cutoff(position, period_s, noise)
     smooth_effort = lowpass(effort, cutoff_hz, period_s, delay_s=effort_shift_s)
     columns = filtered_regressor(position, cutoff_hz, period_s)
-    moving = ~standing(position, noise, cutoff_hz, period_s)
+    moving = ~standing(position, noise, cutoff_hz, period_s) & ~_spread(
+        unknown, cutoff_hz, period_s
+    )
     acceleration_std = max(float(np.std(columns[:, 0])), _TINY)
     return Signals(
         grid=grid,
@@ -96,6 +107,7 @@ def condition(
         regressor=bridge(columns.T, moving).T,
         moving=moving,
         acceleration_noise=acceleration_noise(noise, cutoff_hz, period_s) / acceleration_std,
+        unknown_share=float(np.mean(unknown)),
     )
 
 
@@ -175,6 +187,14 @@ def standing(position: Array, noise: float, cutoff_hz: float, period_s: float) -
     return np.asarray(spread > 0.5)
 
 
+def _spread(unknown: NDArray[np.bool_], cutoff_hz: float, period_s: float) -> NDArray[np.bool_]:
+    """Samples that the filter mixes with unknown ones."""
+    if not np.any(unknown):
+        return unknown
+    margin = min(int(np.ceil(_DECAY_PERIODS / (cutoff_hz * period_s))), len(unknown) // 2 - 1)
+    return np.asarray(np.convolve(unknown, np.ones(2 * margin + 1), "same") > 0.5)
+
+
 def decimation(cutoff_hz: float, period_s: float) -> int:
     """Samples from one to the next after decimation to what the filter passes."""
     return max(1, int(1.0 / (SAMPLES_PER_CUTOFF_PERIOD * cutoff_hz * period_s)))
@@ -202,17 +222,25 @@ def bridge(signal: Array, moving: NDArray[np.bool_]) -> Array:
 
 
 def position_noise(position: Array) -> float:
-    """Standard deviation of white noise in a position, at least that of its quantization.
-
-    Third differences remove the motion and multiply white noise by √20.
-    """
-    third = np.diff(position, 3)
-    quantization = encoder_count(position) / np.sqrt(12.0)
-    return float(max(np.sqrt(np.mean(third**2) / 20.0), quantization))
+    """Standard deviation of white noise in a position, at least that of its quantization."""
+    return float(max(_white_noise(position), encoder_count(position) / np.sqrt(12.0)))
 
 
 def encoder_count(position: Array) -> float:
-    """Smallest step between values that a position takes, 0 where it takes but one."""
+    """Smallest step between values that a position takes, 0 where that is no count.
+
+    An axis that moves on all the time and never returns takes each value once. Its smallest step is
+    that of the slowest sample. Rounding to counts of that size would show as noise.
+    """
     steps = np.diff(np.unique(position))
     count = float(np.min(steps, initial=np.inf, where=steps > 1e-9 * np.ptp(position)))
-    return count if count < np.inf else 0.0
+    if not np.isfinite(count):
+        return 0.0
+    moves = float(np.mean(np.diff(position) != 0.0)) > _ALWAYS
+    rounding = count / np.sqrt(12.0)
+    return 0.0 if moves and _white_noise(position) < _NO_ROUNDING * rounding else count
+
+
+def _white_noise(position: Array) -> float:
+    """Third differences remove the motion and multiply white noise by √20."""
+    return float(np.sqrt(np.mean(np.diff(position, 3) ** 2) / 20.0))

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.errors import DataError
-from edge_ident.signals.conditioning import position_noise
-from edge_ident.signals.recording import Recording
+from edge_ident.signals.conditioning import condition, position_noise
+from edge_ident.signals.recording import AxisRecord, Recording
 
 Array = NDArray[np.float64]
 
@@ -23,8 +23,22 @@ _MINIMUM_NOISES: Final = 20.0
 """Travel, in standard deviations of white position noise, below which there is no motion."""
 _STUCK_SHARE: Final = 0.25
 """Share of a record that may pass without a count while the drive is told to move."""
+_SLOWEST_S: Final = 1.0
+"""Sampling period from which no friction and no inertia shows: motions last a few periods."""
+_SPIKE_RATIO: Final = 8.0
+"""How far one sample must leave the line between its neighbours, over nearly all others, to be a
+spike."""
+_SPIKE_WIDTH: Final = 1.5
+"""How much farther than its neighbours do: 1 for a step, 2 for a single sample."""
+_ROUGHER: Final = 5.0
+"""Noise of a position over that of an effort, each over its swing, from which the two columns may
+be swapped."""
+_SWAPPED_FITS: Final = 0.3
+"""Residual that the base model may leave of swapped columns; as they stand it leaves more than
+twice as much."""
 _JUMP_RATIO: Final = 8.0
 """How far a step must exceed both its neighbours and nearly all other steps to be a jump."""
+_TINY: Final = float(np.finfo(float).tiny)
 
 
 def check_table(source: str, columns: Mapping[str, Array], first_row: int) -> None:
@@ -52,6 +66,13 @@ def check_table(source: str, columns: Mapping[str, Array], first_row: int) -> No
     for name, values in columns.items():
         _check_finite(source, name, values, first_row)
     _check_increasing(source, time_s, first_row)
+    period_s = float(np.median(np.diff(time_s)))
+    if period_s >= _SLOWEST_S:
+        raise DataError(
+            f"{source}, column time_s: {period_s:.4g} s from sample to sample is too slow for any "
+            "drive",
+            "give the time in seconds; if it is in milliseconds, divide it by 1000",
+        )
 
 
 def _check_length(source: str, time_s: Array) -> None:
@@ -84,13 +105,15 @@ def _check_increasing(source: str, time_s: Array, first_row: int) -> None:
 
 
 def check_recording(recording: Recording, first_row: int = 0) -> None:
-    """Check every axis for no motion, a stuck encoder and a jumping encoder.
+    """Check every axis: an effort that changes, a motion, and an encoder that follows it.
 
     Raises
     ------
     DataError
     """
     for name, axis in recording.axes.items():
+        check_effort_changes(recording.source, name, axis)
+        _check_swapped(recording, name)
         where = f"{recording.source}, axis {name}, position"
         position = axis.position
         steps = np.abs(np.diff(position))
@@ -107,8 +130,78 @@ def check_recording(recording: Recording, first_row: int = 0) -> None:
                 f"{where}: nothing but noise, {np.ptp(position):.3g} {axis.position_unit} in all",
                 "check the sensor and that the drive was enabled",
             )
+        _check_spike(where, position, axis.position_unit, first_row)
+        effort_where = f"{recording.source}, axis {name}, effort"
+        _check_spike(effort_where, axis.effort, axis.effort_unit, first_row)
         _check_stuck(where, driver, position, first_row)
         _check_jump(where, steps, first_row)
+
+
+def check_effort_changes(source: str, name: str, axis: AxisRecord) -> None:
+    """Check that an effort is not one value throughout.
+
+    Raises
+    ------
+    DataError
+    """
+    if np.ptp(axis.effort) > 1e-12 * np.max(np.abs(axis.effort)):
+        return
+    value = f"{axis.effort[0]:.4g} {axis.effort_unit}" if axis.effort[0] else "zero"
+    raise DataError(
+        f"{source}, axis {name}: the effort is {value} throughout, whatever the motion",
+        "check that the column holds the drive's effort and that the drive was enabled",
+    )
+
+
+def _check_swapped(recording: Recording, name: str) -> None:
+    """A position that is rougher than the effort, and a model that fits the other way round."""
+    axis = recording.axes[name]
+    noises = [_noise_of_swing(signal) for signal in (axis.position, axis.effort)]
+    if noises[0] < _ROUGHER * noises[1]:
+        return
+    as_given = _left_by_base(recording.time_s, axis.position, axis.effort)
+    swapped = _left_by_base(recording.time_s, axis.effort, axis.position)
+    if swapped < _SWAPPED_FITS and as_given > 2.0 * swapped:
+        raise DataError(
+            f"{recording.source}, axis {name}: position and effort are swapped: the position is "
+            "as rough as an effort, and the effort as smooth as a position",
+            "exchange the names of the two columns",
+        )
+
+
+def _noise_of_swing(signal: Array) -> float:
+    """White noise of a signal over its standard deviation; third differences remove its course."""
+    return float(np.std(np.diff(signal, 3)) / (np.sqrt(20.0) * max(float(np.std(signal)), _TINY)))
+
+
+def _left_by_base(time_s: Array, position: Array, effort: Array) -> float:
+    """Relative residual of the base model, with an offset in any case."""
+    if np.ptp(position) == 0.0:
+        return 1.0
+    signals = condition(time_s, position, effort)
+    length = np.maximum(np.linalg.norm(signals.regressor, axis=0), _TINY)
+    unit = signals.regressor / length
+    left = signals.effort - unit @ np.linalg.lstsq(unit, signals.effort, rcond=None)[0]
+    return float(np.std(left) / max(float(np.std(signals.effort)), _TINY))
+
+
+def _check_spike(where: str, values: Array, unit: str, first_row: int) -> None:
+    """One sample far from both its neighbours, farther than nearly all others, and large."""
+    off = np.zeros(len(values))
+    off[1:-1] = values[1:-1] - 0.5 * (values[2:] + values[:-2])
+    size = np.abs(off)
+    around = np.maximum(np.append(size[1:], 0.0), np.insert(size[:-1], 0, 0.0))
+    usual = float(np.percentile(size, 99.9))
+    swing = float(np.std(np.delete(values, int(np.argmax(size)))))
+    spikes = np.flatnonzero(
+        (size > _SPIKE_WIDTH * around) & (size > _SPIKE_RATIO * usual) & (size > swing)
+    )
+    if len(spikes):
+        raise DataError(
+            f"{where}, row {first_row + spikes[0]}: a spike of {off[spikes[0]]:.4g} {unit} in one "
+            f"sample ({usual:.2g} is usual; {len(spikes)} in all)",
+            "leave such rows out; uneven sampling is allowed",
+        )
 
 
 def _check_stuck(where: str, driver: Array, position: Array, first_row: int) -> None:

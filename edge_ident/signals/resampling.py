@@ -13,11 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.signals.recording import AxisRecord
+from edge_ident.signals.unknown_samples import clipped, stale
 
 Array = NDArray[np.float64]
 
 _ROUNDING: Final = 1e-6
 """Deviation from an even grid, in sampling periods, that floating-point rounding explains."""
+GAP: Final = 3.0
+"""Sampling periods between two samples, from which samples are missing."""
 _UNEVEN: Final = 0.05
 """Deviation above which the user is told."""
 
@@ -58,7 +61,21 @@ class EvenGrid:
         """A signal (N,) on the grid; signals (D, N) only where the stamps lie on it."""
         if self.jitter <= _ROUNDING:
             return signal
-        return _interpolated(self.time_s, self._stamps_s, signal)
+        kept = ~stale(self._stamps_s)
+        return _interpolated(self.time_s, self._stamps_s[kept], signal[kept])
+
+    def unknown(self, effort: Array) -> NDArray[np.bool_]:
+        """Samples (N,) inside a gap of the time stamps, or where an effort (N,) is clipped.
+
+        No interpolation knows the motion inside a gap.
+        """
+        stamps_s = self._stamps_s[~stale(self._stamps_s)]
+        after = np.clip(np.searchsorted(stamps_s, self.time_s), 1, len(stamps_s) - 1)
+        around_s = stamps_s[after] - stamps_s[after - 1]
+        inside = around_s > GAP * np.median(np.diff(self._stamps_s))
+        nearest = np.searchsorted(self._stamps_s, self.time_s - 0.5 * self.period_s)
+        nearest = np.clip(nearest, 0, len(effort) - 1)
+        return np.asarray(inside | clipped(effort)[nearest])
 
     def axis(self, record: AxisRecord) -> AxisRecord:
         """All columns of an axis on the grid."""

@@ -84,6 +84,20 @@ def test_a_server_that_speaks_something_else_is_no_board() -> None:
         thread.join()
 
 
+def test_a_board_that_hangs_up_may_serve_others() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as server:
+
+        def hang_up() -> None:
+            for _ in range(4):  # the first connection, and one for each repetition
+                server.accept()[0].close()
+
+        thread = threading.Thread(target=hang_up, daemon=True)
+        thread.start()
+        with pytest.raises(LinkError, match="no board") as caught:
+            open_link(f"tcp://127.0.0.1:{server.getsockname()[1]}", timeout_s=0.1)
+    assert "close other programs" in caught.value.next_step
+
+
 def test_a_tcp_port_in_use_is_a_link_error() -> None:
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]

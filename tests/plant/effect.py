@@ -141,8 +141,8 @@ class Effect:
         """Angle that the encoder shows."""
         raise NotImplementedError
 
-    def recorded(self, command: Array) -> Array:
-        """Effort that is recorded of the commands, (LEAD + N + TAIL, B, A)."""
+    def recorded(self, command: Array, angle: Array) -> Array:
+        """Effort that is recorded of the commands; both (LEAD + N + TAIL, B, A)."""
         raise NotImplementedError
 
     def truth(self, rigid: Array, scales: Scales) -> Array:

@@ -1,6 +1,6 @@
 """Amplifier, recorder and encoder: what was commanded is not what acted or what is shown."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar, Self
 
 import numpy as np
@@ -47,11 +47,14 @@ class GainDrift(Effect):
 
 @dataclass(frozen=True)
 class RecordDelay(Effect):
-    """Effort stands in the record `size` (s) after it acted; before it, where negative."""
+    """Effort stands in the record `size` (s) after it acted; before it, where negative.
+
+    The faintest is 1.5 samples. Less is what any board does.
+    """
 
     name: ClassVar[str] = "time_delay"
     number: ClassVar[int] = 13
-    span: ClassVar[tuple[float, float]] = (2e-4, 0.015)
+    span: ClassVar[tuple[float, float]] = (1.5 * SAMPLE_S, 12.0 * SAMPLE_S)
     signed: ClassVar[bool] = True
 
     @classmethod
@@ -59,7 +62,11 @@ class RecordDelay(Effect):
         """Size is the strength itself, in s."""
         return cls(strength)
 
-    def recorded(self, command: Array) -> Array:
+    def beyond(self, effort_shift_s: float | Array) -> Self:
+        """The same, counted from a record that is in step, on a board with this shift."""
+        return replace(self, size=np.where(self.hit, self.size + effort_shift_s, 0.0))
+
+    def recorded(self, command: Array, angle: Array) -> Array:
         """Mean torque over one period, as long ago: exact, as the torque is held in between."""
         late = self.size / SAMPLE_S
         whole = np.floor(late).astype(int)

@@ -5,33 +5,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tests.plant.drives import COUNT_RAD, Array, Control, Drives
+from tests.plant.drives import Array, Control, Drives
 from tests.plant.effect import Effect, Scales
+from tests.plant.electronics import Electronics, Noise
 from tests.plant.mechanism import Mechanism, overriding
-from tests.plant.motions import LEAD, SAMPLE_S, Motion
-from tests.plant.timed_effects import lagged
+from tests.plant.motions import SAMPLE_S, Motion
 
 # Found by convergence (tests/test_plant.py): finer steps change efforts by less than the noise.
 STEPS_PER_SAMPLE = 10
-# A new command acts so long after the encoder was read: 0.5 ms.
-_CONTROL_DELAY_PERIODS = 0.2
-
-
-@dataclass(frozen=True)
-class Electronics:
-    """Resolution of encoder (rad) and effort (N·m), 0 for ideal, and the largest command."""
-
-    count_rad: float = COUNT_RAD
-    effort_step_nm: float = 0.004
-    effort_limit_nm: float = 25.0
-
-
-@dataclass(frozen=True)
-class Noise:
-    """Noise of the recorded effort, in shares of its rms; white, or a first-order lag's."""
-
-    share: float = 0.02
-    correlation_s: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -43,13 +24,15 @@ class Recordings:
     time_s : (N,) array
     position, effort, reference : (B, A, N) arrays
         Encoder angle, commanded torque with the noise of its measurement, and commanded angle.
-        A row's effort acts over one period that begins 0.5 ms after its stamp.
-    effort_shift_s : float
+        A row's effort acts over one period, that begins when the board has computed it.
+    effort_shift_s : (B,) array
         From a stamp to the middle of that period.
     true_angle, true_velocity : (B, A, N) arrays
         Of the gearbox output, at the stamps.
     true_command : (B, A, N) array
-        The command without noise.
+        As the controller gave it.
+    quiet_effort : (B, A, N) array
+        What would be recorded without noise: an effect may change it.
     base, truth : (B, A, 4) arrays
         Inertia, viscous friction, Coulomb friction and offset. `base`: of the drive without its
         effects. `truth`: with what an effect changes in these four themselves, as the mean over
@@ -61,10 +44,11 @@ class Recordings:
     position: Array
     effort: Array
     reference: Array
-    effort_shift_s: float
+    effort_shift_s: Array
     true_angle: Array
     true_velocity: Array
     true_command: Array
+    quiet_effort: Array
     base: Array
     truth: Array
 
@@ -96,9 +80,8 @@ def simulate(
     command, angle, velocity = _run(drives, motion, effects, electronics, steps_per_sample)
     recorded = command
     for effect in overriding(effects, "recorded"):
-        recorded = effect.recorded(recorded)
-    if noise is not None:
-        recorded = recorded + _noise(noise, recorded, seed)
+        recorded = effect.recorded(recorded, angle)
+    noisy = recorded if noise is None else recorded + noise.added_to(recorded, seed)
     shown = angle
     for effect in overriding(effects, "encoder"):
         shown = effect.encoder(shown)
@@ -113,12 +96,13 @@ def simulate(
     return Recordings(
         time_s=motion.clock_s[motion.recorded],
         position=part(_quantized(shown, electronics.count_rad)),
-        effort=part(recorded),
+        effort=part(noisy),
         reference=part(np.broadcast_to(motion.position, angle.shape)),
-        effort_shift_s=(0.5 + _CONTROL_DELAY_PERIODS) * SAMPLE_S,
+        effort_shift_s=(electronics.effort_shift_s * np.ones((len(base), 1)))[:, 0],
         true_angle=part(angle),
         true_velocity=part(velocity),
         true_command=part(command),
+        quiet_effort=part(recorded),
         base=base,
         truth=truth,
     )
@@ -138,9 +122,8 @@ def _run(
     encoders = [e.encoder for e in overriding(effects, "encoder")]
     amplifiers = [e.applied for e in overriding(effects, "applied")]
     controller = _Controller(drives.control, motion, electronics)
-    late = round(_CONTROL_DELAY_PERIODS * steps)
+    amplifier = _Hold(electronics.delay_periods, steps, drives.shape)
     commands, angles, velocities = np.empty((3, len(motion.position), *drives.shape))
-    torque = np.zeros(drives.shape)
     for row, time_s in enumerate(motion.clock_s):
         mechanism.at(time_s)
         angles[row], velocities[row] = mechanism.angle[0], mechanism.velocity[0]
@@ -148,12 +131,11 @@ def _run(
         for encoder in encoders:
             shown = encoder(shown)
         commands[row] = acting = controller.command(row, shown)
-        for amplifier in amplifiers:
-            acting = amplifier(acting, time_s)
+        for made_of in amplifiers:
+            acting = made_of(acting, time_s)
+        amplifier.take(acting)
         for step in range(steps):
-            if step == late:
-                torque = acting
-            mechanism.advance(torque)
+            mechanism.advance(amplifier.torque(step))
     return commands, angles, velocities
 
 
@@ -188,15 +170,27 @@ class _Controller:
         return _quantized(np.clip(torque, -limit, limit), electronics.effort_step_nm)
 
 
-def _quantized(values: Array, step: float) -> Array:
-    return np.round(values / step) * step if step else values
+class _Hold:
+    """Holds every command over a period that begins its delay after the stamp."""
+
+    def __init__(self, delay_periods: float | Array, steps: int, shape: tuple[int, int]) -> None:
+        late = np.round(delay_periods * steps).astype(int) * np.ones(shape, dtype=int)
+        self._steps, self._late = steps, late
+        self._changes = set(np.unique(late % steps).tolist())
+        self._last = [np.zeros(shape)] * (2 + int(late.max()) // steps)
+        self._torque = np.zeros(shape)
+
+    def take(self, command: Array) -> None:
+        """The command of a new stamp."""
+        self._last = [command, *self._last[:-1]]
+
+    def torque(self, step: int) -> Array:
+        """What acts in a step after the newest stamp."""
+        if step in self._changes:
+            age = (self._late - step + self._steps - 1) // self._steps
+            self._torque = np.choose(np.maximum(age, 0), self._last)
+        return self._torque
 
 
-def _noise(noise: Noise, effort: Array, seed: int) -> Array:
-    """Noise for efforts (LEAD + N + TAIL, B, A), each axis on its own rms."""
-    values = np.random.default_rng([seed, 4]).standard_normal(effort.shape)
-    if noise.correlation_s:
-        keep = np.exp(-SAMPLE_S / noise.correlation_s)
-        values = lagged(values, keep) * np.sqrt((1 + keep) / (1 - keep))
-    recorded = effort[LEAD:]
-    return np.asarray(noise.share * np.sqrt((recorded**2).mean(axis=0)) * values)
+def _quantized(values: Array, step: float | Array) -> Array:
+    return np.round(values / step) * step if np.any(step) else values

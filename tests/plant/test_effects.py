@@ -21,6 +21,7 @@ from tests.plant import (
 )
 from tests.plant.balance import Balance, averaged, balance
 from tests.plant.drives import Array
+from tests.plant.electric_effects import RecordDelay
 from tests.plant.motions import LEAD, TAIL
 
 IDEAL = Electronics(count_rad=0.0, effort_step_nm=0.0)
@@ -112,6 +113,15 @@ def timed(e: Effect, found: Balance) -> Array:
     return along(e.size) * np.moveaxis(rows, 0, -1)
 
 
+def fading_order(e: Effect, found: Balance) -> Array:
+    return timed(e, found) * np.sin(along(e.per_turn) * found.angle + along(e.phase_rad))
+
+
+def slipping_order(e: Effect, found: Balance) -> Array:
+    slipped = timed(replace(e, size=np.ones(e.size.shape)), found) + along(e.phase_rad)
+    return along(e.size) * np.sin(along(e.per_turn) * found.angle + slipped)
+
+
 def cross_axis(e: Effect, found: Balance) -> Array:
     other = along(e.acceleration) * found.acceleration[:, ::-1]
     other += along(e.velocity) * found.velocity[:, ::-1]
@@ -141,6 +151,10 @@ LAWS: dict[str, Callable[[Effect, Balance], Array]] = {
     "slow_wander": timed,
     "timed_vibration": timed,
     "random_steps": timed,
+    "chirp": timed,
+    "random_bumps": timed,
+    "fading_order": fading_order,
+    "slipping_order": slipping_order,
     "cross_axis_coupling": cross_axis,
     "actuator_deadband": deadband,
     "actuator_saturation": saturation,
@@ -256,6 +270,27 @@ def test_ringing_keeps_its_frequency_with_compliance_and_not_with_backlash(name:
         assert np.allclose(held, 4.0 * 0.005 ** (-0.5 * 0.1))  # strength 0.9 of 1
         swing = np.sqrt((1 / DRIVES.chain.inertia[0] + 1 / load) / effect.size) / (2 * np.pi)
         assert np.allclose(few / 2 / 2.0, swing, rtol=0.15)
+
+
+@pytest.mark.parametrize("name", ["fast_vibration", "fast_chirp"])
+def test_a_line_above_the_band_stands_in_the_measured_effort_alone(name: str) -> None:
+    effect, recordings = inflict(name, swings(1.5))
+    added = recordings.quiet_effort - recordings.true_command
+    assert np.allclose(added.std(axis=-1), effect.size / np.sqrt(2), rtol=0.05)
+    spectrum = abs(np.fft.rfft(np.hanning(added.shape[-1]) * added, axis=-1)) ** 2
+    slow = np.fft.rfftfreq(added.shape[-1], SAMPLE_S) < 14.0
+    assert np.all(spectrum[..., slow].sum(axis=-1) < 0.01 * spectrum.sum(axis=-1))
+    sound = simulate(DRIVES, swings(1.5), electronics=IDEAL, steps_per_sample=5)
+    assert np.array_equal(sound.true_angle, recordings.true_angle)
+
+
+def test_a_delay_is_counted_from_a_record_in_step() -> None:
+    (effect,) = draw(["time_delay"], DRIVES, swings(1.5), 33, strength=0.5)
+    assert isinstance(effect, RecordDelay)
+    board = Electronics(count_rad=0.0, effort_step_nm=0.0, delay_periods=0.8)
+    seen = effect.beyond(board.effort_shift_s)
+    assert np.all(abs(effect.size) >= 1.5 * SAMPLE_S)
+    assert np.allclose(seen.size - 1.3 * SAMPLE_S, effect.size)
 
 
 def test_eccentricity_shows_once_a_turn_and_grows_with_the_square_of_speed() -> None:

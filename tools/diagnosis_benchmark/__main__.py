@@ -1,24 +1,39 @@
 """How often `diagnose` identifies an effect in a drive of a simulation that it does not know.
 
-Two-axis flexible drives (`tests.plant`) run in closed loop, with an encoder of 8400 counts,
-quantized effort and 2 % noise. One axis has the effect, the other has none. Every drive has a
-multisine, or a phase of the paper's motion, of its own. A case counts in the headline when its
-effect shows: outside reversals the base model leaves at least twice the variance that it leaves on
-the same drive with the same noise without the effect. Rows of their own count effects that show
-outside standstills as well.
+Two-axis flexible drives (`tests.plant`) run in closed loop. Every drive has a board of its own:
+8400 counts a turn at the gearbox output or at the motor, a command that is held over the sampling
+period and acts 0 to 1 period after its stamp, and effort noise of 0.5 to 4 %. The recording does
+not state the timing, as a CSV file does not. One axis has the effect, the other has none. Every
+drive has a multisine, or a phase of the paper's motion, of its own. A hidden delay is 1.5 samples
+or more, counted from a record in step.
 
-A first cause is right when it is the hidden effect. A second row also counts a cause whose only
-inseparable alternative is the hidden effect; 'exact' and 'pairs' always count it.
+What counts, and how:
+
+- A case counts in the headline when its effect is above the tolerance: what it adds outside 60 ms
+  around reversals, and the base model with a shift of at most 1.5 samples cannot express along the
+  true motion, is at least 1 % of the rms effort. Rows of their own count those that also show
+  outside reversals (the base model leaves at least twice the variance that it leaves on the same
+  drive without the effect), and outside standstills as well.
+- A first cause is right when it is the hidden effect. A tie is not right: where the report calls
+  another effect first and the hidden one its only inseparable alternative, a row of its own counts
+  it. 'Nothing else named' and 'pairs' count it.
+- Several terms of one effect, as two orders of a ripple, are one cause. What is suspected or minor
+  is not named: it neither helps nor harms.
+- An axis is accused when it has a cause. That it has no fault is known: clean drives, and the other
+  axis of drives with one.
+- An unknown disturbance counts when it is above the tolerance and shows; one above the band of any
+  comparison, when it makes 1 % of the rms effort. A name is confident when the report separates it
+  from every alternative.
 
     python -m tools.diagnosis_benchmark single --drives 5
     python -m tools.diagnosis_benchmark single --scale 0.4      what showed at full size, smaller
     python -m tools.diagnosis_benchmark clean pairs unknown --motion multisine
     python -m tools.diagnosis_benchmark speed                   44 s of two axes on one core
-    python -m tools.diagnosis_benchmark --case single/multisine/1/0/37/1/0.02
+    python -m tools.diagnosis_benchmark --case single/multisine/1/0/37/1/0
     python -m tools.diagnosis_benchmark --read FILE             the tables of a former run
 
 Simulations are kept in runs/diagnosis_benchmark and used again. Seeds 1 to 99 are for development;
-the figures in docs/diagnosis.md are of seed 2002, which no development had seen.
+the figures in docs/diagnosis.md are of seed 3017, which no development had seen.
 """
 
 import os
@@ -35,7 +50,7 @@ from typing import Final
 from rich.console import Console
 
 from tests.plant import EFFECTS
-from tools.diagnosis_benchmark.cases import KINDS, MOTIONS, Case, plan
+from tools.diagnosis_benchmark.cases import DRAWN, KINDS, MOTIONS, Case, plan
 from tools.diagnosis_benchmark.hiding import FOLDER
 from tools.diagnosis_benchmark.looking import print_case
 from tools.diagnosis_benchmark.outcome import Outcome
@@ -44,7 +59,7 @@ from tools.diagnosis_benchmark.speed import print_speed
 from tools.diagnosis_benchmark.tables import print_tables
 
 DEVELOPMENT_SEED: Final = 1
-REPORTING_SEED: Final = 2002
+REPORTING_SEED: Final = 3017
 SPEED: Final = "speed"
 
 
@@ -100,7 +115,9 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("--motion", type=_names(MOTIONS), default=MOTIONS, metavar="A,B")
     parser.add_argument("--effects", type=_names(EFFECTS), default=EFFECTS, metavar="A,B")
     parser.add_argument("--scale", type=float, default=1.0, help="of the effects' sizes")
-    parser.add_argument("--noise", type=float, default=0.02, help="share of the rms effort")
+    parser.add_argument(
+        "--noise", type=float, default=DRAWN, help="share of the rms effort; 0: drawn, 0.5 to 4 %%"
+    )
     parser.add_argument(
         "--seed",
         type=int,

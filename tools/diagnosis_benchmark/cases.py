@@ -14,6 +14,8 @@ PAIRS: Final = "pairs"
 UNKNOWN_KIND: Final = "unknown"
 KINDS: Final = (SINGLE, CLEAN, PAIRS, UNKNOWN_KIND)
 MOTIONS: Final = ("paper", "multisine", "staircase")
+DRAWN: Final = 0.0
+"""Noise: 0.5 to 4 % of the rms effort, drawn for every drive."""
 BATCH_DRIVES: Final = 100
 """Simulated at once, about as many with each effect."""
 
@@ -33,7 +35,7 @@ class Batch:
     scale : float
         What the effects' sizes are multiplied by after they are drawn.
     noise : float
-        Effort noise over rms effort.
+        Effort noise over rms effort; `DRAWN` for one of every drive's own.
     """
 
     kind: str
@@ -41,7 +43,7 @@ class Batch:
     seed: int
     number: int
     scale: float = 1.0
-    noise: float = 0.02
+    noise: float = DRAWN
 
     @property
     def plant_seed(self) -> int:

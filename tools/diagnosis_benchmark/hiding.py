@@ -10,29 +10,34 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.signals.conditioning import choose_cutoff, filtered_regressor
-from edge_ident.signals.filters import lowpass
 from edge_ident.signals.recording import AxisRecord, Recording
 from tests.plant import (
-    COUNT_RAD,
     EFFECTS,
     UNKNOWN,
     Effect,
+    Electronics,
     Noise,
     Recordings,
     draw,
     draw_drives,
+    draw_electronics,
+    draw_noise,
     simulate,
 )
-from tools.diagnosis_benchmark.cases import BATCH_DRIVES, Batch, Case
+from tests.plant.electric_effects import RecordDelay
+from tools.diagnosis_benchmark.cases import BATCH_DRIVES, DRAWN, Batch, Case
+from tools.diagnosis_benchmark.measuring import (
+    ABOVE_BAND,
+    added_share,
+    orthogonal_share,
+    variance_ratio,
+)
 
 Array = NDArray[np.float64]
 
 AXES: Final = ("x", "z")
 FOLDER: Final = Path(__file__).parents[2] / "runs" / "diagnosis_benchmark"
 """Simulated batches and results; git ignores it."""
-_SMEARED_PERIODS: Final = 0.7
-"""Cut-off periods around a reversal in which the filtered sign of the velocity is not judged."""
 
 
 @dataclass(frozen=True)
@@ -44,8 +49,11 @@ class Hidden:
     time_s : (N,) array
     counts : (B, A, N) array of int
         Of the encoder.
+    count_rad : (B, A) array
     effort : (B, A, N) array
-    effort_shift_s : float
+    effort_shift_s : (B,) array
+        From a stamp to the middle of the period in which its effort acts. The recording, as most
+        files, does not state it.
     truth : (B, A, 4) array
         Base parameters with what the effects change in these four themselves.
     axis : (B,) array of int
@@ -56,24 +64,30 @@ class Hidden:
     shows_sliding : (B, K) array
         The same outside standstills as well: an axis that sticks where it turns tells nothing
         until it has come loose.
+    share : (B, K) array
+        Rms of what each fault alone adds that the base model cannot express, over the rms effort.
     """
 
     time_s: Array
     counts: NDArray[np.int32]
+    count_rad: Array
     effort: NDArray[np.float32]
     effort_shift_s: Array
     truth: Array
     axis: NDArray[np.intp]
     shows: Array
     shows_sliding: Array
+    share: Array
 
     def recording(self, row: int) -> Recording:
-        """What the board of one drive recorded."""
+        """What the board of one drive recorded, as in a CSV file."""
         axes = {
-            name: AxisRecord(COUNT_RAD * counts, effort.astype(np.float64), "rad", "N*m")
-            for name, counts, effort in zip(AXES, self.counts[row], self.effort[row], strict=True)
+            name: AxisRecord(step * counts, effort.astype(np.float64), "rad", "N*m")
+            for name, step, counts, effort in zip(
+                AXES, self.count_rad[row], self.counts[row], self.effort[row], strict=True
+            )
         }
-        return Recording(self.time_s, axes, f"drive {row}", float(self.effort_shift_s))
+        return Recording(self.time_s, axes, f"drive {row}")
 
 
 def faults(batch: Batch, only: int | None = None) -> list[Effect]:
@@ -97,11 +111,13 @@ def faults(batch: Batch, only: int | None = None) -> list[Effect]:
         one_axis=True,
     )
     having = [np.array([[effect.name in names] for names in hidden]) for effect in drawn]
-    return [
+    hidden_effects = [
         replace(effect, size=batch.scale * effect.size * has)
         for effect, has in zip(drawn, having, strict=True)
         if has.any()
     ]
+    shift_s = _boards(batch).effort_shift_s
+    return [e.beyond(shift_s) if isinstance(e, RecordDelay) else e for e in hidden_effects]
 
 
 def fault_values(case: Case) -> list[str]:
@@ -126,21 +142,24 @@ def simulate_batch(batch: Batch) -> None:
     if path.is_file():
         return
     effects = faults(batch)
+    count_rad = np.broadcast_to(_boards(batch).count_rad, (BATCH_DRIVES, len(AXES)))
     made = _simulated(batch, effects)
     axis = sum((effect.hit for effect in effects), np.zeros((BATCH_DRIVES, 2))).argmax(axis=1)
-    shows, shows_sliding = _shows(batch, made, axis)
+    measured = _measured(batch, made, axis)
     path.parent.mkdir(parents=True, exist_ok=True)
     part = path.with_suffix(".part.npz")
     np.savez(
         part,
         time_s=made.time_s,
-        counts=np.round(made.position / COUNT_RAD).astype(np.int32),
+        counts=np.round(made.position / count_rad[..., None]).astype(np.int32),
+        count_rad=count_rad,
         effort=made.effort.astype(np.float32),
         effort_shift_s=made.effort_shift_s,
         truth=made.truth,
         axis=axis,
-        shows=shows,
-        shows_sliding=shows_sliding,
+        shows=measured["shows"],
+        shows_sliding=measured["shows_sliding"],
+        share=measured["share"],
     )
     part.replace(path)
 
@@ -152,72 +171,40 @@ def load_batch(batch: Batch) -> Hidden:
         return Hidden(**{name: stored[name] for name in stored.files})
 
 
-def unexplained_variance(
-    position: Array,
-    effort: Array,
-    period_s: float,
-    shift_s: float,
-    cutoff_hz: float,
-    stands: NDArray[np.bool_] | None = None,
-) -> float:
-    """Variance of what a base model, fitted by least squares, leaves outside reversals.
-
-    Parameters
-    ----------
-    position, effort : (N,) arrays
-    shift_s : float
-        From a stamp to the middle of the interval in which its effort acted.
-    stands : (N,) array of bool, optional
-        Standstills, to be left out as well.
-    """
-    columns = filtered_regressor(position, cutoff_hz, period_s)
-    smooth = lowpass(effort, cutoff_hz, period_s, delay_s=shift_s)
-    turns = np.diff(np.sign(columns[:, 1])) != 0
-    if stands is not None:
-        turns |= stands[:-1]
-    width = int(np.ceil(_SMEARED_PERIODS / (cutoff_hz * period_s)))
-    clear = np.convolve(turns, np.ones(2 * width + 1), "same")[: len(effort) - 1] < 0.5
-    clear[:width] = clear[-width:] = False
-    kept, wanted = columns[:-1][clear], smooth[:-1][clear]
-    solved = np.linalg.lstsq(kept, wanted, rcond=None)[0]
-    return float(np.mean((wanted - kept @ solved) ** 2))
-
-
 def _simulated(batch: Batch, effects: Sequence[Effect]) -> Recordings:
+    drawn = draw_noise(BATCH_DRIVES, batch.plant_seed)
     return simulate(
         draw_drives(BATCH_DRIVES, batch.plant_seed),
         batch.reference,
         effects=effects,
-        noise=Noise(batch.noise),
+        noise=drawn if batch.noise == DRAWN else Noise(batch.noise),
         seed=batch.plant_seed,
+        electronics=_boards(batch),
     )
 
 
-def _shows(batch: Batch, made: Recordings, axis: NDArray[np.intp]) -> tuple[Array, Array]:
-    """How far each fault alone shows, (B, K): outside reversals, and outside standstills too."""
+def _boards(batch: Batch) -> Electronics:
+    return draw_electronics((BATCH_DRIVES, len(AXES)), batch.plant_seed)
+
+
+def _measured(batch: Batch, made: Recordings, axis: NDArray[np.intp]) -> dict[str, Array]:
+    """How far each fault alone shows and what it adds, (B, K) each, for K faults in each drive."""
     count = len(batch.hidden[0])
+    found = {name: np.ones((BATCH_DRIVES, count)) for name in ("shows", "shows_sliding", "share")}
     if count == 0:
-        return np.ones((BATCH_DRIVES, 0)), np.ones((BATCH_DRIVES, 0))
+        return found
     sound = _simulated(batch, [])
     alone = [made] if count == 1 else [_simulated(batch, faults(batch, k)) for k in range(count)]
-    period_s = float(made.time_s[1] - made.time_s[0])
-    shows, shows_sliding = np.empty((2, BATCH_DRIVES, count))
     for row, hit in enumerate(axis):
-        cutoff_hz = choose_cutoff(sound.position[row, hit], period_s)
-        for ratios, sliding in ((shows, False), (shows_sliding, True)):
-            left = [
-                unexplained_variance(
-                    one.position[row, hit],
-                    one.effort[row, hit],
-                    period_s,
-                    one.effort_shift_s,
-                    cutoff_hz,
-                    one.true_velocity[row, hit] == 0.0 if sliding else None,
-                )
-                for one in (sound, *alone)
-            ]
-            ratios[row] = np.array(left[1:]) / left[0]
-    return shows, shows_sliding
+        for place, one in enumerate(alone):
+            at = int(row), int(hit)
+            found["shows"][row, place] = variance_ratio(one, sound, *at)
+            found["shows_sliding"][row, place] = variance_ratio(one, sound, *at, sliding=True)
+            above_band = batch.hidden[row][place] in ABOVE_BAND
+            found["share"][row, place] = (
+                added_share(one, *at) if above_band else orthogonal_share(one, sound, *at)
+            )
+    return found
 
 
 def _path(batch: Batch) -> Path:
@@ -229,5 +216,6 @@ def _path(batch: Batch) -> Path:
 def _plant_version() -> str:
     """Changes with any file of the plant, or with what makes the cases."""
     here, plant = Path(__file__).parent, Path(__file__).parents[2] / "tests" / "plant"
-    sources = [*sorted(plant.glob("*.py")), here / "cases.py", here / "hiding.py"]
+    mine = [here / f"{name}.py" for name in ("cases", "hiding", "measuring")]
+    sources = [*sorted(plant.glob("*.py")), *mine]
     return hashlib.sha256(b"".join(path.read_bytes() for path in sources)).hexdigest()

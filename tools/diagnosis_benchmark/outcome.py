@@ -1,6 +1,7 @@
 """What a diagnosis said of a case, held against what was hidden."""
 
 import json
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from itertools import permutations
 from typing import Any, Final, Self
@@ -8,17 +9,21 @@ from typing import Any, Final, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.result import AxisDiagnosis, Diagnosis, Verdict
+from edge_ident.diagnosis.result import Cause, Diagnosis, Verdict
 from edge_ident.model.effect import Motion
 from edge_ident.model.effects import named
 from edge_ident.model.model import PARAMETERS, AxisModel
+from tests.plant import SAMPLE_S
 from tools.diagnosis_benchmark.cases import Case
 from tools.diagnosis_benchmark.hiding import AXES, load_batch
+from tools.diagnosis_benchmark.measuring import ABOVE_BAND
 
 Array = NDArray[np.float64]
 
 SHOWS: Final = 2.0
-"""Variance ratio from which a fault counts in the headline."""
+"""Variance ratio from which a fault shows outside reversals."""
+TOLERANCE: Final = 0.01
+"""Share of the rms effort, orthogonal to the base model, from which a fault counts."""
 JUDGED: Final = ("inertia", "viscous_friction", "coulomb_friction")
 """Parameters whose bias is judged; the offset may be anything."""
 
@@ -43,10 +48,10 @@ class Named:
         return "~".join((self.effect, *self.inseparable))
 
 
-def causes_of(axis: AxisDiagnosis) -> tuple[Named, ...]:
-    """Causes of an axis, strongest first; several orders of one effect are one cause."""
+def named_in(causes: Sequence[Cause]) -> tuple[Named, ...]:
+    """Causes in their order; several orders of one effect are one cause."""
     named_: dict[str, Named] = {}
-    for cause in axis.causes:
+    for cause in causes:
         inseparable = tuple(r.effect for r in cause.alternatives if not r.separable)
         named_.setdefault(cause.term.effect, Named(cause.term.effect, inseparable))
     return tuple(named_.values())
@@ -73,9 +78,15 @@ class Outcome:
         Variance ratio of each hidden effect alone, at this scale and at full size.
     slides_full : tuple of float
         The same at full size, outside standstills as well.
+    share : tuple of float
+        Of the rms effort, by each hidden effect, orthogonal to the base model, at full size.
+    shift_periods, found_shift_periods : float
+        By which the effort is recorded late, and as diagnosed.
     verdict : str
-    causes : tuple of Named
+    causes, suspected, minor : tuple of Named
         On the axis with the fault; on x where there is none.
+    findings : tuple of str
+        Codes of what the diagnosis finds against any cause.
     sound_verdict, sound_causes
         Of the other axis.
     error_before, error_after : tuple of float
@@ -97,8 +108,14 @@ class Outcome:
     shows: tuple[float, ...]
     shows_full: tuple[float, ...]
     slides_full: tuple[float, ...] = ()
+    share: tuple[float, ...] = ()
+    shift_periods: float = 0.0
+    found_shift_periods: float = 0.0
     verdict: str = ""
     causes: tuple[Named, ...] = ()
+    suspected: tuple[Named, ...] = ()
+    minor: tuple[Named, ...] = ()
+    findings: tuple[str, ...] = ()
     sound_verdict: str = ""
     sound_causes: tuple[Named, ...] = ()
     error_before: tuple[float, ...] = ()
@@ -112,12 +129,21 @@ class Outcome:
 
     @property
     def counts(self) -> bool:
-        """Whether every hidden effect shows at full size."""
-        return all(ratio >= SHOWS for ratio in self.shows_full)
+        """Whether every hidden effect is above the tolerance at full size."""
+        return all(share >= TOLERANCE for share in self.share)
+
+    @property
+    def seen(self) -> bool:
+        """Whether every hidden effect counts, and shows outside reversals; above the band: counts.
+
+        A line above the band cannot show in it.
+        """
+        above = set(self.hidden) <= set(ABOVE_BAND)
+        return self.counts and (above or all(ratio >= SHOWS for ratio in self.shows_full))
 
     @property
     def slides(self) -> bool:
-        """Whether every hidden effect shows at full size while the axis slides."""
+        """Whether every hidden effect counts, and shows while the axis slides."""
         return self.counts and all(ratio >= SHOWS for ratio in self.slides_full)
 
     @property
@@ -136,10 +162,25 @@ class Outcome:
         return all_named(self.hidden, self.causes)
 
     @property
+    def alone(self) -> bool:
+        """Whether the causes are what is hidden and nothing else, or its one alternative.
+
+        What is suspected or minor is not named.
+        """
+        return len(self.causes) == len(self.hidden) and self.found_all
+
+    @property
+    def suspects(self) -> bool:
+        """Whether a hidden effect, that is no cause, is suspected or minor."""
+        listed = [named.effect for named in (*self.suspected, *self.minor)]
+        return not self.right and any(name in listed for name in self.hidden)
+
+    @property
     def exact(self) -> bool:
         """Whether it found all that was hidden, named nothing else, and says it is explained."""
-        complete = len(self.causes) == len(self.hidden) and self.found_all
-        return complete and self.verdict == (Verdict.EXPLAINED if self.hidden else Verdict.ADEQUATE)
+        return self.alone and self.verdict == (
+            Verdict.EXPLAINED if self.hidden else Verdict.ADEQUATE
+        )
 
     @property
     def undecided(self) -> bool:
@@ -159,7 +200,7 @@ class Outcome:
     def read(cls, line: str) -> Self:
         """From one line of JSON."""
         values: dict[str, Any] = json.loads(line)
-        for key in ("causes", "sound_causes"):
+        for key in ("causes", "suspected", "minor", "sound_causes"):
             values[key] = tuple(Named(c["effect"], tuple(c["inseparable"])) for c in values[key])
         for key, value in values.items():
             values[key] = tuple(value) if isinstance(value, list) else value
@@ -169,6 +210,7 @@ class Outcome:
 def unjudged(case: Case, failure: str = "") -> Outcome:
     """An outcome that holds nothing but what was hidden."""
     shows, shows_full = (load_batch(b).shows[case.row] for b in (case.batch, case.batch.full_size))
+    full = load_batch(case.batch.full_size)
     return Outcome(
         case=str(case),
         kind=case.batch.kind,
@@ -177,7 +219,9 @@ def unjudged(case: Case, failure: str = "") -> Outcome:
         hidden=case.hidden,
         shows=tuple(shows.tolist()),
         shows_full=tuple(shows_full.tolist()),
-        slides_full=tuple(load_batch(case.batch.full_size).shows_sliding[case.row].tolist()),
+        slides_full=tuple(full.shows_sliding[case.row].tolist()),
+        share=tuple(full.share[case.row].tolist()),
+        shift_periods=-float(full.effort_shift_s[case.row]) / SAMPLE_S,
         failure=failure,
     )
 
@@ -193,9 +237,13 @@ def judge(case: Case, diagnosis: Diagnosis, wall_s: float) -> Outcome:
     return replace(
         unjudged(case),
         verdict=str(axis.verdict),
-        causes=causes_of(axis),
+        causes=named_in(axis.causes),
+        suspected=named_in(axis.suspected),
+        minor=named_in(axis.minor),
+        findings=tuple(finding.code for finding in axis.findings),
+        found_shift_periods=float(axis.timing.shift_samples),
         sound_verdict=str(sound.verdict),
-        sound_causes=causes_of(sound),
+        sound_causes=named_in(sound.causes),
         error_before=_relative(before, truth),
         error_after=_relative(after, truth),
         held_out_before=float(axis.base.held_out),

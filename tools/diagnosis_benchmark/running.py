@@ -13,7 +13,7 @@ from rich.progress import track
 from edge_ident.diagnosis import diagnose as engine
 from tools.diagnosis_benchmark.cases import CLEAN, SINGLE, Batch, Case
 from tools.diagnosis_benchmark.hiding import load_batch, simulate_batch
-from tools.diagnosis_benchmark.outcome import SHOWS, Outcome, judge, unjudged
+from tools.diagnosis_benchmark.outcome import TOLERANCE, Outcome, judge, unjudged
 
 Given = TypeVar("Given")
 Made = TypeVar("Made")
@@ -53,11 +53,11 @@ def select(cases: Sequence[Case], scale: float, workers: Workers) -> list[Case]:
     """Cases that are worth a diagnosis, simulated.
 
     At full size: all single effects and clean drives, and of the others those in which every
-    fault shows. At another scale: what shows at full size.
+    fault is above the tolerance. At another scale: what is above it at full size.
     """
     workers.simulate(_batches(cases))
     always = {CLEAN, SINGLE} if scale == 1.0 else set()
-    cases = [case for case in cases if case.batch.kind in always or shows(case)]
+    cases = [case for case in cases if case.batch.kind in always or counts(case)]
     scaled = [replace(case, batch=replace(case.batch, scale=scale)) for case in cases]
     workers.simulate(_batches(scaled))
     return scaled
@@ -74,10 +74,10 @@ def diagnose_case(case: Case) -> Outcome:
     return judge(case, diagnosis, time.perf_counter() - began_s)
 
 
-def shows(case: Case) -> bool:
-    """Whether every fault of a case shows; not so where there is none."""
-    ratios = load_batch(case.batch).shows[case.row]
-    return len(ratios) > 0 and bool((ratios >= SHOWS).all())
+def counts(case: Case) -> bool:
+    """Whether every fault of a case is above the tolerance; not so where there is none."""
+    shares = load_batch(case.batch).share[case.row]
+    return len(shares) > 0 and bool((shares >= TOLERANCE).all())
 
 
 def _batches(cases: Sequence[Case]) -> list[Batch]:

@@ -27,7 +27,7 @@ def print_speed(console: Console) -> None:
         name: AxisRecord(made.position[0, axis], made.effort[0, axis], "rad", "N*m")
         for axis, name in enumerate(AXES)
     }
-    recording = Recording(made.time_s, axes, "speed", made.effort_shift_s)
+    recording = Recording(made.time_s, axes, "speed", float(made.effort_shift_s[0]))
     times = []
     for _ in range(REPEATS):
         began_s = time.perf_counter()

@@ -8,13 +8,23 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from tests.plant import EFFECTS
+from tests.plant import EFFECTS, UNKNOWN
 from tools.diagnosis_benchmark.cases import CLEAN, MOTIONS, PAIRS, SINGLE, UNKNOWN_KIND
 from tools.diagnosis_benchmark.outcome import JUDGED, Outcome
 from tools.interval_coverage import wilson
 
 _STRENGTH_BINS: Final = 8
-_TEXTS: Final = ("", "case", "hidden", "kind", "verdict", "named", "accused of")
+_TEXTS: Final = (
+    "",
+    "case",
+    "hidden",
+    "kind",
+    "motion",
+    "verdict",
+    "named",
+    "suspected",
+    "accused of",
+)
 """Columns that do not hold numbers."""
 _MOST_FAILURES: Final = 60
 """Rows of the list of cases that went wrong; the file has them all."""
@@ -25,14 +35,16 @@ def print_tables(outcomes: Sequence[Outcome], console: Console) -> None:
     single = [o for o in outcomes if o.kind == SINGLE]
     shown = [o for o in single if o.counts]
     pairs = [o for o in outcomes if o.kind == PAIRS and o.counts]
-    unknown = [o for o in outcomes if o.kind == UNKNOWN_KIND and o.counts]
+    unknown = [o for o in outcomes if o.kind == UNKNOWN_KIND and o.seen]
     clean = [o for o in outcomes if o.kind == CLEAN]
     tables = [headline(shown, pairs, unknown, clean), false_alarms(outcomes)]
+    if unknown:
+        tables.append(by_unknown(unknown))
     if shown:
         tables += [by_effect(shown), confusion(shown), bias(shown, clean)]
     if single:
         tables.append(by_strength(single))
-    tables += [wall_time(outcomes), failures([*shown, *pairs, *unknown, *clean])]
+    tables += [timing(outcomes), wall_time(outcomes), failures([*shown, *pairs, *unknown, *clean])]
     for table in tables:
         console.print(table)
 
@@ -46,33 +58,49 @@ def headline(
     """What the whole benchmark comes to, by motion."""
     scales = sorted({o.scale for o in (*shown, *pairs, *unknown, *clean)})
     sizes = " and ".join(f"{scale:g}" for scale in scales)
-    title = f"faults that show, at {sizes} of their size; 95 % intervals"
+    title = f"faults above 1 % of the effort, at {sizes} of their size; 95 % intervals"
     table = _table(title, "", "all")
     for motion in MOTIONS:
         table.add_column(motion, justify="right")
+    for title, some, holds in _rows(shown, pairs, unknown, clean):
+        if some:
+            groups = [some, *([o for o in some if o.motion == m] for m in MOTIONS)]
+            table.add_row(title, *(_share(map(holds, group)) for group in groups))
+    return table
+
+
+def _rows(
+    shown: Sequence[Outcome],
+    pairs: Sequence[Outcome],
+    unknown: Sequence[Outcome],
+    clean: Sequence[Outcome],
+) -> list[tuple[str, Sequence[Outcome], Callable[[Outcome], bool]]]:
+    """Title of each row of the headline, its cases, and what is counted."""
+    seen = [o for o in shown if o.seen]
     sliding, sliding_pairs = ([o for o in some if o.slides] for some in (shown, pairs))
     # of two effects that a report calls inseparable, the hidden one counts only where it says so
-    rows: list[tuple[str, Sequence[Outcome], Callable[[Outcome], bool]]] = [
+    return [
         ("single: first cause right", shown, lambda o: o.right),
         ("single: right or its one inseparable alternative", shown, lambda o: o.met),
-        ("single: verdict exact (inseparable counts)", shown, lambda o: o.exact),
+        ("single: nothing else named (inseparable counts)", shown, lambda o: o.alone),
+        ("single: that, and 'explained'", shown, lambda o: o.exact),
         ("single: first cause 'not separable'", shown, lambda o: o.undecided),
+        ("single: no cause, but suspected or minor", shown, lambda o: o.suspects),
+        ("single: another effect first", shown, lambda o: bool(o.causes) and not o.met),
+        ("single, seen outside reversals: right", seen, lambda o: o.right),
+        ("single, seen outside reversals: nothing else", seen, lambda o: o.alone),
         ("single, seen while it slides: right", sliding, lambda o: o.right),
-        ("single, seen while it slides: exact", sliding, lambda o: o.exact),
+        ("single, seen while it slides: nothing else", sliding, lambda o: o.alone),
         ("pairs: both found (inseparable counts)", pairs, lambda o: o.found_all),
         ("pairs, seen while it slides: both", sliding_pairs, lambda o: o.found_all),
         ("pairs: verdict exact", pairs, lambda o: o.exact),
         ("unknown: 'unexplained'", unknown, lambda o: o.verdict == "unexplained"),
         ("unknown: a confident name", unknown, lambda o: o.confident),
+        ("unknown: any name", unknown, lambda o: bool(o.causes)),
         ("clean: any cause", clean, lambda o: bool(o.causes)),
         ("clean: 'adequate'", clean, lambda o: o.verdict == "adequate"),
         ("ended with an error", [*shown, *pairs, *unknown, *clean], lambda o: bool(o.failure)),
     ]
-    for title, some, holds in rows:
-        if some:
-            groups = [some, *([o for o in some if o.motion == m] for m in MOTIONS)]
-            table.add_row(title, *(_share(map(holds, group)) for group in groups))
-    return table
 
 
 def false_alarms(outcomes: Sequence[Outcome]) -> Table:
@@ -96,24 +124,40 @@ def false_alarms(outcomes: Sequence[Outcome]) -> Table:
 
 
 def by_effect(shown: Sequence[Outcome]) -> Table:
-    """Right and exact by effect and motion."""
-    table = _table("right / exact of the cases that show", "hidden")
+    """Right, and nothing else named, by effect and motion."""
+    table = _table("right / nothing else named", "hidden")
     for motion in MOTIONS:
-        for column in (motion, "right", "exact"):
+        for column in (motion, "right", "alone"):
             table.add_column(column, justify="right")
     for name in EFFECTS:
         cells = []
         for motion in MOTIONS:
             some = [o for o in shown if o.hidden == (name,) and o.motion == motion]
-            cells += [str(len(some)), _share(o.right for o in some), _share(o.exact for o in some)]
+            cells += [str(len(some)), _share(o.right for o in some), _share(o.alone for o in some)]
         table.add_row(name, *cells)
+    return table
+
+
+def by_unknown(unknown: Sequence[Outcome]) -> Table:
+    """Verdicts and names by disturbance."""
+    table = _table("unknown disturbances", "hidden", "", "'unexplained'", "confident", "accused of")
+    for name in UNKNOWN:
+        some = [o for o in unknown if o.hidden == (name,)]
+        names = Counter(cause.effect for o in some for cause in o.causes)
+        table.add_row(
+            name,
+            str(len(some)),
+            _share(o.verdict == "unexplained" for o in some),
+            _share(o.confident for o in some),
+            ", ".join(f"{count} {named}" for named, count in names.most_common()),
+        )
     return table
 
 
 def confusion(shown: Sequence[Outcome]) -> Table:
     """Hidden effects in rows, first-named causes in columns."""
     named = [*EFFECTS, "nothing"]
-    table = _table("hidden (rows) and named first (columns), cases that show", "")
+    table = _table("hidden (rows) and named first (columns)", "")
     for column in (*(str(n) for n in range(1, len(EFFECTS) + 1)), "nothing"):
         table.add_column(column, justify="right")
     for number, name in enumerate(EFFECTS, 1):
@@ -126,15 +170,15 @@ def confusion(shown: Sequence[Outcome]) -> Table:
 
 
 def by_strength(single: Sequence[Outcome]) -> Table:
-    """Detection against the variance ratio, over all cases."""
+    """Detection against the share of the effort, over all cases."""
     table = _table(
-        "single effects by how far they show", "variance ratio", "cases", "any cause", "right",
+        "single effects by their share", "share of the effort", "cases", "any cause", "right",
         "exact", "'adequate'",
     )  # fmt: skip
-    for some in np.array_split(sorted(single, key=lambda o: o.shows[0]), _STRENGTH_BINS):
+    for some in np.array_split(sorted(single, key=lambda o: o.share[0]), _STRENGTH_BINS):
         if len(some):
             table.add_row(
-                f"{some[0].shows[0]:.3g} to {some[-1].shows[0]:.3g}",
+                f"{some[0].share[0]:.2%} to {some[-1].share[0]:.2%}",
                 str(len(some)),
                 _share(bool(o.causes) for o in some),
                 _share(o.right for o in some),
@@ -167,6 +211,18 @@ def bias(shown: Sequence[Outcome], clean: Sequence[Outcome]) -> Table:
     return table
 
 
+def timing(outcomes: Iterable[Outcome]) -> Table:
+    """Error of the shift between effort and position, where nothing is hidden in it."""
+    table = _table("error of the shift, periods", "motion", "recordings", "median", "95 %")
+    of = [o for o in outcomes if not o.failure and "time_delay" not in o.hidden]
+    for motion in MOTIONS:
+        errors = [abs(o.found_shift_periods - o.shift_periods) for o in of if o.motion == motion]
+        if errors:
+            figures = (np.median(errors), np.quantile(errors, 0.95))
+            table.add_row(motion, str(len(errors)), *(f"{figure:.3f}" for figure in figures))
+    return table
+
+
 def wall_time(outcomes: Sequence[Outcome]) -> Table:
     """Wall time of one recording of two axes."""
     table = _table("wall time of a recording, s", "kind", "recordings", "median", "95 %", "longest")
@@ -187,15 +243,16 @@ def failures(outcomes: Iterable[Outcome]) -> Table:
     ]
     table = _table(
         f"{len(wrong)} cases that went wrong, {_MOST_FAILURES} at most",
-        "case", "hidden", "shows", "verdict", "named",
+        "case", "hidden", "share", "verdict", "named", "suspected",
     )  # fmt: skip
     for o in wrong[:_MOST_FAILURES]:
         table.add_row(
             o.case,
             " + ".join(o.hidden),
-            " ".join(f"{ratio:.3g}" for ratio in o.shows),
+            " ".join(f"{share:.2%}" for share in o.share),
             o.failure or o.verdict,
             " + ".join(map(str, o.causes)),
+            " + ".join(map(str, (*o.suspected, *o.minor))),
         )
     return table
 

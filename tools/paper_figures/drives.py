@@ -90,7 +90,8 @@ def identified(made: Recordings, network: Network) -> Iterator[Case]:
     for drive, axis in np.ndindex(made.truth.shape[:2]):
         record = AxisRecord(made.position[drive, axis], made.effort[drive, axis], "rad", "N*m")
         name = f"{drive + 1} {AXES[axis]}"
-        recording = Recording(made.time_s, {name: record}, "simulation", made.effort_shift_s)
+        shift_s = float(made.effort_shift_s[drive])
+        recording = Recording(made.time_s, {name: record}, "simulation", shift_s)
         yield identify(recording, name, made.truth[drive, axis], network)
 
 

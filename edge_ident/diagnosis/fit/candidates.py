@@ -46,6 +46,8 @@ def candidates(data: AxisData, rotary: bool) -> tuple[Candidate, ...]:
     for name, effect in catalogue().items():
         if effect.search.needs_reversals and not data.reverses:
             continue
+        if effect.effort_delay and not data.late:
+            continue  # timing accounts for the shift
         for form in effect.search.forms:
             if not form.rotary or rotary:
                 sources = data.other_axes if form.coupled else (None,)

@@ -27,7 +27,7 @@ def model_discrepancy(data: AxisData, fitted: FittedModel) -> float:
     varying = base @ fitted.base
     varying = varying - np.mean(varying)
     discrepancy = named(BASE).search.discrepancy ** 2 * float(varying @ varying)
-    basis = orthonormal(base)
+    basis = orthonormal(fitted.jacobian[valid, fitted.base_columns])
     for k, t in enumerate(fitted.terms):
         if t.linear:
             columns = fitted.columns_of(k)

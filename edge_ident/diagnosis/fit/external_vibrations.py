@@ -10,6 +10,7 @@ from edge_ident.diagnosis.fit.candidates import Candidate
 from edge_ident.diagnosis.fit.scoring import Grid
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.model.external_vibration import EXTERNAL_VIBRATION
+from edge_ident.signals.motion_lines import driven, motion_lines
 
 Array = NDArray[np.float64]
 
@@ -32,10 +33,13 @@ class Spectrum:
     ----------
     frequency_hz : (F,) array
     waves : (F, n) complex array
+    of_motion : (F,) array of bool
+        Frequencies that the motion itself has: its drive and its friction act there.
     """
 
     frequency_hz: Array
     waves: NDArray[np.complex64]
+    of_motion: NDArray[np.bool_]
 
     @classmethod
     def of(cls, data: AxisData) -> Self:
@@ -47,12 +51,18 @@ class Spectrum:
         duration_s = float(first.motion.time_s[-1])
         lowest, highest = _FEWEST_PERIODS / duration_s, 0.0 if others else first.cutoff_hz
         frequency_hz = np.arange(lowest, highest, _STEP / duration_s)
+        lines = motion_lines(first.motion.velocity, first.period_s, first.cutoff_hz)
+        of_motion = driven(frequency_hz, lines, 1.0 / duration_s)
         angle = 2.0 * np.pi * frequency_hz[:, None] * data.of_motion("time_s")[data.valid]
-        return cls(frequency_hz, np.exp(-1j * angle).astype(np.complex64))
+        return cls(frequency_hz, np.exp(-1j * angle).astype(np.complex64), of_motion)
 
     def strongest(self, residual: Array) -> Grid:
-        """Frequencies of the highest peaks of a residual (n,) at the valid samples."""
+        """Frequencies of the highest peaks of a residual (n,) at the valid samples.
+
+        Those of the motion are left out.
+        """
         power = np.abs(self.waves @ residual.astype(np.complex64))
         peaks = np.flatnonzero((power[1:-1] >= power[:-2]) & (power[1:-1] >= power[2:])) + 1
+        peaks = peaks[~self.of_motion[peaks]]
         strongest = peaks[np.argsort(power[peaks])[::-1][:_STRONGEST]]
         return {"frequency": self.frequency_hz[strongest]}

@@ -7,11 +7,11 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from edge_ident.diagnosis.fit.bounded import solve_within
 from edge_ident.diagnosis.fit.candidates import Candidate, cached_regressors, term
 from edge_ident.diagnosis.prepare.axis_data import AxisData
-from edge_ident.estimation.least_squares import unit_length
 from edge_ident.model.effects import named
-from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Term
+from edge_ident.model.model import BASE, PARAMETERS, POSITIVE, AxisModel, Term
 
 Array = NDArray[np.float64]
 
@@ -20,7 +20,6 @@ _ITERATIONS: Final = 4
 _CONVERGED: Final = 1e-3
 """Error of the linear prediction of a step, of the residual, at which the iteration ends."""
 _SMALL: Final = 1e-6
-_RANK: Final = 1e-9
 
 
 @dataclass(frozen=True)
@@ -39,44 +38,66 @@ class FittedTerm:
 
 @dataclass(frozen=True)
 class FittedModel:
-    """A model, fitted to the valid samples of an axis.
+    """A model, fitted to the valid samples of an axis, inside its physical bounds.
 
     Attributes
     ----------
     axis : AxisModel
     base : (4,) array
         Base parameters.
+    timing : (R,) array
+        Further shift of each recording in s, beyond what its preparation took out.
     terms : tuple of FittedTerm
         Terms that the diagnosis added.
     predicted : (n,) array
         At all compared samples.
     jacobian : (n, P) array
-        Derivatives by the base parameters, then by each term's linear parameters.
+        Derivatives by base parameters, timing, and each term's linear parameters; zero for what a
+        bound holds.
     error : float
         Sum of squared residuals over the valid samples.
+    unbounded : (P,) array
+        Linear parameters at which the least squares ends without bounds.
     """
 
     axis: AxisModel
     base: Array
+    timing: Array
     terms: tuple[FittedTerm, ...]
     predicted: Array
     jacobian: Array
     error: float
+    unbounded: Array
 
     @property
     def linear_parameters(self) -> Array:
-        """Base parameters and linear parameters (P,), in the order of the Jacobian."""
-        return _linear_parameters(self.base, self.terms)
+        """Base parameters, timing and linear parameters (P,), in the order of the Jacobian."""
+        return _linear_parameters(self.base, self.timing, self.terms)
+
+    @property
+    def physical(self) -> bool:
+        """Whether inertia and frictions are positive without being held so."""
+        return bool(np.all(self.unbounded[: len(PARAMETERS)][POSITIVE] >= 0.0))
 
     @property
     def effects(self) -> frozenset[str]:
         """Names of the effects that the diagnosis added."""
         return frozenset(t.candidate.effect for t in self.terms)
 
+    @property
+    def base_columns(self) -> slice:
+        """Columns of the Jacobian that belong to the base model: its parameters and timing."""
+        return slice(0, len(PARAMETERS) + len(self.timing))
+
+    @property
+    def timing_columns(self) -> slice:
+        """Columns of the Jacobian that belong to timing."""
+        return slice(len(PARAMETERS), len(PARAMETERS) + len(self.timing))
+
     def columns_of(self, index: int) -> slice:
         """Columns of the Jacobian that belong to one term."""
         sizes = [len(t.linear) for t in self.terms]
-        first = len(PARAMETERS) + sum(sizes[:index])
+        first = self.base_columns.stop + sum(sizes[:index])
         return slice(first, first + sizes[index])
 
     def without(self, index: int) -> tuple[FittedTerm, ...]:
@@ -93,7 +114,7 @@ class FittedModel:
 def fit(
     data: AxisData, template: AxisModel, base: Array, terms: Sequence[FittedTerm]
 ) -> FittedModel:
-    """Fit base parameters and linear parameters; nonlinear parameters stay as they are.
+    """Fit base parameters, timing and linear parameters; nonlinear parameters stay as they are.
 
     Parameters
     ----------
@@ -107,25 +128,53 @@ def fit(
     terms = tuple(terms)
     if additive(template, terms):
         return _fit_additive(data, template, terms)
+    low, high = _bounds(data, template, terms)
+    timing = np.zeros(len(data.segments))
     axis = build(template, base, terms)
-    predicted = data.predicted(axis)
+    made = data.predicted(axis)
     for _ in range(_ITERATIONS):
-        jacobian = _jacobian(data, axis, predicted, terms)
+        jacobian = _jacobian(data, axis, made, terms)
+        present = _linear_parameters(base, timing, terms)
+        predicted = made + data.timing_columns @ timing
         residual = (data.effort - predicted)[data.valid]
-        step = solve(jacobian[data.valid], residual)
-        if base[0] + step[0] < 0.0:
-            predicted = predicted - base[0] * jacobian[:, 0]
-            base = np.array([0.0, *base[1:]])
-            jacobian = _without_inertia(jacobian)
-            step = solve(jacobian[data.valid], (data.effort - predicted)[data.valid])
-        base, terms = _moved(base, terms, step)
+        step = solve_within(jacobian[data.valid], residual, low - present, high - present)
+        base, timing, terms = _split(present + step.solution, timing, terms)
         axis = build(template, base, terms)
-        linear_prediction = predicted + jacobian @ step
-        predicted = data.predicted(axis)
+        linear_prediction = predicted + jacobian @ step.solution
+        made = data.predicted(axis)
+        predicted = made + data.timing_columns @ timing
         if np.max(np.abs(predicted - linear_prediction)) < _CONVERGED * np.std(residual):
             break
     residual = (data.effort - predicted)[data.valid]
-    return FittedModel(axis, base, terms, predicted, jacobian, float(residual @ residual))
+    return FittedModel(
+        axis,
+        base,
+        timing,
+        terms,
+        predicted,
+        np.where(step.free, jacobian, 0.0),
+        float(residual @ residual),
+        present + step.unbounded,
+    )
+
+
+def without_terms(data: AxisData, fitted: FittedModel, kept: Sequence[bool]) -> FittedModel:
+    """A fitted model with only some of its terms; all parameters stay as they are."""
+    terms = tuple(t for t, keep in zip(fitted.terms, kept, strict=True) if keep)
+    sizes = [fitted.base_columns.stop, *(len(t.linear) for t in fitted.terms)]
+    columns = np.repeat([True, *kept], sizes)
+    axis = build(fitted.template, fitted.base, terms)
+    predicted = data.predicted(axis) + data.timing_columns @ fitted.timing
+    residual = (data.effort - predicted)[data.valid]
+    return replace(
+        fitted,
+        axis=axis,
+        terms=terms,
+        predicted=predicted,
+        jacobian=fitted.jacobian[:, columns],
+        error=float(residual @ residual),
+        unbounded=fitted.unbounded[columns],
+    )
 
 
 def additive(template: AxisModel, terms: Sequence[FittedTerm]) -> bool:
@@ -133,33 +182,48 @@ def additive(template: AxisModel, terms: Sequence[FittedTerm]) -> bool:
     return len(template.terms) == 1 and all(named(t.candidate.effect).additive for t in terms)
 
 
+def delayed(axis: AxisModel) -> bool:
+    """Whether a term of a model carries the whole delay of the effort."""
+    return any(named(t.effect).effort_delay for t in axis.terms)
+
+
 def _fit_additive(
     data: AxisData, template: AxisModel, terms: tuple[FittedTerm, ...]
 ) -> FittedModel:
     """Linear least squares on cached regressors."""
     jacobian = _additive_jacobian(data, template, terms)
-    step = solve(jacobian[data.valid], data.effort[data.valid])
-    if step[0] < 0.0:
-        jacobian = _without_inertia(jacobian)
-        step = solve(jacobian[data.valid], data.effort[data.valid])
-    base, terms = _moved(np.zeros(4), tuple(_zeroed(t) for t in terms), step)
-    predicted = np.asarray(jacobian @ _linear_parameters(base, terms))
+    low, high = _bounds(data, template, terms)
+    found = solve_within(jacobian[data.valid], data.effort[data.valid], low, high)
+    base, timing, terms = _split(found.solution, np.zeros(len(data.segments)), terms)
+    predicted = np.asarray(jacobian @ found.solution)
     residual = (data.effort - predicted)[data.valid]
-    axis = build(template, base, terms)
-    return FittedModel(axis, base, terms, predicted, jacobian, float(residual @ residual))
+    return FittedModel(
+        build(template, base, terms),
+        base,
+        timing,
+        terms,
+        predicted,
+        np.where(found.free, jacobian, 0.0),
+        float(residual @ residual),
+        found.unbounded,
+    )
 
 
-def _without_inertia(jacobian: Array) -> Array:
-    """The Jacobian (n, P) with the inertia held at zero.
+def _bounds(
+    data: AxisData, template: AxisModel, terms: Sequence[FittedTerm]
+) -> tuple[Array, Array]:
+    """Physical bounds (P,) of base parameters, timing and linear parameters.
 
-    No physics makes an inertia negative. What would make it so is another effect in phase with the
-    acceleration, such as a spring along a sinusoid.
+    A delay in the model carries the whole shift, and timing is fixed.
     """
-    return np.concatenate([np.zeros((len(jacobian), 1)), jacobian[:, 1:]], axis=1)
-
-
-def _zeroed(fitted: FittedTerm) -> FittedTerm:
-    return replace(fitted, linear=dict.fromkeys(fitted.linear, 0.0))
+    early, late = data.timing_limits
+    if delayed(build(template, np.zeros(len(PARAMETERS)), terms)):
+        early = late = np.zeros(len(data.segments))
+    bounds = [named(BASE).bounds[name] for name in PARAMETERS]
+    bounds += list(zip(early.tolist(), late.tolist(), strict=True))
+    bounds += [named(t.candidate.effect).bounds[name] for t in terms for name in t.linear]
+    low, high = np.array(bounds).T
+    return low, high
 
 
 def _additive_jacobian(data: AxisData, template: AxisModel, terms: tuple[FittedTerm, ...]) -> Array:
@@ -167,13 +231,13 @@ def _additive_jacobian(data: AxisData, template: AxisModel, terms: tuple[FittedT
     if "base" not in data.cache:
         unit = dict(zip(PARAMETERS, np.eye(4), strict=True))
         data.cache["base"] = data.predicted(replace(template, terms=(Term(BASE, unit),)))
-    parts = [data.cache["base"]]
+    parts = [data.cache["base"], data.timing_columns.T]
     parts += [cached_regressors(data, template, t.candidate, t.nonlinear) for t in terms]
     return np.vstack(parts).T
 
 
-def _linear_parameters(base: Array, terms: Sequence[FittedTerm]) -> Array:
-    return np.array([*base, *(value for t in terms for value in t.linear.values())])
+def _linear_parameters(base: Array, timing: Array, terms: Sequence[FittedTerm]) -> Array:
+    return np.array([*base, *timing, *(value for t in terms for value in t.linear.values())])
 
 
 def build(template: AxisModel, base: Array, terms: Sequence[FittedTerm]) -> AxisModel:
@@ -183,43 +247,23 @@ def build(template: AxisModel, base: Array, terms: Sequence[FittedTerm]) -> Axis
     return replace(template, terms=(Term(BASE, values), *known, *(t.model_term for t in terms)))
 
 
-def solve(regressor: Array, target: Array) -> Array:
-    """Least squares on columns of unit length; parameters that are not excited stay at zero.
-
-    Parameters
-    ----------
-    regressor : (n, P) array
-    target : (n,) array
-
-    Returns
-    -------
-    (P,) array
-    """
-    unit, length = unit_length(regressor)
-    return np.asarray((np.linalg.lstsq(unit, target, rcond=_RANK)[0].T / length).T)
-
-
-def _moved(
-    base: Array, terms: tuple[FittedTerm, ...], step: Array
-) -> tuple[Array, tuple[FittedTerm, ...]]:
-    """Base parameters and terms after a step (P,), inside the physical bounds."""
-    at = len(PARAMETERS)
-    moved = []
-    for t in terms:
-        linear = {}
-        bounds = named(t.candidate.effect).bounds
-        for name, value in t.linear.items():
-            low, high = bounds[name]
-            linear[name] = min(max(value + float(step[at]), low), high)
-            at += 1
-        moved.append(replace(t, linear=linear))
-    return base + step[: len(PARAMETERS)], tuple(moved)
+def _split(
+    parameters: Array, timing: Array, terms: tuple[FittedTerm, ...]
+) -> tuple[Array, Array, tuple[FittedTerm, ...]]:
+    """Base parameters, timing and terms of linear parameters (P,)."""
+    ends = np.cumsum([len(PARAMETERS), len(timing), *(len(t.linear) for t in terms)])
+    base, timing, *parts = np.split(parameters, ends[:-1])
+    moved = tuple(
+        replace(t, linear=dict(zip(t.linear, part.tolist(), strict=True)))
+        for t, part in zip(terms, parts, strict=True)
+    )
+    return base, timing, moved
 
 
 def _jacobian(
     data: AxisData, axis: AxisModel, predicted: Array, terms: tuple[FittedTerm, ...]
 ) -> Array:
-    """Derivatives (n, P) by base parameters and linear parameters, in one batch."""
+    """Derivatives (n, P) by base parameters, timing and linear parameters, in one batch."""
     places = [(0, name) for name in PARAMETERS]
     first = len(axis.terms) - len(terms)
     for k, t in enumerate(terms):
@@ -231,7 +275,9 @@ def _jacobian(
         array[row] += _SMALL
         changed[index] = replace(changed[index], values={**values, name: array})
     rows = data.predicted(replace(axis, terms=tuple(changed)))
-    return np.asarray(((rows - predicted) / _SMALL).T)
+    derivatives = ((rows - predicted) / _SMALL).T
+    at = len(PARAMETERS)
+    return np.hstack([derivatives[:, :at], data.timing_columns, derivatives[:, at:]])
 
 
 def jacobian_of(data: AxisData, fitted: FittedModel) -> Array:

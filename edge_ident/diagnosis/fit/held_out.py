@@ -9,8 +9,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from edge_ident.diagnosis.fit.bounded import solve
 from edge_ident.diagnosis.fit.candidates import cached_regressors
-from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm, additive, solve
+from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm, additive, jacobian_of
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.estimation.covariance import coloured_std
 from edge_ident.estimation.least_squares import unit_length
@@ -54,8 +55,22 @@ def held_out_residuals(data: AxisData, fitted: FittedModel) -> Array:
 
 
 def standard_deviations(data: AxisData, fitted: FittedModel) -> Array:
-    """Of base, linear and nonlinear parameters, in this order; for coloured residuals."""
-    jacobian = np.hstack([fitted.jacobian, _nonlinear_derivatives(data, fitted)])
+    """Of linear and nonlinear parameters, in this order; for coloured residuals.
+
+    A parameter that a bound holds has the deviation that it would have without the bound.
+    """
+    derivatives = _nonlinear_derivatives(data, fitted)
+    found = _deviations(data, fitted, np.hstack([fitted.jacobian, derivatives]))
+    held = ~np.any(fitted.jacobian[data.valid], axis=0)
+    if np.any(held):
+        every = _deviations(data, fitted, np.hstack([jacobian_of(data, fitted), derivatives]))
+        held = np.concatenate([held, np.zeros(derivatives.shape[1], dtype=np.bool_)])
+        found = np.where(held, every, found)
+    return found
+
+
+def _deviations(data: AxisData, fitted: FittedModel, jacobian: Array) -> Array:
+    """Standard deviations (P,) of the parameters of a Jacobian (n, P)."""
     unit, length = unit_length(jacobian[data.valid])
     residual = (data.effort - fitted.predicted)[data.valid]
     return np.asarray(coloured_std(unit, residual) / length)

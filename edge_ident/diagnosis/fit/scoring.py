@@ -59,18 +59,27 @@ class ResidualSubspace:
     residual : (n,) array
     basis : (n, R) array
         Orthonormal.
+    untimed : ResidualSubspace or None
+        The same without timing, for a delay that takes its place.
     """
 
     data: AxisData
     axis: AxisModel
     residual: Array
     basis: Array
+    untimed: Self | None = None
 
     @classmethod
     def of(cls, data: AxisData, fitted: FittedModel) -> Self:
         """The residual subspace of a fitted model."""
         residual = (data.effort - fitted.predicted)[data.valid]
-        return cls(data, fitted.axis, residual, orthonormal(fitted.jacobian[data.valid]))
+        jacobian = fitted.jacobian[data.valid]
+        untimed = None
+        if data.late:
+            shifted = (data.timing_columns @ fitted.timing)[data.valid]
+            others = orthonormal(np.delete(jacobian, fitted.timing_columns, axis=1))
+            untimed = cls(data, fitted.axis, residual + shifted, others)
+        return cls(data, fitted.axis, residual, orthonormal(jacobian), untimed)
 
     def regressors(self, candidate: Candidate, nonlinear: Grid) -> Array:
         """Regressors (D, k, n) of a candidate at the valid samples."""
@@ -89,9 +98,9 @@ class ResidualSubspace:
         grid : mapping of parameter name to array
             The whole range that is searched.
         """
-        errors, linear = projected_errors(
-            candidate, candidate_regressors, self.residual, self.basis
-        )
+        delay = bool(named(candidate.effect).effort_delay)
+        of = self.untimed if delay and self.untimed is not None else self
+        errors, linear = projected_errors(candidate, candidate_regressors, of.residual, of.basis)
         if named(candidate.effect).overrides("withheld"):
             fitted = dict(zip(candidate.form.linear, linear.T, strict=True))
             penalty = ignored_command_penalty(self.data, term(candidate, nonlinear, fitted))

@@ -10,16 +10,19 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.fit.fitting import FittedModel
+from edge_ident.diagnosis.fit.fitting import FittedModel, delayed, jacobian_of
 from edge_ident.diagnosis.fit.held_out import held_out_residuals
-from edge_ident.diagnosis.measures import ModelFit, Traces
+from edge_ident.diagnosis.fit.projection import orthonormal
+from edge_ident.diagnosis.measures import NO_SHIFT, ModelFit, Timing, Traces
 from edge_ident.diagnosis.prepare.axis_data import AxisData
-from edge_ident.diagnosis.result import Validation
-from edge_ident.model.model import AxisModel, Estimate
+from edge_ident.model.effects.time_delay import LARGEST_SHIFT
+from edge_ident.model.model import Estimate
 from edge_ident.signals.metrics import compare, rms
 
 Array = NDArray[np.float64]
 
+_CERTAIN: Final = 2.0
+"""Standard deviations: the usual level of significance of 5 %."""
 _TINY: Final = float(np.finfo(float).tiny)
 
 
@@ -35,18 +38,55 @@ def model_fit(data: AxisData, fitted: FittedModel, deviations: Array) -> ModelFi
     )
 
 
-def validation(data: AxisData, base: AxisModel, extended: AxisModel) -> Validation:
-    """Relative residuals of two models, as they are, on other data."""
-    scale = nonzero_rms(data.effort[data.valid])
-    left = [
-        rms((data.effort - data.predicted(axis))[data.valid]) / scale for axis in (base, extended)
-    ]
-    return Validation(*left)
+def timing(data: AxisData, fitted: FittedModel, deviations: Array) -> Timing:
+    """Shift between effort and position, the mean of all recordings.
+
+    What a fit moves it by counts where it is certain: where a recording shows no shift, its column
+    is mostly noise. A delay in the model leaves nothing to the timing.
+
+    Parameters
+    ----------
+    deviations : (P,) array
+        Begins with those of base parameters and timing.
+    """
+    if delayed(fitted.axis):
+        return NO_SHIFT
+    applied, period = np.array([(s.applied_s, s.raw_period_s) for s in data.segments]).T
+    first = np.array([shift.std_s for shift in data.timing])
+    # no fit says more than that the shift lies between its limits
+    even = LARGEST_SHIFT * period / np.sqrt(3.0)
+    std = np.maximum(np.maximum(first, np.minimum(deviations[fitted.timing_columns], even)), _TINY)
+    certain = np.abs(fitted.timing) > _CERTAIN * std
+    shift = applied + np.where(certain, fitted.timing, 0.0)
+    weight = std**-2.0 / np.sum(std**-2.0)
+    deviation = float(np.sum(std**-2.0) ** -0.5)
+    return Timing(
+        shift_s=float(weight @ shift),
+        shift_samples=float(weight @ (shift / period)),
+        std_samples=deviation / float(weight @ period),
+    )
 
 
 def contributions(data: AxisData, model: FittedModel) -> list[Array]:
     """What each added term adds to the prediction of a model, (n,) each."""
     return [_contribution(data, model, k) for k in range(len(model.terms))]
+
+
+def orthogonal_shares(data: AxisData, model: FittedModel, parts: Sequence[Array]) -> list[float]:
+    """Rms of what each added term alone can express, over the rms of the effort.
+
+    That is the part of its contribution orthogonal to the columns of the base model, timing
+    included. The rest merely takes the place of base parameters.
+
+    Parameters
+    ----------
+    parts : sequence of (n,) arrays
+        Contributions of the model's terms.
+    """
+    valid = data.valid
+    basis = orthonormal(jacobian_of(data, model)[valid, model.base_columns])
+    scale = nonzero_rms(data.effort[valid])
+    return [rms(part[valid] - basis @ (basis.T @ part[valid])) / scale for part in parts]
 
 
 def _contribution(data: AxisData, model: FittedModel, index: int) -> Array:

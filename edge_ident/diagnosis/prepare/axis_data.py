@@ -5,17 +5,21 @@ from dataclasses import dataclass, field, replace
 from typing import Final
 
 import numpy as np
+import scipy.linalg
 import scipy.sparse
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.prepare.bandwidth import Band
 from edge_ident.model.effect import Motion
 from edge_ident.model.effects import named
+from edge_ident.model.effects.time_delay import LARGEST_SHIFT
 from edge_ident.model.inverse import along_motion, inverse_effort, obeyed
 from edge_ident.model.model import AxisModel
 from edge_ident.model.search import Excitation
+from edge_ident.model.supported_range import SupportedRange
 from edge_ident.signals.filters import lowpass
 from edge_ident.signals.metrics import rms
+from edge_ident.signals.timing import Shift
 
 Array = NDArray[np.float64]
 
@@ -37,7 +41,13 @@ class Segment:
     noise_replica : tuple of Motion and mapping
         The same two with the encoder noise added a second time.
     raw_effort : (M,) array
-        As recorded, every raw_period_s; its means lie shift_s later.
+        As recorded, every raw_period_s; it is in step with the motion shift_s later.
+    timing_hz : float
+        Bandwidth of what shows the shift between effort and motion.
+    applied_s : float
+        Part of this shift that `shift_s` takes out already.
+    timing_column : (n,) array
+        What a further shift adds to the effort of the base model at the compared samples, per s.
     turns : array of int
         Last samples before the motion, filtered as the comparison, changes its direction.
     direction_weight : (M,) array
@@ -66,6 +76,7 @@ class Segment:
     raw_effort: Array
     raw_period_s: float
     shift_s: float
+    timing_hz: float
     stride: int
     turns: NDArray[np.intp]
     direction_weight: Array
@@ -80,12 +91,24 @@ class Segment:
     position_noise: float
     acceleration_noise: float
     effort_noise: float
+    applied_s: float = 0.0
+    timing_column: Array = field(default_factory=lambda: np.zeros(0))
     cache: dict[object, Array] = field(default_factory=dict, compare=False)
 
     @property
     def cutoff_hz(self) -> float:
         """Bandwidth of the comparison."""
         return self.band.cutoff_hz
+
+    def in_step(self, applied_s: float) -> "Segment":
+        """The same with a part of the shift taken out of the effort."""
+        shift_s = self.shift_s + self.applied_s - applied_s
+        effort = filtered_effort(
+            self.raw_effort, self.direction_weight, self.band, self.raw_period_s, shift_s
+        )
+        return replace(
+            self, shift_s=shift_s, applied_s=applied_s, effort=effort[:: self.stride], cache={}
+        )
 
     def predicted(self, axis: AxisModel) -> Array:
         """Filtered effort that a model predicts at the compared samples, (n,) or (D, n)."""
@@ -95,10 +118,10 @@ class Segment:
             effect = named(term.effect)
             if effect.overrides("withheld"):
                 withheld = effect.withheld(self.raw_effort, along_motion(term))
-                sampled = sampled + self._sampled(withheld)
+                sampled = sampled + self.sampled(withheld)
         return sampled if sampled.shape[0] > 1 or effort.ndim > 1 else sampled[0]
 
-    def _sampled(self, raw: Array) -> Array:
+    def sampled(self, raw: Array) -> Array:
         """A raw effort (..., M), filtered, at the compared samples (..., n)."""
         filtered = filtered_effort(
             raw, self.direction_weight, self.band, self.raw_period_s, self.shift_s
@@ -127,6 +150,10 @@ class AxisData:
     valid : (n,) array of bool
     block : (n,) array of int
         Number of the block of time, for cross-validation and for the bootstrap.
+    timing : tuple of Shift
+        By which the effort of each recording was late, estimated beside the base model.
+    late : bool
+        Whether one is late by more than a controller's timing can be. Then all stay as they are.
     cache : dict
         Regressors that were computed before.
     """
@@ -135,6 +162,8 @@ class AxisData:
     effort: Array
     valid: NDArray[np.bool_]
     block: NDArray[np.intp]
+    timing: tuple[Shift, ...]
+    late: bool
     cache: dict[object, Array] = field(default_factory=dict, compare=False)
 
     @property
@@ -150,6 +179,19 @@ class AxisData:
             for s in self.segments
         )
         return replace(self, segments=segments, cache={})
+
+    @property
+    def timing_columns(self) -> Array:
+        """What a further shift of each of the R recordings adds to the effort, per s, (n, R)."""
+        columns = (s.timing_column[:, None] for s in self.segments)
+        return np.asarray(scipy.linalg.block_diag(*columns))
+
+    @property
+    def timing_limits(self) -> tuple[Array, Array]:
+        """Least and largest further shift of each recording in s, (R,) each."""
+        largest = np.array([LARGEST_SHIFT * s.raw_period_s for s in self.segments])
+        applied = np.array([s.applied_s for s in self.segments])
+        return -largest - applied, largest - applied
 
     @property
     def samples(self) -> int:
@@ -179,6 +221,14 @@ class AxisData:
     def of_motion(self, name: str) -> Array:
         """Time, position, velocity or acceleration of the motion, (n,)."""
         return np.concatenate([getattr(s.motion, name)[s.sample_index] for s in self.segments])
+
+    @property
+    def supported(self) -> SupportedRange:
+        """What the valid samples cover."""
+        position, velocity, acceleration = (
+            self.of_motion(name)[self.valid] for name in ("position", "velocity", "acceleration")
+        )
+        return SupportedRange.of(position, velocity, acceleration, self.effort[self.valid])
 
     def exceeds_aliasing(self, residual: Array, inertia: float) -> NDArray[np.bool_]:
         """Invalid samples (n,) whose residual aliased quantization cannot explain.
@@ -216,6 +266,7 @@ class AxisData:
             resolution=max(s.position_noise for s in self.segments) * np.sqrt(12.0),
             duration_s=max(float(s.motion.time_s[-1]) for s in self.segments),
             cutoff_hz=max(s.cutoff_hz for s in self.segments),
+            sampling_s=max(s.raw_period_s for s in self.segments),
             base=base,
         )
 

@@ -80,6 +80,13 @@ def comparison_band(
     regressor = filtered_regressor(position, widest_hz, period_s)
     smooth = lowpass(effort, widest_hz, period_s)
     inertia = abs(float(np.linalg.lstsq(regressor, smooth, rcond=None)[0][0]))
+    return balanced_band(inertia, noise, density, widest_hz, period_s)
+
+
+def balanced_band(
+    inertia: float, noise: float, density: float, widest_hz: float, period_s: float
+) -> Band:
+    """The same for a known inertia, in the unit of effort per acceleration."""
     # the integral of f⁴ up to the widest frequency is a fifth of its value there
     encoder = np.sqrt(5.0) * inertia * acceleration_noise(noise, widest_hz, period_s)
     ratio = np.sqrt(density * widest_hz) / max(float(encoder), _TINY)
@@ -98,10 +105,11 @@ def white_noise(effort: Array, position: Array, cutoff_hz: float, period_s: floa
     high = [x - lowpass(x, above_hz, period_s) for x in (effort, position)]
     lags = np.arange(-_LAGS // 4, _LAGS)
     inside = slice(_LAGS, -_LAGS)
-    answers = np.stack([np.roll(high[1], lag)[inside] for lag in lags], axis=1)
-    scale = max(float(np.max(np.abs(answers))), _TINY)
-    answer = answers @ np.linalg.lstsq(answers / scale, high[0][inside], rcond=1e-8)[0] / scale
-    left = high[0][inside] - answer
+    answers = np.stack([np.roll(high[1], lag)[inside] for lag in lags])
+    answers = answers / max(float(np.max(np.abs(answers))), _TINY)
+    # normal equations take a quarter of the time, and squares of 1e-7 are resolved
+    inverse = np.linalg.pinv(answers @ answers.T, rcond=1e-14, hermitian=True)
+    left = high[0][inside] - (inverse @ (answers @ high[0][inside])) @ answers
     # the median ignores the steps of friction, which reach these frequencies now and then
     deviation = float(np.median(np.abs(left))) / _MEDIAN_OF_NORMAL
     return float(deviation / np.sqrt(1.0 - 2.0 * above_hz * period_s))

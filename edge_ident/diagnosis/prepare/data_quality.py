@@ -1,4 +1,4 @@
-"""Defects of the data: gaps, uneven sampling, clipped efforts."""
+"""Defects of the data: gaps, uneven sampling, clipped efforts, doubtful units."""
 
 from collections.abc import Iterable, Sequence
 from typing import Final
@@ -7,12 +7,14 @@ import numpy as np
 
 from edge_ident.diagnosis.result import DataFinding
 from edge_ident.signals.recording import AxisRecord, Recording
-from edge_ident.signals.resampling import EvenGrid
+from edge_ident.signals.resampling import GAP, EvenGrid
+from edge_ident.signals.unknown_samples import clipped
 
-_GAP: Final = 3.0
-"""Sampling periods between two samples, from which samples are missing."""
-_AT_PEAK: Final = 0.005
-"""Share of a record at exactly its highest or lowest effort, from which it is clipped."""
+_TURNS: Final = 30.0
+"""Turns of an axis from which its angle may be one in degrees. A whole turn and a half in degrees,
+read as rad, is 86 turns."""
+_SLOW_S: Final = 0.1
+"""Sampling period from which time may be in milliseconds."""
 
 
 def data_findings(recordings: Sequence[Recording], axes: Iterable[str]) -> tuple[DataFinding, ...]:
@@ -29,12 +31,13 @@ def data_findings(recordings: Sequence[Recording], axes: Iterable[str]) -> tuple
         for name in axes:
             found += _timing(recording, name)
             found += _clipping(recording.axes[name], name)
+            found += _units(recording, name)
     return tuple(dict.fromkeys(found))
 
 
 def _timing(recording: Recording, name: str) -> list[DataFinding]:
     steps = np.diff(recording.time_s)
-    gaps = int(np.count_nonzero(steps > _GAP * np.median(steps)))
+    gaps = int(np.count_nonzero(steps > GAP * np.median(steps)))
     if gaps:
         longest = float(np.max(steps))
         message = f"{gaps} gaps of up to {longest:.3g} s in the time stamps were bridged"
@@ -50,14 +53,33 @@ def _timing(recording: Recording, name: str) -> list[DataFinding]:
 
 
 def _clipping(axis: AxisRecord, name: str) -> list[DataFinding]:
-    effort = axis.effort
-    findings = []
-    for word, peak in (("highest", np.max(effort)), ("lowest", np.min(effort))):
-        share = float(np.mean(effort == peak))
-        if share > _AT_PEAK:
-            message = (
-                f"{share:.1%} of the samples have exactly the {word} effort, {peak:.4g}: the "
-                "drive asked for more than it could give"
-            )
-            findings.append(DataFinding("clipped", name, message))
-    return findings
+    share = float(np.mean(clipped(axis.effort)))
+    if not share:
+        return []
+    low, high = float(np.min(axis.effort)), float(np.max(axis.effort))
+    message = (
+        f"{share:.1%} of the samples have exactly the highest or lowest effort ({low:.4g} to "
+        f"{high:.4g} {axis.effort_unit}): the effort is clipped there, and these samples are left "
+        "out; record with a larger range, or a gentler motion"
+    )
+    return [DataFinding("clipped", name, message)]
+
+
+def _units(recording: Recording, name: str) -> list[DataFinding]:
+    """Questions that a recording raises and cannot answer."""
+    axis, found = recording.axes[name], []
+    turns = float(np.ptp(axis.position)) / (2.0 * np.pi)
+    if axis.position_unit == "rad" and turns > _TURNS:
+        message = (
+            f"the axis goes through {turns:.0f} turns: is its position in rad? If it is in "
+            "degrees, multiply it by pi/180"
+        )
+        found.append(DataFinding("many_turns", name, message))
+    period_s = float(np.median(np.diff(recording.time_s)))
+    if period_s > _SLOW_S:
+        message = (
+            f"the sampling period is {period_s:.3g} s: is the time in seconds? If it is in "
+            "milliseconds, divide it by 1000"
+        )
+        found.append(DataFinding("slow_sampling", name, message))
+    return found

@@ -1,7 +1,7 @@
 """From recordings to the prepared data of one axis."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -19,6 +19,8 @@ from edge_ident.diagnosis.prepare.masks import (
     tapered,
     widened,
 )
+from edge_ident.diagnosis.prepare.sampled import Sampled
+from edge_ident.diagnosis.prepare.timing import in_time
 from edge_ident.errors import DataError
 from edge_ident.model.effect import Motion
 from edge_ident.signals.conditioning import (
@@ -29,9 +31,8 @@ from edge_ident.signals.conditioning import (
     encoder_count,
     position_noise,
 )
-from edge_ident.signals.filters import differentiate, lowpass
+from edge_ident.signals.filters import lowpass
 from edge_ident.signals.recording import Recording
-from edge_ident.signals.resampling import EvenGrid
 
 Array = NDArray[np.float64]
 
@@ -64,25 +65,29 @@ _REACH_PERIODS: Final = 4.0
 """Cut-off periods after which the filter's response is below a ten-thousandth."""
 _WHITENING_REACH: Final = 2.0
 """The same in periods of the knee, for the whitening."""
-_REPLICA_SEED: Final = 1
 _TINY: Final = float(np.finfo(float).tiny)
 
 
-def prepare_axis(recordings: Sequence[Recording], name: str) -> AxisData:
+def prepare_axis(recordings: Sequence[Recording], name: str, *, timed: bool = True) -> AxisData:
     """Prepare one axis.
+
+    Its effort is brought in step with its motion, unless it is too late for that.
 
     Parameters
     ----------
     recordings : sequence of Recording
     name : str
         Of the axis.
+    timed : bool
+        False leaves the effort where it is: a delay in a known model accounts for its timing.
 
     Raises
     ------
     DataError
         Hardly any sample shows the axis in motion.
     """
-    segments = tuple(_segment(recording, name) for recording in recordings)
+    found = in_time([_segment(recording, name) for recording in recordings], move=timed)
+    segments = found.segments
     valid = np.concatenate([s.valid for s in segments])
     if np.count_nonzero(valid) < _FEWEST_SAMPLES:
         raise DataError(
@@ -95,71 +100,38 @@ def prepare_axis(recordings: Sequence[Recording], name: str) -> AxisData:
         effort=np.concatenate([s.effort[s.sample_index] for s in segments]),
         valid=valid,
         block=_blocks(segments),
+        timing=found.shifts,
+        late=found.late,
     )
 
 
-@dataclass(frozen=True)
-class _Sampled:
-    """One axis of a recording on an even grid of M samples."""
-
-    name: str
-    time_s: Array
-    period_s: float
-    positions: Mapping[str, Array]
-    effort: Array
-
-    @classmethod
-    def of(cls, recording: Recording, name: str) -> "_Sampled":
-        """Resample a recording."""
-        grid = EvenGrid.of(recording.time_s)
-        positions = {
-            other: grid.resampled(record.position) for other, record in recording.axes.items()
-        }
-        effort = grid.resampled(recording.axes[name].effort)
-        return cls(name, grid.time_s, grid.period_s, positions, effort)
-
-    @property
-    def position(self) -> Array:
-        """Position of the axis itself, (M,)."""
-        return self.positions[self.name]
-
-    def motion(self, position: Array, cutoff_hz: float, stride: int) -> Motion:
-        """Smooth motion, every stride-th sample, time from the first sample."""
-        smooth = differentiate(position, cutoff_hz, self.period_s)
-        position, velocity, acceleration = (signal[::stride] for signal in smooth)
-        time_s = self.time_s[::stride] - self.time_s[0]
-        return Motion.known(time_s, position, velocity, acceleration)
-
-
 def _segment(recording: Recording, name: str) -> Segment:
-    raw = _Sampled.of(recording, name)
-    noise = position_noise(recording.axes[name].position)
+    raw = Sampled.of(recording, name)
     count = encoder_count(recording.axes[name].position)
-    band, density = _band(raw, noise)
+    noise = max(position_noise(raw.position), count / np.sqrt(12.0))
+    widest_hz = choose_cutoff(raw.position, raw.period_s)
+    band, density = _band(raw, noise, widest_hz)
     motion_hz = min(_MOTION_BAND * band.cutoff_hz, _WIDEST / raw.period_s)
     stride = max(1, int(1.0 / (_REGRESSOR_RATE * motion_hz * raw.period_s)))
     period_s = stride * raw.period_s
-    motions, replicas = _motions(raw, motion_hz, stride)
-    noise_of_speed = {
-        other: float(np.std(replicas[other].velocity - motions[other].velocity))
-        for other in motions
-    }
+    motions, replicas = raw.motions(motion_hz, stride)
     known, weight = _direction_weights(raw, noise, band, stride)
     sample_index = _sample_index(known, weight, band, motions[name], raw, stride)
-    turns, valid, far = _masks(raw, known, count, band, stride, sample_index)
+    narrow = raw.motion(raw.position, band.cutoff_hz, stride)
+    turns, valid, far = _masks(narrow, known, count, band, period_s, sample_index)
+    late_s = recording.effort_shift_s
     return Segment(
         motion=motions[name],
-        others=_others(motions, noise_of_speed, name),
-        noise_replica=(replicas[name], _others(replicas, noise_of_speed, name)),
+        others=_others(motions, motions, replicas, name),
+        noise_replica=(replicas[name], _others(replicas, motions, replicas, name)),
         raw_effort=raw.effort,
         raw_period_s=raw.period_s,
-        shift_s=recording.effort_shift_s,
+        shift_s=late_s,
+        timing_hz=widest_hz,
         stride=stride,
         turns=turns,
         direction_weight=weight,
-        effort=filtered_effort(raw.effort, weight, band, raw.period_s, recording.effort_shift_s)[
-            ::stride
-        ],
+        effort=filtered_effort(raw.effort, weight, band, raw.period_s, late_s)[::stride],
         sample_index=sample_index,
         valid=valid,
         far=far,
@@ -173,9 +145,8 @@ def _segment(recording: Recording, name: str) -> Segment:
     )
 
 
-def _band(raw: _Sampled, noise: float) -> tuple[Band, float]:
+def _band(raw: Sampled, noise: float, widest_hz: float) -> tuple[Band, float]:
     """The band of the comparison, and the power density of the effort noise per Hz."""
-    widest_hz = choose_cutoff(raw.position, raw.period_s)
     deviation = white_noise(raw.effort, raw.position, widest_hz, raw.period_s)
     density = 2.0 * raw.period_s * deviation**2
     band = comparison_band(raw.position, raw.effort, noise, density, widest_hz, raw.period_s)
@@ -183,28 +154,9 @@ def _band(raw: _Sampled, noise: float) -> tuple[Band, float]:
     return replace(band, cutoff_hz=min(band.cutoff_hz, most_hz)), density
 
 
-def _motions(
-    raw: _Sampled, motion_hz: float, stride: int
-) -> tuple[dict[str, Motion], dict[str, Motion]]:
-    """Motions of all axes, and the same with the encoder noise added a second time."""
-    motions = {
-        other: raw.motion(position, motion_hz, stride) for other, position in raw.positions.items()
-    }
-    rng = np.random.default_rng(_REPLICA_SEED)
-    replicas = {
-        other: raw.motion(
-            position + position_noise(position) * rng.standard_normal(len(position)),
-            motion_hz,
-            stride,
-        )
-        for other, position in raw.positions.items()
-    }
-    return motions, replicas
-
-
-def _direction_weights(raw: _Sampled, noise: float, band: Band, stride: int) -> tuple[Array, Array]:
-    """Weights from 0, where the direction is unknown, to 1: every stride-th sample, and all."""
-    unknown = direction_unknown(raw.position, noise, band.cutoff_hz, raw.period_s)
+def _direction_weights(raw: Sampled, noise: float, band: Band, stride: int) -> tuple[Array, Array]:
+    """Weights from 0, where anything is unknown, to 1: every stride-th sample, and all."""
+    unknown = direction_unknown(raw.position, noise, band.cutoff_hz, raw.period_s) | raw.unknown
     taper = _TAPER_PERIODS / (band.cutoff_hz * raw.period_s)
     known = 1.0 - tapered(unknown, taper)[::stride]
     at = np.arange(len(known)) * stride
@@ -212,7 +164,7 @@ def _direction_weights(raw: _Sampled, noise: float, band: Band, stride: int) -> 
 
 
 def _sample_index(
-    known: Array, weight: Array, band: Band, motion: Motion, raw: _Sampled, stride: int
+    known: Array, weight: Array, band: Band, motion: Motion, raw: Sampled, stride: int
 ) -> NDArray[np.intp]:
     """Samples that are compared: decimated, of known direction, after the run-in."""
     at = np.arange(len(known)) * stride
@@ -228,20 +180,19 @@ def _run_in(position: Array) -> int:
 
 
 def _masks(
-    raw: _Sampled,
+    motion: Motion,
     known: Array,
     count: float,
     band: Band,
-    stride: int,
+    period_s: float,
     sample_index: NDArray[np.intp],
 ) -> tuple[NDArray[np.intp], NDArray[np.bool_], NDArray[np.bool_]]:
     """Reversals; the valid samples; and of those the ones far from reversal and standstill."""
-    motion = raw.motion(raw.position, band.cutoff_hz, stride)
     turns = reversals(motion)
     turning = known < 0.5
     turning[turns] = True
-    smear = int(np.ceil(SMEAR_PERIODS / (band.cutoff_hz * stride * raw.period_s)))
-    aliased = aliasing_mask(motion, count, band.cutoff_hz, raw.period_s, smear)
+    smear = int(np.ceil(SMEAR_PERIODS / (band.cutoff_hz * period_s)))
+    aliased = aliasing_mask(motion, count, band.cutoff_hz, period_s, smear)
     valid = ~aliased[sample_index]
     far = ~widened(turning, 3 * smear)[sample_index]
     return turns, valid, far & valid
@@ -265,16 +216,20 @@ def _filter_at(
 
 
 def _others(
-    motions: Mapping[str, Motion], noise_of_speed: Mapping[str, float], name: str
+    seen: Mapping[str, Motion],
+    motions: Mapping[str, Motion],
+    replicas: Mapping[str, Motion],
+    name: str,
 ) -> dict[str, Motion]:
     """Motions of the other axes, with the expected direction of a noisy velocity.
 
-    An axis that reverses or rests moves in neither direction.
+    An axis that reverses or rests moves in neither direction. The replicas tell the noise.
     """
     expected = {}
-    for other, motion in motions.items():
+    for other, motion in seen.items():
         if other != name:
-            sure = motion.velocity / max(np.sqrt(2.0) * noise_of_speed[other], _TINY)
+            noise = float(np.std(replicas[other].velocity - motions[other].velocity))
+            sure = motion.velocity / max(np.sqrt(2.0) * noise, _TINY)
             expected[other] = replace(motion, direction=scipy.special.erf(sure))
     return expected
 

@@ -5,10 +5,10 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from edge_ident.diagnosis.measures import ModelFit
+from edge_ident.diagnosis.measures import ModelFit, Validation
 from edge_ident.diagnosis.present.explained_variance import explained_variance
 from edge_ident.diagnosis.present.wording import external_vibrations
-from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Diagnosis, Validation
+from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Diagnosis
 from edge_ident.model.model import PARAMETERS, AxisModel, base_axis
 from edge_ident.model.model_files import values_document
 from edge_ident.support.json_text import finite
@@ -73,6 +73,7 @@ def _cause(cause: Cause, axis: AxisModel) -> dict[str, Any]:
         "rivals": [asdict(alternative) for alternative in cause.alternatives],
         "evidence": cause.evidence,
         "decision": cause.decision,
+        "shown_in": list(cause.shown_in),
     }
 
 
@@ -90,4 +91,16 @@ def _validation(validation: Validation) -> dict[str, Any]:
     return {
         "base": {"relative_residual": validation.base},
         "extended": {"relative_residual": validation.extended},
+        "as_found": {"relative_residual": validation.as_found},
+        "causes": [
+            {
+                "effect": cause.effect,
+                "relative_residual_without": cause.without,
+                "gain": cause.gain,
+                "gain_interval": cause.interval and [finite(end) for end in cause.interval],
+                "carries_over": cause.carries_over,
+                "reason": cause.reason,
+            }
+            for cause in validation.causes
+        ],
     }

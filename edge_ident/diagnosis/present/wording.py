@@ -4,13 +4,12 @@ import math
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from edge_ident.diagnosis.measures import ModelFit
+from edge_ident.diagnosis.measures import ModelFit, Validation
 from edge_ident.diagnosis.result import (
     Alternative,
     AxisDiagnosis,
     Cause,
     Refused,
-    Validation,
     Verdict,
 )
 from edge_ident.model.model import AxisModel, Term, base_axis

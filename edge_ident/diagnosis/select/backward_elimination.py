@@ -4,10 +4,8 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from edge_ident.diagnosis.fit.external_vibrations import VIBRATION
-from edge_ident.diagnosis.fit.fitting import FittedModel, build
+from edge_ident.diagnosis.fit.fitting import FittedModel, without_terms
 from edge_ident.diagnosis.fit.held_out import held_out_residuals
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.result import Refused
@@ -16,7 +14,7 @@ from edge_ident.diagnosis.select.alternatives import ComparedAlternatives, compa
 from edge_ident.diagnosis.select.cross_validation import HeldOutGain, held_out_gain, near_zero
 from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.select.thresholds import MOST_ROUNDS
-from edge_ident.model.model import PARAMETERS, Term
+from edge_ident.model.model import Term
 
 
 @dataclass(frozen=True)
@@ -55,22 +53,19 @@ class SupportedModel:
         found.sort(key=lambda t: -math.hypot(*t.linear.values()))
         return tuple(t.model_term for t in found)
 
+    def of(self, model: FittedModel, places: Sequence[int]) -> "SupportedModel":
+        """The same for a model with some of the terms, by their places."""
+        return replace(self, model=model, support=tuple(self.support[k] for k in places))
+
     def without_vibrations(self, data: AxisData) -> "SupportedModel":
         """The model of the axis itself; parameters stay as they were fitted beside vibrations."""
         model = self.model
         own = [t.candidate != VIBRATION for t in model.terms]
         if all(own):
             return self
-        places = np.flatnonzero(own).tolist()
-        terms = tuple(model.terms[k] for k in places)
-        axis = build(model.template, model.base, terms)
-        predicted = data.predicted(axis)
-        residual = (data.effort - predicted)[data.valid]
-        sizes = [len(PARAMETERS), *(len(t.linear) for t in model.terms)]
-        jacobian = model.jacobian[:, np.repeat([True, *own], sizes)]
-        error = float(residual @ residual)
-        inside = FittedModel(axis, model.base, terms, predicted, jacobian, error)
-        return replace(self, model=inside, support=tuple(self.support[k] for k in places))
+        inside = without_terms(data, model, own)
+        support = tuple(s for s, keep in zip(self.support, own, strict=True) if keep)
+        return replace(self, model=inside, support=support)
 
 
 @dataclass(frozen=True)

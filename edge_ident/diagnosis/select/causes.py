@@ -1,18 +1,17 @@
 """The terms of the final model as causes: values, deviations, gains, decisions, evidence."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.fit.summary import nonzero_rms
+from edge_ident.diagnosis.fit.summary import orthogonal_shares
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.result import Cause
 from edge_ident.diagnosis.select.backward_elimination import SupportedModel, SupportedTerm
 from edge_ident.model.effects import named
 from edge_ident.model.model import Term
-from edge_ident.signals.metrics import rms
 
 Array = NDArray[np.float64]
 
@@ -20,7 +19,7 @@ Array = NDArray[np.float64]
 def causes(
     data: AxisData, supported: SupportedModel, contributions: Sequence[Array], deviations: Array
 ) -> tuple[Cause, ...]:
-    """Causes of the final model, the strongest first.
+    """Causes of the final model, in the order of its terms.
 
     Parameters
     ----------
@@ -34,8 +33,8 @@ def causes(
     """
     model = supported.model
     nonlinear_at = len(model.linear_parameters)
-    scale = nonzero_rms(data.effort[data.valid])
     found = []
+    shares = orthogonal_shares(data, model, contributions)
     for k, (t, support) in enumerate(zip(model.terms, supported.support, strict=True)):
         names = t.candidate.form.nonlinear
         nonlinear = deviations[nonlinear_at : nonlinear_at + len(names)]
@@ -44,10 +43,13 @@ def causes(
         std |= dict(zip(names, nonlinear.tolist(), strict=True))
         term = t.model_term
         values = {name: float(np.asarray(value)) for name, value in term.values.items()}
-        share = rms(contributions[k][data.valid]) / scale
-        found.append(_cause(replace(term, values=values, std=std), share, support))
-    order = np.argsort([-cause.share for cause in found], kind="stable")
-    return tuple(found[k] for k in order)
+        found.append(_cause(replace(term, values=values, std=std), shares[k], support))
+    return tuple(found)
+
+
+def strongest_first(causes: Iterable[Cause]) -> tuple[Cause, ...]:
+    """Causes in the order of their shares."""
+    return tuple(sorted(causes, key=lambda cause: -cause.share))
 
 
 def _cause(term: Term, share: float, support: SupportedTerm) -> Cause:
@@ -60,8 +62,8 @@ def _cause(term: Term, share: float, support: SupportedTerm) -> Cause:
         share=share,
         alternatives=support.comparison.alternatives,
         evidence=(
-            f"{named(term.effect).search.signature}; it makes up {share:.1%} of the effort and "
-            f"reduces the residual by {gain.value:.0%} {where}"
+            f"{named(term.effect).search.signature}; it adds {share:.1%} of the effort to what the "
+            f"base model can express, and reduces the residual by {gain.value:.0%} {where}"
         ),
         decision=support.decision.reason,
     )

@@ -5,7 +5,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.fit.fitting import FittedTerm, solve
+from edge_ident.diagnosis.fit.bounded import solve
+from edge_ident.diagnosis.fit.fitting import FittedTerm
 from edge_ident.diagnosis.select.thresholds import LARGEST, RELIABILITY
 from edge_ident.model.effects import named
 from edge_ident.model.search import Excitation

@@ -21,6 +21,7 @@ class DisturbanceEvent(Effect):
         Parameter("duration", "s", 1e-6, 1e9, "from beginning to end"),
         Parameter("level", "{effort}", -1e9, 1e9, "peak of the resisting effort"),
     )
+    tied_to_time = True
 
     def load(self, at: Motion, values: Values) -> Array:
         """A pulse in time."""

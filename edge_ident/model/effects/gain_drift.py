@@ -29,6 +29,7 @@ class GainDrift(Effect):
         Parameter("curvature", "1/s^2", -10.0, 10.0, "half the growth of the rate", default=0.0),
         TIME_CONSTANT,
     )
+    tied_to_time = True
     changes_base = PARAMETERS
 
     def command(self, torque: Array, time_s: Array, values: Values) -> Array:

@@ -56,6 +56,8 @@ EFFECT: Final = NonlinearViscous(
         alternatives=("stribeck_friction", "warm_up", "load_dependent_friction"),
         experiment="many speeds both ways, in no order of time: --motion multisine",
         grid=_grid,
+        # beside Coulomb friction, ever smaller powers tend to the logarithm of the speed
+        open_ended=("exponent",),
     ),
     draw=_draw,
 )

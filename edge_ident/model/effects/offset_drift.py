@@ -27,6 +27,7 @@ class OffsetDrift(Effect):
         Parameter("curvature", "{effort}/s^2", -1e9, 1e9, "half the growth of the rate"),
         TIME_CONSTANT,
     )
+    tied_to_time = True
     changes_base = ("offset",)
 
     def load(self, at: Motion, values: Values) -> Array:

@@ -23,6 +23,7 @@ class PayloadChange(Effect):
         Parameter("coulomb_friction", "{effort}", -1e9, 1e9, "added with it"),
         Parameter("offset", "{effort}", -1e9, 1e9, "its weight"),
     )
+    tied_to_time = True
     changes_base = ("inertia", "coulomb_friction", "offset")
 
     def load(self, at: Motion, values: Values) -> Array:

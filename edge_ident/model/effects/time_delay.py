@@ -1,7 +1,9 @@
 """Time delay: the effort column is recorded late (or early) against the position column.
 
-recorded(t) = effort(t - delay), the same at all amplitudes and frequencies. The half sample of a
-zero-order hold is not a delay in this sense: a recording states it as its effort shift.
+recorded(t) = effort(t - delay), the same at all amplitudes and frequencies. A shift of up to 1.5
+sampling periods is in every recording of a digital controller (`edge_ident.signals.timing`), and
+no delay in this sense: it belongs to the base model. A longer delay is a cause. It then accounts
+for the whole shift, the share of the controller included.
 Source: linear phase of a pure delay.
 """
 
@@ -13,6 +15,10 @@ from edge_ident.model.compensation import Compensation
 from edge_ident.model.effect import Array, Effect, Parameter, Values
 from edge_ident.model.search import Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
+
+LARGEST_SHIFT: Final = 1.5
+"""Largest shift of a controller's timing, in sampling periods: one for its calculation, half a one
+because its command is held."""
 
 
 class TimeDelay(Effect):
@@ -33,8 +39,11 @@ class TimeDelay(Effect):
 
 
 def _physical(values: Values, excitation: Excitation) -> bool:
-    """Up to half a turn of what is quickest; more could be anything with a phase."""
-    return bool(np.all(np.abs(values["delay"]) * excitation.cutoff_hz < 0.5))
+    """Beyond a controller's timing, and up to half a turn of what is quickest: more could be
+    anything with a phase."""
+    late_s = np.abs(values["delay"])
+    beyond = late_s > LARGEST_SHIFT * excitation.sampling_s
+    return bool(np.all(beyond & (late_s * excitation.cutoff_hz < 0.5)))
 
 
 def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:

@@ -22,6 +22,7 @@ class WarmUp(Effect):
         Parameter("excess", "{effort}*s/{position}", -1e9, 1e9, "viscous friction at the start"),
         Parameter("time_constant", "s", 1e-3, 1e9, "in which 63 % of it is gone"),
     )
+    tied_to_time = True
     changes_base = ("viscous_friction",)
 
     def load(self, at: Motion, values: Values) -> Array:

@@ -9,6 +9,7 @@
 #include "../register_file.h"
 #include "../session.h"
 #include "client.h"
+#include "fuzz_accidents.h"
 #include "fuzz_values.h"
 #include "simulation.h"
 
@@ -176,62 +177,13 @@ static void stage_and_commit(void)
     }
 }
 
-/* ---- accidents */
-
-static void inputs(void)
-{
-    const unsigned axis = fuzz_below(FD_AXES);
-    switch (fuzz_below(6)) {
-    case 0:
-        simulation_press_stop(true);
-        simulation_press_stop(fuzz_rarely(3));
-        break;
-    case 1:
-        simulation.limit_switches = (uint16_t)(fuzz_rarely(2) ? fuzz_below(16) : 0);
-        break;
-    case 2: /* the encoder loses its place, or is far from home */
-        simulation.encoder_offset[axis] = fuzz_rarely(4) ? INT32_MAX - 100
-            : fuzz_rarely(3) ? (int32_t)fuzz_below(1000) - 500 : 0;
-        break;
-    case 3: /* pushed by hand */
-        simulation.plants[axis].velocity_rad_s = (double)fuzz_between(-2.0f, 2.0f);
-        break;
-    default:
-        simulation_press_stop(false);
-        simulation.limit_switches = 0;
-        simulation.encoder_offset[axis] = 0;
-        break;
-    }
-}
-
-static void power(void)
-{
-    simulation.settings.turnaround_us = fuzz_rarely(2) ? 0 : LINE_GAP_US;
-    simulation.memory_fails = fuzz_rarely(5);
-    if (fuzz_rarely(10)) { /* cut in the middle of a write */
-        simulation.memory[fuzz_below(STORE_SLOTS)][fuzz_below(208)] ^= 1u;
-    }
-    if (fuzz_rarely(2)) { /* brought back to where it started */
-        memset(simulation.encoder_offset, 0, sizeof simulation.encoder_offset);
-        for (unsigned axis = 0; axis < FD_AXES; axis++) {
-            simulation.plants[axis].position_rad = simulation.plants[axis].velocity_rad_s = 0.0;
-        }
-    }
-    simulation_power_cycle();
-}
-
-static void wait(void)
-{
-    simulation_samples(fuzz_rarely(50) ? 2500u : fuzz_below(60));
-}
-
 /* ---- a host's whole work, and what may come in between */
 
 static void accident(void)
 {
     static void (*const accidents[])(void) = {
-        noise, any_frame, any_request, any_command, release, write_table, inputs, inputs, wait,
-        stage_and_commit, any_command, set_watchdog, power,
+        noise, any_frame, any_request, any_command, release, write_table, fuzz_inputs,
+        fuzz_inputs, fuzz_wait, stage_and_commit, any_command, set_watchdog, fuzz_power,
     };
     accidents[fuzz_below(sizeof accidents / sizeof accidents[0])]();
 }
@@ -294,12 +246,13 @@ unsigned long fuzz_play(void)
 {
     static void (*const plays[])(void) = {
         noise, any_frame, any_request, any_request, any_request, any_command, any_command,
-        heartbeat, heartbeat, release, write_table, set_watchdog, stage_and_commit, inputs, wait,
+        heartbeat, heartbeat, release, write_table, set_watchdog, stage_and_commit, fuzz_inputs,
+        fuzz_wait,
         motion, motion, motion,
     };
     sent = 0;
     if (fuzz_rarely(100)) {
-        power();
+        fuzz_power();
     } else {
         plays[fuzz_below(sizeof plays / sizeof plays[0])]();
     }

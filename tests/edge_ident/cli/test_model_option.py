@@ -56,7 +56,7 @@ def model_file(tmp_path: Path) -> Path:
 def test_identify_says_what_it_assumed_and_hands_it_on(
     file: Path, model_file: Path, tmp_path: Path
 ) -> None:
-    plain = answer("identify", file, exit_code=1)["axes"]["x"]
+    plain = answer("identify", file, "--no-diagnose", exit_code=1)["axes"]["x"]
     found = answer("identify", file, "--model", model_file, "--output", tmp_path / "out")
     axis = found["axes"]["x"]
     assert plain["assumed_effects"] == []
@@ -76,7 +76,7 @@ def test_identify_says_what_it_assumed_and_hands_it_on(
 def test_gains_feed_the_ripple_forward_and_name_what_they_do_not_use(
     file: Path, model_file: Path
 ) -> None:
-    assert answer("gains", file, exit_code=1)["axes"] == {}, "the ripple forbids trust"
+    assert answer("gains", file, "--no-diagnose", exit_code=1)["axes"] == {}
     found = answer("gains", file, "--model", model_file)["axes"]["x"]
     assert found["not_used"][0]["effect"] == "offset_drift"
     assert found["gains"]["ripple_sine"] == [0.4, 0.0, 0.0, 0.0]
@@ -85,6 +85,24 @@ def test_gains_feed_the_ripple_forward_and_name_what_they_do_not_use(
     assert "compensated effects: torque_ripple, offset_drift" in shown.stdout
     assert "ripple 1" in shown.stdout
     assert "offset_drift is not used" in shown.stdout
+
+
+def test_what_nobody_knew_is_found_reported_and_fed_forward(file: Path) -> None:
+    found = answer("gains", file)
+    axis = found["identification"]["axes"]["x"]
+    assert axis["trusted"]
+    assert axis["parameters_from"] == "extended_model"
+    assert [cause["effect"] for cause in axis["diagnosis"]["causes"]] == ["torque_ripple"]
+    off = {
+        source: np.array([values[name]["value"] for name in PARAMETERS]) - TRUTH
+        for source, values in (("answer", axis["parameters"]), ("base", axis["base"]["parameters"]))
+    }
+    assert np.all(np.abs(off["answer"]) < 0.01 * np.abs(TRUTH))
+    assert np.max(np.abs(off["base"] / TRUTH)) > 0.02
+    assert found["axes"]["x"]["gains"]["ripple_sine"][0] == pytest.approx(0.4, rel=0.05)
+    shown = CliRunner().invoke(app, ["identify", str(file)]).stdout
+    assert "extended model (used)" in shown
+    assert "the base model lacks torque ripple" in shown
 
 
 def test_a_run_writes_what_it_was_told_of_effects_to_the_board(tmp_path: Path) -> None:

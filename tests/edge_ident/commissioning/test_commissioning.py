@@ -1,5 +1,6 @@
 """What a run does when things go wrong: gains end old, the machine at rest."""
 
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,7 +12,7 @@ from edge_ident.commissioning import run as commissioning
 from edge_ident.commissioning.run import Plan, commission
 from edge_ident.control.gain_design import GainDesign
 from edge_ident.drive.description import Drive, load_drive
-from edge_ident.errors import BoardError, GainError
+from edge_ident.errors import BoardError, DataError, GainError
 from firmware_interface.board import Board
 from firmware_interface.gains import AxisGains
 from firmware_interface.registers import State
@@ -114,6 +115,18 @@ def test_a_dry_run_designs_and_writes_nothing(board: Board, tmp_path: Path) -> N
     outcome = run(board, tmp_path, write=False)
     assert outcome.designs
     assert outcome.change is None
+    assert_old_gains_at_rest(board)
+
+
+def test_no_motion_begins_whose_recording_has_no_room(
+    board: Board, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    usage = shutil.disk_usage(tmp_path)._replace(free=100_000)
+    monkeypatch.setattr(shutil, "disk_usage", lambda path: usage)
+    with pytest.raises(DataError, match=r"has room for 0\.1 MB") as caught:
+        run(board, tmp_path)
+    assert "nothing has moved" in caught.value.next_step
+    assert board.status().samples_captured == 0
     assert_old_gains_at_rest(board)
 
 

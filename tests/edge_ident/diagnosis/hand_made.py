@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from edge_ident.diagnosis.measures import ModelFit, Traces
+from edge_ident.diagnosis.measures import ModelFit, Traces, Validation
 from edge_ident.diagnosis.result import (
     Alternative,
     AxisDiagnosis,
@@ -12,7 +12,6 @@ from edge_ident.diagnosis.result import (
     DataFinding,
     Diagnosis,
     NotTestable,
-    Validation,
     Verdict,
 )
 from edge_ident.model.effect import Motion
@@ -131,4 +130,4 @@ def diagnosis(*, doubtful: bool = False, unexplained: bool = False) -> Diagnosis
     if unexplained:
         axes["y"] = replace(axis(Verdict.UNEXPLAINED, ripple()), noise_floor=0.002)
     finding = DataFinding("uneven_sampling", "x", "stamps stray by 0.3 sampling periods")
-    return Diagnosis(axes, (finding,) if doubtful else (), {"x": Validation(0.12, 0.04)})
+    return Diagnosis(axes, (finding,) if doubtful else (), {"x": Validation(0.12, 0.04, 0.05)})

@@ -30,8 +30,9 @@ from tests.plant import (
     paper,
     simulate,
 )
-from tools.diagnosis_benchmark.hiding import AXES, unexplained_variance
-from tools.diagnosis_benchmark.outcome import SHOWS, Named, all_named, causes_of, mean_parameters
+from tools.diagnosis_benchmark.hiding import AXES
+from tools.diagnosis_benchmark.measuring import unexplained_variance
+from tools.diagnosis_benchmark.outcome import SHOWS, Named, all_named, mean_parameters, named_in
 
 Array = NDArray[np.float64]
 
@@ -70,7 +71,7 @@ class Drive:
     @property
     def causes(self) -> tuple[Named, ...]:
         """What is named on the axis that was hit."""
-        return causes_of(self.faulty)
+        return named_in(self.faulty.causes)
 
     @property
     def right(self) -> bool:
@@ -120,7 +121,7 @@ class Batch:
             name: AxisRecord(made.position[row, axis], made.effort[row, axis], "rad", "N*m")
             for axis, name in enumerate(AXES)
         }
-        recording = Recording(made.time_s, axes, f"drive {row}", made.effort_shift_s)
+        recording = Recording(made.time_s, axes, f"drive {row}", float(made.effort_shift_s[row]))
         found = diagnose([recording])
         return Drive(
             self._hidden[row],
@@ -139,7 +140,7 @@ class Batch:
                 made.position[row, hit],
                 made.effort[row, hit],
                 SAMPLE_S,
-                made.effort_shift_s,
+                float(made.effort_shift_s[row]),
                 cutoff_hz,
             )
             for made in (self._sound, *alone)

@@ -72,7 +72,7 @@ def test_with_the_effect_known_the_base_parameters_are_no_longer_biased(
     recording: Recording, name: str
 ) -> None:
     ignorant, knowing = (
-        identify(recording, None, model=model).axes[name] for model in (None, KNOWN)
+        identify(recording, None, model=model, diagnose=False).axes[name] for model in (None, KNOWN)
     )
     assert bias(knowing) < 0.25 * bias(ignorant)
     assert bias(knowing) < 0.02
@@ -96,7 +96,8 @@ def test_the_effects_are_carried_along_and_named(recording: Recording) -> None:
 def test_a_model_without_effects_changes_nothing(recording: Recording) -> None:
     name = "torque_ripple"
     plain, based = (
-        identify(only(recording, name), None, model=model).axes[name] for model in (None, UNKNOWING)
+        identify(only(recording, name), None, model=model, diagnose=False).axes[name]
+        for model in (None, UNKNOWING)
     )
     assert based.compensated_effects == ()
     np.testing.assert_array_equal(plain.estimate.parameters, based.estimate.parameters)

@@ -115,3 +115,12 @@ def test_stamps_slightly_off_the_grid_are_corrected_for() -> None:
     assert not grid.uneven
     wrong, found = (x - np.sin(grid.time_s) for x in (np.sin(time), grid.resampled(np.sin(time))))
     assert np.max(np.abs(found)) < 1e-3 * np.max(np.abs(wrong))
+
+
+def test_the_slowest_step_of_a_motion_that_never_returns_is_no_count() -> None:
+    time = 0.002 * np.arange(3000)
+    turning = 6.0 * time + 0.02 * np.sin(9.0 * time)
+    assert conditioning.encoder_count(turning) == 0.0
+    assert conditioning.encoder_count(1e-3 * np.round(turning / 1e-3)) == pytest.approx(0.0, abs=0)
+    coarse = 0.02 * np.round(turning / 0.02)
+    assert conditioning.encoder_count(coarse) == pytest.approx(0.02)

@@ -7,8 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from edge_ident.diagnosis.fit.bounded import solve
 from edge_ident.diagnosis.fit.candidates import Candidate
-from edge_ident.diagnosis.fit.fitting import FittedTerm, fit, solve
+from edge_ident.diagnosis.fit.fitting import FittedTerm, fit
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.select import acceptance
@@ -107,12 +108,13 @@ def accepted(data: AxisData, regressors: np.ndarray) -> bool:
     start = fit(data, TEMPLATE, np.zeros(4), ())
     jacobian = np.column_stack([start.jacobian, regressors])
     solved = solve(jacobian[data.valid], data.effort[data.valid])
-    linear = {f"level_{k}": float(value) for k, value in enumerate(solved[4:])}
+    linear = {f"level_{k}": float(value) for k, value in enumerate(solved[5:])}
     predicted = jacobian @ solved
     left = (data.effort - predicted)[data.valid]
     after = replace(
         start,
         base=solved[:4],
+        timing=solved[4:5],
         terms=(replace(RIPPLE, linear=linear),),
         predicted=predicted,
         jacobian=jacobian,

@@ -2,6 +2,7 @@
 
 import importlib
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -52,6 +53,17 @@ def drawn(name: str, seed: int = 0) -> tuple[AxisModel, np.ndarray]:
     axis = AxisModel((base, random_term(name, np.random.default_rng(seed), scale, "z")))
     added = inverse_effort(axis, m, {"z": OTHER}) - inverse_effort(AxisModel((base,)), m)
     return axis, added
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_an_effect_is_tied_to_time_if_a_later_record_meets_another_effort(name: str) -> None:
+    axis, added = drawn(name)
+    later = replace(MOTION, time_s=MOTION.time_s + MOTION.time_s[-1])
+    base = AxisModel(axis.terms[:1])
+    then = inverse_effort(axis, later, {"z": OTHER}) - inverse_effort(base, later)
+    # the impacts of a play follow rounding errors of the clock
+    differs = np.sqrt(np.mean((then - added) ** 2)) > 0.05 * np.sqrt(np.mean(added**2))
+    assert named(name).tied_to_time is bool(differs)
 
 
 def test_the_independent_plant_knows_the_same_effects() -> None:

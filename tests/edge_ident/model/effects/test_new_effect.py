@@ -131,7 +131,8 @@ def test_it_is_simulated_and_compensated_and_its_gains_are_reported() -> None:
     scenario = Scenario(recorded_references(moved, {"x": "rad"}), noise=0.005)
     recording = record(model(BRAKE), scenario, "test")
     ignorant, knowing = (
-        identify(recording, None, model=known).axes["x"] for known in (None, model(BRAKE))
+        identify(recording, None, model=known, diagnose=False).axes["x"]
+        for known in (None, model(BRAKE))
     )
     assert knowing.compensated_effects == (NAME,)
     assert knowing.estimate.parameters[1] == pytest.approx(TRUTH[1], rel=0.02)
@@ -143,7 +144,7 @@ def test_it_is_simulated_and_compensated_and_its_gains_are_reported() -> None:
 @pytest.mark.usefixtures("brake")
 def test_the_diagnosis_searches_for_it_and_the_page_describes_it() -> None:
     class View:
-        reverses, other_axes = True, ("z",)
+        reverses, late, other_axes = True, False, ("z",)
 
     assert NAME in {found.effect for found in candidates(View(), rotary=True)}
     page = effect_pages.render()

@@ -1,0 +1,125 @@
+"""Timing of a recording: its effort in step with its motion, and what a further shift would do."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Final, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from edge_ident.diagnosis.prepare.axis_data import Segment
+from edge_ident.model.model import regressor
+from edge_ident.signals.timing import Shift, beyond_limit, slow, solve_shift
+
+Array = NDArray[np.float64]
+
+_MOST: Final = 0.5
+"""Share of what the base model leaves, squared. A delay takes more out than all else leaves: a
+wrong model asks for a shift as well, and for a smaller share."""
+_STEPS: Final = 3
+"""Of the estimation of a delay of many samples, whose effect is not linear."""
+
+
+@dataclass(frozen=True)
+class Timed:
+    """Recordings whose effort is in step with their motion.
+
+    Attributes
+    ----------
+    segments : tuple of Segment
+    shifts : tuple of Shift
+        By which the effort of each was late, estimated beside the base model.
+    late : bool
+        Whether one is late by more than a controller's timing can be. Then all stay as they are.
+    """
+
+    segments: tuple[Segment, ...]
+    shifts: tuple[Shift, ...]
+    late: bool
+
+
+def in_time(segments: Sequence[Segment], *, move: bool) -> Timed:
+    """Bring recordings in step with their motion, and find what a further shift would add.
+
+    Parameters
+    ----------
+    segments : sequence of Segment
+    move : bool
+        False leaves every effort where it is.
+    """
+    shifts = tuple(_Signals.of(s).shift(s) for s in segments)
+    late = any(map(_late, segments, shifts))
+    if move and not late:
+        segments = [s.in_step(shift.shift_s) for s, shift in zip(segments, shifts, strict=True)]
+    segments = tuple(replace(s, timing_column=_Signals.of(s).timing_column) for s in segments)
+    return Timed(segments, shifts, late)
+
+
+def _late(segment: Segment, shift: Shift) -> bool:
+    """Whether a shift is beyond the limit, and most of what the base model leaves."""
+    if not beyond_limit(shift, segment.raw_period_s):
+        return False
+    before, moved = _Signals.of(segment).left, segment
+    for _ in range(_STEPS):
+        moved = moved.in_step(moved.applied_s + shift.unlimited_s)
+        signals = _Signals.of(moved)
+        if signals.left < (1.0 - _MOST) * before:
+            return True
+        shift = signals.shift(moved)
+    return False
+
+
+@dataclass(frozen=True)
+class _Signals:
+    """Columns of the base model (n, 4) and the rates of their slow parts (n, 4); the effort and
+    the rate of its slow part (n,); and the samples that count (n,)."""
+
+    columns: Array
+    rates: Array
+    effort: Array
+    effort_rate: Array
+    valid: NDArray[np.bool_]
+
+    @classmethod
+    def of(cls, segment: Segment) -> Self:
+        """The signals of a recording, filtered and weighted as it is compared."""
+        motion, nothing = segment.motion, np.zeros(len(segment.effort))
+        columns = regressor(motion.velocity, motion.acceleration)
+        smooth = slow(motion.acceleration, segment.timing_hz, segment.period_s)
+        rates = [np.gradient(smooth, segment.period_s), smooth, nothing, nothing]
+        effort = slow(segment.raw_effort, segment.timing_hz, segment.raw_period_s)
+        return cls(
+            columns=segment.filter @ columns,
+            rates=segment.filter @ np.stack(rates, axis=1),
+            effort=segment.effort[segment.sample_index],
+            effort_rate=segment.sampled(np.gradient(effort, segment.raw_period_s)),
+            valid=segment.valid,
+        )
+
+    def shift(self, segment: Segment) -> Shift:
+        """By which the effort is late."""
+        at = self.valid
+        return solve_shift(
+            self.columns[at],
+            self.rates[at],
+            self.effort[at],
+            -self.effort_rate[at],
+            segment.raw_period_s,
+        )
+
+    @property
+    def parameters(self) -> Array:
+        """Of the base model, (4,), without timing."""
+        at = self.valid
+        return np.asarray(np.linalg.lstsq(self.columns[at], self.effort[at], rcond=None)[0])
+
+    @property
+    def left(self) -> float:
+        """Sum of squares that the base model leaves."""
+        residual = (self.effort - self.columns @ self.parameters)[self.valid]
+        return float(residual @ residual)
+
+    @property
+    def timing_column(self) -> Array:
+        """What a further shift adds to the effort of the base model, per s, (n,)."""
+        return np.asarray(-self.rates @ np.maximum(self.parameters, 0.0))

@@ -1,0 +1,196 @@
+"""Checks of a diagnosed axis: what speaks against any cause, or limits what the recording shows."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from edge_ident.diagnosis.fit.feedback_law import feedback_law
+from edge_ident.diagnosis.fit.fitting import FittedModel
+from edge_ident.diagnosis.prepare.axis_data import AxisData, Segment
+from edge_ident.estimation import least_squares
+from edge_ident.estimation.effort_checks import check_effort, unbounded, unphysical
+from edge_ident.estimation.trust import Finding, check_estimate
+from edge_ident.model.model import BASE, PARAMETERS, Term
+from edge_ident.signals.conditioning import condition, filtered_regressor
+from edge_ident.signals.filters import lowpass
+from edge_ident.signals.motion_lines import ONE_LINE, strongest_line
+from edge_ident.signals.recording import AxisRecord, Recording
+from edge_ident.signals.resampling import EvenGrid
+
+Array = NDArray[np.float64]
+
+_INDEPENDENT: Final = 0.5
+"""Share of the effort's variance along the reference, from which the reference drives the axis."""
+_ONE_SPEED: Final = 0.1
+"""Standard deviation of the velocity over its mean, up to which an axis keeps one speed."""
+_INDEPENDENT_EXCITATION: Final = (
+    "record a motion that does not depend on the axis: a reference that moves, such as "
+    "--motion multisine"
+)
+
+
+def findings(
+    recordings: Sequence[Recording],
+    name: str,
+    data: AxisData,
+    base: FittedModel,
+    extended: FittedModel,
+) -> tuple[Finding, ...]:
+    """Check one axis.
+
+    Parameters
+    ----------
+    recordings : sequence of Recording
+    name : str
+        Of the axis.
+    data : AxisData
+    base, extended : FittedModel
+        The extended model is the one that the selection ends with.
+
+    Returns
+    -------
+    tuple of Finding
+        Where one has `blocks`, no cause may be named.
+    """
+    found: list[Finding] = []
+    columns = _base_columns(data, base)
+    for recording, segment, part in _parts(recordings, data):
+        found += _of_recording(recording, name)
+        found += _controllers_law(
+            recording, recording.axes[name], segment, data.effort[part], columns[part]
+        )
+    if not any(finding.blocks for finding in found):
+        found += _unphysical(data, columns, extended)
+    found += _narrow_excitation(data)
+    return tuple({finding.code: finding for finding in reversed(found)}.values())[::-1]
+
+
+def _base_columns(data: AxisData, base: FittedModel) -> Array:
+    """Columns (n, 4) of the base model at the compared samples, whatever bounds the fit met."""
+    unit = dict(zip(PARAMETERS, np.eye(4), strict=True))
+    return data.predicted(replace(base.axis, terms=(Term(BASE, unit),))).T
+
+
+def _of_recording(recording: Recording, name: str) -> list[Finding]:
+    """What identification finds, too; none of its doubts about a parameter forbids a cause."""
+    axis = recording.axes[name]
+    signals = condition(
+        recording.time_s, axis.position, axis.effort, effort_shift_s=recording.effort_shift_s
+    )
+    part = least_squares.estimation_part(signals)
+    regressor, effort = signals.regressor[part], signals.effort[part]
+    doubts = check_estimate(least_squares.fit(signals, part), regressor, effort, 0.0)
+    return check_effort(signals, part) + _doubts(doubts)
+
+
+def _doubts(doubts: Sequence[Finding]) -> list[Finding]:
+    """Doubts about parameters of the base model, in one sentence."""
+    parameters = [
+        name
+        for name in PARAMETERS
+        if any(doubt.code in (f"undetermined_{name}", f"weak_{name}") for doubt in doubts)
+    ]
+    found = [replace(doubt, blocks=False) for doubt in doubts if doubt.code == "inseparable"]
+    if parameters and not found:
+        names = ", ".join(parameters).replace("_", " ")
+        found.append(
+            Finding(
+                "undetermined",
+                f"the base model alone hardly determines its {names} here: compare the standard "
+                "deviations of the two models",
+                next(doubt.next_step for doubt in doubts if doubt.code.endswith(parameters[0])),
+                blocks=False,
+            )
+        )
+    return found
+
+
+def _unphysical(data: AxisData, columns: Array, extended: FittedModel) -> list[Finding]:
+    """Whether the extended model is physical at its own optimum, which knows no bounds."""
+    jacobian = np.hstack([columns, extended.jacobian[:, len(PARAMETERS) :]])[data.valid]
+    others = extended.predicted - extended.jacobian @ extended.linear_parameters
+    return unphysical(unbounded(jacobian, (data.effort - others)[data.valid]))
+
+
+def _parts(
+    recordings: Sequence[Recording], data: AxisData
+) -> Iterator[tuple[Recording, Segment, slice]]:
+    """Each recording with its segment and the samples that it has among all."""
+    first = 0
+    for recording, segment in zip(recordings, data.segments, strict=True):
+        last = first + len(segment.sample_index)
+        yield recording, segment, slice(first, last)
+        first = last
+
+
+def _controllers_law(
+    recording: Recording, axis: AxisRecord, segment: Segment, effort: Array, regressor: Array
+) -> list[Finding]:
+    """Whether the effort follows from the motion by a controller's law as well as by dynamics."""
+    law = feedback_law(segment, effort, regressor)
+    if not law.describes or _driven_by_reference(recording, axis, segment.cutoff_hz):
+        return []
+    gains = [
+        f"{gain:.3g} {axis.effort_unit} per {unit} of {signal}"
+        for gain, unit, signal in (
+            (law.velocity_gain, f"{axis.position_unit}/s", "speed"),
+            (law.position_gain, axis.position_unit, "position"),
+        )
+        if gain > 0.0
+    ]
+    return [
+        Finding(
+            "feedback_law",
+            f"a controller's law ({' and '.join(gains)}) describes the effort as well as the "
+            f"machine's dynamics do ({law.over_base:.2f} of their residual): what was recorded "
+            "is the loop, not the machine",
+            _INDEPENDENT_EXCITATION,
+            blocks=True,
+        )
+    ]
+
+
+def _driven_by_reference(recording: Recording, axis: AxisRecord, cutoff_hz: float) -> bool:
+    """Whether the reference, and not a disturbance, explains most of the effort."""
+    if axis.reference is None:
+        return False
+    grid = EvenGrid.of(recording.time_s)
+    regressor = filtered_regressor(grid.resampled(axis.reference), cutoff_hz, grid.period_s)
+    effort = lowpass(grid.resampled(axis.effort), cutoff_hz, grid.period_s)
+    length = np.maximum(np.linalg.norm(regressor, axis=0), np.finfo(float).tiny)
+    parameters = np.linalg.lstsq(regressor / length, effort, rcond=1e-9)[0]
+    left = float(np.var(effort - regressor / length @ parameters))
+    return left < (1.0 - _INDEPENDENT) * float(np.var(effort))
+
+
+def _narrow_excitation(data: AxisData) -> list[Finding]:
+    """What a motion at one speed or at one frequency cannot show."""
+    velocity = data.of_motion("velocity")[data.valid]
+    if np.std(velocity) < _ONE_SPEED * abs(np.mean(velocity)):
+        return [
+            Finding(
+                "one_speed",
+                f"the axis keeps one speed, {np.mean(velocity):.3g} on average: viscous friction, "
+                "Coulomb friction and offset cannot be told apart, and inertia hardly shows",
+                "record several speeds both ways, such as --motion staircase",
+                blocks=False,
+            )
+        ]
+    lines = [strongest_line(s.motion.velocity, s.period_s, s.cutoff_hz) for s in data.segments]
+    weakest = min(lines, key=lambda line: line.share)
+    apart_hz = np.ptp([line.frequency_hz for line in lines])
+    if weakest.share < ONE_LINE or apart_hz > 0.1 * weakest.frequency_hz:
+        return []
+    return [
+        Finding(
+            "one_frequency",
+            f"{weakest.share:.1%} of the motion is one line at {weakest.frequency_hz:.3g} Hz: "
+            "inertia cannot be told from a spring or weight along the stroke, nor viscous "
+            "friction from a delay",
+            "record a motion of several frequencies, such as --motion multisine",
+            blocks=False,
+        )
+    ]

@@ -1,0 +1,284 @@
+"""What a model found in one recording is worth on another.
+
+Base and extended model are scored like for like: inside the same physical bounds, on the same
+samples of the other recording. The offset and the timing are fitted anew for each, because they
+differ from one day to the next. Terms that are tied to the time of their recording are left out.
+
+Each cause is judged by leaving it out: the rest is fitted again to the first recording, and both
+models predict the other one. A cause carries over if the residual there is certainly smaller with
+it; or if it is smaller, and certainly so once the base parameters are fitted to that recording:
+what they got wrong must not hide the cause. The 95 % interval is that of sums over blocks of time,
+because the residual is coloured. What does not carry over leaves the model, the worst first, until
+the rest does and together beats the base model.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from edge_ident.diagnosis.fit.block_gain import Gain, gain_of
+from edge_ident.diagnosis.fit.bounded import solve_within
+from edge_ident.diagnosis.fit.discrepancy import model_discrepancy
+from edge_ident.diagnosis.fit.fitting import FittedModel, delayed, fit
+from edge_ident.diagnosis.fit.held_out import standard_deviations
+from edge_ident.diagnosis.fit.noise_floor import noise_floor
+from edge_ident.diagnosis.fit.projection import orthonormal
+from edge_ident.diagnosis.fit.summary import contributions, nonzero_rms
+from edge_ident.diagnosis.measures import CarriedCause, Validation
+from edge_ident.diagnosis.prepare.axis_data import AxisData
+from edge_ident.diagnosis.result import Cause, Verdict
+from edge_ident.diagnosis.select.acceptance import structure_left
+from edge_ident.diagnosis.select.backward_elimination import SupportedModel
+from edge_ident.diagnosis.select.causes import causes, strongest_first
+from edge_ident.model.effects import named
+from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Term
+from edge_ident.signals.metrics import rms
+from edge_ident.signals.recording import Recording
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Judged:
+    """A model after another recording has judged it, or none has.
+
+    Attributes
+    ----------
+    supported : SupportedModel
+        With what carries over, and the terms that are tied to time.
+    suspected : tuple of Cause
+        What does not carry over; the decision says why.
+    validation : Validation or None
+    unexplained : bool
+        Whether the other recording has structure left.
+    """
+
+    supported: SupportedModel
+    suspected: tuple[Cause, ...] = ()
+    validation: Validation | None = None
+    unexplained: bool = False
+
+    def verdict(self, verdict: Verdict) -> Verdict:
+        """That of both recordings, from that on the first one."""
+        return Verdict.UNEXPLAINED if self.unexplained else verdict
+
+    def carried(self, causes: tuple[Cause, ...]) -> tuple[Cause, ...]:
+        """Causes for the model file: where another recording judges, none that is tied to time."""
+        if self.validation is None:
+            return causes
+        return tuple(cause for cause in causes if not named(cause.term.effect).tied_to_time)
+
+
+def judge(data: AxisData, other: AxisData, base: FittedModel, supported: SupportedModel) -> Judged:
+    """Let another recording judge a supported model; see `carry_over`."""
+    model = supported.model
+    carried = carry_over(data, other, base, model)
+    lost = [k for k in range(len(model.terms)) if k not in carried.kept]
+    suspected: tuple[Cause, ...] = ()
+    if lost:
+        every = causes(
+            data, supported, contributions(data, model), standard_deviations(data, model)
+        )
+        suspected = strongest_first(
+            replace(every[k], decision=carried.validation.causes[k].reason) for k in lost
+        )
+    return Judged(
+        supported.of(carried.model, carried.kept),
+        suspected,
+        carried.validation,
+        _structure_left(other, carried.model),
+    )
+
+
+def _structure_left(other: AxisData, model: FittedModel) -> bool:
+    """Whether a model leaves structure of another recording."""
+    terms = tuple(t for t in model.terms if not named(t.candidate.effect).tied_to_time)
+    there = fit(other, model.template, model.base, terms)
+    floor = noise_floor(other, fit(other, model.template, model.base, ()), float(model.base[0]))
+    discrepancy = np.sqrt(model_discrepancy(other, there) / np.count_nonzero(other.valid))
+    left = rms(_residual(other, model))
+    return structure_left(left, floor.rms, floor.uncertainty, float(discrepancy))
+
+
+@dataclass(frozen=True)
+class Carried:
+    """What is left of a model after another recording has judged it.
+
+    Attributes
+    ----------
+    model : FittedModel
+        Fitted to the first recording, with the terms that carry over and those tied to time.
+    kept : tuple of int
+        Places of its terms in the model that was judged.
+    validation : Validation
+        Its causes are in the order of that model's terms.
+    """
+
+    model: FittedModel
+    kept: tuple[int, ...]
+    validation: Validation
+
+
+def carry_over(data: AxisData, other: AxisData, base: FittedModel, model: FittedModel) -> Carried:
+    """Let another recording judge the terms of a model.
+
+    Parameters
+    ----------
+    data : AxisData
+        That the models were fitted to.
+    other : AxisData
+        The same axis in another recording.
+    base : FittedModel
+        Fitted without any added term.
+    model : FittedModel
+        Without external vibrations.
+    """
+    kept = tuple(range(len(model.terms)))
+    start, left = (_residual(other, m) for m in (base, model))
+    found, as_found = model, left
+    judged = {k: _not_judged(t.candidate.effect) for k, t in enumerate(model.terms)}
+    while weighed := _weighed(data, other, found, kept, left):
+        judged |= {k: one.cause for k, one in weighed.items()}
+        doubtful = weighed
+        if rms(left) <= rms(start):
+            doubtful = {k: one for k, one in weighed.items() if not one.cause.carries_over}
+        if not doubtful:
+            break
+        worst = min(doubtful, key=lambda k: weighed[k].gain.interval[0])
+        judged[worst] = doubtful[worst].refused
+        found, left = doubtful[worst].without, doubtful[worst].residual
+        kept = tuple(k for k in kept if k != worst)
+    scale = nonzero_rms(other.effort[other.valid])
+    validation = Validation(
+        rms(start) / scale, rms(left) / scale, rms(as_found) / scale, tuple(judged.values())
+    )
+    return Carried(found, kept, validation)
+
+
+@dataclass(frozen=True)
+class _Weighed:
+    """A term against the model fitted without it, and what that leaves of the other recording."""
+
+    cause: CarriedCause
+    gain: Gain
+    without: FittedModel
+    residual: Array
+
+    @property
+    def refused(self) -> CarriedCause:
+        """The same, not carried over."""
+        if not self.cause.carries_over:
+            return self.cause
+        reason = "with it the model predicts the other recording worse than the base model does"
+        return replace(self.cause, carries_over=False, reason=reason)
+
+
+def _weighed(
+    data: AxisData, other: AxisData, model: FittedModel, places: tuple[int, ...], left: Array
+) -> dict[int, _Weighed]:
+    """Each term that is not tied to time, by its place in the model that is judged."""
+    scale, block = nonzero_rms(other.effort[other.valid]), other.block[other.valid]
+    timing = other.timing_columns[other.valid]
+    basis = orthonormal(np.hstack([_base_columns(other), timing]))
+    found = {}
+    for k, place in enumerate(places):
+        effect = model.terms[k].candidate.effect
+        if named(effect).tied_to_time:
+            continue
+        less = fit(data, model.template, model.base, model.without(k))
+        without = _residual(other, less)
+        gain = gain_of(block, without, left)
+        refitted = gain_of(block, *(r - basis @ (basis.T @ r) for r in (without, left)))
+        carries = gain.certain or (gain.value > 0.0 and refitted.certain)
+        reason = _reason(gain, refitted if carries and not gain.certain else None)
+        cause = CarriedCause(
+            effect, rms(without) / scale, gain.value, gain.interval, carries, reason
+        )
+        found[place] = _Weighed(cause, gain, less, without)
+    return found
+
+
+def _reason(gain: Gain, refitted: Gain | None) -> str:
+    """In words; `refitted` where that is what decides."""
+    low, high = gain.interval
+    if refitted is not None:
+        low, high = refitted.interval
+        return (
+            f"it reduces the residual of the other recording by {gain.value:.1%}, and by {low:.1%} "
+            f"to {high:.1%} once the base parameters are fitted to that recording"
+        )
+    if gain.certain:
+        return f"it reduces the residual of the other recording by {low:.1%} to {high:.1%}"
+    if high < 0.0:
+        return f"it raises the residual of the other recording by {-high:.1%} to {-low:.1%}"
+    return (
+        "it does not certainly reduce the residual of the other recording: by "
+        f"{low:.1%} to {high:.1%}"
+    )
+
+
+def _not_judged(effect: str) -> CarriedCause:
+    reason = "it is tied to the time of its recording, and another one says nothing about it"
+    return CarriedCause(effect, None, None, None, None, reason)
+
+
+def _residual(other: AxisData, model: FittedModel) -> Array:
+    """What a model leaves at the valid samples of another recording, offset and timing anew."""
+    axis = _carried_axis(model.axis)
+    residual = (other.effort - other.predicted(axis))[other.valid]
+    early, late = other.timing_limits
+    if delayed(axis):
+        early = late = np.zeros(len(other.segments))
+    columns = np.hstack([_base_columns(other)[:, 3:], other.timing_columns[other.valid]])
+    low, high = np.array([-np.inf, *early]), np.array([np.inf, *late])
+    return np.asarray(residual - columns @ solve_within(columns, residual, low, high).solution)
+
+
+def _base_columns(data: AxisData) -> Array:
+    """Columns (n, 4) of the base parameters at the valid samples."""
+    unit = dict(zip(PARAMETERS, np.eye(4), strict=True))
+    return data.predicted(AxisModel((Term(BASE, unit),)))[:, data.valid].T
+
+
+def _carried_axis(axis: AxisModel) -> AxisModel:
+    """The physical axis, without the terms that are tied to the time of their recording."""
+    base = axis.terms[0]
+    values = {
+        name: max(float(base.values[name]), low) for name, (low, _) in named(BASE).bounds.items()
+    }
+    terms = [t for t in axis.terms[1:] if not named(t.effect).tied_to_time]
+    return replace(axis, terms=(replace(base, values=values), *terms))
+
+
+def with_sources(
+    found: Sequence[Cause], data: AxisData, model: FittedModel, recordings: Sequence[Recording]
+) -> list[Cause]:
+    """Causes with the recordings in which each shows: those whose residual certainly falls.
+
+    Parameters
+    ----------
+    found : sequence of Cause
+        In the order of the model's terms.
+    data : AxisData
+        Of all recordings together.
+    model : FittedModel
+        Fitted to them.
+    recordings : sequence of Recording
+    """
+    sources = tuple(recording.source for recording in recordings)
+    if len(sources) == 1:
+        return [replace(cause, shown_in=sources) for cause in found]
+    of_file = np.repeat(np.arange(len(sources)), [len(s.sample_index) for s in data.segments])
+    shown = []
+    for k, cause in enumerate(found):
+        less = fit(data, model.template, model.base, model.without(k))
+        shows = []
+        for number, source in enumerate(sources):
+            here = data.valid & (of_file == number)
+            before, after = ((data.effort - m.predicted)[here] for m in (less, model))
+            if gain_of(data.block[here], before, after).certain:
+                shows.append(source)
+        shown.append(replace(cause, shown_in=tuple(shows)))
+    return shown

@@ -1,0 +1,195 @@
+"""Whether an effort can be that of the motion beside it, before any parameter is believed.
+
+The checks know no particular machine. They rest on what holds for all: a mass resists, friction
+takes energy out of the motion, and an effort that moves an axis follows from the motion.
+"""
+
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from edge_ident.estimation.covariance import coloured_std
+from edge_ident.estimation.least_squares import unit_length
+from edge_ident.estimation.trust import RESIDUAL_LIMIT, Finding
+from edge_ident.model.model import PARAMETERS, POSITIVE, Estimate
+from edge_ident.signals.conditioning import Signals
+from edge_ident.signals.motion_lines import ONE_LINE, strongest_line
+
+Array = NDArray[np.float64]
+
+_CERTAIN: Final = 2.0
+"""Standard deviations from which a sign is certain: 2.3 % by chance."""
+_RELATED: Final = 0.01
+"""Share of the effort's variance that the base model explains at least of an effort that belongs to
+the motion: a tenth of its rms."""
+_BY_CHANCE: Final = 15.0
+"""The same by chance, over the number of samples: white noise stays below in 998 of 1000 cases
+(chi-square with three degrees of freedom)."""
+_COPY: Final = 1e-3
+"""What is left of an effort after a multiple of the velocity, over its rms, in a copy. The effort
+of a machine has friction and inertia beside, and noise of its own."""
+_LONG_S: Final = 0.025
+"""Shift from which two columns have different clocks: a loop with that delay could not follow more
+than a few Hz."""
+_FEW_SAMPLES: Final = 3.0
+"""The same in sampling periods, twice what belongs to the base model."""
+_REACH_S: Final = 0.25
+"""Largest shift that is tried."""
+_REACH: Final = 0.1
+"""The same, of the record."""
+_PHASE: Final = 0.05
+"""The same in periods of a motion that has one frequency."""
+_STEPS_PER_PERIOD: Final = 8
+"""Shifts that are tried in a cut-off period."""
+_FALLS: Final = 0.5
+"""What the shift must leave of the residual: no effect of an axis, recorded in time, loses half."""
+_FEWEST: Final = 24
+"""Samples, six for each parameter."""
+_TINY: Final = float(np.finfo(float).tiny)
+
+
+def check_effort(signals: Signals, part: NDArray[np.intp]) -> list[Finding]:
+    """Findings against the effort of an axis; the most telling alone, because it explains others.
+
+    Parameters
+    ----------
+    signals : Signals
+    part : array of int
+        Samples to judge by, `edge_ident.estimation.least_squares.estimation_part`.
+    """
+    regressor, effort = signals.regressor[part], signals.effort[part]
+    return (
+        _copy_of_velocity(regressor, effort)
+        or _wrong_sign(regressor, effort)
+        or _recorded_late(signals, part)
+        or _unrelated(regressor, effort)
+    )
+
+
+def unbounded(regressor: Array, effort: Array) -> Estimate:
+    """Least squares without bounds on (N, P) columns, with deviations for coloured residuals."""
+    unit, length = unit_length(regressor)
+    normalized = np.linalg.lstsq(unit, effort, rcond=1e-9)[0]
+    std = coloured_std(unit, effort - unit @ normalized)
+    return Estimate(normalized / length, std / length)
+
+
+def unphysical(estimate: Estimate) -> list[Finding]:
+    """Inertia and frictions of an optimum without bounds that are negative beyond doubt.
+
+    Parameters
+    ----------
+    estimate : Estimate
+        Its first four parameters are those of the base model.
+    """
+    return [
+        Finding(
+            f"negative_{name}",
+            f"the best fit has a negative {name.replace('_', ' ')}: "
+            f"{estimate.parameters[i]:.3g} ± {estimate.std[i]:.2g}, which no machine has. A "
+            "controller's answer, or a load that the catalogue does not hold, takes its place",
+            "record a motion that does not depend on the axis, such as --motion multisine, and "
+            "the effort that reaches the axis",
+            blocks=True,
+        )
+        for i, name in enumerate(PARAMETERS)
+        if POSITIVE[i] and estimate.parameters[i] < -_CERTAIN * estimate.std[i]
+    ]
+
+
+def _wrong_sign(regressor: Array, effort: Array) -> list[Finding]:
+    """Inertia negative, and friction that drives the motion."""
+    found = unbounded(regressor, effort)
+    inertia, viscous, coulomb = found.parameters[:3]
+    velocity, direction = regressor[:, 1], regressor[:, 2]
+    friction = float(np.mean(velocity * (viscous * velocity + coulomb * direction)))
+    negative = found.parameters[:3] < -_CERTAIN * found.std[:3]
+    if not (negative[0] and friction < 0.0 and (negative[1] or negative[2])):
+        return []
+    return [
+        Finding(
+            "effort_sign",
+            f"inertia ({inertia:.3g}) and friction (viscous {viscous:.3g}, Coulomb {coulomb:.3g}) "
+            "are all negative: the effort has the wrong sign against the position",
+            "multiply the effort column, or the position column, by -1",
+            blocks=True,
+        )
+    ]
+
+
+def _copy_of_velocity(regressor: Array, effort: Array) -> list[Finding]:
+    """An effort that is a multiple of the velocity and nothing else."""
+    velocity = regressor[:, 1]
+    factor = float(velocity @ effort) / max(float(velocity @ velocity), _TINY)
+    left = np.linalg.norm(effort - factor * velocity)
+    if left > _COPY * np.linalg.norm(effort):
+        return []
+    return [
+        Finding(
+            "effort_is_velocity",
+            f"the effort is {factor:.4g} times the velocity but for "
+            f"{left / max(float(np.linalg.norm(effort)), _TINY):.1g} of it: a machine has "
+            "inertia and friction too",
+            "check which signal the effort column holds; a computed velocity belongs in a column "
+            "<axis>_velocity_rad_s or _m_s",
+            blocks=True,
+        )
+    ]
+
+
+def _recorded_late(signals: Signals, part: NDArray[np.intp]) -> list[Finding]:
+    """An effort that fits the motion only a good while earlier or later."""
+    period_s = signals.period_s
+    border_s = max(_LONG_S, _FEW_SAMPLES * period_s)
+    step = max(1, int(1.0 / (_STEPS_PER_PERIOD * signals.cutoff_hz * period_s)))
+    reach = int(min(_reach_s(signals) / period_s, _REACH * len(signals.effort)) / step)
+    shifts = step * np.arange(-reach, reach + 1)
+    inside = part[(part >= -shifts[0]) & (part < len(signals.effort) - shifts[-1])]
+    if len(inside) < _FEWEST or not reach:
+        return []
+    basis = np.linalg.qr(unit_length(signals.regressor[inside])[0])[0]
+    efforts = signals.effort[inside[:, None] + shifts]
+    left = np.linalg.norm(efforts - basis @ (basis.T @ efforts), axis=0)
+    left = left / np.maximum(np.linalg.norm(efforts, axis=0), _TINY)
+    best = int(np.argmin(left))
+    late_s = float(shifts[best]) * period_s
+    if abs(late_s) < border_s or left[best] > _FALLS * left[reach] or left[best] > RESIDUAL_LIMIT:
+        return []
+    return [
+        Finding(
+            "effort_late",
+            f"{'later' if late_s > 0 else 'earlier'} by {abs(late_s):.2g} s the effort fits the "
+            f"motion: the model then misses {left[best]:.1%} of it, now {left[reach]:.1%}. The two "
+            "columns were recorded by different clocks",
+            f"shift the effort column by {-late_s:+.2g} s against time_s, or record both at once",
+            blocks=True,
+        )
+    ]
+
+
+def _reach_s(signals: Signals) -> float:
+    """Largest shift that makes sense: at one frequency a shift is any phase."""
+    line = strongest_line(signals.regressor[:, 1], signals.period_s, signals.cutoff_hz)
+    if line.share < ONE_LINE:
+        return _REACH_S
+    return min(_REACH_S, _PHASE / line.frequency_hz)
+
+
+def _unrelated(regressor: Array, effort: Array) -> list[Finding]:
+    """An effort of which the motion explains nothing."""
+    variation = float(np.var(effort))
+    unit, _ = unit_length(regressor)
+    left = effort - unit @ np.linalg.lstsq(unit, effort, rcond=1e-9)[0]
+    explained = 1.0 - float(np.var(left)) / max(variation, _TINY)
+    if explained > max(_RELATED, _BY_CHANCE / len(effort)):
+        return []
+    return [
+        Finding(
+            "unrelated_effort",
+            f"the motion explains {explained:.1%} of the effort: they do not belong together, or "
+            "the effort is noise",
+            "check that effort and position come from the same axis and the same time",
+            blocks=True,
+        )
+    ]

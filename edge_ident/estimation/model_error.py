@@ -1,0 +1,103 @@
+"""Model error of an estimate: how far it moves when one regime of the motion is left out.
+
+A right model fits every part of the motion with the same parameters. A wrong one balances its
+errors over all of them, so its parameters depend on which parts there are. The samples are divided
+into quarters by speed, by position, by time and by acceleration, and each quarter is left out in
+turn. The direction is no such regime: one direction alone cannot tell Coulomb friction from offset.
+
+The moves make a deviation as in the jackknife over groups (Quenouille 1956; Efron 1982, ch. 2).
+What noise alone makes of the moves is taken off, so that a right model has no model error.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from edge_ident.estimation.least_squares import unit_length
+
+Array = NDArray[np.float64]
+
+QUARTERS: Final = 4
+_RIDGE: Final = 1e-10
+"""Added to normal matrices of unit diagonal: what a part of the motion does not show moves far, and
+the noise of its move is as large."""
+_TINY: Final = float(np.finfo(float).tiny)
+
+
+@dataclass(frozen=True)
+class RegimeSpread:
+    """How far least-squares parameters depend on the regimes of the motion.
+
+    Attributes
+    ----------
+    model_error : (P,) array
+        Standard deviation of each parameter by model error, beyond that by noise.
+    significance : (P,) array
+        Largest move of each parameter in standard deviations of the move by noise.
+    largest_move : (P,) array
+        In the parameter's unit.
+    """
+
+    model_error: Array
+    significance: Array
+    largest_move: Array
+
+
+def regime_spread(
+    regressor: Array, effort: Array, regimes: Sequence[Array], std: Array
+) -> RegimeSpread:
+    """Leave out one regime at a time and compare the parameters.
+
+    Parameters
+    ----------
+    regressor : (N, P) array
+    effort : (N,) array
+    regimes : sequence of (N,) arrays
+        Quantities by which the samples are divided into quarters.
+    std : (P,) array
+        Standard deviations by noise of the parameters from all samples.
+    """
+    unit, length = unit_length(regressor)
+    count = unit.shape[1]
+    rows = np.column_stack([_products(unit), unit * effort[:, None]])
+    whole = rows.sum(axis=0)
+    inverse, parameters = _solved(whole[None], count)
+    kept = np.concatenate([whole - _sums(rows, quarter) for quarter in map(_quarters, regimes)])
+    inverses, moved = _solved(kept, count)
+    move = moved - parameters
+    share = np.diagonal(inverses, axis1=1, axis2=2) / np.diagonal(inverse, axis1=1, axis2=2) - 1.0
+    noise = np.sqrt(np.maximum(share, 0.0)) * std * length
+    beyond = (move**2 - noise**2).reshape(len(regimes), QUARTERS, count)
+    variance = (QUARTERS - 1) / QUARTERS * beyond.sum(axis=1)
+    return RegimeSpread(
+        model_error=np.sqrt(np.maximum(variance.max(axis=0), 0.0)) / length,
+        significance=np.max(np.abs(move) / np.maximum(noise, _TINY), axis=0),
+        largest_move=np.max(np.abs(move), axis=0) / length,
+    )
+
+
+def _quarters(values: Array) -> NDArray[np.intp]:
+    """Number of the quarter, by size, of each of N values."""
+    rank = np.empty(len(values), dtype=np.intp)
+    rank[np.argsort(values, kind="stable")] = np.arange(len(values))
+    return rank * QUARTERS // len(values)
+
+
+def _sums(rows: Array, quarter: NDArray[np.intp]) -> Array:
+    """Sums (4, R) of rows (N, R) by quarter."""
+    return np.asarray((quarter == np.arange(QUARTERS)[:, None]).astype(np.float64) @ rows)
+
+
+def _products(unit: Array) -> Array:
+    """Products of every two of P columns, (N, P²)."""
+    return (unit[:, :, None] * unit[:, None, :]).reshape(len(unit), -1)
+
+
+def _solved(sums: Array, count: int) -> tuple[Array, Array]:
+    """Inverses (K, P, P) and parameters (K, P) of K normal equations of P parameters."""
+    normal = sums[:, : count**2].reshape(-1, count, count) + _RIDGE * np.eye(count)
+    inverse = np.asarray(np.linalg.inv(normal), dtype=np.float64)
+    return inverse, (inverse @ sums[:, count**2 :, None])[..., 0]

@@ -1,0 +1,109 @@
+"""Whether the base model is enough for an axis: asked of every recording, in milliseconds.
+
+Two things tell that it is not: what the model leaves is more than noise, or its parameters depend
+on the regime of the motion more than noise makes them. Both are judged on signals in which noise is
+small (`edge_ident.identification.comparison`). A wrong 'no' costs a diagnosis, a wrong 'yes' is a
+wrong answer, so the limits lean towards the diagnosis.
+"""
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from edge_ident.estimation.least_squares import unit_length
+from edge_ident.estimation.model_error import regime_spread
+from edge_ident.identification.comparison import Comparison
+from edge_ident.model.model import PARAMETERS
+from edge_ident.signals.metrics import rms
+
+Array = NDArray[np.float64]
+
+NOISE_RATIO: Final = 1.2
+"""Residual over noise from which there is something to explain; the diagnosis has the same."""
+SMALLEST_EXCESS: Final = 0.002
+"""Residual beyond noise, of the effort, that moves no parameter far: by 2 % of its value where it
+makes up a tenth of the effort."""
+LARGEST_MOVE: Final = 0.026
+"""Relative move between regimes from which parameters were found to be off by 5 %."""
+SIGNIFICANT: Final = 5.0
+"""Deviations by noise from which a move counts: quantization makes tails."""
+_TINY: Final = float(np.finfo(float).tiny)
+
+
+@dataclass(frozen=True)
+class Adequacy:
+    """How the base model does on an axis.
+
+    Attributes
+    ----------
+    relative_residual : float
+        In the band of the comparison.
+    noise_ratio : float
+        Residual over noise.
+    spread : tuple of str
+        Parameters that depend on the regime of the motion.
+    largest_move : float
+        Largest relative move of one of them.
+    """
+
+    relative_residual: float
+    noise_ratio: float
+    spread: tuple[str, ...]
+    largest_move: float
+
+    @property
+    def leaves_structure(self) -> bool:
+        """Whether the residual is more than noise."""
+        beyond = 1.0 - min(1.0, self.noise_ratio**-2)
+        excess = self.relative_residual * float(np.sqrt(beyond))
+        return self.noise_ratio > NOISE_RATIO and excess > SMALLEST_EXCESS
+
+    @property
+    def adequate(self) -> bool:
+        """Whether nothing speaks against the base model."""
+        return not self.leaves_structure and not self.spread
+
+    @property
+    def reason(self) -> str:
+        """What speaks against it, or for it, in words."""
+        parts = []
+        if self.leaves_structure:
+            parts.append(
+                f"the base model leaves {self.relative_residual:.2%} of the effort, "
+                f"{self.noise_ratio:.1f} times the noise"
+            )
+        if self.spread:
+            parts.append(
+                f"{' and '.join(name.replace('_', ' ') for name in self.spread)} "
+                f"moves by up to {self.largest_move:.1%} where a part of the motion is left out"
+            )
+        return "; ".join(parts) or "what the base model leaves is noise"
+
+
+def judge(compared: Comparison) -> Adequacy:
+    """Judge the base model."""
+    rows, effort = compared.regressor[compared.samples], compared.effort[compared.samples]
+    unit, length = unit_length(rows)
+    found = np.linalg.lstsq(unit, effort, rcond=None)[0] / length
+    left, scale = rms(effort - rows @ found), max(rms(effort), _TINY)
+    noise = float(np.sqrt(compared.noise[0] + found[0] ** 2 * compared.noise[1]))
+    normal = unit.T @ unit + 1e-10 * np.eye(len(PARAMETERS))
+    std = noise * np.sqrt(np.diag(np.linalg.inv(normal))) / length
+    regimes = (
+        np.abs(rows[:, 1]),
+        compared.position[compared.samples],
+        compared.samples.astype(np.float64),
+        rows[:, 0],
+    )
+    spread = regime_spread(rows, effort, regimes, std)
+    relative = spread.largest_move / np.maximum(np.abs(found), _TINY)
+    moved = (relative > LARGEST_MOVE) & (spread.significance > SIGNIFICANT)
+    names = tuple(name for name, far in zip(PARAMETERS[:3], moved[:3], strict=True) if far)
+    return Adequacy(
+        left / scale,
+        left / max(noise, _TINY),
+        names,
+        float(np.max(relative[:3], initial=0.0, where=moved[:3])),
+    )

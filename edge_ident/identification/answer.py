@@ -1,0 +1,220 @@
+"""Which estimate is the answer, how far it may be off, and whether it may be acted on.
+
+- The base model is adequate: least squares. The network confirms it.
+- It is not, and the diagnosis explains the rest: the base parameters of the extended model.
+- It is not, and nobody diagnosed it: the network where one applies. Under an effect that the base
+  model lacks it is closer than least squares, which balances the effect over all samples. Its
+  interval reaches as far as least squares.
+
+Every deviation includes the model error (`edge_ident.estimation.model_error`).
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from edge_ident.diagnosis.measures import Timing
+from edge_ident.diagnosis.result import AxisDiagnosis, Verdict
+from edge_ident.estimation import least_squares
+from edge_ident.estimation.compensation import CompensatedAxis, compensate_effects
+from edge_ident.estimation.effort_checks import check_effort
+from edge_ident.estimation.model_error import regime_spread
+from edge_ident.estimation.outside_support import departures, range_of
+from edge_ident.estimation.trust import (
+    Finding,
+    check_estimate,
+    compare_estimators,
+    describe_data,
+    tied_to_time,
+)
+from edge_ident.identification.adequacy import Adequacy
+from edge_ident.identification.findings import describe_model
+from edge_ident.identification.result import AxisIdentification, EffortTrace, ParameterSource
+from edge_ident.model.model import Estimate, Model, base_axis, effect_names
+from edge_ident.model.supported_range import SupportedRange
+from edge_ident.signals.metrics import compare
+from edge_ident.signals.recording import Recording
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Question:
+    """All that is known of an axis before it is diagnosed.
+
+    Attributes
+    ----------
+    recording : Recording
+    name : str
+        Of the axis.
+    compensated : CompensatedAxis
+        With its effort in step.
+    part : array of int
+        Samples that least squares estimates from.
+    linear : Estimate
+        Least squares; its deviations are those by noise.
+    network : Estimate or None
+    network_reason : str
+    adequacy : Adequacy
+    timing : Timing
+    """
+
+    recording: Recording
+    name: str
+    compensated: CompensatedAxis
+    part: NDArray[np.intp]
+    linear: Estimate
+    network: Estimate | None
+    network_reason: str
+    adequacy: Adequacy
+    timing: Timing
+
+
+@dataclass(frozen=True)
+class _Choice:
+    """The estimate that is the answer.
+
+    Attributes
+    ----------
+    compensated : CompensatedAxis
+        For the effects of the model that the estimate belongs to.
+    reason : str
+        Why it is the answer.
+    """
+
+    source: ParameterSource
+    estimate: Estimate
+    model_error: Array
+    compensated: CompensatedAxis
+    reason: str
+
+
+def answer(question: Question, diagnosed: AxisDiagnosis | None) -> AxisIdentification:
+    """Choose the answer for one axis, and check it.
+
+    Parameters
+    ----------
+    question : Question
+    diagnosed : AxisDiagnosis or None
+        None where the base model is adequate, or no diagnosis is wanted.
+    """
+    part, compensated = question.part, question.compensated
+    error = _model_error(compensated, part, question.linear.std)
+    linear = _widened(question.linear, error)
+    # slow noise moves both answers alike; the network's own figures know white noise alone
+    network = None if question.network is None else _widened(question.network, linear.std)
+    chosen = _chosen(question, diagnosed, linear, network, error)
+    signals, effects = chosen.compensated.signals, chosen.compensated.effects_effort[part]
+    regressor, measured = signals.regressor[part], signals.effort[part] + effects
+    modelled = regressor @ chosen.estimate.parameters + effects
+    metric = compare(measured, modelled)
+    axis = question.recording.axes[question.name]
+    seen = range_of(signals, axis, part, signals.effort + chosen.compensated.effects_effort)
+    base = base_axis(chosen.estimate, axis.position_unit, axis.effort_unit, seen)
+    findings = _what_was_done(question, diagnosed, seen)
+    findings += check_estimate(chosen.estimate, regressor, measured, metric.relative_residual)
+    if network is not None and question.adequacy.adequate:
+        findings += compare_estimators(network, linear)
+    return AxisIdentification(
+        estimate=chosen.estimate,
+        source=chosen.source,
+        reason=chosen.reason,
+        model_error=chosen.model_error,
+        network=network,
+        network_reason=question.network_reason,
+        least_squares=linear,
+        adequacy=question.adequacy,
+        timing=question.timing if diagnosed is None else diagnosed.timing,
+        diagnosis=diagnosed,
+        model=replace(base, terms=(*base.terms, *chosen.compensated.effects)),
+        metric=metric,
+        units=axis.parameter_units,
+        cutoff_hz=signals.cutoff_hz,
+        condition_number=least_squares.condition_number(regressor),
+        findings=tuple(findings),
+        trace=EffortTrace(signals.period_s * part.astype(np.float64), measured, modelled),
+    )
+
+
+def _what_was_done(
+    question: Question, diagnosed: AxisDiagnosis | None, seen: SupportedRange
+) -> list[Finding]:
+    """Findings about the data, the known effects and the model."""
+    known, signals = question.compensated, question.compensated.signals
+    findings = describe_data(signals)
+    findings += departures(known.effects, seen, question.recording.axes[question.name])
+    findings += tied_to_time(known.tied_to_time)
+    findings += check_effort(signals, question.part)
+    findings += describe_model(question.adequacy, diagnosed)
+    return findings
+
+
+def _chosen(
+    question: Question,
+    diagnosed: AxisDiagnosis | None,
+    linear: Estimate,
+    network: Estimate | None,
+    error: Array,
+) -> _Choice:
+    if diagnosed is not None and diagnosed.causes:
+        return _extended(question, diagnosed)
+    adequate = question.adequacy.adequate or (
+        diagnosed is not None and diagnosed.verdict is Verdict.ADEQUATE
+    )
+    if network is None or adequate:
+        reason = _reason(network, linear)
+        return _Choice(ParameterSource.LEAST_SQUARES, linear, error, question.compensated, reason)
+    apart = network.parameters - linear.parameters
+    return _Choice(
+        ParameterSource.NETWORK,
+        _widened(network, apart),
+        np.hypot(error, apart),
+        question.compensated,
+        "what the base model lacks moves the network less than least squares",
+    )
+
+
+def _extended(question: Question, diagnosed: AxisDiagnosis) -> _Choice:
+    """The base parameters of the extended model."""
+    model = Model({question.name: diagnosed.model})
+    compensated = compensate_effects(
+        question.recording, question.name, model, late_s=diagnosed.timing.shift_s
+    )
+    estimate = Estimate(diagnosed.model.parameters, diagnosed.extended.estimate.std)
+    error = _model_error(compensated, question.part, estimate.std)
+    causes = ", ".join(name.replace("_", " ") for name in effect_names(diagnosed.model))
+    return _Choice(
+        ParameterSource.EXTENDED_MODEL,
+        _widened(estimate, error),
+        error,
+        compensated,
+        f"the base model is not enough; the extended model has {causes}",
+    )
+
+
+def _widened(estimate: Estimate, by: Array) -> Estimate:
+    return Estimate(estimate.parameters, np.hypot(estimate.std, by))
+
+
+def _model_error(axis: CompensatedAxis, part: NDArray[np.intp], std: Array) -> Array:
+    """Deviation (4,) by model error of least-squares parameters whose noise has deviations std."""
+    regressor = axis.signals.regressor[part]
+    regimes = (
+        np.abs(regressor[:, 1]),
+        axis.position[part],
+        part.astype(np.float64),
+        regressor[:, 0],
+    )
+    return regime_spread(regressor, axis.signals.effort[part], regimes, std).model_error
+
+
+def _reason(network: Estimate | None, linear: Estimate) -> str:
+    """Why the parameters are those of least squares."""
+    if network is None:
+        return "the network does not apply"
+    apart = np.max(np.abs(network.parameters - linear.parameters) / network.std)
+    return (
+        "its intervals hold under coloured noise; "
+        f"the network agrees within {apart:.1f} standard deviations"
+    )

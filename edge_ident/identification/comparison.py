@@ -1,0 +1,153 @@
+"""Signals in which noise is small enough to see what the base model lacks.
+
+The signals of the identification keep every reversal, and what the controller answers to encoder
+noise is a few percent of their effort. This comparison has the band and the masks of the diagnosis:
+its noise is nearly white, and no sample counts at which the encoder does not tell the direction.
+It is computed at the rate that the band needs, because it precedes every answer.
+"""
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from edge_ident.diagnosis.prepare.bandwidth import Band, balanced_band, white_noise
+from edge_ident.diagnosis.prepare.masks import SMEAR_PERIODS, aliasing_mask, tapered
+from edge_ident.errors import DataError
+from edge_ident.estimation.compensation import CompensatedAxis
+from edge_ident.model.effect import Motion
+from edge_ident.model.model import regressor
+from edge_ident.signals.conditioning import decimated, encoder_count, position_noise
+from edge_ident.signals.filters import differentiate, lowpass
+
+Array = NDArray[np.float64]
+
+_MOTION_BAND: Final = 2.0
+"""Bandwidth of the motion over that of the comparison: reversals stay where they are."""
+_RATE: Final = 8.0
+"""Samples per period of the motion's bandwidth."""
+_WIDEST: Final = 0.2
+"""Highest bandwidth of the motion, of the sampling rate."""
+_TURN_NOISE: Final = 8.0
+"""Distance from a turning point, in standard deviations of the encoder noise, below which the
+direction is unknown."""
+_TAPER_PERIODS: Final = 0.4
+"""Cut-off periods over which the weight of a sample falls to zero at an unknown direction."""
+_LEAST_WEIGHT: Final = 0.5
+"""Filtered weight from which a sample is compared."""
+_RUN_IN: Final = 0.1
+"""Distance from the start, of the travel, before which friction remembers the time before."""
+_FREQUENCIES: Final = 512
+"""At which the noise through the filter is summed up."""
+
+
+_FEWEST: Final = 8
+"""Samples, two for each parameter."""
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """One axis, filtered for the comparison, at a rate that this band needs.
+
+    Attributes
+    ----------
+    regressor : (N, 4) array
+    effort : (N,) array
+        Less what known effects account for.
+    position : (N,) array
+    samples : array of int
+        Rows that are compared.
+    band : Band
+    period_s : float
+        From one row to the next.
+    noise : tuple of float
+        Variance of the noise in the effort, and of that of the encoder in the acceleration.
+    """
+
+    regressor: Array
+    effort: Array
+    position: Array
+    samples: NDArray[np.intp]
+    band: Band
+    period_s: float
+    noise: tuple[float, float]
+
+    @classmethod
+    def of(cls, axis: CompensatedAxis) -> "Comparison":
+        """Filter an axis."""
+        sampling_s = axis.signals.period_s
+        noise = position_noise(axis.position)
+        band, density = _band(axis, noise)
+        motion_hz = min(_MOTION_BAND * band.cutoff_hz, _WIDEST / sampling_s)
+        stride = max(1, int(1.0 / (_RATE * motion_hz * sampling_s)))
+        period_s = stride * sampling_s
+        smooth = differentiate(axis.position, motion_hz, sampling_s)
+        position, velocity, acceleration = (x[::stride] for x in smooth)
+        in_step = lowpass(axis.effort, motion_hz, sampling_s, delay_s=axis.shift_s)
+        in_step = (in_step - axis.effects_unfiltered)[::stride]
+        unknown = _direction_unknown(axis, velocity, noise, stride)
+        weight = 1.0 - tapered(unknown, _TAPER_PERIODS / (band.cutoff_hz * period_s))
+        columns = np.vstack([regressor(velocity, acceleration).T, in_step]) * weight
+        filtered = band.lowpass(columns, period_s)
+        samples = decimated(len(weight), band.cutoff_hz, period_s)
+        samples = samples[lowpass(weight, band.cutoff_hz, period_s)[samples] > _LEAST_WEIGHT]
+        far = np.abs(position - position[0]) > _RUN_IN * np.ptp(position)
+        motion = Motion.known(position, position, velocity, acceleration)
+        aliased = _aliased(motion, encoder_count(axis.position), band, sampling_s, stride)
+        samples = samples[(samples >= np.argmax(far)) & ~aliased[samples]]
+        if len(samples) < _FEWEST:
+            raise DataError(
+                f"only {len(samples)} independent samples lie away from standstill, reversals, "
+                "gaps and clipped efforts",
+                "record a longer motion, or one that is gentler and turns less often",
+            )
+        return cls(
+            regressor=filtered[:4].T,
+            effort=filtered[4],
+            position=position,
+            samples=samples,
+            band=band,
+            period_s=period_s,
+            noise=_noise(band, density, noise, sampling_s),
+        )
+
+
+def _band(axis: CompensatedAxis, noise: float) -> tuple[Band, float]:
+    """The band in which noise is balanced, and the power density of the effort's own noise."""
+    signals = axis.signals
+    period_s, widest_hz = signals.period_s, signals.cutoff_hz
+    density = 2.0 * period_s * white_noise(axis.effort, axis.position, widest_hz, period_s) ** 2
+    part = decimated(len(signals.effort), widest_hz, period_s)
+    found = np.linalg.lstsq(signals.regressor[part], signals.effort[part], rcond=None)[0]
+    return balanced_band(abs(float(found[0])), noise, density, widest_hz, period_s), density
+
+
+def _direction_unknown(
+    axis: CompensatedAxis, velocity: Array, noise: float, stride: int
+) -> NDArray[np.bool_]:
+    """Samples, every stride-th, in standstills or within the encoder noise of a reversal."""
+    position = axis.position[::stride]
+    unknown = ~axis.signals.moving[::stride]
+    for turn in np.flatnonzero(velocity[1:] * velocity[:-1] <= 0.0):
+        away = np.abs(position - position[turn]) > _TURN_NOISE * noise
+        first = turn - int(np.argmax(away[turn::-1])) if away[:turn].any() else 0
+        last = turn + int(np.argmax(away[turn:])) if away[turn:].any() else len(away)
+        unknown[first : last + 1] = True
+    return unknown
+
+
+def _aliased(
+    motion: Motion, count: float, band: Band, sampling_s: float, stride: int
+) -> NDArray[np.bool_]:
+    """Samples at which encoder quantization aliases into the band."""
+    smear = int(np.ceil(SMEAR_PERIODS / (band.cutoff_hz * stride * sampling_s)))
+    return aliasing_mask(motion, count, band.cutoff_hz, sampling_s, smear)
+
+
+def _noise(band: Band, density: float, noise: float, period_s: float) -> tuple[float, float]:
+    """Variance of the noise that passes the filter: in the effort, and in the acceleration."""
+    frequency = np.linspace(0.0, 2.0 * band.cutoff_hz, _FREQUENCIES)
+    power = band.power(frequency) * frequency[1]
+    encoder = 2.0 * noise**2 * period_s * (2.0 * np.pi * frequency) ** 4
+    return density * float(power.sum()), float(power @ encoder)

@@ -1,0 +1,55 @@
+"""What the check of the base model and the diagnosis say about an answer."""
+
+from edge_ident.diagnosis.result import AxisDiagnosis, Verdict
+from edge_ident.estimation.trust import Finding
+from edge_ident.identification.adequacy import Adequacy
+
+
+def describe_model(adequacy: Adequacy, diagnosed: AxisDiagnosis | None) -> list[Finding]:
+    """Findings about the model that an answer belongs to.
+
+    Parameters
+    ----------
+    adequacy : Adequacy
+        Of the base model.
+    diagnosed : AxisDiagnosis or None
+        Where the base model is not adequate and was diagnosed.
+    """
+    if adequacy.adequate:
+        return []
+    if diagnosed is None:
+        return [
+            Finding(
+                "base_inadequate",
+                adequacy.reason,
+                "let the diagnosis run: leave --no-diagnose out, or give the capture to "
+                "edge-ident diagnose",
+                blocks=True,
+            )
+        ]
+    return [*_verdict(adequacy, diagnosed), *diagnosed.findings]
+
+
+def _verdict(adequacy: Adequacy, diagnosed: AxisDiagnosis) -> list[Finding]:
+    found = ", ".join(cause.term.effect.replace("_", " ") for cause in diagnosed.causes)
+    left = f"{diagnosed.extended.fitted:.2%} of the effort"
+    if diagnosed.verdict is Verdict.UNEXPLAINED:
+        return [
+            Finding(
+                "unexplained",
+                f"{adequacy.reason}; the diagnosis leaves {left} unexplained, where noise leaves "
+                f"{diagnosed.noise_floor:.2%}" + (f" (found: {found})" if found else ""),
+                "look at what edge-ident diagnose says, with --output for the page",
+                blocks=True,
+            )
+        ]
+    if not diagnosed.causes:
+        return []
+    return [
+        Finding(
+            "extended_model",
+            f"the base model lacks {found}; with it the model leaves {left}",
+            "look at what edge-ident diagnose says before the machine is adjusted",
+            blocks=False,
+        )
+    ]

@@ -1,0 +1,156 @@
+"""The shift in time between effort and position.
+
+A command that is held over the sample period acts half a period late. A current that is filtered,
+or read before the encoder, adds its own share. So every recording of a digital controller has a
+shift of up to about one period. It is no fault of the machine, and belongs to every model of it.
+
+An effort that is recorded d late is effort(t - d), to first order effort - d·rate. The shift is
+the coefficient of the model's rate beside the columns of the model. Encoder noise spoils this rate.
+So the recorded effort's own rate, in a narrower band, serves as its instrument (Söderström and
+Stoica 1983): noise of the rate then widens the interval and does not bias the shift.
+"""
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from edge_ident.model.effects.time_delay import LARGEST_SHIFT
+from edge_ident.signals.filters import lowpass
+
+Array = NDArray[np.float64]
+
+_INSTRUMENT_BAND: Final = 1.0 / 3.0
+"""Bandwidth of the instrument, of the signals'. The controller answers the noise of its encoder,
+and this answer imitates a shift. Its power grows with the fifth power of the bandwidth."""
+_BLOCKS: Final = 40
+"""Blocks of time whose scatter tells the deviation: longer than the memory of a residual."""
+_COULOMB: Final = 2
+"""Column of the direction of motion: its rate is the error of a reversal, not a signal."""
+_CERTAIN: Final = 3.0
+"""Standard deviations beyond the limit from which a shift is a delay: the usual three-sigma rule.
+"""
+_TINY: Final = float(np.finfo(float).tiny)
+
+
+@dataclass(frozen=True)
+class Shift:
+    """By which the effort is recorded late.
+
+    Attributes
+    ----------
+    shift_s, std_s : float
+        Within 1.5 sampling periods, with its standard deviation for coloured residuals. Where the
+        recording says nothing the shift is zero, and the deviation that of an even distribution
+        between the limits.
+    unlimited_s, unlimited_std_s : float
+        From the recording alone, without limits; zero and infinite where it says nothing.
+    """
+
+    shift_s: float
+    std_s: float
+    unlimited_s: float
+    unlimited_std_s: float
+
+
+def estimate_shift(
+    regressor: Array,
+    effort: Array,
+    cutoff_hz: float,
+    period_s: float,
+    samples: NDArray[np.intp],
+    sampling_s: float,
+) -> Shift:
+    """Estimate the shift of an effort against its regressor, to first order.
+
+    Parameters
+    ----------
+    regressor : (N, P) array
+        Columns of the model that is linear in its parameters, the base model's first, filtered.
+    effort : (N,) array
+        Filtered alike.
+    cutoff_hz : float
+        Of that filter.
+    period_s : float
+        From one row to the next.
+    samples : array of int
+        Rows that count: away from standstills and reversals.
+    sampling_s : float
+        Sampling period of the recording, which limits the shift.
+
+    Returns
+    -------
+    Shift
+    """
+    rate = np.gradient(regressor, period_s, axis=0)
+    rate[:, _COULOMB] = 0.0
+    instrument = -np.gradient(slow(effort, cutoff_hz, period_s), period_s)
+    return solve_shift(
+        regressor[samples], rate[samples], effort[samples], instrument[samples], sampling_s
+    )
+
+
+def solve_shift(
+    regressor: Array, rate: Array, effort: Array, instrument: Array, sampling_s: float
+) -> Shift:
+    """Solve for the shift, from signals at the samples that count.
+
+    Parameters
+    ----------
+    regressor, rate : (n, P) arrays
+        Columns of the model, and their time derivatives where these are signals.
+    effort : (n,) array
+    instrument : (n,) array
+        Slow part of the effort's rate, negative: what a shift adds to the effort, per s.
+    sampling_s : float
+        Sampling period of the recording, which limits the shift.
+    """
+    largest_s = LARGEST_SHIFT * sampling_s
+    prior = largest_s**2 / 3.0
+    even = Shift(0.0, float(np.sqrt(prior)), 0.0, float(np.inf))
+    if len(effort) <= 2 * regressor.shape[1]:
+        return even
+    basis, residual, parameters = _projected(regressor, effort)
+    column, instrument = (x - basis @ (basis.T @ x) for x in (-rate @ parameters, instrument))
+    gain = float(instrument @ column)
+    if gain <= _TINY:
+        return even
+    unlimited = float(instrument @ residual) / gain
+    variance = _variance(instrument * (residual - unlimited * column)) / gain**2
+    posterior = unlimited * prior / (prior + variance)
+    return Shift(
+        shift_s=float(np.clip(posterior, -largest_s, largest_s)),
+        std_s=float(np.sqrt(prior * variance / (prior + variance))),
+        unlimited_s=unlimited,
+        unlimited_std_s=float(np.sqrt(variance)),
+    )
+
+
+def beyond_limit(shift: Shift, sampling_s: float) -> bool:
+    """Whether an effort is late, or early, by more than a controller's timing can be."""
+    beyond = abs(shift.unlimited_s) - LARGEST_SHIFT * sampling_s
+    return beyond > _CERTAIN * shift.unlimited_std_s
+
+
+def slow(effort: Array, cutoff_hz: float, period_s: float) -> Array:
+    """Part of an effort (N,) that is slow enough for its rate to be signal, and hardly noise."""
+    return lowpass(effort, _INSTRUMENT_BAND * cutoff_hz, period_s)
+
+
+def _projected(regressor: Array, effort: Array) -> tuple[Array, Array, Array]:
+    """Orthonormal basis (n, R) of a regressor; least-squares residual (n,) and parameters (P,)."""
+    length = np.maximum(np.linalg.norm(regressor, axis=0), _TINY)
+    left, singular, right = np.linalg.svd(regressor / length, full_matrices=False)
+    kept = singular > 1e-9 * singular[0]
+    basis = left[:, kept]
+    seen = basis.T @ effort
+    parameters = right[kept].T @ (seen / singular[kept]) / length
+    return basis, effort - basis @ seen, parameters
+
+
+def _variance(products: Array) -> float:
+    """Variance of the sum of coloured products (n,), from the sums of blocks of time."""
+    ends = np.linspace(0, len(products), min(_BLOCKS, len(products)), endpoint=False)
+    sums = np.add.reduceat(products, ends.astype(np.intp))
+    return float(sums @ sums)

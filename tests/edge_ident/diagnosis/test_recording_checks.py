@@ -1,0 +1,151 @@
+"""What a recording cannot show, and when it shows the controller in the place of the machine."""
+
+import numpy as np
+import pytest
+
+from edge_ident.diagnosis.fit.fitting import fit
+from edge_ident.diagnosis.prepare.preparation import prepare_axis
+from edge_ident.diagnosis.recording_checks import findings
+from edge_ident.estimation.trust import Finding
+from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Term
+from edge_ident.signals.motion_lines import Line, driven, motion_lines, strongest_line
+from edge_ident.signals.recording import AxisRecord, Recording
+from edge_ident.signals.recording_files import load_recording
+from tests.measured import MeasuredData
+from tests.plant import EFFECTS, Motion, Noise, draw, draw_drives, multisine, paper, simulate
+from tests.plant import staircase as stairs
+
+GAIN = 0.09
+"""Of the speed loop, A·s/rad."""
+
+
+def found(recording: Recording, name: str) -> dict[str, Finding]:
+    """Findings on one axis, beside the base model alone."""
+    data = prepare_axis([recording], name)
+    axis = recording.axes[name]
+    base = Term(BASE, dict.fromkeys(PARAMETERS, 0.0))
+    start = fit(
+        data, AxisModel((base,), axis.position_unit, axis.effort_unit), np.array([1.0, 0, 0, 0]), ()
+    )
+    return {finding.code: finding for finding in findings([recording], name, data, start, start)}
+
+
+def speed_loop(swing: float, *, gain: float = GAIN, seed: int = 1) -> Recording:
+    """A motor with cogging that a proportional loop turns at 2π·(1 + swing·multisine) rad/s."""
+    rng = np.random.default_rng(seed)
+    period_s, samples = 1e-3, 8000
+    angle, speed = 0.0, 2.0 * np.pi
+    angles, efforts, references = np.empty((3, samples))
+    reference = 0.0
+    rates, phases = 2.0 * np.pi * np.arange(1.0, 6.0), rng.uniform(0.0, 2.0 * np.pi, 5)
+    for row in range(samples):
+        wanted = 2.0 * np.pi * (1.0 + swing * np.sum(np.sin(rates * row * period_s + phases)))
+        cogging = 0.05 * np.sin(12.0 * angle) + 0.08 * np.cos(18.0 * angle)
+        effort = gain * (wanted - speed)
+        angles[row], efforts[row], references[row] = angle, effort, reference
+        reference += period_s * wanted
+        speed += period_s * (effort - 0.002 * speed - 0.01 * np.sign(speed) - cogging) / 2e-4
+        angle += period_s * speed
+    count = 2.0 * np.pi / 2**16
+    axis = AxisRecord(
+        count * np.round(angles / count),
+        efforts + 0.002 * rng.standard_normal(samples),
+        "rad",
+        "A",
+        reference=references,
+    )
+    return Recording(period_s * np.arange(samples), {"m": axis}, "motor", 0.5 * period_s)
+
+
+def plant(name: str | None, motion: Motion, seed: int) -> Recording:
+    drives = draw_drives(1, seed)
+    effects = draw([name] if name else [], drives, motion, seed)
+    made = simulate(
+        drives, motion, effects=effects, noise=Noise(0.02), seed=seed, steps_per_sample=5
+    )
+    axes = {
+        axis: AxisRecord(made.position[0, k], made.effort[0, k], "rad", "N*m")
+        for k, axis in enumerate(("x", "z"))
+    }
+    return Recording(made.time_s, axes, "drive", made.effort_shift_s)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_a_speed_loop_without_a_moving_reference_is_not_taken_for_a_machine(seed: int) -> None:
+    finding = found(speed_loop(0.0, seed=seed), "m")["feedback_law"]
+    assert finding.blocks
+    assert "A per rad/s of speed" in finding.message
+    assert float(finding.message.split("(")[1].split()[0]) == pytest.approx(GAIN, rel=0.1)
+    assert "a reference that moves" in finding.next_step
+
+
+def test_the_same_loop_with_a_reference_that_moves_shows_the_machine() -> None:
+    assert "feedback_law" not in found(speed_loop(0.3), "m")
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize(
+    "motion", [paper(3000), multisine(4000), stairs(4000)], ids=lambda m: m.name
+)
+def test_drives_in_closed_loop_that_follow_a_reference_show_the_machine(
+    motion: Motion, seed: int
+) -> None:
+    for name in (None, EFFECTS[seed]):
+        for axis in ("x", "z"):
+            assert "feedback_law" not in found(plant(name, motion, seed), axis)
+
+
+@pytest.mark.parametrize(
+    ("file", "axis", "caught"),
+    [
+        ("laas_uncompensated.csv", "m", True),
+        ("laas_uncompensated_second.csv", "m", True),
+        ("emps_train.csv", "q", False),
+        ("laas_current_sine.csv", "m", False),
+        ("double_pendulum_154220.csv", "j1", False),
+        ("double_pendulum_154220.csv", "j2", False),
+        ("pendulum_c0.csv", "j1", False),
+        ("pendulum_c0.csv", "j2", False),
+        ("pendulum_c0_second.csv", "j1", False),
+        ("pendulum_c0_second.csv", "j2", False),
+        ("lift_torso.csv", "torso", False),
+        ("arm_joint1_first.csv", "j1", False),
+    ],
+)
+def test_real_machines(measured_data: MeasuredData, file: str, axis: str, caught: bool) -> None:
+    assert ("feedback_law" in found(load_recording(measured_data / file), axis)) == caught
+
+
+def test_one_frequency_and_one_speed_limit_what_a_recording_shows() -> None:
+    assert not found(plant(None, paper(), 1), "x")["one_frequency"].blocks
+    assert "one_frequency" not in found(plant(None, multisine(4000), 1), "x")
+    time_s = 0.002 * np.arange(4000)
+    for swing, caught in ((0.03, True), (0.3, False)):
+        rng = np.random.default_rng(5)
+        angle = 6.0 * (time_s - swing / 9.0 * np.cos(9.0 * time_s))
+        effort = 0.2 + 0.3 * 6.0 * (1.0 + swing * np.sin(9.0 * time_s))
+        noise = rng.standard_normal(len(time_s))
+        angle = 1e-4 * np.round(angle / 1e-4)
+        axis = AxisRecord(angle, effort + 0.01 * noise, "rad", "A")
+        codes = found(Recording(time_s, {"m": axis}, "motor"), "m")
+        assert ("one_speed" in codes) == caught
+    assert "one_speed" not in found(plant(None, stairs(4000), 1), "x")
+
+
+def test_lines_of_a_motion_their_harmonics_and_combinations() -> None:
+    period_s = 0.01
+    time_s = period_s * np.arange(2000)
+    noise = 0.02 * np.random.default_rng(4).standard_normal(2000)
+    signal = 2.0 * np.sin(2.0 * np.pi * 1.6 * time_s) + 0.5 * np.cos(2.0 * np.pi * 0.7 * time_s)
+    strongest = strongest_line(signal + noise, period_s, 10.0)
+    assert strongest.frequency_hz == pytest.approx(1.6, abs=0.02)
+    assert strongest.share == pytest.approx(16.0 / 17.0, abs=0.01)
+    lines = motion_lines(signal + noise, period_s, 10.0)
+    assert [line.frequency_hz for line in lines] == pytest.approx([1.6, 0.7], abs=0.02)
+    frequency_hz = np.array([0.7, 0.9, 1.4, 1.6, 2.3, 3.2, 4.8, 4.0, 1.15])
+    belongs = driven(frequency_hz, motion_lines(signal, period_s, 10.0), 0.05)
+    assert belongs.tolist() == [True, False, False, True, False, True, True, False, False]
+    both = (Line(1.6, 0.6), Line(0.7, 0.4))
+    belongs = driven(frequency_hz, both, 0.05)
+    assert belongs.tolist() == [True, True, True, True, True, True, True, False, False]
+    assert strongest_line(signal, period_s, 1.0).frequency_hz == pytest.approx(0.7, abs=0.02)

@@ -1,0 +1,148 @@
+"""A model of one recording, scored on another of the same machine."""
+
+import json
+from dataclasses import asdict, dataclass, replace
+from typing import Any, Final, Self
+
+import numpy as np
+
+from edge_ident.diagnosis.diagnose import diagnose
+from edge_ident.diagnosis.prepare.axis_data import AxisData
+from edge_ident.diagnosis.prepare.preparation import prepare_axis
+from edge_ident.diagnosis.result import AxisDiagnosis, Cause
+from edge_ident.errors import EdgeIdentError
+from edge_ident.model.effects import named
+from edge_ident.model.model import AxisModel, Term
+from edge_ident.signals.recording import Recording
+
+HARMED: Final = 1.02
+"""Ratio of residuals above which the extension harms the other recording."""
+
+
+@dataclass(frozen=True)
+class Score:
+    """One axis, fitted to one recording and scored on another.
+
+    Attributes
+    ----------
+    pair, axis : str
+    verdict : str
+    causes, suspected, minor : tuple of str
+        Effects with their main values, strongest first.
+    base_own, extended_own : float
+        Relative residuals on the recording that was fitted.
+    base, extended : float
+        Relative residuals on the other one, with the offset refitted and without terms that are
+        tied to time; nan where that recording cannot be judged.
+    note : str
+        Why there is no figure.
+    """
+
+    pair: str
+    axis: str
+    verdict: str = ""
+    causes: tuple[str, ...] = ()
+    suspected: tuple[str, ...] = ()
+    minor: tuple[str, ...] = ()
+    base_own: float = np.nan
+    extended_own: float = np.nan
+    base: float = np.nan
+    extended: float = np.nan
+    note: str = ""
+
+    @property
+    def judged(self) -> bool:
+        """Whether there are figures of the other recording."""
+        return bool(np.isfinite(self.base) and np.isfinite(self.extended))
+
+    @property
+    def ratio(self) -> float:
+        """Residual of the extended model over that of the base model, on the other recording."""
+        return self.extended / self.base
+
+    @property
+    def harmed(self) -> bool:
+        """Whether the extension makes the other recording worse."""
+        return self.judged and self.ratio > HARMED
+
+    def line(self) -> str:
+        """As one line of JSON."""
+        return json.dumps(asdict(self))
+
+    @classmethod
+    def read(cls, line: str) -> Self:
+        """From one line of JSON."""
+        values: dict[str, Any] = json.loads(line)
+        for key in ("causes", "suspected", "minor"):
+            values[key] = tuple(values[key])
+        return cls(**values)
+
+
+def scores(label: str, fitted: Recording, other: Recording) -> list[Score]:
+    """Diagnose one recording, and score base and extended model of each axis on the other."""
+    try:
+        found = diagnose([fitted])
+    except EdgeIdentError as error:
+        return [Score(label, name, note=str(error)) for name in fitted.axes]
+    return [_scored(label, name, axis, other) for name, axis in found.axes.items()]
+
+
+def _scored(label: str, name: str, axis: AxisDiagnosis, other: Recording) -> Score:
+    base, extended, note = np.nan, np.nan, ""
+    try:
+        data = prepare_axis([other], name)
+        base, extended = (residual(data, model) for model in (_base(axis), axis.model))
+    except EdgeIdentError as error:
+        note = str(error)
+    return Score(
+        label,
+        name,
+        str(axis.verdict),
+        described(axis.causes),
+        described(axis.suspected),
+        described(axis.minor),
+        float(axis.base.fitted),
+        float(axis.extended.fitted),
+        base,
+        extended,
+        note,
+    )
+
+
+def residual(data: AxisData, model: AxisModel) -> float:
+    """Relative residual of a model as it is; its offset is refitted, what is tied to time left out.
+
+    The filter fades an offset out at reversals like everything else, so it is no constant.
+    """
+    base = model.terms[0]
+    kept = tuple(term for term in model.terms[1:] if not named(term.effect).tied_to_time)
+    raised = replace(base, values={**base.values, "offset": base.values["offset"] + 1.0})
+    predicted, higher = (
+        data.predicted(AxisModel((term, *kept), *_units(model)))[data.valid]
+        for term in (base, raised)
+    )
+    effort, column = data.effort[data.valid], higher - predicted
+    left = effort - predicted
+    left = left - column * (column @ left) / (column @ column)
+    return float(np.sqrt(np.mean(np.square(left)) / np.mean(np.square(effort))))
+
+
+def _units(model: AxisModel) -> tuple[str, str]:
+    return model.position_unit, model.effort_unit
+
+
+def _base(axis: AxisDiagnosis) -> AxisModel:
+    """The base model under the same physical bounds as the extended one."""
+    names = axis.model.terms[0].values
+    values = np.maximum(axis.base.estimate.parameters[:3], 0.0)
+    found = dict(zip(names, (*values, axis.base.estimate.parameters[3]), strict=True))
+    return AxisModel((Term(axis.model.terms[0].effect, found),), *_units(axis.model))
+
+
+def described(causes: tuple[Cause, ...]) -> tuple[str, ...]:
+    """Causes in a few words each: the effect, its values and its share of the effort."""
+    told = []
+    for cause in causes:
+        values = ", ".join(f"{name} {np.mean(v):.3g}" for name, v in cause.term.values.items())
+        told.append(f"{cause.term.effect} ({values}; {cause.share:.1%})")
+    return tuple(told)

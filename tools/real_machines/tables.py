@@ -1,0 +1,72 @@
+"""Scores and stability as tables."""
+
+from collections import Counter
+from collections.abc import Sequence
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from tools.real_machines.scores import Score
+from tools.real_machines.stability import Run
+
+
+def print_scores(scores: Sequence[Score], console: Console) -> None:
+    """Each axis, and what all come to."""
+    table = _table("residual on the other recording", "pair", "axis", "own", "other", "ratio")
+    for column in ("verdict", "causes", "suspected"):
+        table.add_column(column)
+    for s in scores:
+        table.add_row(
+            s.pair,
+            s.axis,
+            f"{s.base_own:.2%} → {s.extended_own:.2%}",
+            f"{s.base:.2%} → {s.extended:.2%}" if s.judged else s.note,
+            f"{s.ratio:.2f}{' harmed' if s.harmed else ''}" if s.judged else "–",
+            s.verdict,
+            "; ".join(s.causes) or "–",
+            "; ".join(s.suspected) or "–",
+        )
+    console.print(table)
+    console.print(summary(scores))
+
+
+def summary(scores: Sequence[Score]) -> Table:
+    """Harmed, still naming, and the median ratio of those that name."""
+    judged = [s for s in scores if s.judged]
+    naming = [s for s in judged if s.causes]
+    harmed = [s for s in judged if s.harmed]
+    ratios = [s.ratio for s in naming]
+    table = _table("all axes, both ways round", "axes", "harmed", "explained and harmed")
+    for column in ("still naming", "ratio of these, median", "largest ratio"):
+        table.add_column(column)
+    table.add_row(
+        f"{len(judged)} of {len(scores)}",
+        str(len(harmed)),
+        str(sum(s.verdict == "explained" for s in harmed)),
+        str(len(naming)),
+        f"{np.median(ratios):.2f}" if ratios else "–",
+        f"{max(ratios):.2f}" if ratios else "–",
+    )
+    return table
+
+
+def print_stability(runs: Sequence[Run], console: Console) -> None:
+    """What each copy is said to have, and how often each effect is named in all of them."""
+    table = _table("disturbed copies", "copy", "axis", "verdict", "left", "causes", "suspected")
+    for run in runs:
+        causes = ("; ".join(some) or "–" for some in (run.causes, run.suspected))
+        table.add_row(run.copy, run.axis, run.verdict, f"{run.left:.2%}", *causes)
+    console.print(table)
+    for axis in dict.fromkeys(run.axis for run in runs):
+        of = [run for run in runs if run.axis == axis]
+        named = Counter(cause.partition(" (")[0] for run in of for cause in set(run.causes))
+        stays = ", ".join(f"{name} {count}" for name, count in named.most_common())
+        console.print(f"axis {axis}, causes in {len(of)} copies: {stays or 'none'}")
+
+
+def _table(title: str, *columns: str) -> Table:
+    table = Table(*columns, title=title, title_justify="left")
+    for column in table.columns:
+        column.overflow = "fold"
+    return table
