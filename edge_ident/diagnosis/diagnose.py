@@ -17,6 +17,7 @@ from edge_ident.diagnosis.fit.summary import (
     traces,
 )
 from edge_ident.diagnosis.fit.traded import with_trades
+from edge_ident.diagnosis.fit.wide_band import above_band
 from edge_ident.diagnosis.measures import Validation
 from edge_ident.diagnosis.motion_check import with_motion_errors
 from edge_ident.diagnosis.prepare.axis_data import AxisData
@@ -30,6 +31,7 @@ from edge_ident.diagnosis.select.causes import causes, strongest_first
 from edge_ident.diagnosis.select.forward_selection import select_forward
 from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.select.testability import not_testable
+from edge_ident.diagnosis.select.wide_band_causes import TOLERANCE, with_band_content, with_ripples
 from edge_ident.diagnosis.validation import Judged, judge, with_sources
 from edge_ident.diagnosis.written_model import written_model
 from edge_ident.errors import DataError
@@ -130,12 +132,28 @@ def _diagnose_axis(
     template: AxisModel,
     validate: Recording | None,
 ) -> tuple[AxisDiagnosis, Validation | None]:
-    data, selected = _selected(_prepared(recordings, name, template), template)
+    """Diagnose an axis above its band, and beside the ripples that are found there in its band."""
+    data = _prepared(recordings, name, template)
+    content = above_band(recordings, name, data)
+    known = with_ripples(template, content, TOLERANCE)
+    found, judged = _in_band(recordings, name, data, (template, known), validate)
+    return with_band_content(found, content, template, TOLERANCE), judged
+
+
+def _in_band(
+    recordings: Sequence[Recording],
+    name: str,
+    data: AxisData,
+    axes: tuple[AxisModel, AxisModel],
+    validate: Recording | None,
+) -> tuple[AxisDiagnosis, Validation | None]:
+    """Diagnose an axis in its band; `axes` is the axis without and with ripples above it."""
+    template, known = axes
+    data, selected = _selected(data, known)
     search, start = selected.search, selected.start
+    base = start if known is template else fit(data, template, _START, ())
     supported = selected.supported.without_vibrations(data)
-    judged = Judged(supported)
-    if validate is not None:
-        judged = judge(data, _prepared([validate], name, supported.model.axis), start, supported)
+    judged = _judged(data, name, start, supported, validate)
     supported, model = judged.supported, judged.supported.model
     floor = noise_floor(data, start, float(model.base[0]))
     left = float(np.sqrt(model.error / np.count_nonzero(data.valid)))
@@ -152,18 +170,31 @@ def _diagnose_axis(
         external_vibrations=selected.supported.vibrations,
         converged=supported.converged,
         not_testable=not_testable(search, model, left),
-        base=model_fit(data, start, standard_deviations(data, start)),
+        base=model_fit(data, base, standard_deviations(data, base)),
         extended=model_fit(data, model, deviations),
         timing=timing(data, model, deviations),
         noise_floor=floor.rms / nonzero_rms(data.effort[data.valid]),
         noise_floor_source=floor.source,
-        model=written_model(template, estimate, judged.carried(found), data),
+        model=written_model(known, estimate, judged.carried(found), data),
         cutoff_hz=max(s.cutoff_hz for s in data.segments),
         knee_hz=max(s.band.knee_hz for s in data.segments),
-        traces=traces(data, start, model, parts),
+        traces=traces(data, base, model, parts),
         findings=findings(recordings, name, data, start, selected.supported.model),
     )
     return diagnosis, judged.validation
+
+
+def _judged(
+    data: AxisData,
+    name: str,
+    start: FittedModel,
+    supported: SupportedModel,
+    validate: Recording | None,
+) -> Judged:
+    """The causes, judged on another recording where there is one."""
+    if validate is None:
+        return Judged(supported)
+    return judge(data, _prepared([validate], name, supported.model.axis), start, supported)
 
 
 def _prepared(recordings: Sequence[Recording], name: str, axis: AxisModel) -> AxisData:

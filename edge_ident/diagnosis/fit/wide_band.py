@@ -285,7 +285,7 @@ def _measured(
                 sine=float(whole[k, 1]),
                 std=float(np.hypot(np.sqrt(0.25 * sum(variance)), 0.5 * apart / np.sqrt(2.0))),
                 rate_std=peak.rate_std,
-                share=amplitude / np.sqrt(2.0) / scale,
+                share=amplitude / math.sqrt(2.0) / scale,
                 found_again=stands_out and agree,
                 gain=(min(gain), max(gain)),
             )

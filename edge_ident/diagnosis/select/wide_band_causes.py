@@ -14,6 +14,10 @@ from edge_ident.model.model import AxisModel, Term
 
 _RIPPLE: Final = "torque_ripple"
 _TURN: Final = 2.0 * np.pi
+_SAME: Final = 0.02
+"""Relative difference of two orders up to which they are one."""
+TOLERANCE: Final = 0.01
+"""Smallest rms that is worth naming, over that of the effort."""
 
 
 def with_ripples(axis: AxisModel, content: BandContent, tolerance: float) -> AxisModel:
@@ -24,12 +28,12 @@ def with_ripples(axis: AxisModel, content: BandContent, tolerance: float) -> Axi
     tolerance : float
         Smallest rms that is, over that of the effort.
     """
-    terms = tuple(_term(s) for s in content.orders if s.share >= tolerance)
-    return replace(axis, terms=(*axis.terms, *terms))
+    terms = tuple(_term(s) for s in _new(axis.terms, content) if s.share >= tolerance)
+    return replace(axis, terms=(*axis.terms, *terms)) if terms else axis
 
 
 def with_band_content(
-    found: AxisDiagnosis, content: BandContent, tolerance: float
+    found: AxisDiagnosis, content: BandContent, axis: AxisModel, tolerance: float
 ) -> AxisDiagnosis:
     """A diagnosis with what lies above the band.
 
@@ -40,8 +44,11 @@ def with_band_content(
     ----------
     found : AxisDiagnosis
         Of a search beside `with_ripples`.
+    axis : AxisModel
+        With the effects that the axis is known to have.
     """
-    causes = [_cause(s) for s in content.orders]
+    known = (*axis.terms, *(cause.term for cause in found.causes))
+    causes = [_cause(s) for s in _new(known, content)]
     worth = [c for c in causes if c.share >= tolerance]
     per_unit = 1.0 if found.model.position_unit == "rad" else _TURN
     lines = (
@@ -63,6 +70,12 @@ def with_band_content(
     )
 
 
+def _new(terms: Sequence[Term], content: BandContent) -> list[Sinusoid]:
+    """Orders that are not among the terms."""
+    known = [_TURN / float(np.asarray(t.values["period"])) for t in terms if t.effect == _RIPPLE]
+    return [s for s in content.orders if all(abs(s.rate - k) > _SAME * k for k in known)]
+
+
 def _sorted(causes: Sequence[Cause]) -> tuple[Cause, ...]:
     return tuple(sorted(causes, key=lambda cause: -cause.share))
 
@@ -72,11 +85,7 @@ def _term(order: Sinusoid) -> Term:
     return Term(
         _RIPPLE,
         {"cosine": order.cosine, "sine": order.sine, "period": period},
-        {
-            "cosine": order.std,
-            "sine": order.std,
-            "period": period * order.rate_std / order.rate,
-        },
+        {"cosine": order.std, "sine": order.std, "period": period * order.rate_std / order.rate},
     )
 
 
