@@ -40,6 +40,7 @@ from edge_ident.signals.data_checks import check_efforts
 from edge_ident.signals.recording import Recording
 
 Progress = Callable[[str, int, int], None]
+_Axes = tuple[AxisModel, AxisModel]
 
 _START: Final = np.array([1.0, 0.0, 0.0, 0.0])
 """Base parameters that the first fit starts from."""
@@ -147,19 +148,16 @@ def _diagnose_axis(
 
 
 def _in_band(
-    recordings: Sequence[Recording],
-    name: str,
-    data: AxisData,
-    axes: tuple[AxisModel, AxisModel],
-    validate: Recording | None,
+    recordings: Sequence[Recording], name: str, data: AxisData, axes: _Axes, other: Recording | None
 ) -> tuple[AxisDiagnosis, Validation | None]:
-    """Diagnose an axis in its band; `axes` is the axis without and with ripples above it."""
+    """Diagnose an axis in its band, and judge it on another recording; `axes` is the axis
+    without and with ripples above the band."""
     template, known = axes
     data, selected = _selected(data, known)
     search, start = selected.search, selected.start
     base = start if known is template else fit(data, template, _START, ())
     supported = selected.supported.without_vibrations(data)
-    judged = _judged(data, name, start, supported, validate)
+    judged = _judged(data, name, start, supported, other)
     supported, model = judged.supported, judged.supported.model
     floor = noise_floor(data, start, float(model.base[0]))
     left = float(np.sqrt(model.error / np.count_nonzero(data.valid)))

@@ -30,7 +30,6 @@ def recorded(
     order: tuple[float, float] = (0.0, 1.0),
     line: tuple[float, float] = (0.0, 1.0),
     line_until_s: float = np.inf,
-    misread: tuple[float, float] = (0.0, 1.0),
 ) -> Recording:
     """An axis that turns one way at speeds from 1 to 5 rad/s; amplitude and rate of what it has."""
     rng = np.random.default_rng(seed)
@@ -42,8 +41,7 @@ def recorded(
     acting = time_s < line_until_s
     effort = effort + acting * line[0] * np.sin(TURN * line[1] * time_s)
     effort = effort + NOISE * rng.standard_normal(samples)
-    read = position + misread[0] * np.cos(misread[1] * position)
-    axis = AxisRecord(count * np.round(read / count), effort, "rad", "N*m")
+    axis = AxisRecord(count * np.round(position / count), effort, "rad", "N*m")
     return Recording(time_s, {"x": axis}, "a test")
 
 
@@ -94,12 +92,6 @@ def test_an_order_and_a_line_are_told_apart() -> None:
     found = content(recorded(3, order=(0.08, 36.0), line=(0.05, 61.0)))
     assert [round(s.rate) for s in found.orders] == [36]
     assert [round(s.rate / TURN) for s in found.lines] == [61]
-
-
-def test_effort_that_grows_with_the_square_of_the_speed_is_no_ripple() -> None:
-    found = content(recorded(4, count=TURN / 2**22, misread=(4e-4, 36.0)))
-    assert not found.orders
-    assert [round(s.rate) for s in found.unnamed_orders] == [36]
 
 
 def test_the_rounding_of_an_encoder_is_no_order() -> None:
