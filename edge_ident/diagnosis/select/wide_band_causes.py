@@ -16,8 +16,6 @@ _RIPPLE: Final = "torque_ripple"
 _TURN: Final = 2.0 * np.pi
 _SAME: Final = 0.02
 """Relative difference of two orders up to which they are one."""
-TOLERANCE: Final = 0.01
-"""Smallest rms that is worth naming, over that of the effort."""
 
 
 def with_ripples(axis: AxisModel, content: BandContent, tolerance: float) -> AxisModel:
