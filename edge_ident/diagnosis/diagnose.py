@@ -34,6 +34,7 @@ from edge_ident.diagnosis.validation import Judged, judge, with_sources
 from edge_ident.diagnosis.written_model import written_model
 from edge_ident.errors import DataError
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Estimate, Model, Term
+from edge_ident.signals.data_checks import check_efforts
 from edge_ident.signals.recording import Recording
 
 Progress = Callable[[str, int, int], None]
@@ -97,8 +98,10 @@ def diagnose(
 
 
 def _check_axes(recordings: Sequence[Recording]) -> None:
-    """Raise DataError where recordings have different axes."""
+    """Raise DataError where recordings have different axes, or an effort that never changes."""
     first = recordings[0]
+    for recording in recordings:
+        check_efforts(recording)
     for other in recordings[1:]:
         if set(other.axes) != set(first.axes):
             raise DataError(

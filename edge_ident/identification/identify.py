@@ -22,6 +22,7 @@ from edge_ident.identification.result import Identification
 from edge_ident.model.effects.time_delay import LARGEST_SHIFT
 from edge_ident.model.model import Estimate, Model
 from edge_ident.signals.conditioning import Signals
+from edge_ident.signals.data_checks import check_efforts
 from edge_ident.signals.recording import AxisRecord, Recording
 from edge_ident.support.stopwatch import Stopwatch
 
@@ -84,6 +85,7 @@ def identify(
     >>> round(float(inertia), 2), found.axes["x"].units[0]
     (0.43, 'kg*m^2')
     """
+    check_efforts(recording)
     watch = stopwatch or Stopwatch()
     looked = {name: _look(recording, name, network, model, seed, watch) for name in recording.axes}
     inadequate = [name for name, question in looked.items() if not question.adequacy.adequate]
