@@ -19,6 +19,7 @@ from edge_ident.diagnosis.fit.summary import (
     traces,
 )
 from edge_ident.diagnosis.fit.traded import with_trades
+from edge_ident.diagnosis.fit.wide_band import above_band
 from edge_ident.diagnosis.measures import Validation
 from edge_ident.diagnosis.motion_check import with_motion_errors
 from edge_ident.diagnosis.prepare.axis_data import AxisData
@@ -34,6 +35,7 @@ from edge_ident.diagnosis.select.own_effort import base_space, own_shares
 from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.select.stability import RUNS
 from edge_ident.diagnosis.select.testability import not_testable
+from edge_ident.diagnosis.select.wide_band_causes import with_band_content, with_ripples
 from edge_ident.diagnosis.validation import Judged, with_sources
 from edge_ident.diagnosis.validation import judge as judge_elsewhere
 from edge_ident.diagnosis.written_model import written_model
@@ -157,10 +159,14 @@ class _Selected:
 
 @dataclass(frozen=True)
 class _Outcome:
-    """An axis after the recordings themselves and, where there is one, another have judged it."""
+    """An axis after the recordings themselves and, where there is one, another have judged it.
+
+    `base` is the base model without the ripples that were found above the band.
+    """
 
     data: AxisData
     selected: _Selected
+    base: FittedModel
     floor: NoiseFloor
     checks: tuple[Finding, ...]
     judged: Judgement
@@ -175,7 +181,10 @@ def _diagnose_axis(
     rules: Rules,
     on_run: OnRun,
 ) -> tuple[AxisDiagnosis, Validation | None]:
-    data, selected = _selected(_prepared(recordings, name, template), template)
+    data = _prepared(recordings, name, template)
+    content = above_band(recordings, name, data)
+    known = with_ripples(template, content, rules.tolerance)
+    data, selected = _selected(data, known)
     search, start = selected.search, selected.start
     floor = noise_floor(data, start, float(selected.supported.model.base[0]))
     checks = findings(recordings, name, data, start, selected.supported.model)
@@ -185,17 +194,19 @@ def _diagnose_axis(
     if validate is not None:
         other = _prepared([validate], name, carried.supported.model.axis)
         carried = judge_elsewhere(data, other, start, carried.supported, rules.tolerance)
-    outcome = _Outcome(data, selected, floor, checks, judged, carried)
-    return _axis_diagnosis(outcome, template, recordings), carried.validation
+    base = start if known is template else fit(data, template, _START, ())
+    outcome = _Outcome(data, selected, base, floor, checks, judged, carried)
+    found = _axis_diagnosis(outcome, known, recordings)
+    return with_band_content(found, content, template, rules.tolerance), carried.validation
 
 
 def _axis_diagnosis(
     outcome: _Outcome, template: AxisModel, recordings: Sequence[Recording]
 ) -> AxisDiagnosis:
-    data, start, judged = outcome.data, outcome.selected.start, outcome.judged
+    data, base, judged = outcome.data, outcome.base, outcome.judged
     model = outcome.carried.supported.model
     left = float(np.sqrt(model.error / np.count_nonzero(data.valid)))
-    deviations = with_trades(data, start, model, outcome.floor.rms)
+    deviations = with_trades(data, outcome.selected.start, model, outcome.floor.rms)
     extended = model_fit(data, model, deviations)
     found, minor = _named(outcome, deviations, recordings)
     written = outcome.carried.carried((*found, *minor))
@@ -208,7 +219,7 @@ def _axis_diagnosis(
         external_vibrations=judged.supported.vibrations,
         converged=judged.supported.converged,
         not_testable=not_testable(outcome.selected.search, model, left),
-        base=model_fit(data, start, standard_deviations(data, start)),
+        base=model_fit(data, base, standard_deviations(data, base)),
         extended=extended,
         timing=timing(data, model),
         noise_floor=outcome.floor.rms / nonzero_rms(data.effort[data.valid]),
@@ -216,7 +227,7 @@ def _axis_diagnosis(
         model=written_model(template, extended.estimate, written, data),
         cutoff_hz=max(s.cutoff_hz for s in data.segments),
         knee_hz=max(s.band.knee_hz for s in data.segments),
-        traces=traces(data, start, model, contributions(data, model)),
+        traces=traces(data, base, model, contributions(data, model)),
         findings=outcome.checks,
     )
 
