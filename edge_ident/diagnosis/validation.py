@@ -199,8 +199,7 @@ def _weighed(
 ) -> dict[int, _Weighed]:
     """Each term that is not tied to time, by its place in the model that is judged."""
     scale, block = nonzero_rms(other.effort[other.valid]), other.block[other.valid]
-    timing = other.timing_columns[other.valid]
-    basis = orthonormal(np.hstack([_base_columns(other), timing]))
+    basis = orthonormal(np.hstack([_base_columns(other), other.timing_columns[other.valid]]))
     found = {}
     for k, place in enumerate(places):
         effect = model.terms[k].candidate.effect

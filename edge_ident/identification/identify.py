@@ -106,7 +106,10 @@ def _diagnosed(
     """Diagnose some axes; the diagnosis needs scipy, which an adequate axis does without."""
     from edge_ident.diagnosis.diagnose import diagnose
 
-    return diagnose([recording], model=model, only=names, on_progress=on_progress).axes
+    # what is too small to be named still moves parameters
+    return diagnose(
+        [recording], model=model, keep_minor=True, only=names, on_progress=on_progress
+    ).axes
 
 
 def _look(

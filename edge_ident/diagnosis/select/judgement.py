@@ -120,7 +120,9 @@ def judge(
         doubts |= dict.fromkeys(kept, reason)
         kept = []
     named, minor = _worth_naming(court, kept)
-    return _judgement(court, selected, _Sorted(named, minor, doubts), found, rules)
+    judged = _judgement(court, selected, _Sorted(named, minor, doubts), found, rules)
+    # a recording that contradicts itself is understood by no model, however well one fits
+    return replace(judged, verdict=Verdict.UNEXPLAINED) if blocked else judged
 
 
 @dataclass(frozen=True)
