@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from edge_ident.diagnosis.fit.fitting import FittedModel, delayed
 from edge_ident.diagnosis.fit.held_out import held_out_residuals
-from edge_ident.diagnosis.fit.projection import orthonormal
 from edge_ident.diagnosis.measures import NO_SHIFT, ModelFit, Timing, Traces
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.timing import whole_shift
@@ -61,23 +60,6 @@ def timing(data: AxisData, fitted: FittedModel) -> Timing:
 def contributions(data: AxisData, model: FittedModel) -> list[Array]:
     """What each added term adds to the prediction of a model, (n,) each."""
     return [_contribution(data, model, k) for k in range(len(model.terms))]
-
-
-def orthogonal_shares(data: AxisData, model: FittedModel, parts: Sequence[Array]) -> list[float]:
-    """Rms of what each added term alone can express, over the rms of the effort.
-
-    That is the part of its contribution orthogonal to the columns of the base model, timing
-    included. The rest merely takes the place of base parameters.
-
-    Parameters
-    ----------
-    parts : sequence of (n,) arrays
-        Contributions of the model's terms.
-    """
-    valid = data.valid
-    basis = orthonormal(model.derivatives[valid, model.base_columns])
-    scale = nonzero_rms(data.effort[valid])
-    return [rms(part[valid] - basis @ (basis.T @ part[valid])) / scale for part in parts]
 
 
 def _contribution(data: AxisData, model: FittedModel, index: int) -> Array:

@@ -6,12 +6,12 @@ from dataclasses import dataclass, replace
 
 from edge_ident.diagnosis.fit.external_vibrations import VIBRATION
 from edge_ident.diagnosis.fit.fitting import FittedModel, without_terms
-from edge_ident.diagnosis.fit.held_out import held_out_residuals
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.result import Refused
-from edge_ident.diagnosis.select.acceptance import Decision, Evidence, decide
+from edge_ident.diagnosis.select.acceptance import Decision
 from edge_ident.diagnosis.select.alternatives import ComparedAlternatives, compare_alternatives
-from edge_ident.diagnosis.select.cross_validation import HeldOutGain, held_out_gain, near_zero
+from edge_ident.diagnosis.select.cross_validation import HeldOutGain, near_zero
+from edge_ident.diagnosis.select.evidence import evidence_for_terms, staying
 from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.select.thresholds import MOST_ROUNDS
 from edge_ident.model.model import Term
@@ -115,7 +115,7 @@ def _look(search: Search, model: FittedModel) -> _Round:
     alternative comes before a term with an essential parameter near zero leaves.
     """
     smaller, evidence, gains = evidence_for_terms(search, model)
-    decisions = _decisions(smaller, model, evidence)
+    decisions = staying(smaller, model, evidence)
     if all(d.accepted for d in decisions):
         comparisons = [compare_alternatives(search, model, k) for k in range(len(model.terms))]
         better = [k for k, c in enumerate(comparisons) if c.replacement is not None]
@@ -123,7 +123,7 @@ def _look(search: Search, model: FittedModel) -> _Round:
             return _replaced(search, model, gains, decisions, comparisons)
         close = near_zero(search.data, model)
         evidence = [replace(e, near_zero=n) for e, n in zip(evidence, close, strict=True)]
-        decisions = _decisions(smaller, model, evidence)
+        decisions = staying(smaller, model, evidence)
     else:
         comparisons = []
     doubtful = [k for k, d in enumerate(decisions) if not d.accepted]
@@ -155,26 +155,3 @@ def _replaced(
     reason = f"{new} in its place is better: {best.decision.reason}"
     refused = Refused(model.terms[place].candidate.effect, reason)
     return _Round(gains, decisions, comparisons, best.replacement, refused)
-
-
-def evidence_for_terms(
-    search: Search, model: FittedModel
-) -> tuple[list[FittedModel], list[Evidence], list[HeldOutGain]]:
-    """The models without each term, and the evidence for the term."""
-    residuals = held_out_residuals(search.data, model)
-    smaller = [search.fit(model.base, model.without(k)) for k in range(len(model.terms))]
-    gains = [held_out_gain(search.data, less, model, residuals) for less in smaller]
-    evidence = [
-        Evidence(search.gain(less, model), gain.supported, gain.one_off)
-        for less, gain in zip(smaller, gains, strict=True)
-    ]
-    return smaller, evidence, gains
-
-
-def _decisions(
-    smaller: Sequence[FittedModel], model: FittedModel, evidence: Sequence[Evidence]
-) -> list[Decision]:
-    return [
-        decide(less.terms, model.terms, e, staying=True)
-        for less, e in zip(smaller, evidence, strict=True)
-    ]

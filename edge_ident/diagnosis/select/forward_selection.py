@@ -12,6 +12,7 @@ from edge_ident.diagnosis.fit.scoring import ScoredCandidate
 from edge_ident.diagnosis.select.acceptance import Evidence, decide
 from edge_ident.diagnosis.select.criterion import independent_samples
 from edge_ident.diagnosis.select.cross_validation import held_out_gain
+from edge_ident.diagnosis.select.evidence import evidence_for_terms, staying
 from edge_ident.diagnosis.select.search import Search, unrepeatable
 from edge_ident.diagnosis.select.thresholds import (
     BEAM_WIDTH,
@@ -78,16 +79,44 @@ def _better(fewer: Search, start: FittedModel, model: FittedModel) -> FittedMode
 
     Both compete, because of two large causes neither explains much alone.
     """
-    again, pruned = _grown(fewer, start), _pruned(fewer, model)
+    again, pruned = _grown(fewer, start), _supported(fewer, _pruned(fewer, model))
     return pruned if fewer.gain(again, pruned) > 0.0 else again
 
 
 def _grown(search: Search, start: FittedModel) -> FittedModel:
-    """Grow a model by one term after the other; of all models on the way the criterion's best."""
+    """Grow a model whose terms support each other."""
+    return _supported(search, _pruned(search, _largest(search, start, frozenset())))
+
+
+def _supported(search: Search, model: FittedModel) -> FittedModel:
+    """Drop what the others leave without support, and grow on without that.
+
+    A term that entered first may have taken the place of one that was still to come.
+    """
+    without: frozenset[str] = frozenset()
+    while (smaller := _without_weakest(search, model)) is not None:
+        gone = model.effects - smaller.effects
+        model = smaller
+        if gone:  # and not one of several terms of an effect that stays
+            without |= gone
+            model = _pruned(search, _largest(search, model, without))
+    return model
+
+
+def _without_weakest(search: Search, model: FittedModel) -> FittedModel | None:
+    """A model without its least supported term, if there is one that the rule does not accept."""
+    smaller, evidence, gains = evidence_for_terms(search, model)
+    accepted = [decision.accepted for decision in staying(smaller, model, evidence)]
+    doubtful = [k for k, yes in enumerate(accepted) if not yes]
+    return smaller[min(doubtful, key=lambda k: gains[k].interval[0])] if doubtful else None
+
+
+def _largest(search: Search, start: FittedModel, without: frozenset[str]) -> FittedModel:
+    """Add one term after the other; of all models on the way the criterion's best."""
     best = start
     beam = [start]
-    for _ in range(MOST_TERMS.value):
-        larger = _distinct(model for parent in beam for model in _children(search, parent))
+    for _ in range(MOST_TERMS.value - len(start.terms)):
+        larger = _distinct(model for parent in beam for model in _children(search, parent, without))
         if not larger:
             break
         least = min(model.error for model in larger)
@@ -97,12 +126,15 @@ def _grown(search: Search, start: FittedModel) -> FittedModel:
         for model in beam:
             if search.gain(best, model) > 0.0:
                 best = model
-    return _pruned(search, best)
+    return best
 
 
-def _children(search: Search, parent: FittedModel) -> Iterable[FittedModel]:
+def _children(
+    search: Search, parent: FittedModel, without: frozenset[str]
+) -> Iterable[FittedModel]:
     """Models with one more term that the acceptance rule accepts."""
-    scored = [s for s in search.score(parent, unrepeatable(parent)) if not s.on_edge]
+    scored = search.score(parent, unrepeatable(parent) | without)
+    scored = [s for s in scored if not s.on_edge]
     least = min((s.error for s in scored), default=0.0)
     followed = [s for s in scored if s.error < FOLLOWED.value * least]
     for candidate in followed[: BEAM_WIDTH.value]:

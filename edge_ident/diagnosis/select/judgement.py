@@ -28,10 +28,10 @@ from edge_ident.diagnosis.select.acceptance import (
 from edge_ident.diagnosis.select.backward_elimination import (
     SupportedModel,
     SupportedTerm,
-    evidence_for_terms,
     without_vibrations,
 )
 from edge_ident.diagnosis.select.causes import causes, strongest_first
+from edge_ident.diagnosis.select.evidence import evidence_for_terms
 from edge_ident.diagnosis.select.own_effort import Array, base_space, own_efforts
 from edge_ident.diagnosis.select.physics import unphysical
 from edge_ident.diagnosis.select.search import Search

@@ -1,7 +1,8 @@
 """A cause's own effort: the part of its contribution that the base model cannot express.
 
 Friction that bends, for example, mostly takes the place of viscous friction. Only what is
-orthogonal to the base model's columns is new. Shares, ranks and comparisons of causes use it.
+orthogonal to the columns of the base parameters is new. Shares, ranks and comparisons of causes use
+it. Timing is no such column: it belongs to the data, and beside a cause it takes other values.
 """
 
 import numpy as np
@@ -11,14 +12,15 @@ from edge_ident.diagnosis.fit.fitting import FittedModel, additive, jacobian_of
 from edge_ident.diagnosis.fit.projection import orthonormal
 from edge_ident.diagnosis.fit.summary import contributions, nonzero_rms
 from edge_ident.diagnosis.prepare.axis_data import AxisData
+from edge_ident.model.model import PARAMETERS
 from edge_ident.signals.metrics import rms
 
 Array = NDArray[np.float64]
 
 
 def base_space(data: AxisData, start: FittedModel) -> Array:
-    """Orthonormal basis (n, R) of the base model's columns at the valid samples."""
-    return orthonormal(jacobian_of(data, start)[data.valid, start.base_columns])
+    """Orthonormal basis (n, R) of the base parameters' columns at the valid samples."""
+    return orthonormal(jacobian_of(data, start)[data.valid, : len(PARAMETERS)])
 
 
 def own_efforts(data: AxisData, model: FittedModel, space: Array) -> Array:

@@ -1,7 +1,7 @@
 """Stability selection: a cause is supported where disturbed data lead to it again.
 
 The search is repeated on data that are disturbed by less than their noise (Meinshausen and Bühlmann
-2010): on each half of the samples, and with white noise of the floor's rms added to the effort.
+2010): on every second recorded effort, and with white noise of the floor's rms added to the effort.
 Waveforms are compared and not parameters, because the parameters of one friction curve trade places
 freely. The motion is undisturbed. So the regressors of the first search serve all runs.
 """
@@ -12,6 +12,7 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
 
 from edge_ident.diagnosis.fit.fitting import FittedModel
 from edge_ident.diagnosis.prepare.axis_data import AxisData
@@ -24,7 +25,7 @@ from edge_ident.signals.metrics import rms
 Array = NDArray[np.float64]
 
 RUNS: Final = HALVES.value + NOISE_SEEDS.value
-"""Disturbed runs: two halves of the samples, and the copies with noise."""
+"""Disturbed runs: every second recorded effort, the others, and the copies with noise."""
 
 
 def times_found(
@@ -66,14 +67,20 @@ def times_found(
 
 
 def _disturbed(data: AxisData, noise: float) -> Iterator[AxisData]:
-    """The copies: every second valid sample, the others, and noise from every seed."""
-    number = np.cumsum(data.valid)
+    """The copies: every second recorded effort, the others, and noise from every seed."""
     for half in range(HALVES.value):
-        yield replace(data, valid=data.valid & (number % HALVES.value == half))
+        efforts = [s.sampled(_every_second(s.raw_effort, half)) for s in data.segments]
+        yield replace(data, effort=np.concatenate(efforts))
     for seed in range(NOISE_SEEDS.value):
         rng = np.random.default_rng(seed)
         added = noise * rng.standard_normal(len(data.effort))
         yield replace(data, effort=data.effort + added)
+
+
+def _every_second(raw: Array, first: int) -> Array:
+    """An effort (M,) interpolated between every second of its samples."""
+    at = np.arange(len(raw))
+    return np.asarray(CubicSpline(at[first::2], raw[first::2])(at))
 
 
 def _among(effort: Array, seen: Array) -> bool:

@@ -112,8 +112,8 @@ TRADED: Final = Threshold(
 HALVES: Final = Threshold(
     2,
     "runs",
-    "So many disturbed runs have every second sample.",
-    "Both halves of the samples.",
+    "So many disturbed runs have every second recorded effort.",
+    "The even samples, and the odd ones.",
     "docs/diagnosis_reference.md, the rules on real axes: one run gives the same answer",
 )
 NOISE_SEEDS: Final = Threshold(
