@@ -12,7 +12,9 @@ import pytest
 from numpy.typing import NDArray
 from typer.testing import CliRunner
 
+from edge_ident import AxisRecord, Recording, diagnose, identify
 from edge_ident.cli import app
+from edge_ident.errors import DataError
 
 Array = NDArray[np.float64]
 
@@ -163,6 +165,16 @@ def test_what_contradicts_itself_has_no_cause(tmp_path: Path, kind: str) -> None
         return
     assert finding in named
     assert code == UNTRUSTED
+
+
+@pytest.mark.parametrize("value", [0.0, 1.5])
+def test_an_effort_that_never_changes_is_refused_without_a_file_too(value: float) -> None:
+    good = sound()
+    axis = AxisRecord(good.position, 0.0 * good.effort + value, "rad", "N*m")
+    recording = Recording(good.time_s, {"x": axis}, "memory")
+    for refuses in (lambda: identify(recording), lambda: diagnose([recording])):
+        with pytest.raises(DataError, match="throughout"):
+            refuses()
 
 
 def test_degrees_are_asked_about_and_no_cause_comes_of_them(tmp_path: Path) -> None:

@@ -1,6 +1,6 @@
 """The front door: diagnose recordings of one machine."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -34,6 +34,7 @@ from edge_ident.diagnosis.validation import Judged, judge, with_sources
 from edge_ident.diagnosis.written_model import written_model
 from edge_ident.errors import DataError
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Estimate, Model, Term
+from edge_ident.signals.data_checks import check_efforts
 from edge_ident.signals.recording import Recording
 
 Progress = Callable[[str, int, int], None]
@@ -47,6 +48,7 @@ def diagnose(
     *,
     model: Model | None = None,
     validate: Recording | None = None,
+    only: Collection[str] = (),
     on_progress: Progress = lambda stage, done, of: None,
 ) -> Diagnosis:
     """Find what the base model gets wrong, name the cause, and extend the model.
@@ -59,6 +61,8 @@ def diagnose(
         Effects that the machine is known to have.
     validate : Recording, optional
         Another recording, on which the fitted models are scored.
+    only : collection of str
+        Names of the axes to diagnose; none for all.
     on_progress : callable
         Gets the stage, the number of axes done and the number of axes.
 
@@ -78,7 +82,7 @@ def diagnose(
     >>> found.axes["x"].verdict.value
     'adequate'
     """
-    names = list(recordings[0].axes)
+    names = [name for name in recordings[0].axes if name in (only or recordings[0].axes)]
     _check_axes([*recordings, *([validate] if validate else [])])
     axes, validations = {}, {}
     for done, name in enumerate(names):
@@ -94,8 +98,10 @@ def diagnose(
 
 
 def _check_axes(recordings: Sequence[Recording]) -> None:
-    """Raise DataError where recordings have different axes."""
+    """Raise DataError where recordings have different axes, or an effort that never changes."""
     first = recordings[0]
+    for recording in recordings:
+        check_efforts(recording)
     for other in recordings[1:]:
         if set(other.axes) != set(first.axes):
             raise DataError(
@@ -154,7 +160,7 @@ def _diagnose_axis(
         not_testable=not_testable(search, model, left),
         base=model_fit(data, start, standard_deviations(data, start)),
         extended=model_fit(data, model, deviations),
-        timing=timing(data, model, deviations),
+        timing=timing(data, model),
         noise_floor=floor.rms / nonzero_rms(data.effort[data.valid]),
         noise_floor_source=floor.source,
         model=written_model(template, estimate, judged.carried(found), data),

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from edge_ident.diagnosis.fit.feedback_law import feedback_law
 from edge_ident.diagnosis.fit.fitting import FittedModel
+from edge_ident.diagnosis.fit.noise_floor import noise_floor
 from edge_ident.diagnosis.prepare.axis_data import AxisData, Segment
 from edge_ident.estimation import least_squares
 from edge_ident.estimation.effort_checks import check_effort, unbounded, unphysical
@@ -16,6 +17,7 @@ from edge_ident.estimation.trust import Finding, check_estimate
 from edge_ident.model.model import BASE, PARAMETERS, Term
 from edge_ident.signals.conditioning import condition, filtered_regressor
 from edge_ident.signals.filters import lowpass
+from edge_ident.signals.metrics import rms
 from edge_ident.signals.motion_lines import ONE_LINE, strongest_line
 from edge_ident.signals.recording import AxisRecord, Recording
 from edge_ident.signals.resampling import EvenGrid
@@ -26,6 +28,10 @@ _INDEPENDENT: Final = 0.5
 """Share of the effort's variance along the reference, from which the reference drives the axis."""
 _ONE_SPEED: Final = 0.1
 """Standard deviation of the velocity over its mean, up to which an axis keeps one speed."""
+_WORTH_A_REST: Final = 0.01
+"""Share of the effort below which what is left is not worth a sentence: the tolerance's default."""
+_BEYOND_NOISE: Final = 2.0
+"""What is left over the noise floor, from which it is no noise whatever the floor's uncertainty."""
 _INDEPENDENT_EXCITATION: Final = (
     "record a motion that does not depend on the axis: a reference that moves, such as "
     "--motion multisine"
@@ -65,6 +71,8 @@ def findings(
     if not any(finding.blocks for finding in found):
         found += _unphysical(data, columns, extended)
     found += _narrow_excitation(data)
+    if not any(finding.blocks for finding in found):
+        found += _other_axes(recordings, data, base, extended)
     return tuple({finding.code: finding for finding in reversed(found)}.values())[::-1]
 
 
@@ -191,6 +199,29 @@ def _narrow_excitation(data: AxisData) -> list[Finding]:
             "inertia cannot be told from a spring or weight along the stroke, nor viscous "
             "friction from a delay",
             "record a motion of several frequencies, such as --motion multisine",
+            blocks=False,
+        )
+    ]
+
+
+def _other_axes(
+    recordings: Sequence[Recording], data: AxisData, base: FittedModel, extended: FittedModel
+) -> list[Finding]:
+    """A rest beyond the noise, on an axis that was recorded alone."""
+    if any(len(recording.axes) > 1 for recording in recordings):
+        return []
+    left = rms((data.effort - extended.predicted)[data.valid])
+    share = left / max(rms(data.effort[data.valid]), np.finfo(float).tiny)
+    floor = noise_floor(data, base, float(extended.base[0])).rms
+    if share < _WORTH_A_REST or left < _BEYOND_NOISE * floor:
+        return []
+    return [
+        Finding(
+            "other_axes_not_recorded",
+            f"{share:.1%} of the effort is left, and this axis was recorded alone: if the machine "
+            "has more axes that move, they may push this one, or change its inertia and load by "
+            "their pose",
+            "record all axes of the machine that move, or keep the others at rest",
             blocks=False,
         )
     ]

@@ -20,6 +20,7 @@ from edge_ident.model.effect import Motion
 from edge_ident.model.model import regressor
 from edge_ident.signals.conditioning import decimated, encoder_count, position_noise
 from edge_ident.signals.filters import differentiate, lowpass
+from edge_ident.signals.timing import Shift, slow, solve_shift
 
 Array = NDArray[np.float64]
 
@@ -55,6 +56,8 @@ class Comparison:
     regressor : (N, 4) array
     effort : (N,) array
         Less what known effects account for.
+    rates : (N, 3) array
+        Time derivatives of the slow parts of acceleration, velocity and effort.
     position : (N,) array
     samples : array of int
         Rows that are compared.
@@ -67,6 +70,7 @@ class Comparison:
 
     regressor: Array
     effort: Array
+    rates: Array
     position: Array
     samples: NDArray[np.intp]
     band: Band
@@ -88,8 +92,9 @@ class Comparison:
         in_step = (in_step - axis.effects_unfiltered)[::stride]
         unknown = _direction_unknown(axis, velocity, noise, stride)
         weight = 1.0 - tapered(unknown, _TAPER_PERIODS / (band.cutoff_hz * period_s))
-        columns = np.vstack([regressor(velocity, acceleration).T, in_step]) * weight
-        filtered = band.lowpass(columns, period_s)
+        columns = [*regressor(velocity, acceleration).T, in_step]
+        columns += _rates(acceleration, in_step, axis.signals.cutoff_hz, period_s)
+        filtered = band.lowpass(np.array(columns) * weight, period_s)
         samples = decimated(len(weight), band.cutoff_hz, period_s)
         samples = samples[lowpass(weight, band.cutoff_hz, period_s)[samples] > _LEAST_WEIGHT]
         far = np.abs(position - position[0]) > _RUN_IN * np.ptp(position)
@@ -105,11 +110,27 @@ class Comparison:
         return cls(
             regressor=filtered[:4].T,
             effort=filtered[4],
+            rates=filtered[5:].T,
             position=position,
             samples=samples,
             band=band,
             period_s=period_s,
             noise=_noise(band, density, noise, sampling_s),
+        )
+
+    def shift(self, sampling_s: float) -> Shift:
+        """By which the effort is recorded late, to first order.
+
+        Parameters
+        ----------
+        sampling_s : float
+            Sampling period of the recording, which limits the shift.
+        """
+        rate = np.zeros_like(self.regressor)
+        rate[:, :2] = self.rates[:, :2]
+        at = self.samples
+        return solve_shift(
+            self.regressor[at], rate[at], self.effort[at], -self.rates[at, 2], sampling_s
         )
 
 
@@ -121,6 +142,12 @@ def _band(axis: CompensatedAxis, noise: float) -> tuple[Band, float]:
     part = decimated(len(signals.effort), widest_hz, period_s)
     found = np.linalg.lstsq(signals.regressor[part], signals.effort[part], rcond=None)[0]
     return balanced_band(abs(float(found[0])), noise, density, widest_hz, period_s), density
+
+
+def _rates(acceleration: Array, effort: Array, widest_hz: float, period_s: float) -> list[Array]:
+    """Time derivatives of the slow parts of acceleration, velocity and effort, before weighting."""
+    smooth, slow_effort = (slow(x, widest_hz, period_s) for x in (acceleration, effort))
+    return [np.gradient(smooth, period_s), smooth, np.gradient(slow_effort, period_s)]
 
 
 def _direction_unknown(

@@ -7,26 +7,33 @@ where it is not, the axis is diagnosed, and the parameters of the extended model
 from collections.abc import Callable, Mapping
 from typing import Final
 
+import numpy as np
+
 from edge_ident.diagnosis.measures import Timing
 from edge_ident.diagnosis.result import AxisDiagnosis
 from edge_ident.estimation import least_squares, network_estimate
 from edge_ident.estimation.alignment import align
-from edge_ident.estimation.compensation import compensate_effects
+from edge_ident.estimation.compensation import CompensatedAxis, compensate_effects
 from edge_ident.estimation.network import Network
 from edge_ident.identification.adequacy import judge
 from edge_ident.identification.answer import Question, answer
 from edge_ident.identification.comparison import Comparison
 from edge_ident.identification.result import Identification
+from edge_ident.model.effects.time_delay import LARGEST_SHIFT
 from edge_ident.model.model import Estimate, Model
 from edge_ident.signals.conditioning import Signals
+from edge_ident.signals.data_checks import check_efforts
 from edge_ident.signals.recording import AxisRecord, Recording
-from edge_ident.signals.timing import estimate_shift
 from edge_ident.support.stopwatch import Stopwatch
 
 Progress = Callable[[str, int, int], None]
 
 _SMALLEST_SHIFT: Final = 0.02
 """Shift in sampling periods that moves no parameter, so that the signals need no second look."""
+_CERTAIN: Final = 3.0
+"""Its standard deviations up to which a second look would follow noise."""
+_SHIFTS: Final = 3
+"""Looks at the signals: a shift of a sample is known to a hundredth after two."""
 
 
 def identify(
@@ -78,27 +85,28 @@ def identify(
     >>> round(float(inertia), 2), found.axes["x"].units[0]
     (0.43, 'kg*m^2')
     """
+    check_efforts(recording)
     watch = stopwatch or Stopwatch()
     looked = {name: _look(recording, name, network, model, seed, watch) for name in recording.axes}
     inadequate = [name for name, question in looked.items() if not question.adequacy.adequate]
     diagnoses: Mapping[str, AxisDiagnosis] = {}
     if diagnose and inadequate:
         with watch.stage("diagnosis"):
-            diagnoses = _diagnosed(recording, model, on_progress)
+            diagnoses = _diagnosed(recording, inadequate, model, on_progress)
     axes = {}
     for name, question in looked.items():
         with watch.stage("estimate"):
-            axes[name] = answer(question, diagnoses.get(name) if name in inadequate else None)
+            axes[name] = answer(question, diagnoses.get(name))
     return Identification(axes, watch.timing_ms())
 
 
 def _diagnosed(
-    recording: Recording, model: Model | None, on_progress: Progress
+    recording: Recording, names: list[str], model: Model | None, on_progress: Progress
 ) -> Mapping[str, AxisDiagnosis]:
-    """Diagnose a recording; the diagnosis needs scipy, which an adequate axis does without."""
+    """Diagnose some axes; the diagnosis needs scipy, which an adequate axis does without."""
     from edge_ident.diagnosis.diagnose import diagnose
 
-    return diagnose([recording], model=model, on_progress=on_progress).axes
+    return diagnose([recording], model=model, only=names, on_progress=on_progress).axes
 
 
 def _look(
@@ -113,35 +121,42 @@ def _look(
     axis = recording.axes[name]
     with watch.stage("signals"):
         compensated = compensate_effects(recording, name, model)
+        part = least_squares.estimation_part(compensated.signals)
     with watch.stage("adequacy"):
-        timing = _timing(Comparison.of(compensated), compensated.signals.period_s)
+        compensated, compared, timing = _in_step(recording, name, model, compensated)
+        adequacy = judge(compared)
     with watch.stage("signals"):
-        if abs(timing.shift_samples) > _SMALLEST_SHIFT:
-            compensated = compensate_effects(recording, name, model, late_s=timing.shift_s)
         seen = compensated
         if network is not None and network.manifest.motion.effects:
             seen = compensate_effects(recording, name, None, late_s=timing.shift_s)
-    with watch.stage("adequacy"):
-        adequacy = judge(Comparison.of(compensated))
     with watch.stage("cnn"):
         found, reason = run_network(seen.signals, axis, network, seed, watch)
     with watch.stage("estimate"):
-        part = least_squares.estimation_part(compensated.signals)
         linear = least_squares.fit(compensated.signals, part)
     return Question(recording, name, compensated, part, linear, found, reason, adequacy, timing)
 
 
-def _timing(compared: Comparison, sampling_s: float) -> Timing:
-    """The shift between effort and position, beyond what the recording states."""
-    shift = estimate_shift(
-        compared.regressor,
-        compared.effort,
-        compared.band.cutoff_hz,
-        compared.period_s,
-        compared.samples,
-        sampling_s,
-    )
-    return Timing(shift.shift_s, shift.shift_s / sampling_s, shift.std_s / sampling_s)
+def _in_step(
+    recording: Recording, name: str, model: Model | None, compensated: CompensatedAxis
+) -> tuple[CompensatedAxis, Comparison, Timing]:
+    """Take off the shift between effort and position, beyond what the recording states.
+
+    The estimate is of first order, so it is repeated on what it left.
+    """
+    sampling_s = compensated.signals.period_s
+    late_s, largest_s = 0.0, LARGEST_SHIFT * sampling_s
+    compared = Comparison.of(compensated)
+    for _ in range(_SHIFTS):
+        found = compared.shift(sampling_s)
+        step_s = float(np.clip(found.shift_s, -largest_s - late_s, largest_s - late_s))
+        if abs(step_s) < _SMALLEST_SHIFT * sampling_s:
+            break
+        late_s += step_s
+        compensated = compensate_effects(recording, name, model, late_s=late_s)
+        compared = Comparison.of(compensated)
+        if abs(step_s) < _CERTAIN * found.std_s:
+            break
+    return compensated, compared, Timing(late_s, late_s / sampling_s, found.std_s / sampling_s)
 
 
 def run_network(

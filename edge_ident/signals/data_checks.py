@@ -111,8 +111,8 @@ def check_recording(recording: Recording, first_row: int = 0) -> None:
     ------
     DataError
     """
+    check_efforts(recording)
     for name, axis in recording.axes.items():
-        check_effort_changes(recording.source, name, axis)
         _check_swapped(recording, name)
         where = f"{recording.source}, axis {name}, position"
         position = axis.position
@@ -137,13 +137,18 @@ def check_recording(recording: Recording, first_row: int = 0) -> None:
         _check_jump(where, steps, first_row)
 
 
-def check_effort_changes(source: str, name: str, axis: AxisRecord) -> None:
-    """Check that an effort is not one value throughout.
+def check_efforts(recording: Recording) -> None:
+    """Check that no axis has an effort of one value throughout: nothing follows from it.
 
     Raises
     ------
     DataError
     """
+    for name, axis in recording.axes.items():
+        _check_effort_changes(recording.source, name, axis)
+
+
+def _check_effort_changes(source: str, name: str, axis: AxisRecord) -> None:
     if np.ptp(axis.effort) > 1e-12 * np.max(np.abs(axis.effort)):
         return
     value = f"{axis.effort[0]:.4g} {axis.effort_unit}" if axis.effort[0] else "zero"

@@ -106,24 +106,28 @@ def solve_shift(
     sampling_s : float
         Sampling period of the recording, which limits the shift.
     """
-    largest_s = LARGEST_SHIFT * sampling_s
-    prior = largest_s**2 / 3.0
-    even = Shift(0.0, float(np.sqrt(prior)), 0.0, float(np.inf))
     if len(effort) <= 2 * regressor.shape[1]:
-        return even
+        return within_limits(0.0, np.inf, sampling_s)
     basis, residual, parameters = _projected(regressor, effort)
     column, instrument = (x - basis @ (basis.T @ x) for x in (-rate @ parameters, instrument))
     gain = float(instrument @ column)
     if gain <= _TINY:
-        return even
+        return within_limits(0.0, np.inf, sampling_s)
     unlimited = float(instrument @ residual) / gain
-    variance = _variance(instrument * (residual - unlimited * column)) / gain**2
-    posterior = unlimited * prior / (prior + variance)
+    std = np.sqrt(_variance(instrument * (residual - unlimited * column))) / gain
+    return within_limits(unlimited, float(std), sampling_s)
+
+
+def within_limits(unlimited_s: float, std_s: float, sampling_s: float) -> Shift:
+    """A shift that is known to lie within 1.5 sampling periods, whatever a recording says of it."""
+    largest_s = LARGEST_SHIFT * sampling_s
+    even = largest_s / np.sqrt(3.0)
+    believed = 1.0 / (1.0 + (std_s / even) ** 2)
     return Shift(
-        shift_s=float(np.clip(posterior, -largest_s, largest_s)),
-        std_s=float(np.sqrt(prior * variance / (prior + variance))),
-        unlimited_s=unlimited,
-        unlimited_std_s=float(np.sqrt(variance)),
+        shift_s=float(np.clip(unlimited_s * believed, -largest_s, largest_s)),
+        std_s=float(even * np.sqrt(1.0 - believed)),
+        unlimited_s=unlimited_s,
+        unlimited_std_s=std_s,
     )
 
 

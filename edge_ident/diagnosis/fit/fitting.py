@@ -51,9 +51,10 @@ class FittedModel:
         Terms that the diagnosis added.
     predicted : (n,) array
         At all compared samples.
-    jacobian : (n, P) array
-        Derivatives by base parameters, timing, and each term's linear parameters; zero for what a
-        bound holds.
+    derivatives : (n, P) array
+        By base parameters, timing, and each term's linear parameters.
+    free : (P,) array of bool
+        Parameters that no bound holds.
     error : float
         Sum of squared residuals over the valid samples.
     unbounded : (P,) array
@@ -65,7 +66,8 @@ class FittedModel:
     timing: Array
     terms: tuple[FittedTerm, ...]
     predicted: Array
-    jacobian: Array
+    derivatives: Array
+    free: NDArray[np.bool_]
     error: float
     unbounded: Array
 
@@ -73,6 +75,11 @@ class FittedModel:
     def linear_parameters(self) -> Array:
         """Base parameters, timing and linear parameters (P,), in the order of the Jacobian."""
         return _linear_parameters(self.base, self.timing, self.terms)
+
+    @property
+    def jacobian(self) -> Array:
+        """The derivatives (n, P), zero for what a bound holds."""
+        return np.where(self.free, self.derivatives, 0.0)
 
     @property
     def physical(self) -> bool:
@@ -152,7 +159,8 @@ def fit(
         timing,
         terms,
         predicted,
-        np.where(step.free, jacobian, 0.0),
+        jacobian,
+        step.free,
         float(residual @ residual),
         present + step.unbounded,
     )
@@ -171,7 +179,8 @@ def without_terms(data: AxisData, fitted: FittedModel, kept: Sequence[bool]) -> 
         axis=axis,
         terms=terms,
         predicted=predicted,
-        jacobian=fitted.jacobian[:, columns],
+        derivatives=fitted.derivatives[:, columns],
+        free=fitted.free[columns],
         error=float(residual @ residual),
         unbounded=fitted.unbounded[columns],
     )
@@ -203,7 +212,8 @@ def _fit_additive(
         timing,
         terms,
         predicted,
-        np.where(found.free, jacobian, 0.0),
+        jacobian,
+        found.free,
         float(residual @ residual),
         found.unbounded,
     )

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from edge_ident.diagnosis.fit.bounded import solve
 from edge_ident.diagnosis.fit.candidates import cached_regressors
-from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm, additive, jacobian_of
+from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm, additive
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.estimation.covariance import coloured_std
 from edge_ident.estimation.least_squares import unit_length
@@ -61,12 +61,11 @@ def standard_deviations(data: AxisData, fitted: FittedModel) -> Array:
     """
     derivatives = _nonlinear_derivatives(data, fitted)
     found = _deviations(data, fitted, np.hstack([fitted.jacobian, derivatives]))
-    held = ~np.any(fitted.jacobian[data.valid], axis=0)
-    if np.any(held):
-        every = _deviations(data, fitted, np.hstack([jacobian_of(data, fitted), derivatives]))
-        held = np.concatenate([held, np.zeros(derivatives.shape[1], dtype=np.bool_)])
-        found = np.where(held, every, found)
-    return found
+    if np.all(fitted.free):
+        return found
+    every = _deviations(data, fitted, np.hstack([fitted.derivatives, derivatives]))
+    free = np.concatenate([fitted.free, np.ones(derivatives.shape[1], dtype=np.bool_)])
+    return np.where(free, found, every)
 
 
 def _deviations(data: AxisData, fitted: FittedModel, jacobian: Array) -> Array:

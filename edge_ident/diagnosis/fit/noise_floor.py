@@ -84,8 +84,9 @@ def _from_instruments(data: AxisData, start: FittedModel, inertia: float) -> Noi
         count += len(second_differences)
     encoder, uncertainty = 1.0, _UNMEASURED
     if count >= _FEWEST_PAIRS:
-        share = (energy - predicted_energy[0]) / max(float(predicted_energy[1]), _TINY)
-        encoder, uncertainty = float(np.clip(share, 0.0, 1.0)), 1.0 / np.sqrt(count)
+        most = max(float(predicted_energy[1]), _TINY)
+        encoder = float(np.clip(energy - predicted_energy[0], 0.0, most)) / most
+        uncertainty = 1.0 / np.sqrt(count)
     rms = float(np.sqrt((expected[0] + encoder * expected[1]) / np.count_nonzero(valid)))
     return NoiseFloor(rms, uncertainty, "from the noise of effort and encoder")
 

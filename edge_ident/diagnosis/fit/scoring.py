@@ -13,7 +13,7 @@ from edge_ident.diagnosis.fit.projection import orthonormal, projected_errors
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.model.effects import named
 from edge_ident.model.inverse import along_motion
-from edge_ident.model.model import AxisModel, Term
+from edge_ident.model.model import PARAMETERS, AxisModel, Term
 
 Array = NDArray[np.float64]
 Grid = Mapping[str, Array]
@@ -73,7 +73,7 @@ class ResidualSubspace:
     def of(cls, data: AxisData, fitted: FittedModel) -> Self:
         """The residual subspace of a fitted model."""
         residual = (data.effort - fitted.predicted)[data.valid]
-        jacobian = fitted.jacobian[data.valid]
+        jacobian = _released(fitted)[data.valid]
         untimed = None
         if data.late:
             shifted = (data.timing_columns @ fitted.timing)[data.valid]
@@ -110,6 +110,14 @@ class ResidualSubspace:
         values = dict(zip(candidate.form.linear, linear[best].tolist(), strict=False))
         best_term = FittedTerm(candidate, at, values)
         return ScoredCandidate(best_term, float(errors[best]), _on_edge(candidate, at, grid))
+
+
+def _released(fitted: FittedModel) -> Array:
+    """The Jacobian (n, P) with base parameters free: with one more term their bounds may not hold
+    them, and the fit of that model decides. Timing at its bound stays: beyond it is a delay."""
+    free = fitted.free.copy()
+    free[: len(PARAMETERS)] = True
+    return np.where(free, fitted.derivatives, 0.0)
 
 
 def ignored_command_penalty(data: AxisData, added: Term) -> Array:

@@ -10,19 +10,17 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.fit.fitting import FittedModel, delayed, jacobian_of
+from edge_ident.diagnosis.fit.fitting import FittedModel, delayed
 from edge_ident.diagnosis.fit.held_out import held_out_residuals
 from edge_ident.diagnosis.fit.projection import orthonormal
 from edge_ident.diagnosis.measures import NO_SHIFT, ModelFit, Timing, Traces
 from edge_ident.diagnosis.prepare.axis_data import AxisData
-from edge_ident.model.effects.time_delay import LARGEST_SHIFT
+from edge_ident.diagnosis.prepare.timing import whole_shift
 from edge_ident.model.model import Estimate
 from edge_ident.signals.metrics import compare, rms
 
 Array = NDArray[np.float64]
 
-_CERTAIN: Final = 2.0
-"""Standard deviations: the usual level of significance of 5 %."""
 _TINY: Final = float(np.finfo(float).tiny)
 
 
@@ -38,26 +36,19 @@ def model_fit(data: AxisData, fitted: FittedModel, deviations: Array) -> ModelFi
     )
 
 
-def timing(data: AxisData, fitted: FittedModel, deviations: Array) -> Timing:
-    """Shift between effort and position, the mean of all recordings.
+def timing(data: AxisData, fitted: FittedModel) -> Timing:
+    """Shift between effort and position beside all terms of a model, the mean of all recordings.
 
-    What a fit moves it by counts where it is certain: where a recording shows no shift, its column
-    is mostly noise. A delay in the model leaves nothing to the timing.
-
-    Parameters
-    ----------
-    deviations : (P,) array
-        Begins with those of base parameters and timing.
+    A delay in the model leaves nothing to the timing.
     """
     if delayed(fitted.axis):
         return NO_SHIFT
-    applied, period = np.array([(s.applied_s, s.raw_period_s) for s in data.segments]).T
-    first = np.array([shift.std_s for shift in data.timing])
-    # no fit says more than that the shift lies between its limits
-    even = LARGEST_SHIFT * period / np.sqrt(3.0)
-    std = np.maximum(np.maximum(first, np.minimum(deviations[fitted.timing_columns], even)), _TINY)
-    certain = np.abs(fitted.timing) > _CERTAIN * std
-    shift = applied + np.where(certain, fitted.timing, 0.0)
+    own = np.concatenate([fitted.base, fitted.timing])
+    others = fitted.predicted - fitted.derivatives[:, fitted.base_columns] @ own
+    ends = np.cumsum([len(s.sample_index) for s in data.segments])[:-1]
+    found = map(whole_shift, data.segments, np.split(others, ends))
+    shift, std = np.array([(s.shift_s, max(s.std_s, _TINY)) for s in found]).T
+    period = np.array([s.raw_period_s for s in data.segments])
     weight = std**-2.0 / np.sum(std**-2.0)
     deviation = float(np.sum(std**-2.0) ** -0.5)
     return Timing(
@@ -84,7 +75,7 @@ def orthogonal_shares(data: AxisData, model: FittedModel, parts: Sequence[Array]
         Contributions of the model's terms.
     """
     valid = data.valid
-    basis = orthonormal(jacobian_of(data, model)[valid, model.base_columns])
+    basis = orthonormal(model.derivatives[valid, model.base_columns])
     scale = nonzero_rms(data.effort[valid])
     return [rms(part[valid] - basis @ (basis.T @ part[valid])) / scale for part in parts]
 

@@ -19,7 +19,6 @@ from edge_ident.model.search import Excitation
 from edge_ident.model.supported_range import SupportedRange
 from edge_ident.signals.filters import lowpass
 from edge_ident.signals.metrics import rms
-from edge_ident.signals.timing import Shift
 
 Array = NDArray[np.float64]
 
@@ -150,8 +149,6 @@ class AxisData:
     valid : (n,) array of bool
     block : (n,) array of int
         Number of the block of time, for cross-validation and for the bootstrap.
-    timing : tuple of Shift
-        By which the effort of each recording was late, estimated beside the base model.
     late : bool
         Whether one is late by more than a controller's timing can be. Then all stay as they are.
     cache : dict
@@ -162,7 +159,6 @@ class AxisData:
     effort: Array
     valid: NDArray[np.bool_]
     block: NDArray[np.intp]
-    timing: tuple[Shift, ...]
     late: bool
     cache: dict[object, Array] = field(default_factory=dict, compare=False)
 

@@ -100,7 +100,6 @@ def prepare_axis(recordings: Sequence[Recording], name: str, *, timed: bool = Tr
         effort=np.concatenate([s.effort[s.sample_index] for s in segments]),
         valid=valid,
         block=_blocks(segments),
-        timing=found.shifts,
         late=found.late,
     )
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from edge_ident.diagnosis.prepare.axis_data import Segment
 from edge_ident.model.model import regressor
-from edge_ident.signals.timing import Shift, beyond_limit, slow, solve_shift
+from edge_ident.signals.timing import Shift, beyond_limit, slow, solve_shift, within_limits
 
 Array = NDArray[np.float64]
 
@@ -27,14 +27,11 @@ class Timed:
     Attributes
     ----------
     segments : tuple of Segment
-    shifts : tuple of Shift
-        By which the effort of each was late, estimated beside the base model.
     late : bool
         Whether one is late by more than a controller's timing can be. Then all stay as they are.
     """
 
     segments: tuple[Segment, ...]
-    shifts: tuple[Shift, ...]
     late: bool
 
 
@@ -52,7 +49,22 @@ def in_time(segments: Sequence[Segment], *, move: bool) -> Timed:
     if move and not late:
         segments = [s.in_step(shift.shift_s) for s, shift in zip(segments, shifts, strict=True)]
     segments = tuple(replace(s, timing_column=_Signals.of(s).timing_column) for s in segments)
-    return Timed(segments, shifts, late)
+    return Timed(segments, late)
+
+
+def whole_shift(segment: Segment, others: Array) -> Shift:
+    """By which the effort of a recording is late, beside the base model and other terms.
+
+    Parameters
+    ----------
+    segment : Segment
+    others : (n,) array
+        What those terms contribute to the effort at the compared samples.
+    """
+    signals = _Signals.of(segment)
+    further = replace(signals, effort=signals.effort - others).shift(segment)
+    whole_s = further.unlimited_s + segment.applied_s
+    return within_limits(whole_s, further.unlimited_std_s, segment.raw_period_s)
 
 
 def _late(segment: Segment, shift: Shift) -> bool:

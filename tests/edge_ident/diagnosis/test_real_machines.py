@@ -6,6 +6,7 @@ import pytest
 from edge_ident.diagnosis.diagnose import diagnose
 from edge_ident.diagnosis.present.document import diagnosis_document
 from edge_ident.diagnosis.result import AxisDiagnosis, Verdict
+from edge_ident.model.model import PARAMETERS
 from edge_ident.signals.recording_files import load_recording
 from edge_ident.support.json_text import to_json
 from tests.measured import MeasuredData
@@ -15,13 +16,16 @@ def found_on(axis: AxisDiagnosis) -> set[str]:
     return {cause.term.effect for cause in axis.causes}
 
 
-def test_the_ball_screw_has_friction_by_direction_and_a_timing_fault(
+def test_the_ball_screw_has_friction_by_direction_that_bends_and_a_held_command(
     measured_data: MeasuredData,
 ) -> None:
     """Its authors model friction by direction (viscous 166.7 forward, 240.4 N·s/m backward) and
-    leave 3.1 % of the force; most of what is left repeats from lap to lap."""
+    leave 3.1 % of the force; most of what is left repeats from lap to lap. Its force stands in the
+    record less than a sample before it acts: that is timing, and was once called a delay."""
     axis = diagnose([load_recording(measured_data / "emps_train.csv")]).axes["q"]
-    assert {"asymmetric_friction", "time_delay"} <= found_on(axis)
+    assert {"asymmetric_friction", "nonlinear_viscous"} <= found_on(axis)
+    assert "time_delay" not in found_on(axis)
+    assert -1.5 < axis.timing.shift_samples < -0.3
     difference = next(c for c in axis.causes if c.term.effect == "asymmetric_friction").term
     assert difference.values["difference"] == pytest.approx(0.5 * (166.7 - 240.4), rel=0.15)
     assert axis.extended.fitted <= 0.023
@@ -39,7 +43,6 @@ def test_the_motor_has_torque_ripple_of_12_and_18_orders_per_turn(
     ripples = [c.term for c in axis.causes if c.term.effect == "torque_ripple"]
     orders = np.array([2.0 * np.pi / t.values["period"] for t in ripples])
     assert sorted(orders[:2]) == pytest.approx([12.0, 18.0], abs=0.02), "they move most"
-    assert any("7 units worse" in cause.decision for cause in axis.causes), "kept, not entered"
     strong = orders[:4]
     assert strong == pytest.approx(6.0 * np.round(strong / 6.0), abs=0.02), "slots and poles"
 
@@ -55,8 +58,10 @@ def test_the_arms_second_joint_bears_weight_by_both_angles_and_is_coupled(
         fit.estimate.parameters[0] for fit in (axis.base, axis.extended)
     )
     assert inertia_before == 0.0 < inertia_after, "weight looks like negative inertia"
-    friction = axes["j1"].model.terms[0].values["viscous_friction"]
-    assert axes["j1"].extended.estimate.parameters[1] < 0.0 == friction, "a model is physical"
+    for joint in axes.values():
+        written = [joint.model.terms[0].values[name] for name in PARAMETERS]
+        assert joint.extended.estimate.parameters == pytest.approx(written), "what was fitted"
+        assert min(written[:3]) >= 0.0, "a model is physical"
 
 
 def test_the_same_recording_gives_the_same_document_byte_for_byte(

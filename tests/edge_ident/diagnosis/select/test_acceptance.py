@@ -117,7 +117,8 @@ def accepted(data: AxisData, regressors: np.ndarray) -> bool:
         timing=solved[4:5],
         terms=(replace(RIPPLE, linear=linear),),
         predicted=predicted,
-        jacobian=jacobian,
+        derivatives=jacobian,
+        free=np.ones(jacobian.shape[1], dtype=np.bool_),
         error=float(left @ left),
     )
     assert after.error < start.error, "a fit never gets worse"

@@ -1,0 +1,117 @@
+"""When the base model is enough, what is the answer where it is not, and who is asked."""
+
+import numpy as np
+import pytest
+
+from edge_ident.errors import DataError
+from edge_ident.identification.identify import identify
+from edge_ident.identification.result import AxisIdentification, ParameterSource
+from edge_ident.report.documents import identification_document
+from edge_ident.signals.recording import AxisRecord, Recording
+from tests.edge_ident.stand_ins import START, StandIn, reader
+
+PERIOD_S = 0.0025
+COUNT_RAD = 2 * np.pi / 8400
+TRUTH = np.array([0.5, 0.8, 1.2, -0.1])
+
+
+def recording(
+    stribeck: float = 0.0, event: float = 0.0, late_s: float = 0.0, paper: bool = False
+) -> Recording:
+    """A drive that lacks nothing, or has Stribeck friction, or is shaken in an unknown way."""
+    time = PERIOD_S * np.arange(8742)
+    parts = [(2 * np.pi, 0.2875)] if paper else [(1.0, 1.7), (0.25, 4.3), (0.08, 9.1)]
+
+    def motion(at: np.ndarray, order: int) -> np.ndarray:
+        return sum(a * w**order * np.sin(w * at + 0.4 + order * np.pi / 2) for a, w in parts)
+
+    at = time - late_s
+    velocity = motion(at, 1)
+    effort = np.column_stack([motion(at, 2), velocity, np.sign(velocity), np.ones(8742)]) @ TRUTH
+    effort += stribeck * np.exp(-((velocity / 0.3) ** 2)) * np.sign(velocity)
+    effort += event * np.sin(40.0 * np.sin(3.1 * at)) * np.cos(5.7 * at)
+    effort += 0.01 * np.random.default_rng(2).standard_normal(8742)
+    position = COUNT_RAD * np.round(motion(time, 0) / COUNT_RAD)
+    return Recording(time, {"x": AxisRecord(position, effort, "rad", "N*m")}, "test")
+
+
+def identified(made: Recording, **wanted: object) -> AxisIdentification:
+    return identify(made, None, **wanted).axes["x"]  # type: ignore[arg-type]
+
+
+def worst(axis: AxisIdentification) -> float:
+    return float(np.max(np.abs(axis.estimate.parameters - TRUTH)[:3] / TRUTH[:3]))
+
+
+def test_an_adequate_base_model_is_not_diagnosed() -> None:
+    axis = identified(recording())
+    assert axis.adequacy.adequate, axis.adequacy.reason
+    assert axis.diagnosis is None
+    assert axis.source is ParameterSource.LEAST_SQUARES
+    assert axis.trusted
+    assert worst(axis) < 0.01
+
+
+def test_what_the_base_model_lacks_is_found_and_the_answer_is_right() -> None:
+    made = recording(stribeck=0.4)
+    seen: list[str] = []
+    axis = identified(made, on_progress=lambda stage, done, of: seen.append(stage))
+    assert not axis.adequacy.adequate
+    assert "diagnosis" in seen
+    assert axis.source is ParameterSource.EXTENDED_MODEL
+    assert axis.trusted
+    assert worst(axis) < 0.02
+    off = np.abs(axis.least_squares.parameters - TRUTH)[:3] / TRUTH[:3]
+    assert np.max(off) > 0.05
+    document = identification_document(identify(made, None))["axes"]["x"]
+    assert document["parameters_from"] == "extended_model"
+    assert document["diagnosis"]["verdict"] == "explained"
+    assert document["diagnosis"]["causes"][0]["effect"] == "stribeck_friction"
+    base = document["base"]["parameters"]["coulomb_friction"]
+    assert base["value"] == axis.least_squares.parameters[2]
+    for i, values in enumerate(document["parameters"].values()):
+        assert values["std"] >= list(document["model_error"].values())[i]
+
+
+def test_without_a_diagnosis_the_answer_is_not_trusted_and_says_why() -> None:
+    axis = identified(recording(stribeck=0.4), diagnose=False)
+    assert axis.source is ParameterSource.LEAST_SQUARES
+    [finding] = [finding for finding in axis.findings if finding.code == "base_inadequate"]
+    assert finding.blocks
+    assert "times the noise" in finding.message
+    off = np.abs(axis.estimate.parameters - TRUTH)
+    assert np.all(off < 3.0 * axis.estimate.std), "the model error is part of the interval"
+
+
+def test_without_a_diagnosis_the_network_answers_where_it_applies() -> None:
+    """The interval reaches as far as least squares."""
+    network = StandIn(reader(rows=slice(0, 60)), START)
+    axis = identify(recording(stribeck=0.4, paper=True), network, diagnose=False).axes["x"]
+    assert axis.source is ParameterSource.NETWORK
+    assert axis.network is not None
+    apart = np.abs(axis.network.parameters - axis.least_squares.parameters)
+    assert np.all(axis.estimate.std >= apart)
+    assert np.all(axis.model_error >= apart)
+    assert not axis.trusted
+
+
+def test_what_nothing_explains_is_not_trusted() -> None:
+    axis = identified(recording(event=0.5))
+    assert axis.diagnosis is not None
+    assert not axis.trusted
+    assert "unexplained" in {finding.code for finding in axis.findings if finding.blocks}
+
+
+@pytest.mark.parametrize("late_samples", [-1.0, 0.5, 1.0])
+def test_a_late_effort_is_data_and_no_fault(late_samples: float) -> None:
+    axis = identified(recording(late_s=late_samples * PERIOD_S))
+    assert axis.adequacy.adequate, axis.adequacy.reason
+    assert axis.timing.shift_samples == pytest.approx(late_samples, abs=0.1)
+    assert worst(axis) < 0.01
+
+
+def test_an_axis_at_rest_is_refused() -> None:
+    time = PERIOD_S * np.arange(4000)
+    rest = AxisRecord(np.zeros(4000), np.ones(4000), "rad", "N*m")
+    with pytest.raises(DataError):
+        identify(Recording(time, {"x": rest}, "test"), None)
