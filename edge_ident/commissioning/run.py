@@ -140,7 +140,7 @@ def commission(
         capture = _captured(board, trajectory, folder, observer, watch)
         with watch.stage("last_sample_to_verified"):
             board.finish()
-            found = _identified(capture, network, plan, observer)
+            found = _identified(board, capture, network, plan, observer)
             designs = board_designs(board, found, plan.bandwidth_rad_s) if found.trusted else {}
         before = MotionBefore(capture, trajectory, named_trajectory(drive, plan.motion, 1))
         change = _change(board, designs, gains_before, before, plan, folder, observer, watch)
@@ -165,7 +165,7 @@ def _captured(
 
 
 def _identified(
-    capture: Capture, network: Network | None, plan: Plan, observer: Observer
+    board: Board, capture: Capture, network: Network | None, plan: Plan, observer: Observer
 ) -> Identification:
     """Identify what was captured, and say what a diagnosis found."""
     observer.stage("identification")
@@ -176,7 +176,7 @@ def _identified(
         model=plan.model,
         seed=plan.seed,
         diagnose=plan.diagnose,
-        on_progress=_progress_on(observer),
+        on_progress=_progress_on(observer, board),
     )
     for name, axis in found.axes.items():
         if axis.diagnosis is not None:
@@ -185,8 +185,8 @@ def _identified(
     return found
 
 
-def _progress_on(observer: Observer) -> Callable[[str, int, int], None]:
-    """What a diagnosis calls with its progress."""
+def _progress_on(observer: Observer, board: Board) -> Callable[[str, int, int], None]:
+    """What a diagnosis calls with its progress; it takes longer than a hold lasts."""
     shown: list[str] = []
 
     def show(stage: str, done: int, total: int) -> None:
@@ -194,6 +194,7 @@ def _progress_on(observer: Observer) -> Callable[[str, int, int], None]:
             shown.append(stage)
             observer.stage(stage)
         observer.samples(done, total)
+        board.heartbeat()
 
     return show
 

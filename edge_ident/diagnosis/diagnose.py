@@ -2,9 +2,11 @@
 
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from edge_ident.diagnosis.fit.fitting import FittedModel, delayed, fit
 from edge_ident.diagnosis.fit.held_out import standard_deviations
@@ -17,27 +19,35 @@ from edge_ident.diagnosis.fit.summary import (
     traces,
 )
 from edge_ident.diagnosis.fit.traded import with_trades
+from edge_ident.diagnosis.fit.wide_band import above_band
 from edge_ident.diagnosis.measures import Validation
 from edge_ident.diagnosis.motion_check import with_motion_errors
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.data_quality import data_findings
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.recording_checks import findings
-from edge_ident.diagnosis.result import AxisDiagnosis, Diagnosis, Verdict
-from edge_ident.diagnosis.select.acceptance import structure_left
+from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Diagnosis
 from edge_ident.diagnosis.select.backward_elimination import SupportedModel, eliminate_backward
 from edge_ident.diagnosis.select.causes import causes, strongest_first
 from edge_ident.diagnosis.select.forward_selection import select_forward
+from edge_ident.diagnosis.select.judgement import Judgement, Rules, judge
+from edge_ident.diagnosis.select.own_effort import base_space, own_shares
 from edge_ident.diagnosis.select.search import Search
+from edge_ident.diagnosis.select.stability import RUNS
 from edge_ident.diagnosis.select.testability import not_testable
-from edge_ident.diagnosis.validation import Judged, judge, with_sources
+from edge_ident.diagnosis.select.wide_band_causes import with_band_content, with_ripples
+from edge_ident.diagnosis.validation import Judged, with_sources
+from edge_ident.diagnosis.validation import judge as judge_elsewhere
 from edge_ident.diagnosis.written_model import written_model
 from edge_ident.errors import DataError
-from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Estimate, Model, Term
+from edge_ident.estimation.trust import Finding
+from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Model, Term
 from edge_ident.signals.data_checks import check_efforts
 from edge_ident.signals.recording import Recording
 
 Progress = Callable[[str, int, int], None]
+OnRun = Callable[[int], None]
+Array = NDArray[np.float64]
 
 _START: Final = np.array([1.0, 0.0, 0.0, 0.0])
 """Base parameters that the first fit starts from."""
@@ -48,6 +58,9 @@ def diagnose(
     *,
     model: Model | None = None,
     validate: Recording | None = None,
+    tolerance: float = 0.01,
+    stability: bool = True,
+    keep_minor: bool = False,
     only: Collection[str] = (),
     on_progress: Progress = lambda stage, done, of: None,
 ) -> Diagnosis:
@@ -61,10 +74,17 @@ def diagnose(
         Effects that the machine is known to have.
     validate : Recording, optional
         Another recording, on which the fitted models are scored.
+    tolerance : float, optional
+        Smallest share of the rms effort that is worth naming. Smaller causes are minor.
+    stability : bool, optional
+        Whether the search is repeated on disturbed data. A cause that does not come back is only
+        suspected.
+    keep_minor : bool, optional
+        Whether the extended model has the minor causes too.
     only : collection of str
         Names of the axes to diagnose; none for all.
     on_progress : callable
-        Gets the stage, the number of axes done and the number of axes.
+        Gets the stage, the number of its steps done and the number of its steps.
 
     Returns
     -------
@@ -85,16 +105,23 @@ def diagnose(
     names = [name for name in recordings[0].axes if name in (only or recordings[0].axes)]
     _check_axes([*recordings, *([validate] if validate else [])])
     axes, validations = {}, {}
+    rules = Rules(tolerance, stability, keep_minor)
     for done, name in enumerate(names):
         on_progress("diagnosis", done, len(names))
         template = _template(recordings[0], name, model)
-        axes[name], validation = _diagnose_axis(recordings, name, template, validate)
+        told = partial(_told, on_progress, name)
+        axes[name], validation = _diagnose_axis(recordings, name, template, validate, rules, told)
         if validation is not None:
             validations[name] = validation
     on_progress("diagnosis", len(names), len(names))
     on_progress("simulated motion", 0, 1)
     found = Diagnosis(axes, data_findings(recordings, axes), validations)
     return with_motion_errors(found, recordings)
+
+
+def _told(on_progress: Progress, name: str, done: int) -> None:
+    """Tell how many disturbed runs of an axis are done."""
+    on_progress(f"stability, axis {name}", done, RUNS)
 
 
 def _check_axes(recordings: Sequence[Recording]) -> None:
@@ -130,46 +157,91 @@ class _Selected:
     supported: SupportedModel
 
 
+@dataclass(frozen=True)
+class _Outcome:
+    """An axis after the recordings themselves and, where there is one, another have judged it.
+
+    `base` is the base model without the ripples that were found above the band.
+    """
+
+    data: AxisData
+    selected: _Selected
+    base: FittedModel
+    floor: NoiseFloor
+    checks: tuple[Finding, ...]
+    judged: Judgement
+    carried: Judged
+
+
 def _diagnose_axis(
     recordings: Sequence[Recording],
     name: str,
     template: AxisModel,
     validate: Recording | None,
+    rules: Rules,
+    on_run: OnRun,
 ) -> tuple[AxisDiagnosis, Validation | None]:
-    data, selected = _selected(_prepared(recordings, name, template), template)
+    data = _prepared(recordings, name, template)
+    content = above_band(recordings, name, data)
+    known = with_ripples(template, content, rules.tolerance)
+    data, selected = _selected(data, known)
     search, start = selected.search, selected.start
-    supported = selected.supported.without_vibrations(data)
-    judged = Judged(supported)
+    floor = noise_floor(data, start, float(selected.supported.model.base[0]))
+    checks = findings(recordings, name, data, start, selected.supported.model)
+    blocked = next((check.message for check in checks if check.blocks), None)
+    judged = judge(search, start, selected.supported, floor, rules, blocked, on_run)
+    carried = Judged(judged.supported.without_vibrations(data))
     if validate is not None:
-        judged = judge(data, _prepared([validate], name, supported.model.axis), start, supported)
-    supported, model = judged.supported, judged.supported.model
-    floor = noise_floor(data, start, float(model.base[0]))
+        other = _prepared([validate], name, carried.supported.model.axis)
+        carried = judge_elsewhere(data, other, start, carried.supported, rules.tolerance)
+    base = start if known is template else fit(data, template, _START, ())
+    outcome = _Outcome(data, selected, base, floor, checks, judged, carried)
+    found = _axis_diagnosis(outcome, known, recordings)
+    return with_band_content(found, content, template, rules.tolerance), carried.validation
+
+
+def _axis_diagnosis(
+    outcome: _Outcome, template: AxisModel, recordings: Sequence[Recording]
+) -> AxisDiagnosis:
+    data, base, judged = outcome.data, outcome.base, outcome.judged
+    model = outcome.carried.supported.model
     left = float(np.sqrt(model.error / np.count_nonzero(data.valid)))
-    deviations = with_trades(data, start, model, floor.rms)
-    estimate = Estimate(model.base, deviations[: len(PARAMETERS)])
-    parts = contributions(data, model)
-    found = causes(data, supported, parts, deviations)
-    found = strongest_first(with_sources(found, data, model, recordings))
-    diagnosis = AxisDiagnosis(
-        verdict=judged.verdict(_verdict(search, model, floor, left)),
+    deviations = with_trades(data, outcome.selected.start, model, outcome.floor.rms)
+    extended = model_fit(data, model, deviations)
+    found, minor = _named(outcome, deviations, recordings)
+    written = outcome.carried.carried((*found, *minor))
+    return AxisDiagnosis(
+        verdict=outcome.carried.verdict(judged.verdict),
         causes=found,
-        suspected=judged.suspected,
-        refused=supported.refused,
-        external_vibrations=selected.supported.vibrations,
-        converged=supported.converged,
-        not_testable=not_testable(search, model, left),
-        base=model_fit(data, start, standard_deviations(data, start)),
-        extended=model_fit(data, model, deviations),
+        suspected=strongest_first((*judged.suspected, *outcome.carried.suspected)),
+        minor=minor or judged.minor,
+        refused=judged.supported.refused,
+        external_vibrations=judged.supported.vibrations,
+        converged=judged.supported.converged,
+        not_testable=not_testable(outcome.selected.search, model, left),
+        base=model_fit(data, base, standard_deviations(data, base)),
+        extended=extended,
         timing=timing(data, model),
-        noise_floor=floor.rms / nonzero_rms(data.effort[data.valid]),
-        noise_floor_source=floor.source,
-        model=written_model(template, estimate, judged.carried(found), data),
+        noise_floor=outcome.floor.rms / nonzero_rms(data.effort[data.valid]),
+        noise_floor_source=outcome.floor.source,
+        model=written_model(template, extended.estimate, written, data),
         cutoff_hz=max(s.cutoff_hz for s in data.segments),
         knee_hz=max(s.band.knee_hz for s in data.segments),
-        traces=traces(data, start, model, parts),
-        findings=findings(recordings, name, data, start, selected.supported.model),
+        traces=traces(data, base, model, contributions(data, model)),
+        findings=outcome.checks,
     )
-    return diagnosis, judged.validation
+
+
+def _named(
+    outcome: _Outcome, deviations: Array, recordings: Sequence[Recording]
+) -> tuple[tuple[Cause, ...], tuple[Cause, ...]]:
+    """Causes and minor causes of the model, the strongest first."""
+    data, supported = outcome.data, outcome.carried.supported
+    model, space = supported.model, base_space(data, outcome.selected.start)
+    found = causes(data, supported, own_shares(data, model, space), deviations)
+    pairs = list(zip(with_sources(found, data, model, recordings), supported.support, strict=True))
+    named_causes = strongest_first(cause for cause, support in pairs if not support.minor)
+    return named_causes, strongest_first(cause for cause, support in pairs if support.minor)
 
 
 def _prepared(recordings: Sequence[Recording], name: str, axis: AxisModel) -> AxisData:
@@ -194,12 +266,3 @@ def _select(data: AxisData, template: AxisModel) -> _Selected:
     selection = select_forward(search, start)
     search = search.with_samples(selection.samples)
     return _Selected(search, start, eliminate_backward(search, selection.model))
-
-
-def _verdict(search: Search, model: FittedModel, floor: NoiseFloor, left: float) -> Verdict:
-    """The verdict on a model whose residual has the rms `left`."""
-    samples = np.count_nonzero(search.data.valid)
-    discrepancy = float(np.sqrt(search.criterion.discrepancy(model) / samples))
-    if structure_left(left, floor.rms, floor.uncertainty, discrepancy):
-        return Verdict.UNEXPLAINED
-    return Verdict.EXPLAINED if model.terms else Verdict.ADEQUATE

@@ -117,10 +117,14 @@ def _doubts(doubts: Sequence[Finding]) -> list[Finding]:
 
 
 def _unphysical(data: AxisData, columns: Array, extended: FittedModel) -> list[Finding]:
-    """Whether the extended model is physical at its own optimum, which knows no bounds."""
+    """Whether the extended model is physical at its own optimum, which knows no bounds.
+
+    The selection itself names no cause beside which the model is not (`select.judgement`).
+    """
     jacobian = np.hstack([columns, extended.jacobian[:, len(PARAMETERS) :]])[data.valid]
     others = extended.predicted - extended.jacobian @ extended.linear_parameters
-    return unphysical(unbounded(jacobian, (data.effort - others)[data.valid]))
+    found = unphysical(unbounded(jacobian, (data.effort - others)[data.valid]))
+    return [replace(finding, blocks=False) for finding in found]
 
 
 def _parts(

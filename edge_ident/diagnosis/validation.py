@@ -25,13 +25,14 @@ from edge_ident.diagnosis.fit.fitting import FittedModel, delayed, fit
 from edge_ident.diagnosis.fit.held_out import standard_deviations
 from edge_ident.diagnosis.fit.noise_floor import noise_floor
 from edge_ident.diagnosis.fit.projection import orthonormal
-from edge_ident.diagnosis.fit.summary import contributions, nonzero_rms
+from edge_ident.diagnosis.fit.summary import nonzero_rms
 from edge_ident.diagnosis.measures import CarriedCause, Validation
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.result import Cause, Verdict
-from edge_ident.diagnosis.select.acceptance import structure_left
+from edge_ident.diagnosis.select.acceptance import noise_limit, structure_left
 from edge_ident.diagnosis.select.backward_elimination import SupportedModel
 from edge_ident.diagnosis.select.causes import causes, strongest_first
+from edge_ident.diagnosis.select.own_effort import base_space, own_shares
 from edge_ident.model.effects import named
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Term
 from edge_ident.signals.metrics import rms
@@ -62,7 +63,8 @@ class Judged:
 
     def verdict(self, verdict: Verdict) -> Verdict:
         """That of both recordings, from that on the first one."""
-        return Verdict.UNEXPLAINED if self.unexplained else verdict
+        lost = verdict is Verdict.EXPLAINED and not self.supported.model.terms
+        return Verdict.UNEXPLAINED if self.unexplained or lost else verdict
 
     def carried(self, causes: tuple[Cause, ...]) -> tuple[Cause, ...]:
         """Causes for the model file: where another recording judges, none that is tied to time."""
@@ -71,15 +73,30 @@ class Judged:
         return tuple(cause for cause in causes if not named(cause.term.effect).tied_to_time)
 
 
-def judge(data: AxisData, other: AxisData, base: FittedModel, supported: SupportedModel) -> Judged:
-    """Let another recording judge a supported model; see `carry_over`."""
+def judge(
+    data: AxisData,
+    other: AxisData,
+    base: FittedModel,
+    supported: SupportedModel,
+    tolerance: float,
+) -> Judged:
+    """Let another recording judge a supported model; see `carry_over`.
+
+    Parameters
+    ----------
+    tolerance : float
+        Smallest share of the rms effort that is worth naming.
+    """
     model = supported.model
     carried = carry_over(data, other, base, model)
     lost = [k for k in range(len(model.terms)) if k not in carried.kept]
     suspected: tuple[Cause, ...] = ()
     if lost:
         every = causes(
-            data, supported, contributions(data, model), standard_deviations(data, model)
+            data,
+            supported,
+            own_shares(data, model, base_space(data, base)),
+            standard_deviations(data, model),
         )
         suspected = strongest_first(
             replace(every[k], decision=carried.validation.causes[k].reason) for k in lost
@@ -88,18 +105,20 @@ def judge(data: AxisData, other: AxisData, base: FittedModel, supported: Support
         supported.of(carried.model, carried.kept),
         suspected,
         carried.validation,
-        _structure_left(other, carried.model),
+        _structure_left(other, carried.model, tolerance),
     )
 
 
-def _structure_left(other: AxisData, model: FittedModel) -> bool:
+def _structure_left(other: AxisData, model: FittedModel, tolerance: float) -> bool:
     """Whether a model leaves structure of another recording."""
     terms = tuple(t for t in model.terms if not named(t.candidate.effect).tied_to_time)
     there = fit(other, model.template, model.base, terms)
     floor = noise_floor(other, fit(other, model.template, model.base, ()), float(model.base[0]))
     discrepancy = np.sqrt(model_discrepancy(other, there) / np.count_nonzero(other.valid))
     left = rms(_residual(other, model))
-    return structure_left(left, floor.rms, floor.uncertainty, float(discrepancy))
+    limit = noise_limit(floor.rms, floor.uncertainty)
+    scale = nonzero_rms(other.effort[other.valid])
+    return structure_left(left, limit, float(discrepancy), tolerance * scale)
 
 
 @dataclass(frozen=True)
@@ -180,8 +199,7 @@ def _weighed(
 ) -> dict[int, _Weighed]:
     """Each term that is not tied to time, by its place in the model that is judged."""
     scale, block = nonzero_rms(other.effort[other.valid]), other.block[other.valid]
-    timing = other.timing_columns[other.valid]
-    basis = orthonormal(np.hstack([_base_columns(other), timing]))
+    basis = orthonormal(np.hstack([_base_columns(other), other.timing_columns[other.valid]]))
     found = {}
     for k, place in enumerate(places):
         effect = model.terms[k].candidate.effect

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.model.effects import catalogue, named
-from edge_ident.model.model import AxisModel, Term
+from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Term
 from edge_ident.model.search import Excitation, Form
 
 Array = NDArray[np.float64]
@@ -22,6 +22,8 @@ Values = Mapping[str, float] | Mapping[str, Array]
 
 _SMALL: Final = 1e-6
 """Amplitude of the difference; most effects are linear in it, the others nearly so."""
+_NOTHING: Final = Term(BASE, dict.fromkeys(PARAMETERS, 0.0))
+"""A base term without effort."""
 _ROW_LIMIT: Final = 1_000_000
 """Samples computed at once: they fit a processor's cache and a small board's memory."""
 
@@ -73,10 +75,18 @@ def term(candidate: Candidate, nonlinear: Values, linear: Values) -> Term:
     return Term(candidate.effect, values, source_axis=candidate.source)
 
 
+def adds(candidate: Candidate) -> bool:
+    """Whether a candidate's effort adds to that of the others, in proportion to its linear
+    parameters: it follows from the motion alone, or from the recorded effort alone."""
+    effect = named(candidate.effect)
+    return effect.additive or (effect.overrides("withheld") and not candidate.form.linear)
+
+
 def cached_regressors(
     data: AxisData, axis: AxisModel, candidate: Candidate, nonlinear: Mapping[str, float]
 ) -> Array:
-    """Regressors (k, n) of an additive candidate, computed once for the data."""
+    """Regressors (k, n) of a candidate that adds, computed once for the data; for a form without
+    linear parameters (1, n), its effort."""
     key = (candidate, tuple(sorted(nonlinear.items())))
     if key not in data.cache:
         base = replace(axis, terms=axis.terms[:1])
@@ -103,9 +113,14 @@ def regressors(data: AxisData, axis: AxisModel, candidate: Candidate, nonlinear:
     names = candidate.form.linear or (None,)
     batch = max(1, _ROW_LIMIT // data.samples)
     result = np.empty((count, len(names), len(data.effort)))
-    if all(named(t.effect).additive for t in axis.terms) and named(candidate.effect).additive:
-        axis = replace(axis, terms=axis.terms[:1])
-    present = data.predicted(axis)
+    present: Array | float = 0.0
+    # what the actuator withholds is read from the recorded effort, and changes no other term
+    if adds(candidate) and all(
+        named(t.effect).additive or named(t.effect).overrides("withheld") for t in axis.terms
+    ):
+        axis = replace(axis, terms=(_NOTHING,))
+    else:
+        present = data.predicted(axis)
     for first in range(0, count, batch):
         part = {name: array[first : first + batch] for name, array in values.items()}
         for k, name in enumerate(names):

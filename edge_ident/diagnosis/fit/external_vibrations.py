@@ -1,6 +1,6 @@
 """External vibrations: the strongest sinusoids in time in a residual."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final, Self
 
 import numpy as np
@@ -55,6 +55,10 @@ class Spectrum:
         of_motion = driven(frequency_hz, lines, 1.0 / duration_s)
         angle = 2.0 * np.pi * frequency_hz[:, None] * data.of_motion("time_s")[data.valid]
         return cls(frequency_hz, np.exp(-1j * angle).astype(np.complex64), of_motion)
+
+    def at(self, kept: NDArray[np.bool_]) -> "Spectrum":
+        """The same at fewer of the samples (n,)."""
+        return self if np.all(kept) else replace(self, waves=self.waves[:, kept])
 
     def strongest(self, residual: Array) -> Grid:
         """Frequencies of the highest peaks of a residual (n,) at the valid samples.

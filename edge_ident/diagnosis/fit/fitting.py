@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.fit.bounded import solve_within
-from edge_ident.diagnosis.fit.candidates import Candidate, cached_regressors, term
+from edge_ident.diagnosis.fit.candidates import Candidate, adds, cached_regressors, term
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.model.effects import named
 from edge_ident.model.model import BASE, PARAMETERS, POSITIVE, AxisModel, Term
@@ -78,7 +78,7 @@ class FittedModel:
 
     @property
     def jacobian(self) -> Array:
-        """The derivatives (n, P), zero for what a bound holds."""
+        """The derivatives, zero for what a bound holds."""
         return np.where(self.free, self.derivatives, 0.0)
 
     @property
@@ -99,7 +99,7 @@ class FittedModel:
     @property
     def timing_columns(self) -> slice:
         """Columns of the Jacobian that belong to timing."""
-        return slice(len(PARAMETERS), len(PARAMETERS) + len(self.timing))
+        return slice(len(PARAMETERS), self.base_columns.stop)
 
     def columns_of(self, index: int) -> slice:
         """Columns of the Jacobian that belong to one term."""
@@ -188,7 +188,7 @@ def without_terms(data: AxisData, fitted: FittedModel, kept: Sequence[bool]) -> 
 
 def additive(template: AxisModel, terms: Sequence[FittedTerm]) -> bool:
     """Whether the efforts of all terms add up."""
-    return len(template.terms) == 1 and all(named(t.candidate.effect).additive for t in terms)
+    return len(template.terms) == 1 and all(adds(t.candidate) for t in terms)
 
 
 def delayed(axis: AxisModel) -> bool:
@@ -199,12 +199,14 @@ def delayed(axis: AxisModel) -> bool:
 def _fit_additive(
     data: AxisData, template: AxisModel, terms: tuple[FittedTerm, ...]
 ) -> FittedModel:
-    """Linear least squares on cached regressors."""
+    """Linear least squares on cached regressors, after terms without linear parameters."""
     jacobian = _additive_jacobian(data, template, terms)
+    other = [t for t in terms if not t.linear]
+    fixed = sum(cached_regressors(data, template, t.candidate, t.nonlinear)[0] for t in other)
     low, high = _bounds(data, template, terms)
-    found = solve_within(jacobian[data.valid], data.effort[data.valid], low, high)
+    found = solve_within(jacobian[data.valid], (data.effort - fixed)[data.valid], low, high)
     base, timing, terms = _split(found.solution, np.zeros(len(data.segments)), terms)
-    predicted = np.asarray(jacobian @ found.solution)
+    predicted = np.asarray(jacobian @ found.solution + fixed)
     residual = (data.effort - predicted)[data.valid]
     return FittedModel(
         build(template, base, terms),
@@ -242,7 +244,9 @@ def _additive_jacobian(data: AxisData, template: AxisModel, terms: tuple[FittedT
         unit = dict(zip(PARAMETERS, np.eye(4), strict=True))
         data.cache["base"] = data.predicted(replace(template, terms=(Term(BASE, unit),)))
     parts = [data.cache["base"], data.timing_columns.T]
-    parts += [cached_regressors(data, template, t.candidate, t.nonlinear) for t in terms]
+    parts += [
+        cached_regressors(data, template, t.candidate, t.nonlinear) for t in terms if t.linear
+    ]
     return np.vstack(parts).T
 
 
@@ -253,8 +257,8 @@ def _linear_parameters(base: Array, timing: Array, terms: Sequence[FittedTerm]) 
 def build(template: AxisModel, base: Array, terms: Sequence[FittedTerm]) -> AxisModel:
     """The model of base parameters, the template's effects and the added terms."""
     values = dict(zip(PARAMETERS, base, strict=True))
-    known = template.terms[1:]
-    return replace(template, terms=(Term(BASE, values), *known, *(t.model_term for t in terms)))
+    added = (t.model_term for t in terms)
+    return replace(template, terms=(Term(BASE, values), *template.terms[1:], *added))
 
 
 def _split(
@@ -275,9 +279,8 @@ def _jacobian(
 ) -> Array:
     """Derivatives (n, P) by base parameters, timing and linear parameters, in one batch."""
     places = [(0, name) for name in PARAMETERS]
-    first = len(axis.terms) - len(terms)
-    for k, t in enumerate(terms):
-        places += [(first + k, name) for name in t.linear]
+    for k, t in enumerate(terms, len(axis.terms) - len(terms)):
+        places += [(k, name) for name in t.linear]
     changed = list(axis.terms)
     for row, (index, name) in enumerate(places):
         values = dict(changed[index].values)
@@ -286,8 +289,7 @@ def _jacobian(
         changed[index] = replace(changed[index], values={**values, name: array})
     rows = data.predicted(replace(axis, terms=tuple(changed)))
     derivatives = ((rows - predicted) / _SMALL).T
-    at = len(PARAMETERS)
-    return np.hstack([derivatives[:, :at], data.timing_columns, derivatives[:, at:]])
+    return np.hstack([derivatives[:, :4], data.timing_columns, derivatives[:, 4:]])
 
 
 def jacobian_of(data: AxisData, fitted: FittedModel) -> Array:

@@ -85,7 +85,7 @@ def _nonlinear_derivatives(data: AxisData, fitted: FittedModel) -> Array:
             step = _STEP * (abs(t.nonlinear[name]) or 1.0)
             sides = [{**t.nonlinear, name: t.nonlinear[name] + s} for s in (-step, step)]
             if adds:
-                linear = np.array(list(t.linear.values()))
+                linear = np.array(list(t.linear.values()) or [1.0])
                 low, high = (
                     linear @ cached_regressors(data, template, t.candidate, side) for side in sides
                 )

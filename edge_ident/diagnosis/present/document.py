@@ -42,6 +42,12 @@ def _axis(name: str, axes: Mapping[str, AxisDiagnosis]) -> dict[str, Any]:
         "verdict": axis.verdict.value,
         "converged": axis.converged,
         "causes": [_cause(cause, axis.model) for cause in axis.causes],
+        "suspected": [_cause(cause, axis.model) for cause in axis.suspected],
+        "minor": [_cause(cause, axis.model) for cause in axis.minor],
+        "findings": [asdict(found) for found in axis.findings],
+        "timing": asdict(axis.timing),
+        "band": {"cutoff_hz": axis.cutoff_hz, "share_of_effort_variance": axis.share_in_band},
+        "lines": [asdict(line) for line in axis.lines],
         "refused": [asdict(refused) for refused in axis.refused],
         "outside_vibrations": [
             {"frequency_hz": f, "amplitude": a} for f, a in external_vibrations(axis)

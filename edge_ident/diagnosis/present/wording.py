@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from edge_ident.diagnosis.measures import ModelFit, Validation
+from edge_ident.diagnosis.measures import ModelFit, SpectralLine, Validation
 from edge_ident.diagnosis.result import (
     Alternative,
     AxisDiagnosis,
@@ -41,9 +41,18 @@ def verdict_sentence(axis: AxisDiagnosis) -> str:
     ]
     if vibrations:
         parts.append(f"an external vibration acts on it: {listed(vibrations)}")
+    if axis.lines:
+        parts.append(f"no effect explains, above the band, {listed(map(_line, axis.lines[:3]))}")
     if not axis.converged:
         parts.append("the selection of causes did not converge, so read them with caution")
     return "; ".join(parts)
+
+
+def _line(line: SpectralLine) -> str:
+    """Amplitude, and order or frequency, of a line; in the unit of the effort."""
+    if line.order is not None:
+        return f"an amplitude of {line.amplitude:.3g} at order {line.order:.4g}"
+    return f"an amplitude of {line.amplitude:.3g} at {line.frequency_hz:.4g} Hz"
 
 
 def external_vibrations(axis: AxisDiagnosis) -> list[tuple[float, float]]:

@@ -1,8 +1,10 @@
 """The rule that accepts a cause.
 
 `decide` is the rule. Forward selection asks it before it adds a term, backward elimination before
-it keeps one, and replacement before it exchanges one for an alternative. `structure_left` decides
-on the verdict in the same way. What they compare with is in `select.thresholds`.
+it keeps one, and replacement before it exchanges one for an alternative. `again` and
+`larger_than_rest` decide which causes of the model that the search ends with are supported, and
+which only suspected. `structure_left` decides on the verdict. What they compare with is in
+`select.thresholds`.
 """
 
 from collections.abc import Sequence
@@ -14,6 +16,7 @@ from edge_ident.diagnosis.fit.fitting import FittedTerm
 from edge_ident.diagnosis.select.thresholds import (
     ADDED_TERM,
     DECISIVE,
+    FOUND_AGAIN,
     KEPT_TERM,
     NONZERO,
     STRUCTURE,
@@ -131,15 +134,49 @@ def separable(criterion_gain: float) -> bool:
     return criterion_gain >= DECISIVE.value
 
 
-def structure_left(residual: float, floor: float, uncertainty: float, discrepancy: float) -> bool:
+def again(found: int, runs: int) -> Decision:
+    """Decide whether a cause that so many of the runs found is stable (`select.stability`)."""
+    reason = (
+        f"{found} of {runs} runs on data disturbed by less than their noise find the same effort "
+        f"({FOUND_AGAIN.value} are required)"
+    )
+    return Decision(found >= FOUND_AGAIN.value, reason, float(found - FOUND_AGAIN.value))
+
+
+def larger_than_rest(share: float, rest: float) -> Decision:
+    """Decide whether a cause is larger than what is left unexplained.
+
+    Parameters
+    ----------
+    share, rest : float
+        Rms of the cause's own effort, and of what is left beyond noise, of the effort's rms.
+    """
+    relation = "more" if share >= rest else "less"
+    reason = (
+        f"its own effort, {share:.1%}, is {relation} than what is left unexplained beside it, "
+        f"{rest:.1%}"
+    )
+    return Decision(share >= rest, reason, share - rest)
+
+
+def noise_limit(floor: float, uncertainty: float) -> float:
+    """Rms up to which a residual may be noise; `uncertainty` is the floor's relative deviation."""
+    return STRUCTURE.value * (1.0 + 2.0 * uncertainty) * floor
+
+
+def beyond(residual: float, limit: float) -> float:
+    """Rms of what is left of a residual without noise of the rms `limit`."""
+    return float(np.sqrt(max(residual**2 - limit**2, 0.0)))
+
+
+def structure_left(residual: float, limit: float, discrepancy: float, tolerance: float) -> bool:
     """Whether a residual has structure that noise and model discrepancy do not explain.
 
     Parameters
     ----------
-    residual, floor, discrepancy : float
-        Rms over the valid samples.
-    uncertainty : float
-        Relative standard deviation of the floor.
+    residual, limit, discrepancy, tolerance : float
+        Rms over the valid samples: of the residual, of noise (`noise_limit`), of what the formulas
+        may be off, and of what is not worth naming.
     """
-    noise = STRUCTURE.value * (1.0 + 2.0 * uncertainty) * floor
-    return bool(residual > np.hypot(noise, discrepancy))
+    allowed = float(np.linalg.norm([limit, discrepancy, tolerance]))
+    return residual > allowed

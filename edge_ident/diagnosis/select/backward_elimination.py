@@ -19,11 +19,12 @@ from edge_ident.model.model import Term
 
 @dataclass(frozen=True)
 class SupportedTerm:
-    """What the last round says of one term of the model."""
+    """What the last round says of one term of the model; `minor` where it is not worth naming."""
 
     gain: HeldOutGain
     decision: Decision
     comparison: ComparedAlternatives
+    minor: bool = False
 
 
 @dataclass(frozen=True)
@@ -59,13 +60,15 @@ class SupportedModel:
 
     def without_vibrations(self, data: AxisData) -> "SupportedModel":
         """The model of the axis itself; parameters stay as they were fitted beside vibrations."""
-        model = self.model
-        own = [t.candidate != VIBRATION for t in model.terms]
-        if all(own):
-            return self
-        inside = without_terms(data, model, own)
-        support = tuple(s for s, keep in zip(self.support, own, strict=True) if keep)
-        return replace(self, model=inside, support=support)
+        own = [t.candidate != VIBRATION for t in self.model.terms]
+        support = tuple(s for s, mine in zip(self.support, own, strict=True) if mine)
+        return replace(self, model=without_vibrations(data, self.model), support=support)
+
+
+def without_vibrations(data: AxisData, model: FittedModel) -> FittedModel:
+    """A model without external vibrations; parameters stay as they were fitted beside them."""
+    own = [t.candidate != VIBRATION for t in model.terms]
+    return model if all(own) else without_terms(data, model, own)
 
 
 @dataclass(frozen=True)
@@ -111,7 +114,7 @@ def _look(search: Search, model: FittedModel) -> _Round:
     What cross-validation does not support leaves before alternatives are compared, and a better
     alternative comes before a term with an essential parameter near zero leaves.
     """
-    smaller, evidence, gains = _evidence(search, model)
+    smaller, evidence, gains = evidence_for_terms(search, model)
     decisions = _decisions(smaller, model, evidence)
     if all(d.accepted for d in decisions):
         comparisons = [compare_alternatives(search, model, k) for k in range(len(model.terms))]
@@ -154,7 +157,7 @@ def _replaced(
     return _Round(gains, decisions, comparisons, best.replacement, refused)
 
 
-def _evidence(
+def evidence_for_terms(
     search: Search, model: FittedModel
 ) -> tuple[list[FittedModel], list[Evidence], list[HeldOutGain]]:
     """The models without each term, and the evidence for the term."""

@@ -1,4 +1,4 @@
-"""The terms of the final model as causes: values, deviations, gains, decisions, evidence."""
+"""The terms of a model as causes: values, deviations, gains, decisions, evidence."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.fit.summary import orthogonal_shares
+from edge_ident.diagnosis.fit.external_vibrations import VIBRATION
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.result import Cause
 from edge_ident.diagnosis.select.backward_elimination import SupportedModel, SupportedTerm
@@ -17,24 +17,22 @@ Array = NDArray[np.float64]
 
 
 def causes(
-    data: AxisData, supported: SupportedModel, contributions: Sequence[Array], deviations: Array
+    data: AxisData, supported: SupportedModel, shares: Sequence[float], deviations: Array
 ) -> tuple[Cause, ...]:
-    """Causes of the final model, in the order of its terms.
+    """Terms of a model as causes, in the order of the terms.
 
     Parameters
     ----------
     data : AxisData
     supported : SupportedModel
-        Without external vibrations.
-    contributions : sequence of (n,) arrays
-        Of the model's terms.
+    shares : sequence of float
+        Of each term (`edge_ident.diagnosis.select.own_effort`).
     deviations : (P,) array
-        Standard deviations of base, linear and nonlinear parameters.
+        Standard deviations of linear and nonlinear parameters.
     """
     model = supported.model
     nonlinear_at = len(model.linear_parameters)
     found = []
-    shares = orthogonal_shares(data, model, contributions)
     for k, (t, support) in enumerate(zip(model.terms, supported.support, strict=True)):
         names = t.candidate.form.nonlinear
         nonlinear = deviations[nonlinear_at : nonlinear_at + len(names)]
@@ -55,15 +53,24 @@ def strongest_first(causes: Iterable[Cause]) -> tuple[Cause, ...]:
 def _cause(term: Term, share: float, support: SupportedTerm) -> Cause:
     gain = support.gain
     where = "where it acts" if gain.one_off else "in segments that it was not fitted to"
+    evidence = (
+        f"{_signature(term)}; the part that the base model cannot express is {share:.1%} of the "
+        "effort"
+    )
+    if gain.value > 0.0:
+        evidence += f", and it reduces the residual by {gain.value:.0%} {where}"
     return Cause(
         term=term,
         held_out_gain=gain.value,
         held_out_gain_interval=gain.interval,
         share=share,
         alternatives=support.comparison.alternatives,
-        evidence=(
-            f"{named(term.effect).search.signature}; it adds {share:.1%} of the effort to what the "
-            f"base model can express, and reduces the residual by {gain.value:.0%} {where}"
-        ),
+        evidence=evidence,
         decision=support.decision.reason,
     )
+
+
+def _signature(term: Term) -> str:
+    if term.effect == VIBRATION.effect:
+        return "a sinusoid in time"
+    return named(term.effect).search.signature

@@ -41,8 +41,7 @@ def select_forward(search: Search, start: FittedModel) -> Selection:
     """Add causes to a model until none is accepted.
 
     A coloured residual is worth fewer independent samples than it has. Then the selection is
-    repeated with that number. Its result competes with what that number leaves of the first one,
-    because of two large causes neither explains much alone.
+    repeated with that number.
 
     Parameters
     ----------
@@ -50,27 +49,50 @@ def select_forward(search: Search, start: FittedModel) -> Selection:
     start : FittedModel
         The base model.
     """
-    model = _grow(search, start)
+    model = _grown(search, start)
     samples = search.criterion.samples
     independent = independent_samples(search.data, model)
     if model.terms and independent < FEWEST_INDEPENDENT.value * samples:
-        fewer = search.with_samples(independent)
-        again, pruned = _grow(fewer, start), _pruned(fewer, model)
-        model = pruned if fewer.gain(again, pruned) > 0.0 else again
         samples = independent
+        model = _better(search.with_samples(samples), start, model)
     return Selection(model, samples)
 
 
-def _grow(search: Search, start: FittedModel) -> FittedModel:
+def select_again(search: Search, start: FittedModel, most: float) -> FittedModel:
+    """Repeat a selection, whose criterion ended with the search's number of samples.
+
+    Parameters
+    ----------
+    search : Search
+    start : FittedModel
+        The base model.
+    most : float
+        Number of samples that the criterion began with.
+    """
+    model = _grown(search.with_samples(most), start)
+    return model if search.criterion.samples == most else _better(search, start, model)
+
+
+def _better(fewer: Search, start: FittedModel, model: FittedModel) -> FittedModel:
+    """The selection with fewer samples, or what that number leaves of the first model.
+
+    Both compete, because of two large causes neither explains much alone.
+    """
+    again, pruned = _grown(fewer, start), _pruned(fewer, model)
+    return pruned if fewer.gain(again, pruned) > 0.0 else again
+
+
+def _grown(search: Search, start: FittedModel) -> FittedModel:
+    """Grow a model by one term after the other; of all models on the way the criterion's best."""
     best = start
     beam = [start]
     for _ in range(MOST_TERMS.value):
-        grown = _distinct(model for parent in beam for model in _children(search, parent))
-        if not grown:
+        larger = _distinct(model for parent in beam for model in _children(search, parent))
+        if not larger:
             break
-        least = min(model.error for model in grown)
-        grown = [model for model in grown if model.error < FOLLOWED.value * least]
-        beam = sorted(grown, key=search.criterion.value)[: BEAM_WIDTH.value]
+        least = min(model.error for model in larger)
+        larger = [model for model in larger if model.error < FOLLOWED.value * least]
+        beam = sorted(larger, key=search.criterion.value)[: BEAM_WIDTH.value]
         beam[0] = search.polished(beam[0])
         for model in beam:
             if search.gain(best, model) > 0.0:

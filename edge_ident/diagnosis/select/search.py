@@ -12,9 +12,22 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.fit.candidates import Candidate, candidates, grid, regressors
+from edge_ident.diagnosis.fit.candidates import (
+    Candidate,
+    cached_regressors,
+    candidates,
+    grid,
+    regressors,
+)
 from edge_ident.diagnosis.fit.external_vibrations import VIBRATION, Spectrum
-from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm, fit, jacobian_of
+from edge_ident.diagnosis.fit.fitting import (
+    FittedModel,
+    FittedTerm,
+    additive,
+    build,
+    fit,
+    jacobian_of,
+)
 from edge_ident.diagnosis.fit.projection import orthonormal
 from edge_ident.diagnosis.fit.refinement import refined
 from edge_ident.diagnosis.fit.scoring import Grid, ResidualSubspace, ScoredCandidate
@@ -45,7 +58,11 @@ class Search:
     spectrum : Spectrum
         Of external vibrations.
     library : mapping of Candidate to (D, k, n) array
-        Regressors at all points of each candidate's grid, at the valid samples.
+        Regressors at D points of each candidate, at the valid samples.
+    points : mapping of Candidate to Grid
+        Nonlinear parameters of these points: the grid, and what was refined before.
+    refines : bool
+        Whether nonlinear parameters are searched between the points of the grids.
     cache : dict
         Candidates that were refined before.
     """
@@ -57,6 +74,8 @@ class Search:
     criterion: Criterion
     spectrum: Spectrum
     library: Mapping[Candidate, Array]
+    points: Mapping[Candidate, Grid]
+    refines: bool = True
     cache: dict[object, ScoredCandidate] = field(default_factory=dict, compare=False)
 
     @classmethod
@@ -70,11 +89,45 @@ class Search:
         grids[VIBRATION] = {"frequency": spectrum.frequency_hz}
         criterion = Criterion(data, grids, float(np.count_nonzero(data.valid)))
         replica = data.noise_replica
-        return cls(data, replica, template, excitation, criterion, spectrum, library)
+        return cls(data, replica, template, excitation, criterion, spectrum, library, dict(grids))
 
     def with_samples(self, samples: float) -> Self:
         """The same search, whose criterion counts another number of independent samples."""
         return replace(self, criterion=self.criterion.with_samples(samples))
+
+    def with_refined_points(self) -> Self:
+        """The same search, whose library also has the points that it refined; it refines no more.
+
+        So a repetition on disturbed data costs products alone.
+        """
+        refined_terms: dict[Candidate, list[FittedTerm]] = {}
+        for scored in self.cache.values():
+            if scored.term.nonlinear and scored.candidate in self.library:
+                refined_terms.setdefault(scored.candidate, []).append(scored.term)
+        library, points = dict(self.library), dict(self.points)
+        base = build(self.template, self.excitation.base, ())
+        for candidate, terms in refined_terms.items():
+            more = {
+                name: np.array([t.nonlinear[name] for t in terms]) for name in points[candidate]
+            }
+            rows = regressors(self.data, base, candidate, more)[..., self.data.valid]
+            library[candidate] = np.concatenate([library[candidate], rows])
+            points[candidate] = {
+                name: np.concatenate([values, more[name]])
+                for name, values in points[candidate].items()
+            }
+        return replace(self, library=library, points=points, refines=False, cache={})
+
+    def on(self, data: AxisData) -> Self:
+        """The same search on other data of the same motion: another effort, fewer valid samples."""
+        kept = data.valid[self.data.valid]
+        whole = bool(np.all(kept))
+        library = {c: rows if whole else rows[..., kept] for c, rows in self.library.items()}
+        criterion = replace(self.criterion, data=data)
+        return replace(
+            self, data=data, criterion=criterion, spectrum=self.spectrum.at(kept), library=library,
+            cache={},
+        )  # fmt: skip
 
     @property
     def grids(self) -> Mapping[Candidate, Grid]:
@@ -133,8 +186,8 @@ class Search:
         coarse = []
         for candidate, rows in self.library.items():
             if candidate.effect not in without:
-                points = self.grids[candidate]
-                scored = subspace.score(candidate, points, rows, points)
+                points, grid = self.points[candidate], self.grids[candidate]
+                scored = subspace.score(candidate, points, rows, grid)
                 if np.isfinite(scored.error):
                     coarse.append(scored)
         strongest = self.spectrum.strongest(subspace.residual)
@@ -145,6 +198,8 @@ class Search:
 
     def _refined(self, subspace: ResidualSubspace, scored: ScoredCandidate) -> ScoredCandidate:
         """A candidate at its best nonlinear parameters; the same one recurs in other contexts."""
+        if not self.refines and scored.candidate != VIBRATION:
+            return scored
         left = float(subspace.residual @ subspace.residual)
         key = (scored.candidate, *scored.term.nonlinear.values(), scored.error, left)
         if key not in self.cache:
@@ -154,14 +209,23 @@ class Search:
     def _admissible(self, term: FittedTerm, fitted: FittedModel, replica_jacobian: Array) -> bool:
         """Whether a candidate is physical, and more than encoder noise."""
         valid = self.data.valid
-        rows = regressors(self.data, fitted.axis, term.candidate, term.nonlinear)[0]
+        rows = self._regressors(self.data, term, fitted)
         if not physical(term, rows, self.excitation):
             return False
-        replica = regressors(self.noise_replica, fitted.axis, term.candidate, term.nonlinear)[0]
+        replica = self._regressors(self.noise_replica, term, fitted)
         return reliable(rows[:, valid], replica[:, valid], fitted.jacobian[valid], replica_jacobian)
+
+    def _regressors(self, data: AxisData, term: FittedTerm, fitted: FittedModel) -> Array:
+        """Regressors (k, n) of a term on top of a model."""
+        if additive(self.template, (*fitted.terms, term)):
+            return cached_regressors(data, self.template, term.candidate, term.nonlinear)
+        rows = regressors(data, fitted.axis, term.candidate, term.nonlinear)
+        return np.asarray(rows[0])
 
     def polished(self, fitted: FittedModel) -> FittedModel:
         """Refine the nonlinear parameters of each term once more, beside all the others."""
+        if not self.refines:
+            return fitted
         for k, t in enumerate(fitted.terms):
             if not t.candidate.form.nonlinear:
                 continue

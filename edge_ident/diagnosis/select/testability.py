@@ -60,7 +60,7 @@ def _unnoticed_effort(
     cost = search.criterion.penalty(candidate) + DECISIVE.value
     noticed = noise * np.sqrt(np.expm1(cost / search.criterion.samples))
     share = float(np.median(_orthogonal_shares(search, model, candidate)))
-    return float(noticed / max(share, _TINY))
+    return float(noticed / share) if share > np.finfo(float).eps else np.inf
 
 
 def _orthogonal_shares(search: Search, model: FittedModel, candidate: Candidate) -> Array:

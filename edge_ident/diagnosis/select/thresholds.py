@@ -77,6 +77,52 @@ NONZERO: Final = Threshold(
     "`test_search_parts.py`: friction that changes alone is no payload; sensitivity: 4.2 refuses a "
     "real payload, 2.1 changes nothing",
 )
+SAME_WAVEFORM: Final = Threshold(
+    0.5,
+    "rms of the cause's own effort",
+    "A disturbed run finds a cause again where an effort of its model differs by less than this.",
+    "A judgement: the two efforts then have a correlation of about 0.87 or more.",
+    "docs/diagnosis_reference.md, the rules on real axes: waveforms keep 48 of 50 true causes",
+)
+FOUND_AGAIN: Final = Threshold(
+    4,
+    "runs of 5",
+    "A cause that fewer runs find, the undisturbed one among them, is suspected.",
+    "Four fifths: inside the range of 0.6 to 0.9 that the source of stability selection proposes "
+    "(Meinshausen and Bühlmann, J. R. Stat. Soc. B 72 (2010) 417).",
+    "docs/diagnosis_reference.md, the rules on real axes",
+)
+NEGATIVE: Final = Threshold(
+    3.0,
+    "standard deviations",
+    "Inertia or friction below zero by more than this is unphysical: no cause is named beside it.",
+    "The usual three-sigma rule.",
+    "`test_judgement.py`: the law of a speed loop is no machine",
+)
+TRADED: Final = Threshold(
+    1.02,
+    "residual of the base model",
+    "Without its external vibrations a model leaves no more than this, or they trade places with "
+    "its parameters and are refused.",
+    "The base model is the best without them; a machine that they act on is described nearly as "
+    "well by the parameters that were fitted beside them.",
+    "`test_search_parts.py`: an external vibration is reported; on a pendulum that is driven by "
+    "one sinusoid it is refused",
+)
+HALVES: Final = Threshold(
+    2,
+    "runs",
+    "So many disturbed runs have every second sample.",
+    "Both halves of the samples.",
+    "docs/diagnosis_reference.md, the rules on real axes: one run gives the same answer",
+)
+NOISE_SEEDS: Final = Threshold(
+    2,
+    "runs",
+    "So many disturbed runs have noise added.",
+    "As many as there are halves, so that neither kind of disturbance decides alone.",
+    "docs/diagnosis_reference.md, the rules on real axes: one run gives the same answer",
+)
 RELIABILITY: Final = Threshold(
     0.75,
     "reliability ratio",

@@ -77,9 +77,9 @@ def test_a_machine_that_is_explained_on_both_days_is_explained() -> None:
 
 
 def test_each_cause_says_in_which_recordings_it_shows() -> None:
-    both = diagnose([session(5), session(6, ripple=0.0)])
+    both = diagnose([session(5), session(6, ripple=0.0), session(7)])
     shown = {c.term.effect: c.shown_in for c in both.axes["x"].causes}
-    assert shown["torque_ripple"] == ("session 5",)
+    assert shown["torque_ripple"] == ("session 5", "session 7")
 
 
 def test_the_interval_of_a_gain_covers_it() -> None:

@@ -13,7 +13,15 @@ from edge_ident.diagnosis.fit.fitting import FittedTerm, fit
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.select import acceptance
-from edge_ident.diagnosis.select.acceptance import Evidence, decide, structure_left
+from edge_ident.diagnosis.select.acceptance import (
+    Evidence,
+    again,
+    beyond,
+    decide,
+    larger_than_rest,
+    noise_limit,
+    structure_left,
+)
 from edge_ident.diagnosis.select.cross_validation import held_out_gain
 from edge_ident.diagnosis.select.thresholds import thresholds
 from edge_ident.model.search import Form
@@ -83,11 +91,31 @@ def test_an_essential_parameter_near_zero_refuses_a_cause() -> None:
     assert decision.reason == "inertia lies within 3 standard deviations of zero"
 
 
-def test_structure_begins_above_floor_uncertainty_and_discrepancy() -> None:
-    assert not structure_left(1.2, floor=1.0, uncertainty=0.0, discrepancy=0.0)
-    assert structure_left(1.21, floor=1.0, uncertainty=0.0, discrepancy=0.0)
-    assert not structure_left(1.43, floor=1.0, uncertainty=0.1, discrepancy=0.0)
-    assert not structure_left(1.55, floor=1.0, uncertainty=0.0, discrepancy=1.0)
+def test_structure_begins_above_noise_discrepancy_and_tolerance() -> None:
+    assert noise_limit(1.0, 0.0) == pytest.approx(1.2)
+    assert noise_limit(1.0, 0.1) == pytest.approx(1.44), "twice the floor's uncertainty"
+    assert not structure_left(1.2, 1.2, 0.0, 0.0)
+    assert structure_left(1.21, 1.2, 0.0, 0.0)
+    assert not structure_left(1.55, 1.2, 1.0, 0.0)
+    assert not structure_left(1.55, 1.2, 0.0, 1.0)
+    assert structure_left(1.6, 1.2, 0.0, 1.0)
+
+
+def test_a_cause_is_larger_than_what_noise_does_not_explain_of_the_rest() -> None:
+    assert beyond(1.1, 1.2) == 0.0
+    assert beyond(1.3, 1.2) == pytest.approx(0.5)
+    assert larger_than_rest(0.02, 0.0).accepted
+    assert larger_than_rest(0.02, 0.019).accepted
+    refused = larger_than_rest(0.02, 0.021)
+    assert not refused.accepted
+    assert "2.0%, is less than what is left unexplained beside it, 2.1%" in refused.reason
+
+
+@pytest.mark.parametrize(("found", "accepted"), [(3, False), (4, True), (5, True)])
+def test_four_of_five_runs_have_to_find_a_cause(found: int, accepted: bool) -> None:
+    decision = again(found, 5)
+    assert decision.accepted is accepted
+    assert f"{found} of 5 runs" in decision.reason
 
 
 NOISES = 30

@@ -1,0 +1,299 @@
+"""What lies above the band of the comparison: orders over position, and lines in time.
+
+The comparison ends where encoder noise spoils the acceleration. The effort is recorded at full
+bandwidth. `fit.wide_search` finds its sinusoids, and this module measures them. The amplitude of an
+order comes from least squares on effort, acceleration, velocity and direction together: the axis
+and its controller answer a ripple, and the effort shows only what that leaves of it.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from edge_ident.diagnosis.fit.spectral_lines import FALSE_ALARM
+from edge_ident.diagnosis.fit.wide_search import (
+    Peak,
+    columns,
+    detectable,
+    inertia,
+    least_squares,
+    search,
+)
+from edge_ident.diagnosis.fit.wide_signals import WideSignals
+from edge_ident.diagnosis.prepare.axis_data import AxisData, Segment
+from edge_ident.signals.filters import lowpass
+from edge_ident.signals.metrics import rms
+from edge_ident.signals.recording import Recording
+
+Array = NDArray[np.float64]
+
+_HELD: Final = 1.0 / np.sqrt(12.0)
+"""Standard deviation of the timing, in samples: a command is held over one of them."""
+_AGREES: Final = 0.5
+"""Largest difference between halves, of the amplitude, beside three standard deviations."""
+_NONZERO: Final = 3.0
+"""Standard deviations of a certain amplitude."""
+_BETTER: Final = 1.25
+"""Energy that the square of the speed explains, over that of a constant amplitude, from which it is
+the better law. On a sinusoidal motion it is 1.5 for an error of the encoder, 0.67 for a ripple."""
+_SAME: Final = 0.02
+"""Relative difference of two rates up to which two recordings show one sinusoid."""
+_TINY: Final = float(np.finfo(float).tiny)
+
+
+@dataclass(frozen=True)
+class Sinusoid:
+    """A sinusoid above the band.
+
+    Attributes
+    ----------
+    rate : float
+        rad per unit of position for an order, rad/s for a line.
+    cosine, sine : float
+        In the unit of the effort, about position or time zero.
+    std : float
+        Standard deviation of either, and of the amplitude: noise, timing, and the difference
+        between the halves of the recording.
+    rate_std : float
+        Standard deviation of the rate.
+    share : float
+        Rms over the rms of the recorded effort.
+    found_again : bool
+        Whether both halves of the recording hold it.
+    gain : (float, float)
+        Relative reduction of the residual of each half, by the amplitude of the other half.
+    of_encoder : bool
+        Whether an order is rather an error of the encoder: it grows with the square of the speed,
+        or is mostly inertia times a motion below the encoder's resolution.
+    at_one_speed : bool
+        Whether the motion has too few speeds to tell a ripple from an error of the encoder.
+    """
+
+    rate: float
+    cosine: float
+    sine: float
+    std: float
+    rate_std: float
+    share: float
+    found_again: bool
+    gain: tuple[float, float]
+    of_encoder: bool = False
+    at_one_speed: bool = False
+
+    @property
+    def amplitude(self) -> float:
+        """In the unit of the effort."""
+        return float(np.hypot(self.cosine, self.sine))
+
+    @property
+    def nameable(self) -> bool:
+        """Whether a load of the axis, of a certain amplitude, is what explains it."""
+        return not self.of_encoder and self.amplitude > _NONZERO * self.std
+
+
+@dataclass(frozen=True)
+class BandContent:
+    """What the effort holds beyond the comparison.
+
+    Attributes
+    ----------
+    share_in_band : float
+        Share of the effort's variance below the cut-off.
+    orders : tuple of Sinusoid
+        Loads that repeat with the position, the strongest first.
+    unnamed_orders : tuple of Sinusoid
+        Orders that are rather errors of the encoder, or of an uncertain amplitude.
+    lines : tuple of Sinusoid
+        Sinusoids in time.
+    """
+
+    share_in_band: float
+    orders: tuple[Sinusoid, ...]
+    unnamed_orders: tuple[Sinusoid, ...]
+    lines: tuple[Sinusoid, ...]
+
+
+def above_band(recordings: Sequence[Recording], name: str, data: AxisData) -> BandContent:
+    """Find what the effort of an axis holds above the band of the comparison.
+
+    A sinusoid is reported where both halves of a recording, or two recordings, hold it.
+
+    Parameters
+    ----------
+    recordings : sequence of Recording
+    name : str
+        Of the axis.
+    data : AxisData
+        The same, prepared.
+    """
+    orders: list[list[Sinusoid]] = []
+    lines: list[list[Sinusoid]] = []
+    for recording, segment in zip(recordings, data.segments, strict=True):
+        wide = WideSignals.of(recording, name, segment)
+        peaks = search(wide)
+        moving = [p for p in peaks if p.full_motion]
+        others = [p for p in peaks if not p.full_motion]
+        beside = _beside(wide, moving, others)
+        orders.append(_orders(wide, moving) + [s for s, p in beside if p.order])
+        lines.append([s for s, p in beside if not p.order])
+    found = _merged(orders)
+    return BandContent(
+        share_in_band=_share_in_band(data.segments),
+        orders=tuple(s for s in found if s.nameable),
+        unnamed_orders=tuple(s for s in found if not s.nameable),
+        lines=tuple(_merged(lines)),
+    )
+
+
+def _share_in_band(segments: Sequence[Segment]) -> float:
+    """Share of the effort's variance below the cut-off."""
+    inside = whole = 0.0
+    for s in segments:
+        effort = s.raw_effort - np.mean(s.raw_effort)
+        smooth = lowpass(effort, s.cutoff_hz, s.raw_period_s)
+        inside += float(smooth @ smooth)
+        whole += float(effort @ effort)
+    return min(inside / max(whole, _TINY), 1.0)
+
+
+def _merged(found: list[list[Sinusoid]]) -> list[Sinusoid]:
+    """Sinusoids of all recordings that were found again, each once, the strongest first."""
+    kept: list[Sinusoid] = []
+    for k, sinusoids in enumerate(found):
+        others = [s for n, part in enumerate(found) if n != k for s in part]
+        for one in sinusoids:
+            again = one.found_again or any(_same(one, other) for other in others)
+            if again and not any(_same(one, other) for other in kept):
+                kept.append(one)
+    return sorted(kept, key=lambda s: -s.share)
+
+
+def _same(one: Sinusoid, other: Sinusoid) -> bool:
+    apart = abs(one.rate - other.rate)
+    return apart < max(3.0 * math.hypot(one.rate_std, other.rate_std), _SAME * one.rate)
+
+
+def _orders(wide: WideSignals, peaks: list[Peak]) -> list[Sinusoid]:
+    """Amplitudes of orders."""
+    if not peaks:
+        return []
+    waves = columns(wide, peaks)
+    mass = inertia(wide, waves)
+    base = wide.above(wide.white(wide.base))
+    filtered = wide.above(wide.white(waves))
+    effort = wide.above(wide.white(wide.effort)) - mass * base[0]
+    rows = np.concatenate([base[1:], filtered])
+    moved = least_squares(filtered, base[0]).reshape(-1, 2)
+    speed = rms(wide.velocity[wide.weight > 0.5])
+    law = _laws_of_speed(wide, rows, effort, waves)
+    found = []
+    for k, one in enumerate(_measured(wide, peaks, rows, effort, first=3)):
+        if not one.found_again:
+            found.append(one)
+            continue
+        moving = float(np.hypot(*moved[k]))
+        late = one.rate * speed * _HELD * wide.period_s * mass * moving
+        error = moving / (one.rate * speed) ** 2
+        doubtful = mass * moving > _AGREES * one.amplitude and error < wide.resolution
+        std = float(np.hypot(one.std, late))
+        found.append(
+            replace(
+                one,
+                std=std,
+                of_encoder=doubtful or law[k] > _BETTER,
+                at_one_speed=law[k] > 1.0 / _BETTER,
+            )
+        )
+    return found
+
+
+def _laws_of_speed(wide: WideSignals, rows: Array, effort: Array, waves: Array) -> list[float]:
+    """Energy that each order explains if it grows with the square of the speed, as an error of the
+    encoder does, over that of a constant amplitude."""
+    squared = wide.above(wide.white(wide.velocity**2 * waves))
+    whole = np.concatenate([rows, squared])
+    gram = whole @ whole.T
+    length = np.sqrt(np.maximum(np.diag(gram), _TINY))
+    gram = gram / np.outer(length, length)
+    moment = whole @ effort / length
+
+    def explained(kept: NDArray[np.intp]) -> float:
+        part = gram[np.ix_(kept, kept)]
+        return float(moment[kept] @ np.linalg.lstsq(part, moment[kept], rcond=1e-12)[0])
+
+    known = np.arange(len(rows))
+    ratios = []
+    for first in range(0, len(waves), 2):
+        pair = np.arange(first, first + 2)
+        others = np.delete(known, len(rows) - len(waves) + pair)
+        without = explained(others)
+        growing = explained(np.concatenate([others, len(rows) + pair])) - without
+        ratios.append(growing / max(explained(known) - without, _TINY))
+    return ratios
+
+
+def _beside(
+    wide: WideSignals, orders: list[Peak], peaks: list[Peak]
+) -> list[tuple[Sinusoid, Peak]]:
+    """Amplitudes of peaks at frequencies where encoder noise hides the motion, beside orders."""
+    if not peaks:
+        return []
+    beside, waves = columns(wide, orders), wide.above(columns(wide, peaks))
+    mass = inertia(wide, columns(wide, orders))
+    rows = np.concatenate([wide.above(beside), waves])
+    found = _measured(wide, peaks, rows, detectable(wide, mass), first=len(beside))
+    moved = mass * least_squares(waves, wide.above(wide.acceleration)).reshape(-1, 2)
+    moving = np.hypot(moved[:, 0], moved[:, 1])
+    return [
+        (replace(one, of_encoder=bool(hidden > _AGREES * one.amplitude)), peak)
+        for one, peak, hidden in zip(found, peaks, moving, strict=True)
+    ]
+
+
+def _measured(
+    wide: WideSignals, peaks: list[Peak], rows: Array, effort: Array, first: int
+) -> list[Sinusoid]:
+    """Least squares of peaks, whose rows (2 for each) begin at the first, whole and in halves."""
+    whole = least_squares(rows, effort)[first:].reshape(-1, 2)
+    middle = int(np.searchsorted(np.cumsum(wide.weight), 0.5 * np.sum(wide.weight)))
+    parts = [(rows[:, p], effort[p]) for p in (slice(0, middle), slice(middle, None))]
+    fits = [least_squares(*part) for part in parts]
+    left = [signal - fit @ part for (part, signal), fit in zip(parts, fits, strict=True)]
+    scale = max(rms(wide.effort), _TINY)
+    found = []
+    for k, peak in enumerate(peaks):
+        at = slice(first + 2 * k, first + 2 * k + 2)
+        halves = [fit[at] for fit in fits]
+        pairs = [part[at] for part, _ in parts]
+        variance = [2.0 * peak.level / max(float(np.sum(pair**2)), _TINY) for pair in pairs]
+        apart = float(np.hypot(*(halves[0] - halves[1])))
+        amplitude = float(np.hypot(*whole[k]))
+        stands_out = all(
+            float(half @ half) > -2.0 * np.log(FALSE_ALARM) * v
+            for half, v in zip(halves, variance, strict=True)
+        )
+        agree = apart < max(_AGREES * amplitude, 3.0 * float(np.sqrt(sum(variance))))
+        gain = [_gain(left[n], pairs[n], halves[n], halves[1 - n]) for n in range(2)]
+        found.append(
+            Sinusoid(
+                rate=peak.rate,
+                cosine=float(whole[k, 0]),
+                sine=float(whole[k, 1]),
+                std=float(np.hypot(np.sqrt(0.25 * sum(variance)), 0.5 * apart / np.sqrt(2.0))),
+                rate_std=peak.rate_std,
+                share=amplitude / math.sqrt(2.0) / scale,
+                found_again=stands_out and agree,
+                gain=(min(gain), max(gain)),
+            )
+        )
+    return found
+
+
+def _gain(left: Array, pair: Array, own: Array, other: Array) -> float:
+    """Relative reduction of a half's residual by the amplitudes (2,) of the other half."""
+    without = left + own @ pair
+    return 1.0 - rms(without - other @ pair) / max(rms(without), _TINY)

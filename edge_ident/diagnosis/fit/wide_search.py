@@ -1,0 +1,216 @@
+"""The search above the band: sinusoids of position and of time, the strongest first.
+
+Each is taken out before the next is looked for, together with all before it (orthogonal matching
+pursuit; Pati, Rezaiifar and Krishnaprasad, Asilomar 1993).
+"""
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from edge_ident.diagnosis.fit.spectral_lines import Periodogram, over_position, over_time, refined
+from edge_ident.diagnosis.fit.wide_signals import WIDEST, WideSignals
+from edge_ident.signals.metrics import rms
+
+Array = NDArray[np.float64]
+_Grid = tuple[Array, Array]
+
+_ABOVE: Final = 0.2
+"""Least share of a sinusoid's energy above the band; the comparison sees the others."""
+_FEWEST_PERIODS: Final = 5.0
+"""Fewest periods in the record."""
+_FEWEST_WAVES: Final = 10.0
+"""Fewest periods in the travel: a longer wave may be any load along it."""
+_CLIPPED: Final = 5.0
+"""Robust standard deviations at which a residual is clipped: impacts are no lines."""
+_MEDIAN_OF_NORMAL: Final = 0.6745
+_MOST: Final = 10
+"""Orders that are looked for in a recording, and then other sinusoids."""
+_STRONG: Final = 4
+"""Orders that bias the inertia."""
+_BESIDE: Final = 6.0
+"""Resolution cells about a found sinusoid that its own unevenness fills."""
+_UNEVEN: Final = 0.02
+"""The same, relative to its rate."""
+_LEAKED: Final = 0.05
+"""Share of a found sinusoid's power that its unevenness may hold."""
+_DECISIVE: Final = 10.0
+"""Noise levels by which an order and a line differ, or the motion does not separate them."""
+_TOGETHER: Final = 0.25
+"""Power, of the strongest, down to which sinusoids are taken out at once."""
+_KNEES: Final = 4.0
+"""Highest frequency, in knees, at which the acceleration says something about a wave."""
+_TINY: Final = float(np.finfo(float).tiny)
+
+
+@dataclass(frozen=True)
+class Peak:
+    """A sinusoid that stands out of the noise.
+
+    Attributes
+    ----------
+    order : bool
+        Whether it repeats with the position; otherwise with time.
+    rate : float
+        rad per unit of position, or rad/s.
+    power, level : float
+        Energy that it explains, and that of the noise about it.
+    rate_std : float
+        Standard deviation of the rate.
+    full_motion : bool
+        Whether it was found beside the whole acceleration, or beside what encoder noise leaves.
+    time_range : (float, float)
+        Lowest and highest rate in time, rad/s.
+    """
+
+    order: bool
+    rate: float
+    power: float
+    level: float
+    rate_std: float
+    full_motion: bool
+    time_range: tuple[float, float]
+
+
+def search(wide: WideSignals) -> list[Peak]:
+    """Sinusoids above the band of one recording: orders first, then what else the effort holds.
+
+    Strong orders bias the inertia that their search subtracts, so they are searched twice.
+    """
+    peaks: list[Peak] = []
+    for most in (_STRONG, _MOST):
+        mass = inertia(wide, columns(wide, peaks))
+        left = wide.above(wide.white(wide.effort - mass * wide.acceleration))
+        peaks = _pursuit(wide, _without_friction(wide, left), [], most, white=True)
+        if not peaks:
+            break
+    return _pursuit(wide, detectable(wide, mass), peaks, _MOST, white=False)
+
+
+def _pursuit(
+    wide: WideSignals, signal: Array, known: list[Peak], most: int, *, white: bool
+) -> list[Peak]:
+    """Take sinusoids out of a signal above the band; all of them, the known ones first."""
+    peaks = new = list(known)
+    grid = _order_grid(wide, white)
+    taken, left = np.empty((0, len(signal))), signal
+    while True:
+        if new:
+            added = columns(wide, new)
+            added = wide.above(wide.white(added) if white else added)
+            taken = np.concatenate([taken, added])
+            left = signal - least_squares(taken, signal) @ taken
+        new = _strongest(wide, _clipped(wide, left), peaks, grid, white)
+        new = new[: len(known) + most - len(peaks)]
+        if not new:
+            return peaks
+        peaks = peaks + new
+
+
+def columns(wide: WideSignals, peaks: list[Peak]) -> Array:
+    """Cosines and sines of peaks, (2·P, N)."""
+    parts = [wide.waves(wide.position if p.order else wide.time_s, p.rate) for p in peaks]
+    return np.concatenate([np.empty((0, len(wide.time_s))), *parts])
+
+
+def least_squares(rows: Array, signal: Array) -> Array:
+    """Amplitudes (R,) with which rows (R, N) make up a signal (N,)."""
+    gram, moment = rows @ rows.T, rows @ signal
+    length = np.sqrt(np.maximum(np.diag(gram), _TINY))
+    scaled = gram / np.outer(length, length)
+    return np.asarray(np.linalg.lstsq(scaled, moment / length, rcond=1e-12)[0] / length)
+
+
+def inertia(wide: WideSignals, waves: Array) -> float:
+    """Inertia by generalized least squares over the whole band, beside waves (W, N)."""
+    rows = wide.whitened(np.concatenate([wide.base, waves]))
+    return max(float(least_squares(rows, wide.whitened(wide.effort))[0]), 0.0)
+
+
+def detectable(wide: WideSignals, mass: float) -> Array:
+    """Effort less that of the inertia, above the band, (N,).
+
+    The acceleration is weighted as by Wiener: the noise that it adds stays below that of the
+    effort at every frequency, and a line of the effort is not lost in encoder noise.
+    """
+    return _without_friction(wide, wide.above(wide.effort - mass * wide.clean_acceleration))
+
+
+def _without_friction(wide: WideSignals, left: Array) -> Array:
+    """A residual above the band (N,) without velocity, direction and offset, (N,)."""
+    rows = wide.above(wide.base[1:])
+    return np.asarray(left - least_squares(rows, left) @ rows)
+
+
+def _clipped(wide: WideSignals, left: Array) -> Array:
+    seen = np.abs(left[wide.weight > 0.5])
+    most = _CLIPPED / _MEDIAN_OF_NORMAL * float(np.median(seen)) if len(seen) else 0.0
+    return np.clip(left, -most, most)
+
+
+def _strongest(
+    wide: WideSignals, residual: Array, peaks: list[Peak], grid: _Grid, white: bool
+) -> list[Peak]:
+    """The strongest sinusoids that noise does not make: those within a quarter of the first."""
+    seen = wide.above(wide.white(residual) if white else residual)
+    weighted = wide.weight * residual
+    orders = over_position(seen, wide.position, grid)
+    lines = orders if white else _lines(wide, residual)
+    speeds = wide.usual_speeds
+    found: list[Peak] = []
+    candidates = [(True, k) for k in _outstanding(orders)]
+    candidates += [(False, k) for k in _outstanding(lines) if not white]
+    candidates.sort(key=lambda c: -(orders if c[0] else lines).power[c[1]])
+    for order, k in candidates:
+        one = orders if order else lines
+        power, rate = float(one.power[k]), float(one.rate[k])
+        if found and power < _TOGETHER * found[0].power:
+            break
+        swept = (rate * speeds[0], rate * speeds[1]) if order else (rate, rate)
+        beside = [p for p in peaks + found if _near(p, rate, swept, one.cell, order)]
+        if beside and any(p in found for p in beside):
+            continue
+        if any(power < _LEAKED * p.power for p in beside):
+            continue
+        along = wide.position if order else wide.time_s
+        rate = refined(seen if order else weighted, along, rate, one.cell)
+        level = float(one.level[k])
+        found.append(Peak(order, rate, power, level, one.rate_std(power, level), white, swept))
+    return found
+
+
+def _outstanding(one: Periodogram) -> list[int]:
+    """The highest ordinates that noise does not reach."""
+    above = np.flatnonzero(one.prominence > 1.0)
+    return [int(k) for k in above[np.argsort(one.power[above])[::-1]][:50]]
+
+
+def _lines(wide: WideSignals, residual: Array) -> Periodogram:
+    lowest = max(wide.cutoff_hz, _FEWEST_PERIODS / (wide.period_s * len(residual)))
+    turn = 2.0 * np.pi
+    found = over_time(
+        residual, wide.weight, wide.period_s, turn * lowest, turn * WIDEST / wide.period_s
+    )
+    return found.beside_harmonics(turn / wide.lap_s) if wide.lap_s else found
+
+
+def _order_grid(wide: WideSignals, white: bool) -> _Grid:
+    """Rates of the orders that are searched, and the energy of each above the band."""
+    travel = float(np.ptp(wide.position))
+    speed = rms(wide.velocity[wide.weight > 0.5])
+    lowest = 2.0 * np.pi * _FEWEST_WAVES / travel
+    highest_hz = min(WIDEST / wide.period_s, _KNEES * wide.knee_hz if white else np.inf)
+    highest = 2.0 * np.pi * highest_hz / speed
+    rates = np.geomspace(lowest, max(highest, 1.01 * lowest), 200)
+    share = wide.energy_above(rates, white=False)
+    seen = wide.energy_above(rates, white=white)
+    return rates, np.where(share >= _ABOVE, seen, 0.0) * float(wide.weight @ wide.weight)
+
+
+def _near(peak: Peak, rate: float, swept: tuple[float, float], cell: float, order: bool) -> bool:
+    if peak.order == order:
+        return abs(rate - peak.rate) < max(_BESIDE * cell, _UNEVEN * peak.rate)
+    low, high = peak.time_range
+    return swept[0] < high * (1 + _UNEVEN) and swept[1] > low * (1 - _UNEVEN)

@@ -1,0 +1,164 @@
+"""One axis of a recording at full bandwidth, and the filters that look above the comparison."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Final, Self
+
+import numpy as np
+import scipy.fft
+from numpy.typing import NDArray
+
+from edge_ident.diagnosis.prepare.axis_data import Segment
+from edge_ident.signals.filters import differentiate, lowpass, magnitude, whitening
+from edge_ident.signals.recording import Recording
+from edge_ident.signals.resampling import EvenGrid
+
+Array = NDArray[np.float64]
+
+WIDEST: Final = 0.4
+"""Highest frequency, of the sampling rate: above it filters and interpolation distort."""
+_ROUNDED: Final = 2.0 / np.pi * np.sqrt(12.0)
+"""Amplitude that the encoder's rounding can give a sinusoid of the position, in standard deviations
+of its noise: twice the first harmonic of a sawtooth, because the controller answers it."""
+_FROM: Final = 0.5
+"""Of the cut-off. What the comparison sees, but nearly no longer resolves, is looked at as well."""
+_REPEATS: Final = 0.99
+"""Correlation of the velocity with itself from which the motion repeats."""
+_SHORTEST_LAP: Final = 0.02
+_LONGEST_LAP: Final = 0.75
+"""Of the record."""
+_SPEEDS: Final = 48
+"""Classes of speed in which the filter's response to a wave of position is computed."""
+
+
+@dataclass(frozen=True)
+class WideSignals:
+    """One axis of one recording, N samples.
+
+    Attributes
+    ----------
+    time_s, position, velocity, acceleration, effort : (N,) arrays
+        Time from the first sample; filtered alike, at two fifths of the sampling rate.
+    weight : (N,) array
+        0 where the direction of motion is unknown, otherwise 1.
+    period_s, cutoff_hz, knee_hz : float
+        The last two of the comparison.
+    """
+
+    time_s: Array
+    position: Array
+    velocity: Array
+    acceleration: Array
+    effort: Array
+    weight: Array
+    period_s: float
+    cutoff_hz: float
+    knee_hz: float
+    position_noise: float
+
+    @classmethod
+    def of(cls, recording: Recording, name: str, segment: Segment) -> Self:
+        """The signals of a recording."""
+        period_s = segment.raw_period_s
+        grid = EvenGrid.of(recording.time_s)
+        raw = grid.resampled(recording.axes[name].position)
+        widest_hz = WIDEST / period_s
+        position, velocity, acceleration = differentiate(raw, widest_hz, period_s)
+        return cls(
+            time_s=grid.time_s - grid.time_s[0],
+            position=position,
+            velocity=velocity,
+            acceleration=acceleration,
+            effort=lowpass(segment.raw_effort, widest_hz, period_s, delay_s=segment.shift_s),
+            weight=segment.direction_weight,
+            period_s=period_s,
+            cutoff_hz=segment.cutoff_hz,
+            knee_hz=segment.band.knee_hz,
+            position_noise=segment.position_noise,
+        )
+
+    @property
+    def base(self) -> Array:
+        """Acceleration, velocity, direction of motion and one, (4, N)."""
+        direction = np.sign(self.velocity)
+        ones = np.ones_like(direction)
+        return np.stack([self.acceleration, self.velocity, direction, ones])
+
+    @cached_property
+    def clean_acceleration(self) -> Array:
+        """The acceleration without the frequencies at which encoder noise hides it, (N,).
+
+        Below the knee it is whole, and above it where the axis moves by more than the rounding.
+        """
+        padded = np.concatenate([self.acceleration, self.acceleration[::-1]])
+        spectrum = np.fft.rfft(padded)
+        frequency = np.asarray(np.fft.rfftfreq(len(padded), self.period_s), dtype=np.float64)
+        amplitude = 2.0 / len(padded) * np.abs(spectrum)
+        rounded = _ROUNDED * self.position_noise * (2.0 * np.pi * frequency) ** 2
+        gain = np.maximum(whitening(frequency / self.knee_hz) ** 2, amplitude > rounded)
+        return np.asarray(np.fft.irfft(spectrum * gain, len(padded))[: len(self.acceleration)])
+
+    @property
+    def resolution(self) -> float:
+        """Step of an encoder that has this noise."""
+        return float(np.sqrt(12.0)) * self.position_noise
+
+    @cached_property
+    def lap_s(self) -> float | None:
+        """Time after which the velocity repeats; None where it does not."""
+        velocity = lowpass(self.velocity, self.cutoff_hz, self.period_s)
+        velocity = velocity - np.mean(velocity)
+        samples = len(velocity)
+        length = scipy.fft.next_fast_len(2 * samples, real=True)
+        power = np.abs(np.fft.rfft(velocity, length)) ** 2
+        overlap = np.arange(samples, 0, -1)
+        alike = np.fft.irfft(power, length)[:samples] / overlap
+        lags = np.arange(int(_SHORTEST_LAP * samples), int(_LONGEST_LAP * samples))
+        peaks = lags[(alike[lags] > alike[lags - 1]) & (alike[lags] >= alike[lags + 1])]
+        for lag in peaks[alike[peaks] > _REPEATS * alike[0]]:
+            first, second = velocity[:-lag], velocity[lag:]
+            if np.sum((first - second) ** 2) < 2.0 * (1.0 - _REPEATS) * np.sum(first**2):
+                before, here, after = alike[lag - 1 : lag + 2]
+                shift = 0.5 * (before - after) / (before - 2.0 * here + after)
+                return float((lag + shift) * self.period_s)
+        return None
+
+    @cached_property
+    def usual_speeds(self) -> tuple[float, float]:
+        """Speeds that one sample in twenty does not reach, and exceeds."""
+        speed = np.abs(self.velocity[self.weight > 0.5])
+        low, high = np.quantile(speed, [0.05, 0.95])
+        return float(low), float(high)
+
+    def whitened(self, signals: Array) -> Array:
+        """Signals (..., N), weighted and filtered so that the noise of effort and encoder together
+        is white."""
+        return self.weight * self.white(signals)
+
+    def white(self, signals: Array) -> Array:
+        """The same, not weighted."""
+        return lowpass(signals, WIDEST / self.period_s, self.period_s, knee_hz=self.knee_hz)
+
+    def above(self, signals: Array) -> Array:
+        """Signals (..., N), weighted, without what lies below the cut-off."""
+        weighted = self.weight * signals
+        return np.asarray(weighted - lowpass(weighted, _FROM * self.cutoff_hz, self.period_s))
+
+    def energy_above(self, rates: Array, *, white: bool) -> Array:
+        """Share (F,) of the energy above the cut-off, of waves of position (rad per its unit).
+
+        With `white`, of what whitening leaves of them.
+        """
+        speed = np.abs(self.velocity)
+        edges = np.linspace(0.0, float(np.max(speed)), _SPEEDS + 1)
+        weight = np.histogram(speed, edges, weights=self.weight**2)[0]
+        centre = 0.5 * (edges[1:] + edges[:-1])
+        wave_hz = np.outer(rates, centre) / (2.0 * np.pi)
+        passed = 1.0 - magnitude(wave_hz / (_FROM * self.cutoff_hz))
+        if white:
+            passed = passed * whitening(wave_hz / self.knee_hz)
+        return np.asarray(passed**2 @ weight / max(float(np.sum(weight)), 1.0))
+
+    def waves(self, along: Array, rate: float) -> Array:
+        """Cosine and sine (2, N) of time or position."""
+        return np.stack([np.cos(rate * along), np.sin(rate * along)])

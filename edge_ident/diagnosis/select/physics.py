@@ -1,0 +1,67 @@
+"""Whether the extended model's own optimum, without bounds, is a machine.
+
+A controller's law that is fitted as a machine has friction that drives the motion.
+"""
+
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from edge_ident.diagnosis.fit.fitting import FittedModel, jacobian_of
+from edge_ident.diagnosis.prepare.axis_data import AxisData
+from edge_ident.diagnosis.select.thresholds import NEGATIVE
+from edge_ident.estimation.covariance import coloured_std
+from edge_ident.estimation.least_squares import unit_length
+from edge_ident.model.model import PARAMETERS
+
+Array = NDArray[np.float64]
+
+_FRICTION: Final = ("viscous_friction", "coulomb_friction")
+_CURVES: Final = frozenset(
+    {"nonlinear_viscous", "stribeck_friction", "asymmetric_friction", "load_dependent_friction",
+     "warm_up", "position_dependent_friction", "gain_drift", "presliding_hysteresis"}
+)  # fmt: skip
+"""Effects that share their friction with the base model: only the sum has to be positive."""
+
+
+def unphysical(data: AxisData, model: FittedModel) -> str | None:
+    """What is unphysical about the unbounded optimum of a model, in words; None where nothing is.
+
+    Parameters
+    ----------
+    data : AxisData
+    model : FittedModel
+        Its nonlinear parameters stay as they are.
+    """
+    jacobian = jacobian_of(data, model)[data.valid]
+    optimum = model.unbounded
+    step = optimum - model.linear_parameters
+    unit, length = unit_length(jacobian)
+    residual = (data.effort - model.predicted)[data.valid] - jacobian @ step
+    deviations = coloured_std(unit, residual) / length
+    shared = bool(model.effects & _CURVES)
+    for name, value, std in zip(PARAMETERS[:3], optimum, deviations, strict=False):
+        if value < -NEGATIVE.value * std and not (shared and name in _FRICTION):
+            return (
+                f"with it the best fit has a negative {name.replace('_', ' ')}, "
+                f"{value:.3g} ± {std:.2g}, which no machine has"
+            )
+    return _driving_friction(data, model, optimum, jacobian) if shared else None
+
+
+def _driving_friction(
+    data: AxisData, model: FittedModel, optimum: Array, jacobian: Array
+) -> str | None:
+    """Whether friction as a whole drives the motion, slow or fast."""
+    columns = [PARAMETERS.index(name) for name in _FRICTION]
+    for k, t in enumerate(model.terms):
+        if t.candidate.effect in _CURVES:
+            columns += range(*model.columns_of(k).indices(jacobian.shape[1]))
+    velocity = data.of_motion("velocity")[data.valid]
+    power = (jacobian[:, columns] @ optimum[columns]) * velocity
+    fast = np.abs(velocity) > np.median(np.abs(velocity))
+    for word, samples in (("fast", fast), ("slow", ~fast)):
+        if np.sum(power[samples]) < 0.0:
+            return f"with it the best fit has friction that drives the {word} motion"
+    return None

@@ -1,0 +1,81 @@
+"""Stability selection: a cause is supported where disturbed data lead to it again.
+
+The search is repeated on data that are disturbed by less than their noise (Meinshausen and Bühlmann
+2010): on each half of the samples, and with white noise of the floor's rms added to the effort.
+Waveforms are compared and not parameters, because the parameters of one friction curve trade places
+freely. The motion is undisturbed. So the regressors of the first search serve all runs.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from edge_ident.diagnosis.fit.fitting import FittedModel
+from edge_ident.diagnosis.prepare.axis_data import AxisData
+from edge_ident.diagnosis.select.forward_selection import select_again
+from edge_ident.diagnosis.select.own_effort import base_space, own_efforts
+from edge_ident.diagnosis.select.search import Search
+from edge_ident.diagnosis.select.thresholds import HALVES, NOISE_SEEDS, SAME_WAVEFORM
+from edge_ident.signals.metrics import rms
+
+Array = NDArray[np.float64]
+
+RUNS: Final = HALVES.value + NOISE_SEEDS.value
+"""Disturbed runs: two halves of the samples, and the copies with noise."""
+
+
+def times_found(
+    search: Search,
+    start: FittedModel,
+    model: FittedModel,
+    noise: float,
+    on_run: Callable[[int], None] = lambda run: None,
+) -> list[int]:
+    """Count for each term of a model how many disturbed runs, of `RUNS`, lead to it again.
+
+    Parameters
+    ----------
+    search : Search
+        That found the model.
+    start : FittedModel
+        The base model.
+    model : FittedModel
+    noise : float
+        Rms of the noise of the filtered effort.
+    on_run : callable
+        Gets the number of runs that are done.
+    """
+    data = search.data
+    space = base_space(data, start)
+    wanted = own_efforts(data, model, space)
+    points = search.with_refined_points()
+    counts = [0] * len(wanted)
+    for done, disturbed in enumerate(_disturbed(data, noise)):
+        on_run(done)
+        again = points.on(disturbed)
+        found = select_again(again, again.fit(start.base, ()), float(np.count_nonzero(data.valid)))
+        seen = own_efforts(data, found, space)
+        counts = [
+            count + _among(effort, seen) for count, effort in zip(counts, wanted, strict=True)
+        ]
+    on_run(RUNS)
+    return counts
+
+
+def _disturbed(data: AxisData, noise: float) -> Iterator[AxisData]:
+    """The copies: every second valid sample, the others, and noise from every seed."""
+    number = np.cumsum(data.valid)
+    for half in range(HALVES.value):
+        yield replace(data, valid=data.valid & (number % HALVES.value == half))
+    for seed in range(NOISE_SEEDS.value):
+        rng = np.random.default_rng(seed)
+        added = noise * rng.standard_normal(len(data.effort))
+        yield replace(data, effort=data.effort + added)
+
+
+def _among(effort: Array, seen: Array) -> bool:
+    """Whether an effort (n,) has the waveform of one of a run's efforts (T, n)."""
+    return any(rms(effort - other) < SAME_WAVEFORM.value * rms(effort) for other in seen)

@@ -1,0 +1,115 @@
+"""From what lies above the band to causes, lines and the verdict."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+from edge_ident.diagnosis.fit.wide_band import BandContent, Sinusoid
+from edge_ident.diagnosis.measures import SpectralLine
+from edge_ident.diagnosis.result import Alternative, AxisDiagnosis, Cause, Verdict
+from edge_ident.model.effects import named
+from edge_ident.model.model import AxisModel, Term
+
+_RIPPLE: Final = "torque_ripple"
+_TURN: Final = 2.0 * np.pi
+_SAME: Final = 0.02
+"""Relative difference of two orders up to which they are one."""
+
+
+def with_ripples(axis: AxisModel, content: BandContent, tolerance: float) -> AxisModel:
+    """An axis with the orders above the band as terms, if they are worth naming.
+
+    Parameters
+    ----------
+    tolerance : float
+        Smallest rms that is, over that of the effort.
+    """
+    terms = tuple(_term(s) for s in _new(axis.terms, content) if s.share >= tolerance)
+    return replace(axis, terms=(*axis.terms, *terms)) if terms else axis
+
+
+def with_band_content(
+    found: AxisDiagnosis, content: BandContent, axis: AxisModel, tolerance: float
+) -> AxisDiagnosis:
+    """A diagnosis with what lies above the band.
+
+    Orders are causes. No effect names lines, nor orders that may be an error of the
+    encoder: the verdict on an axis that has one above the tolerance is 'unexplained'.
+
+    Parameters
+    ----------
+    found : AxisDiagnosis
+        Of a search beside `with_ripples`.
+    axis : AxisModel
+        With the effects that the axis is known to have.
+    """
+    known = (*axis.terms, *(cause.term for cause in found.causes))
+    causes = [_cause(s) for s in _new(known, content)]
+    worth = [c for c in causes if c.share >= tolerance]
+    per_unit = 1.0 if found.model.position_unit == "rad" else _TURN
+    lines = (
+        *(_line(s, s.rate / per_unit, None) for s in content.unnamed_orders),
+        *(_line(s, None, s.rate / _TURN) for s in content.lines),
+    )
+    verdict = found.verdict
+    if worth and verdict is Verdict.ADEQUATE:
+        verdict = Verdict.EXPLAINED
+    if any(s.share >= tolerance for s in (*content.unnamed_orders, *content.lines)):
+        verdict = Verdict.UNEXPLAINED
+    return replace(
+        found,
+        verdict=verdict,
+        causes=_sorted((*found.causes, *worth)),
+        minor=_sorted((*found.minor, *(c for c in causes if c.share < tolerance))),
+        share_in_band=content.share_in_band,
+        lines=lines,
+    )
+
+
+def _new(terms: Sequence[Term], content: BandContent) -> list[Sinusoid]:
+    """Orders that are not among the terms."""
+    known = [_TURN / float(np.asarray(t.values["period"])) for t in terms if t.effect == _RIPPLE]
+    return [s for s in content.orders if all(abs(s.rate - k) > _SAME * k for k in known)]
+
+
+def _sorted(causes: Sequence[Cause]) -> tuple[Cause, ...]:
+    return tuple(sorted(causes, key=lambda cause: -cause.share))
+
+
+def _term(order: Sinusoid) -> Term:
+    period = _TURN / order.rate
+    return Term(
+        _RIPPLE,
+        {"cosine": order.cosine, "sine": order.sine, "period": period},
+        {"cosine": order.std, "sine": order.std, "period": period * order.rate_std / order.rate},
+    )
+
+
+def _cause(order: Sinusoid) -> Cause:
+    search = named(_RIPPLE).search
+    speeds = "has too few speeds to tell" if order.at_one_speed else "has the speeds that tell"
+    encoder = Alternative(
+        effect="encoder_eccentricity",
+        separable=not order.at_one_speed,
+        evidence=f"its effort grows with the square of the speed, and the motion {speeds}",
+        experiment=search.experiment,
+    )
+    return Cause(
+        term=_term(order),
+        held_out_gain=float(np.mean(order.gain)),
+        held_out_gain_interval=order.gain,
+        share=order.share,
+        alternatives=(encoder,),
+        evidence=(
+            f"{search.signature}; found above the band, at full bandwidth: it makes up "
+            f"{order.share:.1%} of the effort, and the amplitude of either half of the recording "
+            f"reduces what is left of the other by {order.gain[0]:.0%} to {order.gain[1]:.0%}"
+        ),
+        decision="stands out of the noise beside it in both halves of the recording",
+    )
+
+
+def _line(sinusoid: Sinusoid, order: float | None, frequency_hz: float | None) -> SpectralLine:
+    return SpectralLine(order, frequency_hz, sinusoid.amplitude, sinusoid.std)

@@ -1,0 +1,108 @@
+"""A run on a machine whose base model is not enough: it diagnoses, or writes nothing."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from edge_ident.commissioning import run as commissioning
+from edge_ident.commissioning.capture import Capture
+from edge_ident.commissioning.run import Outcome, Plan, commission
+from edge_ident.drive.description import load_drive
+from edge_ident.identification.result import ParameterSource
+from firmware_interface.board import Board
+from firmware_interface.virtual.board import VirtualBoard
+from firmware_interface.virtual.feed_drive import FEED_DRIVE, reduced_truth
+from firmware_interface.virtual.settings import CONSERVATIVE_GAINS
+
+Lacking = Callable[[np.ndarray, np.ndarray], np.ndarray]
+
+
+class Listener:
+    """Remembers what the person at the machine reads."""
+
+    def __init__(self) -> None:
+        self.stages: list[str] = []
+        self.said: list[str] = []
+
+    def stage(self, title: str) -> None:
+        self.stages.append(title)
+
+    def samples(self, in_hand: int, expected: int) -> None: ...
+
+    def say(self, message: str) -> None:
+        self.said.append(message)
+
+
+def stribeck(time: np.ndarray, velocity: np.ndarray) -> np.ndarray:
+    return 0.5 * np.exp(-((velocity / 0.3) ** 2)) * np.tanh(velocity / 0.01)
+
+
+def unknown(time: np.ndarray, velocity: np.ndarray) -> np.ndarray:
+    return 0.6 * np.sin(30.0 * np.sin(1.3 * time)) * np.cos(2.9 * time)
+
+
+@pytest.fixture
+def board() -> Board:
+    return Board.connect(VirtualBoard())
+
+
+def run(
+    board: Board, folder: Path, lacking: Lacking, monkeypatch: pytest.MonkeyPatch, **plan: object
+) -> tuple[Outcome, Listener]:
+    """A run whose board measures an effort beyond that of its drive on axis x."""
+    capture_motion = commissioning.capture_motion
+
+    def with_more(*arguments: object) -> Capture:
+        made = capture_motion(*arguments)  # type: ignore[arg-type]
+        recording = made.recording
+        x = recording.axes["x"]
+        velocity = np.gradient(x.position, recording.time_s)
+        smooth = np.convolve(velocity, np.ones(21) / 21, "same")
+        more = replace(x, effort=x.effort + lacking(recording.time_s, smooth))
+        return replace(made, recording=replace(recording, axes={**recording.axes, "x": more}))
+
+    monkeypatch.setattr(commissioning, "capture_motion", with_more)
+    listener = Listener()
+    wanted = Plan(**{"motion": "multisine", **plan})  # type: ignore[arg-type]
+    return commission(board, load_drive(), None, wanted, folder, listener), listener
+
+
+def test_what_the_base_model_lacks_is_said_and_the_gains_have_it(
+    board: Board, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    outcome, listener = run(board, tmp_path, stribeck, monkeypatch, write=False)
+    found = outcome.identification.axes["x"]
+    assert outcome.trusted, found.findings
+    assert found.source is ParameterSource.EXTENDED_MODEL
+    assert found.estimate.parameters[2] == pytest.approx(
+        reduced_truth(FEED_DRIVE["x"]).coulomb_friction, rel=0.03
+    )
+    assert abs(found.least_squares.parameters[2] - found.estimate.parameters[2]) > 0.05
+    assert outcome.designs["x"].gains.stribeck_feedforward == pytest.approx(0.5, rel=0.1)
+    assert "diagnosis" in listener.stages
+    [line] = [line for line in listener.said if "stribeck friction" in line]
+    assert line.startswith("axis x: explained")
+    assert outcome.identification.axes["z"].source is ParameterSource.LEAST_SQUARES
+
+
+def test_what_nothing_explains_writes_nothing(
+    board: Board, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    outcome, _ = run(board, tmp_path, unknown, monkeypatch)
+    assert not outcome.trusted
+    assert outcome.conclusion == "axis x is not trusted; nothing was written"
+    assert board.active_gains()["x"].proportional == CONSERVATIVE_GAINS.proportional
+
+
+def test_without_a_diagnosis_nothing_is_written(
+    board: Board, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    outcome, listener = run(board, tmp_path, stribeck, monkeypatch, diagnose=False)
+    assert not outcome.trusted
+    assert "diagnosis" not in listener.stages
+    codes = {finding.code for finding in outcome.identification.axes["x"].findings}
+    assert "base_inadequate" in codes
+    assert board.active_gains()["x"].proportional == CONSERVATIVE_GAINS.proportional

@@ -1,0 +1,155 @@
+"""What lies above the band is found where it is, with its amplitude, and nothing in noise."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from edge_ident.diagnosis.fit.wide_band import BandContent, above_band
+from edge_ident.diagnosis.prepare.preparation import prepare_axis
+from edge_ident.signals.recording import AxisRecord, Recording
+from edge_ident.signals.recording_files import load_recording
+from tests.measured import MeasuredData
+
+Array = NDArray[np.float64]
+
+INERTIA, VISCOUS, COULOMB = 0.5, 0.8, 1.2
+NOISE = 0.03
+PERIOD_S = 0.0025
+COUNT = 2.0 * np.pi / 2**16
+TURN = 2.0 * np.pi
+
+
+def recorded(
+    seed: int,
+    *,
+    samples: int = 4000,
+    jitter: float = 0.0,
+    count: float = COUNT,
+    order: tuple[float, float] = (0.0, 1.0),
+    line: tuple[float, float] = (0.0, 1.0),
+    line_until_s: float = np.inf,
+) -> Recording:
+    """An axis that turns one way at speeds from 1 to 5 rad/s; amplitude and rate of what it has."""
+    rng = np.random.default_rng(seed)
+    time_s = PERIOD_S * (np.arange(samples) + jitter * rng.uniform(-0.5, 0.5, samples))
+    position = 3.0 * time_s - 2.0 / 0.9 * np.cos(0.9 * time_s)
+    velocity = 3.0 + 2.0 * np.sin(0.9 * time_s)
+    effort = INERTIA * 1.8 * np.cos(0.9 * time_s) + VISCOUS * velocity + COULOMB
+    effort = effort + order[0] * np.cos(order[1] * position)
+    acting = time_s < line_until_s
+    effort = effort + acting * line[0] * np.sin(TURN * line[1] * time_s)
+    effort = effort + NOISE * rng.standard_normal(samples)
+    axis = AxisRecord(count * np.round(position / count), effort, "rad", "N*m")
+    return Recording(time_s, {"x": axis}, "a test")
+
+
+def content(*recordings: Recording, axis: str = "x") -> BandContent:
+    return above_band(recordings, axis, prepare_axis(recordings, axis))
+
+
+def count_of(found: BandContent) -> int:
+    return len(found.orders) + len(found.unnamed_orders) + len(found.lines)
+
+
+def test_white_noise_has_neither_orders_nor_lines() -> None:
+    """The promise is one false alarm in 500 recordings, before the halves are compared."""
+    recording = recorded(0)
+    data = prepare_axis([recording], "x")
+    alarms = 0
+    for seed in range(200):
+        effort = recorded(seed).axes["x"].effort
+        segments = (replace(data.segments[0], raw_effort=effort),)
+        alarms += count_of(above_band([recording], "x", replace(data, segments=segments)))
+    assert alarms <= 1
+
+
+@pytest.mark.parametrize("jitter", [0.0, 0.3])
+def test_a_line_in_time_is_found_with_its_amplitude(jitter: float) -> None:
+    found = content(recorded(1, line=(0.06, 37.3), jitter=jitter))
+    (line,) = found.lines
+    assert not found.orders
+    assert line.rate == pytest.approx(TURN * 37.3, abs=0.1)
+    assert abs(line.amplitude - 0.06) < 4.0 * line.std
+    assert line.std < 0.006
+
+
+@pytest.mark.parametrize("jitter", [0.0, 0.3])
+def test_an_order_is_found_with_its_amplitude_though_the_speed_varies(jitter: float) -> None:
+    found = content(recorded(2, order=(0.08, 36.0), jitter=jitter))
+    (order,) = found.orders
+    assert not found.lines
+    assert not found.unnamed_orders
+    assert order.rate == pytest.approx(36.0, abs=0.02)
+    assert abs(order.amplitude - 0.08) < 4.0 * order.std
+    assert order.std < 0.008
+    assert not order.at_one_speed
+    assert 0.0 < order.gain[0] <= order.gain[1] < 1.0
+
+
+def test_an_order_and_a_line_are_told_apart() -> None:
+    found = content(recorded(3, order=(0.08, 36.0), line=(0.05, 61.0)))
+    assert [round(s.rate) for s in found.orders] == [36]
+    assert [round(s.rate / TURN) for s in found.lines] == [61]
+
+
+def test_the_rounding_of_an_encoder_is_no_order() -> None:
+    assert all(count_of(content(recorded(s, count=TURN / 8400))) == 0 for s in range(10))
+
+
+def test_what_only_one_half_holds_is_not_reported_unless_another_recording_holds_it() -> None:
+    half = recorded(5, line=(0.1, 37.3), line_until_s=4.0)
+    assert count_of(content(half)) == 0
+    (line,) = content(half, recorded(6, line=(0.1, 37.3))).lines
+    assert line.rate == pytest.approx(TURN * 37.3, abs=0.1)
+
+
+def test_a_motion_that_repeats_makes_no_line_at_its_harmonics() -> None:
+    """Friction that turns over with the motion has harmonics in every lap."""
+    rng = np.random.default_rng(7)
+    time_s = PERIOD_S * np.arange(8000)
+    rate = TURN / 4.0
+    position = 3.0 * np.sin(rate * time_s)
+    velocity = 3.0 * rate * np.cos(rate * time_s)
+    bristles = COULOMB * np.tanh(velocity / 0.3)
+    effort = -INERTIA * rate**2 * position + bristles + 0.01 * rng.standard_normal(len(time_s))
+    axis = AxisRecord(COUNT * np.round(position / COUNT), effort, "rad", "N*m")
+    assert count_of(content(Recording(time_s, {"x": axis}, "a test"))) == 0
+
+
+def test_the_share_in_band_is_that_of_the_variance() -> None:
+    alone = content(recorded(8)).share_in_band
+    recording = recorded(8, line=(1.0, 60.0))
+    effort = recording.axes["x"].effort
+    assert alone > 0.99
+    expected = alone * (np.var(effort) - 0.5) / np.var(effort)
+    assert content(recording).share_in_band == pytest.approx(expected, rel=0.01)
+
+
+def test_a_recording_in_metres_has_waves_per_metre() -> None:
+    recording = recorded(9, order=(0.08, 36.0))
+    axis = recording.axes["x"]
+    metres = replace(axis, position=0.001 * axis.position, position_unit="m")
+    (order,) = content(replace(recording, axes={"x": metres})).orders
+    assert order.rate == pytest.approx(36_000.0, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    "file", ["laas_motor_speed.csv", "laas_uncompensated.csv", "laas_uncompensated_second.csv"]
+)
+def test_the_motor_has_cogging_of_72_periods_a_turn(measured_data: MeasuredData, file: str) -> None:
+    """A fit by hand at 150 Hz finds 0.20 A."""
+    found = content(load_recording(measured_data / file), axis="m")
+    cogging = found.orders[0]
+    assert cogging.rate == pytest.approx(72.0, abs=0.05)
+    assert cogging.amplitude == pytest.approx(0.20, rel=0.15)
+    assert found.share_in_band < 0.2, "most of the effort lies above the band"
+
+
+def test_the_ball_screw_shows_the_turn_of_its_motor(measured_data: MeasuredData) -> None:
+    """Its lead is 2.5 mm a turn."""
+    found = content(load_recording(measured_data / "emps_train.csv"), axis="q")
+    (order,) = found.orders
+    assert TURN / order.rate == pytest.approx(2.5e-3, rel=2e-3)
+    assert all(line.share < 0.01 for line in found.lines)

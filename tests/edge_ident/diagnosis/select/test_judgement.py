@@ -1,0 +1,82 @@
+"""Supported, suspected and minor causes."""
+
+import numpy as np
+import pytest
+
+from edge_ident.diagnosis.diagnose import diagnose
+from edge_ident.diagnosis.fit.fitting import fit
+from edge_ident.diagnosis.prepare.preparation import prepare_axis
+from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Verdict
+from edge_ident.diagnosis.select.physics import unphysical
+from edge_ident.model.model import BASE
+from tests.edge_ident.diagnosis.select.test_search_parts import TEMPLATE, recorded, rigid, swing
+
+MOTION = swing()
+RIPPLE = np.sin(2.0 * np.pi * MOTION[1] / 0.31 + 0.4)
+
+
+def found(effort: np.ndarray, noise: float = 0.02, **asked: float) -> AxisDiagnosis:
+    t, x, _, _ = MOTION
+    return diagnose([recorded(t, x, effort, noise=noise)], **asked).axes["x"]  # type: ignore[arg-type]
+
+
+def effects(listed: tuple[Cause, ...]) -> list[str]:
+    return [cause.term.effect for cause in listed]
+
+
+def test_no_cause_is_named_beside_friction_that_drives_the_motion() -> None:
+    """The law of a speed loop: the effort falls with speed."""
+    _, _, v, a = MOTION
+    axis = found(0.05 * a - 0.4 * v + 0.1 * RIPPLE + 0.5)
+    assert axis.verdict is Verdict.UNEXPLAINED
+    assert axis.causes == ()
+    assert "torque_ripple" in effects(axis.suspected)
+    assert "controller's law" in axis.suspected[0].decision
+    assert [term.effect for term in axis.model.terms] == [BASE]
+
+
+@pytest.mark.parametrize("viscous", [-0.4, 0.8])
+def test_negative_friction_is_unphysical(viscous: float) -> None:
+    t, x, v, a = MOTION
+    data = prepare_axis([recorded(t, x, 0.5 * a + viscous * v + 0.2, noise=0.02)], "x")
+    reason = unphysical(data, fit(data, TEMPLATE, np.zeros(4), ()))
+    assert (reason is not None) is (viscous < 0.0)
+    assert reason is None or "negative viscous friction, -0.4" in reason
+
+
+def test_a_cause_below_the_tolerance_is_minor_and_no_accusation() -> None:
+    _, _, v, a = MOTION
+    effort = rigid(v, a) + 0.02 * RIPPLE
+    axis = found(effort, noise=0.005)
+    assert axis.verdict is Verdict.ADEQUATE
+    assert axis.causes == axis.suspected == ()
+    assert effects(axis.minor) == ["torque_ripple"]
+    assert [term.effect for term in axis.model.terms] == [BASE]
+    kept = found(effort, noise=0.005, keep_minor=True)
+    assert [term.effect for term in kept.model.terms] == [BASE, "torque_ripple"]
+    assert effects(kept.minor) == ["torque_ripple"]
+    named = found(effort, noise=0.005, tolerance=0.002)
+    assert effects(named.causes) == ["torque_ripple"]
+    assert named.verdict is Verdict.EXPLAINED
+
+
+def test_a_cause_that_is_smaller_than_what_is_left_is_suspected() -> None:
+    """Beside a disturbance that no effect explains."""
+    t, _, v, a = MOTION
+    unknown = sum(np.sin(w * t + w**2) for w in np.linspace(2.0, 9.0, 23)) * 0.1
+    axis = found(rigid(v, a) + unknown + 0.12 * RIPPLE)
+    assert axis.verdict is Verdict.UNEXPLAINED
+    assert "torque_ripple" not in effects(axis.causes)
+    for cause in axis.suspected:
+        assert "left unexplained" in cause.decision or "of 5 runs" in cause.decision
+
+
+def test_a_supported_cause_says_why() -> None:
+    _, _, v, a = MOTION
+    axis = found(rigid(v, a) + 0.1 * RIPPLE)
+    (cause,) = axis.causes
+    assert axis.verdict is Verdict.EXPLAINED
+    assert "5 of 5 runs" in cause.decision
+    share = float(np.sqrt(np.mean((0.1 * RIPPLE) ** 2) / np.mean(axis.traces.effort**2)))
+    assert cause.share == pytest.approx(share, rel=0.1)
+    assert "of 5 runs" not in found(rigid(v, a) + 0.1 * RIPPLE, stability=False).causes[0].decision

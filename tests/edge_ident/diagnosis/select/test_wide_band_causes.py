@@ -1,0 +1,49 @@
+"""What lies above the band decides on causes, on the model and on the verdict."""
+
+import numpy as np
+import pytest
+
+from edge_ident.diagnosis.diagnose import diagnose
+from edge_ident.diagnosis.present.wording import verdict_sentence
+from edge_ident.diagnosis.result import Verdict
+from edge_ident.model.model import Model
+from tests.edge_ident.diagnosis.fit.test_wide_band import recorded
+
+
+def test_a_line_above_the_band_forbids_adequate() -> None:
+    assert diagnose([recorded(1)]).axes["x"].verdict is Verdict.ADEQUATE
+    axis = diagnose([recorded(1, line=(0.15, 37.3))]).axes["x"]
+    assert axis.verdict is Verdict.UNEXPLAINED
+    assert axis.causes == ()
+    (line,) = axis.lines
+    assert line.frequency_hz == pytest.approx(37.3, abs=0.02)
+    assert "37.3 Hz" in verdict_sentence(axis)
+
+
+def test_a_line_that_is_not_worth_naming_forbids_nothing() -> None:
+    axis = diagnose([recorded(1, line=(0.03, 37.3))]).axes["x"]
+    assert len(axis.lines) == 1
+    assert axis.verdict is Verdict.ADEQUATE
+
+
+def test_an_order_above_the_band_is_a_cause_with_its_amplitude() -> None:
+    recording = recorded(2, order=(0.15, 36.0))
+    found = diagnose([recording])
+    axis = found.axes["x"]
+    (cause,) = axis.causes
+    assert axis.verdict is Verdict.EXPLAINED
+    assert cause.term.effect == "torque_ripple"
+    assert 2.0 * np.pi / cause.term.values["period"] == pytest.approx(36.0, abs=0.02)
+    amplitude = np.hypot(cause.term.values["cosine"], cause.term.values["sine"])
+    assert abs(amplitude - 0.15) < 4.0 * cause.term.std["cosine"]
+    assert axis.model.terms[1].effect == "torque_ripple"
+    again = diagnose([recording], model=Model(found.model.axes)).axes["x"]
+    assert again.causes == (), "it is known"
+    assert len(again.model.terms) == 2
+
+
+def test_a_small_order_is_minor() -> None:
+    axis = diagnose([recorded(2, order=(0.035, 90.0))]).axes["x"]
+    assert axis.causes == ()
+    assert [cause.term.effect for cause in axis.minor] == ["torque_ripple"]
+    assert axis.verdict is Verdict.ADEQUATE
