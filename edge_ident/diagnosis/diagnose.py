@@ -36,7 +36,8 @@ from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.select.stability import RUNS
 from edge_ident.diagnosis.select.testability import not_testable
 from edge_ident.diagnosis.select.wide_band_causes import with_band_content, with_ripples
-from edge_ident.diagnosis.validation import Judged, with_sources
+from edge_ident.diagnosis.shown_in import with_sources
+from edge_ident.diagnosis.validation import Judged
 from edge_ident.diagnosis.validation import judge as judge_elsewhere
 from edge_ident.diagnosis.written_model import written_model
 from edge_ident.errors import DataError
