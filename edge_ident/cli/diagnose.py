@@ -31,6 +31,26 @@ ValidationFile = Annotated[
         help="Recording on which the models, fitted to the other recordings, are scored.",
     ),
 ]
+Tolerance = Annotated[
+    float,
+    typer.Option(
+        "--tolerance",
+        min=0.0,
+        max=1.0,
+        envvar="EDGE_IDENT_TOLERANCE",
+        help="Smallest share of the rms effort that is worth naming.",
+    ),
+]
+Stability = Annotated[
+    bool,
+    typer.Option(
+        help="Repeat the search on disturbed data: what does not come back is suspected only."
+    ),
+]
+KeepMinor = Annotated[
+    bool,
+    typer.Option("--keep-minor", help="Keep certain causes below the tolerance in the model."),
+]
 
 
 def register(app: typer.Typer) -> None:
@@ -44,6 +64,9 @@ def diagnose(
     files: RecordingFiles,
     validate: ValidationFile = None,
     model: ModelFile = None,
+    tolerance: Tolerance = 0.01,
+    stability: Stability = True,
+    keep_minor: KeepMinor = False,
     column: Columns = None,
     results: ResultOptions,
 ) -> None:
@@ -57,7 +80,13 @@ def diagnose(
     known = given_model(model)
     with shown_progress() as bars:
         found = edge_ident.diagnose(
-            recordings, model=known, validate=held_out, on_progress=bars.show
+            recordings,
+            model=known,
+            validate=held_out,
+            tolerance=tolerance,
+            stability=stability,
+            keep_minor=keep_minor,
+            on_progress=bars.show,
         )
     folder = results.output
     model_file = save_result_model(found.model, files, folder) if folder else None

@@ -25,7 +25,7 @@ from edge_ident.diagnosis.motion_check import with_motion_errors
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.data_quality import data_findings
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
-from edge_ident.diagnosis.recording_checks import findings
+from edge_ident.diagnosis.recording_checks import contradicted, findings
 from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Diagnosis
 from edge_ident.diagnosis.select.backward_elimination import SupportedModel, eliminate_backward
 from edge_ident.diagnosis.select.causes import causes, strongest_first
@@ -35,7 +35,11 @@ from edge_ident.diagnosis.select.own_effort import base_space, own_shares
 from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.select.stability import RUNS
 from edge_ident.diagnosis.select.testability import not_testable
-from edge_ident.diagnosis.select.wide_band_causes import with_band_content, with_ripples
+from edge_ident.diagnosis.select.wide_band_causes import (
+    with_band_content,
+    with_ripples,
+    without_names,
+)
 from edge_ident.diagnosis.shown_in import with_sources
 from edge_ident.diagnosis.validation import Judged
 from edge_ident.diagnosis.validation import judge as judge_elsewhere
@@ -184,6 +188,8 @@ def _diagnose_axis(
 ) -> tuple[AxisDiagnosis, Validation | None]:
     data = _prepared(recordings, name, template)
     content = above_band(recordings, name, data)
+    if contradicted(recordings, name):
+        content = without_names(content)
     known = with_ripples(template, content, rules.tolerance)
     data, selected = _selected(data, known)
     search, start = selected.search, selected.start

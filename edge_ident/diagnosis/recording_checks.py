@@ -76,6 +76,14 @@ def findings(
     return tuple({finding.code: finding for finding in reversed(found)}.values())[::-1]
 
 
+def contradicted(recordings: Sequence[Recording], name: str) -> bool:
+    """Whether the effort of an axis cannot be that of its motion, in any recording.
+
+    A controller's law is no contradiction: cogging shows in a loop, too.
+    """
+    return any(f.blocks for recording in recordings for f in _of_recording(recording, name))
+
+
 def _base_columns(data: AxisData, base: FittedModel) -> Array:
     """Columns (n, 4) of the base model at the compared samples, whatever bounds the fit met."""
     unit = dict(zip(PARAMETERS, np.eye(4), strict=True))

@@ -157,7 +157,7 @@ def _chosen(
     network: Estimate | None,
     error: Array,
 ) -> _Choice:
-    if diagnosed is not None and diagnosed.causes:
+    if diagnosed is not None and len(diagnosed.model.terms) > 1 + len(question.compensated.effects):
         return _extended(question, diagnosed)
     adequate = question.adequacy.adequate or (
         diagnosed is not None and diagnosed.verdict is Verdict.ADEQUATE

@@ -44,6 +44,8 @@ def _verdict(adequacy: Adequacy, diagnosed: AxisDiagnosis) -> list[Finding]:
             )
         ]
     if not diagnosed.causes:
+        found = ", ".join(cause.term.effect.replace("_", " ") for cause in diagnosed.minor)
+    if not found:
         return []
     return [
         Finding(

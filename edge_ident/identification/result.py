@@ -124,7 +124,8 @@ class AxisIdentification:
         """What the diagnosis found, and which parameters follow from it, in one line."""
         if self.diagnosis is None:
             return self.adequacy.reason
-        found = ", ".join(cause.term.effect.replace("_", " ") for cause in self.diagnosis.causes)
+        causes = (*self.diagnosis.causes, *self.diagnosis.minor)
+        found = ", ".join(cause.term.effect.replace("_", " ") for cause in causes)
         return f"{self.diagnosis.verdict.value}: {found or 'no cause'}; {self.source.spoken} used"
 
     @property

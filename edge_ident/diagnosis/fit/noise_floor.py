@@ -1,11 +1,11 @@
 """The noise floor: the residual that noise alone leaves, against which every residual is judged.
 
 It is the larger of two estimates. Where the motion repeats: half the variance of the difference
-between laps, because encoder rounding repeats as well. Otherwise: the noise of effort and encoder
-through the filter, both known from frequencies that no motion reaches. The second estimate
-overstates the encoder noise, because rounding is not entirely random. So the encoder's part is
-lowered where the second differences of the base model's residual are smaller than it predicts. A
-residual never raises the floor.
+between laps, less what drifts, because encoder rounding repeats as well. Otherwise: the noise of
+effort and encoder through the filter, both known from frequencies that no motion reaches. The
+second estimate overstates the encoder noise, because rounding is not entirely random. So the
+encoder's part is lowered where the second differences of the base model's residual are smaller than
+it predicts. A residual never raises the floor.
 """
 
 from dataclasses import dataclass
@@ -18,6 +18,8 @@ from numpy.typing import NDArray
 from edge_ident.diagnosis.fit.fitting import FittedModel
 from edge_ident.diagnosis.prepare.axis_data import AxisData, Segment
 from edge_ident.diagnosis.prepare.masks import widened
+from edge_ident.estimation.least_squares import unit_length
+from edge_ident.model.model import PARAMETERS
 
 Array = NDArray[np.float64]
 
@@ -29,6 +31,14 @@ _PEAKS: Final = 3
 _LEAST_FREEDOM: Final = 0.2
 _UNMEASURED: Final = 0.2
 """Relative uncertainty of noise that is not measured inside the band."""
+_STANDS_OUT: Final = 6.0
+"""Energy of a block of time, of the median's, beyond which it is no noise: of noise so slow that a
+block holds two independent samples, one block in sixty."""
+_CORNERS: Final = 2.0
+"""Corners of a drift in a lap."""
+_ROUNDS: Final = 4
+"""Fits of what drifts, each without the blocks that stood out in the one before."""
+_RANK: Final = 1e-7
 _TINY: Final = float(np.finfo(float).tiny)
 _LOWEST_SHARE: Final = 0.05
 """Shortest lag, of the record: a shorter one compares neighbours, not laps."""
@@ -63,7 +73,7 @@ def noise_floor(data: AxisData, start: FittedModel, inertia: float = 0.0) -> Noi
         Inertia that turns encoder noise into effort, where the base model has none.
     """
     inertia = float(start.base[0]) or inertia
-    repeated, measured = _from_repetition(data), _from_instruments(data, start, inertia)
+    repeated, measured = _from_repetition(data, start), _from_instruments(data, start, inertia)
     return repeated if repeated is not None and repeated.rms > measured.rms else measured
 
 
@@ -112,23 +122,75 @@ def _parts(data: AxisData, values: Array) -> list[tuple[Segment, Array]]:
     return list(zip(data.segments, np.split(whole, ends), strict=True))
 
 
-def _from_repetition(data: AxisData) -> NoiseFloor | None:
-    """Estimate from the difference between laps, where a recording repeats its motion."""
-    sums, pairs = 0.0, 0
-    for s in data.segments:
+def _from_repetition(data: AxisData, start: FittedModel) -> NoiseFloor | None:
+    """Estimate from the difference between laps, where a recording repeats its motion.
+
+    Drift, warm-up and a changing payload differ between laps as well, and are no noise: they move
+    the base model's coefficients steadily, so that is fitted and taken out lap by lap. An event is
+    in few blocks of time: blocks that stand out do not count.
+    """
+    energy, count = 0.0, 0
+    ends = np.cumsum([len(s.sample_index) for s in data.segments])[:-1]
+    columns = np.split(start.jacobian[:, : len(PARAMETERS)], ends)
+    for s, column, block in zip(data.segments, columns, np.split(data.block, ends), strict=True):
         lag = _period(s)
         if lag is None:
             continue
-        usable = np.zeros(len(s.effort), dtype=np.bool_)
-        usable[s.sample_index[s.far]] = True
-        both = np.flatnonzero(usable[:-lag] & _near(usable[lag:]))
-        difference = s.effort[both + lag] - s.effort[both]
-        sums += 0.5 * float(difference @ difference)
-        pairs += len(both)
-    if pairs < _FEWEST_PAIRS:
+        places = _paired(s, lag)
+        here = s.sample_index[places]
+        difference = s.effort[here + lag] - s.effort[here]
+        left = _unsteady(difference, column[places], here / lag, block[places])
+        energy += 0.5 * float(left @ left)
+        count += len(left)
+    if count < _FEWEST_PAIRS:
         return None
-    uncertainty = 1.0 / np.sqrt(2.0 * pairs)
-    return NoiseFloor(float(np.sqrt(sums / pairs)), uncertainty, "from the motion's repetition")
+    uncertainty = 1.0 / np.sqrt(2.0 * count)
+    return NoiseFloor(float(np.sqrt(energy / count)), uncertainty, "from the motion's repetition")
+
+
+def _paired(segment: Segment, lag: int) -> NDArray[np.intp]:
+    """Compared samples, far from reversals here and a lap later."""
+    usable = np.zeros(len(segment.effort), dtype=np.bool_)
+    usable[segment.sample_index[segment.far]] = True
+    both = np.zeros(len(usable), dtype=np.bool_)
+    both[:-lag] = usable[:-lag] & _near(usable[lag:])
+    return np.flatnonzero(both[segment.sample_index])
+
+
+def _unsteady(difference: Array, columns: Array, laps: Array, block: NDArray[np.intp]) -> Array:
+    """What no drift explains of a difference (m,) between laps, at the blocks that are alike.
+
+    Parameters
+    ----------
+    columns : (m, P) array
+        Their coefficients may change: broken lines over time, with a corner every half lap.
+    laps : (m,) array
+        Laps since the start.
+    block : (m,) array of int
+        Numbers of the blocks of time.
+    """
+    corners = np.arange(np.floor(_CORNERS * laps[0]), _CORNERS * laps[-1] + 1.0)
+    hats = np.maximum(1.0 - np.abs(_CORNERS * laps[:, None] - corners), 0.0)
+    moving = (columns[:, :, None] * hats[:, None]).reshape(len(difference), -1)
+    alike = np.ones(len(difference), dtype=np.bool_)
+    left = difference
+    for _ in range(_ROUNDS):
+        left = _without(difference, moving, alike)
+        energy = np.bincount(block, left**2) / np.maximum(np.bincount(block), 1)
+        limit = _STANDS_OUT * float(np.median(energy[np.unique(block[alike])]))
+        alike = energy[block] <= limit
+    return np.asarray(left[alike])
+
+
+def _without(difference: Array, columns: Array, alike: NDArray[np.bool_]) -> Array:
+    """A difference (m,) without columns (m, P) that are fitted where samples are alike.
+
+    It is as large as if no degree of freedom had been fitted.
+    """
+    unit = unit_length(columns)[0]
+    solution, _, rank, _ = np.linalg.lstsq(unit[alike], difference[alike], rcond=_RANK)
+    freedom = max(1.0 - float(rank) / max(int(np.count_nonzero(alike)), 1), _LEAST_FREEDOM)
+    return np.asarray((difference - unit @ solution) / np.sqrt(freedom))
 
 
 def _near(usable: NDArray[np.bool_]) -> NDArray[np.bool_]:

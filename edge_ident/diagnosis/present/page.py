@@ -71,7 +71,8 @@ def _axis(name: str, diagnosis: Diagnosis) -> Iterator[str]:
     yield ""
     yield (
         f"Compared up to {axis.cutoff_hz:.3g} Hz{fading}. Noise floor {axis.noise_floor_source}: "
-        f"{wording.percent(axis.noise_floor)} of the effort. All shares are of the valid samples."
+        f"{wording.percent(axis.noise_floor)} of the effort. All shares are of the valid samples. "
+        f"{_sentence(wording.timing_sentence(axis))}"
     )
     yield ""
     if axis.causes:
@@ -107,9 +108,11 @@ def _causes(axis: AxisDiagnosis) -> Iterator[str]:
 
 
 def _refused(axis: AxisDiagnosis) -> Iterator[str]:
-    if axis.refused:
-        for refused in axis.refused:
-            yield f"- {_plain(wording.refused_sentence(refused))}"
+    sentences = wording.not_accepted(axis)
+    sentences += [wording.refused_sentence(refused) for refused in axis.refused]
+    for sentence in sentences:
+        yield f"- {_plain(sentence)}"
+    if sentences:
         yield ""
 
 

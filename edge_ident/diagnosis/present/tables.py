@@ -37,6 +37,8 @@ def _axis(name: str, diagnosis: Diagnosis) -> Iterator[RenderableType]:
         yield _causes_table(axis)
     for cause in axis.causes:
         yield from _why(cause)
+    for sentence in wording.not_accepted(axis):
+        yield Text(f"  {sentence}")
     for refused in axis.refused:
         yield Text(f"  {wording.refused_sentence(refused)}")
     yield _comparison_table(name, diagnosis)

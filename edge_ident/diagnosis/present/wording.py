@@ -72,8 +72,40 @@ def _verdict(axis: AxisDiagnosis) -> str:
     if axis.verdict is Verdict.EXPLAINED:
         before = percent(axis.base.fitted)
         return f"explained by {found}: the residual falls from {before} to {left}; {floor}"
-    known = f"{found} found, but a residual of" if found else "no known effect fits, and"
+    none = "no known effect is certain" if axis.suspected else "no known effect fits"
+    known = f"{found} found, but a residual of" if found else f"{none}, and"
     return f"unexplained: {known} {left} of the effort is left; {floor}"
+
+
+def suspected_sentence(cause: Cause) -> str:
+    """Why an effect is suspected only."""
+    return (
+        f"suspected only: {spoken(cause.term.effect)} ({percent(cause.share)} of the effort), "
+        f"because {cause.decision}"
+    )
+
+
+def minor_sentence(cause: Cause) -> str:
+    """A certain effect that is too small to be named."""
+    return (
+        f"minor: {spoken(cause.term.effect)} ({percent(cause.share)} of the effort): "
+        f"{cause.decision}"
+    )
+
+
+def not_accepted(axis: AxisDiagnosis) -> list[str]:
+    """One sentence for each suspected and each minor cause."""
+    suspected = [suspected_sentence(cause) for cause in axis.suspected]
+    return suspected + [minor_sentence(cause) for cause in axis.minor]
+
+
+def timing_sentence(axis: AxisDiagnosis) -> str:
+    """By how much the effort is recorded late."""
+    timing = axis.timing
+    return (
+        f"effort is recorded {timing.shift_samples:.2f} ± {timing.std_samples:.2f} samples late "
+        f"({1e3 * timing.shift_s:.3g} ms), which is part of both models"
+    )
 
 
 def refused_sentence(refused: Refused) -> str:

@@ -68,6 +68,11 @@ def with_band_content(
     )
 
 
+def without_names(content: BandContent) -> BandContent:
+    """The content of a recording that contradicts itself: no order has a cause."""
+    return replace(content, orders=(), unnamed_orders=(*content.orders, *content.unnamed_orders))
+
+
 def _new(terms: Sequence[Term], content: BandContent) -> list[Sinusoid]:
     """Orders that are not among the terms."""
     known = [_TURN / float(np.asarray(t.values["period"])) for t in terms if t.effect == _RIPPLE]

@@ -35,8 +35,9 @@ class Engine:
         model: Model | None,
         validate: Recording | None,
         on_progress: Callable[[str, int, int], None],
+        **rules: float,
     ) -> Diagnosis:
-        self.asked = {"recordings": recordings, "model": model, "validate": validate}
+        self.asked = {"recordings": recordings, "model": model, "validate": validate, **rules}
         on_progress("timing", 1, 2)
         on_progress("causes", 2, 2)
         return self.answer
@@ -174,3 +175,15 @@ def test_tables_say_verdict_causes_alternatives_and_what_is_not_testable(answere
 def test_help_has_an_example() -> None:
     text = " ".join(diagnose("--help").stdout.split())
     assert "Example: edge-ident diagnose" in text
+
+
+def test_the_rules_of_acceptance_are_options(
+    file: Path, answered: Callable[[Diagnosis], Engine]
+) -> None:
+    stand_in = answered(hand_made.diagnosis())
+    assert diagnose(file).exit_code == 0
+    asked = {name: stand_in.asked[name] for name in ("tolerance", "stability", "keep_minor")}
+    assert asked == {"tolerance": 0.01, "stability": True, "keep_minor": False}
+    diagnose(file, "--tolerance", "0.03", "--no-stability", "--keep-minor")
+    asked = {name: stand_in.asked[name] for name in ("tolerance", "stability", "keep_minor")}
+    assert asked == {"tolerance": 0.03, "stability": False, "keep_minor": True}
