@@ -17,8 +17,11 @@ Array = NDArray[np.float64]
 
 
 def base_space(data: AxisData, start: FittedModel) -> Array:
-    """Orthonormal basis (n, R) of the base model's columns at the valid samples."""
-    return orthonormal(jacobian_of(data, start)[data.valid, start.base_columns])
+    """Orthonormal basis (n, R) of the base parameters' columns at the valid samples.
+
+    Timing is none of them: it is a property of the record, known to a part of a sample.
+    """
+    return orthonormal(jacobian_of(data, start)[data.valid, : len(PARAMETERS)])
 
 
 def own_efforts(data: AxisData, model: FittedModel, space: Array) -> Array:
