@@ -40,7 +40,8 @@ from edge_ident.diagnosis.select.wide_band_causes import (
     with_ripples,
     without_names,
 )
-from edge_ident.diagnosis.validation import Judged, with_sources
+from edge_ident.diagnosis.shown_in import with_sources
+from edge_ident.diagnosis.validation import Judged
 from edge_ident.diagnosis.validation import judge as judge_elsewhere
 from edge_ident.diagnosis.written_model import written_model
 from edge_ident.errors import DataError

@@ -12,7 +12,6 @@ because the residual is coloured. What does not carry over leaves the model, the
 the rest does and together beats the base model.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -36,7 +35,6 @@ from edge_ident.diagnosis.select.own_effort import base_space, own_shares
 from edge_ident.model.effects import named
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Term
 from edge_ident.signals.metrics import rms
-from edge_ident.signals.recording import Recording
 
 Array = NDArray[np.float64]
 
@@ -63,8 +61,7 @@ class Judged:
 
     def verdict(self, verdict: Verdict) -> Verdict:
         """That of both recordings, from that on the first one."""
-        lost = verdict is Verdict.EXPLAINED and not self.supported.model.terms
-        return Verdict.UNEXPLAINED if self.unexplained or lost else verdict
+        return Verdict.UNEXPLAINED if self.unexplained else verdict
 
     def carried(self, causes: tuple[Cause, ...]) -> tuple[Cause, ...]:
         """Causes for the model file: where another recording judges, none that is tied to time."""
@@ -105,20 +102,32 @@ def judge(
         supported.of(carried.model, carried.kept),
         suspected,
         carried.validation,
-        _structure_left(other, carried.model, tolerance),
+        _structure_there(other, carried.model, tolerance)
+        or bool(lost and _structure_left(data, base, carried.model, tolerance)),
     )
 
 
-def _structure_left(other: AxisData, model: FittedModel, tolerance: float) -> bool:
+def _structure_there(other: AxisData, model: FittedModel, tolerance: float) -> bool:
     """Whether a model leaves structure of another recording."""
     terms = tuple(t for t in model.terms if not named(t.candidate.effect).tied_to_time)
     there = fit(other, model.template, model.base, terms)
-    floor = noise_floor(other, fit(other, model.template, model.base, ()), float(model.base[0]))
-    discrepancy = np.sqrt(model_discrepancy(other, there) / np.count_nonzero(other.valid))
-    left = rms(_residual(other, model))
+    left = _residual(other, model)
+    there = replace(there, error=float(left @ left))
+    return _structure_left(other, fit(other, model.template, model.base, ()), there, tolerance)
+
+
+def _structure_left(
+    data: AxisData, base: FittedModel, model: FittedModel, tolerance: float
+) -> bool:
+    """Whether a model leaves structure of a recording, to which the base model was fitted."""
+    samples = np.count_nonzero(data.valid)
+    floor = noise_floor(data, base, float(model.base[0]))
+    left, discrepancy = (
+        float(np.sqrt(square / samples)) for square in (model.error, model_discrepancy(data, model))
+    )
     limit = noise_limit(floor.rms, floor.uncertainty)
-    scale = nonzero_rms(other.effort[other.valid])
-    return structure_left(left, limit, float(discrepancy), tolerance * scale)
+    scale = nonzero_rms(data.effort[data.valid])
+    return structure_left(left, limit, discrepancy, tolerance * scale)
 
 
 @dataclass(frozen=True)
@@ -268,35 +277,3 @@ def _carried_axis(axis: AxisModel) -> AxisModel:
     }
     terms = [t for t in axis.terms[1:] if not named(t.effect).tied_to_time]
     return replace(axis, terms=(replace(base, values=values), *terms))
-
-
-def with_sources(
-    found: Sequence[Cause], data: AxisData, model: FittedModel, recordings: Sequence[Recording]
-) -> list[Cause]:
-    """Causes with the recordings in which each shows: those whose residual certainly falls.
-
-    Parameters
-    ----------
-    found : sequence of Cause
-        In the order of the model's terms.
-    data : AxisData
-        Of all recordings together.
-    model : FittedModel
-        Fitted to them.
-    recordings : sequence of Recording
-    """
-    sources = tuple(recording.source for recording in recordings)
-    if len(sources) == 1:
-        return [replace(cause, shown_in=sources) for cause in found]
-    of_file = np.repeat(np.arange(len(sources)), [len(s.sample_index) for s in data.segments])
-    shown = []
-    for k, cause in enumerate(found):
-        less = fit(data, model.template, model.base, model.without(k))
-        shows = []
-        for number, source in enumerate(sources):
-            here = data.valid & (of_file == number)
-            before, after = ((data.effort - m.predicted)[here] for m in (less, model))
-            if gain_of(data.block[here], before, after).certain:
-                shows.append(source)
-        shown.append(replace(cause, shown_in=tuple(shows)))
-    return shown

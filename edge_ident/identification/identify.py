@@ -149,6 +149,7 @@ def _in_step(
     sampling_s = compensated.signals.period_s
     late_s, largest_s = 0.0, LARGEST_SHIFT * sampling_s
     compared = Comparison.of(compensated)
+    stated = compensated, compared, Timing(0.0, 0.0, LARGEST_SHIFT / 3.0**0.5)
     for _ in range(_SHIFTS):
         found = compared.shift(sampling_s)
         step_s = float(np.clip(found.shift_s, -largest_s - late_s, largest_s - late_s))
@@ -157,6 +158,8 @@ def _in_step(
         late_s += step_s
         compensated = compensate_effects(recording, name, model, late_s=late_s)
         compared = Comparison.of(compensated)
+        if abs(late_s) >= largest_s:  # on the edge: what asks for it is no shift
+            return stated
         if abs(step_s) < _CERTAIN * found.std_s:
             break
     return compensated, compared, Timing(late_s, late_s / sampling_s, found.std_s / sampling_s)

@@ -16,9 +16,10 @@ Interval = tuple[float, float]
 
 QUANTITIES: Final = ("position", "speed", "acceleration", "effort")
 """What a range covers, in the order in which it is reported."""
-_MARGIN: Final = 0.1
+_MARGIN: Final = 0.125
 """Width beyond either end that still counts as inside, of the interval. The ends are extremes of
-filtered signals, and another bandwidth or noise moves those by a few percent."""
+filtered signals, and another bandwidth or noise moves those by a few percent. At the start the
+diagnosis leaves out at most a ninth of it, where friction and play remember earlier motion."""
 
 
 @dataclass(frozen=True)

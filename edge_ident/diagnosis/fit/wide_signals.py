@@ -58,7 +58,10 @@ class WideSignals:
 
     @classmethod
     def of(cls, recording: Recording, name: str, segment: Segment) -> Self:
-        """The signals of a recording."""
+        """The signals of a recording, in step as the recording states it.
+
+        A shift that was fitted to the band holds what a controller makes of it there.
+        """
         period_s = segment.raw_period_s
         grid = EvenGrid.of(recording.time_s)
         raw = grid.resampled(recording.axes[name].position)
@@ -69,7 +72,9 @@ class WideSignals:
             position=position,
             velocity=velocity,
             acceleration=acceleration,
-            effort=lowpass(segment.raw_effort, widest_hz, period_s, delay_s=segment.shift_s),
+            effort=lowpass(
+                segment.raw_effort, widest_hz, period_s, delay_s=recording.effort_shift_s
+            ),
             weight=segment.direction_weight,
             period_s=period_s,
             cutoff_hz=segment.cutoff_hz,

@@ -109,6 +109,18 @@ class Segment:
             self, shift_s=shift_s, applied_s=applied_s, effort=effort[:: self.stride], cache={}
         )
 
+    @property
+    def covered(self) -> tuple[Array, Array, Array, Array]:
+        """Position, velocity, acceleration and effort from the first to the last sample compared.
+
+        The effort is filtered as the comparison, and not weighted.
+        """
+        part = slice(self.sample_index[0], self.sample_index[-1] + 1)
+        effort = self.band.lowpass(self.raw_effort, self.raw_period_s)[:: self.stride]
+        motion = (self.motion.position, self.motion.velocity, self.motion.acceleration)
+        position, velocity, acceleration = (signal[part] for signal in motion)
+        return position, velocity, acceleration, effort[part]
+
     def predicted(self, axis: AxisModel) -> Array:
         """Filtered effort that a model predicts at the compared samples, (n,) or (D, n)."""
         effort = inverse_effort(obeyed(axis), self.motion, self.others, self.cache)
@@ -220,11 +232,14 @@ class AxisData:
 
     @property
     def supported(self) -> SupportedRange:
-        """What the valid samples cover."""
-        position, velocity, acceleration = (
-            self.of_motion(name)[self.valid] for name in ("position", "velocity", "acceleration")
+        """What the recordings cover from the first to the last compared sample.
+
+        Reversals in between count, although they are not compared: the axis was there.
+        """
+        covered = [s.covered for s in self.segments]
+        return SupportedRange.of(
+            *(np.concatenate(signals) for signals in zip(*covered, strict=True))
         )
-        return SupportedRange.of(position, velocity, acceleration, self.effort[self.valid])
 
     def exceeds_aliasing(self, residual: Array, inertia: float) -> NDArray[np.bool_]:
         """Invalid samples (n,) whose residual aliased quantization cannot explain.

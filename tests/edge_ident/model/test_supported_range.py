@@ -34,12 +34,12 @@ def model(supported: SupportedRange | None) -> Model:
     return Model(axes)
 
 
-def test_only_what_leaves_by_more_than_a_tenth_is_reported() -> None:
-    assert WIDE.left_by(replace(WIDE, speed=(-23.9, 20.0))) == ()
-    [departure] = WIDE.left_by(replace(WIDE, speed=(-24.1, 20.0)))
+def test_only_what_leaves_by_more_than_an_eighth_is_reported() -> None:
+    assert WIDE.left_by(replace(WIDE, speed=(-24.9, 20.0))) == ()
+    [departure] = WIDE.left_by(replace(WIDE, speed=(-25.1, 20.0)))
     assert departure.quantity == "speed"
-    assert departure.sentence("rad/s") == "speed -24.1 to 20 rad/s (supported -20 to 20)"
-    assert [d.quantity for d in WIDE.left_by(replace(WIDE, effort=(0.0, 37.0)))] == ["effort"]
+    assert departure.sentence("rad/s") == "speed -25.1 to 20 rad/s (supported -20 to 20)"
+    assert [d.quantity for d in WIDE.left_by(replace(WIDE, effort=(0.0, 38.0)))] == ["effort"]
 
 
 def test_the_range_survives_the_file(tmp_path: Path) -> None:
