@@ -11,6 +11,7 @@ from edge_ident.diagnosis.fit.fitting import FittedModel, additive, jacobian_of
 from edge_ident.diagnosis.fit.projection import orthonormal
 from edge_ident.diagnosis.fit.summary import contributions, nonzero_rms
 from edge_ident.diagnosis.prepare.axis_data import AxisData
+from edge_ident.model.model import PARAMETERS
 from edge_ident.signals.metrics import rms
 
 Array = NDArray[np.float64]
