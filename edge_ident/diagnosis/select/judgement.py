@@ -7,7 +7,7 @@ the rest is fitted again.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Self
 
 import numpy as np
@@ -136,6 +136,7 @@ class _Court:
     noise: float
     scale: float
     tolerance: float
+    cache: dict[tuple[int, ...], FittedModel] = field(default_factory=dict, compare=False)
 
     @classmethod
     def of(
@@ -152,10 +153,17 @@ class _Court:
         return cls(search, start, model, space, noise, scale, tolerance * scale)
 
     def fitted(self, kept: Sequence[int]) -> FittedModel:
-        """The model with a part of its terms, fitted again."""
+        """The model with a part of its terms, fitted again with their nonlinear parameters.
+
+        What left may have bent them.
+        """
         if len(kept) == len(self.model.terms):
             return self.model
-        return self.search.fit(self.start.base, tuple(self.model.terms[k] for k in kept))
+        key = tuple(kept)
+        if key not in self.cache:
+            terms = tuple(self.model.terms[k] for k in kept)
+            self.cache[key] = self.search.polished(self.search.fit(self.start.base, terms))
+        return self.cache[key]
 
     def left(self, model: FittedModel) -> float:
         """Rms of a model's residual."""

@@ -1,8 +1,7 @@
 """A cause's own effort: the part of its contribution that the base model cannot express.
 
 Friction that bends, for example, mostly takes the place of viscous friction. Only what is
-orthogonal to the columns of the base parameters is new. Shares, ranks and comparisons of causes use
-it. Timing is no such column: it belongs to the data, and beside a cause it takes other values.
+orthogonal to the base model's columns is new. Shares, ranks and comparisons of causes use it.
 """
 
 import numpy as np
@@ -19,7 +18,10 @@ Array = NDArray[np.float64]
 
 
 def base_space(data: AxisData, start: FittedModel) -> Array:
-    """Orthonormal basis (n, R) of the base parameters' columns at the valid samples."""
+    """Orthonormal basis (n, R) of the base parameters' columns at the valid samples.
+
+    Timing is none of them: it is a property of the record, known to a part of a sample.
+    """
     return orthonormal(jacobian_of(data, start)[data.valid, : len(PARAMETERS)])
 
 

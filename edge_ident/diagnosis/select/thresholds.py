@@ -123,6 +123,13 @@ NOISE_SEEDS: Final = Threshold(
     "As many as there are halves, so that neither kind of disturbance decides alone.",
     "docs/diagnosis_reference.md, the rules on real axes: one run gives the same answer",
 )
+SAME_ORDER: Final = Threshold(
+    0.02,
+    "relative difference",
+    "Two orders that differ by less, above the band and in it, are one.",
+    "A judgement: the orders of a motor's poles and slots lie farther apart.",
+    "none of the tests has two orders so near",
+)
 RELIABILITY: Final = Threshold(
     0.75,
     "reliability ratio",

@@ -1,5 +1,6 @@
 """From what lies above the band to causes, lines and the verdict."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Final
@@ -9,13 +10,11 @@ import numpy as np
 from edge_ident.diagnosis.fit.wide_band import BandContent, Sinusoid
 from edge_ident.diagnosis.measures import SpectralLine
 from edge_ident.diagnosis.result import Alternative, AxisDiagnosis, Cause, Verdict
+from edge_ident.diagnosis.select.thresholds import SAME_ORDER
 from edge_ident.model.effects import named
 from edge_ident.model.model import AxisModel, Term
 
 _RIPPLE: Final = "torque_ripple"
-_TURN: Final = 2.0 * np.pi
-_SAME: Final = 0.02
-"""Relative difference of two orders up to which they are one."""
 
 
 def with_ripples(axis: AxisModel, content: BandContent, tolerance: float) -> AxisModel:
@@ -48,10 +47,10 @@ def with_band_content(
     known = (*axis.terms, *(cause.term for cause in found.causes))
     causes = [_cause(s) for s in _new(known, content)]
     worth = [c for c in causes if c.share >= tolerance]
-    per_unit = 1.0 if found.model.position_unit == "rad" else _TURN
+    per_unit = 1.0 if found.model.position_unit == "rad" else math.tau
     lines = (
         *(_line(s, s.rate / per_unit, None) for s in content.unnamed_orders),
-        *(_line(s, None, s.rate / _TURN) for s in content.lines),
+        *(_line(s, None, s.rate / math.tau) for s in content.lines),
     )
     verdict = found.verdict
     if worth and verdict is Verdict.ADEQUATE:
@@ -75,8 +74,8 @@ def without_names(content: BandContent) -> BandContent:
 
 def _new(terms: Sequence[Term], content: BandContent) -> list[Sinusoid]:
     """Orders that are not among the terms."""
-    known = [_TURN / float(np.asarray(t.values["period"])) for t in terms if t.effect == _RIPPLE]
-    return [s for s in content.orders if all(abs(s.rate - k) > _SAME * k for k in known)]
+    known = [math.tau / float(np.asarray(t.values["period"])) for t in terms if t.effect == _RIPPLE]
+    return [s for s in content.orders if all(abs(s.rate - k) > SAME_ORDER.value * k for k in known)]
 
 
 def _sorted(causes: Sequence[Cause]) -> tuple[Cause, ...]:
@@ -84,7 +83,7 @@ def _sorted(causes: Sequence[Cause]) -> tuple[Cause, ...]:
 
 
 def _term(order: Sinusoid) -> Term:
-    period = _TURN / order.rate
+    period = math.tau / order.rate
     return Term(
         _RIPPLE,
         {"cosine": order.cosine, "sine": order.sine, "period": period},

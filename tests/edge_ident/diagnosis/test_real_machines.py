@@ -1,5 +1,7 @@
 """Three real machines that nobody here built: what is known about them must be found unprompted."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -7,6 +9,7 @@ from edge_ident.diagnosis.diagnose import diagnose
 from edge_ident.diagnosis.present.document import diagnosis_document
 from edge_ident.diagnosis.result import AxisDiagnosis, Verdict
 from edge_ident.model.model import PARAMETERS
+from edge_ident.signals.recording import Recording
 from edge_ident.signals.recording_files import load_recording
 from edge_ident.support.json_text import to_json
 from tests.measured import MeasuredData
@@ -33,6 +36,24 @@ def test_the_ball_screw_has_friction_by_direction_that_bends_and_a_held_command(
     assert axis.extended.estimate.parameters[0] == pytest.approx(95.15, rel=0.02)
     assert axis.noise_floor_source == "from the motion's repetition"
     assert axis.verdict is Verdict.UNEXPLAINED, "the floor is far below what is left"
+
+
+@pytest.mark.parametrize("change", ["noise of 0.05 N", "every second sample"])
+def test_the_ball_screw_has_the_same_causes_on_data_that_hardly_differ(
+    measured_data: MeasuredData, change: str
+) -> None:
+    """The noise is a thousandth of the effort."""
+    recording = load_recording(measured_data / "emps_train.csv")
+    axis = recording.axes["q"]
+    if change == "every second sample":
+        axis = replace(axis, position=axis.position[::2], effort=axis.effort[::2])
+        changed = Recording(recording.time_s[::2], {"q": axis}, recording.source)
+    else:
+        noise = 0.05 * np.random.default_rng(3).standard_normal(len(axis.effort))
+        axis = replace(axis, effort=axis.effort + noise)
+        changed = Recording(recording.time_s, {"q": axis}, recording.source)
+    found = [found_on(diagnose([r]).axes["q"]) for r in (recording, changed)]
+    assert found[0] == found[1]
 
 
 def test_the_motor_has_torque_ripple_of_12_and_18_orders_per_turn(
