@@ -119,6 +119,9 @@ class SearchSpec:
         Whether the effect shows only where the motion turns.
     repeats : bool
         Whether a drive may have several terms of it at once.
+    shares_friction : bool
+        Whether it makes up the axis's friction together with the base model's: then only the sum
+        has to be positive.
     """
 
     forms: tuple[Form, ...] = ()
@@ -132,6 +135,7 @@ class SearchSpec:
     essential: tuple[str, ...] = ()
     needs_reversals: bool = False
     repeats: bool = False
+    shares_friction: bool = False
 
     @property
     def linear(self) -> frozenset[str]:

@@ -12,6 +12,8 @@ from edge_ident.estimation.least_squares import unit_length
 Array = NDArray[np.float64]
 
 _RANK: Final = 1e-9
+_RIDGE: Final = 1e-6
+"""Of columns of unit length: what cannot be told apart is small rather than huge and opposite."""
 
 
 @dataclass(frozen=True)
@@ -68,8 +70,12 @@ def solve_within(regressor: Array, target: Array, low: Array, high: Array) -> Bo
     low, high = low[open_], high[open_]
     if np.all((free_optimum >= low) & (free_optimum <= high)):
         return Bounded(unbounded, unbounded, free)
+    ridge = _RIDGE * np.eye(len(length))
     inside = scipy.optimize.lsq_linear(
-        triangular, reduced, (low * length, high * length), method="bvls"
+        np.vstack([triangular, ridge]),
+        np.concatenate([reduced, np.zeros(len(length))]),
+        (low * length, high * length),
+        method="bvls",
     )
     # rounding must not leave the bounds
     found[open_] = np.clip(inside.x / length, low, high)

@@ -13,16 +13,12 @@ from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.select.thresholds import NEGATIVE
 from edge_ident.estimation.covariance import coloured_std
 from edge_ident.estimation.least_squares import unit_length
+from edge_ident.model.effects import named
 from edge_ident.model.model import PARAMETERS
 
 Array = NDArray[np.float64]
 
 _FRICTION: Final = ("viscous_friction", "coulomb_friction")
-_CURVES: Final = frozenset(
-    {"nonlinear_viscous", "stribeck_friction", "asymmetric_friction", "load_dependent_friction",
-     "warm_up", "position_dependent_friction", "gain_drift", "presliding_hysteresis"}
-)  # fmt: skip
-"""Effects that share their friction with the base model: only the sum has to be positive."""
 
 
 def unphysical(data: AxisData, model: FittedModel) -> str | None:
@@ -40,7 +36,7 @@ def unphysical(data: AxisData, model: FittedModel) -> str | None:
     unit, length = unit_length(jacobian)
     residual = (data.effort - model.predicted)[data.valid] - jacobian @ step
     deviations = coloured_std(unit, residual) / length
-    shared = bool(model.effects & _CURVES)
+    shared = any(named(effect).search.shares_friction for effect in model.effects)
     for name, value, std in zip(PARAMETERS[:3], optimum, deviations, strict=False):
         if value < -NEGATIVE.value * std and not (shared and name in _FRICTION):
             return (
@@ -56,7 +52,7 @@ def _driving_friction(
     """Whether friction as a whole drives the motion, slow or fast."""
     columns = [PARAMETERS.index(name) for name in _FRICTION]
     for k, t in enumerate(model.terms):
-        if t.candidate.effect in _CURVES:
+        if named(t.candidate.effect).search.shares_friction:
             columns += range(*model.columns_of(k).indices(jacobian.shape[1]))
     velocity = data.of_motion("velocity")[data.valid]
     power = (jacobian[:, columns] @ optimum[columns]) * velocity

@@ -24,6 +24,8 @@ from edge_ident.signals.metrics import rms
 
 Array = NDArray[np.float64]
 
+_TINY: Final = float(np.finfo(float).tiny)
+
 RUNS: Final = HALVES.value + NOISE_SEEDS.value
 """Disturbed runs: every second recorded effort, the others, and the copies with noise."""
 
@@ -70,7 +72,10 @@ def _disturbed(data: AxisData, noise: float) -> Iterator[AxisData]:
     """The copies: every second recorded effort, the others, and noise from every seed."""
     for half in range(HALVES.value):
         efforts = [s.sampled(_every_second(s.raw_effort, half)) for s in data.segments]
-        yield replace(data, effort=np.concatenate(efforts))
+        change = np.concatenate(efforts) - data.effort
+        # what is fast in the effort folds into the band, and can be more than noise there
+        change *= min(1.0, noise / max(rms(change[data.valid]), _TINY))
+        yield replace(data, effort=data.effort + change)
     for seed in range(NOISE_SEEDS.value):
         rng = np.random.default_rng(seed)
         added = noise * rng.standard_normal(len(data.effort))

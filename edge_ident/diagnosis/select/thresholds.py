@@ -93,10 +93,10 @@ FOUND_AGAIN: Final = Threshold(
     "docs/diagnosis_reference.md, the rules on real axes",
 )
 NEGATIVE: Final = Threshold(
-    3.0,
+    1.64,
     "standard deviations",
     "Inertia or friction below zero by more than this is unphysical: no cause is named beside it.",
-    "The usual three-sigma rule.",
+    "The usual level of significance of 5 %, one-sided. Doubt is enough to name nothing.",
     "`test_judgement.py`: the law of a speed loop is no machine",
 )
 TRADED: Final = Threshold(

@@ -46,6 +46,7 @@ EFFECT: Final = AsymmetricFriction(
         signature="grows with speed and does not change its sign with the direction",
         alternatives=("position_dependent_friction", "nonlinear_viscous", "actuator_deadband"),
         experiment="constant speeds both ways over the same stroke: --motion staircase",
+        shares_friction=True,
     ),
     draw=_draw,
     compensation=Compensation(feedforward={"difference": "viscous_difference_feedforward"}),

@@ -75,6 +75,7 @@ EFFECT: Final = GainDrift(
         grid=_grid,
         discrepancy=0.1,
         open_ended=("time_constant",),
+        shares_friction=True,
     ),
     draw=_draw,
 )

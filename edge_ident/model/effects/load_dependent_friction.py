@@ -72,6 +72,7 @@ EFFECT: Final = LoadDependentFriction(
         grid=_grid,
         discrepancy=0.1,
         open_ended=("guided", "moved"),
+        shares_friction=True,
     ),
     draw=_draw,
 )

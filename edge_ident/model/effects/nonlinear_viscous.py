@@ -58,6 +58,7 @@ EFFECT: Final = NonlinearViscous(
         grid=_grid,
         # beside Coulomb friction, ever smaller powers tend to the logarithm of the speed
         open_ended=("exponent",),
+        shares_friction=True,
     ),
     draw=_draw,
 )

@@ -64,6 +64,7 @@ EFFECT: Final = PositionDependentFriction(
         grid=_grid,
         discrepancy=0.05,
         repeats=True,
+        shares_friction=True,
     ),
     draw=_draw,
 )

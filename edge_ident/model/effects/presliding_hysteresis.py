@@ -98,6 +98,7 @@ EFFECT: Final = PreslidingHysteresis(
         physical=_physical,
         discrepancy=0.15,
         needs_reversals=True,
+        shares_friction=True,
     ),
     draw=_draw,
 )

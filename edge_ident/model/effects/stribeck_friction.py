@@ -53,6 +53,7 @@ EFFECT: Final = StribeckFriction(
         experiment="slow speeds held for long, both ways: --motion staircase",
         grid=_grid,
         discrepancy=0.05,
+        shares_friction=True,
     ),
     draw=_draw,
     compensation=Compensation(

@@ -57,6 +57,7 @@ EFFECT: Final = WarmUp(
         grid=_grid,
         discrepancy=0.1,
         open_ended=("time_constant",),
+        shares_friction=True,
     ),
     draw=_draw,
 )

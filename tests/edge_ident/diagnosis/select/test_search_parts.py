@@ -127,7 +127,7 @@ def test_a_spring_that_looks_like_negative_inertia_is_named() -> None:
 
 def test_an_external_vibration_is_reported_and_is_no_cause() -> None:
     t, x, v, a = swing()
-    effort = rigid(v, a) + 0.1 * np.sin(2.0 * np.pi * 1.73 * t + 0.4)
+    effort = rigid(v, a) + 0.1 * np.sin(2.0 * np.pi * 2.13 * t + 0.4)
     axis = diagnose([recorded(t, x, effort, noise=0.02)]).axes["x"]
     assert axis.verdict is Verdict.UNEXPLAINED
     assert axis.causes == ()
