@@ -93,10 +93,10 @@ FOUND_AGAIN: Final = Threshold(
     "docs/diagnosis_reference.md, the rules on real axes",
 )
 NEGATIVE: Final = Threshold(
-    1.64,
+    2.0,
     "standard deviations",
     "Inertia or friction below zero by more than this is unphysical: no cause is named beside it.",
-    "The usual level of significance of 5 %, one-sided. Doubt is enough to name nothing.",
+    "The usual level of significance of 2.5 %, one-sided: doubt is enough to name nothing.",
     "`test_judgement.py`: the law of a speed loop is no machine",
 )
 TRADED: Final = Threshold(
