@@ -1,7 +1,7 @@
 """The front door: diagnose recordings of one machine."""
 
 from collections.abc import Callable, Collection, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Final
 
@@ -36,6 +36,7 @@ from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.select.stability import RUNS
 from edge_ident.diagnosis.select.testability import not_testable
 from edge_ident.diagnosis.select.wide_band_causes import (
+    larger_orders,
     with_band_content,
     with_ripples,
     without_names,
@@ -197,6 +198,10 @@ def _diagnose_axis(
     checks = findings(recordings, name, data, start, selected.supported.model)
     blocked = next((check.message for check in checks if check.blocks), None)
     judged = judge(search, start, selected.supported, floor, rules, blocked, on_run)
+    content, doubtful = larger_orders(content, judged.rest)
+    if doubtful:
+        known = with_ripples(template, content, rules.tolerance)
+        judged = _without_orders(data, judged, known, doubtful)
     carried = Judged(judged.supported.without_vibrations(data))
     if validate is not None:
         other = _prepared([validate], name, carried.supported.model.axis)
@@ -205,6 +210,16 @@ def _diagnose_axis(
     outcome = _Outcome(data, selected, base, floor, checks, judged, carried)
     found = _axis_diagnosis(outcome, known, recordings)
     return with_band_content(found, content, template, rules.tolerance), carried.validation
+
+
+def _without_orders(
+    data: AxisData, judged: Judgement, axis: AxisModel, doubtful: tuple[Cause, ...]
+) -> Judgement:
+    """The judgement with the model fitted again, on an axis that lacks the doubtful orders."""
+    model = judged.supported.model
+    supported = replace(judged.supported, model=fit(data, axis, model.base, model.terms))
+    suspected = strongest_first((*judged.suspected, *doubtful))
+    return replace(judged, supported=supported, suspected=suspected)
 
 
 def _axis_diagnosis(

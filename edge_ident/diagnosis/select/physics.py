@@ -15,13 +15,14 @@ from edge_ident.estimation.covariance import coloured_std
 from edge_ident.estimation.least_squares import unit_length
 from edge_ident.model.effects import named
 from edge_ident.model.model import PARAMETERS
+from edge_ident.signals.metrics import rms
 
 Array = NDArray[np.float64]
 
 _FRICTION: Final = ("viscous_friction", "coulomb_friction")
 
 
-def unphysical(data: AxisData, model: FittedModel) -> str | None:
+def unphysical(data: AxisData, model: FittedModel, tolerance: float) -> str | None:
     """What is unphysical about the unbounded optimum of a model, in words; None where nothing is.
 
     Parameters
@@ -29,6 +30,8 @@ def unphysical(data: AxisData, model: FittedModel) -> str | None:
     data : AxisData
     model : FittedModel
         Its nonlinear parameters stay as they are.
+    tolerance : float
+        Rms of an effort that is not worth naming.
     """
     jacobian = jacobian_of(data, model)[data.valid]
     optimum = model.unbounded
@@ -37,8 +40,10 @@ def unphysical(data: AxisData, model: FittedModel) -> str | None:
     residual = (data.effort - model.predicted)[data.valid] - jacobian @ step
     deviations = coloured_std(unit, residual) / length
     shared = any(named(effect).search.shares_friction for effect in model.effects)
-    for name, value, std in zip(PARAMETERS[:3], optimum, deviations, strict=False):
-        if value < -NEGATIVE.value * std and not (shared and name in _FRICTION):
+    sizes = np.abs(optimum) * [rms(column) for column in jacobian.T]
+    for name, value, std, size in zip(PARAMETERS[:3], optimum, deviations, sizes, strict=False):
+        certain = value < -NEGATIVE.value * std and size > tolerance
+        if certain and not (shared and name in _FRICTION):
             return (
                 f"with it the best fit has a negative {name.replace('_', ' ')}, "
                 f"{value:.3g} ± {std:.2g}, which no machine has"

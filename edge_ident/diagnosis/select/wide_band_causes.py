@@ -10,6 +10,7 @@ import numpy as np
 from edge_ident.diagnosis.fit.wide_band import BandContent, Sinusoid
 from edge_ident.diagnosis.measures import SpectralLine
 from edge_ident.diagnosis.result import Alternative, AxisDiagnosis, Cause, Verdict
+from edge_ident.diagnosis.select.acceptance import larger_than_rest
 from edge_ident.diagnosis.select.thresholds import SAME_ORDER
 from edge_ident.model.effects import named
 from edge_ident.model.model import AxisModel, Term
@@ -27,6 +28,24 @@ def with_ripples(axis: AxisModel, content: BandContent, tolerance: float) -> Axi
     """
     terms = tuple(_term(s) for s in _new(axis.terms, content) if s.share >= tolerance)
     return replace(axis, terms=(*axis.terms, *terms)) if terms else axis
+
+
+def larger_orders(content: BandContent, rest: float) -> tuple[BandContent, tuple[Cause, ...]]:
+    """The content without orders that are smaller than what is left unexplained, and these.
+
+    Parameters
+    ----------
+    rest : float
+        Rms of what the extended model leaves beyond noise, over that of the effort.
+    """
+    decided = [(order, larger_than_rest(order.share, rest)) for order in content.orders]
+    kept = tuple(order for order, decision in decided if decision.accepted)
+    suspected = tuple(
+        replace(_cause(order), decision=decision.reason)
+        for order, decision in decided
+        if not decision.accepted
+    )
+    return replace(content, orders=kept), suspected
 
 
 def with_band_content(

@@ -1,0 +1,75 @@
+"""What a selected model and its parts are measured by."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Self
+
+import numpy as np
+
+from edge_ident.diagnosis.fit.fitting import FittedModel
+from edge_ident.diagnosis.fit.noise_floor import NoiseFloor
+from edge_ident.diagnosis.fit.summary import nonzero_rms
+from edge_ident.diagnosis.select.acceptance import beyond, noise_limit, structure_left
+from edge_ident.diagnosis.select.own_effort import Array, base_space, own_efforts
+from edge_ident.diagnosis.select.search import Search
+from edge_ident.signals.metrics import rms
+
+
+@dataclass(frozen=True)
+class Assessment:
+    """The selected model, and what its parts are measured by; all rms over the valid samples."""
+
+    search: Search
+    start: FittedModel
+    model: FittedModel
+    space: Array
+    noise: float
+    scale: float
+    tolerance: float
+    cache: dict[tuple[int, ...], FittedModel] = field(default_factory=dict, compare=False)
+
+    @classmethod
+    def of(
+        cls,
+        search: Search,
+        start: FittedModel,
+        model: FittedModel,
+        floor: NoiseFloor,
+        tolerance: float,
+    ) -> Self:
+        scale = nonzero_rms(search.data.effort[search.data.valid])
+        space = base_space(search.data, start)
+        noise = noise_limit(floor.rms, floor.uncertainty)
+        return cls(search, start, model, space, noise, scale, tolerance * scale)
+
+    def fitted(self, kept: Sequence[int]) -> FittedModel:
+        """The model with a part of its terms, fitted again with their nonlinear parameters.
+
+        What left may have bent them.
+        """
+        if len(kept) == len(self.model.terms):
+            return self.model
+        key = tuple(kept)
+        if key not in self.cache:
+            terms = tuple(self.model.terms[k] for k in kept)
+            self.cache[key] = self.search.polished(self.search.fit(self.start.base, terms))
+        return self.cache[key]
+
+    def left(self, model: FittedModel) -> float:
+        """Rms of a model's residual."""
+        return float(np.sqrt(model.error / np.count_nonzero(self.search.data.valid)))
+
+    def shares(self, model: FittedModel) -> list[float]:
+        """Rms of each term's own effort over the rms of the measured effort."""
+        efforts = own_efforts(self.search.data, model, self.space)
+        return [rms(effort) / self.scale for effort in efforts]
+
+    def rest(self, model: FittedModel) -> float:
+        """Share of the effort that a model leaves beyond noise."""
+        return beyond(self.left(model), self.noise) / self.scale
+
+    def structure(self, model: FittedModel) -> bool:
+        """Whether a model leaves more than noise, discrepancy and tolerance allow."""
+        samples = np.count_nonzero(self.search.data.valid)
+        discrepancy = float(np.sqrt(self.search.criterion.discrepancy(model) / samples))
+        return structure_left(self.left(model), self.noise, discrepancy, self.tolerance)
