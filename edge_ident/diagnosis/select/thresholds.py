@@ -192,6 +192,13 @@ STRUCTURE: Final = Threshold(
     "`test_hidden_effects.py`: unknown disturbances are unexplained, sound drives adequate; "
     "sensitivity: 0.84 calls two sound axes unexplained, 1.68 changes nothing",
 )
+LARGEST_DISCREPANCY: Final = Threshold(
+    0.05,
+    "share of the effort's rms",
+    "What the formulas of a model may be off explains no more of its residual than this.",
+    "A twentieth of the effort moves gains (`estimation.trust`): to leave more is to explain less.",
+    "`test_judgement.py`: a rest of a fifth of the effort is unexplained",
+)
 
 # What follows bounds the effort of the search: what is tried, not what is accepted.
 BEAM_WIDTH: Final = Threshold(
