@@ -102,8 +102,8 @@ NEGATIVE: Final = Threshold(
 TRADED: Final = Threshold(
     1.02,
     "residual of the base model",
-    "Without its external vibrations a model leaves no more than this, or they trade places with "
-    "its parameters and are refused.",
+    "Without its external vibrations, or with an order from above the band, a model leaves no more "
+    "than this. Otherwise they trade places with its parameters and are refused.",
     "The base model is the best without them; a machine that they act on is described nearly as "
     "well by the parameters that were fitted beside them.",
     "`test_search_parts.py`: an external vibration is reported; on a pendulum that is driven by "
