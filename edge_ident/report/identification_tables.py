@@ -37,8 +37,8 @@ def _axis(name: str, axis: AxisIdentification) -> Iterator[RenderableType]:
     way = "late" if axis.timing.shift_samples >= 0.0 else "early"
     yield Text(
         f"  the effort is {way} by {abs(axis.timing.shift_samples):.2f} ± "
-        f"{axis.timing.std_samples:.2f} samples ({1e3 * abs(axis.timing.shift_s):.3g} ms), which is "
-        "taken into account"
+        f"{axis.timing.std_samples:.2f} samples ({1e3 * abs(axis.timing.shift_s):.3g} ms), "
+        "which is taken into account"
     )
     if axis.compensated_effects:
         yield Text(f"  compensated effects: {', '.join(axis.compensated_effects)}")
