@@ -166,7 +166,8 @@ def _lag(pole: Complex, load: Array, velocity: Array, most: Array, period_s: flo
     # the real part of a product with it: what stops the load
     stopped = (1.0 - 1j * lean) / mobility
     wanted = np.moveaxis(velocity[..., 1:] / mobility[..., None], -1, 0)
-    for after, target in zip(result[1:], np.ascontiguousarray(wanted), strict=True):
+    rows = result[1:, None] if result.ndim == 1 else result[1:]  # a row is written in place
+    for after, target in zip(rows, np.ascontiguousarray(wanted), strict=True):
         after += decay * u
         stopping = target - (stopped * after).real
         after += response * np.minimum(np.maximum(stopping, -most), most)
