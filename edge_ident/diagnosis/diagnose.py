@@ -37,6 +37,7 @@ from edge_ident.diagnosis.select.stability import RUNS
 from edge_ident.diagnosis.select.testability import not_testable
 from edge_ident.diagnosis.select.wide_band_causes import (
     larger_orders,
+    orders_in_step,
     with_band_content,
     with_ripples,
     without_names,
@@ -191,6 +192,7 @@ def _diagnose_axis(
     content = above_band(recordings, name, data)
     if contradicted(recordings, name):
         content = without_names(content)
+    content, out_of_step = orders_in_step(data, template, content, rules.tolerance)
     known = with_ripples(template, content, rules.tolerance)
     data, selected = _selected(data, known)
     search, start = selected.search, selected.start
@@ -198,15 +200,14 @@ def _diagnose_axis(
     checks = findings(recordings, name, data, start, selected.supported.model)
     blocked = next((check.message for check in checks if check.blocks), None)
     judged = judge(search, start, selected.supported, floor, rules, blocked, on_run)
-    content, doubtful = larger_orders(content, judged.rest)
-    if doubtful:
-        known = with_ripples(template, content, rules.tolerance)
-        judged = _without_orders(data, judged, known, doubtful)
+    content, smaller = larger_orders(content, judged.rest)
+    known = with_ripples(template, content, rules.tolerance)
+    judged = _without_orders(data, judged, known, (*out_of_step, *smaller))
     carried = Judged(judged.supported.without_vibrations(data))
     if validate is not None:
         other = _prepared([validate], name, carried.supported.model.axis)
         carried = judge_elsewhere(data, other, start, carried.supported, rules.tolerance)
-    base = start if known is template else fit(data, template, _START, ())
+    base = start if search.template is template else fit(data, template, _START, ())
     outcome = _Outcome(data, selected, base, floor, checks, judged, carried)
     found = _axis_diagnosis(outcome, known, recordings)
     return with_band_content(found, content, template, rules.tolerance), carried.validation
@@ -216,6 +217,8 @@ def _without_orders(
     data: AxisData, judged: Judgement, axis: AxisModel, doubtful: tuple[Cause, ...]
 ) -> Judgement:
     """The judgement with the model fitted again, on an axis that lacks the doubtful orders."""
+    if not doubtful:
+        return judged
     model = judged.supported.model
     supported = replace(judged.supported, model=fit(data, axis, model.base, model.terms))
     suspected = strongest_first((*judged.suspected, *doubtful))

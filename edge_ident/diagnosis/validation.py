@@ -127,7 +127,7 @@ def _structure_left(
     )
     limit = noise_limit(floor.rms, floor.uncertainty)
     scale = nonzero_rms(data.effort[data.valid])
-    return structure_left(left, limit, discrepancy, tolerance * scale)
+    return structure_left(left, limit, discrepancy, tolerance * scale, scale)
 
 
 @dataclass(frozen=True)

@@ -75,9 +75,10 @@ class Adequacy:
                 f"{self.noise_ratio:.1f} times the noise"
             )
         if self.spread:
+            names = ", ".join(name.replace("_", " ") for name in self.spread)
             parts.append(
-                f"{' and '.join(name.replace('_', ' ') for name in self.spread)} "
-                f"moves by up to {self.largest_move:.1%} where a part of the motion is left out"
+                f"where a part of the motion is left out, the estimates of {names} move by up to "
+                f"{self.largest_move:.1%}"
             )
         return "; ".join(parts) or "what the base model leaves is noise"
 

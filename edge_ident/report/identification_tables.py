@@ -34,9 +34,11 @@ def _axis(name: str, axis: AxisIdentification) -> Iterator[RenderableType]:
         f"fit {axis.metric.fit:.3f}, time-spectral {axis.metric.time_spectral:.4f}"
     )
     yield Text(f"  {axis.adequacy.reason}")
+    way = "late" if axis.timing.shift_samples >= 0.0 else "early"
     yield Text(
-        f"  effort late by {axis.timing.shift_samples:.2f} ± {axis.timing.std_samples:.2f} "
-        f"samples ({1e3 * axis.timing.shift_s:.3g} ms), which is taken into account"
+        f"  the effort is {way} by {abs(axis.timing.shift_samples):.2f} ± "
+        f"{axis.timing.std_samples:.2f} samples ({1e3 * abs(axis.timing.shift_s):.3g} ms), "
+        "which is taken into account"
     )
     if axis.compensated_effects:
         yield Text(f"  compensated effects: {', '.join(axis.compensated_effects)}")

@@ -18,6 +18,7 @@ from edge_ident.diagnosis.select.thresholds import (
     DECISIVE,
     FOUND_AGAIN,
     KEPT_TERM,
+    LARGEST_DISCREPANCY,
     NONZERO,
     STRUCTURE,
     SUPPORTED,
@@ -169,14 +170,17 @@ def beyond(residual: float, limit: float) -> float:
     return float(np.sqrt(max(residual**2 - limit**2, 0.0)))
 
 
-def structure_left(residual: float, limit: float, discrepancy: float, tolerance: float) -> bool:
+def structure_left(
+    residual: float, limit: float, discrepancy: float, tolerance: float, effort: float
+) -> bool:
     """Whether a residual has structure that noise and model discrepancy do not explain.
 
     Parameters
     ----------
-    residual, limit, discrepancy, tolerance : float
+    residual, limit, discrepancy, tolerance, effort : float
         Rms over the valid samples: of the residual, of noise (`noise_limit`), of what the formulas
-        may be off, and of what is not worth naming.
+        may be off, of what is not worth naming, and of the measured effort.
     """
+    discrepancy = min(discrepancy, LARGEST_DISCREPANCY.value * effort)
     allowed = float(np.linalg.norm([limit, discrepancy, tolerance]))
     return residual > allowed

@@ -72,4 +72,5 @@ class Assessment:
         """Whether a model leaves more than noise, discrepancy and tolerance allow."""
         samples = np.count_nonzero(self.search.data.valid)
         discrepancy = float(np.sqrt(self.search.criterion.discrepancy(model) / samples))
-        return structure_left(self.left(model), self.noise, discrepancy, self.tolerance)
+        left = self.left(model)
+        return structure_left(left, self.noise, discrepancy, self.tolerance, self.scale)

@@ -33,6 +33,8 @@ def unphysical(data: AxisData, model: FittedModel, tolerance: float) -> str | No
     tolerance : float
         Rms of an effort that is not worth naming.
     """
+    if model.base[0] <= 0.0:
+        return "with it the best fit has no inertia, which no machine has"
     jacobian = jacobian_of(data, model)[data.valid]
     optimum = model.unbounded
     step = optimum - model.linear_parameters

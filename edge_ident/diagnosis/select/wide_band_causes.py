@@ -7,15 +7,18 @@ from typing import Final
 
 import numpy as np
 
+from edge_ident.diagnosis.fit.fitting import fit
 from edge_ident.diagnosis.fit.wide_band import BandContent, Sinusoid
 from edge_ident.diagnosis.measures import SpectralLine
+from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.result import Alternative, AxisDiagnosis, Cause, Verdict
 from edge_ident.diagnosis.select.acceptance import larger_than_rest
-from edge_ident.diagnosis.select.thresholds import SAME_ORDER
+from edge_ident.diagnosis.select.thresholds import SAME_ORDER, TRADED
 from edge_ident.model.effects import named
-from edge_ident.model.model import AxisModel, Term
+from edge_ident.model.model import PARAMETERS, AxisModel, Term
 
 _RIPPLE: Final = "torque_ripple"
+_WORSE: Final = "found above the band; with it the residual inside the band is larger than without"
 
 
 def with_ripples(axis: AxisModel, content: BandContent, tolerance: float) -> AxisModel:
@@ -28,6 +31,33 @@ def with_ripples(axis: AxisModel, content: BandContent, tolerance: float) -> Axi
     """
     terms = tuple(_term(s) for s in _new(axis.terms, content) if s.share >= tolerance)
     return replace(axis, terms=(*axis.terms, *terms)) if terms else axis
+
+
+def orders_in_step(
+    data: AxisData, axis: AxisModel, content: BandContent, tolerance: float
+) -> tuple[BandContent, tuple[Cause, ...]]:
+    """The content without orders that contradict the band of the comparison, and these.
+
+    What an order still does inside the band has to describe the effort there no worse. Otherwise
+    its phase, or the inertia that it was measured beside, is not right.
+
+    Parameters
+    ----------
+    axis : AxisModel
+        With the effects that the axis is known to have.
+    tolerance : float
+        Smallest rms that is worth naming, over that of the effort.
+    """
+    start = np.zeros(len(PARAMETERS))
+    limit = TRADED.value**2 * fit(data, axis, start, ()).error
+    kept, suspected = [], []
+    for order in content.orders:
+        beside = replace(axis, terms=(*axis.terms, _term(order)))
+        if order.share >= tolerance and fit(data, beside, start, ()).error > limit:
+            suspected.append(replace(_cause(order), decision=_WORSE))
+        else:
+            kept.append(order)
+    return replace(content, orders=tuple(kept)), tuple(suspected)
 
 
 def larger_orders(content: BandContent, rest: float) -> tuple[BandContent, tuple[Cause, ...]]:

@@ -5,9 +5,13 @@ import pytest
 
 from edge_ident.diagnosis.diagnose import diagnose
 from edge_ident.diagnosis.fit.fitting import fit
+from edge_ident.diagnosis.fit.noise_floor import NoiseFloor
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Verdict
+from edge_ident.diagnosis.select.assessment import Assessment
+from edge_ident.diagnosis.select.criterion import Criterion
 from edge_ident.diagnosis.select.physics import unphysical
+from edge_ident.diagnosis.select.search import Search
 from edge_ident.model.model import BASE
 from tests.edge_ident.diagnosis.select.test_search_parts import TEMPLATE, recorded, rigid, swing
 
@@ -80,3 +84,17 @@ def test_a_supported_cause_says_why() -> None:
     share = float(np.sqrt(np.mean((0.1 * RIPPLE) ** 2) / np.mean(axis.traces.effort**2)))
     assert cause.share == pytest.approx(share, rel=0.1)
     assert "of 5 runs" not in found(rigid(v, a) + 0.1 * RIPPLE, stability=False).causes[0].decision
+
+
+def test_a_rest_of_a_fifth_of_the_effort_is_unexplained_however_rough_the_formulas_are(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    t, x, v, a = MOTION
+    wave = np.sin(2.0 * np.pi * 0.517 * t)
+    data = prepare_axis([recorded(t, x, 0.5 * a + v + wave, noise=0.02)], "x")
+    start = fit(data, TEMPLATE, np.zeros(4), ())
+    floor = NoiseFloor(0.02, 0.05, "known")
+    assessed = Assessment.of(Search.of(data, TEMPLATE, start), start, start, floor, 0.01)
+    monkeypatch.setattr(Criterion, "discrepancy", lambda *_: 10.0 * start.error)
+    assert assessed.rest(start) > 0.1
+    assert assessed.structure(start)
