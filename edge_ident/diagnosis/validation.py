@@ -28,7 +28,7 @@ from edge_ident.diagnosis.fit.summary import nonzero_rms
 from edge_ident.diagnosis.measures import CarriedCause, Validation
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.result import Cause, Verdict
-from edge_ident.diagnosis.select.acceptance import noise_limit, structure_left
+from edge_ident.diagnosis.select.acceptance import structure_left
 from edge_ident.diagnosis.select.backward_elimination import SupportedModel
 from edge_ident.diagnosis.select.causes import causes, strongest_first
 from edge_ident.diagnosis.select.own_effort import base_space, own_shares
@@ -125,9 +125,8 @@ def _structure_left(
     left, discrepancy = (
         float(np.sqrt(square / samples)) for square in (model.error, model_discrepancy(data, model))
     )
-    limit = noise_limit(floor.rms, floor.uncertainty)
     scale = nonzero_rms(data.effort[data.valid])
-    return structure_left(left, limit, discrepancy, tolerance * scale, scale)
+    return structure_left(left, floor.rms, floor.uncertainty, discrepancy, tolerance * scale, scale)
 
 
 @dataclass(frozen=True)

@@ -171,16 +171,23 @@ def beyond(residual: float, limit: float) -> float:
 
 
 def structure_left(
-    residual: float, limit: float, discrepancy: float, tolerance: float, effort: float
+    residual: float,
+    floor: float,
+    uncertainty: float,
+    discrepancy: float,
+    tolerance: float,
+    effort: float,
 ) -> bool:
-    """Whether a residual has structure that noise and model discrepancy do not explain.
+    """Whether a residual holds more than noise and model discrepancy, and more than is tolerated.
 
     Parameters
     ----------
-    residual, limit, discrepancy, tolerance, effort : float
-        Rms over the valid samples: of the residual, of noise (`noise_limit`), of what the formulas
-        may be off, of what is not worth naming, and of the measured effort.
+    residual, floor, discrepancy, tolerance, effort : float
+        Rms over the valid samples: of the residual, of noise, of what the formulas may be off, of
+        what is not worth naming, and of the measured effort.
+    uncertainty : float
+        Relative standard deviation of the floor.
     """
     discrepancy = min(discrepancy, LARGEST_DISCREPANCY.value * effort)
-    allowed = float(np.linalg.norm([limit, discrepancy, tolerance]))
-    return residual > allowed
+    uncertain = float(np.hypot(noise_limit(floor, uncertainty), discrepancy))
+    return residual > max(uncertain, float(np.hypot(floor, tolerance)))

@@ -23,7 +23,7 @@ class Assessment:
     start: FittedModel
     model: FittedModel
     space: Array
-    noise: float
+    floor: NoiseFloor
     scale: float
     tolerance: float
     cache: dict[tuple[int, ...], FittedModel] = field(default_factory=dict, compare=False)
@@ -39,8 +39,7 @@ class Assessment:
     ) -> Self:
         scale = nonzero_rms(search.data.effort[search.data.valid])
         space = base_space(search.data, start)
-        noise = noise_limit(floor.rms, floor.uncertainty)
-        return cls(search, start, model, space, noise, scale, tolerance * scale)
+        return cls(search, start, model, space, floor, scale, tolerance * scale)
 
     def fitted(self, kept: Sequence[int]) -> FittedModel:
         """The model with a part of its terms, fitted again with their nonlinear parameters.
@@ -66,11 +65,15 @@ class Assessment:
 
     def rest(self, model: FittedModel) -> float:
         """Share of the effort that a model leaves beyond noise."""
-        return beyond(self.left(model), self.noise) / self.scale
+        noise = noise_limit(self.floor.rms, self.floor.uncertainty)
+        return beyond(self.left(model), noise) / self.scale
 
     def structure(self, model: FittedModel) -> bool:
         """Whether a model leaves more than noise, discrepancy and tolerance allow."""
         samples = np.count_nonzero(self.search.data.valid)
         discrepancy = float(np.sqrt(self.search.criterion.discrepancy(model) / samples))
         left = self.left(model)
-        return structure_left(left, self.noise, discrepancy, self.tolerance, self.scale)
+        floor = self.floor
+        return structure_left(
+            left, floor.rms, floor.uncertainty, discrepancy, self.tolerance, self.scale
+        )

@@ -91,14 +91,16 @@ def test_an_essential_parameter_near_zero_refuses_a_cause() -> None:
     assert decision.reason == "inertia lies within 3 standard deviations of zero"
 
 
-def test_structure_begins_above_noise_discrepancy_and_tolerance() -> None:
+def test_structure_begins_above_noise_with_discrepancy_and_above_noise_with_tolerance() -> None:
     assert noise_limit(1.0, 0.0) == pytest.approx(1.2)
     assert noise_limit(1.0, 0.1) == pytest.approx(1.44), "twice the floor's uncertainty"
-    assert not structure_left(1.2, 1.2, 0.0, 0.0, 100.0)
-    assert structure_left(1.21, 1.2, 0.0, 0.0, 100.0)
-    assert not structure_left(1.55, 1.2, 1.0, 0.0, 100.0)
-    assert not structure_left(1.55, 1.2, 0.0, 1.0, 100.0)
-    assert structure_left(1.6, 1.2, 0.0, 1.0, 100.0)
+    assert not structure_left(1.2, 1.0, 0.0, 0.0, 0.0, 100.0)
+    assert structure_left(1.21, 1.0, 0.0, 0.0, 0.0, 100.0)
+    assert not structure_left(1.55, 1.0, 0.0, 1.0, 0.0, 100.0)
+    assert structure_left(1.57, 1.0, 0.0, 1.0, 0.0, 100.0)
+    assert not structure_left(1.41, 1.0, 0.0, 0.0, 1.0, 100.0)
+    assert structure_left(1.42, 1.0, 0.0, 0.0, 1.0, 100.0)
+    assert structure_left(6.0, 1.0, 0.0, 50.0, 0.0, 100.0), "of rough formulas a twentieth counts"
 
 
 def test_a_cause_is_larger_than_what_noise_does_not_explain_of_the_rest() -> None:
