@@ -68,6 +68,28 @@ def test_the_ball_screw_has_the_same_causes_with_a_little_noise(
     assert found_on(diagnose([changed]).axes["q"]) == found_on(diagnosed_ball_screw)
 
 
+@pytest.mark.parametrize("first", [0, 1])
+def test_the_ball_screw_has_the_same_causes_with_every_second_sample_left_out(
+    ball_screw: Recording, diagnosed_ball_screw: AxisDiagnosis, first: int
+) -> None:
+    """Beside the base model alone, friction that bends takes 0.5 ms off the shift."""
+    axis = ball_screw.axes["q"]
+    kept = slice(first, None, 2)
+    thinned = replace(axis, position=axis.position[kept], effort=axis.effort[kept], reference=None)
+    half = replace(ball_screw, time_s=ball_screw.time_s[kept], axes={"q": thinned})
+    found = [diagnosed_ball_screw, diagnose([half]).axes["q"]]
+    assert found_on(found[0]) == found_on(found[1])
+    assert found[1].timing.shift_s == pytest.approx(found[0].timing.shift_s, abs=2e-4)
+    exponents = [
+        c.term.values["exponent"]
+        for axis in found
+        for c in axis.causes
+        if c.term.effect == "nonlinear_viscous"
+    ]
+    assert len(exponents) == 2
+    assert exponents[0] == pytest.approx(exponents[1], abs=0.1)
+
+
 def test_the_motor_has_cogging_of_72_periods_a_turn_and_ripple_of_12_and_18(
     measured_data: MeasuredData,
 ) -> None:
