@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from edge_ident.errors import ModelError
 from edge_ident.model.effects import named
@@ -14,6 +14,11 @@ from edge_ident.model.model import AxisModel, Model, SourceFile, Term
 from edge_ident.model.model_reading import SCHEMA, model_of, unit_of
 from edge_ident.model.supported_range import QUANTITIES
 from edge_ident.support.json_text import finite, write_json
+
+_UNDERFLOW: Final = 1e-100
+"""No deviation is as small: what is left of a parameter that a bound holds."""
+_UNSEEN: Final = 1e6
+"""Deviation over value from which a recording says nothing about a parameter."""
 
 
 def save_model(model: Model, path: str | Path) -> None:
@@ -84,12 +89,21 @@ def values_document(term: Term, axis: AxisModel) -> dict[str, Any]:
     return {
         parameter.name: {
             "value": float(term.values[parameter.name]),
-            "std": finite(term.std.get(parameter.name, math.inf)),
+            "std": _meaningful(term, parameter.name),
             "unit": unit_of(parameter, axis.position_unit, axis.effort_unit),
         }
         for parameter in named(term.effect).parameters
         if parameter.name in term.values
     }
+
+
+def _meaningful(term: Term, name: str) -> float | None:
+    """Standard deviation of a parameter, None where there is none or where it is rounding alone: of
+    a parameter at its bound, or of one that the recording does not show."""
+    std, value = float(term.std.get(name, math.inf)), float(term.values[name])
+    underflown = 0.0 < std < _UNDERFLOW
+    unseen = std > _UNSEEN * (abs(value) or 1.0)
+    return None if underflown or unseen else finite(std)
 
 
 def sourced_model(model: Model, files: Sequence[str | Path], known: Model | None = None) -> Model:

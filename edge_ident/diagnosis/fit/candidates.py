@@ -82,6 +82,12 @@ def adds(candidate: Candidate) -> bool:
     return effect.additive or (effect.overrides("withheld") and not candidate.form.linear)
 
 
+def effort_adds(name: str) -> bool:
+    """Whether the effort of an effect with given values adds to that of all others."""
+    effect = named(name)
+    return effect.additive or effect.overrides("withheld")
+
+
 def cached_regressors(
     data: AxisData, axis: AxisModel, candidate: Candidate, nonlinear: Mapping[str, float]
 ) -> Array:
@@ -91,6 +97,15 @@ def cached_regressors(
     if key not in data.cache:
         base = replace(axis, terms=axis.terms[:1])
         data.cache[key] = regressors(data, base, candidate, nonlinear)[0]
+    return data.cache[key]
+
+
+def known_effort(data: AxisData, axis: AxisModel) -> Array:
+    """Effort (n,) of the effects that an axis is known to have, computed once for the data."""
+    known = axis.terms[1:]
+    key = tuple((t.effect, t.source_axis, *map(float, t.values.values())) for t in known)
+    if key not in data.cache:
+        data.cache[key] = data.predicted(replace(axis, terms=(_NOTHING, *known)))
     return data.cache[key]
 
 
@@ -115,9 +130,7 @@ def regressors(data: AxisData, axis: AxisModel, candidate: Candidate, nonlinear:
     result = np.empty((count, len(names), len(data.effort)))
     present: Array | float = 0.0
     # what the actuator withholds is read from the recorded effort, and changes no other term
-    if adds(candidate) and all(
-        named(t.effect).additive or named(t.effect).overrides("withheld") for t in axis.terms
-    ):
+    if adds(candidate) and all(effort_adds(t.effect) for t in axis.terms):
         axis = replace(axis, terms=(_NOTHING,))
     else:
         present = data.predicted(axis)

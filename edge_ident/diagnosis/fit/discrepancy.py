@@ -7,8 +7,8 @@ within the discrepancy is evidence neither for another cause nor between two mod
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.fit.candidates import regressors
-from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm
+from edge_ident.diagnosis.fit.candidates import cached_regressors, regressors
+from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm, additive
 from edge_ident.diagnosis.fit.projection import orthonormal
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.model.effects import named
@@ -42,5 +42,8 @@ def model_discrepancy(data: AxisData, fitted: FittedModel) -> float:
 
 def _nonlinear_contribution(data: AxisData, added: FittedTerm, fitted: FittedModel) -> Array:
     """Effort (n,) of a term without linear parameters, at the valid samples."""
-    rows = regressors(data, fitted.axis, added.candidate, added.nonlinear)
-    return np.asarray(rows[0, 0, data.valid])
+    if additive(fitted.template, fitted.terms):
+        rows = cached_regressors(data, fitted.template, added.candidate, added.nonlinear)
+    else:
+        rows = regressors(data, fitted.axis, added.candidate, added.nonlinear)[0]
+    return np.asarray(rows[0, data.valid])

@@ -8,7 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.fit.bounded import solve_within
-from edge_ident.diagnosis.fit.candidates import Candidate, adds, cached_regressors, term
+from edge_ident.diagnosis.fit.candidates import (
+    Candidate,
+    adds,
+    cached_regressors,
+    effort_adds,
+    known_effort,
+    term,
+)
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.model.effects import named
 from edge_ident.model.model import BASE, PARAMETERS, POSITIVE, AxisModel, Term
@@ -166,29 +173,10 @@ def fit(
     )
 
 
-def without_terms(data: AxisData, fitted: FittedModel, kept: Sequence[bool]) -> FittedModel:
-    """A fitted model with only some of its terms; all parameters stay as they are."""
-    terms = tuple(t for t, keep in zip(fitted.terms, kept, strict=True) if keep)
-    sizes = [fitted.base_columns.stop, *(len(t.linear) for t in fitted.terms)]
-    columns = np.repeat([True, *kept], sizes)
-    axis = build(fitted.template, fitted.base, terms)
-    predicted = data.predicted(axis) + data.timing_columns @ fitted.timing
-    residual = (data.effort - predicted)[data.valid]
-    return replace(
-        fitted,
-        axis=axis,
-        terms=terms,
-        predicted=predicted,
-        derivatives=fitted.derivatives[:, columns],
-        free=fitted.free[columns],
-        error=float(residual @ residual),
-        unbounded=fitted.unbounded[columns],
-    )
-
-
 def additive(template: AxisModel, terms: Sequence[FittedTerm]) -> bool:
-    """Whether the efforts of all terms add up."""
-    return len(template.terms) == 1 and all(adds(t.candidate) for t in terms)
+    """Whether the efforts of all terms add up, those that the axis is known to have included."""
+    known = all(effort_adds(t.effect) for t in template.terms[1:])
+    return known and all(adds(t.candidate) for t in terms)
 
 
 def delayed(axis: AxisModel) -> bool:
@@ -202,7 +190,10 @@ def _fit_additive(
     """Linear least squares on cached regressors, after terms without linear parameters."""
     jacobian = _additive_jacobian(data, template, terms)
     other = [t for t in terms if not t.linear]
-    fixed = sum(cached_regressors(data, template, t.candidate, t.nonlinear)[0] for t in other)
+    fixed = sum(
+        (cached_regressors(data, template, t.candidate, t.nonlinear)[0] for t in other),
+        known_effort(data, template),
+    )
     low, high = _bounds(data, template, terms)
     found = solve_within(jacobian[data.valid], (data.effort - fixed)[data.valid], low, high)
     base, timing, terms = _split(found.solution, np.zeros(len(data.segments)), terms)

@@ -1,4 +1,9 @@
-"""Timing of a recording: its effort in step with its motion, and what a further shift would do."""
+"""Timing of a recording: its effort in step with its motion, and what a further shift would do.
+
+A friction that bends leaves a rest that changes with the speed, and beside the base model alone a
+shift takes a part of it. So the shift that moves an effort is estimated beside any curve of
+friction over speed, for either direction.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -18,6 +23,11 @@ _MOST: Final = 0.5
 wrong model asks for a shift as well, and for a smaller share."""
 _STEPS: Final = 3
 """Of the estimation of a delay of many samples, whose effect is not linear."""
+_MOVES: Final = 2
+"""Of an effort into step; the first is right to first order."""
+_KNOTS: Final = 4
+"""Speeds that a curve of friction is straight between: at rest, the fastest, and with as many
+samples between each two. With 6 and 8 the shift changes by less than its deviation."""
 
 
 @dataclass(frozen=True)
@@ -47,9 +57,19 @@ def in_time(segments: Sequence[Segment], *, move: bool) -> Timed:
     shifts = tuple(_Signals.of(s).shift(s) for s in segments)
     late = any(map(_late, segments, shifts))
     if move and not late:
-        segments = [s.in_step(shift.shift_s) for s, shift in zip(segments, shifts, strict=True)]
+        segments = [_in_step(s) for s in segments]
     segments = tuple(replace(s, timing_column=_Signals.of(s).timing_column) for s in segments)
     return Timed(segments, late)
+
+
+def _in_step(segment: Segment) -> Segment:
+    """A recording that is moved into step."""
+    for _ in range(_MOVES):
+        further = _Signals.of(segment).beside_friction(segment).shift(segment)
+        whole_s = further.unlimited_s + segment.applied_s
+        whole = within_limits(whole_s, further.unlimited_std_s, segment.raw_period_s)
+        segment = segment.in_step(whole.shift_s)
+    return segment
 
 
 def whole_shift(segment: Segment, others: Array) -> Shift:
@@ -83,8 +103,8 @@ def _late(segment: Segment, shift: Shift) -> bool:
 
 @dataclass(frozen=True)
 class _Signals:
-    """Columns of the base model (n, 4) and the rates of their slow parts (n, 4); the effort and
-    the rate of its slow part (n,); and the samples that count (n,)."""
+    """Columns of the base model, and more, (n, P) and the rates of their slow parts (n, P); the
+    effort and the rate of its slow part (n,); and the samples that count (n,)."""
 
     columns: Array
     rates: Array
@@ -106,6 +126,17 @@ class _Signals:
             effort=segment.effort[segment.sample_index],
             effort_rate=segment.sampled(np.gradient(effort, segment.raw_period_s)),
             valid=segment.valid,
+        )
+
+    def beside_friction(self, segment: Segment) -> Self:
+        """The same with columns for what a curve of friction adds to the base model."""
+        curve = segment.filter @ _friction_curve(segment.motion.velocity)
+        at = self.valid
+        curve = curve - self.columns @ np.linalg.lstsq(self.columns[at], curve[at], rcond=None)[0]
+        return replace(
+            self,
+            columns=np.hstack([self.columns, curve]),
+            rates=np.hstack([self.rates, np.zeros_like(curve)]),
         )
 
     def shift(self, segment: Segment) -> Shift:
@@ -135,3 +166,11 @@ class _Signals:
     def timing_column(self) -> Array:
         """What a further shift adds to the effort of the base model, per s, (n,)."""
         return np.asarray(-self.rates @ np.maximum(self.parameters, 0.0))
+
+
+def _friction_curve(velocity: Array) -> Array:
+    """Columns (N, 2 K) that span the curves of friction over speed, by direction."""
+    speed = np.abs(velocity)
+    knots = np.quantile(speed, np.linspace(0.0, 1.0, _KNOTS))
+    hats = [np.interp(speed, knots, hat) for hat in np.eye(_KNOTS)]
+    return np.stack([hat * (velocity * way > 0.0) for hat in hats for way in (1, -1)], axis=1)

@@ -4,8 +4,10 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from edge_ident.diagnosis.fit.external_vibrations import VIBRATION
-from edge_ident.diagnosis.fit.fitting import FittedModel, without_terms
+from edge_ident.diagnosis.fit.fitting import FittedModel, build
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.result import Refused
 from edge_ident.diagnosis.select.acceptance import Decision
@@ -68,7 +70,27 @@ class SupportedModel:
 def without_vibrations(data: AxisData, model: FittedModel) -> FittedModel:
     """A model without external vibrations; parameters stay as they were fitted beside them."""
     own = [t.candidate != VIBRATION for t in model.terms]
-    return model if all(own) else without_terms(data, model, own)
+    return model if all(own) else _without_terms(data, model, own)
+
+
+def _without_terms(data: AxisData, fitted: FittedModel, kept: Sequence[bool]) -> FittedModel:
+    """A fitted model with only some of its terms; all parameters stay as they are."""
+    terms = tuple(t for t, keep in zip(fitted.terms, kept, strict=True) if keep)
+    sizes = [fitted.base_columns.stop, *(len(t.linear) for t in fitted.terms)]
+    columns = np.repeat([True, *kept], sizes)
+    axis = build(fitted.template, fitted.base, terms)
+    predicted = data.predicted(axis) + data.timing_columns @ fitted.timing
+    residual = (data.effort - predicted)[data.valid]
+    return replace(
+        fitted,
+        axis=axis,
+        terms=terms,
+        predicted=predicted,
+        derivatives=fitted.derivatives[:, columns],
+        free=fitted.free[columns],
+        error=float(residual @ residual),
+        unbounded=fitted.unbounded[columns],
+    )
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ orthogonal to the base model's columns is new. Shares, ranks and comparisons of 
 import numpy as np
 from numpy.typing import NDArray
 
+from edge_ident.diagnosis.fit.candidates import cached_regressors
 from edge_ident.diagnosis.fit.fitting import FittedModel, additive, jacobian_of
 from edge_ident.diagnosis.fit.projection import orthonormal
 from edge_ident.diagnosis.fit.summary import contributions, nonzero_rms
@@ -34,13 +35,20 @@ def own_efforts(data: AxisData, model: FittedModel, space: Array) -> Array:
         Of the base model's columns (`base_space`).
     """
     if additive(model.template, model.terms):
-        linear = model.linear_parameters
-        columns = [model.columns_of(k) for k in range(len(model.terms))]
-        parts = [model.jacobian[:, at] @ linear[at] for at in columns]
+        parts = [_effort(data, model, k) for k in range(len(model.terms))]
     else:
         parts = contributions(data, model)
     efforts = np.array(parts).reshape(len(parts), len(data.effort))[:, data.valid]
     return np.asarray(efforts - (efforts @ space) @ space.T)
+
+
+def _effort(data: AxisData, model: FittedModel, index: int) -> Array:
+    """Effort (n,) of one term of a model whose efforts add up."""
+    t, at = model.terms[index], model.columns_of(index)
+    if not t.linear:
+        rows = cached_regressors(data, model.template, t.candidate, t.nonlinear)
+        return np.asarray(rows[0])
+    return np.asarray(model.derivatives[:, at] @ model.linear_parameters[at])
 
 
 def own_shares(data: AxisData, model: FittedModel, space: Array) -> list[float]:

@@ -176,23 +176,23 @@ def _pushed(drive: Array, speed: Array, carried: Array, values: Values, step_s: 
     implicit = 1.0 + 0.5 * step_s * (damper + 0.5 * step_s * spring)
     spring, damper = spring / implicit, damper / implicit
     fading, weight = -np.expm1(-values["damping_rate"] * step_s) / step_s, values["weight"]
-    middle, moving = 0.5 * (drive[..., 1:] + drive[..., :-1]), np.diff(drive) / step_s
-    pushed = np.empty((*position.shape, drive.shape[-1]))
-    for k in range(moving.shape[-1]):
+    drive = np.moveaxis(drive, -1, 0)  # time first: a step reads and writes what lies together
+    middle, moving = 0.5 * (drive[1:] + drive[:-1]), np.diff(drive, axis=0) / step_s
+    pushed = np.empty((len(drive), *position.shape))
+    for push, between, quick in zip(pushed, middle, moving, strict=False):
         loss = -weight - fading * speed
         ahead = speed + 0.5 * step_s * loss
-        behind = middle[..., k] - position - 0.5 * step_s * ahead
+        behind = between - position - 0.5 * step_s * ahead
         depth = behind - np.minimum(np.maximum(behind, -half), half)
-        push = spring * depth + damper * (moving[..., k] - ahead)
-        push = np.where(push * depth > 0.0, push, 0.0)
+        np.add(spring * depth, damper * (quick - ahead), out=push)
+        push[push * depth <= 0.0] = 0.0
         free = speed + step_s * (loss + push)
-        free = free - np.minimum(np.maximum(free, -friction), friction)
+        free -= np.minimum(np.maximum(free, -friction), friction)
         position = position + 0.5 * step_s * (speed + free)
         speed = free
-        pushed[..., k] = push
-    pushed[..., -1] = pushed[..., -2]
-    pushed[..., 1:-1] = 0.5 * (pushed[..., :-2] + pushed[..., 1:-1])
-    return pushed
+    pushed[-1] = pushed[-2]
+    pushed[1:-1] = 0.5 * (pushed[:-2] + pushed[1:-1])
+    return np.moveaxis(pushed, 0, -1)
 
 
 def _contact(at: Motion, values: Values) -> Array:

@@ -156,17 +156,23 @@ def _lag(pole: Complex, load: Array, velocity: Array, most: Array, period_s: flo
     most = most[..., 0]
     start = load[..., 0] + most * np.sign(velocity[..., 0])
     u = np.asarray(-start / pole[..., 0])
-    result = np.empty((*u.shape, forcing.shape[-1] + 1), dtype=np.complex128)
-    result[..., 0] = u
+    # time first: each step then reads and writes what lies together
+    result = np.empty((forcing.shape[-1] + 1, *u.shape), dtype=np.complex128)
+    result[0] = u
+    result[1:] = np.moveaxis(forcing, -1, 0)
     decay, response = decay[..., 0], (rising + falling)[..., 0]
     lean = pole.real[..., 0] / pole.imag[..., 0]
     mobility = response.real + lean * response.imag
-    for k in range(forcing.shape[-1]):
-        u = decay * u + forcing[..., k]
-        stopping = (velocity[..., k + 1] - u.real - lean * u.imag) / mobility
-        u = u + response * np.minimum(np.maximum(stopping, -most), most)
-        result[..., k + 1] = u
-    return result
+    # the real part of a product with it: what stops the load
+    stopped = (1.0 - 1j * lean) / mobility
+    wanted = np.moveaxis(velocity[..., 1:] / mobility[..., None], -1, 0)
+    rows = result[1:, None] if result.ndim == 1 else result[1:]  # a row is written in place
+    for after, target in zip(rows, np.ascontiguousarray(wanted), strict=True):
+        after += decay * u
+        stopping = target - (stopped * after).real
+        after += response * np.minimum(np.maximum(stopping, -most), most)
+        u = after
+    return np.ascontiguousarray(np.moveaxis(result, 0, -1))
 
 
 EFFECT: Final = CouplingCompliance(
