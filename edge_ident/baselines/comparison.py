@@ -13,6 +13,7 @@ from edge_ident.errors import EdgeIdentError
 from edge_ident.estimation.network import Network
 from edge_ident.estimation.trust import Finding, check_estimate
 from edge_ident.model.model import Estimate
+from edge_ident.signals.data_checks import check_efforts
 from edge_ident.signals.metrics import Metric
 from edge_ident.signals.metrics import compare as measure
 from edge_ident.signals.recording import Recording
@@ -157,7 +158,7 @@ def compare(
     ValueError
         There is no such method.
     DataError
-        Hardly any sample shows an axis in motion.
+        Hardly any sample shows an axis in motion, or an effort never changes.
 
     Examples
     --------
@@ -170,6 +171,7 @@ def compare(
     for method in methods:
         if method not in known:
             raise ValueError(f"there is no {method}; choose from {', '.join(known)}")
+    check_efforts(recording)
     for name, axis in recording.axes.items():
         problem = pose(recording, name, network=network, tries=tries, seed=seed, note=on_note)
         rows = []

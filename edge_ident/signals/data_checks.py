@@ -104,7 +104,7 @@ def _check_increasing(source: str, time_s: Array, first_row: int) -> None:
         )
 
 
-def check_recording(recording: Recording, first_row: int = 0) -> None:
+def check_recording(recording: Recording) -> None:
     """Check every axis: an effort that changes, a motion, and an encoder that follows it.
 
     Raises
@@ -112,6 +112,18 @@ def check_recording(recording: Recording, first_row: int = 0) -> None:
     DataError
     """
     check_efforts(recording)
+    check_motions(recording)
+
+
+def check_motions(recording: Recording, first_row: int = 0) -> None:
+    """Check that every axis moves, and that its encoder follows it.
+
+    Of the effort only what is there is looked at: a motion to follow needs none.
+
+    Raises
+    ------
+    DataError
+    """
     for name, axis in recording.axes.items():
         _check_swapped(recording, name)
         where = f"{recording.source}, axis {name}, position"

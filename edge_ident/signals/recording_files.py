@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.errors import DataError
-from edge_ident.signals.data_checks import check_recording, check_table
+from edge_ident.signals.data_checks import check_motions, check_table
 from edge_ident.signals.recording import AxisRecord, Recording
 from edge_ident.support.atomic_files import atomic_write
 
@@ -52,6 +52,8 @@ class _Table:
 def load_recording(path: str | Path, rename: Mapping[str, str] | None = None) -> Recording:
     """Read and check a recording.
 
+    An effort that never changes is refused only where something has to follow from it.
+
     Parameters
     ----------
     path : str or Path
@@ -83,7 +85,7 @@ def load_recording(path: str | Path, rename: Mapping[str, str] | None = None) ->
     table = _renamed(_read_npz(path) if path.suffix == ".npz" else _read_csv(path), rename or {})
     check_table(table.source, table.columns, table.first_row)
     recording = _from_table(table)
-    check_recording(recording, table.first_row)
+    check_motions(recording, table.first_row)
     return recording
 
 

@@ -70,10 +70,16 @@ class ResidualSubspace:
     untimed: Self | None = None
 
     @classmethod
-    def of(cls, data: AxisData, fitted: FittedModel) -> Self:
-        """The residual subspace of a fitted model."""
+    def of(cls, data: AxisData, fitted: FittedModel, *, held: bool = False) -> Self:
+        """The residual subspace of a fitted model.
+
+        Parameters
+        ----------
+        held : bool, optional
+            Whether what a bound holds stays there.
+        """
         residual = (data.effort - fitted.predicted)[data.valid]
-        jacobian = _released(fitted)[data.valid]
+        jacobian = (fitted.jacobian if held else _released(fitted))[data.valid]
         untimed = None
         if data.late:
             shifted = (data.timing_columns @ fitted.timing)[data.valid]

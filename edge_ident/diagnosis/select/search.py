@@ -36,7 +36,7 @@ from edge_ident.diagnosis.select.criterion import Criterion
 from edge_ident.diagnosis.select.screening import physical, reliable
 from edge_ident.diagnosis.select.thresholds import MOST_REFINED, PROMISING, SLIGHTEST
 from edge_ident.model.effects import named
-from edge_ident.model.model import AxisModel
+from edge_ident.model.model import PARAMETERS, AxisModel
 from edge_ident.model.search import Excitation
 
 Array = NDArray[np.float64]
@@ -165,18 +165,21 @@ class Search:
         def value(scored: ScoredCandidate) -> float:
             return self.criterion.scored(scored, discrepancy)
 
-        coarse = sorted(self._coarse(subspace, without), key=value)
+        coarse = certain = self._coarse(subspace, without)
+        if not np.all(fitted.free[: len(PARAMETERS)]):
+            # without bounds a form may be best where no fit inside them follows
+            certain = self._coarse(ResidualSubspace.of(self.data, fitted, held=True), without)
+            coarse = [*coarse, *certain]
         before = self.criterion.misfit(fitted.error + discrepancy)
+        promising = PROMISING.value * (before - min(map(value, certain), default=before))
         found: list[ScoredCandidate] = []
-        for scored in coarse:
+        for scored in sorted(coarse, key=value):
             gained = before - value(scored)
-            if len(found) == MOST_REFINED.value:
-                break
-            if gained < PROMISING.value * (before - value(coarse[0])):
+            if len(found) == MOST_REFINED.value or gained < promising:
                 break
             if gained < SLIGHTEST.value - self.criterion.penalty(scored.candidate):
                 break
-            best = self._refined(subspace, scored)
+            best = self._within_bounds(fitted, self._refined(subspace, scored))
             if self._admissible(best.term, fitted, replica_jacobian):
                 found.append(best)
         return sorted(found, key=value)
@@ -205,6 +208,16 @@ class Search:
         if key not in self.cache:
             self.cache[key] = refined(subspace, scored, self.grids[scored.candidate])
         return self.cache[key]
+
+    def _within_bounds(self, fitted: FittedModel, scored: ScoredCandidate) -> ScoredCandidate:
+        """A candidate with the error that it leaves inside the bounds of the base parameters.
+
+        Scores are those without bounds. Where a bound holds a parameter of the model, a score may
+        be that of an inertia or a friction below zero, which no fit confirms.
+        """
+        if np.all(fitted.free[: len(PARAMETERS)]):
+            return scored
+        return replace(scored, error=self.fit(fitted.base, (*fitted.terms, scored.term)).error)
 
     def _admissible(self, term: FittedTerm, fitted: FittedModel, replica_jacobian: Array) -> bool:
         """Whether a candidate is physical, and more than encoder noise."""

@@ -12,13 +12,13 @@ from contextlib import contextmanager
 from pathlib import Path
 from threading import Event, Thread
 
+import numpy as np
 import pytest
 
 from edge_ident.commissioning import stopping
 from edge_ident.commissioning.port_notes import Holder, holder_of, noted
 from edge_ident.commissioning.stopping import stop_machine
 from edge_ident.errors import LinkError
-from edge_ident.signals.recording_files import load_recording
 from firmware_interface.board import Board
 from firmware_interface.connection import open_link
 from firmware_interface.registers import State
@@ -55,6 +55,7 @@ def running(device: str, folder: Path, *command: str) -> Iterator[subprocess.Pop
         process.communicate()
 
 
+@pytest.mark.real_time
 @pytest.mark.parametrize("command", ["run", "capture"])
 def test_stop_reaches_the_command_that_holds_the_port(command: str, tmp_path: Path) -> None:
     with (
@@ -73,7 +74,8 @@ def test_stop_reaches_the_command_that_holds_the_port(command: str, tmp_path: Pa
         assert f"process {process.pid} holds" in stopped.stderr
         assert process.wait(timeout=20) == 130
         for path in (tmp_path / "out").glob("*.npz"):
-            assert len(load_recording(path).time_s) > 0
+            # stopped soon after its start it may be too short for `load_recording`
+            assert len(np.load(path)["time_s"]) > 0
         assert holder_of(device) is None
 
 
