@@ -163,9 +163,15 @@ def _recorded_late(signals: Signals, part: NDArray[np.intp]) -> list[Finding]:
             f"motion: the model then misses {left[best]:.1%} of it, now {left[reach]:.1%}. The two "
             "columns were recorded by different clocks",
             f"shift the effort column by {-late_s:+.2g} s against time_s, or record both at once",
-            blocks=True,
+            blocks=not _at_one_frequency(signals),
         )
     ]
+
+
+def _at_one_frequency(signals: Signals) -> bool:
+    """Whether friction that lags, and an axis that winds up, can pass for a shift."""
+    velocity = signals.regressor[:, 1]
+    return strongest_line(velocity, signals.period_s, signals.cutoff_hz).share >= ONE_LINE
 
 
 def _reach_s(signals: Signals) -> float:

@@ -28,7 +28,7 @@ _BLOCKS: Final = 40
 """Blocks of time whose scatter tells the deviation: longer than the memory of a residual."""
 _COULOMB: Final = 2
 """Column of the direction of motion: its rate is the error of a reversal, not a signal."""
-_CERTAIN: Final = 3.0
+CERTAIN: Final = 3.0
 """Standard deviations beyond the limit from which a shift is a delay: the usual three-sigma rule.
 """
 _TINY: Final = float(np.finfo(float).tiny)
@@ -134,7 +134,7 @@ def within_limits(unlimited_s: float, std_s: float, sampling_s: float) -> Shift:
 def beyond_limit(shift: Shift, sampling_s: float) -> bool:
     """Whether an effort is late, or early, by more than a controller's timing can be."""
     beyond = abs(shift.unlimited_s) - LARGEST_SHIFT * sampling_s
-    return beyond > _CERTAIN * shift.unlimited_std_s
+    return beyond > CERTAIN * shift.unlimited_std_s
 
 
 def slow(effort: Array, cutoff_hz: float, period_s: float) -> Array:

@@ -13,8 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.prepare.axis_data import Segment
+from edge_ident.model.effects.time_delay import LARGEST_SHIFT
 from edge_ident.model.model import regressor
-from edge_ident.signals.timing import Shift, beyond_limit, slow, solve_shift, within_limits
+from edge_ident.signals.timing import CERTAIN, Shift, beyond_limit, slow, solve_shift, within_limits
 
 Array = NDArray[np.float64]
 
@@ -23,6 +24,8 @@ _MOST: Final = 0.5
 wrong model asks for a shift as well, and for a smaller share."""
 _STEPS: Final = 3
 """Of the estimation of a delay of many samples, whose effect is not linear."""
+_FAR: Final = 2.0
+"""Times the limit of timing."""
 _MOVES: Final = 2
 """Of an effort into step; the first is right to first order."""
 _KNOTS: Final = 4
@@ -63,10 +66,16 @@ def in_time(segments: Sequence[Segment], *, move: bool) -> Timed:
 
 
 def _in_step(segment: Segment) -> Segment:
-    """A recording that is moved into step."""
+    """A recording that is moved into step.
+
+    It stays where a wrong model asks for far more than timing can be.
+    """
+    largest_s = _FAR * LARGEST_SHIFT * segment.raw_period_s
     for _ in range(_MOVES):
         further = _Signals.of(segment).beside_friction(segment).shift(segment)
         whole_s = further.unlimited_s + segment.applied_s
+        if abs(whole_s) > largest_s + CERTAIN * further.unlimited_std_s:
+            return segment.in_step(0.0)
         whole = within_limits(whole_s, further.unlimited_std_s, segment.raw_period_s)
         segment = segment.in_step(whole.shift_s)
     return segment
