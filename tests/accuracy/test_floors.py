@@ -58,10 +58,10 @@ def diagnosed(motion: str, drives: int) -> list[Outcome]:
 @pytest.mark.parametrize(
     ("motion", "drives", "showing", "first", "exact"),
     [
-        # measured: 35 and 36
-        pytest.param("multisine", 100, 39, 34, 35, marks=pytest.mark.xdist_group("multisine")),
-        # measured: 31 and 30
-        pytest.param("paper", 60, 38, 30, 29, marks=pytest.mark.xdist_group("paper")),
+        # measured: 12 and 12
+        pytest.param("multisine", 32, 18, 11, 11, marks=pytest.mark.xdist_group("multisine")),
+        # measured: 10 and 10
+        pytest.param("paper", 20, 13, 9, 9, marks=pytest.mark.xdist_group("paper")),
     ],
 )
 def test_the_hidden_effect_is_the_first_cause(
@@ -73,7 +73,11 @@ def test_the_hidden_effect_is_the_first_cause(
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """The first cause is the hidden effect itself: an inseparable alternative does not count."""
+    """The first cause is the hidden effect itself: an inseparable alternative does not count.
+
+    An effect that shows above the noise counts here also where it is below the tolerance: then it
+    is only minor.
+    """
     monkeypatch.setattr(hiding, "FOLDER", tmp_path)
     outcomes = diagnosed(motion, drives)
     assert len(outcomes) == showing
