@@ -15,7 +15,7 @@ from edge_ident.commissioning.gain_change import (
 )
 from edge_ident.commissioning.gain_files import save_backup
 from edge_ident.commissioning.observer import Observer
-from edge_ident.commissioning.safety import ready_to_move
+from edge_ident.commissioning.safety import make_ready, ready_to_move
 from edge_ident.control.gain_design import GainDesign, design
 from edge_ident.control.position_loop import LoopHardware
 from edge_ident.drive.description import Drive
@@ -134,9 +134,11 @@ def commission(
     check_drive(board, drive)
     watch = Stopwatch()
     trajectory = named_trajectory(drive, plan.motion, plan.cycles)
+    make_ready(board)
+    gains_before = board.active_gains()
+    # before the effort goes on: whatever happens from there, the backup is there
+    save_backup(gains_before, board.identity, folder / BACKUP_FILE)
     with ready_to_move(board, observer.say):
-        gains_before = board.active_gains()
-        save_backup(gains_before, board.identity, folder / BACKUP_FILE)
         capture = _captured(board, trajectory, folder, observer, watch)
         with watch.stage("last_sample_to_verified"):
             board.finish()

@@ -22,6 +22,8 @@ Array = NDArray[np.float64]
 
 NOISE_RATIO: Final = 1.2
 """Residual over noise from which there is something to explain; the diagnosis has the same."""
+TOLERANCE: Final = 0.01
+"""Share of the rms effort that is not worth naming: the tolerance of the diagnosis."""
 SMALLEST_EXCESS: Final = 0.002
 """Residual beyond noise, of the effort, that moves no parameter far: by 2 % of its value where it
 makes up a tenth of the effort."""
@@ -64,6 +66,11 @@ class Adequacy:
     def adequate(self) -> bool:
         """Whether nothing speaks against the base model."""
         return not self.leaves_structure and not self.spread
+
+    @property
+    def tolerable(self) -> bool:
+        """Whether the base model leaves less than a diagnosis would call worth naming."""
+        return self.relative_residual < TOLERANCE
 
     @property
     def reason(self) -> str:

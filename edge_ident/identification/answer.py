@@ -90,15 +90,17 @@ class _Choice:
     reason: str
 
 
-def answer(question: Question, diagnosed: AxisDiagnosis | None) -> AxisIdentification:
+def answer(question: Question, outcome: AxisDiagnosis | str | None) -> AxisIdentification:
     """Choose the answer for one axis, and check it.
 
     Parameters
     ----------
     question : Question
-    diagnosed : AxisDiagnosis or None
-        None where the base model is adequate, or no diagnosis is wanted.
+    outcome : AxisDiagnosis, str or None
+        Why there is no diagnosis, where the recording is too short for one. None where the base
+        model is adequate, or no diagnosis is wanted.
     """
+    diagnosed = None if isinstance(outcome, str) else outcome
     part, compensated = question.part, question.compensated
     error = _model_error(compensated, part, question.linear.std)
     linear = _widened(question.linear, error)
@@ -112,7 +114,7 @@ def answer(question: Question, diagnosed: AxisDiagnosis | None) -> AxisIdentific
     axis = question.recording.axes[question.name]
     seen = range_of(signals, axis, part, signals.effort + chosen.compensated.effects_effort)
     base = base_axis(chosen.estimate, axis.position_unit, axis.effort_unit, seen)
-    findings = _what_was_done(question, diagnosed, seen)
+    findings = _what_was_done(question, outcome, seen)
     findings += check_estimate(chosen.estimate, regressor, measured, metric.relative_residual)
     if network is not None and question.adequacy.adequate:
         findings += compare_estimators(network, linear)
@@ -138,7 +140,7 @@ def answer(question: Question, diagnosed: AxisDiagnosis | None) -> AxisIdentific
 
 
 def _what_was_done(
-    question: Question, diagnosed: AxisDiagnosis | None, seen: SupportedRange
+    question: Question, outcome: AxisDiagnosis | str | None, seen: SupportedRange
 ) -> list[Finding]:
     """Findings about the data, the known effects and the model."""
     known, signals = question.compensated, question.compensated.signals
@@ -146,7 +148,7 @@ def _what_was_done(
     findings += departures(known.effects, seen, question.recording.axes[question.name])
     findings += tied_to_time(known.tied_to_time)
     findings += check_effort(signals, question.part)
-    findings += describe_model(question.adequacy, diagnosed)
+    findings += describe_model(question.adequacy, outcome)
     return findings
 
 

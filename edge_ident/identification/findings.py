@@ -5,19 +5,28 @@ from edge_ident.estimation.trust import Finding
 from edge_ident.identification.adequacy import Adequacy
 
 
-def describe_model(adequacy: Adequacy, diagnosed: AxisDiagnosis | None) -> list[Finding]:
+def describe_model(adequacy: Adequacy, outcome: AxisDiagnosis | str | None) -> list[Finding]:
     """Findings about the model that an answer belongs to.
 
     Parameters
     ----------
     adequacy : Adequacy
         Of the base model.
-    diagnosed : AxisDiagnosis or None
-        Where the base model is not adequate and was diagnosed.
+    outcome : AxisDiagnosis, str or None
+        Of the diagnosis where the base model is not adequate, or why there was none.
     """
     if adequacy.adequate:
         return []
-    if diagnosed is None:
+    if isinstance(outcome, str):
+        return [
+            Finding(
+                "not_diagnosed",
+                f"{adequacy.reason}; too short for a diagnosis: {outcome}",
+                "record a longer motion; the intervals include what parts of this one change",
+                blocks=not adequacy.tolerable,
+            )
+        ]
+    if outcome is None:
         return [
             Finding(
                 "base_inadequate",
@@ -27,7 +36,7 @@ def describe_model(adequacy: Adequacy, diagnosed: AxisDiagnosis | None) -> list[
                 blocks=True,
             )
         ]
-    return [*_verdict(adequacy, diagnosed), *diagnosed.findings]
+    return [*_verdict(adequacy, outcome), *outcome.findings]
 
 
 def _verdict(adequacy: Adequacy, diagnosed: AxisDiagnosis) -> list[Finding]:

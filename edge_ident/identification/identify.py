@@ -4,13 +4,15 @@ Network and least squares estimate side by side. Whether the base model is adequ
 where it is not, the axis is diagnosed, and the parameters of the extended model are the answer.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
+from contextlib import nullcontext
 from typing import Final
 
 import numpy as np
 
 from edge_ident.diagnosis.measures import Timing
 from edge_ident.diagnosis.result import AxisDiagnosis
+from edge_ident.errors import DataError
 from edge_ident.estimation import least_squares, network_estimate
 from edge_ident.estimation.alignment import align
 from edge_ident.estimation.compensation import CompensatedAxis, compensate_effects
@@ -89,10 +91,10 @@ def identify(
     watch = stopwatch or Stopwatch()
     looked = {name: _look(recording, name, network, model, seed, watch) for name in recording.axes}
     inadequate = [name for name, question in looked.items() if not question.adequacy.adequate]
-    diagnoses: Mapping[str, AxisDiagnosis] = {}
-    if diagnose and inadequate:
-        with watch.stage("diagnosis"):
-            diagnoses = _diagnosed(recording, inadequate, model, on_progress)
+    diagnoses: dict[str, AxisDiagnosis | str] = {}
+    with watch.stage("diagnosis") if diagnose and inadequate else nullcontext():
+        for name in inadequate if diagnose else ():
+            diagnoses[name] = _diagnosed(recording, name, model, on_progress)
     axes = {}
     for name, question in looked.items():
         with watch.stage("estimate"):
@@ -101,15 +103,22 @@ def identify(
 
 
 def _diagnosed(
-    recording: Recording, names: list[str], model: Model | None, on_progress: Progress
-) -> Mapping[str, AxisDiagnosis]:
-    """Diagnose some axes; the diagnosis needs scipy, which an adequate axis does without."""
+    recording: Recording, name: str, model: Model | None, on_progress: Progress
+) -> AxisDiagnosis | str:
+    """Diagnose an axis, or say why its recording is too short for that.
+
+    The diagnosis needs scipy, which an adequate axis does without.
+    """
     from edge_ident.diagnosis.diagnose import diagnose
 
-    # what is too small to be named still moves parameters
-    return diagnose(
-        [recording], model=model, keep_minor=True, only=names, on_progress=on_progress
-    ).axes
+    try:
+        # what is too small to be named still moves parameters
+        found = diagnose(
+            [recording], model=model, keep_minor=True, only=[name], on_progress=on_progress
+        )
+    except DataError as error:
+        return error.cause
+    return found.axes[name]
 
 
 def _look(
