@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from edge_ident.errors import DataError
+from edge_ident.identification.adequacy import Adequacy
+from edge_ident.identification.findings import describe_model
 from edge_ident.identification.identify import identify
 from edge_ident.identification.result import AxisIdentification, ParameterSource
 from edge_ident.report.documents import identification_document
@@ -115,3 +117,13 @@ def test_an_axis_at_rest_is_refused() -> None:
     rest = AxisRecord(np.zeros(4000), np.ones(4000), "rad", "N*m")
     with pytest.raises(DataError):
         identify(Recording(time, {"x": rest}, "test"), None)
+
+
+@pytest.mark.parametrize(("left", "blocks"), [(0.004, False), (0.02, True)])
+def test_a_recording_too_short_for_a_diagnosis_says_so(left: float, blocks: bool) -> None:
+    """What a diagnosis would not name either forbids nothing; the intervals hold model error."""
+    adequacy = Adequacy(left, 5.0, ("viscous_friction",), 0.03)
+    (finding,) = describe_model(adequacy, "only 17 independent samples")
+    assert finding.code == "not_diagnosed"
+    assert "17 independent samples" in finding.message
+    assert finding.blocks is blocks
