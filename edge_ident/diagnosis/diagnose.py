@@ -11,13 +11,8 @@ from numpy.typing import NDArray
 from edge_ident.diagnosis.fit.fitting import FittedModel, delayed, fit
 from edge_ident.diagnosis.fit.held_out import standard_deviations
 from edge_ident.diagnosis.fit.noise_floor import NoiseFloor, noise_floor
-from edge_ident.diagnosis.fit.summary import (
-    contributions,
-    model_fit,
-    nonzero_rms,
-    timing,
-    traces,
-)
+from edge_ident.diagnosis.fit.summary import model_fit, nonzero_rms, timing, traces
+from edge_ident.diagnosis.fit.term_effort import contributions
 from edge_ident.diagnosis.fit.traded import with_trades
 from edge_ident.diagnosis.fit.wide_band import above_band
 from edge_ident.diagnosis.measures import Validation
