@@ -7,6 +7,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from edge_ident.diagnosis.fit.candidates import base_regressor
 from edge_ident.diagnosis.fit.feedback_law import feedback_law
 from edge_ident.diagnosis.fit.fitting import FittedModel
 from edge_ident.diagnosis.fit.noise_floor import noise_floor
@@ -14,7 +15,7 @@ from edge_ident.diagnosis.prepare.axis_data import AxisData, Segment
 from edge_ident.estimation import least_squares
 from edge_ident.estimation.effort_checks import check_effort, unbounded, unphysical
 from edge_ident.estimation.trust import Finding, check_estimate
-from edge_ident.model.model import BASE, PARAMETERS, Term
+from edge_ident.model.model import PARAMETERS
 from edge_ident.signals.conditioning import condition, filtered_regressor
 from edge_ident.signals.filters import lowpass
 from edge_ident.signals.metrics import rms
@@ -62,7 +63,7 @@ def findings(
         Where one has `blocks`, no cause may be named.
     """
     found: list[Finding] = []
-    columns = _base_columns(data, base)
+    columns = base_regressor(data)
     for recording, segment, part in _parts(recordings, data):
         found += _of_recording(recording, name)
         found += _controllers_law(
@@ -82,12 +83,6 @@ def contradicted(recordings: Sequence[Recording], name: str) -> bool:
     A controller's law is no contradiction: cogging shows in a loop, too.
     """
     return any(f.blocks for recording in recordings for f in _of_recording(recording, name))
-
-
-def _base_columns(data: AxisData, base: FittedModel) -> Array:
-    """Columns (n, 4) of the base model at the compared samples, whatever bounds the fit met."""
-    unit = dict(zip(PARAMETERS, np.eye(4), strict=True))
-    return data.predicted(replace(base.axis, terms=(Term(BASE, unit),))).T
 
 
 def _of_recording(recording: Recording, name: str) -> list[Finding]:

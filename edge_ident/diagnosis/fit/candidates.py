@@ -100,6 +100,14 @@ def cached_regressors(
     return data.cache[key]
 
 
+def base_regressor(data: AxisData) -> Array:
+    """Columns (n, 4) of the base parameters at the compared samples, computed once for the data."""
+    if BASE not in data.cache:
+        unit = dict(zip(PARAMETERS, np.eye(len(PARAMETERS)), strict=True))
+        data.cache[BASE] = data.predicted(AxisModel((Term(BASE, unit),)))
+    return data.cache[BASE].T
+
+
 def known_effort(data: AxisData, axis: AxisModel) -> Array:
     """Effort (n,) of the effects that an axis is known to have, computed once for the data."""
     known = axis.terms[1:]

@@ -11,6 +11,7 @@ from edge_ident.diagnosis.fit.bounded import solve_within
 from edge_ident.diagnosis.fit.candidates import (
     Candidate,
     adds,
+    base_regressor,
     cached_regressors,
     effort_adds,
     known_effort,
@@ -231,10 +232,7 @@ def _bounds(
 
 def _additive_jacobian(data: AxisData, template: AxisModel, terms: tuple[FittedTerm, ...]) -> Array:
     """Derivatives (n, P) by base parameters and linear parameters."""
-    if "base" not in data.cache:
-        unit = dict(zip(PARAMETERS, np.eye(4), strict=True))
-        data.cache["base"] = data.predicted(replace(template, terms=(Term(BASE, unit),)))
-    parts = [data.cache["base"], data.timing_columns.T]
+    parts = [base_regressor(data).T, data.timing_columns.T]
     parts += [
         cached_regressors(data, template, t.candidate, t.nonlinear) for t in terms if t.linear
     ]
