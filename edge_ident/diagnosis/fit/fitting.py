@@ -19,7 +19,7 @@ from edge_ident.diagnosis.fit.candidates import (
 )
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.model.effects import named
-from edge_ident.model.model import BASE, PARAMETERS, POSITIVE, AxisModel, Term
+from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Term
 
 Array = NDArray[np.float64]
 
@@ -88,11 +88,6 @@ class FittedModel:
     def jacobian(self) -> Array:
         """The derivatives, zero for what a bound holds."""
         return np.where(self.free, self.derivatives, 0.0)
-
-    @property
-    def physical(self) -> bool:
-        """Whether inertia and frictions are positive without being held so."""
-        return bool(np.all(self.unbounded[: len(PARAMETERS)][POSITIVE] >= 0.0))
 
     @property
     def effects(self) -> frozenset[str]:
