@@ -20,7 +20,7 @@ from edge_ident.diagnosis.motion_check import with_motion_errors
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.data_quality import data_findings
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
-from edge_ident.diagnosis.recording_checks import contradicted, findings
+from edge_ident.diagnosis.recording_checks import contradicted, effort_findings, findings
 from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Diagnosis
 from edge_ident.diagnosis.select.backward_elimination import SupportedModel, eliminate_backward
 from edge_ident.diagnosis.select.causes import causes, strongest_first
@@ -185,14 +185,15 @@ def _diagnose_axis(
 ) -> tuple[AxisDiagnosis, Validation | None]:
     data = _prepared(recordings, name, template)
     content = above_band(recordings, name, data)
-    if contradicted(recordings, name):
+    efforts = [effort_findings(recording, name) for recording in recordings]
+    if contradicted(efforts):
         content = without_names(content)
     content, out_of_step = orders_in_step(data, template, content, rules.tolerance)
     known = with_ripples(template, content, rules.tolerance)
     data, selected = _selected(data, known)
     search, start = selected.search, selected.start
     floor = noise_floor(data, start, float(selected.supported.model.base[0]))
-    checks = findings(recordings, name, data, start, selected.supported.model)
+    checks = findings(recordings, name, data, selected.supported.model, efforts, floor)
     blocked = next((check.message for check in checks if check.blocks), None)
     judged = judge(search, start, selected.supported, floor, rules, blocked, on_run)
     content, smaller = larger_orders(content, judged.rest)

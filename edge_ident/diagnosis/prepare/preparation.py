@@ -29,7 +29,6 @@ from edge_ident.signals.conditioning import (
     choose_cutoff,
     decimated,
     encoder_count,
-    position_noise,
 )
 from edge_ident.signals.filters import lowpass
 from edge_ident.signals.recording import Recording
@@ -107,8 +106,8 @@ def prepare_axis(recordings: Sequence[Recording], name: str, *, timed: bool = Tr
 def _segment(recording: Recording, name: str) -> Segment:
     raw = Sampled.of(recording, name)
     count = encoder_count(recording.axes[name].position)
-    noise = max(position_noise(raw.position), count / np.sqrt(12.0))
-    widest_hz = choose_cutoff(raw.position, raw.period_s)
+    noise = max(raw.noises[name], count / np.sqrt(12.0))
+    widest_hz = choose_cutoff(raw.position, raw.period_s, raw.noises[name])
     band, density = _band(raw, noise, widest_hz)
     motion_hz = min(_MOTION_BAND * band.cutoff_hz, _WIDEST / raw.period_s)
     stride = max(1, int(1.0 / (_REGRESSOR_RATE * motion_hz * raw.period_s)))
