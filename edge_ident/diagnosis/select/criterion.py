@@ -13,7 +13,8 @@ import numpy as np
 from edge_ident.diagnosis.fit.candidates import Candidate
 from edge_ident.diagnosis.fit.discrepancy import model_discrepancy
 from edge_ident.diagnosis.fit.fitting import FittedModel
-from edge_ident.diagnosis.fit.scoring import Grid, ScoredCandidate, ignored_command_penalty
+from edge_ident.diagnosis.fit.library import Grid
+from edge_ident.diagnosis.fit.scoring import ScoredCandidate, ignored_command_penalty
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.select.thresholds import LOST_CORRELATION
 from edge_ident.model.effects import catalogue
