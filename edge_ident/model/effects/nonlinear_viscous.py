@@ -52,7 +52,7 @@ def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
 
 EFFECT: Final = NonlinearViscous(
     advice=Advice(
-        in_words="friction bends with speed, as oil, grease or air make it",
+        in_words="friction does not grow evenly with speed, as with oil, grease or air",
         part="lubricant, seals, and covers or fans that move air",
         action="Check kind and amount of the lubricant. Record again when the machine is warm.",
     ),

@@ -81,9 +81,7 @@ def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
 
 EFFECT: Final = PositionDependentLoad(
     advice=Advice(
-        in_words=(
-            "a force depends on where the axis stands, as weight, a spring or a cable makes it"
-        ),
+        in_words="a force depends on where the axis stands, like a weight, a spring or a cable",
         part="cable chain, hoses, springs, weight balance or a hanging arm",
         action=(
             "Detach hoses or chain if you can, and record again. A weight that hangs on a joint "

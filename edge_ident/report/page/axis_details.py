@@ -30,7 +30,9 @@ class AxisDetails:
     remarks : list of str
     cause_charts, time_charts, maps : charts
         One a cause; over all of the time; pairs of both models.
-    detail, spectrum : Chart
+    detail : Chart or None
+        A part of the time, where that is short.
+    spectrum : Chart
     parameters, quality, follows, conditions : Table
     validation, not_testable : Table or None
     """
@@ -40,7 +42,7 @@ class AxisDetails:
     bars: list[Bar]
     remarks: list[str]
     cause_charts: list[Chart]
-    detail: Chart
+    detail: Chart | None
     time_charts: list[Chart]
     maps: list[tuple[Chart, ...]]
     spectrum: Chart
@@ -74,7 +76,7 @@ def axis_details(key: str, name: str, diagnosis: Diagnosis) -> AxisDetails:
         cause_charts=[
             cause_chart(f"{key}-cause{n}", name, axes, cause) for n, cause in enumerate(shown)
         ][1:],
-        detail=effort_chart(f"{key}-detail", axis, busiest(axis)),
+        detail=_detail(f"{key}-detail", axis),
         time_charts=[effort_chart(f"{key}-effort", axis), residual_chart(f"{key}-residual", axis)],
         maps=residual_charts(f"{key}-map", name, axes),
         spectrum=spectrum_chart(f"{key}-spectrum", axis),
@@ -85,6 +87,12 @@ def axis_details(key: str, name: str, diagnosis: Diagnosis) -> AxisDetails:
         validation=_validation(validation),
         not_testable=_not_testable(axis),
     )
+
+
+def _detail(key: str, axis: AxisDiagnosis) -> Chart | None:
+    part = busiest(axis)
+    short = 2 * (part.stop - part.start) < len(axis.traces.effort)
+    return effort_chart(key, axis, part) if short else None
 
 
 def _models(axis: AxisDiagnosis) -> dict[str, ModelFit]:

@@ -37,6 +37,8 @@ class Card:
     sure, part, action : list of Markup
         How sure that is and what it means, where to look, what to do next.
     chart : Chart
+    written : list of Markup
+        What a run changed on the board.
     table : Table or None
     """
 
@@ -49,4 +51,5 @@ class Card:
     part: list[Markup]
     action: list[Markup]
     chart: Chart
-    table: Table | None = field(default=None)
+    written: list[Markup] = field(default_factory=list)
+    table: Table | None = None

@@ -26,8 +26,8 @@ class Bar:
         The picture.
     facts : list of str
         Sentences below it.
-    alternatives : list of str
-        Folded away.
+    tests : list of str
+        Why it was accepted, and what other effects do in its place; folded away.
     """
 
     kind: str
@@ -36,7 +36,7 @@ class Bar:
     share: str
     bar: Markup
     facts: list[str] = field(default_factory=list)
-    alternatives: list[str] = field(default_factory=list)
+    tests: list[str] = field(default_factory=list)
 
 
 def cause_bars(axis: AxisDiagnosis) -> list[Bar]:
@@ -44,9 +44,7 @@ def cause_bars(axis: AxisDiagnosis) -> list[Bar]:
     groups = (("supported", axis.causes), ("suspected", axis.suspected), ("minor", axis.minor))
     shares = [cause.share for _, causes in groups for cause in causes]
     longest = max([*shares, axis.extended.fitted]) or 1.0
-    bars = [
-        _bar(kind, cause, axis, longest) for kind, causes in groups for cause in causes
-    ]
+    bars = [_bar(kind, cause, axis, longest) for kind, causes in groups for cause in causes]
     rest = axis.extended.fitted
     noise = f"noise alone would leave {digits(100 * axis.noise_floor, 2)} %"
     return [
@@ -67,8 +65,7 @@ def _bar(kind: str, cause: Cause, axis: AxisDiagnosis, longest: float) -> Bar:
     if kind == "supported":
         gain, interval = terms.gain(cause)
         facts.append(
-            f"Kept-back parts: takes away {gain} of the error (95 % interval {interval}). "
-            f"Accepted: {cause.decision}."
+            f"On kept-back parts it takes away {gain} of the error (95 % interval: {interval})."
         )
     else:
         facts.append(f"{kind.capitalize()}: {cause.decision}.")
@@ -82,7 +79,10 @@ def _bar(kind: str, cause: Cause, axis: AxisDiagnosis, longest: float) -> Bar:
         share,
         _picture(kind, cause.share, longest, f"{term}: {share}."),
         [*facts, f"Values ± one standard deviation: {values}." if values else ""],
-        [sentence(terms.alternative_sentence(other)) for other in cause.alternatives],
+        [
+            *([sentence(f"accepted: {cause.decision}")] if kind == "supported" else []),
+            *(sentence(terms.alternative_sentence(other)) for other in cause.alternatives),
+        ],
     )
 
 
@@ -118,5 +118,5 @@ def _share(share: float, axis: AxisDiagnosis) -> str:
 def _picture(kind: str, share: float, longest: float, title: str) -> Markup:
     return Markup(
         '<svg class="bar" role="img" height="14" width="100%"><title>{}</title>'
-        '<rect class="{}" height="14" width="{:.2f}%"/></svg>'
+        '<line class="{}" x2="{:.2f}%" y1="7" y2="7"/></svg>'
     ).format(title, kind, max(0.3, 100.0 * share / longest))

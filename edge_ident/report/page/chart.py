@@ -18,7 +18,7 @@ from edge_ident.report.page.scale import Scale
 Array = NDArray[np.float64]
 
 _X_TICKS: Final = 5
-_PIXELS_PER_TICK: Final = 45
+_PIXELS_PER_TICK: Final = 36
 
 
 @dataclass(frozen=True)
@@ -103,9 +103,9 @@ class Chart:
 
     def _grid(self) -> Markup:
         rows = [
-            Markup('<line x1="0" x2="100%" y1="{0}" y2="{0}"/><text x="0" y="{0}">{1}</text>').format(
-                _percent(1.0 - place), text
-            )
+            Markup(
+                '<line x1="0" x2="100%" y1="{0}" y2="{0}"/><text x="0" y="{0}">{1}</text>'
+            ).format(_percent(1.0 - place), text)
             for place, text in self.y.ticks(max(2, self.height // _PIXELS_PER_TICK))
         ]
         columns = [
@@ -148,9 +148,7 @@ class Chart:
         return Markup('<g class="mark {}">{}</g>').format(
             layer.style,
             Markup("").join(
-                Markup('<text x="{}" y="{}">{}</text>').format(
-                    _percent(x), _percent(1.0 - y), sign
-                )
+                Markup('<text x="{}" y="{}">{}</text>').format(_percent(x), _percent(1.0 - y), sign)
                 for x, y in places
                 if 0.0 <= y <= 1.0
             ),

@@ -18,7 +18,13 @@ from edge_ident.report.page.map_charts import (
     quantities,
     residual_map,
 )
-from edge_ident.report.page.time_charts import busiest, effort_chart, models, reach
+from edge_ident.report.page.time_charts import (
+    busiest,
+    effort_chart,
+    models,
+    reach,
+    residual_chart,
+)
 from edge_ident.report.page.wording import (
     all_of,
     counted,
@@ -91,18 +97,17 @@ def _verdict(axis: AxisDiagnosis) -> Markup:
     causes = _listed(found)
     if axis.verdict is Verdict.EXPLAINED:
         return Markup("{} This explains what the simple model gets wrong.").format(causes)
-    rest = "something else acts on this axis that no known cause explains."
     if found:
-        return Markup("{} But {}").format(causes, rest)
+        return Markup("{} Something else acts, too, and no known cause explains it.").format(causes)
     suspected = in_words(axis.suspected)
     doubt = f" Suspected only: {suspected[0]}." if suspected else ""
-    return Markup("{}{}").format(sentence(rest.replace("something else", "something")), doubt)
+    return Markup("Something acts on this axis, and no known cause explains it.{}").format(doubt)
 
 
 def _listed(found: Sequence[str]) -> Markup:
     if len(found) <= 1:
         return Markup("").join(sentence(words) for words in found)
-    return Markup("{} things act on this axis: {}.").format(
+    return Markup("{} causes act on this axis: {}.").format(
         counted(len(found)).capitalize(), Markup("; ").join(found)
     )
 
@@ -113,6 +118,7 @@ def _terms(axis: AxisDiagnosis) -> str:
 
 
 def _sure(name: str, axis: AxisDiagnosis) -> list[Markup]:
+    """First in words, then the numbers behind them."""
     at = ("axes", name)
     word = effort_word(axis.model.effort_unit)
     left = percent(axis.extended.fitted, *at, "extended", "relative_residual", "fitted")
@@ -120,15 +126,30 @@ def _sure(name: str, axis: AxisDiagnosis) -> list[Markup]:
     before = percent(axis.base.fitted, *at, "base", "relative_residual", "fitted")
     if axis.causes:
         first = Markup("The error of the model falls from {} to {} of the {}.")
-        said = [first.format(before, left, word)]
+        said = [_in_short(axis), first.format(before, left, word)]
     else:
-        said = [Markup("The simple model misses {} of the {}.").format(before, word)]
+        said = [_in_short(axis), Markup("The model misses {} of the {}.").format(before, word)]
     said.append(Markup("Noise alone would leave {}.").format(floor))
     if axis.causes:
         said += _cause_sure(name, axis)
     if not axis.converged:
         said.append(Markup("The search for causes did not settle: read them with caution."))
     return said
+
+
+def _in_short(axis: AxisDiagnosis) -> Markup:
+    alike = any(not other.separable for cause in axis.causes[:1] for other in cause.alternatives)
+    if axis.verdict is Verdict.ADEQUATE:
+        said = "Sure, for what this motion can show."
+    elif alike:
+        said = "Sure that something acts. Not sure which of two causes it is."
+    elif axis.verdict is Verdict.EXPLAINED:
+        said = "Well supported by this data. A second recording makes it surer."
+    elif axis.causes:
+        said = "The named causes are well supported. The rest is open."
+    else:
+        said = "Sure that the model lacks something. Not sure what."
+    return Markup("<b>{}</b>").format(said)
 
 
 def _cause_sure(name: str, axis: AxisDiagnosis) -> list[Markup]:
@@ -138,8 +159,8 @@ def _cause_sure(name: str, axis: AxisDiagnosis) -> list[Markup]:
     if np.isfinite([cause.held_out_gain, low, high]).all():
         said.append(
             Markup(
-                "The strongest cause is supported: on parts of the recording that were kept back "
-                "it takes away {} of the error (95\u202f% interval: {} to {})."
+                "On parts of the recording that were kept back, the strongest cause takes away {} "
+                "of the error (95\u00a0% interval: {} to {})."
             ).format(
                 percent(cause.held_out_gain, *at, "held_out_gain"),
                 percent(low, *at, "held_out_gain_interval", 0),
@@ -217,6 +238,8 @@ def _picture(key: str, name: str, axes: Axes, follows: str | None) -> Chart:
     axis = axes[name]
     if axis.causes and axis.causes[0].term.effect in axis.traces.contributions:
         return cause_chart(key, name, axes, axis.causes[0])
+    if axis.verdict is Verdict.UNEXPLAINED and follows == "time":
+        return residual_chart(key, axis)
     if axis.verdict is Verdict.UNEXPLAINED and follows is not None:
         _, label, effort = models(axis)[-1]
         shown = reach((axis.traces.effort - effort)[axis.traces.valid])

@@ -9,6 +9,7 @@ from edge_ident.report.page.axis_details import axis_details
 from edge_ident.report.page.diagnosis_card import diagnosis_card
 from edge_ident.report.page.provenance import Provenance
 from edge_ident.report.page.rendering import write_html
+from edge_ident.report.page.wording import sentence
 
 
 def write_page(
@@ -33,7 +34,7 @@ def write_page(
     names = listed(file for file, _ in provenance.files)
     content = {
         "title": f"What {names} says about the machine",
-        "findings": diagnosis.data_quality,
+        "findings": _findings(diagnosis),
         "cards": [
             diagnosis_card(f"c{n}", name, diagnosis) for n, name in enumerate(diagnosis.axes)
         ],
@@ -45,3 +46,11 @@ def write_page(
     }
     document = diagnosis_document(diagnosis, model_file)
     return write_html("diagnosis.html.jinja", content, document, folder)
+
+
+def _findings(diagnosis: Diagnosis) -> list[tuple[str, list[str], str]]:
+    """Message, axes and code of each defect of the data."""
+    axes: dict[tuple[str, str], list[str]] = {}
+    for finding in diagnosis.data_quality:
+        axes.setdefault((finding.message, finding.code), []).append(finding.axis)
+    return [(sentence(message), names, code) for (message, code), names in axes.items()]

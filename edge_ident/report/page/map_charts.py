@@ -18,7 +18,7 @@ from edge_ident.diagnosis.result import AxisDiagnosis, Cause
 from edge_ident.model.effects import named
 from edge_ident.report.page.chart import Chart, Layer
 from edge_ident.report.page.paths import means
-from edge_ident.report.page.scale import Scale, across
+from edge_ident.report.page.scale import Scale, across, around
 from edge_ident.report.page.time_charts import models, noise_band, reach
 from edge_ident.report.page.wording import digits, effort_word, unit_text
 
@@ -45,7 +45,7 @@ def quantities(name: str, axes: Axes) -> dict[str, Quantity]:
     unit = axis.model.position_unit
     return {
         "position": Quantity("position", unit, traces.position),
-        "velocity": Quantity("speed, signed", f"{unit}/s", traces.velocity),
+        "velocity": Quantity("velocity", f"{unit}/s", traces.velocity),
         "distance_since_reversal": Quantity(
             "distance since the axis turned back", unit, traces.since_reversal
         ),
@@ -82,7 +82,6 @@ def cause_chart(key: str, name: str, axes: Axes, cause: Cause) -> Chart:
     over = _best_view(name, axes, cause, part)
     valid, word = traces.valid, effort_word(axis.model.effort_unit)
     x, effect = over.values[valid], spoken(cause.term.effect)
-    height = reach(without[valid])
     low, high = np.quantile(part[valid], (0.005, 0.995)) if np.any(valid) else (0.0, 0.0)
     return Chart(
         key,
@@ -94,7 +93,7 @@ def cause_chart(key: str, name: str, axes: Axes, cause: Cause) -> Chart:
         (over.name, over.unit),
         (f"missed {word}", unit_text(axis.model.effort_unit)),
         across(x, "root" if over.name.startswith("distance") else "linear"),
-        Scale(-height, height),
+        _most_of(without[valid]),
         (
             Layer("dots", "without", x, without[valid], "missed without this cause"),
             *_mean_layers(x, part[valid], traces.velocity[valid], over.both_ways, "cause"),
@@ -114,6 +113,11 @@ def _best_view(name: str, axes: Axes, cause: Cause, part: Array) -> Quantity:
         folded = np.mod(position.values, float(np.max(period)))
         return Quantity("position within one repetition", position.unit, folded)
     return known[followed(name, axes, part) or "time"]
+
+
+def _most_of(values: Array) -> Scale:
+    """A scale that shows zero and all but the farthest values."""
+    return around(np.quantile(np.append(values, 0.0), (0.005, 0.995)), margin=0.15)
 
 
 def residual_charts(key: str, name: str, axes: Axes) -> list[tuple[Chart, ...]]:

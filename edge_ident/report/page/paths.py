@@ -44,13 +44,12 @@ def line_path(x: Array, y: Array) -> str:
     for column, row, seen in zip(across, down, np.isfinite(y), strict=True):
         if not seen:
             at = None
-        elif at is None:
-            written.append(f"M{column} {row}l")
-            at = (column, row)
-        elif (column, row) != at:
-            written.append(f"{column - at[0]} {row - at[1]} ")
-            at = (column, row)
-    return "".join(written).replace(" -", "-").replace(" M", "M").removesuffix(" ")
+            continue
+        step = (column - at[0], row - at[1]) if at else (column, row)
+        if step != (0, 0) or not at:
+            written.append(f"{'l' if at else 'M'}{step[0]} {step[1]}")
+        at = (column, row)
+    return "".join(written).replace(" -", "-")
 
 
 def dots_path(x: Array, y: Array, dots: int = _DOTS) -> str:

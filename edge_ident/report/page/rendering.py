@@ -35,12 +35,16 @@ def write_html(template: str, content: Mapping[str, Any], document: Any, folder:
         The page.
     """
     style, script = _source("style.css"), _source("zoom.js")
-    text = _environment().get_template(template).render(
-        content,
-        style=Markup(style),
-        script=Markup(script),
-        policy=_policy(style, script),
-        document=_embedded(document),
+    text = (
+        _environment()
+        .get_template(template)
+        .render(
+            content,
+            style=Markup(style),
+            script=Markup(script),
+            policy=_policy(style, script),
+            document=_embedded(document),
+        )
     )
     page = folder / PAGE_FILE
     with atomic_write(page) as partial:

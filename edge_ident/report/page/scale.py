@@ -25,7 +25,9 @@ class Scale:
 
     def fraction(self, values: Array) -> Array:
         """Places between both ends, from 0 to 1; beyond them outside."""
-        low, high, at = (self._on_paper(np.asarray(v, float)) for v in (self.low, self.high, values))
+        low, high, at = (
+            self._on_paper(np.asarray(v, float)) for v in (self.low, self.high, values)
+        )
         return np.asarray((at - low) / (high - low))
 
     def _on_paper(self, values: Array) -> Array:

@@ -31,24 +31,25 @@ def number(value: float, text: str, *keys: str | int) -> Markup:
 
 def percent(share: float, *keys: str | int) -> Markup:
     """A share in percent, to two digits."""
-    return number(share, f"{digits(100.0 * share, 2)} %", *keys)
+    return number(share, f"{digits(100.0 * share, 2)}\u00a0%", *keys)
 
 
 def angle(value: float, *keys: str | int) -> Markup:
     """A length of arc in rad, or in mrad where it is small."""
     if abs(value) < _MILLI_BELOW:
-        return number(value, f"{digits(1e3 * value, 3)} mrad", *keys)
-    return number(value, f"{digits(value, 3)} rad", *keys)
+        return number(value, f"{digits(1e3 * value, 3)}\u00a0mrad", *keys)
+    return number(value, f"{digits(value, 3)}\u00a0rad", *keys)
 
 
 def digits(value: float, significant: int) -> str:
     """A value to so many significant digits, without an exponent where that can be read."""
     if value == 0.0 or not math.isfinite(value):
         return f"{value:g}"
-    if not 1e-4 <= abs(value) < 1e6:
-        return minus(f"{value:.{significant - 1}e}")
-    decimals = max(0, significant - 1 - math.floor(math.log10(abs(value))))
-    return minus(f"{value:.{decimals}f}")
+    scientific = f"{value:.{significant - 1}e}"
+    exponent = int(scientific.partition("e")[2])  # of the rounded value: 0.00999 may be 0.0100
+    if not -4 <= exponent < 6:
+        return minus(scientific)
+    return minus(f"{value:.{max(0, significant - 1 - exponent)}f}")
 
 
 def minus(text: str) -> str:
@@ -72,6 +73,14 @@ def unit_text(unit: str) -> str:
     if unit == "1":
         return ""
     return unit.replace("*", "·").replace("^2", "²")
+
+
+def gain_label(name: str) -> str:
+    """A gain's name in words, its unit in brackets where the name holds it."""
+    for ending, unit in (("_rad_s", "rad/s"), ("_rad", "rad"), ("_s", "s")):
+        if name.endswith(ending):
+            return f"{name.removesuffix(ending).replace('_', ' ')} ({unit})"
+    return name.replace("_", " ")
 
 
 def effort_word(unit: str) -> str:
