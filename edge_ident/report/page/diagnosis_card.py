@@ -70,9 +70,9 @@ def diagnosis_card(key: str, name: str, diagnosis: Diagnosis) -> Card:
         label=label,
         verdict=_verdict(axis),
         terms=_terms(axis),
-        sure=[*_sure(name, axis), *_elsewhere(name, diagnosis)],
+        sure=[_in_short(name, diagnosis), *_sure(name, axis), *_elsewhere(name, diagnosis)],
         part=_part(axis, follows),
-        action=_action(axis),
+        action=_action(name, diagnosis),
         chart=_picture(key, name, diagnosis.axes, follows),
     )
 
@@ -118,7 +118,7 @@ def _terms(axis: AxisDiagnosis) -> str:
 
 
 def _sure(name: str, axis: AxisDiagnosis) -> list[Markup]:
-    """First in words, then the numbers behind them."""
+    """The numbers behind it."""
     at = ("axes", name)
     word = effort_word(axis.model.effort_unit)
     left = percent(axis.extended.fitted, *at, "extended", "relative_residual", "fitted")
@@ -126,9 +126,12 @@ def _sure(name: str, axis: AxisDiagnosis) -> list[Markup]:
     before = percent(axis.base.fitted, *at, "base", "relative_residual", "fitted")
     if axis.causes:
         first = Markup("The error of the model falls from {} to {} of the {}.")
-        said = [_in_short(axis), first.format(before, left, word)]
+        said = [first.format(before, left, word)]
     else:
-        said = [_in_short(axis), Markup("The model misses {} of the {}.").format(before, word)]
+        said = [
+            _in_short(axis, carried),
+            Markup("The model misses {} of the {}.").format(before, word),
+        ]
     said.append(Markup("Noise alone would leave {}.").format(floor))
     if axis.causes:
         said += _cause_sure(name, axis)
@@ -137,18 +140,21 @@ def _sure(name: str, axis: AxisDiagnosis) -> list[Markup]:
     return said
 
 
-def _in_short(axis: AxisDiagnosis) -> Markup:
+def _in_short(name: str, diagnosis: Diagnosis) -> Markup:
+    axis = diagnosis.axes[name]
     alike = any(not other.separable for cause in axis.causes[:1] for other in cause.alternatives)
     if axis.verdict is Verdict.ADEQUATE:
         said = "Sure, for what this motion can show."
+    elif not axis.causes:
+        said = "Sure that the model lacks something. Not sure what."
     elif alike:
         said = "Sure that something acts. Not sure which of two causes it is."
-    elif axis.verdict is Verdict.EXPLAINED:
-        said = "Well supported by this data. A second recording makes it surer."
-    elif axis.causes:
-        said = "The named causes are well supported. The rest is open."
+    elif _carried(name, diagnosis):
+        said = "This data and another recording support the strongest cause."
+    elif axis.verdict is Verdict.UNEXPLAINED:
+        said = "This data supports the named causes well. The rest is open."
     else:
-        said = "Sure that the model lacks something. Not sure what."
+        said = "This data supports the named causes well."
     return Markup("<b>{}</b>").format(said)
 
 
@@ -171,6 +177,13 @@ def _cause_sure(name: str, axis: AxisDiagnosis) -> list[Markup]:
     if alike:
         said.append(Markup("This motion cannot tell it from {}.").format(all_of(alike)))
     return said
+
+
+def _carried(name: str, diagnosis: Diagnosis) -> bool:
+    """Whether another recording confirms the strongest cause."""
+    found, causes = diagnosis.validation.get(name), diagnosis.axes[name].causes
+    carried = {cause.effect for cause in found.causes if cause.carries_over} if found else set()
+    return bool(causes) and causes[0].term.effect in carried
 
 
 def _elsewhere(name: str, diagnosis: Diagnosis) -> list[Markup]:
@@ -204,33 +217,33 @@ def _at(cause: Cause) -> Markup:
     return escape(sentence(named(cause.term.effect).advice.part))
 
 
-def _action(axis: AxisDiagnosis) -> list[Markup]:
+def _action(name: str, diagnosis: Diagnosis) -> list[Markup]:
+    axis = diagnosis.axes[name]
     if axis.verdict is Verdict.ADEQUATE:
         said = [Markup("Nothing. Keep this recording, to compare with later ones.")]
         if axis.not_testable:
             said.append(Markup("Some effects this motion cannot show: they are listed below."))
         return said
     steps = [escape(named(cause.term.effect).advice.action) for cause in distinct(axis.causes)[:2]]
-    doubtful = [*axis.causes, *axis.suspected]
-    motions = [
-        other.experiment
-        for cause in doubtful[:1]
-        for other in cause.alternatives
-        if not other.separable
+    motion = _clearing_motion(axis)
+    if motion:
+        steps.append(escape(sentence(f"to be sure, record {recorded(motion)}")))
+    elif axis.causes and name not in diagnosis.validation:
+        steps.append(Markup("To be surer, add a second recording (<code>--validate</code>)."))
+    return steps or [
+        Markup(
+            "Look at the picture: it shows where the error is largest. Check units and sign of "
+            "the recording. Then record several speeds, both ways, over the whole stroke."
+        )
     ]
-    if not axis.causes and doubtful:
-        motions = [named(doubtful[0].term.effect).search.experiment, *motions]
-    if motions:
-        steps.append(escape(sentence(f"to be sure, record {recorded(motions[0])}")))
-    if not steps:
-        steps = [
-            Markup(
-                "Look at the picture: it shows where the error is largest. Check units and sign "
-                "of the recording, then record a richer motion: several speeds, both ways, over "
-                "the whole stroke."
-            )
-        ]
-    return steps
+
+
+def _clearing_motion(axis: AxisDiagnosis) -> str | None:
+    """A motion that tells the strongest cause from another, or confirms the first suspicion."""
+    if axis.causes:
+        alike = [other for other in axis.causes[0].alternatives if not other.separable]
+        return alike[0].experiment if alike else None
+    return named(axis.suspected[0].term.effect).search.experiment if axis.suspected else None
 
 
 def _picture(key: str, name: str, axes: Axes, follows: str | None) -> Chart:

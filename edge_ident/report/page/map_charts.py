@@ -161,9 +161,10 @@ def _mean_layers(
     """Means over bins, forward and backward apart where the direction matters."""
     if not both_ways:
         return (Layer("marks", "backward solid", *means(x, y), what),)
-    parts = (("forward", velocity > 0.0), ("backward", velocity < 0.0))
+    found = {
+        way: means(x[moving], y[moving])
+        for way, moving in (("forward", velocity > 0.0), ("backward", velocity < 0.0))
+    }
     return tuple(
-        Layer("marks", way, *means(x[moving], y[moving]), f"{what}, {way}")
-        for way, moving in parts
-        if np.any(moving)
+        Layer("marks", way, *mean, f"{what}, {way}") for way, mean in found.items() if len(mean[0])
     )

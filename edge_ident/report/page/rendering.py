@@ -14,6 +14,7 @@ from markupsafe import Markup
 from edge_ident.support.atomic_files import atomic_write
 
 PAGE_FILE: Final = "report.html"
+_PACKAGE: Final = "edge_ident.report.page"
 
 
 def write_html(template: str, content: Mapping[str, Any], document: Any, folder: Path) -> Path:
@@ -34,7 +35,7 @@ def write_html(template: str, content: Mapping[str, Any], document: Any, folder:
     Path
         The page.
     """
-    style, script = _source("style.css"), _source("zoom.js")
+    style, script = source("style.css"), source("zoom.js")
     text = (
         _environment()
         .get_template(template)
@@ -75,7 +76,7 @@ def _embedded(document: Any) -> Markup:
 @cache
 def _environment() -> Environment:
     return Environment(
-        loader=PackageLoader("edge_ident.report.page"),
+        loader=PackageLoader(_PACKAGE),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
@@ -83,8 +84,7 @@ def _environment() -> Environment:
     )
 
 
-def _source(name: str) -> str:
-    """A file that is embedded as it is; it starts and ends with a line break in the page."""
-    loader = _environment().loader
-    assert loader is not None
-    return "\n" + loader.get_source(_environment(), name)[0].strip() + "\n"
+def source(name: str) -> str:
+    """A style sheet or script that is embedded as it is, between line breaks."""
+    template, _, _ = PackageLoader(_PACKAGE).get_source(_environment(), name)
+    return f"\n{template.strip()}\n"

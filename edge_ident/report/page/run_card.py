@@ -143,30 +143,28 @@ def _action(axis: AxisIdentification, outcome: Outcome) -> list[Markup]:
 
 
 def _changes(name: str, outcome: Outcome) -> Table | None:
-    """Tracking error and gains, old and new; gains that stay zero are left out."""
-    design, rows = outcome.designs.get(name), list[Row]()
-    tracking = tracking_of(name, outcome)
+    """Tracking error and gains, old and new; gains that stay are left out."""
+    cells: dict[str, tuple[Markup, Markup]] = {}
+    tracking, design = tracking_of(name, outcome), outcome.designs.get(name)
     if tracking is not None:
         at = ("verification", name)
-        rows.append(
-            (
-                "tracking error (rms)",
-                angle(tracking.before_rad, *at, "tracking_rms_before_rad"),
-                angle(tracking.after_rad, *at, "tracking_rms_after_rad"),
-            )
+        cells["tracking error, rms"] = (
+            angle(tracking.before_rad, *at, "tracking_rms_before_rad"),
+            angle(tracking.after_rad, *at, "tracking_rms_after_rad"),
         )
-    if design is None:
-        return Table("Measured", ("", "old gains", "new gains"), rows) if rows else None
-    old, new = asdict(outcome.gains_before[name]), asdict(design.gains)
-    for gain, value in new.items():
-        if isinstance(value, float) and (value or old[gain]) and value != old[gain]:
-            rows.append(
-                (
-                    gain_label(gain),
-                    number(old[gain], digits(old[gain], 3), "gains_before", name, gain),
-                    number(value, digits(value, 3), "designs", name, "gains", gain),
-                )
+    if design is not None:
+        old, new = asdict(outcome.gains_before[name]), asdict(design.gains)
+        cells |= {
+            gain_label(gain): (
+                number(old[gain], digits(old[gain], 3), "gains_before", name, gain),
+                number(value, digits(value, 3), "designs", name, "gains", gain),
             )
-    written = outcome.confirmed or outcome.change is None
-    caption = "Old and new gains" if outcome.confirmed else "Old gains, and those designed"
-    return Table(caption, ("", "old", "new" if written else "designed"), rows)
+            for gain, value in new.items()
+            if isinstance(value, float) and value != old[gain]
+        }
+    if not cells:
+        return None
+    before, after = zip(*cells.values(), strict=True)
+    last = "new" if outcome.confirmed else "designed"
+    rows: list[Row] = [("old", *before), (last, *after)]
+    return Table(f"Old and {last} gains, and how the axis follows", ("", *cells), rows)
