@@ -1,7 +1,7 @@
 """The command diagnose: what a model gets wrong, and why."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
@@ -52,6 +52,15 @@ KeepMinor = Annotated[
     typer.Option("--keep-minor", help="Keep certain causes below the tolerance in the model."),
 ]
 
+PageFormat = Annotated[
+    Literal["html", "markdown"],
+    typer.Option(
+        "--format",
+        envvar="EDGE_IDENT_FORMAT",
+        help="Page in the folder: one HTML file for people, or Markdown for other documents.",
+    ),
+]
+
 
 def register(app: typer.Typer) -> None:
     """Add this file's command."""
@@ -68,6 +77,7 @@ def diagnose(
     stability: Stability = True,
     keep_minor: KeepMinor = False,
     column: Columns = None,
+    page: PageFormat = "html",
     results: ResultOptions,
 ) -> None:
     """Find what the base model gets wrong, name the cause, extend the model, measure the gain.
@@ -93,6 +103,19 @@ def diagnose(
     results.deliver(report.diagnosis_document(found, model_file), "diagnosis.json")
     results.show(found)
     if folder:
-        say(f"written: {report.write_page(found, [file.name for file in files], folder)}")
+        say(f"written: {_page(found, files, page, folder, model_file)}")
     if not found.understood:
         raise typer.Exit(UNTRUSTED)
+
+
+def _page(
+    found: "edge_ident.Diagnosis",
+    files: list[Path],
+    kind: Literal["html", "markdown"],
+    folder: Path,
+    model_file: Path | None,
+) -> Path:
+    """Write the page for people."""
+    if kind == "markdown":
+        return report.write_markdown(found, [file.name for file in files], folder)
+    return report.write_page(found, report.Provenance.of(files), folder, model_file)

@@ -87,8 +87,9 @@ def run(
     deliver(document, "report.json", folder, results.json)
     capture = folder / commissioning.CAPTURE_FILE
     save_result_model(outcome.identification.model, [capture], folder, known)
+    page = report.write_run_page(outcome, document, folder)
     results.show(report.outcome_view(outcome))
     if not results.json:
-        say(f"written: {folder}")
+        say(f"written: {page}")
     if not outcome.trusted:
         raise typer.Exit(UNTRUSTED)

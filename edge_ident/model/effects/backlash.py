@@ -12,6 +12,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from edge_ident.model.advice import Advice
 from edge_ident.model.effect import Array, Effect, Motion, Parameter, Values
 from edge_ident.model.search import Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
@@ -205,6 +206,14 @@ def _contact(at: Motion, values: Values) -> Array:
 
 
 EFFECT: Final = Backlash(
+    advice=Advice(
+        in_words="there is free play: the motor turns a little before the load follows",
+        part="coupling, ball nut and its bearings, gear or belt",
+        action=(
+            "Hold the motor still, push the load both ways, and read the free travel on a dial "
+            "gauge. Tighten or preload the part that gives."
+        ),
+    ),
     search=SearchSpec(
         forms=(
             Form(

@@ -13,6 +13,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from edge_ident.model.advice import Advice
 from edge_ident.model.compensation import Compensation
 from edge_ident.model.effect import Array, Effect, Motion, Parameter, Values
 from edge_ident.model.search import Excitation, Form, SearchSpec
@@ -176,6 +177,14 @@ def _lag(pole: Complex, load: Array, velocity: Array, most: Array, period_s: flo
 
 
 EFFECT: Final = CouplingCompliance(
+    advice=Advice(
+        in_words="the drive train is springy: the load swings against the motor",
+        part="coupling, belt, screw and their mounts",
+        action=(
+            "Check the clamps of the coupling and the tension of the belt. Let the controller "
+            "avoid the resonance until then."
+        ),
+    ),
     search=SearchSpec(
         forms=(
             Form(

@@ -11,6 +11,7 @@ from typing import Final
 
 import numpy as np
 
+from edge_ident.model.advice import Advice
 from edge_ident.model.effect import Array, Effect, Motion, Parameter, Values
 from edge_ident.model.search import Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
@@ -56,6 +57,13 @@ def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
 
 
 EFFECT: Final = PositionDependentFriction(
+    advice=Advice(
+        in_words="friction changes along the stroke",
+        part="guides, screw and covers at the place where friction is highest",
+        action=(
+            "Look there for dirt, wear or a bent screw. Clean, lubricate and check the alignment."
+        ),
+    ),
     search=SearchSpec(
         forms=(Form(("gradient",)), Form(("cosine", "sine"), ("period",))),
         signature="differs along the stroke and changes its sign with the direction",

@@ -12,6 +12,7 @@ from typing import Final
 
 import numpy as np
 
+from edge_ident.model.advice import Advice
 from edge_ident.model.effect import Array, Effect, Motion, Parameter, Values
 from edge_ident.model.search import Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
@@ -79,6 +80,14 @@ def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
 
 
 EFFECT: Final = PositionDependentLoad(
+    advice=Advice(
+        in_words="a force depends on where the axis stands, like a weight, a spring or a cable",
+        part="cable chain, hoses, springs, weight balance or a hanging arm",
+        action=(
+            "Detach hoses or chain if you can, and record again. A weight that hangs on a joint "
+            "is no fault: keep it in the model."
+        ),
+    ),
     search=SearchSpec(
         forms=(
             Form(("stiffness",)),

@@ -12,6 +12,7 @@ from typing import Final
 
 import numpy as np
 
+from edge_ident.model.advice import Advice
 from edge_ident.model.effect import Array, Effect, Motion, Parameter, Values
 from edge_ident.model.search import Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
@@ -89,6 +90,14 @@ def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
 
 
 EFFECT: Final = PreslidingHysteresis(
+    advice=Advice(
+        in_words="friction gives like a spring before the axis slides",
+        part="guides, bearings and seals, where the axis turns back",
+        action=(
+            "This is usual on a sound machine: keep it in the model. If it has grown, check "
+            "preload and lubrication of the guides."
+        ),
+    ),
     search=SearchSpec(
         forms=(Form(("level",), ("distance",)),),
         signature="depends on the distance since the reversal, not on speed or time",

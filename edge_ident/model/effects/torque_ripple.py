@@ -9,6 +9,7 @@ from typing import Final
 
 import numpy as np
 
+from edge_ident.model.advice import Advice
 from edge_ident.model.compensation import Compensation
 from edge_ident.model.effect import Array, Effect, Motion, Parameter, Values
 from edge_ident.model.search import Excitation, Form, SearchSpec
@@ -54,6 +55,14 @@ def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
 
 
 EFFECT: Final = TorqueRipple(
+    advice=Advice(
+        in_words="a force repeats with the position",
+        part="motor magnets (cogging), gear teeth, a coupling or a bent screw",
+        action=(
+            "Compare the number of repetitions per turn with pole pairs, teeth and lead. The part"
+            " with that number is the cause."
+        ),
+    ),
     search=SearchSpec(
         forms=(Form(("cosine", "sine"), ("period",)),),
         signature="repeats with the position, the same at all speeds and in both directions",
