@@ -36,8 +36,14 @@ if TYPE_CHECKING:
     from edge_ident.identification.result import AxisIdentification, Identification
     from edge_ident.model.model import AxisModel, Estimate, Model, Term
     from edge_ident.model.model_files import load_model, save_model, sourced_model
+    from edge_ident.signals.read_options import ReadOptions
     from edge_ident.signals.recording import AxisRecord, Recording
-    from edge_ident.signals.recording_files import load_recording, save_recording
+    from edge_ident.signals.recording_files import (
+        Inspection,
+        inspect_recording,
+        load_recording,
+        save_recording,
+    )
     from edge_ident.simulation.flexible import reduced_model
     from edge_ident.simulation.simulate import simulate
     from edge_ident.support.stopwatch import Stopwatch
@@ -63,10 +69,12 @@ __all__ = [
     "GainDesigns",
     "GainError",
     "Identification",
+    "Inspection",
     "LinkError",
     "Model",
     "ModelError",
     "Network",
+    "ReadOptions",
     "Recording",
     "Stopwatch",
     "Term",
@@ -77,6 +85,7 @@ __all__ = [
     "design_gains",
     "diagnose",
     "identify",
+    "inspect_recording",
     "load_drive",
     "load_model",
     "load_network",
@@ -109,10 +118,12 @@ _attribute = lazy_names(
         "GainDesigns": "edge_ident.control.drive_gains",
         "GainError": "edge_ident.errors",
         "Identification": "edge_ident.identification.result",
+        "Inspection": "edge_ident.signals.recording_files",
         "LinkError": "edge_ident.errors",
         "Model": "edge_ident.model.model",
         "ModelError": "edge_ident.errors",
         "Network": "edge_ident.estimation.network",
+        "ReadOptions": "edge_ident.signals.read_options",
         "Recording": "edge_ident.signals.recording",
         "Stopwatch": "edge_ident.support.stopwatch",
         "Term": "edge_ident.model.model",
@@ -122,6 +133,7 @@ _attribute = lazy_names(
         "design_gains": "edge_ident.control.drive_gains",
         "diagnose": "edge_ident.diagnosis.diagnose",
         "identify": "edge_ident.identification.identify",
+        "inspect_recording": "edge_ident.signals.recording_files",
         "load_drive": "edge_ident.drive.description",
         "load_model": "edge_ident.model.model_files",
         "load_network": "edge_ident.estimation.network",

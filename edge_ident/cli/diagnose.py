@@ -8,19 +8,18 @@ import typer
 import edge_ident
 from edge_ident import report
 from edge_ident.cli.command import UNTRUSTED, command
+from edge_ident.cli.file_options import FileOptions
 from edge_ident.cli.messages import say
 from edge_ident.cli.options import (
-    Columns,
     ModelFile,
     ResultOptions,
     given_model,
-    parse_renames,
     save_result_model,
 )
 from edge_ident.cli.progress import shown_progress
 
 RecordingFiles = Annotated[
-    list[Path], typer.Argument(metavar="FILE…", help="Recordings of one machine, .csv or .npz.")
+    list[Path], typer.Argument(metavar="FILE…", help="Recordings of one machine.")
 ]
 ValidationFile = Annotated[
     Path | None,
@@ -76,17 +75,16 @@ def diagnose(
     tolerance: Tolerance = 0.01,
     stability: Stability = True,
     keep_minor: KeepMinor = False,
-    column: Columns = None,
     page: PageFormat = "html",
+    reading: FileOptions,
     results: ResultOptions,
 ) -> None:
     """Find what the base model gets wrong, name the cause, extend the model, measure the gain.
 
     Example: `edge-ident diagnose monday.csv tuesday.csv --validate friday.csv --output diagnosis`
     """
-    renames = parse_renames(column)
-    recordings = [edge_ident.load_recording(file, renames) for file in files]
-    held_out = edge_ident.load_recording(validate, renames) if validate else None
+    recordings = [reading.read(file) for file in files]
+    held_out = reading.read(validate) if validate else None
     known = given_model(model)
     with shown_progress() as bars:
         found = edge_ident.diagnose(

@@ -29,7 +29,7 @@ from edge_ident.estimation.trust import (
     tied_to_time,
 )
 from edge_ident.identification.adequacy import Adequacy
-from edge_ident.identification.findings import describe_model
+from edge_ident.identification.findings import describe_model, describe_scales
 from edge_ident.identification.result import AxisIdentification, EffortTrace, ParameterSource
 from edge_ident.model.model import Estimate, Model, base_axis, effect_names
 from edge_ident.model.supported_range import SupportedRange
@@ -116,6 +116,8 @@ def answer(question: Question, outcome: AxisDiagnosis | str | None) -> AxisIdent
     base = base_axis(chosen.estimate, axis.position_unit, axis.effort_unit, seen)
     findings = _what_was_done(question, outcome, seen)
     findings += check_estimate(chosen.estimate, regressor, measured, metric.relative_residual)
+    inertia = float(chosen.estimate.parameters[0])
+    findings += describe_scales(question.recording, question.name, inertia)
     if network is not None and question.adequacy.adequate:
         findings += compare_estimators(network, linear)
     return AxisIdentification(

@@ -16,6 +16,12 @@ if TYPE_CHECKING:
         simulation_document,
     )
     from edge_ident.report.gain_report import GainReport, gain_report_document, gain_report_view
+    from edge_ident.report.import_report import (
+        import_document,
+        inspection_lines,
+        recording_lines,
+        scale_lines,
+    )
     from edge_ident.report.output import save_figure, show
     from edge_ident.report.page.diagnosis_page import write_page
     from edge_ident.report.page.markdown_page import write_markdown
@@ -43,14 +49,18 @@ __all__ = [
     "gains_document",
     "home_document",
     "identification_document",
+    "import_document",
+    "inspection_lines",
     "outcome_view",
     "profile_document",
     "profile_view",
+    "recording_lines",
     "register_lines",
     "registers_document",
     "run_document",
     "run_figure",
     "save_figure",
+    "scale_lines",
     "show",
     "simulation_document",
     "to_json",
@@ -76,6 +86,10 @@ __getattr__ = lazy_names(
         "gain_report_view": "edge_ident.report.gain_report",
         "gains_document": "edge_ident.report.documents",
         "identification_document": "edge_ident.report.documents",
+        "import_document": "edge_ident.report.import_report",
+        "inspection_lines": "edge_ident.report.import_report",
+        "recording_lines": "edge_ident.report.import_report",
+        "scale_lines": "edge_ident.report.import_report",
         "outcome_view": "edge_ident.report.run_tables",
         "profile_document": "edge_ident.report.run_documents",
         "profile_view": "edge_ident.report.run_tables",
