@@ -10,6 +10,7 @@ from edge_ident.cli.command import UNTRUSTED, command
 from edge_ident.cli.messages import say
 from edge_ident.cli.options import BaudRate, BoardOptions, ResultOptions
 from edge_ident.cli.progress import shown_progress
+from edge_ident.cli.sessions import baud_rate_of, device_of
 
 
 def register(app: typer.Typer) -> None:
@@ -28,7 +29,7 @@ def ports(*, baud_rate: BaudRate = None, results: ResultOptions) -> None:
     """
     with shown_progress() as bars:
         bars.stage("asking ports")
-        rate = baud_rate or commissioning.DEFAULT_BAUD_RATE
+        rate = baud_rate_of(BoardOptions(baud_rate=baud_rate), edge_ident.load_drive())
         found = commissioning.ask_ports(rate, bars.samples)
     document = {"schema": "edge-ident/ports/1", "ports": [asdict(port) for port in found]}
     results.deliver(document, "ports.json")
@@ -50,12 +51,12 @@ def doctor(*, where: BoardOptions, results: ResultOptions) -> None:
     Example: `edge-ident doctor --device /dev/ttyACM0`
     """
     drive = edge_ident.load_drive(where.drive)
-    device = where.device or drive.device
+    device = device_of(where, drive)
     checks = commissioning.check_host()
     if device is not None:
         with shown_progress() as bars:
             bars.stage("timing requests")
-            rate = where.baud_rate or drive.baud_rate or commissioning.DEFAULT_BAUD_RATE
+            rate = baud_rate_of(where, drive)
             checks += commissioning.check_link(device, rate, bars.samples)
     document = {"schema": "edge-ident/doctor/1", "checks": [asdict(check) for check in checks]}
     results.deliver(document, "doctor.json")

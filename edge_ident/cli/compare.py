@@ -53,9 +53,9 @@ def compare(
             measured, loaded, methods=method or (), tries=tries, seed=seed,
             on_stage=bars.stage, on_note=bars.note,
         )  # fmt: skip
+    if results.output:
+        say(f"written: {report.save_figure(found.plot(), results.output / 'comparison.png')}")
     results.deliver(report.comparison_document(found), "comparison.json")
     results.show(found)
-    if results.output:
-        say(f"drawn: {report.save_figure(found.plot(), results.output / 'comparison.png')}")
     if not found.answered:
         raise typer.Exit(UNTRUSTED)

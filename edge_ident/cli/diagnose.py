@@ -97,11 +97,12 @@ def diagnose(
             on_progress=bars.show,
         )
     folder = results.output
-    model_file = save_result_model(found.model, files, folder) if folder else None
+    model_file = None
+    if folder:
+        model_file = save_result_model(found.model, files, folder)
+        say(f"written: {_page(found, files, page, folder, model_file)}")
     results.deliver(report.diagnosis_document(found, model_file), "diagnosis.json")
     results.show(found)
-    if folder:
-        say(f"written: {_page(found, files, page, folder, model_file)}")
     if not found.understood:
         raise typer.Exit(UNTRUSTED)
 

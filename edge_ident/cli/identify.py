@@ -48,9 +48,9 @@ def identify(
             measured, loaded, model=known, seed=seed, diagnose=not no_diagnose, on_progress=show,
             stopwatch=watch,
         )  # fmt: skip
-    results.deliver(report.identification_document(found), "identification.json")
     if results.output:
         save_result_model(found.model, [recording.file], results.output, known)
+    results.deliver(report.identification_document(found), "identification.json")
     results.show(found)
     if not found.trusted:
         raise typer.Exit(UNTRUSTED)

@@ -11,13 +11,20 @@ from edge_ident.cli.command import command
 from edge_ident.cli.file_options import FileOptions
 from edge_ident.cli.messages import print_document
 from edge_ident.cli.options import Json, ModelFile, given_model
-from edge_ident.cli.progress import ProgressBars, shown_progress
+from edge_ident.cli.progress import Progress, shown_progress
 from edge_ident.errors import ModelError
 
 CHECKPOINT: Final = "checkpoint.pt"
 
 CheckpointFolder = Annotated[
-    Path, typer.Option("--output", envvar="EDGE_IDENT_OUTPUT", help="Folder of the checkpoint.")
+    Path,
+    typer.Option(
+        "--output",
+        "-o",
+        metavar="FOLDER",
+        envvar="EDGE_IDENT_OUTPUT",
+        help="Folder to write the checkpoint and the loss curves to.",
+    ),
 ]
 Configuration = Annotated[
     str,
@@ -37,7 +44,14 @@ Accelerator = Annotated[
 ]
 Checkpoint = Annotated[Path, typer.Argument(help="Checkpoint that `train` wrote.")]
 NetworkFolder = Annotated[
-    Path, typer.Option("--output", envvar="EDGE_IDENT_OUTPUT", help="Folder of networks.")
+    Path,
+    typer.Option(
+        "--output",
+        "-o",
+        metavar="FOLDER",
+        envvar="EDGE_IDENT_OUTPUT",
+        help="Folder to write the networks and their manifest to.",
+    ),
 ]
 
 
@@ -114,7 +128,7 @@ def train(
         print(path)
 
 
-def _shown_on(bars: ProgressBars) -> Any:
+def _shown_on(bars: Progress) -> Any:
     """What the training calls with its progress."""
 
     def show(progress: Any) -> None:
@@ -129,7 +143,7 @@ def _shown_on(bars: ProgressBars) -> Any:
 def export(
     *,
     checkpoint: Checkpoint = Path("runs/feed_drive/checkpoint.pt"),
-    output: NetworkFolder = Path("edge_ident/networks"),
+    output: NetworkFolder = Path("networks"),
     json: Json = False,
 ) -> None:
     """Convert a checkpoint to ONNX, fp32 and int8, with parity checks and a manifest.

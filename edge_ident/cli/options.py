@@ -18,7 +18,13 @@ from edge_ident.cli.messages import print_document
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON document on stdout.")]
 Output = Annotated[
     Path | None,
-    typer.Option("--output", envvar="EDGE_IDENT_OUTPUT", help="Folder for results."),
+    typer.Option(
+        "--output",
+        "-o",
+        metavar="FOLDER",
+        envvar="EDGE_IDENT_OUTPUT",
+        help="Folder to write the results to; it is created if it does not exist.",
+    ),
 ]
 DriveFile = Annotated[
     Path | None,

@@ -8,7 +8,7 @@ import edge_ident
 from edge_ident import commissioning, report
 from edge_ident.cli.command import command
 from edge_ident.cli.options import BoardOptions, ResultOptions
-from edge_ident.cli.sessions import connected
+from edge_ident.cli.sessions import connected, device_of
 
 if TYPE_CHECKING:
     from edge_ident import Board
@@ -51,7 +51,7 @@ def registers(
     if not chosen:
         raise typer.BadParameter(f"there is no register {name}", param_hint="NAME")
     values: dict[str, tuple[float, ...]] = {}
-    if write is not None or where.device or edge_ident.load_drive(where.drive).device:
+    if write is not None or device_of(where, edge_ident.load_drive(where.drive)):
         with connected(where) as (board, _):
             if write is not None:
                 _write(board, name, write, yes)

@@ -84,10 +84,10 @@ def run(
         with shown_progress() as bars:
             outcome = commissioning.commission(board, opened.drive, loaded, plan, folder, bars)
     document = report.run_document(outcome, board.identity, loaded, folder)
-    deliver(document, "report.json", folder, results.json)
     capture = folder / commissioning.CAPTURE_FILE
     save_result_model(outcome.identification.model, [capture], folder, known)
     page = report.write_run_page(outcome, document, folder)
+    deliver(document, "report.json", folder, results.json)
     results.show(report.outcome_view(outcome))
     if not results.json:
         say(f"written: {page}")

@@ -20,15 +20,23 @@ if TYPE_CHECKING:
     Motion = Literal["sinusoid", "multisine", "staircase"] | edge_ident.Recording
 
 _NAMED_MOTIONS: Final[dict[str, "Literal['sinusoid', 'multisine', 'staircase']"]] = {
-    "paper": "sinusoid",
     "sinusoid": "sinusoid",
     "multisine": "multisine",
     "staircase": "staircase",
+    "paper": "sinusoid",  # its first name here; scripts may still use it
 }
 _SUFFIXES: Final = (".csv", ".npz")
+_IN_FOLDER: Final = "recording.npz"
 
-OutputFile = Annotated[
-    Path, typer.Option("--output", "-o", metavar="REC", help="Recording to write, .csv or .npz.")
+SimulationOutput = Annotated[
+    Path,
+    typer.Option(
+        "--output",
+        "-o",
+        metavar="FOLDER|FILE",
+        envvar="EDGE_IDENT_OUTPUT",
+        help=f"Folder to write {_IN_FOLDER} to, or a file that ends in .csv or .npz.",
+    ),
 ]
 ModelName = Annotated[
     str,
@@ -56,18 +64,18 @@ class MotionOptions(FileOptions):
         str,
         typer.Option(
             "--motion",
-            metavar="paper|multisine|staircase|FILE",
+            metavar="sinusoid|multisine|staircase|FILE",
             envvar="EDGE_IDENT_MOTION",
-            help="Named motion, or a recording whose motion is followed at its own sampling.",
+            help="Named motion, or a recording: its motion is followed at its own sampling rate.",
         ),
-    ] = "paper"
+    ] = "sinusoid"
     cycles: Annotated[
-        int | None, typer.Option("--cycles", min=1, help="Periods of a paper or multisine motion.")
+        int | None, typer.Option("--cycles", min=1, help="Periods of a sinusoid or multisine.")
     ] = None
 
     def load(self) -> "Motion":
         """Return the name of the motion, or the recording that holds it."""
-        if self.cycles is not None and self.motion not in ("paper", "sinusoid", "multisine"):
+        if self.cycles is not None and self.motion not in ("sinusoid", "multisine", "paper"):
             raise typer.BadParameter(f"{self.motion} has no periods", param_hint="--cycles")
         if self.motion in _NAMED_MOTIONS:
             return _NAMED_MOTIONS[self.motion]
@@ -109,7 +117,7 @@ def register(app: typer.Typer) -> None:
 @command
 def simulate(
     *,
-    output: OutputFile,
+    output: SimulationOutput,
     model: ModelName = "full",
     motion: MotionOptions,
     measurement: MeasurementOptions,
@@ -120,8 +128,7 @@ def simulate(
 
     Example: `edge-ident simulate --model model.json --motion multisine --noise 0.02 -o rec.csv`
     """
-    if output.suffix not in _SUFFIXES:
-        raise typer.BadParameter(f"end it in {' or '.join(_SUFFIXES)}", param_hint="--output")
+    output = _recording_file(output)
     drive, followed, seed = _model(model), motion.load(), measurement.seed
     with shown_progress() as bars:
         bars.stage(f"simulating {model}")
@@ -141,6 +148,18 @@ def simulate(
         )
     else:
         print(output)
+
+
+def _recording_file(output: Path) -> Path:
+    """The file to write, in the folder that was named or by its own name."""
+    if output.is_dir() or not output.suffix:
+        return output / _IN_FOLDER
+    if output.suffix not in _SUFFIXES:
+        raise typer.BadParameter(
+            f"{output} is neither a folder nor a file that ends in {' or '.join(_SUFFIXES)}",
+            param_hint="--output",
+        )
+    return output
 
 
 def _model(name: str) -> "edge_ident.Model | None":

@@ -27,7 +27,7 @@ from firmware_interface.codec import decode_gains
 from firmware_interface.gains import AxisGains
 from firmware_interface.registers import PAGE_ADDRESS, REGISTERS, Fault, Opcode, State
 
-COMMAND = [sys.executable, "-c", "from edge_ident.cli import main; main()"]
+COMMAND = [sys.executable, "-m", "edge_ident"]
 PYTHON_SPEED = 8.0
 C_SPEED = 10.0
 QUICKER = {"= 0.2875": "= 2.0", "= 5.0": "= 1.0", "= 6.283185307179586": "= 0.9"}

@@ -24,7 +24,7 @@ from firmware_interface.connection import open_link
 from firmware_interface.registers import State
 from tests.boards import served_board
 
-COMMAND = [sys.executable, "-c", "from edge_ident.cli import main; main()"]
+COMMAND = [sys.executable, "-m", "edge_ident"]
 
 
 @pytest.fixture(autouse=True)
