@@ -128,13 +128,17 @@ def _sure(name: str, axis: AxisDiagnosis) -> list[Markup]:
         first = Markup("The error of the model falls from {} to {} of the {}.")
         said = [first.format(before, left, word)]
     else:
-        said = [
-            _in_short(axis, carried),
-            Markup("The model misses {} of the {}.").format(before, word),
-        ]
+        said = [Markup("The model misses {} of the {}.").format(before, word)]
     said.append(Markup("Noise alone would leave {}.").format(floor))
     if axis.causes:
         said += _cause_sure(name, axis)
+    if axis.lines:
+        vibrations = "vibration is" if len(axis.lines) == 1 else "vibrations are"
+        said.append(
+            Markup("Above the compared frequencies, {} {} left that no cause explains.").format(
+                counted(len(axis.lines)), vibrations
+            )
+        )
     if not axis.converged:
         said.append(Markup("The search for causes did not settle: read them with caution."))
     return said
@@ -257,4 +261,4 @@ def _picture(key: str, name: str, axes: Axes, follows: str | None) -> Chart:
         _, label, effort = models(axis)[-1]
         shown = reach((axis.traces.effort - effort)[axis.traces.valid])
         return residual_map(key, axis, quantities(name, axes)[follows], label, effort, shown)
-    return effort_chart(key, axis, busiest(axis))
+    return effort_chart(key, axis, busiest(axis) if axis.causes else slice(None))

@@ -21,6 +21,7 @@ from edge_ident.report.page.wording import (
     number,
     percent,
     sentence,
+    to_its_std,
     unit_text,
 )
 
@@ -96,6 +97,7 @@ def _model_sure(name: str, axis: AxisIdentification) -> list[Markup]:
     unit = unit_text(axis.units[0])
     inertia, std = float(axis.estimate.parameters[0]), float(axis.estimate.std[0])
     place = (*at, "parameters", PARAMETERS[0])
+    value_text, std_text = to_its_std(inertia, std)
     word = "inertia" if axis.units[0].startswith("kg") else "inertia, in these units"
     short = "Trusted." if axis.trusted else "Not trusted: see what to do next."
     return [
@@ -106,8 +108,8 @@ def _model_sure(name: str, axis: AxisIdentification) -> list[Markup]:
         ),
         Markup("The {} is {} ± {} {} (one standard deviation).").format(
             word,
-            number(inertia, digits(inertia, 3), *place, "value"),
-            number(std, digits(std, 1), *place, "std"),
+            number(inertia, value_text, *place, "value"),
+            number(std, std_text, *place, "std"),
             unit,
         ),
     ]
