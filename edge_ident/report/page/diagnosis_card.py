@@ -1,6 +1,7 @@
 """The first screen of a diagnosis: verdict, how sure, where to look, what to do, one picture."""
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -9,7 +10,7 @@ from markupsafe import Markup, escape
 from edge_ident.diagnosis.present.wording import spoken
 from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Diagnosis, Verdict
 from edge_ident.model.effects import named
-from edge_ident.report.page.card import Card
+from edge_ident.report.page.card import PICTURE_HEIGHT, Card
 from edge_ident.report.page.chart import Chart
 from edge_ident.report.page.map_charts import (
     Axes,
@@ -73,7 +74,7 @@ def diagnosis_card(key: str, name: str, diagnosis: Diagnosis) -> Card:
         sure=[_in_short(name, diagnosis), *_sure(name, axis), *_elsewhere(name, diagnosis)],
         part=_part(axis, follows),
         action=_action(name, diagnosis),
-        chart=_picture(key, name, diagnosis.axes, follows),
+        chart=replace(_picture(key, name, diagnosis.axes, follows), height=PICTURE_HEIGHT),
     )
 
 

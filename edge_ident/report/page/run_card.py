@@ -1,6 +1,6 @@
 """The first screen of a run: what was written, how much better the axis follows, what to do."""
 
-from dataclasses import asdict
+from dataclasses import asdict, replace
 
 from markupsafe import Markup, escape
 
@@ -9,7 +9,7 @@ from edge_ident.commissioning.verification import Tracking
 from edge_ident.identification.result import AxisIdentification
 from edge_ident.model.effects import named
 from edge_ident.model.model import PARAMETERS
-from edge_ident.report.page.card import Card, Row, Table
+from edge_ident.report.page.card import PICTURE_HEIGHT, Card, Row, Table
 from edge_ident.report.page.chart import Chart
 from edge_ident.report.page.diagnosis_card import distinct, in_words
 from edge_ident.report.page.wording import (
@@ -52,7 +52,7 @@ def run_card(name: str, outcome: Outcome, chart: Chart) -> Card:
         sure=[*_model_sure(name, axis), *_tracking_sure(name, outcome)],
         part=[escape(sentence(part)) for part in parts] or [Markup("No part stands out.")],
         action=_action(axis, outcome),
-        chart=chart,
+        chart=replace(chart, height=PICTURE_HEIGHT),
         written=[_written(outcome)],
         table=_changes(name, outcome),
     )
