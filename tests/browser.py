@@ -1,8 +1,10 @@
-"""A headless Chromium, told what to do over a pipe (Chrome DevTools Protocol), where there is one."""
+"""A headless Chromium, where there is one, that does over a pipe what a test says (DevTools)."""
 
 import base64
+import fcntl
 import json
 import os
+import select
 import shutil
 import subprocess
 from collections.abc import Iterator
@@ -11,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 PROGRAM = shutil.which("chromium") or shutil.which("chromium-browser")
+PATIENCE_S = 120.0
 FLAGS = (
     "--headless", "--no-sandbox", "--disable-gpu", "--no-first-run", "--hide-scrollbars",
     "--disable-background-networking", "--disable-component-update", "--disable-sync",
@@ -19,7 +22,15 @@ FLAGS = (
 
 
 class Tab:
-    """An open tab; `complaints` are script errors and refusals, `requests` the addresses asked for."""
+    """An open tab.
+
+    Attributes
+    ----------
+    complaints : list of str
+        Script errors, and what the page's own policy refused.
+    requests : list of str
+        Addresses that were asked for.
+    """
 
     def __init__(self, commands: int, answers: int) -> None:
         self._commands, self._answers = commands, answers
@@ -76,6 +87,7 @@ class Tab:
 
     def _next(self) -> dict[str, Any]:
         while b"\0" not in self._pending:
+            assert select.select([self._answers], [], [], PATIENCE_S)[0], "the browser hangs"
             received = os.read(self._answers, 1 << 16)
             assert received, "the browser has ended"
             self._pending += received
@@ -103,16 +115,17 @@ def opened(profile: Path) -> Iterator[Tab]:
     """
     commands_in, commands = os.pipe()
     answers, answers_out = os.pipe()
-    # the browser reads from descriptor 3 and writes to 4
-    wrapper = f'exec 3<&{commands_in} 4>&{answers_out}; exec "$@"'
+    # the browser reads from descriptor 3 and writes to 4: start from numbers that are neither
+    ends = [fcntl.fcntl(end, fcntl.F_DUPFD, 10) for end in (commands_in, answers_out)]
+    wrapper = 'exec 3<&{} 4>&{}; exec "$@"'.format(*ends)
     browser = subprocess.Popen(
-        ["/bin/sh", "-c", wrapper, "sh", PROGRAM, *FLAGS, f"--user-data-dir={profile}"],
-        pass_fds=(commands_in, answers_out),
+        ["bash", "-c", wrapper, "bash", str(PROGRAM), *FLAGS, f"--user-data-dir={profile}"],
+        pass_fds=ends,
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,
     )
-    os.close(commands_in)
-    os.close(answers_out)
+    for end in (commands_in, answers_out, *ends):
+        os.close(end)
     try:
         yield Tab(commands, answers)
     finally:

@@ -1,11 +1,14 @@
 """What the first screen says of one axis."""
 
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Final, Literal
 
 from markupsafe import Markup
 
 from edge_ident.report.page.chart import Chart
+
+PICTURE_HEIGHT: Final = 310
+"""Pixels of the first screen's picture, beside the text."""
 
 Row = tuple[Markup | str, ...]
 

@@ -1,6 +1,7 @@
 """The first screen of a diagnosis: verdict, how sure, where to look, what to do, one picture."""
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -9,7 +10,7 @@ from markupsafe import Markup, escape
 from edge_ident.diagnosis.present.wording import spoken
 from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Diagnosis, Verdict
 from edge_ident.model.effects import named
-from edge_ident.report.page.card import Card
+from edge_ident.report.page.card import PICTURE_HEIGHT, Card
 from edge_ident.report.page.chart import Chart
 from edge_ident.report.page.map_charts import (
     Axes,
@@ -73,7 +74,7 @@ def diagnosis_card(key: str, name: str, diagnosis: Diagnosis) -> Card:
         sure=[_in_short(name, diagnosis), *_sure(name, axis), *_elsewhere(name, diagnosis)],
         part=_part(axis, follows),
         action=_action(name, diagnosis),
-        chart=_picture(key, name, diagnosis.axes, follows),
+        chart=replace(_picture(key, name, diagnosis.axes, follows), height=PICTURE_HEIGHT),
     )
 
 
@@ -128,13 +129,17 @@ def _sure(name: str, axis: AxisDiagnosis) -> list[Markup]:
         first = Markup("The error of the model falls from {} to {} of the {}.")
         said = [first.format(before, left, word)]
     else:
-        said = [
-            _in_short(axis, carried),
-            Markup("The model misses {} of the {}.").format(before, word),
-        ]
+        said = [Markup("The model misses {} of the {}.").format(before, word)]
     said.append(Markup("Noise alone would leave {}.").format(floor))
     if axis.causes:
         said += _cause_sure(name, axis)
+    if axis.lines:
+        vibrations = "vibration is" if len(axis.lines) == 1 else "vibrations are"
+        said.append(
+            Markup("Above the compared frequencies, {} {} left that no cause explains.").format(
+                counted(len(axis.lines)), vibrations
+            )
+        )
     if not axis.converged:
         said.append(Markup("The search for causes did not settle: read them with caution."))
     return said
@@ -257,4 +262,4 @@ def _picture(key: str, name: str, axes: Axes, follows: str | None) -> Chart:
         _, label, effort = models(axis)[-1]
         shown = reach((axis.traces.effort - effort)[axis.traces.valid])
         return residual_map(key, axis, quantities(name, axes)[follows], label, effort, shown)
-    return effort_chart(key, axis, busiest(axis))
+    return effort_chart(key, axis, busiest(axis) if axis.causes else slice(None))

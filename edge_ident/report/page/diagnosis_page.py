@@ -32,8 +32,9 @@ def write_page(
         The page.
     """
     names = listed(file for file, _ in provenance.files)
+    says = "says" if len(provenance.files) == 1 else "say"
     content = {
-        "title": f"What {names} says about the machine",
+        "title": f"What {names} {says} about the machine",
         "findings": _findings(diagnosis),
         "cards": [
             diagnosis_card(f"c{n}", name, diagnosis) for n, name in enumerate(diagnosis.axes)

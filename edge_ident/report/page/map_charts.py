@@ -17,7 +17,7 @@ from edge_ident.diagnosis.present.wording import spoken
 from edge_ident.diagnosis.result import AxisDiagnosis, Cause
 from edge_ident.model.effects import named
 from edge_ident.report.page.chart import Chart, Layer
-from edge_ident.report.page.paths import means
+from edge_ident.report.page.paths import PER_BIN, means
 from edge_ident.report.page.scale import Scale, across, around
 from edge_ident.report.page.time_charts import models, noise_band, reach
 from edge_ident.report.page.wording import digits, effort_word, unit_text
@@ -27,6 +27,8 @@ Axes = Mapping[str, AxisDiagnosis]
 
 _FOLLOWS: Final = 0.1
 """Share of the variance from which a signal is said to follow a quantity."""
+_OF_A_FORMULA: Final = 4
+"""Samples of a bin of a contribution, which has no noise to average."""
 
 
 @dataclass(frozen=True)
@@ -96,7 +98,9 @@ def cause_chart(key: str, name: str, axes: Axes, cause: Cause) -> Chart:
         _most_of(without[valid]),
         (
             Layer("dots", "without", x, without[valid], "missed without this cause"),
-            *_mean_layers(x, part[valid], traces.velocity[valid], over.both_ways, "cause"),
+            *_mean_layers(
+                x, part[valid], traces.velocity[valid], over.both_ways, "cause", _OF_A_FORMULA
+            ),
         ),
         caption="The formula is right where the dots scatter around the lines.",
     )
@@ -156,13 +160,13 @@ def residual_map(
 
 
 def _mean_layers(
-    x: Array, y: Array, velocity: Array, both_ways: bool, what: str
+    x: Array, y: Array, velocity: Array, both_ways: bool, what: str, per_bin: int = PER_BIN
 ) -> tuple[Layer, ...]:
     """Means over bins, forward and backward apart where the direction matters."""
     if not both_ways:
-        return (Layer("marks", "backward solid", *means(x, y), what),)
+        return (Layer("marks", "backward solid", *means(x, y, per_bin), what),)
     found = {
-        way: means(x[moving], y[moving])
+        way: means(x[moving], y[moving], per_bin)
         for way, moving in (("forward", velocity > 0.0), ("backward", velocity < 0.0))
     }
     return tuple(

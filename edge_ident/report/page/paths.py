@@ -14,7 +14,8 @@ _BUCKETS: Final = 2500
 """Of a line; each gives its lowest and its highest sample."""
 _DOTS: Final = 450
 _BINS: Final = 40
-_PER_BIN: Final = 15
+PER_BIN: Final = 15
+"""Samples over which noise is averaged."""
 
 
 def envelope(x: Array, y: Array, buckets: int = _BUCKETS) -> tuple[Array, Array]:
@@ -59,15 +60,15 @@ def dots_path(x: Array, y: Array, dots: int = _DOTS) -> str:
     return "".join(f"M{column} {row}h0" for column, row in zip(across, down, strict=True))
 
 
-def means(x: Array, y: Array, bins: int = _BINS) -> tuple[Array, Array]:
-    """Means over bins of equal width in x; scarce ones are left out."""
+def means(x: Array, y: Array, per_bin: int = PER_BIN) -> tuple[Array, Array]:
+    """Means over bins of equal width, of so many samples on average; scarce ones are left out."""
     if not len(x):
         return x, y
-    bins = int(np.clip(len(x) // _PER_BIN, 1, bins))
+    bins = int(np.clip(len(x) // per_bin, 1, _BINS))
     edges = np.linspace(np.min(x), np.max(x), bins + 1)
     index = np.clip(np.searchsorted(edges, x, side="right") - 1, 0, bins - 1)
     count = np.bincount(index, minlength=bins)
-    full = 3 * count >= _PER_BIN
+    full = 3 * count >= per_bin
     found = [np.bincount(index, weights=of, minlength=bins)[full] / count[full] for of in (x, y)]
     return found[0], found[1]
 

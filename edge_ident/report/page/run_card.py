@@ -1,6 +1,6 @@
 """The first screen of a run: what was written, how much better the axis follows, what to do."""
 
-from dataclasses import asdict
+from dataclasses import asdict, replace
 
 from markupsafe import Markup, escape
 
@@ -9,7 +9,7 @@ from edge_ident.commissioning.verification import Tracking
 from edge_ident.identification.result import AxisIdentification
 from edge_ident.model.effects import named
 from edge_ident.model.model import PARAMETERS
-from edge_ident.report.page.card import Card, Row, Table
+from edge_ident.report.page.card import PICTURE_HEIGHT, Card, Row, Table
 from edge_ident.report.page.chart import Chart
 from edge_ident.report.page.diagnosis_card import distinct, in_words
 from edge_ident.report.page.wording import (
@@ -21,6 +21,7 @@ from edge_ident.report.page.wording import (
     number,
     percent,
     sentence,
+    to_its_std,
     unit_text,
 )
 
@@ -51,7 +52,7 @@ def run_card(name: str, outcome: Outcome, chart: Chart) -> Card:
         sure=[*_model_sure(name, axis), *_tracking_sure(name, outcome)],
         part=[escape(sentence(part)) for part in parts] or [Markup("No part stands out.")],
         action=_action(axis, outcome),
-        chart=chart,
+        chart=replace(chart, height=PICTURE_HEIGHT),
         written=[_written(outcome)],
         table=_changes(name, outcome),
     )
@@ -96,6 +97,7 @@ def _model_sure(name: str, axis: AxisIdentification) -> list[Markup]:
     unit = unit_text(axis.units[0])
     inertia, std = float(axis.estimate.parameters[0]), float(axis.estimate.std[0])
     place = (*at, "parameters", PARAMETERS[0])
+    value_text, std_text = to_its_std(inertia, std)
     word = "inertia" if axis.units[0].startswith("kg") else "inertia, in these units"
     short = "Trusted." if axis.trusted else "Not trusted: see what to do next."
     return [
@@ -106,8 +108,8 @@ def _model_sure(name: str, axis: AxisIdentification) -> list[Markup]:
         ),
         Markup("The {} is {} ± {} {} (one standard deviation).").format(
             word,
-            number(inertia, digits(inertia, 3), *place, "value"),
-            number(std, digits(std, 1), *place, "std"),
+            number(inertia, value_text, *place, "value"),
+            number(std, std_text, *place, "std"),
             unit,
         ),
     ]

@@ -14,6 +14,7 @@ from edge_ident.diagnosis.present.wording import listed
 _EFFORT_WORDS: Final = {"N": "force", "N*m": "torque", "A": "current", "V": "voltage"}
 _MILLI_BELOW: Final = 0.1
 _FLAG: Final = ": --motion "
+_MOST_DECIMALS: Final = 9
 
 
 def pointer(*keys: str | int) -> str:
@@ -57,15 +58,23 @@ def minus(text: str) -> str:
     return text.replace("-", "−")
 
 
+def to_its_std(value: float, std: float) -> tuple[str, str]:
+    """A value and its standard deviation, both to two digits of the deviation."""
+    decimals = _decimals(std)
+    return minus(f"{value:.{decimals}f}"), f"{std:.{decimals}f}"
+
+
 def with_interval(value: float, std: float | None) -> str:
     """A value with its 95 % interval, to the digits that the deviation leaves."""
-    if not std or not math.isfinite(std):
+    if not std or not math.isfinite(std) or _decimals(std) > _MOST_DECIMALS:
         return digits(value, 4)
-    decimals = max(0, 1 - math.floor(math.log10(std)))
-    if decimals > 9:
-        return digits(value, 4)
-    low, high = value - 1.96 * std, value + 1.96 * std
-    return minus(f"{value:.{decimals}f} ({low:.{decimals}f} to {high:.{decimals}f})")
+    ends = (value, value - 1.96 * std, value + 1.96 * std)
+    return "{} ({} to {})".format(*(minus(f"{end:.{_decimals(std)}f}") for end in ends))
+
+
+def _decimals(std: float) -> int:
+    """Decimals that show two digits of a standard deviation."""
+    return max(0, 1 - int(f"{std:.1e}".partition("e")[2]))
 
 
 def unit_text(unit: str) -> str:
