@@ -85,12 +85,9 @@ def lay_out(
     DataError
         Headings and values differ in number, or fewer than two columns hold numbers.
     """
-    usual = [cells for _, cells in rows if len(cells) == width]
-    numeric = tuple(
-        c
-        for c in range(width)
-        if 2 * sum(bool(cells[c]) and is_value(cells[c]) for cells in usual) >= len(usual)
-    )
+    held = [[bool(c) and is_value(c) for c in cells] for _, cells in rows if len(cells) == width]
+    usual = [row for row in held if any(row)]
+    numeric = tuple(c for c in range(width) if 2 * sum(row[c] for row in usual) >= len(usual))
     if len(numeric) < 2:
         raise DataError(
             f"{source}: only {len(numeric)} column holds numbers",
@@ -132,8 +129,10 @@ def _first_of_table(
 
 
 def _nearly(cells: Sequence[str], is_value: Callable[[str], bool]) -> bool:
-    """Whether most cells of a row are numbers."""
-    return len(cells) > 1 and sum(bool(c) and is_value(c) for c in cells) > 0.5 * len(cells)
+    """Whether most cells of a row are numbers, and it does not begin with a key."""
+    if len(cells) < 2 or cells[0].lower() in _KEYS:
+        return False
+    return sum(bool(c) and is_value(c) for c in cells) > 0.5 * len(cells)
 
 
 def _unit_row(before: Sequence[Row], width: int) -> tuple[int, tuple[str | None, ...]]:
