@@ -1,7 +1,7 @@
 """How a text file writes its table: encoding, delimiter and decimal sign, decided by evidence.
 
-Every way to read the head of the file is tried, and the one that finds the most numbers counts.
-Two that find as many, and other numbers, are not decided between.
+Every way to read the head of the file is tried, and the one that finds the most numbers counts. A
+way that leaves several numbers in one cell does not.
 """
 
 import codecs
@@ -28,8 +28,14 @@ _NUMBERS: Final = {
 _MISSING: Final = re.compile(r"|[-+]?(?:nan|inf)", re.IGNORECASE)
 _WORDS: Final = re.compile(r'"[^"]*"|[^\s\[(]+(?:\s*[\[(][^\])]*[\])])?|\S+')
 """Cells between blanks; a unit in brackets belongs to the heading before it."""
+_SEVERAL: Final = re.compile(r"[-+\d.eE]*\d[;, \t][-+ ]*[.\d][-+\d.,; \teE]*")
+"""Numbers with a delimiter between them."""
+_FEW: Final = 0.1
+"""Share of cells that may hold several numbers: those of bad rows."""
+_THOUSANDS: Final = re.compile(r"[-+]?[1-9]\d{0,2},\d{3}")
 _LEAST: Final = 0.3
 """Share of numbers among the cells, below which a way to read a file finds no table."""
+_ANY: Final = 1e-6
 _BOMS: Final = (
     (codecs.BOM_UTF8, "utf-8-sig"),
     (codecs.BOM_UTF16_LE, "utf-16"),
@@ -150,7 +156,7 @@ def find_dialect(
     Raises
     ------
     DataError
-        No way finds a table, or two ways find different ones.
+        No way finds a table, or a comma may be one of thousands.
     """
     tried = [
         Dialect(encoding, separator, sign)
@@ -160,21 +166,18 @@ def find_dialect(
     ]
     scored = sorted(((_score(way, lines), way) for way in tried), key=lambda s: -s[0])
     best, chosen = scored[0] if scored else (0.0, None)
-    if chosen is None or best < _LEAST:
+    if chosen is None or best < (_LEAST if delimiter is None else _ANY):
         raise DataError(
             f"{path}: no table of numbers found",
-            "a row holds at least two numbers with a comma, semicolon, tab or blanks between; "
-            "thousands separators cannot be read",
+            "a row holds at least two numbers with a comma, semicolon, tab or blanks between, and "
+            "no thousands separators; for a table of mostly text, say --delimiter and --decimal",
         )
-    rivals = [way for score, way in scored[1:] if score == best]
-    for rival in rivals:
-        if _numbers(chosen, lines) != _numbers(rival, lines):
-            raise DataError(
-                f"{path}: two ways to read it find as many numbers: {_ways(chosen)}, or "
-                f"{_ways(rival)}",
-                f"say which: {_options(chosen)}, or {_options(rival)}; if both occur, export "
-                "the file again",
-            )
+    if decimal is None and _may_be_thousands(chosen, lines):
+        raise DataError(
+            f"{path}: every comma has one to three digits before it and three behind: a decimal "
+            "sign, or one of thousands?",
+            "if it is the decimal sign, say --decimal comma; otherwise export without it",
+        )
     return chosen
 
 
@@ -189,25 +192,21 @@ def width_of(dialect: Dialect, rows: Sequence[Sequence[str]]) -> int:
 
 
 def _score(dialect: Dialect, lines: Sequence[str]) -> float:
-    """Share of numbers among all cells of the rows of the usual width."""
+    """Share of numbers among all cells of the rows of the usual width.
+
+    Where cells hold several numbers, this is not how the file is written.
+    """
     rows = [dialect.cells(line) for line in lines if line.strip()]
     width = width_of(dialect, rows)
     cells = [cell for row in rows if len(row) == width for cell in row]
     numbers = sum(dialect.is_number(cell) for cell in cells)
-    return numbers / len(cells) if numbers >= 2 else 0.0
+    several = sum(_SEVERAL.fullmatch(c) is not None for c in cells if not dialect.is_number(c))
+    return numbers / len(cells) if numbers >= 2 and several < _FEW * len(cells) else 0.0
 
 
-def _numbers(dialect: Dialect, lines: Sequence[str]) -> list[tuple[float, ...]]:
-    sign = DECIMALS[dialect.decimal]
-    return [
-        tuple(float(c.replace(sign, ".")) for c in dialect.cells(line) if dialect.is_number(c))
-        for line in lines
-    ]
-
-
-def _ways(dialect: Dialect) -> str:
-    return f"delimiter {dialect.delimiter} with decimal {dialect.decimal}"
-
-
-def _options(dialect: Dialect) -> str:
-    return f"--delimiter {dialect.delimiter} --decimal {dialect.decimal}"
+def _may_be_thousands(dialect: Dialect, lines: Sequence[str]) -> bool:
+    """Whether no number tells a decimal comma from a separator of thousands."""
+    if dialect.decimal != "comma":
+        return False
+    cells = [c for line in lines for c in dialect.cells(line) if dialect.is_number(c) and "," in c]
+    return bool(cells) and all(map(_THOUSANDS.fullmatch, cells))

@@ -3,6 +3,7 @@
 from datetime import date, time, timedelta
 from pathlib import Path
 from typing import Final
+from zipfile import BadZipFile
 
 import numpy as np
 
@@ -28,7 +29,7 @@ def read_xlsx(path: Path) -> Table:
     try:
         sheet = openpyxl.load_workbook(path, read_only=True, data_only=True).worksheets[0]
         cells = [[_text(cell) for cell in row] for row in sheet.iter_rows(values_only=True)]
-    except (OSError, ValueError, KeyError, IndexError) as error:
+    except (OSError, ValueError, KeyError, IndexError, BadZipFile) as error:
         raise unreadable(str(path), ".xlsx", error) from error
     rows = [(i, _cut(row)) for i, row in enumerate(cells, start=1) if any(row)]
     width = width_of(_WRITTEN, [row for _, row in rows])

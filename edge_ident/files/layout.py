@@ -22,7 +22,15 @@ _VALUE: Final = re.compile(r"(?P<number>[-+]?\d+(?:[.,]\d+)?(?:[eE][-+]?\d+)?)\s
 _PAIR: Final = re.compile(r"[#%\s]*([^=:]+?)\s*[=:]\s*(.+)")
 _HERTZ: Final = {"Hz": 1.0, "kHz": 1e3}
 _KEYS_OF_CHANNELS: Final = ("Name", "SymbolName")
-"""First cells of rows that describe a channel in each column, as TwinCAT Scope writes them."""
+"""First cells of rows that name a channel in each column, as TwinCAT Scope writes them."""
+_KEYS: Final = frozenset({
+    "name", "symbolname", "symbolcomment", "symbolbased", "data-type", "sampletime[ms]", "offset",
+    "variablesize", "indexgroup", "indexoffset", "netid", "port", "scalefactor", "bitmask",
+    "unit", "unit scalefactor", "unit offset", "starttime", "endtime",
+})  # fmt: skip
+"""First cells of such rows, in lower case; one of them stands right above the numbers."""
+_FEWEST_OF_CHANNELS: Final = 3
+"""Columns of two channels with their time."""
 
 
 @dataclass(frozen=True)
@@ -77,12 +85,9 @@ def lay_out(
     DataError
         Headings and values differ in number, or fewer than two columns hold numbers.
     """
-    usual = [cells for _, cells in rows if len(cells) == width]
-    numeric = tuple(
-        c
-        for c in range(width)
-        if 2 * sum(bool(cells[c]) and is_value(cells[c]) for cells in usual) >= len(usual)
-    )
+    held = [[bool(c) and is_value(c) for c in cells] for _, cells in rows if len(cells) == width]
+    usual = [row for row in held if any(row)]
+    numeric = tuple(c for c in range(width) if 2 * sum(row[c] for row in usual) >= len(usual))
     if len(numeric) < 2:
         raise DataError(
             f"{source}: only {len(numeric)} column holds numbers",
@@ -124,8 +129,10 @@ def _first_of_table(
 
 
 def _nearly(cells: Sequence[str], is_value: Callable[[str], bool]) -> bool:
-    """Whether most cells of a row are numbers."""
-    return len(cells) > 1 and sum(bool(c) and is_value(c) for c in cells) > 0.5 * len(cells)
+    """Whether most cells of a row are numbers, and it does not begin with a key."""
+    if len(cells) < 2 or cells[0].lower() in _KEYS:
+        return False
+    return sum(bool(c) and is_value(c) for c in cells) > 0.5 * len(cells)
 
 
 def _unit_row(before: Sequence[Row], width: int) -> tuple[int, tuple[str | None, ...]]:
@@ -160,13 +167,11 @@ def _channels(
     before: Sequence[Row], width: int
 ) -> tuple[int, tuple[str, ...], tuple[str | None, ...]] | None:
     """Rows of a key and what it is for each channel; the key stands above each column of time."""
-    named = {
-        cells[0]: (number, cells)
-        for number, cells in before
-        if len(cells) == width and (cells[0] in _KEYS_OF_CHANNELS or cells[0] == "Unit")
-    }
+    if width < _FEWEST_OF_CHANNELS or not before or before[-1][1][0].lower() not in _KEYS:
+        return None
+    named = {cells[0]: (number, cells) for number, cells in before if len(cells) == width}
     row = next((named[key] for key in _KEYS_OF_CHANNELS if key in named), None)
-    if row is None or (before[-1] == row and len(before) == 1 and len(set(row[1])) == 1):
+    if row is None:
         return None
     number, cells = row
     headings = tuple("Time" if cell == cells[0] else cell for cell in cells)

@@ -131,20 +131,31 @@ def _plain(lines: Iterator[str], dialect: Dialect, layout: Layout, quoted: bool)
     if quoted:
         lines = ("\t".join(dialect.cells(line.rstrip("\n"))) for line in lines)
     elif len(layout.numeric) < width:
-        lines = _of_width(lines, dialect, width)
+        lines = _of_width(lines, dialect, layout)
     elif layout.open_end:
         end = separator + "\n"
         lines = (line[:-2] if line.endswith(end) else line for line in lines)
     if dialect.decimal == "comma":
-        lines = (line.replace(",", ".") for line in lines)
+        lines = _with_points(lines, check=len(layout.numeric) == width)
     return lines
 
 
-def _of_width(lines: Iterator[str], dialect: Dialect, width: int) -> Iterator[str]:
+def _with_points(lines: Iterator[str], *, check: bool) -> Iterator[str]:
+    """Lines with decimal points; one that had a point before is another way of writing."""
+    for line in lines:
+        if check and "." in line:
+            raise ValueError("decimal points among decimal commas")
+        yield line.replace(",", ".")
+
+
+def _of_width(lines: Iterator[str], dialect: Dialect, layout: Layout) -> Iterator[str]:
     """Lines as they are; numpy does not count the cells where it takes some columns only."""
     for line in lines:
-        if line.strip() and len(dialect.cells(line.rstrip("\n"))) != width:
+        cells = dialect.cells(line.rstrip("\n"))
+        if line.strip() and len(cells) != len(layout.headings):
             raise ValueError("another number of cells")
+        if line.strip() and not all(dialect.is_value(cells[c]) for c in layout.numeric):
+            raise ValueError("not a number")
         yield line
 
 

@@ -29,7 +29,7 @@ def import_document(
         "rows": found.rows,
         "columns": [
             {
-                "heading": use.column.heading,
+                "heading": use.heading,
                 "unit": use.unit_text,
                 "contract_name": use.target,
                 "factor": use.unit.factor if use.target else None,
@@ -58,8 +58,7 @@ def inspection_lines(found: Inspection) -> Iterator[str]:
     yield ", ".join(filter(None, (f"{found.source}: {found.rows} rows", found.how)))
     rows = [("column", "unit", "taken for", "because")]
     rows += [
-        (use.column.heading, use.unit_text or "", use.target or "", use.reason)
-        for use in found.columns
+        (use.heading, use.unit_text or "", use.target or "", use.reason) for use in found.columns
     ]
     widths = [max(len(row[c]) for row in rows) for c in range(3)]
     for row in rows:

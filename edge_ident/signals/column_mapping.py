@@ -13,8 +13,9 @@ from edge_ident.files.headings import split_heading
 from edge_ident.files.table import Column, Table
 from edge_ident.files.units import Unit
 from edge_ident.signals.column_proposals import Proposal, propose_axes, propose_time
+from edge_ident.signals.column_roles import role_of
 from edge_ident.signals.column_units import checked_options, conversion, weak
-from edge_ident.signals.contract_columns import TIME, parse_name
+from edge_ident.signals.contract_columns import EFFORTS, TIME, parse_name
 from edge_ident.signals.read_options import ReadOptions
 
 
@@ -24,17 +25,18 @@ class ColumnUse:
 
     Attributes
     ----------
-    column : Column
+    heading : str
+        As it stands in the file.
     target : str or None
         Name in the contract; None where the column is not used.
     unit_text : str or None
-        Unit of the numbers in the file.
+        Unit of the numbers in the file, as the file or the user states it.
     unit : Unit
         From there to the contract's unit.
     reason : str
     """
 
-    column: Column
+    heading: str
     target: str | None
     unit_text: str | None
     unit: Unit
@@ -74,12 +76,8 @@ def map_columns(table: Table, options: ReadOptions) -> ColumnMapping:
     """
     checked_options(options)
     said, units = _said(table, options)
-    targets: dict[str, Proposal] = {}
-    for column in table.columns:
-        if column.heading in said:
-            targets[column.heading] = Proposal(said[column.heading], "as given")
-        elif parse_name(column.heading) and column.heading not in said.values():
-            targets[column.heading] = Proposal(column.heading, "the contract's name")
+    targets = {heading: Proposal(target, "as given") for heading, target in said.items()}
+    targets |= {name: Proposal(name, "the contract's name") for name in _contract(table, said)}
     free = [column for column in table.columns if column.heading not in targets]
     free = [replace(c, unit=units.get(c.heading, c.unit)) for c in free]
     native = any(proposal.target != TIME for proposal in targets.values())
@@ -101,7 +99,7 @@ def map_columns(table: Table, options: ReadOptions) -> ColumnMapping:
     )
     return ColumnMapping(
         uses, period_s, why if period_s is not None else "", tuple(questions),
-        _accepting(uses, targets, options),
+        _accepting(uses, table, targets, options),
     )  # fmt: skip
 
 
@@ -124,6 +122,16 @@ def _said(table: Table, options: ReadOptions) -> tuple[dict[str, str], dict[str,
         if unit is not None and name not in (column.heading, column.name):
             units.setdefault(column.heading, unit)
     return said, units
+
+
+def _contract(table: Table, said: Mapping[str, str]) -> list[str]:
+    """Headings that are names of the contract, unless it is by chance: no time, no whole axis."""
+    names = [c.heading for c in table.columns if c.heading not in (*said, *said.values())]
+    parsed = {name: found for name in names if (found := parse_name(name)) is not None}
+    positions = {axis for axis, quantity, _ in parsed.values() if quantity == "position"}
+    efforts = {axis for axis, quantity, _ in parsed.values() if quantity in EFFORTS}
+    meant = TIME in parsed or positions & efforts or any(t != TIME for t in said.values())
+    return list(parsed) if meant else []
 
 
 def _column(table: Table, name: str) -> Column:
@@ -152,9 +160,9 @@ def _use(
         target, reason = None, "the sampling period is given"
     text = units.get(column.heading) or proposal.unit or column.unit
     if target is None:
-        return ColumnUse(column, None, text, Unit(""), reason or "not needed")
+        return ColumnUse(column.heading, None, text, Unit(""), reason or _unused(column))
     if proposal.open:
-        return ColumnUse(column, target, text, Unit(""), reason)
+        return ColumnUse(column.heading, target, text, Unit(""), reason)
     try:
         unit = conversion(column, target, text, options)
     except DataError:
@@ -163,22 +171,26 @@ def _use(
         text, unit = None, conversion(column, target, None, options)
     if text is None:
         reason += ", unit not stated: taken as the contract's"
-    return ColumnUse(column, target, text, unit, reason)
+    return ColumnUse(column.heading, target, text, unit, reason)
+
+
+def _unused(column: Column) -> str:
+    quantity = role_of(column.name).quantity
+    return f"named {quantity}, not used" if quantity not in ("", "other") else "not used"
 
 
 def _accepting(
-    uses: tuple[ColumnUse, ...], targets: Mapping[str, Proposal], options: ReadOptions
+    uses: tuple[ColumnUse, ...], table: Table, targets: Mapping[str, Proposal], options: ReadOptions
 ) -> tuple[str, ...]:
     """Options of the command line that say what a proposal guesses."""
     said: list[str] = []
-    for use in uses:
+    for use, column in zip(uses, table.columns, strict=True):
         if use.target is None:
             continue
-        heading = use.column.heading
-        proposal = targets[heading]
+        heading, proposal = use.heading, targets[use.heading]
         if use.target != heading:
             said += ["--column", f"{heading}={use.target}"]
-        if use.unit_text is not None and use.unit_text != use.column.unit:
+        if use.unit_text is not None and use.unit_text != column.unit:
             said += ["--unit", f"{heading}={use.unit_text}"]
         said += [word for word in proposal.open if word not in said]
     if options.period_s is not None:

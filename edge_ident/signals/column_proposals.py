@@ -78,6 +78,8 @@ def propose_time(
     named = [r for r in read if r.role.quantity == "time" and (not r.unit or r.unit.base == "s")]
     found = named or [r for r in read if r.unit and r.unit.base == "s" and not r.role.quantity]
     if not found:
+        found = [r for r in read if not r.unit and _is_clock(r.column)][:1]
+    if not found:
         return {}, ["no column holds the time: give its sampling period, --period SECONDS"]
     first, asked = found[0], []
     heading = first.column.heading
@@ -85,7 +87,8 @@ def propose_time(
         headings = " or ".join(r.column.heading for r in found)
         asked.append(f"which column is the time: {headings}?")
     if not named:
-        asked.append(f"is {heading} the time? Only its unit says so")
+        says = "Only its unit says so" if first.unit else "It only ever increases"
+        asked.append(f"is {heading} the time? {says}")
     if first.unit is not None:
         return {heading: Proposal(TIME, f"a time in {first.column.unit}")}, asked
     step = float(np.median(np.diff(first.column.values)))
@@ -96,6 +99,12 @@ def propose_time(
     text = "s" if step < _SLOW_S else "ms" if step < 1e3 * _SLOW_S else "us"
     asked.append(f"{heading} states no unit: {text}?")
     return {heading: Proposal(TIME, "a time", text)}, asked
+
+
+def _is_clock(column: Column) -> bool:
+    """Whether a column only ever increases, and does not count samples."""
+    steps = np.diff(column.values)
+    return bool(np.all(steps > 0.0) and np.any(steps != 1.0))
 
 
 def propose_axes(
@@ -113,8 +122,9 @@ def propose_axes(
         efforts = [r for r in read if r.is_effort and not r.role.quantity]
         asked += [f"is {r.column.heading} the effort? Only its unit says so" for r in efforts]
     if not positions or not efforts:
-        lacks = "position" if not positions else "effort"
-        return {}, [f"no column is known for a {lacks}: say it with --column NAME=CONTRACT_NAME"]
+        lacks = "a position" if not positions else "an effort"
+        asked = [f"no heading says which column is {lacks}"]
+        return _by_course([r.column for r in read if r.role.quantity != "time"]), asked
     pairs, more = _pairs(positions, efforts)
     names = axis_names([position.role.axis for position, _ in pairs])
     proposed: dict[str, Proposal] = {}
@@ -126,6 +136,22 @@ def propose_axes(
         proposed |= _optional(read, position, of_position, axis)
         asked += about_position + about_effort
     return proposed, asked + more
+
+
+def _by_course(columns: Sequence[Column]) -> dict[str, Proposal]:
+    """What two columns beside the time may be: a position runs smoother than an effort."""
+    rough = {
+        column.heading: float(np.std(np.diff(column.values, 2)) / np.std(column.values))
+        for column in columns
+        if np.std(column.values) > 0.0 and not np.all(np.diff(column.values) > 0.0)
+    }
+    if len(rough) != 2:
+        return {}
+    smooth, other = sorted(rough, key=lambda heading: rough[heading])
+    return {
+        smooth: Proposal("x_position_m", "runs smoother than the effort", "m"),
+        other: Proposal("x_torque_nm", "runs rougher than the position", "Nm"),
+    }
 
 
 def _pairs(

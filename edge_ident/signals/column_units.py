@@ -1,10 +1,12 @@
 """From the unit of a column in a file to that of the contract."""
 
+import re
 from typing import Final
 
 from edge_ident.errors import DataError
+from edge_ident.files.headings import split_heading
 from edge_ident.files.table import Column
-from edge_ident.files.units import Unit, count_unit, known_unit, stated_unit
+from edge_ident.files.units import Unit, count_unit, stated_unit
 from edge_ident.signals.contract_columns import UNITS, parse_name
 from edge_ident.signals.read_options import ReadOptions
 
@@ -102,10 +104,6 @@ def end_of(base: str) -> str | None:
 
 
 def weak(column: Column) -> bool:
-    """Whether a unit stands after an underscore only, where it may be the name's own last part."""
-    return (
-        column.unit is not None
-        and column.heading.lower().endswith("_" + column.heading.rpartition("_")[2].lower())
-        and known_unit(column.unit) is not None
-        and "[" not in column.heading
-    )
+    """Whether the unit stands after an underscore only, where it may be a part of the name."""
+    after_underscore = re.fullmatch(r".*_[A-Za-z_]+", column.heading) is not None
+    return after_underscore and split_heading(column.heading)[1] == column.unit

@@ -50,7 +50,7 @@ class Inspection:
         How the file was read, empty where nothing had to be decided.
     rows : int
     columns : tuple of ColumnUse
-        `column.heading`, `unit_text`, `target` (the name in the contract, or None) and `reason`.
+        `heading`, `unit_text`, `target` (the name in the contract, or None) and `reason`.
     period_s : float or None
         Sampling period that takes the place of a column of time, and why:
     period_reason : str
@@ -81,14 +81,16 @@ class Inspection:
     left_out: tuple[str, ...]
     questions: tuple[str, ...]
     options: tuple[str, ...]
-    _table: Table
+    _columns: Mapping[str, Array]
+    _first_row: int
+    _effort_shift_s: float
 
     @property
     def assumptions(self) -> tuple[str, ...]:
         """What was decided, one line each; nothing for names of the contract."""
         said = [self.how] if self.how else []
         for use in self.columns:
-            heading, unit = use.column.heading, use.unit_text
+            heading, unit = use.heading, use.unit_text
             if use.target is not None and (use.target != heading or use.unit.factor != 1.0):
                 kept = f"{heading}" + (f", in {unit}" if unit and unit not in heading else "")
                 factor = "" if use.unit.factor == 1.0 else f", times {use.unit.factor:.6g}"
@@ -111,15 +113,10 @@ class Inspection:
                 f"{self.source}: not certain which column is what: {'; '.join(self.questions)}",
                 f"accept or correct the proposal: {_shell(self.options)}",
             )
-        table = self._table
-        columns = {use.target: _converted(use) for use in self.columns if use.target is not None}
-        if self.period_s is not None:
-            columns[TIME] = self.period_s * np.arange(self.rows, dtype=np.float64)
-        held = ", ".join(use.column.heading for use in self.columns)
-        check_table(table.source, columns, table.first_row, held)
-        shift_s = float(table.header.get(_SHIFT, "0"))
-        recording = recording_of(table.source, columns, shift_s, held)
-        check_motions(recording, table.first_row)
+        held = ", ".join(use.heading for use in self.columns)
+        check_table(self.source, self._columns, self._first_row, held)
+        recording = recording_of(self.source, self._columns, self._effort_shift_s, held)
+        check_motions(recording, self._first_row)
         return recording
 
 
@@ -152,18 +149,21 @@ def inspect_recording(source: Source, options: ReadOptions | None = None) -> Ins
     """
     options = options or ReadOptions()
     table = read_table(source, options.delimiter, options.decimal)
-    mapping: ColumnMapping = map_columns(table, options)
+    mapping = map_columns(table, options)
+    rows = len(table.columns[0].values) if table.columns else 0
     return Inspection(
         source=table.source,
         how=table.how,
-        rows=len(table.columns[0].values) if table.columns else 0,
+        rows=rows,
         columns=mapping.uses,
         period_s=mapping.period_s,
         period_reason=mapping.period_reason,
         left_out=table.left_out,
         questions=mapping.questions,
         options=mapping.options,
-        _table=table,
+        _columns={} if mapping.questions else _converted(table, mapping, rows),
+        _first_row=table.first_row,
+        _effort_shift_s=float(table.header.get(_SHIFT, "0")),
     )
 
 
@@ -243,11 +243,19 @@ def save_recording(recording: Recording, path: str | Path) -> None:
             np.savetxt(file, np.column_stack(list(columns.values())), fmt="%.12g", delimiter=",")
 
 
-def _converted(use: ColumnUse) -> Array:
-    values, unit = use.column.values, use.unit
-    return (
-        values if (unit.factor, unit.offset) == (1.0, 0.0) else values * unit.factor + unit.offset
-    )
+def _converted(table: Table, mapping: ColumnMapping, rows: int) -> dict[str, Array]:
+    """Columns by their names in the contract; the table's own arrays, which may be large."""
+    columns: dict[str, Array] = {}
+    for column, use in zip(table.columns, mapping.uses, strict=True):
+        if use.target is not None:
+            values = column.values if column.values.flags.writeable else column.values.copy()
+            if (use.unit.factor, use.unit.offset) != (1.0, 0.0):
+                values *= use.unit.factor
+                values += use.unit.offset
+            columns[use.target] = values
+    if mapping.period_s is not None:
+        columns[TIME] = mapping.period_s * np.arange(rows, dtype=np.float64)
+    return columns
 
 
 def _shell(options: tuple[str, ...]) -> str:
