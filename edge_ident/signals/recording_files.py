@@ -171,7 +171,7 @@ def _read_csv(path: Path) -> _Table:
             raise _bad_cell(path, header_row, names) from error
     if values.size and values.shape[1] != len(names):
         raise DataError(
-            f"{path}: {values.shape[1]} values a row under {len(names)} column names",
+            f"{path}: {values.shape[1]} values per row but {len(names)} column names",
             f"check the header in row {header_row}",
         )
     columns = dict(zip(names, values.T, strict=True)) if values.size else {n: values for n in names}
@@ -186,7 +186,7 @@ def _bad_cell(path: Path, header_row: int, names: list[str]) -> DataError:
                 continue
             if len(cells) != len(names):
                 return DataError(
-                    f"{path}, row {row}: {len(cells)} values under {len(names)} column names",
+                    f"{path}, row {row}: {len(cells)} values but {len(names)} column names",
                     "give every row one value per column",
                 )
             for name, cell in zip(names, cells, strict=True):
@@ -195,7 +195,7 @@ def _bad_cell(path: Path, header_row: int, names: list[str]) -> DataError:
                 except ValueError:
                     return DataError(
                         f"{path}, row {row}, column {name}: {cell!r} is not a number",
-                        "correct the cell, or leave the row out",
+                        "correct the cell, or remove the row",
                     )
     return DataError(f"{path}: not a table of numbers", "give comma separated numbers")
 
@@ -222,7 +222,7 @@ def _from_table(table: _Table) -> Recording:
         raise DataError(
             f"{table.source}: no column holds a position (columns: {', '.join(table.columns)})",
             "name them <axis>_position_rad and <axis>_torque_nm, "
-            "or pass --column NAME=CONTRACT_NAME",
+            "or give --column NAME=CONTRACT_NAME",
         )
     return Recording(table.columns["time_s"], axes, table.source, table.effort_shift_s)
 
