@@ -91,7 +91,7 @@ def train(
         If there is a checkpoint and the run is not to resume, or it is another configuration's.
     """
     if not resume and output.exists():
-        raise ModelError(f"{output}: exists already", "resume it or name another file")
+        raise ModelError(f"{output}: already exists", "resume it or name another file")
     device = accelerator or ("cuda" if torch.cuda.is_available() else "cpu")
     checkpoint = _resumed(configuration, output) if resume else None
     if checkpoint:

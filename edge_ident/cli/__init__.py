@@ -23,14 +23,16 @@ from edge_ident.cli import (
     run_report,
     simulate,
 )
+from edge_ident.cli.command_group import with_example
 from edge_ident.support.interrupts import INTERRUPTED, end_as_by_ctrl_c
 
 app = typer.Typer(
     name="edge-ident",
     cls=root.RootGroup,
     callback=root.begin,
+    help=with_example(root.begin.__doc__ or ""),
     no_args_is_help=True,
-    rich_markup_mode="markdown",
+    rich_markup_mode=None,  # a panel cuts words where the terminal is narrow
     pretty_exceptions_enable=False,
 )
 for commands in (

@@ -10,6 +10,7 @@ from typing import Annotated, Any, Final, get_type_hints
 
 import typer
 
+from edge_ident.cli.command_group import with_example
 from edge_ident.cli.failures import Failure, failure_of, print_failure, tell
 from edge_ident.cli.messages import NORMAL, Verbosity, detail, telling
 from edge_ident.errors import EdgeIdentError
@@ -74,6 +75,7 @@ def _command(function: Callable[..., None], *, needs_settings: bool) -> Callable
             except (Exception, KeyboardInterrupt) as error:
                 raise typer.Exit(_report(error, as_json=as_json)) from error
 
+    wrapper.__doc__ = with_example(function.__doc__ or "")
     wrapper.__signature__ = _expanded(parameters, groups)  # type: ignore[attr-defined]
     return wrapper
 

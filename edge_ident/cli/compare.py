@@ -14,11 +14,16 @@ from edge_ident.cli.progress import shown_progress
 
 Methods = Annotated[
     list[str] | None,
-    typer.Option("--method", metavar="NAME", help="Run only this method; repeatable."),
+    typer.Option("--method", metavar="NAME", help="Use only this method; may be repeated."),
 ]
 Tries = Annotated[
     int,
-    typer.Option("--tries", min=1, help="Tries of random search; the network makes 8 passes."),
+    typer.Option(
+        "--tries",
+        min=1,
+        metavar="NUMBER",
+        help="Number of tries of random search; the network makes 8 passes.",
+    ),
 ]
 
 
@@ -37,7 +42,10 @@ def compare(
     seed: Seed = 0,
     results: ResultOptions,
 ) -> None:
-    """Identify a recording by every method, on the same signals and samples, side by side.
+    """Identify a recording with every method, from the same signals, and compare the results.
+
+    The comparison is printed; with --output, comparison.json and comparison.png are written to
+    that folder.
 
     Example: `edge-ident compare recording.csv --output comparison`
     """

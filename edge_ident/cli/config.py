@@ -5,18 +5,18 @@ from dataclasses import dataclass
 from typing import Annotated, Any, Final
 
 import typer
-from typer.core import TyperGroup
 
 import edge_ident
 from edge_ident.cli import settings
 from edge_ident.cli.command import settings_command
+from edge_ident.cli.command_group import CommandGroup, with_example
 from edge_ident.cli.messages import say
 from edge_ident.cli.options import ResultOptions
 
 _HELP: Final = """Show, set and remove defaults of options, such as the device of your board.
 
-An option on the command line precedes the environment variable, that precedes the settings file,
-and that precedes the default. Results go to stdout.
+An option on the command line comes first, then its environment variable, then the settings file,
+then the default. The settings are printed.
 
 Example: `edge-ident config set device /dev/ttyACM0`
 """
@@ -39,7 +39,7 @@ class Setting:
     source: str
 
 
-class _ShowUnlessVerb(TyperGroup):
+class _ShowUnlessVerb(CommandGroup):
     """`config` alone is `config show`."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
@@ -50,12 +50,12 @@ class _ShowUnlessVerb(TyperGroup):
 
 def register(app: typer.Typer) -> None:
     """Add this file's command, a group of verbs."""
-    group = typer.Typer(cls=_ShowUnlessVerb, rich_markup_mode="markdown")
+    group = typer.Typer(cls=_ShowUnlessVerb, rich_markup_mode=None)
     group.command()(show)
     group.command("get")(get)
     group.command("set")(set_)
     group.command()(unset)
-    app.add_typer(group, name="config", help=_HELP)
+    app.add_typer(group, name="config", help=with_example(_HELP))
 
 
 @settings_command
@@ -67,8 +67,9 @@ def show(*, context: typer.Context, results: ResultOptions) -> None:
     found = _all_settings(context)
     results.deliver(_document(found), "config.json")
     say(f"settings file: {settings.settings_file()}")
+    longest = max(len(_text(setting.value)) for setting in found.values())
     for key, setting in found.items() if not results.json else []:
-        print(f"{key}\t{_text(setting.value)}\t{setting.source}")
+        print(f"{key:14} {_text(setting.value):{longest}} {setting.source}")
 
 
 @settings_command

@@ -19,7 +19,8 @@ from edge_ident.cli.options import (
 from edge_ident.cli.progress import shown_progress
 
 RecordingFiles = Annotated[
-    list[Path], typer.Argument(metavar="FILE…", help="Recordings of one machine.")
+    list[Path],
+    typer.Argument(metavar="FILE", help="Recordings of one machine, in any format that is read."),
 ]
 ValidationFile = Annotated[
     Path | None,
@@ -27,7 +28,7 @@ ValidationFile = Annotated[
         "--validate",
         metavar="FILE",
         envvar="EDGE_IDENT_VALIDATE",
-        help="Recording on which the models, fitted to the other recordings, are scored.",
+        help="Another recording of the machine, on which the fitted models are tested.",
     ),
 ]
 Tolerance = Annotated[
@@ -36,19 +37,23 @@ Tolerance = Annotated[
         "--tolerance",
         min=0.0,
         max=1.0,
+        metavar="SHARE",
         envvar="EDGE_IDENT_TOLERANCE",
-        help="Smallest share of the rms effort that is worth naming.",
+        help="Smallest part of the rms effort that a cause must explain to be reported.",
     ),
 ]
 Stability = Annotated[
     bool,
     typer.Option(
-        help="Repeat the search on disturbed data: what does not come back is suspected only."
+        help="Repeat the search on disturbed data; causes not found again are only suspected."
     ),
 ]
 KeepMinor = Annotated[
     bool,
-    typer.Option("--keep-minor", help="Keep certain causes below the tolerance in the model."),
+    typer.Option(
+        "--keep-minor",
+        help="Keep certain causes in the model although they are below the tolerance.",
+    ),
 ]
 
 PageFormat = Annotated[
@@ -79,7 +84,10 @@ def diagnose(
     reading: FileOptions,
     results: ResultOptions,
 ) -> None:
-    """Find what the base model gets wrong, name the cause, extend the model, measure the gain.
+    """Find out what the base model gets wrong, and extend it by the physical causes.
+
+    The result is printed; with --output, a page, diagnosis.json and the extended model model.json
+    are written to that folder.
 
     Example: `edge-ident diagnose monday.csv tuesday.csv --validate friday.csv --output diagnosis`
     """

@@ -35,8 +35,10 @@ def identify(
 ) -> None:
     """Identify the parameters of every axis in a recording.
 
-    Where rigid body and friction are not enough, the axis is diagnosed, and the answer is that of
-    the extended model. With --model, the effects of that model are compensated before.
+    If a rigid body with friction does not describe an axis, the axis is diagnosed, and the
+    parameters are those of the extended model. With --model, the effects of that model are
+    compensated first. The result is printed; with --output, identification.json and model.json are
+    written to that folder.
 
     Example: `edge-ident identify recording.csv --column pos=x_position_rad --json`
     """

@@ -31,7 +31,8 @@ Configuration = Annotated[
     typer.Option(
         "--configuration",
         envvar="EDGE_IDENT_CONFIGURATION",
-        help="improved; plain, without effects; or paper, the paper's recipe.",
+        metavar="improved|plain|paper",
+        help="Training recipe: improved; plain, which has no effects; or that of the paper.",
     ),
 ]
 Accelerator = Annotated[
@@ -39,10 +40,11 @@ Accelerator = Annotated[
     typer.Option(
         "--accelerator",
         envvar="EDGE_IDENT_ACCELERATOR",
-        help="Torch device; default: a GPU where there is one.",
+        metavar="DEVICE",
+        help="Torch device such as cpu or cuda; default: a GPU if there is one.",
     ),
 ]
-Checkpoint = Annotated[Path, typer.Argument(help="Checkpoint that `train` wrote.")]
+Checkpoint = Annotated[Path, typer.Argument(metavar="FILE", help="Checkpoint written by train.")]
 NetworkFolder = Annotated[
     Path,
     typer.Option(
@@ -63,18 +65,24 @@ class TrainedMotion(FileOptions):
         Path | None,
         typer.Option(
             "--motion-from",
-            metavar="RECORDING",
-            help="Train for the motion of this recording instead of the paper's.",
+            metavar="FILE",
+            help="Recording with the motion to train for; default: the sinusoid of the paper.",
         ),
     ] = None
     axis: Annotated[
         str | None,
-        typer.Option("--axis", help="Axis of that recording or model, where it has several."),
+        typer.Option(
+            "--axis", metavar="AXIS", help="Axis of the recording or model, if it has several."
+        ),
     ] = None
     model: ModelFile = None
     name: Annotated[
         str | None,
-        typer.Option("--name", help="Name of the network's files; default: the recording's."),
+        typer.Option(
+            "--name",
+            metavar="NAME",
+            help="Name of the files of the network; default: that of the recording.",
+        ),
     ] = None
 
     def load(self) -> Any:
@@ -101,13 +109,17 @@ def train(
     output: CheckpointFolder = Path("runs/feed_drive"),
     configuration: Configuration = "improved",
     motion: TrainedMotion,
-    resume: Annotated[bool, typer.Option("--resume", help="Continue from the checkpoint.")] = False,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Continue from the checkpoint in the folder.")
+    ] = False,
     accelerator: Accelerator = None,
     json: Json = False,
 ) -> None:
-    """Train a network on simulated drives; Ctrl-C keeps the checkpoint, --resume continues.
+    """Train a network on simulated drives; after Ctrl-C, --resume continues the training.
 
-    With --model, every simulated drive has the effects of that model.
+    With --model, every simulated drive has the effects of that model. The checkpoint and the loss
+    curves are written to the folder given by --output (default: runs/feed_drive). The path of the
+    checkpoint is printed.
 
     Example: `edge-ident train --output runs/mine --motion-from recording.csv`
     """
@@ -146,7 +158,10 @@ def export(
     output: NetworkFolder = Path("networks"),
     json: Json = False,
 ) -> None:
-    """Convert a checkpoint to ONNX, fp32 and int8, with parity checks and a manifest.
+    """Convert a checkpoint to ONNX networks, fp32 and int8, check them, and write a manifest.
+
+    The files are written to the folder given by --output (default: networks). The path of the
+    manifest is printed. The network that comes with edge-ident is not replaced.
 
     Example: `edge-ident export runs/mine/checkpoint.pt --output networks`
     """

@@ -15,7 +15,9 @@ import edge_ident
 from edge_ident import report
 from edge_ident.cli.messages import print_document
 
-Json = Annotated[bool, typer.Option("--json", help="Print one JSON document on stdout.")]
+Json = Annotated[
+    bool, typer.Option("--json", help="Print the result as one JSON document on stdout.")
+]
 Output = Annotated[
     Path | None,
     typer.Option(
@@ -30,38 +32,46 @@ DriveFile = Annotated[
     Path | None,
     typer.Option(
         "--drive",
+        metavar="FILE",
         envvar="EDGE_IDENT_DRIVE",
-        help="Drive description (TOML); default: the built-in drive.",
+        help="Drive description (.toml); default: the built-in drive.",
     ),
 ]
 Device = Annotated[
     str | None,
     typer.Option(
         "--device",
+        metavar="DEVICE",
         envvar="EDGE_IDENT_DEVICE",
-        help="/dev/ttyACM0, a pySerial URL, tcp://HOST:PORT, or virtual.",
+        help="Board: a port such as /dev/ttyACM0, a pySerial URL, tcp://HOST:PORT, or virtual.",
     ),
 ]
 BaudRate = Annotated[
     int | None,
     typer.Option(
-        "--baud-rate", min=50, envvar="EDGE_IDENT_BAUD_RATE", help="Baud rate of a serial device."
+        "--baud-rate",
+        min=50,
+        metavar="NUMBER",
+        envvar="EDGE_IDENT_BAUD_RATE",
+        help="Baud rate of a serial port; default: 115200.",
     ),
 ]
 NetworkFile = Annotated[
     Path | None,
     typer.Option(
         "--network",
+        metavar="FILE",
         envvar="EDGE_IDENT_NETWORK",
-        help="Network (.onnx) with its manifest beside it; default: the built-in network.",
+        help="Network (.onnx) with its manifest in the same folder; default: the built-in network.",
     ),
 ]
 ModelFile = Annotated[
     Path | None,
     typer.Option(
         "--model",
+        metavar="FILE",
         envvar="EDGE_IDENT_MODEL",
-        help="Model file (.json) with the effects that are known of the drive.",
+        help="Model file (.json) with known effects of the drive.",
     ),
 ]
 Precision = Annotated[
@@ -75,8 +85,9 @@ Bandwidth = Annotated[
     typer.Option(
         "--bandwidth",
         min=0.1,
+        metavar="NUMBER",
         envvar="EDGE_IDENT_BANDWIDTH",
-        help="Closed-loop bandwidth in rad/s; default: the highest that keeps the margins.",
+        help="Closed-loop bandwidth in rad/s; default: the highest with sufficient margins.",
     ),
 ]
 NoDiagnose = Annotated[
@@ -84,10 +95,12 @@ NoDiagnose = Annotated[
     typer.Option(
         "--no-diagnose",
         envvar="EDGE_IDENT_NO_DIAGNOSE",
-        help="Do not diagnose an axis whose base model is not enough; its answer is not trusted.",
+        help="Do not diagnose an axis whose base model is inadequate; its result is not trusted.",
     ),
 ]
-Seed = Annotated[int, typer.Option("--seed", envvar="EDGE_IDENT_SEED", help="Random seed.")]
+Seed = Annotated[
+    int, typer.Option("--seed", metavar="NUMBER", envvar="EDGE_IDENT_SEED", help="Random seed.")
+]
 
 
 @dataclass(frozen=True)

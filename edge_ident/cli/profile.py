@@ -12,7 +12,10 @@ from edge_ident.cli.progress import shown_progress
 from edge_ident.cli.sessions import baud_rate_of, device_of
 
 Repetitions = Annotated[
-    int, typer.Option("--repetitions", min=1, help="Repetitions of every measurement.")
+    int,
+    typer.Option(
+        "--repetitions", min=1, metavar="NUMBER", help="Repetitions of every measurement."
+    ),
 ]
 
 
@@ -29,9 +32,10 @@ def profile(
     repetitions: Repetitions = 100,
     results: ResultOptions,
 ) -> None:
-    """Time every stage from the last captured sample to gains committed and verified.
+    """Measure how long each stage takes, from the last captured sample to verified gains.
 
-    Without a device, a virtual board is started in a process of its own, on a pseudo-terminal.
+    Without a device, a virtual board is started. The result is printed; with --output it is also
+    written to profile.json in that folder.
 
     Example: `edge-ident profile --repetitions 200 --json`
     """

@@ -5,11 +5,11 @@ from contextlib import contextmanager
 from typing import Annotated, Any, Final
 
 import typer
-from typer.core import TyperGroup
 
 import edge_ident
 from edge_ident.cli import settings
 from edge_ident.cli.command import Beginning, Quiet, Verbose
+from edge_ident.cli.command_group import CommandGroup
 from edge_ident.cli.failures import INTERRUPTION, USAGE, Failure, failure_of, print_failure, tell
 from edge_ident.cli.messages import Verbosity
 from edge_ident.errors import EdgeIdentError
@@ -37,7 +37,12 @@ def begin(
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> None:
-    """Identify a feed drive, diagnose its model, and write better gains back safely."""
+    """Identify a feed drive, diagnose its model, and write better gains back safely.
+
+    Results go to stdout, messages to stderr. `edge-ident COMMAND --help` explains a command.
+
+    Example: `edge-ident run --device virtual`
+    """
     error = None
     try:
         context.default_map = settings.default_map(context.command)
@@ -46,7 +51,7 @@ def begin(
     context.obj = Beginning(Verbosity(quiet, verbose), error)
 
 
-class RootGroup(TyperGroup):
+class RootGroup(CommandGroup):
     """All commands; a usage error is also a document where --json was given."""
 
     def make_context(self, info_name: str | None, args: list[str], *more: Any, **extra: Any) -> Any:

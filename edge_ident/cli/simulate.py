@@ -44,15 +44,16 @@ ModelName = Annotated[
         "--model",
         metavar="FILE|full|reduced",
         envvar="EDGE_IDENT_MODEL",
-        help="Model file, or the built-in drive: full with its elastic parts, reduced to a rigid "
-        "body.",
+        help="Model file, or the built-in drive: full has elastic parts, reduced is a rigid body.",
     ),
 ]
 
 
 Stiff = Annotated[
     bool,
-    typer.Option("--stiff/--soft", help="Use gains designed for the drive, or start-up gains."),
+    typer.Option(
+        "--stiff/--soft", help="Use gains designed for this drive, or weak start-up gains."
+    ),
 ]
 
 
@@ -70,7 +71,13 @@ class MotionOptions(FileOptions):
         ),
     ] = "sinusoid"
     cycles: Annotated[
-        int | None, typer.Option("--cycles", min=1, help="Periods of a sinusoid or multisine.")
+        int | None,
+        typer.Option(
+            "--cycles",
+            min=1,
+            metavar="NUMBER",
+            help="Number of periods of a sinusoid or multisine.",
+        ),
     ] = None
 
     def load(self) -> "Motion":
@@ -88,14 +95,21 @@ class MeasurementOptions:
 
     noise: Annotated[
         float,
-        typer.Option("--noise", min=0.0, help="White effort noise, relative to the rms effort."),
+        typer.Option(
+            "--noise",
+            min=0.0,
+            metavar="SHARE",
+            help="White noise of the effort, relative to the rms effort.",
+        ),
     ] = 0.0
     encoder_counts: Annotated[
         float | None,
         typer.Option(
             "--encoder-counts",
             min=0.0,
-            help="Counts per turn or metre, 0: exact; default: 8400, or a million per metre.",
+            metavar="NUMBER",
+            help="Encoder counts per turn or metre; 0 is exact; default: 8400 per turn or a "
+            "million per metre.",
         ),
     ] = None
     effort_resolution: Annotated[
@@ -103,7 +117,8 @@ class MeasurementOptions:
         typer.Option(
             "--effort-resolution",
             min=0.0,
-            help="Effort of one count, 0: exact; default: 0.004 N*m, exact in other units.",
+            metavar="NUMBER",
+            help="Effort of one count; 0 is exact; default: 0.004 N*m, exact in other units.",
         ),
     ] = None
     seed: Seed = 0
@@ -124,7 +139,9 @@ def simulate(
     stiff: Stiff = False,
     json: Json = False,
 ) -> None:
-    """Let a drive follow a motion in closed loop, and record it as a board does.
+    """Simulate a drive that follows a motion in closed loop, and write a recording of it.
+
+    The recording is written to the file or folder given by --output. Its path is printed.
 
     Example: `edge-ident simulate --model model.json --motion multisine --noise 0.02 -o rec.csv`
     """

@@ -67,7 +67,7 @@ def estimation_part(signals: Signals) -> NDArray[np.intp]:
     if len(moving) < _FEWEST_SAMPLES:
         raise DataError(
             f"only {len(moving)} independent samples show the axis in motion",
-            "record a longer motion, or one that stands still less",
+            "record a longer motion, or one with less time at rest",
         )
     return moving
 

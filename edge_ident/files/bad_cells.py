@@ -37,4 +37,4 @@ def _bad(where: str, heading: str, cell: str, dialect: Dialect) -> DataError:
     what = f"{where}, column {heading}: {cell!r} is not a number"
     if dialect.is_number_otherwise(cell):
         what += f" with a decimal {dialect.decimal}, as the rows before are written"
-    return DataError(what, "correct the cell, or leave the row out")
+    return DataError(what, "correct the cell, or remove the row")

@@ -41,7 +41,7 @@ def read_xlsx(path: Path) -> Table:
                 raise DataError(
                     f"{path}, row {number}, column {layout.headings[c]}: "
                     f"{row[c] if c < len(row) else ''!r} is not a number",
-                    "correct the cell, or leave the row out",
+                    "correct the cell, or remove the row",
                 )
     values = np.array([[float(row[c]) for c in layout.numeric] for _, row in table]).T
     columns = make_columns(

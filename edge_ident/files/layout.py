@@ -156,7 +156,7 @@ def _headings(source: str, before: Sequence[Row], width: int) -> tuple[int, tupl
         cells = cells[1:]
     if len(cells) != width:
         raise DataError(
-            f"{source}: {width} values a row under {len(cells)} column names",
+            f"{source}: {width} values per row but {len(cells)} column names",
             f"check the header in row {number}; if a comma is both delimiter and decimal sign, "
             "export the file again, or say --delimiter and --decimal",
         )

@@ -84,8 +84,8 @@ def check_table(
 def _check_length(source: str, time_s: Array) -> None:
     if time_s.ndim != 1 or len(time_s) < MINIMUM_SAMPLES:
         raise DataError(
-            f"{source}: {len(time_s)} samples are too few",
-            f"record at least {MINIMUM_SAMPLES} samples, better one whole period of the motion",
+            f"{source}: {len(time_s)} samples are not enough",
+            f"record at least {MINIMUM_SAMPLES} samples, better a whole period of the motion",
         )
 
 
@@ -95,7 +95,7 @@ def _check_finite(source: str, name: str, values: Array, first_row: int) -> None
         raise DataError(
             f"{source}, row {first_row + bad[0]}, column {name}: not a finite number "
             f"({len(bad)} in all)",
-            "leave such rows out; uneven sampling is allowed",
+            "remove these rows; uneven sampling is allowed",
         )
 
 
@@ -106,7 +106,7 @@ def _check_increasing(source: str, time_s: Array, first_row: int) -> None:
         raise DataError(
             f"{source}, row {row}, column time_s: time goes from "
             f"{time_s[back[0]]:.6g} to {time_s[back[0] + 1]:.6g} s",
-            "sort the rows by time and drop repeated ones",
+            "sort the rows by time and remove repeated ones",
         )
 
 
@@ -145,7 +145,7 @@ def check_motions(recording: Recording, first_row: int = 0) -> None:
         driver = axis.effort if axis.reference is None else axis.reference
         if np.ptp(position) < _MINIMUM_NOISES * position_noise(position):
             raise DataError(
-                f"{where}: nothing but noise, {np.ptp(position):.3g} {axis.position_unit} in all",
+                f"{where}: only noise, {np.ptp(position):.3g} {axis.position_unit} in all",
                 "check the sensor and that the drive was enabled",
             )
         _check_spike(where, position, axis.position_unit, first_row)
@@ -171,7 +171,7 @@ def _check_effort_changes(source: str, name: str, axis: AxisRecord) -> None:
         return
     value = f"{axis.effort[0]:.4g} {axis.effort_unit}" if axis.effort[0] else "zero"
     raise DataError(
-        f"{source}, axis {name}: the effort is {value} throughout, whatever the motion",
+        f"{source}, axis {name}: the effort is {value} in every sample, although the axis moves",
         "check that the column holds the drive's effort and that the drive was enabled",
     )
 
@@ -223,7 +223,7 @@ def _check_spike(where: str, values: Array, unit: str, first_row: int) -> None:
         raise DataError(
             f"{where}, row {first_row + spikes[0]}: a spike of {off[spikes[0]]:.4g} {unit} in one "
             f"sample ({usual:.2g} is usual; {len(spikes)} in all)",
-            "leave such rows out; uneven sampling is allowed",
+            "remove these rows; uneven sampling is allowed",
         )
 
 

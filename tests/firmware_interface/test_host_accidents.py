@@ -270,11 +270,11 @@ def test_a_full_disk_ends_the_run_with_the_machine_stopped(
     site.proxy.line.choose = ambush = Ambush()
     with site.run(preexec_fn=limit) as process:
         document, messages = process.communicate(timeout=60)
-    assert process.returncode == 2, messages
+    assert process.returncode == 5, messages
     assert "Traceback" not in messages
     error = json.loads(document)
     assert file in error["cause"]
-    assert "make room" in error["next_step"]
+    assert "free some space" in error["next_step"]
     assert not (site.output / file).exists()
     assert not ambush.staged
     site.check_left_over(ambush)

@@ -112,7 +112,7 @@ def test_the_boards_own_limits_stand_above_any_word(shared: SharedBoard, tmp_pat
 def test_a_commit_without_anything_staged(shared: SharedBoard) -> None:
     code, _, errors = shared.run("gains", "commit")
     assert code == 4
-    assert "nothing is staged" in errors
+    assert "no gains are staged" in errors
 
 
 def test_rollback_takes_back_what_a_dead_host_left(shared: SharedBoard, tmp_path: Path) -> None:

@@ -184,7 +184,7 @@ def test_tables_say_verdict_causes_alternatives_and_what_is_not_testable(answere
 
 def test_help_has_an_example() -> None:
     text = " ".join(diagnose("--help").stdout.split())
-    assert "Example: edge-ident diagnose" in text
+    assert "Example:\n    edge-ident diagnose" in text
 
 
 def test_the_rules_of_acceptance_are_options(

@@ -91,7 +91,7 @@ def test_a_network_reads_the_effort_that_it_was_trained_on(trained_with_it: bool
 def test_a_network_that_misses_the_effort_gives_no_estimate() -> None:
     axis = identify(recording(), StandIn(nothing, START)).axes["x"]
     assert axis.network is None
-    assert "misses" in axis.network_reason
+    assert "unexplained" in axis.network_reason
     assert axis.reason == "the network does not apply"
 
 
