@@ -27,13 +27,10 @@ _REAL_TIME = ("firmware_interface", "test_link_overhead.py", "test_refusals.py",
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark the tests that go by the clock; a file's tests share its fixtures in one process."""
+    """Mark the tests that go by the clock."""
     for item in items:
-        place = item.path.relative_to(Path(__file__).parent)
-        if place.parts[0] in _REAL_TIME:
+        if item.path.relative_to(Path(__file__).parent).parts[0] in _REAL_TIME:
             item.add_marker(pytest.mark.real_time)
-        if item.get_closest_marker("xdist_group") is None:
-            item.add_marker(pytest.mark.xdist_group(str(place)))
 
 
 @pytest.fixture(scope="session")
