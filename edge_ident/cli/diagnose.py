@@ -17,10 +17,11 @@ from edge_ident.cli.options import (
     save_result_model,
 )
 from edge_ident.cli.progress import shown_progress
+from edge_ident.diagnosis.measures import TOLERANCE
 
 RecordingFiles = Annotated[
     list[Path],
-    typer.Argument(metavar="FILE", help="Recordings of one machine, in any format that is read."),
+    typer.Argument(metavar="FILE", help="Recordings of one machine."),
 ]
 ValidationFile = Annotated[
     Path | None,
@@ -77,7 +78,7 @@ def diagnose(
     files: RecordingFiles,
     validate: ValidationFile = None,
     model: ModelFile = None,
-    tolerance: Tolerance = 0.01,
+    tolerance: Tolerance = TOLERANCE,
     stability: Stability = True,
     keep_minor: KeepMinor = False,
     page: PageFormat = "html",

@@ -15,7 +15,7 @@ from edge_ident.diagnosis.fit.summary import model_fit, nonzero_rms, timing, tra
 from edge_ident.diagnosis.fit.term_effort import contributions
 from edge_ident.diagnosis.fit.traded import with_trades
 from edge_ident.diagnosis.fit.wide_band import above_band
-from edge_ident.diagnosis.measures import Validation
+from edge_ident.diagnosis.measures import TOLERANCE, Validation
 from edge_ident.diagnosis.motion_check import with_motion_errors
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.data_quality import data_findings
@@ -60,7 +60,7 @@ def diagnose(
     *,
     model: Model | None = None,
     validate: Recording | None = None,
-    tolerance: float = 0.01,
+    tolerance: float = TOLERANCE,
     stability: bool = True,
     keep_minor: bool = False,
     only: Collection[str] = (),

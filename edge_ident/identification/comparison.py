@@ -23,8 +23,10 @@ from edge_ident.diagnosis.prepare.masks import (
 )
 from edge_ident.errors import DataError
 from edge_ident.estimation.compensation import CompensatedAxis
+from edge_ident.estimation.least_squares import solve
+from edge_ident.estimation.model_error import regime_spread, regimes, unnoticed_error
 from edge_ident.model.effect import Motion
-from edge_ident.model.model import regressor
+from edge_ident.model.model import Estimate, regressor
 from edge_ident.signals.conditioning import decimated, encoder_count, position_noise
 from edge_ident.signals.filters import differentiate, lowpass
 from edge_ident.signals.timing import Shift, slow, solve_shift
@@ -108,6 +110,19 @@ class Comparison:
             period_s=period_s,
             noise=_noise(band, density, noise, sampling_s),
         )
+
+    def fit(self) -> Estimate:
+        """Least squares, with deviations by noise."""
+        at = self.samples
+        deviation = float(np.sqrt(self.noise[1]))
+        return solve(self.regressor[at], self.effort[at], acceleration_noise=deviation)
+
+    def model_error(self, std: Array) -> Array:
+        """Deviation (4,) by model error of parameters whose noise has deviations std (4,)."""
+        at, rows, effort = self.samples, self.regressor[self.samples], self.effort[self.samples]
+        divided = regimes(rows, self.position[at], at)
+        noticed = regime_spread(rows, effort, divided, std).model_error
+        return np.hypot(noticed, unnoticed_error(rows, effort))
 
     def shift(self, sampling_s: float) -> Shift:
         """By which the effort is recorded late, to first order.

@@ -143,11 +143,14 @@ def _band(raw: Sampled, noise: float, widest_hz: float) -> tuple[Band, float]:
 
 
 def _direction_weights(raw: Sampled, noise: float, band: Band, stride: int) -> tuple[Array, Array]:
-    """Weights from 0, where anything is unknown, to 1: every stride-th sample, and all."""
+    """Weights from 0, where anything is unknown, to 1: every stride-th sample, and all.
+
+    Both are the same smooth curve. A coarser one on the effort than on its regressor is a
+    difference that changes with the speed, as a shift does.
+    """
     unknown = direction_unknown(raw.position, noise, band.cutoff_hz, raw.period_s) | raw.unknown
-    known = direction_weight(unknown, band.cutoff_hz, raw.period_s)[::stride]
-    at = np.arange(len(known)) * stride
-    return known, np.interp(np.arange(len(raw.time_s)), at, known)
+    weight = direction_weight(unknown, band.cutoff_hz, raw.period_s)
+    return weight[::stride], weight
 
 
 def _sample_index(
