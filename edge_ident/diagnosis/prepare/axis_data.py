@@ -39,6 +39,8 @@ class Segment:
     others : mapping of axis name to Motion
     noise_replica : tuple of Motion and mapping
         The same two with the encoder noise added a second time.
+    motion_hz : float
+        Bandwidth of the motion.
     raw_effort : (M,) array
         As recorded, every raw_period_s; it is in step with the motion shift_s later.
     timing_hz : float
@@ -72,6 +74,7 @@ class Segment:
     motion: Motion
     others: Mapping[str, Motion]
     noise_replica: tuple[Motion, Mapping[str, Motion]]
+    motion_hz: float
     raw_effort: Array
     raw_period_s: float
     shift_s: float

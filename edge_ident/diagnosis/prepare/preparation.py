@@ -123,6 +123,7 @@ def _segment(recording: Recording, name: str) -> Segment:
         motion=motions[name],
         others=_others(motions, motions, replicas, name),
         noise_replica=(replicas[name], _others(replicas, motions, replicas, name)),
+        motion_hz=motion_hz,
         raw_effort=raw.effort,
         raw_period_s=raw.period_s,
         shift_s=late_s,
