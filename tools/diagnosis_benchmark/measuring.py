@@ -22,6 +22,8 @@ _TURN: Final = 24
 _WOUND_UP: Final = 2.0 * COUNT_RAD
 """Distance from a turning point that does not count either: while its table sticks, a sound chain
 winds up by less than a count to either side, and the motor creeps along."""
+_BLOCK: Final = 200
+"""Samples."""
 _LARGEST_SHIFT: Final = 1.5
 """Periods by which any record may be early or late; the shift belongs to the base model."""
 
@@ -100,11 +102,18 @@ def _turning(angle: Array, direction: Array) -> NDArray[np.bool_]:
     """Samples at which the axis stands, or has hardly moved from where it turns."""
     turning = direction == 0.0
     for turn in np.flatnonzero(np.diff(direction)):
-        away = np.abs(angle - angle[turn]) > _WOUND_UP
-        before, after = np.flatnonzero(away[:turn]), np.flatnonzero(away[turn:])
-        first = before[-1] + 1 if len(before) else 0
-        turning[first : turn + (after[0] if len(after) else len(away))] = True
+        backward, forward = angle[turn::-1], angle[turn:]
+        turning[turn - _until_away(backward) + 1 : turn + _until_away(forward)] = True
     return np.asarray(turning)
+
+
+def _until_away(angle: Array) -> int:
+    """Samples until it has left its first value; looked at in blocks, because it soon has."""
+    for first in range(0, len(angle), _BLOCK):
+        away = np.abs(angle[first : first + _BLOCK] - angle[0]) > _WOUND_UP
+        if np.any(away):
+            return first + int(np.argmax(away))
+    return len(angle)
 
 
 def _smoothed(values: Array) -> Array:

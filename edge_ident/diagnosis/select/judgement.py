@@ -10,17 +10,12 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
-import numpy as np
-
 from edge_ident.diagnosis.fit.external_vibrations import VIBRATION
-from edge_ident.diagnosis.fit.fitting import FittedModel
+from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm
 from edge_ident.diagnosis.fit.held_out import standard_deviations
 from edge_ident.diagnosis.fit.noise_floor import NoiseFloor
 from edge_ident.diagnosis.result import Cause, Refused, Verdict
-from edge_ident.diagnosis.select.acceptance import (
-    again,
-    larger_than_rest,
-)
+from edge_ident.diagnosis.select.acceptance import Decision, again, larger_than_rest
 from edge_ident.diagnosis.select.assessment import Assessment
 from edge_ident.diagnosis.select.backward_elimination import (
     SupportedModel,
@@ -33,6 +28,7 @@ from edge_ident.diagnosis.select.physics import unphysical
 from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.select.stability import RUNS, times_found
 from edge_ident.diagnosis.select.thresholds import TRADED
+from edge_ident.model.effects import named
 
 _SOUND: Final = "certain, and no fault: the chain of a sound drive winds up as much"
 
@@ -152,14 +148,27 @@ def _larger_than_rest(assessed: Assessment, kept: list[int]) -> tuple[list[int],
     doubts: dict[int, str] = {}
     while kept:
         model = assessed.fitted(kept)
-        shares = assessed.shares(model)
-        weakest = int(np.argmin(shares))
-        decision = larger_than_rest(shares[weakest], assessed.rest(model))
+        decisions = _beside_rest(assessed, model)
+        weakest, decision = min(enumerate(decisions), key=lambda pair: pair[1].margin)
         if decision.accepted:
             break
         doubts[kept[weakest]] = decision.reason
         kept = [k for k in kept if k != kept[weakest]]
     return kept, doubts
+
+
+def _beside_rest(assessed: Assessment, model: FittedModel) -> list[Decision]:
+    """For each term of a model, whether it is larger than what the model leaves unexplained."""
+    rest = assessed.rest(model)
+    return [
+        larger_than_rest(share, rest, tied_to_time=_tied_to_time(t))
+        for share, t in zip(assessed.shares(model), model.terms, strict=True)
+    ]
+
+
+def _tied_to_time(term: FittedTerm) -> bool:
+    """Whether a term is a cause in time; a vibration is none, and stands in time alone."""
+    return term.candidate != VIBRATION and named(term.candidate.effect).tied_to_time
 
 
 def _traded(assessed: Assessment, kept: Sequence[int]) -> dict[int, str]:
@@ -186,21 +195,21 @@ def _worth_naming(assessed: Assessment, kept: list[int]) -> _Sorted:
     adequate = not assessed.structure(assessed.start)
     every = [k for k in kept if assessed.sound(k)]
     sound = [] if adequate else every
-    named = [k for k in kept if k not in every]
-    explained = not assessed.structure(assessed.fitted(sorted([*named, *sound])))
-    while named:
-        places = sorted([*named, *sound])
+    worth = [k for k in kept if k not in every]
+    explained = not assessed.structure(assessed.fitted(sorted([*worth, *sound])))
+    while worth:
+        places = sorted([*worth, *sound])
         sizes = assessed.sizes(assessed.fitted(places), recorded_alone=adequate)
-        size, weakest = min(pair for pair in zip(sizes, places, strict=True) if pair[1] in named)
-        fewer = [k for k in named if k != weakest]
+        size, weakest = min(pair for pair in zip(sizes, places, strict=True) if pair[1] in worth)
+        fewer = [k for k in worth if k != weakest]
         if size * assessed.scale >= assessed.tolerance:
             break
         left = assessed.fitted(sorted([*fewer, *sound]))
         if explained and not adequate and assessed.structure(left):
             break
-        named = fewer
-    minor = [k for k in kept if k not in named and k not in sound]
-    return _Sorted(named, minor, sound, {})
+        worth = fewer
+    minor = [k for k in kept if k not in worth and k not in sound]
+    return _Sorted(worth, minor, sound, {})
 
 
 def _judgement(
@@ -248,12 +257,11 @@ def _supported(
     """The model with a part of the terms: gains and decisions anew, alternatives as they were."""
     places = sorted([*named, *minor])
     model = assessed.fitted(places)
-    shares, rest = assessed.shares(model), assessed.rest(model)
     _, _, gains = evidence_for_terms(assessed.search, model)
     support = []
-    for place, gain, share in zip(places, gains, shares, strict=True):
+    for place, gain, beside in zip(places, gains, _beside_rest(assessed, model), strict=True):
         before = selected.support[place]
-        reasons = [before.decision.reason, larger_than_rest(share, rest).reason]
+        reasons = [before.decision.reason, beside.reason]
         reasons += [again(times[place] + 1, RUNS + 1).reason] if times else []
         reasons += [_minor_reason(assessed, place)] if place in minor else []
         decision = replace(before.decision, reason="; ".join(reasons))

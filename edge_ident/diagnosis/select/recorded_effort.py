@@ -10,7 +10,6 @@ against the cause, and so does the noise that it has from the encoder.
 """
 
 from dataclasses import replace
-from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,9 +24,6 @@ from edge_ident.model.model import AxisModel, regressor
 from edge_ident.signals.filters import lowpass
 
 Array = NDArray[np.float64]
-
-_UNKNOWN: Final = 1e-6
-"""Direction weight where the encoder does not resolve the direction: zero, but for rounding."""
 
 
 def recorded_sizes(data: AxisData, model: FittedModel) -> list[float]:
@@ -50,7 +46,7 @@ def recorded_sizes(data: AxisData, model: FittedModel) -> list[float]:
     parts = {
         name: [first + k for k, other in enumerate(names) if other == name] for name in set(names)
     }
-    seen = [_samples(s) for s in data.segments]
+    seen = [s.direction_known for s in data.segments]
     effort = np.concatenate([_measured(s)[at] for s, at in zip(data.segments, seen, strict=True)])
     motions = [
         regressor(s.motion.velocity, s.motion.acceleration)[at]
@@ -72,13 +68,6 @@ def recorded_sizes(data: AxisData, model: FittedModel) -> list[float]:
         more = left(replace(model.axis, terms=kept)) - whole
         sizes[name] = float(np.sign(more) * np.sqrt(np.abs(more))) / scale
     return [sizes[name] for name in names]
-
-
-def _samples(segment: Segment) -> NDArray[np.bool_]:
-    """Samples (N,), from the first to the last compared, at which the direction is known."""
-    known = segment.direction_weight[:: segment.stride] > _UNKNOWN
-    known[: segment.sample_index[0]] = known[segment.sample_index[-1] + 1 :] = False
-    return np.asarray(known)
 
 
 def _measured(segment: Segment) -> Array:
