@@ -235,7 +235,7 @@ def _axis_diagnosis(
         verdict=outcome.carried.verdict(judged.verdict),
         causes=found,
         suspected=strongest_first((*judged.suspected, *outcome.carried.suspected)),
-        minor=minor or judged.minor,
+        minor=strongest_first((*minor, *judged.minor)),
         refused=judged.supported.refused,
         external_vibrations=judged.supported.vibrations,
         converged=judged.supported.converged,

@@ -111,9 +111,15 @@ class Backlash(Effect):
 
 
 def _physical(values: Values, excitation: Excitation) -> bool:
-    """A gap that the encoder resolves, and no more inertia than the drive moved."""
+    """A gap that the encoder resolves, and no more inertia than the drive moved.
+
+    At each reversal the load's friction winds the contacts up to the other side. A gap that is no
+    wider than that is none: the chain is a spring.
+    """
     seen = np.all(values["gap"] >= 0.5 * excitation.resolution)
-    return bool(seen) and excitation.moved(values["load_inertia"])
+    wound_up = 2.0 * values["deceleration"] / np.square(values["contact_rate"])
+    wide = np.all(values["gap"] >= wound_up)
+    return bool(seen and wide) and excitation.moved(values["load_inertia"])
 
 
 def _grid(excitation: Excitation) -> dict[str, Array]:

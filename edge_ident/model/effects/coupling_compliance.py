@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from edge_ident.model.advice import Advice
 from edge_ident.model.compensation import Compensation
 from edge_ident.model.effect import Array, Effect, Motion, Parameter, Values
-from edge_ident.model.search import Excitation, Form, SearchSpec
+from edge_ident.model.search import SOUND_RESONANCE_HZ, Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
 
 Complex = NDArray[np.complex128]
@@ -99,6 +99,11 @@ class CouplingCompliance(Effect):
 def _physical(values: Values, excitation: Excitation) -> bool:
     """No more inertia than the drive moved."""
     return excitation.moved(values["load_inertia"])
+
+
+def _sound(values: Values, excitation: Excitation) -> bool:
+    """A chain as stiff as that of any drive."""
+    return bool(np.all(values["rate"] > 2.0 * np.pi * SOUND_RESONANCE_HZ))
 
 
 def _grid(excitation: Excitation) -> dict[str, Array]:
@@ -199,6 +204,7 @@ EFFECT: Final = CouplingCompliance(
         physical=_physical,
         discrepancy=0.4,
         open_ended=("rate", "damping_ratio", "deceleration"),
+        sound=_sound,
     ),
     draw=_draw,
     compensation=Compensation(resonance=("load_inertia", "rate", "damping_ratio")),
