@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from edge_ident.control.gain_design import GainDesign
     from edge_ident.diagnosis.diagnose import diagnose
     from edge_ident.diagnosis.result import AxisDiagnosis, Diagnosis
+    from edge_ident.diagnosis.tolerance import TOLERANCE
     from edge_ident.drive.description import Drive, DriveAxis, load_drive
     from edge_ident.errors import (
         BoardError,
@@ -52,6 +53,7 @@ if TYPE_CHECKING:
     __version__: str
 
 __all__ = [
+    "TOLERANCE",
     "AxisDiagnosis",
     "AxisIdentification",
     "AxisModel",
@@ -101,6 +103,7 @@ __all__ = [
 _attribute = lazy_names(
     __name__,
     {
+        "TOLERANCE": "edge_ident.diagnosis.tolerance",
         "AxisDiagnosis": "edge_ident.diagnosis.result",
         "AxisIdentification": "edge_ident.identification.result",
         "AxisModel": "edge_ident.model.model",

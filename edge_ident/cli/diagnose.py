@@ -17,7 +17,6 @@ from edge_ident.cli.options import (
     save_result_model,
 )
 from edge_ident.cli.progress import shown_progress
-from edge_ident.diagnosis.measures import TOLERANCE
 
 RecordingFiles = Annotated[
     list[Path],
@@ -78,7 +77,7 @@ def diagnose(
     files: RecordingFiles,
     validate: ValidationFile = None,
     model: ModelFile = None,
-    tolerance: Tolerance = TOLERANCE,
+    tolerance: Tolerance = edge_ident.TOLERANCE,
     stability: Stability = True,
     keep_minor: KeepMinor = False,
     page: PageFormat = "html",

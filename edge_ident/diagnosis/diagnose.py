@@ -15,7 +15,7 @@ from edge_ident.diagnosis.fit.summary import model_fit, nonzero_rms, timing, tra
 from edge_ident.diagnosis.fit.term_effort import contributions
 from edge_ident.diagnosis.fit.traded import with_trades
 from edge_ident.diagnosis.fit.wide_band import above_band
-from edge_ident.diagnosis.measures import TOLERANCE, Validation
+from edge_ident.diagnosis.measures import Validation
 from edge_ident.diagnosis.motion_check import with_motion_errors
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.data_quality import data_findings
@@ -38,6 +38,7 @@ from edge_ident.diagnosis.select.wide_band_causes import (
     without_names,
 )
 from edge_ident.diagnosis.shown_in import with_sources
+from edge_ident.diagnosis.tolerance import TOLERANCE
 from edge_ident.diagnosis.validation import Judged
 from edge_ident.diagnosis.validation import judge as judge_elsewhere
 from edge_ident.diagnosis.written_model import written_model

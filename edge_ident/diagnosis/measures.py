@@ -12,10 +12,6 @@ from edge_ident.signals.metrics import Metric
 
 Array = NDArray[np.float64]
 
-TOLERANCE: Final = 0.01
-"""Share of the rms effort that is worth naming, unless the caller says otherwise. A judgement: a
-hundredth of the effort moves no gain."""
-
 
 @dataclass(frozen=True)
 class ModelFit:

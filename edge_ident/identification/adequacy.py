@@ -12,8 +12,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.measures import TOLERANCE
 from edge_ident.diagnosis.select.thresholds import STRUCTURE
+from edge_ident.diagnosis.tolerance import TOLERANCE
 from edge_ident.estimation.least_squares import unit_length
 from edge_ident.estimation.model_error import SMALLEST_EXCESS, regime_spread, regimes
 from edge_ident.identification.comparison import Comparison
