@@ -1,5 +1,6 @@
 """The HTML page of a diagnosis: one file, true numbers, everyday words, safe text."""
 
+import hashlib
 from dataclasses import replace
 from pathlib import Path
 
@@ -124,3 +125,20 @@ def test_an_axis_that_hardly_moves_has_a_page(tmp_path: Path) -> None:
     still = hand_made.axis(Verdict.ADEQUATE, samples=400)
     still = replace(still, traces=replace(still.traces, valid=np.zeros(400, dtype=np.bool_)))
     check_structure(written(Diagnosis({"x": still}, (), {}), tmp_path))
+
+
+def test_the_page_names_recordings_and_the_one_that_judged_with_their_hashes(
+    tmp_path: Path,
+) -> None:
+    files = [tmp_path / name for name in ("monday.csv", "tuesday.csv", "friday.csv")]
+    for file in files:
+        file.write_text(file.name)
+    source = Provenance.of(files[:2], files[2])
+    page = write_page(hand_made.diagnosis(), source, tmp_path, tmp_path / "model.json")
+    tree = read(page)
+    assert tree.all("h1")[0].text() == "What monday.csv and tuesday.csv say about the machine"
+    rows = dict(row for row in tree.rows() if len(row) == 2)
+    for file, label in zip(
+        files, ("monday.csv", "tuesday.csv", "judged on friday.csv"), strict=True
+    ):
+        assert rows[label] == f"sha256 {hashlib.sha256(file.read_bytes()).hexdigest()}"
