@@ -12,6 +12,7 @@ from edge_ident.diagnosis.result import Diagnosis, Verdict
 from edge_ident.model.effects import catalogue
 from edge_ident.report.page.diagnosis_page import write_page
 from edge_ident.report.page.provenance import Provenance
+from edge_ident.report.page.wording import digits
 from tests.edge_ident.diagnosis import hand_made
 from tests.edge_ident.report.page.pages import check_numbers, check_structure, document, read
 
@@ -77,7 +78,7 @@ def test_the_details_say_what_the_terminal_says(page: Path) -> None:
 def test_an_inseparable_cause_is_told_with_the_motion_that_decides(tmp_path: Path) -> None:
     axis = hand_made.axis(Verdict.EXPLAINED, hand_made.friction_by_direction())
     first = " ".join(read(written(Diagnosis({"x": axis}, (), {}), tmp_path)).text("script").split())
-    assert "Not sure which of two causes it is." in first
+    assert "Not sure which cause it is." in first
     assert "This motion cannot tell it from nonlinear viscous." in first
     assert "To be sure, record a faster multisine." in first
 
@@ -118,7 +119,9 @@ def test_a_long_recording_makes_a_small_page_and_keeps_its_peaks(tmp_path: Path)
     long = replace(long, traces=replace(long.traces, effort=effort))
     page = written(Diagnosis({"x": long, "z": long}, (), {}), tmp_path)
     assert page.stat().st_size < 1_500_000
-    check_structure(page)
+    tree = check_structure(page)
+    peak = digits(float(np.max(effort)), 3)
+    assert any(f"to {peak} N·m" in told.text() for told in tree.all("desc"))
 
 
 def test_an_axis_that_hardly_moves_has_a_page(tmp_path: Path) -> None:
