@@ -104,25 +104,16 @@ def diagnose(
             keep_minor=keep_minor,
             on_progress=bars.show,
         )
-    folder = results.output
-    model_file = None
+    folder, model_file = results.output, None
     if folder:
         model_file = save_result_model(found.model, files, folder)
-        say(f"written: {_page(found, files, page, folder, model_file)}")
+        source = report.Provenance.of(files, validate)
+        if page == "markdown":
+            written = report.write_markdown(found, [name for name, _ in source.files], folder)
+        else:
+            written = report.write_page(found, source, folder, model_file)
+        say(f"written: {written}")
     results.deliver(report.diagnosis_document(found, model_file), "diagnosis.json")
     results.show(found)
     if not found.understood:
         raise typer.Exit(UNTRUSTED)
-
-
-def _page(
-    found: "edge_ident.Diagnosis",
-    files: list[Path],
-    kind: Literal["html", "markdown"],
-    folder: Path,
-    model_file: Path | None,
-) -> Path:
-    """Write the page for people."""
-    if kind == "markdown":
-        return report.write_markdown(found, [file.name for file in files], folder)
-    return report.write_page(found, report.Provenance.of(files), folder, model_file)

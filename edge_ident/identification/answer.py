@@ -134,8 +134,7 @@ def answer(question: Question, outcome: AxisDiagnosis | str | None) -> AxisIdent
     base = base_axis(chosen.estimate, axis.position_unit, axis.effort_unit, seen)
     findings = _what_was_done(question, outcome, seen)
     findings += check_estimate(chosen.estimate, regressor, measured, metric.relative_residual)
-    inertia = float(chosen.estimate.parameters[0])
-    findings += describe_scales(question.recording, question.name, inertia)
+    findings += describe_scales(question.recording, question.name, chosen.estimate.parameters[0])
     if network is not None and question.adequacy.adequate:
         findings += compare_estimators(network, linear)
     return AxisIdentification(

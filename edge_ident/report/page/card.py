@@ -10,6 +10,8 @@ from edge_ident.report.page.chart import Chart
 PICTURE_HEIGHT: Final = 310
 """Pixels of the first screen's picture, beside the text."""
 
+Status = Literal["good", "found", "open"]
+"""Nothing to do, something found, something that is not understood."""
 Row = tuple[Markup | str, ...]
 
 
@@ -29,8 +31,7 @@ class Card:
     Attributes
     ----------
     axis : str
-    status : {"good", "found", "open"}
-        Nothing to do, something found, something that is not understood.
+    status : Status
     label : str
         The status in a word or two.
     verdict : Markup
@@ -46,7 +47,7 @@ class Card:
     """
 
     axis: str
-    status: Literal["good", "found", "open"]
+    status: Status
     label: str
     verdict: Markup
     terms: str

@@ -10,7 +10,7 @@ from markupsafe import Markup, escape
 from edge_ident.diagnosis.present.wording import spoken
 from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Diagnosis, Verdict
 from edge_ident.model.effects import named
-from edge_ident.report.page.card import PICTURE_HEIGHT, Card
+from edge_ident.report.page.card import PICTURE_HEIGHT, Card, Status
 from edge_ident.report.page.chart import Chart
 from edge_ident.report.page.map_charts import (
     Axes,
@@ -35,7 +35,7 @@ from edge_ident.report.page.wording import (
     sentence,
 )
 
-_STATUS: Final = {
+_STATUS: Final[dict[Verdict, tuple[Status, str]]] = {
     Verdict.ADEQUATE: ("good", "model fits"),
     Verdict.EXPLAINED: ("found", "cause found"),
     Verdict.UNEXPLAINED: ("open", "not understood"),
@@ -67,7 +67,7 @@ def diagnosis_card(key: str, name: str, diagnosis: Diagnosis) -> Card:
     follows = followed(name, diagnosis.axes, axis.traces.effort - axis.traces.extended_effort)
     return Card(
         axis=name,
-        status=status,  # type: ignore[arg-type]
+        status=status,
         label=label,
         verdict=_verdict(axis),
         terms=_terms(axis),
@@ -153,7 +153,7 @@ def _in_short(name: str, diagnosis: Diagnosis) -> Markup:
     elif not axis.causes:
         said = "Sure that the model lacks something. Not sure what."
     elif alike:
-        said = "Sure that something acts. Not sure which of two causes it is."
+        said = "Sure that something acts. Not sure which cause it is."
     elif _carried(name, diagnosis):
         said = "This data and another recording support the strongest cause."
     elif axis.verdict is Verdict.UNEXPLAINED:

@@ -21,15 +21,22 @@ class Provenance:
         As it was typed.
     version : str
         Of edge-ident.
+    validation : (name, sha256) or None
+        The recording that models were judged on.
     """
 
     files: tuple[tuple[str, str], ...]
     command: str
     version: str
+    validation: tuple[str, str] | None = None
 
     @classmethod
-    def of(cls, files: Iterable[Path]) -> "Provenance":
+    def of(cls, files: Iterable[Path], validation: Path | None = None) -> "Provenance":
         """Provenance of what this process makes of some recordings."""
-        hashed = tuple((file.name, hashlib.sha256(file.read_bytes()).hexdigest()) for file in files)
-        typed = [Path(sys.argv[0]).name, *sys.argv[1:]]
-        return cls(hashed, shlex.join(typed), version("edge-ident"))
+        typed = shlex.join([Path(sys.argv[0]).name, *sys.argv[1:]])
+        judged = _hashed(validation) if validation else None
+        return cls(tuple(map(_hashed, files)), typed, version("edge-ident"), judged)
+
+
+def _hashed(file: Path) -> tuple[str, str]:
+    return file.name, hashlib.sha256(file.read_bytes()).hexdigest()

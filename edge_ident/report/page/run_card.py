@@ -86,19 +86,19 @@ def _verdict(name: str, axis: AxisIdentification, outcome: Outcome) -> Markup:
 
 
 def _written(outcome: Outcome) -> Markup:
+    if outcome.change is None or outcome.change.unchanged:
+        return Markup("Nothing.")
     if not outcome.confirmed:
-        return Markup("Nothing that stays.")
+        return Markup("Nothing that stays: the new gains were taken back.")
     kept = "They outlast a power cycle." if outcome.stored else "They are lost without power."
     return Markup("The new gains below, read back and confirmed by a motion. {}").format(kept)
 
 
 def _model_sure(name: str, axis: AxisIdentification) -> list[Markup]:
     at = ("identification", "axes", name)
-    unit = unit_text(axis.units[0])
     inertia, std = float(axis.estimate.parameters[0]), float(axis.estimate.std[0])
     place = (*at, "parameters", PARAMETERS[0])
     value_text, std_text = to_its_std(inertia, std)
-    word = "inertia" if axis.units[0].startswith("kg") else "inertia, in these units"
     short = "Trusted." if axis.trusted else "Not trusted: see what to do next."
     return [
         Markup("<b>{}</b>").format(short),
@@ -106,11 +106,10 @@ def _model_sure(name: str, axis: AxisIdentification) -> list[Markup]:
             percent(axis.metric.relative_residual, *at, "metric", "relative_residual"),
             effort_word(axis.units[3]),
         ),
-        Markup("The {} is {} ± {} {} (one standard deviation).").format(
-            word,
+        Markup("The inertia is {} ± {} {} (one standard deviation).").format(
             number(inertia, value_text, *place, "value"),
             number(std, std_text, *place, "std"),
-            unit,
+            unit_text(axis.units[0]),
         ),
     ]
 
@@ -134,6 +133,8 @@ def _action(axis: AxisIdentification, outcome: Outcome) -> list[Markup]:
         return [Markup("Mend what is wrong on the other axis, then run again.")]
     if outcome.change is None:
         return [Markup("Run it again without <code>--dry-run</code> to write these gains.")]
+    if not outcome.confirmed and not outcome.change.unchanged:
+        return [Markup("Look for play or a resonance, or take a lower <code>--bandwidth</code>.")]
     if outcome.confirmed and not outcome.stored:
         return [
             Markup(

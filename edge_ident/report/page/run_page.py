@@ -1,11 +1,11 @@
 """A run as one HTML page."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from edge_ident.commissioning.run import BACKUP_FILE, CAPTURE_FILE, VERIFICATION_FILE, Outcome
-from edge_ident.identification.result import AxisIdentification
+from edge_ident.identification.result import AxisIdentification, ParameterSource
 from edge_ident.model.model import PARAMETERS
 from edge_ident.report.page.card import Row, Table
 from edge_ident.report.page.chart import Chart
@@ -67,17 +67,15 @@ def write_run_page(outcome: Outcome, document: dict[str, Any], folder: Path) -> 
         The page.
     """
     before = load_recording(folder / CAPTURE_FILE)
-    verification = folder / VERIFICATION_FILE
-    after = load_recording(verification) if verification.is_file() and outcome.change else None
+    verified = outcome.change is not None and outcome.change.verification is not None
+    after = load_recording(folder / VERIFICATION_FILE) if verified else None
     axes = outcome.identification.axes
     details = [_details(f"a{n}", name, axis) for n, (name, axis) in enumerate(axes.items())]
-    cards = [
-        run_card(
-            name, outcome, tracking_chart(f"c{n}", name, before, after) or details[n].charts[0]
-        )
-        for n, name in enumerate(axes)
-    ]
-    recordings = [folder / CAPTURE_FILE, *([verification] if after else [])]
+    cards = []
+    for n, name in enumerate(axes):
+        chart = tracking_chart(f"c{n}", name, before, after) or details[n].charts[0]
+        cards.append(run_card(name, outcome, replace(chart, key=f"c{n}")))
+    recordings = [folder / CAPTURE_FILE, *([folder / VERIFICATION_FILE] if verified else [])]
     content = {
         "title": "What the run found and did",
         "conclusion": sentence(outcome.conclusion),
@@ -122,9 +120,9 @@ def _diagnosis(key: str, name: str, axis: AxisIdentification) -> "AxisDetails | 
 
 def _parameters(axis: AxisIdentification) -> Table:
     columns = {f"{axis.source.spoken} (used)": axis.estimate}
-    if axis.estimate is not axis.least_squares:
+    if axis.source is not ParameterSource.LEAST_SQUARES:
         columns["least squares"] = axis.least_squares
-    if axis.network is not None and axis.estimate is not axis.network:
+    if axis.network is not None and axis.source is not ParameterSource.NETWORK:
         columns["network"] = axis.network
     rows: list[Row] = [
         (

@@ -69,7 +69,7 @@ def with_interval(value: float, std: float | None) -> str:
     if not std or not math.isfinite(std) or _decimals(std) > _MOST_DECIMALS:
         return digits(value, 4)
     ends = (value, value - 1.96 * std, value + 1.96 * std)
-    return "{} ({} to {})".format(*(minus(f"{end:.{_decimals(std)}f}") for end in ends))
+    return "{} ({}\u00a0to\u00a0{})".format(*(minus(f"{end:.{_decimals(std)}f}") for end in ends))
 
 
 def _decimals(std: float) -> int:

@@ -109,5 +109,5 @@ def test_numbers_have_sensible_digits(value: float, significant: int, text: str)
 
 
 def test_an_interval_is_written_to_the_digits_of_its_deviation() -> None:
-    assert with_interval(0.42913, 0.00077) == "0.42913 (0.42762 to 0.43064)"
+    assert with_interval(0.42913, 0.00077) == "0.42913 (0.42762\u00a0to\u00a00.43064)"
     assert with_interval(0.42913, None) == "0.4291"

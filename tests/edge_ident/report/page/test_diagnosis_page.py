@@ -1,5 +1,6 @@
 """The HTML page of a diagnosis: one file, true numbers, everyday words, safe text."""
 
+import hashlib
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,6 +12,7 @@ from edge_ident.diagnosis.result import Diagnosis, Verdict
 from edge_ident.model.effects import catalogue
 from edge_ident.report.page.diagnosis_page import write_page
 from edge_ident.report.page.provenance import Provenance
+from edge_ident.report.page.wording import digits
 from tests.edge_ident.diagnosis import hand_made
 from tests.edge_ident.report.page.pages import check_numbers, check_structure, document, read
 
@@ -76,7 +78,7 @@ def test_the_details_say_what_the_terminal_says(page: Path) -> None:
 def test_an_inseparable_cause_is_told_with_the_motion_that_decides(tmp_path: Path) -> None:
     axis = hand_made.axis(Verdict.EXPLAINED, hand_made.friction_by_direction())
     first = " ".join(read(written(Diagnosis({"x": axis}, (), {}), tmp_path)).text("script").split())
-    assert "Not sure which of two causes it is." in first
+    assert "Not sure which cause it is." in first
     assert "This motion cannot tell it from nonlinear viscous." in first
     assert "To be sure, record a faster multisine." in first
 
@@ -117,10 +119,29 @@ def test_a_long_recording_makes_a_small_page_and_keeps_its_peaks(tmp_path: Path)
     long = replace(long, traces=replace(long.traces, effort=effort))
     page = written(Diagnosis({"x": long, "z": long}, (), {}), tmp_path)
     assert page.stat().st_size < 1_500_000
-    check_structure(page)
+    tree = check_structure(page)
+    peak = digits(float(np.max(effort)), 3)
+    assert any(f"to {peak} N·m" in told.text() for told in tree.all("desc"))
 
 
 def test_an_axis_that_hardly_moves_has_a_page(tmp_path: Path) -> None:
     still = hand_made.axis(Verdict.ADEQUATE, samples=400)
     still = replace(still, traces=replace(still.traces, valid=np.zeros(400, dtype=np.bool_)))
     check_structure(written(Diagnosis({"x": still}, (), {}), tmp_path))
+
+
+def test_the_page_names_recordings_and_the_one_that_judged_with_their_hashes(
+    tmp_path: Path,
+) -> None:
+    files = [tmp_path / name for name in ("monday.csv", "tuesday.csv", "friday.csv")]
+    for file in files:
+        file.write_text(file.name)
+    source = Provenance.of(files[:2], files[2])
+    page = write_page(hand_made.diagnosis(), source, tmp_path, tmp_path / "model.json")
+    tree = read(page)
+    assert tree.all("h1")[0].text() == "What monday.csv and tuesday.csv say about the machine"
+    rows = dict(row for row in tree.rows() if len(row) == 2)
+    for file, label in zip(
+        files, ("monday.csv", "tuesday.csv", "judged on friday.csv"), strict=True
+    ):
+        assert rows[label] == f"sha256 {hashlib.sha256(file.read_bytes()).hexdigest()}"

@@ -11,6 +11,7 @@ from edge_ident.commissioning.run import Outcome
 from edge_ident.diagnosis.result import Verdict
 from edge_ident.estimation.trust import Finding
 from edge_ident.report.page.run_page import write_run_page
+from edge_ident.signals.recording_files import save_recording
 from tests.edge_ident.diagnosis import hand_made
 from tests.edge_ident.report.page import hand_made_run
 from tests.edge_ident.report.page.pages import check_numbers, check_structure, read
@@ -79,3 +80,22 @@ def test_a_diagnosed_axis_brings_its_causes(run: Run) -> None:
     assert "The diagnosis found: a force repeats with the position." in first
     assert "Motor magnets (cogging), gear teeth, a coupling or a bent screw." in first
     assert any("torque ripple" in li.text() for li in tree.all("li"))
+
+
+def test_gains_that_were_rolled_back_are_not_called_new(run: Run) -> None:
+    outcome, document, folder = run
+    assert outcome.change is not None
+    change = replace(outcome.change, confirmed=False)
+    first = first_screen(write_run_page(replace(outcome, change=change), document, folder))
+    assert "The new gains followed worse. The old gains are in force again." in first
+    assert "Nothing that stays: the new gains were taken back." in first
+    assert "Look for play or a resonance" in first
+
+
+def test_a_recording_without_a_reference_shows_the_effort_instead(tmp_path: Path) -> None:
+    outcome, document = hand_made_run.run(tmp_path, confirmed=False)
+    recording = outcome.capture.recording
+    axes = {name: replace(axis, reference=None) for name, axis in recording.axes.items()}
+    save_recording(replace(recording, axes=axes), tmp_path / "capture.npz")
+    tree = check_structure(write_run_page(outcome, document, tmp_path))
+    assert tree.all("figure")[0].all("title")[0].text().startswith("Measured torque")
