@@ -16,7 +16,7 @@ def bad_cell(path: Path, dialect: Dialect, layout: Layout) -> DataError:
                 continue
             cells = dialect.cells(line.rstrip("\n"))
             where = f"{path}, row {row}"
-            if len(cells) > 1 and not any(map(dialect.is_value, cells)):
+            if len(cells) > 1 and not any(map(dialect.is_number_anyhow, cells)):
                 return DataError(
                     f"{where}: text again ({', '.join(cells[:3])}), where the table goes on: a "
                     "second table begins",
@@ -35,6 +35,6 @@ def bad_cell(path: Path, dialect: Dialect, layout: Layout) -> DataError:
 
 def _bad(where: str, heading: str, cell: str, dialect: Dialect) -> DataError:
     what = f"{where}, column {heading}: {cell!r} is not a number"
-    if dialect.is_number_otherwise(cell):
+    if dialect.is_number_anyhow(cell):
         what += f" with a decimal {dialect.decimal}, as the rows before are written"
     return DataError(what, "correct the cell, or remove the row")

@@ -82,10 +82,9 @@ class Dialect:
         """Whether a cell holds a number, or says that there is none."""
         return self.is_number(cell) or _MISSING.fullmatch(cell) is not None
 
-    def is_number_otherwise(self, cell: str) -> bool:
-        """Whether a cell is a number, but with the other decimal sign."""
-        other = "point" if self.decimal == "comma" else "comma"
-        return not self.is_number(cell) and _NUMBERS[other].fullmatch(cell) is not None
+    def is_number_anyhow(self, cell: str) -> bool:
+        """Whether a cell is a number with either decimal sign."""
+        return any(number.fullmatch(cell) for number in _NUMBERS.values())
 
 
 def split(line: str, delimiter: str) -> list[str]:

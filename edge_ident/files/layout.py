@@ -175,7 +175,7 @@ def _channels(
         return None
     number, cells = row
     headings = tuple("Time" if cell == cells[0] else cell for cell in cells)
-    units = named.get("Unit", (0, ["Unit"] * width))[1]
+    units = [text.partition(" (")[0] for text in named.get("Unit", (0, ["Unit"] * width))[1]]
     return number, headings, tuple(u if known_unit(u) else None for u in units)
 
 

@@ -77,9 +77,14 @@ def header_block(path: Path) -> None:
 
 
 def scope(path: Path) -> None:
-    head = [["Name", "YT Scope Project"], ["File", "C:\\axis.tcscopex"], [],
-            ["Name", "X.ActPos", "Name", "X.ActTorque"], ["SampleTime[ms]", "2"] * 2,
-            ["Unit", "deg", "Unit", "Nm"], []]  # fmt: skip
+    channels = {
+        "Name": ("X.ActPos", "X.ActTorque"), "SymbolComment": ("", ""),
+        "Data-Type": ("REAL64", "REAL64"), "SampleTime[ms]": ("2", "2"),
+        "Offset": ("0", "0"), "ScaleFactor": ("1", "1"), "Unit": ("deg (Angle)", "Nm (Torque)"),
+        "Unit ScaleFactor": ("1", "1"), "Unit Offset": ("0", "0"),
+    }  # fmt: skip
+    head = [["Name", "Axis"], ["File", "C:\\axis.tcscopex"], ["Starttime of export", "1329597"], []]
+    head += [[key, one, key, other] for key, (one, other) in channels.items()] + [[]]
     columns = [1e3 * TIME_S, DEGREES, 1e3 * TIME_S, TORQUE_NM]
     write_csv(path, head, columns, encoding="utf-16", delimiter="\t")
     with path.open("a", encoding="utf-16-le") as file:
