@@ -22,6 +22,7 @@ satisfy is checked once, in `edge_ident.model.registration`.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import ClassVar, Final
 
 import numpy as np
@@ -176,7 +177,7 @@ class Effect:
         """The name in model files: that of the module."""
         return type(self).__module__.rpartition(".")[2]
 
-    @property
+    @cached_property
     def additive(self) -> bool:
         """Whether its effort adds to that of the others, in proportion to linear parameters."""
         return not (self.follows_base or any(map(self.overrides, _NONADDITIVE_HOOKS)))

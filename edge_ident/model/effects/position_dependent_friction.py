@@ -15,6 +15,7 @@ from edge_ident.model.advice import Advice
 from edge_ident.model.effect import Array, Effect, Motion, Parameter, Values
 from edge_ident.model.search import Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
+from edge_ident.model.waves import wave
 
 
 class PositionDependentFriction(Effect):
@@ -30,8 +31,7 @@ class PositionDependentFriction(Effect):
     def friction(self, at: Motion, values: Values) -> Array:
         """Level above Coulomb friction, or below."""
         angle = 2.0 * np.pi / values["period"] * at.position
-        wave = values["cosine"] * np.cos(angle) + values["sine"] * np.sin(angle)
-        return values["gradient"] * at.position + wave
+        return values["gradient"] * at.position + wave(angle, values["cosine"], values["sine"])
 
     def fastest_rate(self, values: Values, inertia: Array, speed: float) -> Array:
         """Passing the waves at top speed."""

@@ -16,6 +16,7 @@ from edge_ident.model.advice import Advice
 from edge_ident.model.effect import Array, Effect, Motion, Parameter, Values
 from edge_ident.model.search import Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
+from edge_ident.model.waves import wave
 
 
 class PositionDependentLoad(Effect):
@@ -40,11 +41,11 @@ class PositionDependentLoad(Effect):
         """Parabola and sinusoid."""
         x = at.position
         angle = 2.0 * np.pi / values["period"] * x
-        wave = values["cosine"] * np.cos(angle) + values["sine"] * np.sin(angle)
-        load = (values["stiffness"] + values["curvature"] * x) * x + wave
+        load = (values["stiffness"] + values["curvature"] * x) * x
+        load = load + wave(angle, values["cosine"], values["sine"])
         if at.source is not None:
             both = x + at.source.position
-            load = load + values["sum_cosine"] * np.cos(both) + values["sum_sine"] * np.sin(both)
+            load = load + wave(both, values["sum_cosine"], values["sum_sine"])
         return np.asarray(load)
 
     def fastest_rate(self, values: Values, inertia: Array, speed: float) -> Array:

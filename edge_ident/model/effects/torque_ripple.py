@@ -14,6 +14,7 @@ from edge_ident.model.compensation import Compensation
 from edge_ident.model.effect import Array, Effect, Motion, Parameter, Values
 from edge_ident.model.search import Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
+from edge_ident.model.waves import wave
 
 
 class TorqueRipple(Effect):
@@ -28,7 +29,7 @@ class TorqueRipple(Effect):
     def load(self, at: Motion, values: Values) -> Array:
         """A sinusoid of position."""
         angle = 2.0 * np.pi / values["period"] * at.position
-        return values["cosine"] * np.cos(angle) + values["sine"] * np.sin(angle)
+        return wave(angle, values["cosine"], values["sine"])
 
     def fastest_rate(self, values: Values, inertia: Array, speed: float) -> Array:
         """Resonance on its steepest slope, or passing its periods at top speed."""
