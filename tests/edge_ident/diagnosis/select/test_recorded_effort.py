@@ -100,13 +100,7 @@ def test_a_sound_chain_is_as_stiff_whichever_effect_says_so() -> None:
         level = 0.5 * 0.5 * (factor * rate) ** 2 * 1e-3
         bristles = {"level": np.array([level]), "distance": np.array([1e-3])}
         assert named("presliding_hysteresis").search.sound(bristles, excitation) is sound
-
-
-def test_a_gap_that_its_contacts_wind_up_over_is_none() -> None:
-    t, x, v, a = MOTION
-    data = prepare_axis([recorded(t, x, rigid(v, a), noise=0.01)], "x")
-    excitation = data.excitation(np.array([0.5, 0.8, 1.1, 0.2]))
-    values = {"load_inertia": 0.2, "deceleration": 5.0, "contact_rate": 100.0}
-    for gap, physical in ((0.9e-3, False), (1.1e-3, True)):
-        arrays = {name: np.array([value]) for name, value in {**values, "gap": gap}.items()}
-        assert named("backlash").search.physical(arrays, excitation) is physical
+        lost = 2.0 * 5.0 / (factor * rate) ** 2
+        play = {"deceleration": 5.0, "gap": 0.8 * lost, "contact_rate": factor * rate / 0.2**0.5}
+        gap = {name: np.array([value]) for name, value in play.items()}
+        assert named("backlash").search.sound(gap, excitation) is sound
