@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from edge_ident.model.advice import Advice
 from edge_ident.model.effect import Array, Effect, Motion, Parameter, Values
-from edge_ident.model.search import Excitation, Form, SearchSpec
+from edge_ident.model.search import SOUND_RESONANCE_HZ, Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
 
 _SEGMENTS: Final = 12
@@ -111,15 +111,21 @@ class Backlash(Effect):
 
 
 def _physical(values: Values, excitation: Excitation) -> bool:
-    """A gap that the encoder resolves, and no more inertia than the drive moved.
-
-    At each reversal the load's friction winds the contacts up to the other side. A gap that is no
-    wider than that is none: the chain is a spring.
-    """
+    """A gap that the encoder resolves, and no more inertia than the drive moved."""
     seen = np.all(values["gap"] >= 0.5 * excitation.resolution)
-    wound_up = 2.0 * values["deceleration"] / np.square(values["contact_rate"])
-    wide = np.all(values["gap"] >= wound_up)
-    return bool(seen and wide) and excitation.moved(values["load_inertia"])
+    return bool(seen) and excitation.moved(values["load_inertia"])
+
+
+def _sound(values: Values, excitation: Excitation) -> bool:
+    """No more lost motion at a reversal than on the chain of any drive.
+
+    The load's friction winds up both contacts beside the gap. A spring on which it would lose as
+    much is a stiff one.
+    """
+    friction = 2.0 * values["deceleration"]
+    lost = values["gap"] + friction / np.square(values["contact_rate"])
+    resonance = 2.0 * np.pi * SOUND_RESONANCE_HZ
+    return bool(np.all(friction > resonance**2 * lost))
 
 
 def _grid(excitation: Excitation) -> dict[str, Array]:
@@ -238,6 +244,7 @@ EFFECT: Final = Backlash(
         discrepancy=0.4,
         open_ended=("deceleration",),
         needs_reversals=True,
+        sound=_sound,
     ),
     draw=_draw,
 )
