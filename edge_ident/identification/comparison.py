@@ -78,7 +78,8 @@ class Comparison:
     def of(cls, axis: CompensatedAxis) -> "Comparison":
         """Filter an axis."""
         sampling_s = axis.signals.period_s
-        noise = position_noise(axis.position)
+        count = encoder_count(axis.position)
+        noise = position_noise(axis.position, count)
         band, density = _band(axis, noise)
         motion_hz = band.motion_hz(sampling_s)
         stride = max(1, int(1.0 / (_RATE * motion_hz * sampling_s)))
@@ -93,7 +94,7 @@ class Comparison:
         columns = np.array([*regressor(velocity, acceleration).T, *rates])
         filtered = band.lowpass(columns * weight, period_s)
         motion = Motion.known(position, position, velocity, acceleration)
-        aliased = _aliased(motion, encoder_count(axis.position), band, sampling_s, stride)
+        aliased = _aliased(motion, count, band, sampling_s, stride)
         effort, effort_rate = _effort(axis, band, weight, stride)
         return cls(
             regressor=filtered[:4].T,

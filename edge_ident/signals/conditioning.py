@@ -237,9 +237,17 @@ def bridge(signal: Array, moving: NDArray[np.bool_]) -> Array:
     return bridged
 
 
-def position_noise(position: Array) -> float:
-    """Standard deviation of white noise in a position, at least that of its quantization."""
-    return float(max(_white_noise(position), encoder_count(position) / np.sqrt(12.0)))
+def position_noise(position: Array, count: float | None = None) -> float:
+    """Standard deviation of white noise in a position, at least that of its quantization.
+
+    Parameters
+    ----------
+    position : (N,) array
+    count : float, optional
+        Its `encoder_count`, where it is known already.
+    """
+    count = encoder_count(position) if count is None else count
+    return float(max(_white_noise(position), count / np.sqrt(12.0)))
 
 
 def encoder_count(position: Array) -> float:
