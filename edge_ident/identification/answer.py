@@ -214,7 +214,11 @@ def _extended(question: Question, diagnosed: AxisDiagnosis) -> _Choice:
     """The base parameters of the extended model."""
     model = Model({question.name: diagnosed.model})
     compensated = compensate_effects(
-        question.recording, question.name, model, late_s=diagnosed.timing.shift_s
+        question.recording,
+        question.name,
+        model,
+        late_s=diagnosed.timing.shift_s,
+        of_motion=question.compensated.signals,
     )
     estimate = Estimate(diagnosed.model.parameters, diagnosed.extended.estimate.std)
     error = _model_error(compensated, question.part, estimate.std)
