@@ -88,8 +88,8 @@ BAD = {
     "blank": ("\n \n\n", "the file is empty"),
     "no table": ("this is a letter\nand no table\n", "no table of numbers found"),
     "one column": ("x\n1\n2\n3\n", "no table of numbers found"),
-    "ragged, short": (text_of(changed(20, "0,020;20,5")), "row 22: 2 values under 3"),
-    "ragged, long": (text_of(changed(20, "0,020;20,5;1;2")), "row 22: 4 values under 3"),
+    "ragged, short": (text_of(changed(20, "0,020;20,5")), "row 22: 2 values but 3"),
+    "ragged, long": (text_of(changed(20, "0,020;20,5;1;2")), "row 22: 4 values but 3"),
     "a word": (text_of(changed(20, "0,020;oops;1")), r"row 22, column x \[mm\]: 'oops'"),
     "an empty cell": (text_of(changed(20, "0,020;;1")), r"row 22, column x \[mm\]: ''"),
     "a bad first row": (text_of(changed(0, "0,5;oops;1,5")), r"row 2, column x \[mm\]: 'oops'"),
@@ -103,7 +103,7 @@ BAD = {
     ),
     "comma twice": (
         text_of([row.replace(";", ",") for row in GOOD], "t [s],x [mm],F [N]"),
-        "6 values a row under 3 column names",
+        "6 values per row but 3 column names",
     ),
     "two tables": (
         text_of([*GOOD, "", "t [s];x [mm];F [N]", *GOOD]),
@@ -122,6 +122,19 @@ def test_a_bad_file_says_where_and_what_to_do(kind: str, tmp_path: Path) -> None
         read_text(path)
     assert "bad.csv" in error.value.cause
     assert error.value.next_step
+
+
+@pytest.mark.parametrize("state", ["OK", "1.0.2", '"a ""word"""'])
+def test_quoted_cells_and_text_beside_decimal_commas(state: str, tmp_path: Path) -> None:
+    """A point in a column of text is no decimal sign."""
+    rows = [f'"{i},5";{state};"{i},25"' for i in range(50)]
+    path = tmp_path / "quoted.csv"
+    path.write_text(text_of(rows, '"x [mm]";state;"F [N]"'))
+    table = read_text(path)
+    assert [(c.name, c.values[7]) for c in table.columns] == [("x", 7.5), ("F", 7.25)]
+    path.write_text(text_of([*rows, f'"50.5";{state};"1,0"'], '"x [mm]";state;"F [N]"'))
+    with pytest.raises(DataError, match=r"row 52, column x \[mm\]: '50.5'"):
+        read_text(path)
 
 
 def test_what_is_ambiguous_is_settled_by_the_option_that_the_message_names(tmp_path: Path) -> None:
@@ -152,7 +165,7 @@ def test_a_bad_cell_far_beyond_the_head_is_found(tmp_path: Path) -> None:
     rows[29_000] = "29000;29000.5"
     path = tmp_path / "long.csv"
     path.write_text(text_of(rows))
-    with pytest.raises(DataError, match="row 29002: 2 values under 3"):
+    with pytest.raises(DataError, match="row 29002: 2 values but 3"):
         read_text(path)
 
 
@@ -164,7 +177,7 @@ def test_columns_of_text_are_left_out_and_named(tmp_path: Path) -> None:
     assert [column.name for column in table.columns] == ["x", "F"]
     assert table.left_out == ("date (no numbers)", "state (no numbers)")
     path.write_text(text_of([*rows, "2026;1,5;OK"], "date;x [mm];state;F [N]"))
-    with pytest.raises(DataError, match="row 52: 3 values under 4"):
+    with pytest.raises(DataError, match="row 52: 3 values but 4"):
         read_text(path)
 
 
