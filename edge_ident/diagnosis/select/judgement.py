@@ -2,8 +2,8 @@
 
 The rules stand in `select.acceptance`. A cause is suspected where too few runs on disturbed data
 find it, where it is smaller than what is left unexplained, or where no cause may be named at all.
-It is minor where it is certain and not worth naming. What is not supported leaves the model, and
-the rest is fitted again.
+It is minor where it is certain and not worth naming, or where the chain of a sound drive has it as
+well. What is not supported leaves the model, and the rest is fitted again.
 """
 
 from collections.abc import Callable, Mapping, Sequence
