@@ -270,9 +270,9 @@ def _supported(
 
 
 def _verdict(assessed: Assessment, found: _Sorted) -> Verdict:
-    if not found.named and not assessed.structure(assessed.start):
-        return Verdict.ADEQUATE
+    """What a sound drive has is no cause, so a machine that has nothing else is adequate."""
     places = sorted([*found.named, *found.sound])
-    own = [k for k in places if assessed.model.terms[k].candidate != VIBRATION]
-    explained = own and not assessed.structure(assessed.fitted(places))
-    return Verdict.EXPLAINED if explained and own == places else Verdict.UNEXPLAINED
+    vibrating = any(assessed.model.terms[k].candidate == VIBRATION for k in places)
+    if vibrating or assessed.structure(assessed.fitted(places)):
+        return Verdict.UNEXPLAINED
+    return Verdict.EXPLAINED if found.named else Verdict.ADEQUATE
