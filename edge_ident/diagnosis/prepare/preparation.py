@@ -15,7 +15,6 @@ from edge_ident.diagnosis.prepare.masks import (
     SMEAR_PERIODS,
     aliasing_mask,
     direction_unknown,
-    nearly_stopped,
     reversals,
     tapered,
     widened,
@@ -115,8 +114,7 @@ def _segment(recording: Recording, name: str) -> Segment:
     stride = max(1, int(1.0 / (_REGRESSOR_RATE * motion_hz * raw.period_s)))
     period_s = stride * raw.period_s
     motions, replicas = raw.motions(motion_hz, stride)
-    slow = np.repeat(nearly_stopped(motions[name], motion_hz), stride)[: len(raw.effort)]
-    known, weight = _direction_weights(raw, raw.unknown | slow, noise, band, stride)
+    known, weight = _direction_weights(raw, noise, band, stride)
     sample_index = _sample_index(known, weight, band, motions[name], raw, stride)
     narrow = raw.motion(raw.position, band.cutoff_hz, stride)
     turns, valid, far = _masks(narrow, known, count, band, period_s, sample_index)
@@ -156,17 +154,9 @@ def _band(raw: Sampled, noise: float, widest_hz: float) -> tuple[Band, float]:
     return replace(band, cutoff_hz=min(band.cutoff_hz, most_hz)), density
 
 
-def _direction_weights(
-    raw: Sampled, unknown: NDArray[np.bool_], noise: float, band: Band, stride: int
-) -> tuple[Array, Array]:
-    """Weights from 0, where anything is unknown, to 1: every stride-th sample, and all.
-
-    Parameters
-    ----------
-    unknown : (M,) array of bool
-        Where the effort or the direction is unknown for other reasons.
-    """
-    unknown = unknown | direction_unknown(raw.position, noise, band.cutoff_hz, raw.period_s)
+def _direction_weights(raw: Sampled, noise: float, band: Band, stride: int) -> tuple[Array, Array]:
+    """Weights from 0, where anything is unknown, to 1: every stride-th sample, and all."""
+    unknown = direction_unknown(raw.position, noise, band.cutoff_hz, raw.period_s) | raw.unknown
     taper = _TAPER_PERIODS / (band.cutoff_hz * raw.period_s)
     known = 1.0 - tapered(unknown, taper)[::stride]
     at = np.arange(len(known)) * stride
