@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from edge_ident.control.gain_design import GainDesign
     from edge_ident.diagnosis.diagnose import diagnose
     from edge_ident.diagnosis.result import AxisDiagnosis, Diagnosis
+    from edge_ident.diagnosis.tolerance import TOLERANCE
     from edge_ident.drive.description import Drive, DriveAxis, load_drive
     from edge_ident.errors import (
         BoardError,
@@ -36,8 +37,14 @@ if TYPE_CHECKING:
     from edge_ident.identification.result import AxisIdentification, Identification
     from edge_ident.model.model import AxisModel, Estimate, Model, Term
     from edge_ident.model.model_files import load_model, save_model, sourced_model
+    from edge_ident.signals.read_options import ReadOptions
     from edge_ident.signals.recording import AxisRecord, Recording
-    from edge_ident.signals.recording_files import load_recording, save_recording
+    from edge_ident.signals.recording_files import (
+        Inspection,
+        inspect_recording,
+        load_recording,
+        save_recording,
+    )
     from edge_ident.simulation.flexible import reduced_model
     from edge_ident.simulation.simulate import simulate
     from edge_ident.support.stopwatch import Stopwatch
@@ -46,6 +53,7 @@ if TYPE_CHECKING:
     __version__: str
 
 __all__ = [
+    "TOLERANCE",
     "AxisDiagnosis",
     "AxisIdentification",
     "AxisModel",
@@ -63,10 +71,12 @@ __all__ = [
     "GainDesigns",
     "GainError",
     "Identification",
+    "Inspection",
     "LinkError",
     "Model",
     "ModelError",
     "Network",
+    "ReadOptions",
     "Recording",
     "Stopwatch",
     "Term",
@@ -77,6 +87,7 @@ __all__ = [
     "design_gains",
     "diagnose",
     "identify",
+    "inspect_recording",
     "load_drive",
     "load_model",
     "load_network",
@@ -92,6 +103,7 @@ __all__ = [
 _attribute = lazy_names(
     __name__,
     {
+        "TOLERANCE": "edge_ident.diagnosis.tolerance",
         "AxisDiagnosis": "edge_ident.diagnosis.result",
         "AxisIdentification": "edge_ident.identification.result",
         "AxisModel": "edge_ident.model.model",
@@ -109,10 +121,12 @@ _attribute = lazy_names(
         "GainDesigns": "edge_ident.control.drive_gains",
         "GainError": "edge_ident.errors",
         "Identification": "edge_ident.identification.result",
+        "Inspection": "edge_ident.signals.recording_files",
         "LinkError": "edge_ident.errors",
         "Model": "edge_ident.model.model",
         "ModelError": "edge_ident.errors",
         "Network": "edge_ident.estimation.network",
+        "ReadOptions": "edge_ident.signals.read_options",
         "Recording": "edge_ident.signals.recording",
         "Stopwatch": "edge_ident.support.stopwatch",
         "Term": "edge_ident.model.model",
@@ -122,6 +136,7 @@ _attribute = lazy_names(
         "design_gains": "edge_ident.control.drive_gains",
         "diagnose": "edge_ident.diagnosis.diagnose",
         "identify": "edge_ident.identification.identify",
+        "inspect_recording": "edge_ident.signals.recording_files",
         "load_drive": "edge_ident.drive.description",
         "load_model": "edge_ident.model.model_files",
         "load_network": "edge_ident.estimation.network",

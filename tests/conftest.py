@@ -25,15 +25,46 @@ _REAL_TIME = ("firmware_interface", "test_link_overhead.py", "test_refusals.py",
 """Folder and files below this one whose tests wait for boards that go by the clock."""
 
 
+_LONG = (
+    "edge_ident/diagnosis/test_real_machines.py",
+    "test_synthetic_machines.py",
+    "accuracy/",
+    "edge_ident/diagnosis/test_hidden_effects.py",
+    "edge_ident/diagnosis/test_validation.py",
+    "plant/",
+    "edge_ident/commissioning/test_run_again.py",
+    "test_plant.py",
+    "edge_ident/diagnosis/select/test_search_parts.py",
+    "edge_ident/diagnosis/test_recording_checks.py",
+    "edge_ident/simulation/",
+    "edge_ident/commissioning/test_commissioning.py",
+    "edge_ident/estimation/test_compensation.py",
+    "edge_ident/model/test_supported_range.py",
+    "test_bad_recordings.py",
+    "edge_ident/diagnosis/select/test_judgement.py",
+)
+"""Folders and files below this one whose tests compute for long, the longest first."""
+
+
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark the tests that go by the clock; a file's tests share its fixtures in one process."""
+    """Mark the tests that go by the clock; the long ones begin, so that no worker ends alone."""
     for item in items:
-        place = item.path.relative_to(Path(__file__).parent)
-        if place.parts[0] in _REAL_TIME:
+        place = _place(item)
+        if place.split("/")[0] in _REAL_TIME:
             item.add_marker(pytest.mark.real_time)
-        if item.get_closest_marker("xdist_group") is None:
-            item.add_marker(pytest.mark.xdist_group(str(place)))
+        if place.startswith(_LONG):
+            item.add_marker(pytest.mark.long)
+    items.sort(key=_turn)
+
+
+def _place(item: pytest.Item) -> str:
+    return item.path.relative_to(Path(__file__).parent).as_posix()
+
+
+def _turn(item: pytest.Item) -> int:
+    place = _place(item)
+    return next((turn for turn, long in enumerate(_LONG) if place.startswith(long)), len(_LONG))
 
 
 @pytest.fixture(scope="session")

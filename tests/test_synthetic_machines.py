@@ -1,6 +1,7 @@
 """What the tests of measured recordings test, on recordings that the project makes itself."""
 
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -10,11 +11,14 @@ from edge_ident.baselines.comparison import compare
 from edge_ident.baselines.methods import all_methods
 from edge_ident.diagnosis.diagnose import diagnose
 from edge_ident.diagnosis.present.document import diagnosis_document
-from edge_ident.diagnosis.result import AxisDiagnosis, Verdict
+from edge_ident.diagnosis.result import AxisDiagnosis, Diagnosis, Verdict
 from edge_ident.estimation.network import load_network
 from edge_ident.identification.identify import identify
 from edge_ident.identification.result import ParameterSource
+from edge_ident.model.model import Model
+from edge_ident.model.model_files import load_model, save_model
 from edge_ident.signals.recording_files import load_recording
+from edge_ident.simulation.simulate import simulate
 from edge_ident.support.json_text import to_json
 from export.motion import motion_from
 from tests.synthetic import LAP_S, Synthetic, arm, carriage, motor
@@ -40,12 +44,18 @@ def joints(folder: Path) -> Synthetic:
     return arm(folder)
 
 
+@cache
+def diagnosed(path: Path) -> Diagnosis:
+    """The diagnosis of a recording, which several tests look at."""
+    return diagnose([load_recording(path)])
+
+
 def found_on(axis: AxisDiagnosis) -> list[str]:
     return [cause.term.effect for cause in axis.causes]
 
 
 def test_the_slide_has_friction_by_direction_and_a_late_effort(slide: Synthetic) -> None:
-    axis = diagnose([load_recording(slide.path)]).axes["q"]
+    axis = diagnosed(slide.path).axes["q"]
     # beyond what the base model expresses, a delay of several samples is the larger one
     assert found_on(axis) == ["time_delay", "asymmetric_friction"]
     for cause, value in zip(axis.causes, ("delay", "difference"), strict=True):
@@ -82,7 +92,7 @@ def test_a_network_can_be_trained_for_the_slides_laps(slide: Synthetic) -> None:
 
 
 def test_the_motor_has_ripple_of_12_and_18_orders(turning: Synthetic) -> None:
-    axis = diagnose([load_recording(turning.path)]).axes["m"]
+    axis = diagnosed(turning.path).axes["m"]
     assert found_on(axis) == ["torque_ripple", "torque_ripple"]
     orders = [2.0 * np.pi / cause.term.values["period"] for cause in axis.causes]
     assert orders == pytest.approx([12.0, 18.0], abs=0.01)
@@ -108,7 +118,7 @@ def test_a_motor_that_turns_one_way_is_not_trusted(turning: Synthetic) -> None:
 
 
 def test_the_arm_bears_weight_and_its_joints_are_coupled(joints: Synthetic) -> None:
-    axes = diagnose([load_recording(joints.path)]).axes
+    axes = diagnosed(joints.path).axes
     assert found_on(axes["j1"]) == ["position_dependent_load", "cross_axis_coupling"]
     assert found_on(axes["j2"]) == ["position_dependent_load"]
     for axis in axes.values():
@@ -136,6 +146,53 @@ def test_the_arms_answer_is_that_of_the_extended_model(joints: Synthetic) -> Non
 
 def test_the_same_recording_gives_the_same_document_byte_for_byte(joints: Synthetic) -> None:
     first, second = (
-        to_json(diagnosis_document(diagnose([load_recording(joints.path)]), None)) for _ in range(2)
+        to_json(diagnosis_document(found, None))
+        for found in (diagnosed(joints.path), diagnose([load_recording(joints.path)]))
     )
     assert first == second
+
+
+# ---- what a diagnosis writes can be read again, and says the same to every command that takes it
+
+
+def written(found: Diagnosis, folder: Path) -> Model:
+    save_model(found.model, folder / "model.json")
+    return load_model(folder / "model.json")
+
+
+@pytest.mark.parametrize("machine", ["slide", "joints", "turning"])
+def test_a_written_model_leaves_the_same_residual_in_every_command(
+    machine: str, request: pytest.FixtureRequest, tmp_path: Path
+) -> None:
+    """The residual of `diagnose` with the written model is that of the diagnosis that wrote it,
+    within a fiftieth or a thousandth of the effort: the parameters are fitted again. `identify`
+    compares in a wider band, where more noise is left; there the model must take away most of what
+    it explains."""
+    made: Synthetic = request.getfixturevalue(machine)
+    recording, found = load_recording(made.path), diagnosed(made.path)
+    known = written(found, tmp_path)
+    again = diagnose([recording], model=known, stability=False)
+    compensated = identify(recording, model=known, diagnose=False)
+    plain = identify(recording, diagnose=False)
+    for name, axis in found.axes.items():
+        left = again.axes[name].base.fitted
+        assert left == pytest.approx(axis.extended.fitted, rel=0.02, abs=1e-3)
+        if axis.causes:
+            before, after = (
+                identified.axes[name].metric.relative_residual
+                for identified in (plain, compensated)
+            )
+            assert after**2 < 0.6 * before**2
+            codes = {finding.code for finding in compensated.axes[name].findings}
+            assert "outside_support" not in codes, "it is the recording that supports the model"
+
+
+@pytest.mark.parametrize("machine", ["slide", "turning"])
+def test_a_written_model_can_be_simulated_along_its_recording(
+    machine: str, request: pytest.FixtureRequest, tmp_path: Path
+) -> None:
+    made: Synthetic = request.getfixturevalue(machine)
+    known = written(diagnosed(made.path), tmp_path)
+    moved = simulate(known, load_recording(made.path), effort_resolution=0.0)
+    for axis in diagnose([moved], model=known, stability=False).axes.values():
+        assert axis.base.fitted < 0.05, "the model knows what moved the simulated drive"

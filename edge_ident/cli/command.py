@@ -58,12 +58,13 @@ def settings_command(function: Callable[..., None]) -> Callable[..., None]:
 def _command(function: Callable[..., None], *, needs_settings: bool) -> Callable[..., None]:
     parameters = inspect.signature(function).parameters
     groups = {name: p.annotation for name, p in parameters.items() if is_dataclass(p.annotation)}
+    in_groups = {field.name for group in groups.values() for field in fields(group)}
 
     @functools.wraps(function)
     def wrapper(context: typer.Context, quiet: bool, verbose: bool, **given: Any) -> None:
         began = context.find_root().obj or Beginning()
         as_json = bool(given.get("json"))
-        if "context" in parameters:
+        if "context" in {*parameters, *in_groups}:
             given["context"] = context
         with telling(_verbosity(began.verbosity, quiet, verbose)):
             try:
@@ -142,6 +143,7 @@ def _options(group: Any) -> list[inspect.Parameter]:
             inspect.Parameter.empty if field.default is MISSING else field.default,
         )
         for field in fields(group)
+        if field.name != "context"
     ]
 
 

@@ -7,8 +7,9 @@ import typer
 import edge_ident
 from edge_ident import report
 from edge_ident.cli.command import UNTRUSTED, command
+from edge_ident.cli.file_options import RecordingOptions
 from edge_ident.cli.messages import say
-from edge_ident.cli.options import NetworkFile, RecordingOptions, ResultOptions, Seed
+from edge_ident.cli.options import NetworkFile, ResultOptions, Seed
 from edge_ident.cli.progress import shown_progress
 
 Methods = Annotated[

@@ -1,26 +1,26 @@
 """The command diagnose: what a model gets wrong, and why."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
 import edge_ident
 from edge_ident import report
 from edge_ident.cli.command import UNTRUSTED, command
+from edge_ident.cli.file_options import FileOptions
 from edge_ident.cli.messages import say
 from edge_ident.cli.options import (
-    Columns,
     ModelFile,
     ResultOptions,
     given_model,
-    parse_renames,
     save_result_model,
 )
 from edge_ident.cli.progress import shown_progress
 
 RecordingFiles = Annotated[
-    list[Path], typer.Argument(metavar="FILE", help="Recordings of one machine, .csv or .npz.")
+    list[Path],
+    typer.Argument(metavar="FILE", help="Recordings of one machine."),
 ]
 ValidationFile = Annotated[
     Path | None,
@@ -56,6 +56,15 @@ KeepMinor = Annotated[
     ),
 ]
 
+PageFormat = Annotated[
+    Literal["html", "markdown"],
+    typer.Option(
+        "--format",
+        envvar="EDGE_IDENT_FORMAT",
+        help="Page in the folder: one HTML file for people, or Markdown for other documents.",
+    ),
+]
+
 
 def register(app: typer.Typer) -> None:
     """Add this file's command."""
@@ -68,10 +77,11 @@ def diagnose(
     files: RecordingFiles,
     validate: ValidationFile = None,
     model: ModelFile = None,
-    tolerance: Tolerance = 0.01,
+    tolerance: Tolerance = edge_ident.TOLERANCE,
     stability: Stability = True,
     keep_minor: KeepMinor = False,
-    column: Columns = None,
+    page: PageFormat = "html",
+    reading: FileOptions,
     results: ResultOptions,
 ) -> None:
     """Find out what the base model gets wrong, and extend it by the physical causes.
@@ -81,9 +91,8 @@ def diagnose(
 
     Example: `edge-ident diagnose monday.csv tuesday.csv --validate friday.csv --output diagnosis`
     """
-    renames = parse_renames(column)
-    recordings = [edge_ident.load_recording(file, renames) for file in files]
-    held_out = edge_ident.load_recording(validate, renames) if validate else None
+    recordings = [reading.read(file) for file in files]
+    held_out = reading.read(validate) if validate else None
     known = given_model(model)
     with shown_progress() as bars:
         found = edge_ident.diagnose(
@@ -95,11 +104,15 @@ def diagnose(
             keep_minor=keep_minor,
             on_progress=bars.show,
         )
-    folder = results.output
-    model_file = None
+    folder, model_file = results.output, None
     if folder:
         model_file = save_result_model(found.model, files, folder)
-        say(f"written: {report.write_page(found, [file.name for file in files], folder)}")
+        source = report.Provenance.of(files, validate)
+        if page == "markdown":
+            written = report.write_markdown(found, [name for name, _ in source.files], folder)
+        else:
+            written = report.write_page(found, source, folder, model_file)
+        say(f"written: {written}")
     results.deliver(report.diagnosis_document(found, model_file), "diagnosis.json")
     results.show(found)
     if not found.understood:

@@ -9,13 +9,13 @@ from edge_ident import report
 from edge_ident.cli import board_gains
 from edge_ident.cli.command import UNTRUSTED, command
 from edge_ident.cli.command_group import CommandGroup, with_example
+from edge_ident.cli.file_options import RecordingOptions
 from edge_ident.cli.options import (
     Bandwidth,
     DriveFile,
     ModelFile,
     NetworkOptions,
     NoDiagnose,
-    RecordingOptions,
     ResultOptions,
     given_model,
 )

@@ -5,11 +5,11 @@ import typer
 import edge_ident
 from edge_ident import report
 from edge_ident.cli.command import UNTRUSTED, command
+from edge_ident.cli.file_options import RecordingOptions
 from edge_ident.cli.options import (
     ModelFile,
     NetworkOptions,
     NoDiagnose,
-    RecordingOptions,
     ResultOptions,
     Seed,
     given_model,

@@ -7,10 +7,10 @@ from typing import Annotated, Any, Final
 
 import typer
 
-import edge_ident
 from edge_ident.cli.command import command
+from edge_ident.cli.file_options import FileOptions
 from edge_ident.cli.messages import print_document
-from edge_ident.cli.options import Columns, Json, ModelFile, given_model, parse_renames
+from edge_ident.cli.options import Json, ModelFile, given_model
 from edge_ident.cli.progress import Progress, shown_progress
 from edge_ident.errors import ModelError
 
@@ -57,8 +57,8 @@ NetworkFolder = Annotated[
 ]
 
 
-@dataclass(frozen=True)
-class TrainedMotion:
+@dataclass(frozen=True, kw_only=True)
+class TrainedMotion(FileOptions):
     """The motion and the effects that a network is trained for."""
 
     motion_from: Annotated[
@@ -75,7 +75,6 @@ class TrainedMotion:
             "--axis", metavar="AXIS", help="Axis of the recording or model, if it has several."
         ),
     ] = None
-    column: Columns = None
     model: ModelFile = None
     name: Annotated[
         str | None,
@@ -92,7 +91,7 @@ class TrainedMotion:
         if self.motion_from is None:
             motion = motions.paper_motion()
         else:
-            recording = edge_ident.load_recording(self.motion_from, parse_renames(self.column))
+            recording = self.read(self.motion_from)
             motion = motions.motion_from(recording, self.axis, self.name or self.motion_from.stem)
         known = given_model(self.model)
         return motion if known is None else motions.with_effects(motion, known, self.axis)

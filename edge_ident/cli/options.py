@@ -15,15 +15,6 @@ import edge_ident
 from edge_ident import report
 from edge_ident.cli.messages import print_document
 
-RecordingFile = Annotated[Path, typer.Argument(metavar="FILE", help="Recording (.csv or .npz).")]
-Columns = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--column",
-        metavar="NAME=CONTRACT_NAME",
-        help="Read the column NAME as CONTRACT_NAME; may be repeated.",
-    ),
-]
 Json = Annotated[
     bool, typer.Option("--json", help="Print the result as one JSON document on stdout.")
 ]
@@ -113,18 +104,6 @@ Seed = Annotated[
 
 
 @dataclass(frozen=True)
-class RecordingOptions:
-    """One recording and the names of its columns."""
-
-    file: RecordingFile
-    column: Columns = None
-
-    def load(self) -> "edge_ident.Recording":
-        """Read and check the recording."""
-        return edge_ident.load_recording(self.file, parse_renames(self.column))
-
-
-@dataclass(frozen=True)
 class NetworkOptions:
     """The network that estimates beside least squares."""
 
@@ -185,14 +164,3 @@ def save_result_model(
     path = folder / "model.json"
     edge_ident.save_model(edge_ident.sourced_model(model, files, known), path)
     return path
-
-
-def parse_renames(given: list[str] | None) -> dict[str, str]:
-    """Parse NAME=CONTRACT_NAME texts."""
-    renames = {}
-    for text in given or []:
-        name, sign, contract_name = text.partition("=")
-        if not sign or not name or not contract_name:
-            raise typer.BadParameter("write NAME=CONTRACT_NAME", param_hint="--column")
-        renames[name] = contract_name
-    return renames

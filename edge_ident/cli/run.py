@@ -96,9 +96,10 @@ def run(
     document = report.run_document(outcome, board.identity, loaded, folder)
     capture = folder / commissioning.CAPTURE_FILE
     save_result_model(outcome.identification.model, [capture], folder, known)
+    page = report.write_run_page(outcome, document, folder)
     deliver(document, "report.json", folder, results.json)
     results.show(report.outcome_view(outcome))
     if not results.json:
-        say(f"written: {folder}")
+        say(f"written: {page}")
     if not outcome.trusted:
         raise typer.Exit(UNTRUSTED)

@@ -9,8 +9,9 @@ import typer
 import edge_ident
 from edge_ident import report
 from edge_ident.cli.command import command
+from edge_ident.cli.file_options import FileOptions
 from edge_ident.cli.messages import print_document, say
-from edge_ident.cli.options import Columns, Json, Seed, parse_renames
+from edge_ident.cli.options import Json, Seed
 from edge_ident.cli.progress import shown_progress
 
 if TYPE_CHECKING:
@@ -56,8 +57,8 @@ Stiff = Annotated[
 ]
 
 
-@dataclass(frozen=True)
-class MotionOptions:
+@dataclass(frozen=True, kw_only=True)
+class MotionOptions(FileOptions):
     """The motion that the drive follows."""
 
     motion: Annotated[
@@ -69,7 +70,6 @@ class MotionOptions:
             help="Named motion, or a recording: its motion is followed at its own sampling rate.",
         ),
     ] = "sinusoid"
-    column: Columns = None
     cycles: Annotated[
         int | None,
         typer.Option(
@@ -86,7 +86,7 @@ class MotionOptions:
             raise typer.BadParameter(f"{self.motion} has no periods", param_hint="--cycles")
         if self.motion in _NAMED_MOTIONS:
             return _NAMED_MOTIONS[self.motion]
-        return edge_ident.load_recording(self.motion, parse_renames(self.column))
+        return self.read(Path(self.motion))
 
 
 @dataclass(frozen=True)

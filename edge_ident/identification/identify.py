@@ -145,7 +145,9 @@ def _look(
         found, reason = run_network(seen.signals, axis, network, seed, watch)
     with watch.stage("estimate"):
         linear = least_squares.fit(compensated.signals, part)
-    return Question(recording, name, compensated, part, linear, found, reason, adequacy, timing)
+    return Question(
+        recording, name, compensated, part, linear, compared, found, reason, adequacy, timing
+    )
 
 
 def _in_step(

@@ -41,7 +41,9 @@ _JUMP_RATIO: Final = 8.0
 _TINY: Final = float(np.finfo(float).tiny)
 
 
-def check_table(source: str, columns: Mapping[str, Array], first_row: int) -> None:
+def check_table(
+    source: str, columns: Mapping[str, Array], first_row: int, held: str | None = None
+) -> None:
     """Check what holds for any column: time there and increasing, all finite, long enough.
 
     Parameters
@@ -51,6 +53,8 @@ def check_table(source: str, columns: Mapping[str, Array], first_row: int) -> No
     columns : mapping of name to (N,) array
     first_row : int
         Row of the file that holds the first sample.
+    held : str, optional
+        Headings of the file, for messages.
 
     Raises
     ------
@@ -58,8 +62,9 @@ def check_table(source: str, columns: Mapping[str, Array], first_row: int) -> No
     """
     if "time_s" not in columns:
         raise DataError(
-            f"{source}: column time_s is missing (columns: {', '.join(columns)})",
-            "name the column of time stamps in seconds time_s, or give --column NAME=time_s",
+            f"{source}: column time_s is missing (columns: {held or ', '.join(columns)})",
+            "name the column of time stamps in seconds time_s, pass --column NAME=time_s, or give "
+            "the sampling period with --period",
         )
     time_s = columns["time_s"]
     _check_length(source, time_s)
@@ -71,7 +76,8 @@ def check_table(source: str, columns: Mapping[str, Array], first_row: int) -> No
         raise DataError(
             f"{source}, column time_s: {period_s:.4g} s from sample to sample is too slow for any "
             "drive",
-            "give the time in seconds; if it is in milliseconds, divide it by 1000",
+            "give the time in seconds; if it is in milliseconds, say so: --unit time_s=ms; if it "
+            "counts samples, give --period",
         )
 
 

@@ -59,9 +59,9 @@ def diagnosed(motion: str, drives: int) -> list[Outcome]:
     ("motion", "drives", "showing", "first", "exact"),
     [
         # measured: 12 and 12
-        pytest.param("multisine", 32, 18, 11, 11, marks=pytest.mark.xdist_group("multisine")),
+        ("multisine", 32, 18, 11, 11),
         # measured: 10 and 10
-        pytest.param("paper", 20, 13, 9, 9, marks=pytest.mark.xdist_group("paper")),
+        ("paper", 20, 13, 9, 9),
     ],
 )
 def test_the_hidden_effect_is_the_first_cause(

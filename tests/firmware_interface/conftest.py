@@ -1,7 +1,9 @@
 """Boards behind real lines, motions short enough for tests."""
 
 import math
+import os
 from collections.abc import Iterator
+from fcntl import LOCK_EX, flock
 from functools import partial
 from pathlib import Path
 
@@ -47,10 +49,17 @@ def short_motion() -> Trajectory:
 
 @pytest.fixture(scope="session")
 def firmware(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Folder with the programs of the reference firmware, built with the sanitizers."""
-    folder = tmp_path_factory.mktemp("firmware")
-    build_firmware(folder, "sanitized")
-    return folder / "sanitized"
+    """Folder with the programs of the reference firmware, built with the sanitizers.
+
+    Workers of pytest-xdist share it: the first one builds, and make has nothing to do for others.
+    """
+    folder = tmp_path_factory.getbasetemp()
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        folder = folder.parent
+    with (folder / "firmware.lock").open("w") as lock:
+        flock(lock, LOCK_EX)
+        build_firmware(folder / "firmware", "sanitized")
+    return folder / "firmware" / "sanitized"
 
 
 @pytest.fixture(scope="module", params=["python", "c"])

@@ -22,6 +22,9 @@ Values = Mapping[str, float] | Mapping[str, Array]
 
 _SMALL: Final = 1e-6
 """Amplitude of the difference; most effects are linear in it, the others nearly so."""
+_STEP: Final = 1e-3
+"""Relative step of the derivatives by nonlinear parameters: coarse enough for effects that act in
+jumps."""
 _NOTHING: Final = Term(BASE, dict.fromkeys(PARAMETERS, 0.0))
 """A base term without effort."""
 _ROW_LIMIT: Final = 1_000_000
@@ -98,6 +101,41 @@ def cached_regressors(
         base = replace(axis, terms=axis.terms[:1])
         data.cache[key] = regressors(data, base, candidate, nonlinear)[0]
     return data.cache[key]
+
+
+def base_regressor(data: AxisData) -> Array:
+    """Columns (n, 4) of the base parameters at the compared samples, computed once for the data."""
+    if BASE not in data.cache:
+        unit = dict(zip(PARAMETERS, np.eye(len(PARAMETERS)), strict=True))
+        data.cache[BASE] = data.predicted(AxisModel((Term(BASE, unit),)))
+    return data.cache[BASE].T
+
+
+def cached_derivatives(
+    data: AxisData, axis: AxisModel, candidate: Candidate, nonlinear: Mapping[str, float]
+) -> Array:
+    """Derivatives (S, k, n) of the regressors of a candidate that adds, by the S nonlinear
+    parameters of its form, computed once for the data."""
+    key = ("derivatives", candidate, *nonlinear.values())
+    if key not in data.cache:
+        sides, steps = to_both_sides(candidate, nonlinear)
+        base = replace(axis, terms=axis.terms[:1])
+        low, high = np.split(regressors(data, base, candidate, sides), 2)
+        data.cache[key] = (high - low) / (2.0 * steps[:, None, None])
+    return data.cache[key]
+
+
+def to_both_sides(
+    candidate: Candidate, nonlinear: Mapping[str, float]
+) -> tuple[dict[str, Array], Array]:
+    """Nonlinear parameters (2·S,) with each of the S of a form a step lower, then each a step
+    higher; and these steps (S,)."""
+    names = candidate.form.nonlinear
+    steps = _STEP * np.array([abs(nonlinear[name]) or 1.0 for name in names])
+    moves = np.concatenate([-np.diag(steps), np.diag(steps)])
+    sides = {name: np.full(len(moves), value) for name, value in nonlinear.items()}
+    sides |= {name: sides[name] + moves[:, k] for k, name in enumerate(names)}
+    return sides, steps
 
 
 def known_effort(data: AxisData, axis: AxisModel) -> Array:

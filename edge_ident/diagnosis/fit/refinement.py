@@ -9,8 +9,9 @@ import scipy.optimize
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.fit.candidates import Candidate
+from edge_ident.diagnosis.fit.library import Grid
 from edge_ident.diagnosis.fit.projection import AROUND
-from edge_ident.diagnosis.fit.scoring import Grid, ResidualSubspace, ScoredCandidate
+from edge_ident.diagnosis.fit.scoring import ResidualSubspace, ScoredCandidate
 from edge_ident.model.effects import named
 
 Array = NDArray[np.float64]
@@ -47,7 +48,7 @@ def refined(subspace: ResidualSubspace, scored: ScoredCandidate, grid: Grid) -> 
             offsets = width[name] * around[:, k]
             points[name] = _within(candidate, name, grid, points[name] + offsets)
             width[name] *= _NARROWING[many]
-        closer = subspace.score(candidate, points, subspace.regressors(candidate, points), grid)
+        closer = subspace.score(candidate, points, grid)
         if np.isfinite(closer.error) and closer.error <= scored.error:
             scored = closer
     if many:
@@ -94,8 +95,7 @@ def _descended(subspace: ResidualSubspace, scored: ScoredCandidate, grid: Grid) 
         bounds=(low / scale - 1e-9, high / scale + 1e-9),
         max_nfev=_DESCENT_STEPS,
     )
-    nonlinear = nonlinear_at(end.x[None])
-    return subspace.score(candidate, nonlinear, subspace.regressors(candidate, nonlinear), grid)
+    return subspace.score(candidate, nonlinear_at(end.x[None]), grid)
 
 
 def _descent_limits(candidate: Candidate, start: Array, grid: Grid) -> tuple[Array, Array, Array]:

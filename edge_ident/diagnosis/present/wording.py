@@ -68,13 +68,14 @@ def _verdict(axis: AxisDiagnosis) -> str:
     left = percent(axis.extended.fitted)
     if axis.verdict is Verdict.ADEQUATE:
         return f"the base model is adequate: its residual is {left} of the effort; {floor}"
-    found = listed(dict.fromkeys(spoken(cause.term.effect) for cause in axis.causes))
+    known = axis.causes or (axis.minor if axis.verdict is Verdict.EXPLAINED else ())
+    found = listed(dict.fromkeys(spoken(cause.term.effect) for cause in known))
     if axis.verdict is Verdict.EXPLAINED:
         before = percent(axis.base.fitted)
         return f"explained by {found}: the residual falls from {before} to {left}; {floor}"
     none = "no known effect is certain" if axis.suspected else "no known effect fits"
-    known = f"{found} found, but a residual of" if found else f"{none}, and"
-    return f"unexplained: {known} {left} of the effort is left; {floor}"
+    what = f"{found} found, but a residual of" if found else f"{none}, and"
+    return f"unexplained: {what} {left} of the effort is left; {floor}"
 
 
 def suspected_sentence(cause: Cause) -> str:

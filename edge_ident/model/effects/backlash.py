@@ -12,8 +12,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from edge_ident.model.advice import Advice
 from edge_ident.model.effect import Array, Effect, Motion, Parameter, Values
-from edge_ident.model.search import Excitation, Form, SearchSpec
+from edge_ident.model.search import SOUND_RESONANCE_HZ, Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
 
 _SEGMENTS: Final = 12
@@ -115,6 +116,18 @@ def _physical(values: Values, excitation: Excitation) -> bool:
     return bool(seen) and excitation.moved(values["load_inertia"])
 
 
+def _sound(values: Values, excitation: Excitation) -> bool:
+    """No more lost motion at a reversal than on the chain of any drive.
+
+    The load's friction winds up both contacts beside the gap. A spring on which it would lose as
+    much is a stiff one.
+    """
+    friction = 2.0 * values["deceleration"]
+    lost = values["gap"] + friction / np.square(values["contact_rate"])
+    resonance = 2.0 * np.pi * SOUND_RESONANCE_HZ
+    return bool(np.all(friction > resonance**2 * lost))
+
+
 def _grid(excitation: Excitation) -> dict[str, Array]:
     """Gaps from what the encoder just resolves; loads with more or less friction than their share
     of the inertia."""
@@ -205,6 +218,14 @@ def _contact(at: Motion, values: Values) -> Array:
 
 
 EFFECT: Final = Backlash(
+    advice=Advice(
+        in_words="there is free play: the motor turns a little before the load follows",
+        part="coupling, ball nut and its bearings, gear or belt",
+        action=(
+            "Hold the motor still, push the load both ways, and read the free travel on a dial "
+            "gauge. Tighten or preload the part that gives."
+        ),
+    ),
     search=SearchSpec(
         forms=(
             Form(
@@ -223,6 +244,7 @@ EFFECT: Final = Backlash(
         discrepancy=0.4,
         open_ended=("deceleration",),
         needs_reversals=True,
+        sound=_sound,
     ),
     draw=_draw,
 )

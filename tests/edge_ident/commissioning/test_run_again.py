@@ -12,7 +12,7 @@ from edge_ident.commissioning import safety
 from edge_ident.commissioning.approach import with_lead_in
 from edge_ident.commissioning.run import Outcome, Plan, commission
 from edge_ident.commissioning.verification import compare_motions
-from edge_ident.drive.description import load_drive
+from edge_ident.drive.description import Drive, load_drive
 from edge_ident.errors import BoardError
 from edge_ident.signals.recording import AxisRecord, Recording
 from edge_ident.signals.recording_files import load_recording
@@ -47,13 +47,33 @@ class Listening(Silent):
         self.said.append(message)
 
 
-def run(link: Link, folder: Path, observer: Silent | None = None, **plan: object) -> Outcome:
-    """A new host with the built-in drive and the default motion."""
+def brief() -> Drive:
+    """The built-in drive on a quarter of its default motion, in a quarter of the time."""
+    drive = load_drive()
+    return replace(
+        drive,
+        angular_frequency_rad_s=4.0 * drive.angular_frequency_rad_s,
+        lead_in_s=2.0,
+        axes={
+            name: replace(axis, amplitude_rad=0.25 * axis.amplitude_rad)
+            for name, axis in drive.axes.items()
+        },
+    )
+
+
+def run(
+    link: Link,
+    folder: Path,
+    observer: Silent | None = None,
+    drive: Drive | None = None,
+    **plan: object,
+) -> Outcome:
+    """A new host with the built-in drive and the default motion, unless others are given."""
     board = Board.connect(link)
     try:
         return commission(
             board,
-            load_drive(),
+            drive or load_drive(),
             None,
             Plan(**plan),
             folder,
@@ -79,7 +99,7 @@ def test_after_an_interruption_at_any_phase_the_next_run_works(
     virtual = VirtualBoard()
     link = InterruptedLink(virtual, phase, end)
     with pytest.raises(end):
-        run(link, tmp_path)
+        run(link, tmp_path, drive=brief())
     assert link.struck
     if end is KeyboardInterrupt:
         status = Board.connect(virtual).status()
@@ -87,7 +107,7 @@ def test_after_an_interruption_at_any_phase_the_next_run_works(
         assert not status.unconfirmed
         assert not status.enabled
         assert status.session_remaining_s == 0.0
-    outcome = run(virtual, tmp_path)
+    outcome = run(virtual, tmp_path, drive=brief())
     assert outcome.confirmed
     assert outcome.gains_before["x"].numbers() == pytest.approx(
         CONSERVATIVE_GAINS.numbers(), rel=1e-6

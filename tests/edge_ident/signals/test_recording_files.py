@@ -139,7 +139,7 @@ def test_missing_empty_and_foreign_files(tmp_path: Path) -> None:
     with pytest.raises(DataError, match="no such file"):
         load_recording(tmp_path / "absent.csv")
     (tmp_path / "empty.csv").write_text("")
-    with pytest.raises(DataError, match="time_s is missing"):
+    with pytest.raises(DataError, match="the file is empty"):
         load_recording(tmp_path / "empty.csv")
     (tmp_path / "text.npz").write_text("not an archive")
     with pytest.raises(DataError, match="not a readable"):
