@@ -80,7 +80,9 @@ class Criterion:
     def _tried(self) -> Mapping[Candidate, float]:
         """Penalty for the candidates that were tried."""
         effects = len(catalogue())
-        return {c: 2.0 * math.log(effects * _count(grid)) for c, grid in self.grids.items()}
+        # a grid is empty where the motion is too small for it
+        counts = {c: _count(grid) for c, grid in self.grids.items()}
+        return {c: 2.0 * math.log(effects * n) for c, n in counts.items() if n}
 
     def _penalties(self, fitted: FittedModel) -> float:
         """Penalties of all added terms."""
