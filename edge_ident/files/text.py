@@ -56,7 +56,7 @@ def read_text(path: Path, delimiter: str | None = None, decimal: str | None = No
     layout = replace(layout, open_end=_open_end(table, DELIMITERS[dialect.delimiter]))
     try:
         values = _numbers(path, dialect, layout, quoted)
-    except ValueError as error:
+    except (ValueError, csv.Error) as error:
         raise bad_cell(path, dialect, layout) from error
     headings = [layout.headings[c] for c in layout.numeric]
     columns = make_columns(headings, values, [layout.units[c] for c in layout.numeric])

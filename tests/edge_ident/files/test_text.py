@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from edge_ident.errors import DataError
 from edge_ident.files.dialect import DECIMALS, DELIMITERS
 from edge_ident.files.headings import split_heading
+from edge_ident.files.table import Table
 from edge_ident.files.text import read_text
 from edge_ident.files.units import count_unit, known_unit, stated_unit
 
@@ -70,6 +71,33 @@ def test_what_is_written_is_read(tmp_path: Path, way: Written, rows: list[tuple[
         ["ms", "µm", "kN"] if way.unit_row else [None] * 3
     )
     np.testing.assert_array_equal(np.array([c.values for c in table.columns]).T, np.array(rows))
+
+
+cells = st.text(st.sampled_from("0123456789.,-+eE \"'#%[]()=:aäµ\t"), max_size=8)
+lines = st.lists(st.lists(cells, max_size=4).map(";".join), max_size=12).map("\n".join)
+
+
+@settings(
+    max_examples=150, deadline=None, derandomize=True,
+    suppress_health_check=[HealthCheck.function_scoped_fixture],
+)  # fmt: skip
+@given(content=st.one_of(st.binary(max_size=60), lines.map(str.encode)))
+def test_anything_is_a_table_or_refused_in_words(tmp_path: Path, content: bytes) -> None:
+    path = tmp_path / "anything.txt"
+    path.write_bytes(content)
+    found = read_or_refuse(path)
+    if isinstance(found, DataError):
+        assert "anything.txt" in found.cause
+        assert found.next_step
+    else:
+        assert len(found.columns) >= 2
+
+
+def read_or_refuse(path: Path) -> Table | DataError:
+    try:
+        return read_text(path)
+    except DataError as error:
+        return error
 
 
 def text_of(rows: Sequence[str], head: str = "t [s];x [mm];F [N]") -> str:
