@@ -80,9 +80,7 @@ class Criterion:
     def _tried(self) -> Mapping[Candidate, float]:
         """Penalty for the candidates that were tried."""
         effects = len(catalogue())
-        # a grid is empty where the motion is too small for it
-        counts = {c: _count(grid) for c, grid in self.grids.items()}
-        return {c: 2.0 * math.log(effects * n) for c, n in counts.items() if n}
+        return {c: 2.0 * math.log(effects * _count(grid)) for c, grid in self.grids.items()}
 
     def _penalties(self, fitted: FittedModel) -> float:
         """Penalties of all added terms."""
