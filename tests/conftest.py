@@ -26,22 +26,25 @@ _REAL_TIME = ("firmware_interface", "test_link_overhead.py", "test_refusals.py",
 
 
 _LONG = (
+    "accuracy/",
     "edge_ident/diagnosis/test_real_machines.py",
     "test_synthetic_machines.py",
-    "accuracy/",
     "edge_ident/diagnosis/test_hidden_effects.py",
-    "edge_ident/diagnosis/test_validation.py",
-    "plant/",
     "edge_ident/commissioning/test_run_again.py",
+    "plant/",
     "test_plant.py",
-    "edge_ident/diagnosis/select/test_search_parts.py",
+    "edge_ident/diagnosis/test_validation.py",
     "edge_ident/diagnosis/test_recording_checks.py",
+    "edge_ident/diagnosis/select/",
+    "edge_ident/diagnosis/fit/",
     "edge_ident/simulation/",
     "edge_ident/commissioning/test_commissioning.py",
-    "edge_ident/estimation/test_compensation.py",
+    "edge_ident/estimation/",
     "edge_ident/model/test_supported_range.py",
+    "edge_ident/model/effects/test_new_effect.py",
     "test_bad_recordings.py",
-    "edge_ident/diagnosis/select/test_judgement.py",
+    "test_paper_figures.py",
+    "test_threshold_sensitivity.py",
 )
 """Folders and files below this one whose tests compute for long, the longest first."""
 
