@@ -24,8 +24,7 @@ if signal.getsignal(signal.SIGHUP) is signal.SIG_IGN:
 _REAL_TIME = ("firmware_interface", "test_link_overhead.py", "test_refusals.py", "test_run.py")
 """Folder and files below this one whose tests wait for boards that go by the clock."""
 
-
-_LONG = (
+LONG = (
     "accuracy/",
     "edge_ident/diagnosis/test_real_machines.py",
     "test_synthetic_machines.py",
@@ -39,14 +38,18 @@ _LONG = (
     "edge_ident/diagnosis/fit/",
     "edge_ident/simulation/",
     "edge_ident/commissioning/test_commissioning.py",
-    "edge_ident/estimation/",
+    "edge_ident/estimation/test_compensation.py",
+    "edge_ident/estimation/test_effort_checks.py",
+    "edge_ident/estimation/test_least_squares.py",
     "edge_ident/model/test_supported_range.py",
     "edge_ident/model/effects/test_new_effect.py",
     "test_bad_recordings.py",
-    "test_paper_figures.py",
     "test_threshold_sensitivity.py",
 )
-"""Folders and files below this one whose tests compute for long, the longest first."""
+"""Folders and files below this one whose tests compute for long, the longest first.
+
+The gate runs them once, without training.
+"""
 
 
 @pytest.hookimpl(tryfirst=True)
@@ -56,7 +59,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
         place = _place(item)
         if place.split("/")[0] in _REAL_TIME:
             item.add_marker(pytest.mark.real_time)
-        if place.startswith(_LONG):
+        if place.startswith(LONG):
             item.add_marker(pytest.mark.long)
     items.sort(key=_turn)
 
@@ -67,7 +70,7 @@ def _place(item: pytest.Item) -> str:
 
 def _turn(item: pytest.Item) -> int:
     place = _place(item)
-    return next((turn for turn, long in enumerate(_LONG) if place.startswith(long)), len(_LONG))
+    return next((turn for turn, long in enumerate(LONG) if place.startswith(long)), len(LONG))
 
 
 @pytest.fixture(scope="session")
