@@ -12,15 +12,15 @@ from PIL import Image
 pytest.importorskip("torch")
 pytest.importorskip("onnx")
 
-from edge_ident.errors import DataError, ModelError  # noqa: E402
-from edge_ident.estimation.network import BUILT_IN  # noqa: E402
-from edge_ident.signals.recording import AxisRecord, Recording  # noqa: E402
-from export.configuration import PAPER  # noqa: E402
-from tests.edge_ident.stand_ins import COLUMNS, MOTION, SCALES, START, StandIn, nothing, reader  # noqa: E402
-from tests.plant import Recordings  # noqa: E402
-from tools import paper  # noqa: E402
-from tools.paper_figures import convolutions, drives, images, kernels, losses, plane  # noqa: E402
-from tools.paper_figures.page import Section, Sources, update  # noqa: E402
+from edge_ident.errors import DataError, ModelError
+from edge_ident.estimation.network import BUILT_IN
+from edge_ident.signals.recording import AxisRecord, Recording
+from export.configuration import PAPER
+from tests.edge_ident.stand_ins import COLUMNS, MOTION, SCALES, START, StandIn, nothing, reader
+from tests.plant import Recordings
+from tools import paper
+from tools.paper_figures import convolutions, drives, images, kernels, losses, plane
+from tools.paper_figures.page import Section, Sources, update
 
 Array = NDArray[np.float64]
 
