@@ -24,26 +24,32 @@ if signal.getsignal(signal.SIGHUP) is signal.SIG_IGN:
 _REAL_TIME = ("firmware_interface", "test_link_overhead.py", "test_refusals.py", "test_run.py")
 """Folder and files below this one whose tests wait for boards that go by the clock."""
 
-
-_LONG = (
+LONG = (
+    "accuracy/",
     "edge_ident/diagnosis/test_real_machines.py",
     "test_synthetic_machines.py",
-    "accuracy/",
     "edge_ident/diagnosis/test_hidden_effects.py",
-    "edge_ident/diagnosis/test_validation.py",
-    "plant/",
     "edge_ident/commissioning/test_run_again.py",
+    "plant/",
     "test_plant.py",
-    "edge_ident/diagnosis/select/test_search_parts.py",
+    "edge_ident/diagnosis/test_validation.py",
     "edge_ident/diagnosis/test_recording_checks.py",
+    "edge_ident/diagnosis/select/",
+    "edge_ident/diagnosis/fit/",
     "edge_ident/simulation/",
     "edge_ident/commissioning/test_commissioning.py",
     "edge_ident/estimation/test_compensation.py",
+    "edge_ident/estimation/test_effort_checks.py",
+    "edge_ident/estimation/test_least_squares.py",
     "edge_ident/model/test_supported_range.py",
+    "edge_ident/model/effects/test_new_effect.py",
     "test_bad_recordings.py",
-    "edge_ident/diagnosis/select/test_judgement.py",
+    "test_threshold_sensitivity.py",
 )
-"""Folders and files below this one whose tests compute for long, the longest first."""
+"""Folders and files below this one whose tests compute for long, the longest first.
+
+The gate runs them once, without training.
+"""
 
 
 @pytest.hookimpl(tryfirst=True)
@@ -53,7 +59,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
         place = _place(item)
         if place.split("/")[0] in _REAL_TIME:
             item.add_marker(pytest.mark.real_time)
-        if place.startswith(_LONG):
+        if place.startswith(LONG):
             item.add_marker(pytest.mark.long)
     items.sort(key=_turn)
 
@@ -64,7 +70,7 @@ def _place(item: pytest.Item) -> str:
 
 def _turn(item: pytest.Item) -> int:
     place = _place(item)
-    return next((turn for turn, long in enumerate(_LONG) if place.startswith(long)), len(_LONG))
+    return next((turn for turn, long in enumerate(LONG) if place.startswith(long)), len(LONG))
 
 
 @pytest.fixture(scope="session")

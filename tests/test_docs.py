@@ -8,9 +8,8 @@ import subprocess
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
-import click
 import pytest
 import typer
 
@@ -157,7 +156,7 @@ def commands() -> dict[str, frozenset[str]]:
     return dict(_commands(typer.main.get_command(app), ""))
 
 
-def _commands(command: click.Command, name: str) -> Iterator[tuple[str, frozenset[str]]]:
+def _commands(command: Any, name: str) -> Iterator[tuple[str, frozenset[str]]]:
     options = {text for one in command.params for text in (*one.opts, *one.secondary_opts)}
     below = getattr(command, "commands", {})
     for verb, sub in below.items():
@@ -167,7 +166,7 @@ def _commands(command: click.Command, name: str) -> Iterator[tuple[str, frozense
     yield name, frozenset(options | {"--help"})
 
 
-def commands_of(command: click.Command) -> set[str]:
+def commands_of(command: Any) -> set[str]:
     return {text for one in command.params for text in one.opts}
 
 

@@ -9,6 +9,9 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from PIL import Image
 
+pytest.importorskip("torch")
+pytest.importorskip("onnx")
+
 from edge_ident.errors import DataError, ModelError
 from edge_ident.estimation.network import BUILT_IN
 from edge_ident.signals.recording import AxisRecord, Recording
