@@ -27,6 +27,8 @@ _BEYOND: Final = 4.0
 """Farthest that a descent may go, over the largest value of the grid."""
 _STEP: Final = 0.02
 """Step of the derivatives, of a parameter's scale: coarse enough for effects that act in jumps."""
+_ROUNDING: Final = 1e-9
+"""Change of the residual by a whole scale of a parameter, of the residual, that rounding makes."""
 _TINY: Final = float(np.finfo(float).tiny)
 
 
@@ -90,8 +92,12 @@ def _descended(subspace: ResidualSubspace, scored: ScoredCandidate, grid: Grid) 
         return np.asarray(subspace.residual - amplitude[:, None] * orthogonal)
 
     def jacobian(point: Array) -> Array:
-        forward, backward = np.split(residuals(tuple(point))[1:], 2)
-        return np.asarray((forward - backward).T / (2.0 * _STEP))
+        here, *_ = every = residuals(tuple(point))
+        forward, backward = np.split(every[1:], 2)
+        columns = (forward - backward).T / (2.0 * _STEP)
+        # what does nothing stays where it is: a descent along rounding errors leads anywhere
+        shown = np.linalg.norm(columns, axis=0) > _ROUNDING * np.linalg.norm(here)
+        return np.asarray(np.where(shown, columns, 0.0))
 
     end = scipy.optimize.least_squares(
         lambda point: residuals(tuple(point))[0],
