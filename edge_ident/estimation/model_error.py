@@ -112,9 +112,11 @@ def regime_spread(
     noise = np.sqrt(np.maximum(share, 0.0)) * std * length
     beyond = (move**2 - noise**2).reshape(len(regimes), QUARTERS, count)
     variance = (QUARTERS - 1) / QUARTERS * beyond.sum(axis=1)
+    with np.errstate(over="ignore"):  # a move that noise cannot make at all
+        certainty = np.abs(move) / np.maximum(noise, _TINY)
     return RegimeSpread(
         model_error=np.sqrt(np.maximum(variance.max(axis=0), 0.0)) / length,
-        significance=np.max(np.abs(move) / np.maximum(noise, _TINY), axis=0),
+        significance=np.max(certainty, axis=0),
         largest_move=np.max(np.abs(move), axis=0) / length,
     )
 
