@@ -72,8 +72,8 @@ def regimes(
 def unnoticed_error(regressor: Array, effort: Array) -> Array:
     """Deviation (P,) of least-squares parameters by what a model lacks and nothing shows.
 
-    It leaves anything between nothing and `SMALLEST_EXCESS` in the residual, evenly distributed,
-    and moves the effort of all P columns together by as much.
+    It leaves anything between nothing and `SMALLEST_EXCESS` in the residual, evenly distributed.
+    In each of the P directions that the columns span, it is taken to be as large.
 
     Parameters
     ----------
@@ -81,9 +81,8 @@ def unnoticed_error(regressor: Array, effort: Array) -> Array:
     effort : (N,) array
     """
     unit, length = unit_length(regressor)
-    count = unit.shape[1]
-    inverse = np.linalg.inv(unit.T @ unit + _RIDGE * np.eye(count))
-    unnoticed = SMALLEST_EXCESS / np.sqrt(3.0 * count) * np.linalg.norm(effort)
+    inverse = np.linalg.inv(unit.T @ unit + _RIDGE * np.eye(unit.shape[1]))
+    unnoticed = SMALLEST_EXCESS / np.sqrt(3.0) * np.linalg.norm(effort)
     return np.asarray(unnoticed * np.sqrt(np.diag(inverse)) / length)
 
 
@@ -113,9 +112,11 @@ def regime_spread(
     noise = np.sqrt(np.maximum(share, 0.0)) * std * length
     beyond = (move**2 - noise**2).reshape(len(regimes), QUARTERS, count)
     variance = (QUARTERS - 1) / QUARTERS * beyond.sum(axis=1)
+    with np.errstate(over="ignore"):  # a move that noise cannot make at all
+        certainty = np.abs(move) / np.maximum(noise, _TINY)
     return RegimeSpread(
         model_error=np.sqrt(np.maximum(variance.max(axis=0), 0.0)) / length,
-        significance=np.max(np.abs(move) / np.maximum(noise, _TINY), axis=0),
+        significance=np.max(certainty, axis=0),
         largest_move=np.max(np.abs(move), axis=0) / length,
     )
 

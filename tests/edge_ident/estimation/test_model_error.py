@@ -69,14 +69,13 @@ def test_what_one_regime_alone_shows_is_no_model_error() -> None:
 
 
 def test_what_is_not_noticed_moves_parameters_as_far_as_is_said() -> None:
-    """Structures of every size up to the least that is noticed, in any direction of the columns."""
+    """Structures of every size up to the least that is noticed, along all columns alike."""
     rng = np.random.default_rng(4)
     effort = REGRESSOR @ TRUTH
     basis = np.linalg.qr(REGRESSOR)[0]
     moves = []
     for size in SMALLEST_EXCESS * rng.uniform(size=500):
-        direction = rng.standard_normal(4)
-        lacking = basis @ direction / np.linalg.norm(direction) * size * np.linalg.norm(effort)
+        lacking = basis @ rng.standard_normal(4) * size * np.linalg.norm(effort)
         moves.append(np.linalg.lstsq(REGRESSOR, lacking, rcond=None)[0])
     said = unnoticed_error(REGRESSOR, effort)
     assert np.sqrt(np.mean(np.square(moves), axis=0)) == pytest.approx(said, rel=0.15)
