@@ -35,7 +35,6 @@ _FEW: Final = 0.1
 _THOUSANDS: Final = re.compile(r"[-+]?[1-9]\d{0,2},\d{3}")
 _LEAST: Final = 0.3
 """Share of numbers among the cells, below which a way to read a file finds no table."""
-_ANY: Final = 1e-6
 _BOMS: Final = (
     (codecs.BOM_UTF8, "utf-8-sig"),
     (codecs.BOM_UTF16_LE, "utf-16"),
@@ -165,7 +164,7 @@ def find_dialect(
     ]
     scored = sorted(((_score(way, lines), way) for way in tried), key=lambda s: -s[0])
     best, chosen = scored[0] if scored else (0.0, None)
-    if chosen is None or best < (_LEAST if delimiter is None else _ANY):
+    if chosen is None or best <= (_LEAST if delimiter is None else 0.0):
         raise DataError(
             f"{path}: no table of numbers found",
             "a row holds at least two numbers with a comma, semicolon, tab or blanks between, and "
