@@ -196,7 +196,7 @@ def _score(dialect: Dialect, lines: Sequence[str]) -> float:
     """
     rows = [dialect.cells(line) for line in lines if line.strip()]
     width = width_of(dialect, rows)
-    cells = [cell for row in rows if len(row) == width for cell in row]
+    cells = [c for r in rows if len(r) == width and any(map(dialect.is_number, r)) for c in r]
     numbers = sum(dialect.is_number(cell) for cell in cells)
     several = sum(_SEVERAL.fullmatch(c) is not None for c in cells if not dialect.is_number(c))
     return numbers / len(cells) if numbers >= 2 and several < _FEW * len(cells) else 0.0
