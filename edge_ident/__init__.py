@@ -1,7 +1,7 @@
 """Identify a feed drive, diagnose what its model gets wrong, and design its gains.
 
 This is the public API. What is not named in `__all__` is private and free to change. Names load
-their module when they are first used, so that importing the package costs next to nothing.
+their module when they are first used, so that importing the package is fast.
 
 >>> import edge_ident
 >>> recording = edge_ident.simulate()
@@ -10,10 +10,9 @@ their module when they are first used, so that importing the package costs next 
 True
 """
 
-from typing import TYPE_CHECKING, Any
-
 from edge_ident.support.lazy import lazy_names
 
+TYPE_CHECKING = False  # loading typing takes longer than all that a script's start needs
 if TYPE_CHECKING:
     from edge_ident.baselines.comparison import Comparison, compare, comparison_methods
     from edge_ident.commissioning.connect import connect
@@ -151,7 +150,7 @@ _attribute = lazy_names(
 )
 
 
-def __getattr__(name: str) -> Any:
+def __getattr__(name: str) -> object:
     if name == "__version__":
         from importlib.metadata import version
 

@@ -61,7 +61,7 @@ PageFormat = Annotated[
     typer.Option(
         "--format",
         envvar="EDGE_IDENT_FORMAT",
-        help="Page in the folder: one HTML file for people, or Markdown for other documents.",
+        help="Format of the page in the folder: one HTML file, or Markdown with pictures.",
     ),
 ]
 

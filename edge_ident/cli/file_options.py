@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from pathlib import Path
 from shlex import join
-from typing import Annotated, Final, Literal
+from typing import Annotated, Literal
 
 import typer
 
@@ -11,13 +11,11 @@ import edge_ident
 from edge_ident import report
 from edge_ident.cli.messages import say
 
-_PANEL: Final = "Files of other programs"
-
 RecordingFile = Annotated[
     Path,
     typer.Argument(
         metavar="FILE",
-        help="Recording: text of any dialect, .npz, .mat, .h5, .tdms, .parquet or .xlsx.",
+        help="Recording: a text file, .npz, .mat, .h5, .tdms, .parquet or .xlsx.",
     ),
 ]
 
@@ -32,8 +30,7 @@ class FileOptions:
         typer.Option(
             "--column",
             metavar="NAME=CONTRACT_NAME",
-            help="Say what a column is, such as 'X.ActPos [mm]=x_position_m'; repeatable.",
-            rich_help_panel=_PANEL,
+            help="Meaning of a column, such as 'X.ActPos [mm]=x_position_m'; may be repeated.",
         ),
     ] = None
     unit: Annotated[
@@ -41,8 +38,7 @@ class FileOptions:
         typer.Option(
             "--unit",
             metavar="NAME=UNIT",
-            help="Unit of a column, or what one step of it is: mm, '1/8192 turn'; repeatable.",
-            rich_help_panel=_PANEL,
+            help="Unit of a column or of its steps, such as mm or '1/8192 turn'; may be repeated.",
         ),
     ] = None
     period: Annotated[
@@ -51,8 +47,7 @@ class FileOptions:
             "--period",
             min=1e-9,
             metavar="SECONDS",
-            help="Sampling period, where no column holds the time.",
-            rich_help_panel=_PANEL,
+            help="Sampling period of a file that has no column of time.",
         ),
     ] = None
     resolution: Annotated[
@@ -60,8 +55,7 @@ class FileOptions:
         typer.Option(
             "--resolution",
             metavar="COUNTS/UNIT",
-            help="Encoder counts per turn or length: 8192/turn, 1000/mm.",
-            rich_help_panel=_PANEL,
+            help="Encoder counts per turn or length, such as 8192/turn or 1000/mm.",
         ),
     ] = None
     rated_effort: Annotated[
@@ -69,30 +63,25 @@ class FileOptions:
         typer.Option(
             "--rated-effort",
             metavar="EFFORT",
-            help="Effort that 100 % stands for: 2.4Nm.",
-            rich_help_panel=_PANEL,
+            help="Effort at 100 %, such as 2.4Nm.",
         ),
     ] = None
     torque_constant: Annotated[
         float | None,
         typer.Option(
             "--torque-constant",
-            metavar="N*M/A",
-            help="Turn a current into a torque.",
-            rich_help_panel=_PANEL,
+            metavar="NUMBER",
+            help="Torque constant in N*m/A, to convert a current to a torque.",
         ),
     ] = None
     delimiter: Annotated[
         Literal["comma", "semicolon", "tab", "blanks"] | None,
-        typer.Option(
-            "--delimiter", help="Of a text file; default: found out.", rich_help_panel=_PANEL
-        ),
+        typer.Option("--delimiter", help="Delimiter of a text file; default: detected."),
     ] = None
     decimal: Annotated[
         Literal["point", "comma"] | None,
         typer.Option(
-            "--decimal", help="Decimal sign of a text file; default: found out.",
-            rich_help_panel=_PANEL,
+            "--decimal", help="Decimal sign of a text file; default: detected.",
         ),
     ] = None  # fmt: skip
 

@@ -1,7 +1,6 @@
 """The command import: what a file of another program holds, and a recording made of it."""
 
-from pathlib import Path
-from typing import Annotated, Final, NoReturn
+from typing import NoReturn
 
 import typer
 
@@ -10,13 +9,7 @@ from edge_ident import report
 from edge_ident.cli.command import command
 from edge_ident.cli.file_options import RecordingOptions
 from edge_ident.cli.messages import print_document, say
-from edge_ident.cli.options import Json
-
-_SUFFIXES: Final = (".csv", ".npz")
-OutputFile = Annotated[
-    Path | None,
-    typer.Option("--output", "-o", metavar="REC", help="Recording to write, .csv or .npz."),
-]
+from edge_ident.cli.options import Json, OptionalRecordingOutput, recording_file
 
 
 def register(app: typer.Typer) -> None:
@@ -26,32 +19,32 @@ def register(app: typer.Typer) -> None:
 
 @command
 def import_file(
-    *, recording: RecordingOptions, output: OutputFile = None, json: Json = False
+    *, recording: RecordingOptions, output: OptionalRecordingOutput = None, json: Json = False
 ) -> None:
-    """Show columns, units and sampling of a file, and write it as a recording of SI columns.
+    """Show the columns, units and sampling of a file, and convert it to a recording in SI units.
 
-    Where it is not certain which column is what, the proposal is shown with the command that
-    accepts it, and nothing is written. All commands that take a recording take the same options.
+    If the meaning of a column is not certain, a proposal is printed with the command that accepts
+    it, and nothing is written. All commands that read a recording have the same options. With
+    --output, the recording is written to that file or folder, and its path is printed.
 
     Example: `edge-ident import scope.csv --unit Position=mm -o drive.npz`
     """
-    if output is not None and output.suffix not in _SUFFIXES:
-        raise typer.BadParameter(f"end it in {' or '.join(_SUFFIXES)}", param_hint="--output")
+    target = None if output is None else recording_file(output)
     found = recording.inspect(recording.file)
     if found.questions:
         _ask(found, recording, json)
     made = found.recording()
-    if output is not None:
-        edge_ident.save_recording(made, output)
+    if target is not None:
+        edge_ident.save_recording(made, target)
     for line in report.scale_lines(made):
         say(line)
     if json:
-        print_document(report.import_document(found, made, output))
+        print_document(report.import_document(found, made, target))
         return
     for line in (*report.inspection_lines(found), *report.recording_lines(made)):
         print(line)
-    if output is not None:
-        print(output)
+    if target is not None:
+        print(target)
 
 
 def _ask(found: "edge_ident.Inspection", recording: RecordingOptions, as_json: bool) -> NoReturn:

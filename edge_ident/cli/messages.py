@@ -29,7 +29,7 @@ class Verbosity:
 
 
 NORMAL: Final = Verbosity()
-_LOGGERS: Final = ("edge_ident", "firmware_interface")
+_LOGGERS: Final = ("edge_ident", "firmware_interface", "export")
 _chosen: Final = [NORMAL]
 
 

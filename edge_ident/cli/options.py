@@ -7,13 +7,16 @@ that type into those options.
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Final, Literal
 
 import typer
 
 import edge_ident
 from edge_ident import report
 from edge_ident.cli.messages import print_document
+
+_SUFFIXES: Final = (".csv", ".npz")
+_IN_FOLDER: Final = "recording.npz"
 
 Json = Annotated[
     bool, typer.Option("--json", help="Print the result as one JSON document on stdout.")
@@ -28,6 +31,15 @@ Output = Annotated[
         help="Folder to write the results to; it is created if it does not exist.",
     ),
 ]
+_RECORDING_OUTPUT: Final = typer.Option(
+    "--output",
+    "-o",
+    metavar="FOLDER|FILE",
+    envvar="EDGE_IDENT_OUTPUT",
+    help=f"Folder to write {_IN_FOLDER} to, or a file that ends in .csv or .npz.",
+)
+RecordingOutput = Annotated[Path, _RECORDING_OUTPUT]
+OptionalRecordingOutput = Annotated[Path | None, _RECORDING_OUTPUT]
 DriveFile = Annotated[
     Path | None,
     typer.Option(
@@ -164,3 +176,15 @@ def save_result_model(
     path = folder / "model.json"
     edge_ident.save_model(edge_ident.sourced_model(model, files, known), path)
     return path
+
+
+def recording_file(output: Path) -> Path:
+    """The file to write, in the folder that was named or by its own name."""
+    if output.is_dir() or not output.suffix:
+        return output / _IN_FOLDER
+    if output.suffix not in _SUFFIXES:
+        raise typer.BadParameter(
+            f"{output} is neither a folder nor a file that ends in {' or '.join(_SUFFIXES)}",
+            param_hint="--output",
+        )
+    return output

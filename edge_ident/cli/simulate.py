@@ -11,7 +11,7 @@ from edge_ident import report
 from edge_ident.cli.command import command
 from edge_ident.cli.file_options import FileOptions
 from edge_ident.cli.messages import print_document, say
-from edge_ident.cli.options import Json, Seed
+from edge_ident.cli.options import Json, RecordingOutput, Seed, recording_file
 from edge_ident.cli.progress import shown_progress
 
 if TYPE_CHECKING:
@@ -25,19 +25,6 @@ _NAMED_MOTIONS: Final[dict[str, "Literal['sinusoid', 'multisine', 'staircase']"]
     "staircase": "staircase",
     "paper": "sinusoid",  # its first name here; scripts may still use it
 }
-_SUFFIXES: Final = (".csv", ".npz")
-_IN_FOLDER: Final = "recording.npz"
-
-SimulationOutput = Annotated[
-    Path,
-    typer.Option(
-        "--output",
-        "-o",
-        metavar="FOLDER|FILE",
-        envvar="EDGE_IDENT_OUTPUT",
-        help=f"Folder to write {_IN_FOLDER} to, or a file that ends in .csv or .npz.",
-    ),
-]
 ModelName = Annotated[
     str,
     typer.Option(
@@ -132,7 +119,7 @@ def register(app: typer.Typer) -> None:
 @command
 def simulate(
     *,
-    output: SimulationOutput,
+    output: RecordingOutput,
     model: ModelName = "full",
     motion: MotionOptions,
     measurement: MeasurementOptions,
@@ -145,7 +132,7 @@ def simulate(
 
     Example: `edge-ident simulate --model model.json --motion multisine --noise 0.02 -o rec.csv`
     """
-    output = _recording_file(output)
+    output = recording_file(output)
     drive, followed, seed = _model(model), motion.load(), measurement.seed
     with shown_progress() as bars:
         bars.stage(f"simulating {model}")
@@ -165,18 +152,6 @@ def simulate(
         )
     else:
         print(output)
-
-
-def _recording_file(output: Path) -> Path:
-    """The file to write, in the folder that was named or by its own name."""
-    if output.is_dir() or not output.suffix:
-        return output / _IN_FOLDER
-    if output.suffix not in _SUFFIXES:
-        raise typer.BadParameter(
-            f"{output} is neither a folder nor a file that ends in {' or '.join(_SUFFIXES)}",
-            param_hint="--output",
-        )
-    return output
 
 
 def _model(name: str) -> "edge_ident.Model | None":

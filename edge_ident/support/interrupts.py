@@ -1,19 +1,24 @@
-"""Signals that end a command as Ctrl-C does, and how a short task is protected from them."""
+"""Signals that end a command as Ctrl-C does, and how a short task is protected from them.
+
+This is the first module that the script loads: what it imports must load fast.
+"""
 
 import os
 import signal
-import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
-from typing import Final
 
-ENDING: Final = tuple(s for s in signal.Signals if s.name in ("SIGINT", "SIGTERM", "SIGHUP"))
+TYPE_CHECKING = False  # loading typing takes longer than all that a script's start needs
+if TYPE_CHECKING:
+    from typing import Final
+
+ENDING: "Final" = tuple(s for s in signal.Signals if s.name in ("SIGINT", "SIGTERM", "SIGHUP"))
 """Ctrl-C, a service manager, a closed terminal; not every system has them all."""
-INTERRUPTED: Final = 130
+INTERRUPTED: "Final" = 130
 """Exit code of a command that such a signal ended."""
 
-_received: Final[list[int]] = []
+_received: "Final[list[int]]" = []
 
 
 def end_at_once() -> None:
@@ -44,6 +49,8 @@ def interrupted() -> bool:
 @contextmanager
 def deaf_to_interrupts() -> Iterator[None]:
     """Ignore ending signals while the body runs; it must end by itself."""
+    import threading
+
     if threading.current_thread() is not threading.main_thread():
         yield
         return

@@ -94,7 +94,7 @@ def test_steps_beyond_five_times_need_a_word(
     file = gains_file(tmp_path, gains)
     code, _, errors = shared.run("gains", "stage", file)
     assert code == 1
-    assert "5 times" in errors
+    assert "factor of 5" in errors
     assert "--large-steps" in errors
     assert not shared.board.status().staged_crc_ok
     assert not backups(tmp_path)

@@ -81,6 +81,17 @@ def started(ignoring: bool = False) -> "subprocess.Popen[str]":
     return process
 
 
+def test_little_is_loaded_before_the_signals_are_handled() -> None:
+    """Ctrl-C before that gives Python's traceback."""
+    code = "import sys; import edge_ident.support.interrupts; print(*sys.modules)"
+    done = subprocess.run(
+        [sys.executable, "-S", "-c", f"import sys; sys.path = {sys.path!r}; {code}"],
+        capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    loaded = set(done.stdout.split())
+    assert not loaded & {"typing", "threading", "logging", "typer", "numpy"}
+
+
 @pytest.mark.parametrize("ending", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_a_signal_while_modules_load_ends_with_130_and_no_traceback(ending: signal.Signals) -> None:
     process = started()

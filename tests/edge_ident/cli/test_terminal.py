@@ -238,7 +238,7 @@ def test_a_defect_is_a_document_and_is_raised(
     def broken(*_: object, **__: object) -> None:
         raise ZeroDivisionError("division by zero")
 
-    monkeypatch.setattr("edge_ident.signals.recording_files.load_recording", broken)
+    monkeypatch.setattr("edge_ident.identification.identify.identify", broken)
     done = run("identify", recording, "--json")
     assert json.loads(done.stdout)["code"] == "internal"
     assert isinstance(done.exception, ZeroDivisionError)
