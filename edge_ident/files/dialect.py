@@ -190,13 +190,14 @@ def width_of(dialect: Dialect, rows: Sequence[Sequence[str]]) -> int:
 
 
 def _score(dialect: Dialect, lines: Sequence[str]) -> float:
-    """Share of numbers among all cells of the rows of the usual width.
+    """Share of numbers among the cells of rows of the usual width that hold any.
 
     Where cells hold several numbers, this is not how the file is written.
     """
     rows = [dialect.cells(line) for line in lines if line.strip()]
     width = width_of(dialect, rows)
-    cells = [c for r in rows if len(r) == width and any(map(dialect.is_number, r)) for c in r]
+    usual = [row for row in rows if len(row) == width and any(map(dialect.is_number_anyhow, row))]
+    cells = [cell for row in usual for cell in row]
     numbers = sum(dialect.is_number(cell) for cell in cells)
     several = sum(_SEVERAL.fullmatch(c) is not None for c in cells if not dialect.is_number(c))
     return numbers / len(cells) if numbers >= 2 and several < _FEW * len(cells) else 0.0

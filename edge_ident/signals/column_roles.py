@@ -24,7 +24,7 @@ position` is a position."""
 _SHORT: Final = {
     "other": ("err", "lag", "acc"),
     "position": ("pos", "enc", "ang"),
-    "velocity": ("vel", "spd", "rpm", "omega"),
+    "velocity": ("vel", "velo", "spd", "rpm", "omega"),
     "temperature": ("temp",),
     "torque": ("trq", "tau"),
     "current": ("iq", "cur"),
