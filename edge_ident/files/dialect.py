@@ -35,7 +35,6 @@ _FEW: Final = 0.1
 _THOUSANDS: Final = re.compile(r"[-+]?[1-9]\d{0,2},\d{3}")
 _LEAST: Final = 0.3
 """Share of numbers among the cells, below which a way to read a file finds no table."""
-_ANY: Final = 1e-6
 _BOMS: Final = (
     (codecs.BOM_UTF8, "utf-8-sig"),
     (codecs.BOM_UTF16_LE, "utf-16"),
@@ -165,7 +164,7 @@ def find_dialect(
     ]
     scored = sorted(((_score(way, lines), way) for way in tried), key=lambda s: -s[0])
     best, chosen = scored[0] if scored else (0.0, None)
-    if chosen is None or best < (_LEAST if delimiter is None else _ANY):
+    if chosen is None or best <= (_LEAST if delimiter is None else 0.0):
         raise DataError(
             f"{path}: no table of numbers found",
             "a row holds at least two numbers with a comma, semicolon, tab or blanks between, and "
@@ -191,13 +190,14 @@ def width_of(dialect: Dialect, rows: Sequence[Sequence[str]]) -> int:
 
 
 def _score(dialect: Dialect, lines: Sequence[str]) -> float:
-    """Share of numbers among all cells of the rows of the usual width.
+    """Share of numbers among the cells of rows of the usual width that hold any.
 
     Where cells hold several numbers, this is not how the file is written.
     """
     rows = [dialect.cells(line) for line in lines if line.strip()]
     width = width_of(dialect, rows)
-    cells = [cell for row in rows if len(row) == width for cell in row]
+    usual = [row for row in rows if len(row) == width and any(map(dialect.is_number_anyhow, row))]
+    cells = [cell for row in usual for cell in row]
     numbers = sum(dialect.is_number(cell) for cell in cells)
     several = sum(_SEVERAL.fullmatch(c) is not None for c in cells if not dialect.is_number(c))
     return numbers / len(cells) if numbers >= 2 and several < _FEW * len(cells) else 0.0

@@ -44,7 +44,7 @@ def read_text(path: Path, delimiter: str | None = None, decimal: str | None = No
     Raises
     ------
     DataError
-        The file is not text, holds no table, can be read in two ways, or has a bad cell.
+        The file is not text, holds no table, has a bad cell, or a comma may be one of thousands.
     """
     encoding, lines = read_head(path)
     dialect = find_dialect(path, lines, encoding, delimiter, decimal)
@@ -61,9 +61,7 @@ def read_text(path: Path, delimiter: str | None = None, decimal: str | None = No
     headings = [layout.headings[c] for c in layout.numeric]
     columns = make_columns(headings, values, [layout.units[c] for c in layout.numeric])
     left_out = tuple(
-        f"{layout.headings[c] or f'column {c + 1}'} (no numbers)"
-        for c in range(width)
-        if c not in layout.numeric
+        f"{layout.headings[c]} (no numbers)" for c in range(width) if c not in layout.numeric
     )
     return Table(
         str(path), columns, _how(dialect, layout), layout.first_row, layout.header, left_out,

@@ -24,7 +24,7 @@ position` is a position."""
 _SHORT: Final = {
     "other": ("err", "lag", "acc"),
     "position": ("pos", "enc", "ang"),
-    "velocity": ("vel", "spd", "rpm", "omega"),
+    "velocity": ("vel", "velo", "spd", "rpm", "omega"),
     "temperature": ("temp",),
     "torque": ("trq", "tau"),
     "current": ("iq", "cur"),
@@ -64,8 +64,8 @@ def role_of(name: str) -> Role:
     axis: list[str] = []
     for token in (match.lower() for match in _TOKEN.findall(name)):
         quantity, rest = _quantity(token)
-        if quantity:
-            found.add(quantity)
+        found |= {quantity} if quantity else set()
+        found |= {"reference"} if "soll" in token else set()
         if rest and rest not in _FILLERS:
             axis.append(rest)
     quantities = [quantity for quantity in _STEMS if quantity in found and quantity != "reference"]

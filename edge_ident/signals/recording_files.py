@@ -97,6 +97,9 @@ class Inspection:
                 said.append(f"{kept} → {use.target}{factor} ({use.reason})")
         if self.period_s is not None:
             said.append(f"sampling period {self.period_s:g} s ({self.period_reason})")
+        unused = [use.heading for use in self.columns if use.target is None]
+        if said and (unused or self.left_out):
+            said.append(f"not used: {', '.join((*unused, *self.left_out))}")
         return tuple(said)
 
     def recording(self) -> Recording:

@@ -80,6 +80,7 @@ def test_every_command_takes_the_same_options(exported: Path, tmp_path: Path) ->
         code, document, messages = run(*command, exported, *options, "--json")
         assert code in (0, 1), messages
         assert "sampling period 0.0025 s (as given)" in messages
+        assert "not used: Zeit [ms], X.SetPos [mm]" in messages
         assert document["schema"].startswith("edge-ident/")
 
 

@@ -188,6 +188,12 @@ def test_a_table_of_mostly_text_is_read_where_the_delimiter_is_said(tmp_path: Pa
     assert [column.name for column in read_text(path, "semicolon").columns] == ["x", "y"]
 
 
+def test_blanks_in_a_heading_are_no_delimiter_of_a_table_with_tabs(tmp_path: Path) -> None:
+    path = tmp_path / "tabs.txt"
+    path.write_text("t [s]\tFollowing Error\tF [N]\n" + "\n".join(["0.5\t1.5\t2.5"] * 9))
+    assert [c.name for c in read_text(path).columns] == ["t", "Following Error", "F"]
+
+
 def test_a_bad_cell_far_beyond_the_head_is_found(tmp_path: Path) -> None:
     rows = [f"{i};{i}.5;2.5" for i in range(30_000)]
     rows[29_000] = "29000;29000.5"
