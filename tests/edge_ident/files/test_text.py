@@ -103,7 +103,7 @@ BAD = {
     ),
     "comma twice": (
         text_of([row.replace(";", ",") for row in GOOD], "t [s],x [mm],F [N]"),
-        "6 values a row under 3 column names",
+        "6 values per row but 3 column names",
     ),
     "two tables": (
         text_of([*GOOD, "", "t [s];x [mm];F [N]", *GOOD]),
