@@ -107,7 +107,7 @@ REFUSED = {
     "spike": (effort_of(spike), "effort, row 2002: a spike of 60"),
     "wrapped angle": (wrapped(), "unwrap the position"),
     "swapped columns": (swapped(), "position and effort are swapped"),
-    "milliseconds": (milliseconds(), "if it is in milliseconds, divide it by 1000"),
+    "milliseconds": (milliseconds(), "if it is in milliseconds, say so: --unit time_s=ms"),
 }
 DOUBTED = {
     "wrong sign": (effort_of(lambda _, u: -u), "effort_sign"),

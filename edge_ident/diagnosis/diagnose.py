@@ -78,7 +78,8 @@ def diagnose(
     validate : Recording, optional
         Another recording, on which the fitted models are scored.
     tolerance : float, optional
-        Smallest share of the rms effort that is worth naming. Smaller causes are minor.
+        Smallest share of the rms effort that is worth naming. Causes that take less off the
+        recorded effort are minor.
     stability : bool, optional
         Whether the search is repeated on disturbed data. A cause that does not come back is only
         suspected.

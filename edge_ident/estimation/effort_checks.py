@@ -149,9 +149,7 @@ def _recorded_late(signals: Signals, part: NDArray[np.intp]) -> list[Finding]:
     if len(inside) < _FEWEST or not reach:
         return []
     basis = np.linalg.qr(unit_length(signals.regressor[inside])[0])[0]
-    efforts = signals.effort[inside[:, None] + shifts]
-    left = np.linalg.norm(efforts - basis @ (basis.T @ efforts), axis=0)
-    left = left / np.maximum(np.linalg.norm(efforts, axis=0), _TINY)
+    left = np.array([_left_of(signals.effort[inside + shift], basis) for shift in shifts])
     best = int(np.argmin(left))
     late_s = float(shifts[best]) * period_s
     if abs(late_s) < border_s or left[best] > _FALLS * left[reach] or left[best] > RESIDUAL_LIMIT:
@@ -166,6 +164,12 @@ def _recorded_late(signals: Signals, part: NDArray[np.intp]) -> list[Finding]:
             blocks=not _at_one_frequency(signals),
         )
     ]
+
+
+def _left_of(effort: Array, basis: Array) -> float:
+    """What an orthonormal basis (n, R) leaves of an effort (n,), over its norm."""
+    size = max(float(np.linalg.norm(effort)), _TINY)
+    return float(np.linalg.norm(effort - basis @ (effort @ basis))) / size
 
 
 def _at_one_frequency(signals: Signals) -> bool:

@@ -24,7 +24,7 @@ def bad_cell(path: Path, dialect: Dialect, layout: Layout) -> DataError:
                 )
             if len(cells) != width:
                 return DataError(
-                    f"{where}: {len(cells)} values under {width} column names",
+                    f"{where}: {len(cells)} values but {width} column names",
                     "give every row one value per column",
                 )
             for c in layout.numeric:

@@ -1,5 +1,6 @@
 """Tables in text files of any dialect."""
 
+import csv
 import warnings
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -17,6 +18,7 @@ from edge_ident.files.dialect import (
     Dialect,
     find_dialect,
     read_head,
+    split,
     width_of,
 )
 from edge_ident.files.layout import Layout, lay_out, stated_period
@@ -26,6 +28,7 @@ Array = NDArray[np.float64]
 
 _CHUNK_ROWS: Final = 100_000
 """Rows that are converted at once: their objects are gone before the next."""
+_OTHER_WIDTH: Final = "another number of cells"
 _BLOCK_BYTES: Final = 1 << 24
 
 
@@ -53,7 +56,7 @@ def read_text(path: Path, delimiter: str | None = None, decimal: str | None = No
     layout = replace(layout, open_end=_open_end(table, DELIMITERS[dialect.delimiter]))
     try:
         values = _numbers(path, dialect, layout, quoted)
-    except ValueError as error:
+    except (ValueError, csv.Error) as error:
         raise bad_cell(path, dialect, layout) from error
     headings = [layout.headings[c] for c in layout.numeric]
     columns = make_columns(headings, values, [layout.units[c] for c in layout.numeric])
@@ -121,42 +124,53 @@ def _parsed(lines: Iterator[str], dialect: Dialect, layout: Layout, quoted: bool
             usecols=None if len(layout.numeric) == len(layout.headings) else layout.numeric,
         )
     if rows.size and rows.shape[1] != len(layout.numeric):
-        raise ValueError("another number of cells")
+        raise ValueError(_OTHER_WIDTH)
     return np.asarray(rows, dtype=np.float64)
 
 
 def _plain(lines: Iterator[str], dialect: Dialect, layout: Layout, quoted: bool) -> Iterator[str]:
     """Lines with decimal points, and without what a plain table does not have."""
-    separator, width = DELIMITERS[dialect.delimiter], len(layout.headings)
+    separator = DELIMITERS[dialect.delimiter]
     if quoted:
-        lines = ("\t".join(dialect.cells(line.rstrip("\n"))) for line in lines)
-    elif len(layout.numeric) < width:
+        lines = _unquoted(lines, separator, layout)
+    elif len(layout.numeric) < len(layout.headings):
         lines = _of_width(lines, dialect, layout)
     elif layout.open_end:
         end = separator + "\n"
         lines = (line[:-2] if line.endswith(end) else line for line in lines)
     if dialect.decimal == "comma":
-        lines = _with_points(lines, check=len(layout.numeric) == width)
+        lines = _with_points(lines, "\t" if quoted else separator, layout)
     return lines
 
 
-def _with_points(lines: Iterator[str], *, check: bool) -> Iterator[str]:
-    """Lines with decimal points; one that had a point before is another way of writing."""
-    for line in lines:
-        if check and "." in line:
-            raise ValueError("decimal points among decimal commas")
-        yield line.replace(",", ".")
+def _unquoted(lines: Iterator[str], separator: str, layout: Layout) -> Iterator[str]:
+    """Lines whose cells may be quoted, with tabs between."""
+    width = len(layout.headings)
+    for cells in csv.reader(lines, delimiter=separator, skipinitialspace=True):
+        if cells and len(cells) != width + (len(cells) > width and not cells[-1]):
+            raise ValueError(_OTHER_WIDTH)
+        yield "\t".join(cells[:width])
 
 
 def _of_width(lines: Iterator[str], dialect: Dialect, layout: Layout) -> Iterator[str]:
     """Lines as they are; numpy does not count the cells where it takes some columns only."""
+    separator, width = DELIMITERS[dialect.delimiter], len(layout.headings)
+    usual = width - 1 + layout.open_end
     for line in lines:
-        cells = dialect.cells(line.rstrip("\n"))
-        if line.strip() and len(cells) != len(layout.headings):
-            raise ValueError("another number of cells")
-        if line.strip() and not all(dialect.is_value(cells[c]) for c in layout.numeric):
-            raise ValueError("not a number")
+        between = len(line.split()) - 1 if separator == BLANKS else line.count(separator)
+        if between != usual and line.strip() and len(dialect.cells(line.rstrip("\n"))) != width:
+            raise ValueError(_OTHER_WIDTH)
         yield line
+
+
+def _with_points(lines: Iterator[str], separator: str, layout: Layout) -> Iterator[str]:
+    """Lines with decimal points; a number that had one before is written in another way."""
+    for line in lines:
+        if "." in line:
+            cells = split(line.rstrip("\n"), separator)
+            if any("." in cells[c] for c in layout.numeric if c < len(cells)):
+                raise ValueError("decimal points among decimal commas")
+        yield line.replace(",", ".")
 
 
 def _count_rows(path: Path) -> int:

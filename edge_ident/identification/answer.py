@@ -2,7 +2,8 @@
 
 - The base model is adequate: least squares, on the signals of the identification or on those of the
   comparison, whichever expects the smaller error. The network confirms it.
-- It is not, and the diagnosis explains the rest: the base parameters of the extended model.
+- It is not, and the diagnosis explains the rest: the base parameters of the extended model. Where
+  it calls both models adequate, what lies between them is model error.
 - It is not, and nobody diagnosed it: the network where one applies. Under an effect that the base
   model lacks it is closer than least squares, which balances the effect over all samples. Its
   interval reaches as far as least squares.
@@ -190,14 +191,14 @@ def _chosen(
     network: Estimate | None,
 ) -> _Choice:
     if diagnosed is not None and len(diagnosed.model.terms) > 1 + len(question.compensated.effects):
-        return _extended(question, diagnosed)
+        return _extended(question, diagnosed, bases)
     adequate = question.adequacy.adequate or (
         diagnosed is not None and diagnosed.verdict is Verdict.ADEQUATE
     )
     linear, known = bases[0], question.compensated
     if network is None or adequate:
         # a model that is not enough is a compromise: over all samples, those of reversals too
-        best = min(bases, key=lambda b: b.expected_error(known.signals)) if adequate else linear
+        best = _best(bases, known.signals) if adequate else linear
         reason = _reason(network, best)
         return _Choice(best.source, best.estimate, best.model_error, known, reason)
     apart = network.parameters - linear.estimate.parameters
@@ -210,14 +211,25 @@ def _chosen(
     )
 
 
-def _extended(question: Question, diagnosed: AxisDiagnosis) -> _Choice:
+def _best(bases: tuple[_Base, _Base], signals: Signals) -> _Base:
+    return min(bases, key=lambda base: base.expected_error(signals))
+
+
+def _extended(question: Question, diagnosed: AxisDiagnosis, bases: tuple[_Base, _Base]) -> _Choice:
     """The base parameters of the extended model."""
     model = Model({question.name: diagnosed.model})
     compensated = compensate_effects(
-        question.recording, question.name, model, late_s=diagnosed.timing.shift_s
+        question.recording,
+        question.name,
+        model,
+        late_s=diagnosed.timing.shift_s,
+        of_motion=question.compensated.signals,
     )
     estimate = Estimate(diagnosed.model.parameters, diagnosed.extended.estimate.std)
     error = _model_error(compensated, question.part, estimate.std)
+    if diagnosed.verdict is Verdict.ADEQUATE:
+        base = _best(bases, question.compensated.signals).estimate
+        error = np.hypot(error, estimate.parameters - base.parameters)
     causes = ", ".join(name.replace("_", " ") for name in effect_names(diagnosed.model))
     return _Choice(
         ParameterSource.EXTENDED_MODEL,

@@ -139,11 +139,16 @@ def to_both_sides(
 
 
 def known_effort(data: AxisData, axis: AxisModel) -> Array:
-    """Effort (n,) of the effects that an axis is known to have, computed once for the data."""
-    known = axis.terms[1:]
-    key = tuple((t.effect, t.source_axis, *map(float, t.values.values())) for t in known)
+    """Effort (n,) of the effects that an axis is known to have."""
+    return cached_effort(data, replace(axis, terms=(_NOTHING, *axis.terms[1:])))
+
+
+def cached_effort(data: AxisData, axis: AxisModel) -> Array:
+    """Effort (n,) that a model predicts, computed once for the data."""
+    terms = ((t.effect, t.source_axis, *map(float, t.values.values())) for t in axis.terms)
+    key = ("effort", *terms)
     if key not in data.cache:
-        data.cache[key] = data.predicted(replace(axis, terms=(_NOTHING, *known)))
+        data.cache[key] = data.predicted(axis)
     return data.cache[key]
 
 
@@ -171,7 +176,7 @@ def regressors(data: AxisData, axis: AxisModel, candidate: Candidate, nonlinear:
     if adds(candidate) and all(effort_adds(t.effect) for t in axis.terms):
         axis = replace(axis, terms=(_NOTHING,))
     else:
-        present = data.predicted(axis)
+        present = cached_effort(data, axis)
     for first in range(0, count, batch):
         part = {name: array[first : first + batch] for name, array in values.items()}
         for k, name in enumerate(names):

@@ -75,10 +75,15 @@ def _descended(subspace: ResidualSubspace, scored: ScoredCandidate, grid: Grid) 
         [np.zeros((1, len(names))), np.eye(len(names)), -np.eye(len(names))]
     )
 
+    @lru_cache(maxsize=_DESCENT_STEPS)
+    def regressors(point: tuple[float, ...]) -> Array:
+        """Regressors (1 + 2·names, 1, n) at a point and a step to all its sides, in one batch."""
+        return subspace.regressors(candidate, nonlinear_at(np.array(point) + steps))
+
     @lru_cache(maxsize=2)
     def residuals(point: tuple[float, ...]) -> Array:
-        """Residuals (1 + 2·names, n) at a point and a step to all its sides, in one batch."""
-        rows = subspace.regressors(candidate, nonlinear_at(np.array(point) + steps))[:, 0]
+        """Residuals (1 + 2·names, n) there."""
+        rows = regressors(point)[:, 0]
         orthogonal = rows - (rows @ subspace.basis) @ subspace.basis.T
         length = np.maximum(np.einsum("dn,dn->d", orthogonal, orthogonal), _TINY)
         amplitude = orthogonal @ subspace.residual / length
@@ -95,7 +100,8 @@ def _descended(subspace: ResidualSubspace, scored: ScoredCandidate, grid: Grid) 
         bounds=(low / scale - 1e-9, high / scale + 1e-9),
         max_nfev=_DESCENT_STEPS,
     )
-    return subspace.score(candidate, nonlinear_at(end.x[None]), grid)
+    rows = regressors(tuple(end.x))[:1]
+    return subspace.score_at(candidate, nonlinear_at(end.x[None]), rows, grid)
 
 
 def _descent_limits(candidate: Candidate, start: Array, grid: Grid) -> tuple[Array, Array, Array]:

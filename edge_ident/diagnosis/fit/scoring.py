@@ -8,7 +8,7 @@ from typing import Final, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.fit.candidates import Candidate, regressors, term
+from edge_ident.diagnosis.fit.candidates import Candidate, adds, cached_regressors, regressors, term
 from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm, additive
 from edge_ident.diagnosis.fit.library import Grid, Library
 from edge_ident.diagnosis.fit.projection import Orthogonal, orthonormal
@@ -104,7 +104,17 @@ class ResidualSubspace:
         """Regressors (D, k, n) of a candidate at the valid samples."""
         return regressors(self.data, self.axis, candidate, nonlinear)[..., self.data.valid]
 
-    def score(self, candidate: Candidate, nonlinear: Grid, grid: Grid) -> ScoredCandidate:
+    def recurring_regressors(self, candidate: Candidate, nonlinear: Grid) -> Array:
+        """The same where few points recur: each is kept where efforts add up."""
+        if self.key is None or not adds(candidate):
+            return self.regressors(candidate, nonlinear)
+        points = [dict(zip(nonlinear, p, strict=True)) for p in np.transpose([*nonlinear.values()])]
+        rows = [cached_regressors(self.data, self.axis, candidate, point) for point in points]
+        return np.array(rows)[..., self.data.valid]
+
+    def score(
+        self, candidate: Candidate, nonlinear: Grid, grid: Grid, *, recurring: bool = False
+    ) -> ScoredCandidate:
         """The best of D sets of nonlinear parameters.
 
         Parameters
@@ -112,8 +122,11 @@ class ResidualSubspace:
         nonlinear : mapping of parameter name to (D,) array
         grid : mapping of parameter name to array
             The whole range that is searched.
+        recurring : bool, optional
+            Whether the same few sets are scored on other models, too.
         """
-        return self._scored(candidate, nonlinear, self.regressors(candidate, nonlinear), grid)
+        found = self.recurring_regressors if recurring else self.regressors
+        return self.score_at(candidate, nonlinear, found(candidate, nonlinear), grid)
 
     def score_library(
         self, library: Library, grids: Mapping[Candidate, Grid], without: frozenset[str]
@@ -138,7 +151,7 @@ class ResidualSubspace:
                 found.append(self._best(candidate, points, component, product, grids[candidate]))
             else:
                 rows = library[candidate]
-                found.append(self._scored(candidate, points, rows, grids[candidate]))
+                found.append(self.score_at(candidate, points, rows, grids[candidate]))
         return [scored for scored in found if np.isfinite(scored.error)]
 
     def _of(self, candidate: Candidate) -> "ResidualSubspace":
@@ -146,10 +159,10 @@ class ResidualSubspace:
         delay = bool(named(candidate.effect).effort_delay)
         return self.untimed if delay and self.untimed is not None else self
 
-    def _scored(
+    def score_at(
         self, candidate: Candidate, nonlinear: Grid, rows: Array, grid: Grid
     ) -> ScoredCandidate:
-        """The best of D sets of nonlinear parameters, from the regressors (D, k, n) there."""
+        """The best of D sets of nonlinear parameters, from their regressors (D, k, n)."""
         of, flat = self._of(candidate), rows.reshape(-1, rows.shape[-1])
         gram = rows @ rows.transpose(0, 2, 1)
         component = Orthogonal.of(gram, (flat @ of.basis).reshape(*rows.shape[:2], -1))

@@ -113,9 +113,9 @@ def white_noise(effort: Array, position: Array, cutoff_hz: float, period_s: floa
     above_hz = min(max(3.0 * cutoff_hz, 0.05 / period_s), 0.25 / period_s)
     high = [x - lowpass(x, above_hz, period_s) for x in (effort, position)]
     lags = np.arange(-_LAGS // 4, _LAGS)
-    inside = slice(_LAGS, -_LAGS)
-    answers = np.stack([np.roll(high[1], lag)[inside] for lag in lags])
-    answers = answers / max(float(np.max(np.abs(answers))), _TINY)
+    inside, last = slice(_LAGS, -_LAGS), len(effort) - _LAGS
+    scaled = high[1] / max(float(np.max(np.abs(high[1]))), _TINY)
+    answers = np.stack([scaled[_LAGS - lag : last - lag] for lag in lags])
     # normal equations take a quarter of the time, and squares of 1e-7 are resolved
     inverse = np.linalg.pinv(answers @ answers.T, rcond=1e-14, hermitian=True)
     left = high[0][inside] - (inverse @ (answers @ high[0][inside])) @ answers

@@ -127,24 +127,6 @@ def direction_unknown(position: Array, noise: float, cutoff_hz: float, period_s:
     return turning | (np.convolve(still, np.ones(width)) > 0.5)
 
 
-def nearly_stopped(motion: Motion, cutoff_hz: float) -> Mask:
-    """Samples (N,) at which the axis is slower than the smoothing of its motion can hide.
-
-    Smoothing over a time τ changes a speed by its second derivative times τ²/2. An axis that
-    nearly stops may have turned for a moment, or not, and its friction with it.
-
-    Parameters
-    ----------
-    motion : Motion
-    cutoff_hz : float
-        Of the motion; τ is one over 2π times it.
-    """
-    step_s = float(motion.time_s[1] - motion.time_s[0])
-    bend = np.gradient(motion.acceleration, step_s)
-    hidden = 0.5 * np.abs(bend) / np.square(2.0 * np.pi * cutoff_hz)
-    return np.asarray(np.abs(motion.velocity) < hidden)
-
-
 def _turning_points(position: Array, least: float) -> list[int]:
     """Extremes from which the position returns by more than `least`."""
     turns: list[int] = []

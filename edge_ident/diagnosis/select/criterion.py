@@ -114,4 +114,5 @@ def independent_samples(data: AxisData, fitted: FittedModel) -> float:
 
 
 def _count(grid: Grid) -> int:
-    return max((len(array) for array in grid.values()), default=1)
+    """Points of a grid; one of a form without any, and where there are none to try."""
+    return max((len(array) for array in grid.values()), default=1) or 1

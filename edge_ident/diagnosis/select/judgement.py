@@ -2,8 +2,8 @@
 
 The rules stand in `select.acceptance`. A cause is suspected where too few runs on disturbed data
 find it, where it is smaller than what is left unexplained, or where no cause may be named at all.
-It is minor where it is certain and not worth naming. What is not supported leaves the model, and
-the rest is fitted again.
+It is minor where it is certain and not worth naming, or where the chain of a sound drive has it as
+well. What is not supported leaves the model, and the rest is fitted again.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -270,9 +270,9 @@ def _supported(
 
 
 def _verdict(assessed: Assessment, found: _Sorted) -> Verdict:
-    if not found.named and not assessed.structure(assessed.start):
-        return Verdict.ADEQUATE
+    """What a sound drive has is no cause, so a machine that has nothing else is adequate."""
     places = sorted([*found.named, *found.sound])
-    own = [k for k in places if assessed.model.terms[k].candidate != VIBRATION]
-    explained = own and not assessed.structure(assessed.fitted(places))
-    return Verdict.EXPLAINED if explained and own == places else Verdict.UNEXPLAINED
+    vibrating = any(assessed.model.terms[k].candidate == VIBRATION for k in places)
+    if vibrating or assessed.structure(assessed.fitted(places)):
+        return Verdict.UNEXPLAINED
+    return Verdict.EXPLAINED if found.named else Verdict.ADEQUATE

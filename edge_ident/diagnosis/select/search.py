@@ -185,7 +185,8 @@ class Search:
         coarse = subspace.score_library(self.library, self.grids, without)
         strongest = self.spectrum.strongest(subspace.residual)
         if strongest["frequency"].size:
-            coarse.append(subspace.score(VIBRATION, strongest, self.grids[VIBRATION]))
+            grid = self.grids[VIBRATION]
+            coarse.append(subspace.score(VIBRATION, strongest, grid, recurring=True))
         return coarse
 
     def _refined(self, subspace: ResidualSubspace, scored: ScoredCandidate) -> ScoredCandidate:

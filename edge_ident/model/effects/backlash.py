@@ -188,19 +188,20 @@ def _pushed(drive: Array, speed: Array, carried: Array, values: Values, step_s: 
     position = drive[..., 0] - np.copysign(half, carried) - carried / spring
     implicit = 1.0 + 0.5 * step_s * (damper + 0.5 * step_s * spring)
     spring, damper = spring / implicit, damper / implicit
-    fading, weight = -np.expm1(-values["damping_rate"] * step_s) / step_s, values["weight"]
+    fading, lift = -np.expm1(-values["damping_rate"] * step_s) / step_s, -values["weight"]
+    least, slowest = -half, -friction
     drive = np.moveaxis(drive, -1, 0)  # time first: a step reads and writes what lies together
     middle, moving = 0.5 * (drive[1:] + drive[:-1]), np.diff(drive, axis=0) / step_s
     pushed = np.empty((len(drive), *position.shape))
     for push, between, quick in zip(pushed, middle, moving, strict=False):
-        loss = -weight - fading * speed
+        loss = lift - fading * speed
         ahead = speed + 0.5 * step_s * loss
         behind = between - position - 0.5 * step_s * ahead
-        depth = behind - np.minimum(np.maximum(behind, -half), half)
+        depth = behind - np.minimum(np.maximum(behind, least), half)
         np.add(spring * depth, damper * (quick - ahead), out=push)
         push[push * depth <= 0.0] = 0.0
         free = speed + step_s * (loss + push)
-        free -= np.minimum(np.maximum(free, -friction), friction)
+        free -= np.minimum(np.maximum(free, slowest), friction)
         position = position + 0.5 * step_s * (speed + free)
         speed = free
     pushed[-1] = pushed[-2]

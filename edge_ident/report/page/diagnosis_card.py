@@ -114,8 +114,9 @@ def _listed(found: Sequence[str]) -> Markup:
 
 
 def _terms(axis: AxisDiagnosis) -> str:
-    causes = ", ".join(spoken(cause.term.effect) for cause in distinct(axis.causes))
-    return f"{axis.verdict.value}; {causes}" if causes else axis.verdict.value
+    causes = [spoken(cause.term.effect) for cause in distinct(axis.causes)]
+    suspected = [f"{spoken(c.term.effect)} (suspected)" for c in distinct(axis.suspected)]
+    return "; ".join([axis.verdict.value, *causes, *suspected])
 
 
 def _sure(name: str, axis: AxisDiagnosis) -> list[Markup]:
@@ -197,12 +198,11 @@ def _elsewhere(name: str, diagnosis: Diagnosis) -> list[Markup]:
     if found is None:
         return []
     at = ("validation", name)
-    return [
-        Markup("On another recording the error goes from {} to {}.").format(
-            percent(found.base, *at, "base", "relative_residual"),
-            percent(found.extended, *at, "extended", "relative_residual"),
-        )
-    ]
+    base = percent(found.base, *at, "base", "relative_residual")
+    extended = percent(found.extended, *at, "extended", "relative_residual")
+    if not diagnosis.axes[name].causes:
+        return [Markup("On another recording it misses {}.").format(base)]
+    return [Markup("On another recording the error goes from {} to {}.").format(base, extended)]
 
 
 def _part(axis: AxisDiagnosis, follows: str | None) -> list[Markup]:
@@ -232,7 +232,7 @@ def _action(name: str, diagnosis: Diagnosis) -> list[Markup]:
     steps = [escape(named(cause.term.effect).advice.action) for cause in distinct(axis.causes)[:2]]
     motion = _clearing_motion(axis)
     if motion:
-        steps.append(escape(sentence(f"to be sure, record {recorded(motion)}")))
+        steps.append(Markup("To be sure, record {}.").format(recorded(motion)))
     elif axis.causes and name not in diagnosis.validation:
         steps.append(Markup("To be surer, add a second recording (<code>--validate</code>)."))
     return steps or [

@@ -102,10 +102,12 @@ def sentence(text: str) -> str:
     return f"{text[0].upper()}{text[1:]}" + ("" if text.endswith(".") else ".")
 
 
-def recorded(experiment: str) -> str:
+def recorded(experiment: str) -> Markup:
     """A motion to record, in words for those with a board and those without."""
     motion, flag, name = experiment.partition(_FLAG)
-    return f"{motion} (with a board: --motion {name})" if flag else experiment
+    if not flag:
+        return escape(experiment)
+    return Markup("{} (with a board: <code>--motion {}</code>)").format(motion, name)
 
 
 def all_of(parts: Iterable[str | Markup]) -> Markup:

@@ -6,7 +6,7 @@ import pytest
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.diagnose import diagnose
-from edge_ident.diagnosis.prepare.masks import direction_unknown, nearly_stopped, tapered
+from edge_ident.diagnosis.prepare.masks import direction_unknown, tapered
 from edge_ident.diagnosis.result import Verdict
 from edge_ident.model.effect import Motion
 from edge_ident.model.effects import named
@@ -35,16 +35,6 @@ def test_turning_points_and_standstills_are_undecided_and_slow_creep_is_not() ->
     assert np.array_equal(np.flatnonzero(unknown[:800]), np.flatnonzero(near[:800]))
     assert not unknown[830:2360].any(), "30 counts a second"
     assert unknown[2400:3990].all()
-
-
-def test_where_an_axis_nearly_stops_its_smoothed_motion_hides_whether_it_turns() -> None:
-    time = PERIOD_S * np.arange(1601) - 2.0
-    for slowest, unknown in ((1e-3, True), (0.1, False)):
-        velocity, acceleration = slowest + 20.0 * time**2, 40.0 * time
-        motion = Motion.known(time, np.cumsum(velocity) * PERIOD_S, velocity, acceleration)
-        found = nearly_stopped(motion, 2.0 * CUTOFF_HZ)
-        assert found[800] == unknown
-        assert np.count_nonzero(found) < 12, "nothing else"
 
 
 def test_what_is_unknown_fades_out_and_in() -> None:

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from edge_ident.errors import DataError
 from edge_ident.files.dialect import DECIMALS, DELIMITERS
 from edge_ident.files.headings import split_heading
+from edge_ident.files.table import Table
 from edge_ident.files.text import read_text
 from edge_ident.files.units import count_unit, known_unit, stated_unit
 
@@ -72,6 +73,33 @@ def test_what_is_written_is_read(tmp_path: Path, way: Written, rows: list[tuple[
     np.testing.assert_array_equal(np.array([c.values for c in table.columns]).T, np.array(rows))
 
 
+cells = st.text(st.sampled_from("0123456789.,-+eE \"'#%[]()=:aäµ\t"), max_size=8)
+lines = st.lists(st.lists(cells, max_size=4).map(";".join), max_size=12).map("\n".join)
+
+
+@settings(
+    max_examples=150, deadline=None, derandomize=True,
+    suppress_health_check=[HealthCheck.function_scoped_fixture],
+)  # fmt: skip
+@given(content=st.one_of(st.binary(max_size=60), lines.map(str.encode)))
+def test_anything_is_a_table_or_refused_in_words(tmp_path: Path, content: bytes) -> None:
+    path = tmp_path / "anything.txt"
+    path.write_bytes(content)
+    found = read_or_refuse(path)
+    if isinstance(found, DataError):
+        assert "anything.txt" in found.cause
+        assert found.next_step
+    else:
+        assert len(found.columns) >= 2
+
+
+def read_or_refuse(path: Path) -> Table | DataError:
+    try:
+        return read_text(path)
+    except DataError as error:
+        return error
+
+
 def text_of(rows: Sequence[str], head: str = "t [s];x [mm];F [N]") -> str:
     return "\n".join([head, *rows]) + "\n"
 
@@ -88,8 +116,8 @@ BAD = {
     "blank": ("\n \n\n", "the file is empty"),
     "no table": ("this is a letter\nand no table\n", "no table of numbers found"),
     "one column": ("x\n1\n2\n3\n", "no table of numbers found"),
-    "ragged, short": (text_of(changed(20, "0,020;20,5")), "row 22: 2 values under 3"),
-    "ragged, long": (text_of(changed(20, "0,020;20,5;1;2")), "row 22: 4 values under 3"),
+    "ragged, short": (text_of(changed(20, "0,020;20,5")), "row 22: 2 values but 3"),
+    "ragged, long": (text_of(changed(20, "0,020;20,5;1;2")), "row 22: 4 values but 3"),
     "a word": (text_of(changed(20, "0,020;oops;1")), r"row 22, column x \[mm\]: 'oops'"),
     "an empty cell": (text_of(changed(20, "0,020;;1")), r"row 22, column x \[mm\]: ''"),
     "a bad first row": (text_of(changed(0, "0,5;oops;1,5")), r"row 2, column x \[mm\]: 'oops'"),
@@ -124,6 +152,19 @@ def test_a_bad_file_says_where_and_what_to_do(kind: str, tmp_path: Path) -> None
     assert error.value.next_step
 
 
+@pytest.mark.parametrize("state", ["OK", "1.0.2", '"a ""word"""'])
+def test_quoted_cells_and_text_beside_decimal_commas(state: str, tmp_path: Path) -> None:
+    """A point in a column of text is no decimal sign."""
+    rows = [f'"{i},5";{state};"{i},25"' for i in range(50)]
+    path = tmp_path / "quoted.csv"
+    path.write_text(text_of(rows, '"x [mm]";state;"F [N]"'))
+    table = read_text(path)
+    assert [(c.name, c.values[7]) for c in table.columns] == [("x", 7.5), ("F", 7.25)]
+    path.write_text(text_of([*rows, f'"50.5";{state};"1,0"'], '"x [mm]";state;"F [N]"'))
+    with pytest.raises(DataError, match=r"row 52, column x \[mm\]: '50.5'"):
+        read_text(path)
+
+
 def test_what_is_ambiguous_is_settled_by_the_option_that_the_message_names(tmp_path: Path) -> None:
     """1,234 is one and a bit, or more than a thousand; 0,234 is no thousands."""
     rows = [f"{i};1,{i:03};2,{i:03}" for i in range(50)]
@@ -152,7 +193,7 @@ def test_a_bad_cell_far_beyond_the_head_is_found(tmp_path: Path) -> None:
     rows[29_000] = "29000;29000.5"
     path = tmp_path / "long.csv"
     path.write_text(text_of(rows))
-    with pytest.raises(DataError, match="row 29002: 2 values under 3"):
+    with pytest.raises(DataError, match="row 29002: 2 values but 3"):
         read_text(path)
 
 
@@ -164,7 +205,7 @@ def test_columns_of_text_are_left_out_and_named(tmp_path: Path) -> None:
     assert [column.name for column in table.columns] == ["x", "F"]
     assert table.left_out == ("date (no numbers)", "state (no numbers)")
     path.write_text(text_of([*rows, "2026;1,5;OK"], "date;x [mm];state;F [N]"))
-    with pytest.raises(DataError, match="row 52: 3 values under 4"):
+    with pytest.raises(DataError, match="row 52: 3 values but 4"):
         read_text(path)
 
 

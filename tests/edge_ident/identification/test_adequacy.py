@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from edge_ident.diagnosis.result import Verdict
 from edge_ident.errors import DataError
 from edge_ident.identification.adequacy import Adequacy
 from edge_ident.identification.findings import describe_model
@@ -94,6 +95,17 @@ def test_what_the_base_model_lacks_is_found_and_the_answer_is_right() -> None:
     assert base["value"] == axis.least_squares.parameters[2]
     for i, values in enumerate(document["parameters"].values()):
         assert values["std"] >= list(document["model_error"].values())[i]
+
+
+def test_what_lies_between_two_adequate_models_is_model_error() -> None:
+    """Stribeck friction too small to be named: both models leave little."""
+    axis = identified(recording(stribeck=0.1))
+    assert axis.diagnosis is not None
+    assert axis.diagnosis.verdict is Verdict.ADEQUATE
+    assert axis.source is ParameterSource.EXTENDED_MODEL
+    apart = np.abs(axis.estimate.parameters - axis.whitened.parameters)
+    assert apart[2] > 0.01
+    assert np.all(axis.model_error >= apart)
 
 
 def test_without_a_diagnosis_the_answer_is_not_trusted_and_says_why() -> None:
