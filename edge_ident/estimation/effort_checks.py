@@ -87,8 +87,8 @@ def unphysical(estimate: Estimate) -> list[Finding]:
         Finding(
             f"negative_{name}",
             f"the best fit has a negative {name.replace('_', ' ')}: "
-            f"{estimate.parameters[i]:.3g} ± {estimate.std[i]:.2g}, which no machine has. A "
-            "controller's answer, or a load that the catalogue does not hold, takes its place",
+            f"{estimate.parameters[i]:.3g} ± {estimate.std[i]:.2g}, which no machine has. "
+            "The effort is that of a controller, or of a load that is not in the catalogue",
             "record a motion that does not depend on the axis, such as --motion multisine, and "
             "the effort that reaches the axis",
             blocks=True,

@@ -109,9 +109,9 @@ def describe_data(signals: Signals) -> list[Finding]:
         findings.append(
             Finding(
                 "standstill",
-                f"in {standing:.1%} of the recording the axis stands still or is about to; "
-                "this part was left out",
-                "stiffer feedback or friction feed-forward shortens standstills at reversals",
+                f"in {standing:.1%} of the recording the axis is at rest or nearly so; "
+                "this part was not used",
+                "use stiffer feedback or friction feed-forward to shorten the rest at reversals",
                 blocks=False,
             )
         )
@@ -178,7 +178,7 @@ def _check_parameter(
     if POSITIVE[index] and std > WEAK_LIMIT * value:
         return Finding(
             f"weak_{name}",
-            f"{name} is known only to ±{std / value:.0%} only: it makes up "
+            f"{name} is known only to ±{std / value:.0%}: it makes up "
             f"{value * rms_columns[index] / rms_effort:.1%} of the effort in this motion",
             _better_motion(index, std / value, rms_columns),
             blocks=False,

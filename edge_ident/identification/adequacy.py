@@ -79,7 +79,7 @@ class Adequacy:
         if self.spread:
             names = ", ".join(name.replace("_", " ") for name in self.spread)
             parts.append(
-                f"where a part of the motion is left out, the estimates of {names} move by up to "
+                f"without a part of the motion, the estimates of {names} move by up to "
                 f"{self.largest_move:.1%}"
             )
         return "; ".join(parts) or "what the base model leaves is noise"

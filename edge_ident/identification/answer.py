@@ -207,7 +207,7 @@ def _chosen(
         _widened(network, apart),
         np.hypot(linear.model_error, apart),
         known,
-        "what the base model lacks moves the network less than least squares",
+        "effects outside the base model change the network's result less than least squares",
     )
 
 
@@ -236,7 +236,7 @@ def _extended(question: Question, diagnosed: AxisDiagnosis, bases: tuple[_Base, 
         _widened(estimate, error),
         error,
         compensated,
-        f"the base model is not enough; the extended model has {causes}",
+        f"the base model is inadequate; the extended model has {causes}",
     )
 
 
@@ -256,7 +256,7 @@ def _reason(network: Estimate | None, base: _Base) -> str:
     smaller = "its expected error is smaller than that of least squares on all samples; "
     why = smaller if base.source is ParameterSource.WHITENED else ""
     if network is None:
-        return why + "the network does not apply"
+        return why + "no network result is available for this axis"
     apart = np.max(np.abs(network.parameters - base.estimate.parameters) / network.std)
     return (
         f"{why}its intervals hold under coloured noise; "

@@ -60,7 +60,7 @@ def _verdict(adequacy: Adequacy, diagnosed: AxisDiagnosis) -> list[Finding]:
                 "unexplained",
                 f"{adequacy.reason}; the diagnosis leaves {left} unexplained, where noise leaves "
                 f"{diagnosed.noise_floor:.2%}" + (f" (found: {found})" if found else ""),
-                "look at what edge-ident diagnose says, with --output for the page",
+                "run edge-ident diagnose with --output and read its page",
                 blocks=True,
             )
         ]
@@ -72,7 +72,7 @@ def _verdict(adequacy: Adequacy, diagnosed: AxisDiagnosis) -> list[Finding]:
         Finding(
             "extended_model",
             f"the base model lacks {found}; with it the model leaves {left}",
-            "look at what edge-ident diagnose says before the machine is adjusted",
+            "run edge-ident diagnose and read its result before you adjust the machine",
             blocks=False,
         )
     ]

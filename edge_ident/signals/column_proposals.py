@@ -87,7 +87,7 @@ def propose_time(
         headings = " or ".join(r.column.heading for r in found)
         asked.append(f"which column is the time: {headings}?")
     if not named:
-        says = "Only its unit says so" if first.unit else "It only ever increases"
+        says = "Only its unit suggests it" if first.unit else "It only ever increases"
         asked.append(f"is {heading} the time? {says}")
     if first.unit is not None:
         return {heading: Proposal(TIME, f"a time in {first.column.unit}")}, asked
@@ -117,10 +117,10 @@ def propose_axes(
     asked = []
     if not positions:
         positions = [r for r in read if r.is_length and not r.role.quantity]
-        asked += [f"is {r.column.heading} a position? Only its unit says so" for r in positions]
+        asked += [f"is {r.column.heading} a position? Only its unit suggests it" for r in positions]
     if not efforts:
         efforts = [r for r in read if r.is_effort and not r.role.quantity]
-        asked += [f"is {r.column.heading} the effort? Only its unit says so" for r in efforts]
+        asked += [f"is {r.column.heading} the effort? Only its unit suggests it" for r in efforts]
     if not positions or not efforts:
         lacks = "a position" if not positions else "an effort"
         asked = [f"no heading says which column is {lacks}"]

@@ -90,7 +90,7 @@ def conversion(column: Column, target: str, text: str | None, options: ReadOptio
     if lacks or (unit.base == "A" and wanted == "N*m"):
         raise DataError(
             f"column {column.heading} is in {text}, and {target} needs {wanted}",
-            f"say what it stands for with {lacks or '--torque-constant'}",
+            f"give its meaning with {lacks or '--torque-constant'}",
         )
     raise DataError(
         f"column {column.heading} is in {text}, which is no {wanted}, as {target} needs",

@@ -80,7 +80,7 @@ def recording_of(
         raise DataError(
             f"{source}: no column holds a position (columns: {held})",
             "name them <axis>_position_rad and <axis>_torque_nm, "
-            "or pass --column NAME=CONTRACT_NAME",
+            "or give --column NAME=CONTRACT_NAME",
         )
     axes = {name: _axis(source, name, parts) for name, parts in found.items()}
     return Recording(columns[TIME], axes, source, effort_shift_s)

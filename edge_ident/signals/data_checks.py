@@ -63,7 +63,7 @@ def check_table(
     if "time_s" not in columns:
         raise DataError(
             f"{source}: column time_s is missing (columns: {held or ', '.join(columns)})",
-            "name the column of time stamps in seconds time_s, pass --column NAME=time_s, or give "
+            "name the column of time stamps in seconds time_s, give --column NAME=time_s, or give "
             "the sampling period with --period",
         )
     time_s = columns["time_s"]

@@ -109,7 +109,7 @@ def _travel(name: str, axis: AxisRecord) -> list[ScaleQuestion]:
             "small_travel",
             name,
             f"the axis turns by {np.degrees(travel):.2g} degrees in all: is its position in rad?",
-            "if it is in turns, say so: --unit NAME=turn; if the file says deg, and means rad: "
+            "if it is in turns, give --unit NAME=turn; if the file says deg, and means rad: "
             "--unit NAME=rad",
         )
     ]
