@@ -1,7 +1,7 @@
 """Identify a feed drive, diagnose what its model gets wrong, and design its gains.
 
 This is the public API. What is not named in `__all__` is private and free to change. Names load
-their module when they are first used, so that importing the package costs next to nothing.
+their module when they are first used, so that importing the package is fast.
 
 >>> import edge_ident
 >>> recording = edge_ident.simulate()
@@ -10,10 +10,9 @@ their module when they are first used, so that importing the package costs next 
 True
 """
 
-from typing import TYPE_CHECKING, Any
-
 from edge_ident.support.lazy import lazy_names
 
+TYPE_CHECKING = False  # loading typing takes longer than all that a script's start needs
 if TYPE_CHECKING:
     from edge_ident.baselines.comparison import Comparison, compare, comparison_methods
     from edge_ident.commissioning.connect import connect
@@ -21,6 +20,7 @@ if TYPE_CHECKING:
     from edge_ident.control.gain_design import GainDesign
     from edge_ident.diagnosis.diagnose import diagnose
     from edge_ident.diagnosis.result import AxisDiagnosis, Diagnosis
+    from edge_ident.diagnosis.tolerance import TOLERANCE
     from edge_ident.drive.description import Drive, DriveAxis, load_drive
     from edge_ident.errors import (
         BoardError,
@@ -36,8 +36,14 @@ if TYPE_CHECKING:
     from edge_ident.identification.result import AxisIdentification, Identification
     from edge_ident.model.model import AxisModel, Estimate, Model, Term
     from edge_ident.model.model_files import load_model, save_model, sourced_model
+    from edge_ident.signals.read_options import ReadOptions
     from edge_ident.signals.recording import AxisRecord, Recording
-    from edge_ident.signals.recording_files import load_recording, save_recording
+    from edge_ident.signals.recording_files import (
+        Inspection,
+        inspect_recording,
+        load_recording,
+        save_recording,
+    )
     from edge_ident.simulation.flexible import reduced_model
     from edge_ident.simulation.simulate import simulate
     from edge_ident.support.stopwatch import Stopwatch
@@ -46,6 +52,7 @@ if TYPE_CHECKING:
     __version__: str
 
 __all__ = [
+    "TOLERANCE",
     "AxisDiagnosis",
     "AxisIdentification",
     "AxisModel",
@@ -63,10 +70,12 @@ __all__ = [
     "GainDesigns",
     "GainError",
     "Identification",
+    "Inspection",
     "LinkError",
     "Model",
     "ModelError",
     "Network",
+    "ReadOptions",
     "Recording",
     "Stopwatch",
     "Term",
@@ -77,6 +86,7 @@ __all__ = [
     "design_gains",
     "diagnose",
     "identify",
+    "inspect_recording",
     "load_drive",
     "load_model",
     "load_network",
@@ -92,6 +102,7 @@ __all__ = [
 _attribute = lazy_names(
     __name__,
     {
+        "TOLERANCE": "edge_ident.diagnosis.tolerance",
         "AxisDiagnosis": "edge_ident.diagnosis.result",
         "AxisIdentification": "edge_ident.identification.result",
         "AxisModel": "edge_ident.model.model",
@@ -109,10 +120,12 @@ _attribute = lazy_names(
         "GainDesigns": "edge_ident.control.drive_gains",
         "GainError": "edge_ident.errors",
         "Identification": "edge_ident.identification.result",
+        "Inspection": "edge_ident.signals.recording_files",
         "LinkError": "edge_ident.errors",
         "Model": "edge_ident.model.model",
         "ModelError": "edge_ident.errors",
         "Network": "edge_ident.estimation.network",
+        "ReadOptions": "edge_ident.signals.read_options",
         "Recording": "edge_ident.signals.recording",
         "Stopwatch": "edge_ident.support.stopwatch",
         "Term": "edge_ident.model.model",
@@ -122,6 +135,7 @@ _attribute = lazy_names(
         "design_gains": "edge_ident.control.drive_gains",
         "diagnose": "edge_ident.diagnosis.diagnose",
         "identify": "edge_ident.identification.identify",
+        "inspect_recording": "edge_ident.signals.recording_files",
         "load_drive": "edge_ident.drive.description",
         "load_model": "edge_ident.model.model_files",
         "load_network": "edge_ident.estimation.network",
@@ -136,7 +150,7 @@ _attribute = lazy_names(
 )
 
 
-def __getattr__(name: str) -> Any:
+def __getattr__(name: str) -> object:
     if name == "__version__":
         from importlib.metadata import version
 

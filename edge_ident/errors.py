@@ -4,7 +4,7 @@ EdgeIdentError
 ├── LinkError    the line between host and board failed                 exit code 3
 │   └── NoReplyError   no answer in time
 ├── BoardError   the board refused a command or is in fault             exit code 4
-├── DataError    a recording or a drive description is unusable         exit code 5
+├── DataError    a recording, description or settings file is unusable  exit code 5
 ├── ModelError   a network, manifest or model file is unusable          exit code 5
 └── GainError    gains are doubtful; nothing was written                exit code 1
 

@@ -200,7 +200,7 @@ def with_effects(motion: TrainingMotion, model: Model, axis: str | None) -> Trai
     if coupled and motion.partner is None:
         raise ModelError(
             f"{coupled[0]} needs the other axis, whose motion is not known here",
-            "take the effect out of the model file, or train for the paper's motion",
+            "remove the effect from the model file, or train for the paper's motion",
         )
     return replace(motion, known=known)
 

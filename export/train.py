@@ -17,6 +17,7 @@ from export.data import Batches, tensor
 from export.losses import LOSSES
 from export.motion import TrainingMotion
 from export.network import ResidualNetwork
+from export.processor import checked_device, set_fastest_threads
 from export.warm_start import Features, Head, compute_features, join, look_linear
 
 SAVE_EVERY_S: Final = 10.0
@@ -88,14 +89,16 @@ def train(
     Raises
     ------
     ModelError
-        If there is a checkpoint and the run is not to resume, or it is another configuration's.
+        If there is a checkpoint and the run is not to resume, if it is another configuration's,
+        or if torch cannot use the accelerator.
     """
     if not resume and output.exists():
-        raise ModelError(f"{output}: exists already", "resume it or name another file")
-    device = accelerator or ("cuda" if torch.cuda.is_available() else "cpu")
+        raise ModelError(f"{output}: already exists", "resume it or name another file")
+    device = checked_device(accelerator)
     checkpoint = _resumed(configuration, output) if resume else None
     if checkpoint:
         motion = checkpoint.motion
+    set_fastest_threads()
     return _Run(configuration, motion, output, device, on_progress).finish(checkpoint)
 
 

@@ -153,7 +153,7 @@ class Board:
         Raises
         ------
         BoardError
-            The board cannot represent it, or another host holds the board.
+            The board cannot represent it, or another host controls the board.
         LinkError
             What was read back differs.
         """

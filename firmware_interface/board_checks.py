@@ -37,14 +37,15 @@ def check_map(link: Link) -> None:
 
     if value("magic") != MAGIC:
         raise BoardError(
-            f"the device answers Modbus but is no such board (magic {int(value('magic')):#010x})",
+            "the device answers Modbus but is not an edge-ident board "
+            f"(magic {int(value('magic')):#010x})",
             "check which port or address belongs to the board",
         )
     if value("map_version") != MAP_VERSION or value("map_crc") != MAP_CRC:
         raise BoardError(
             f"the board speaks register map {value('map_version'):.0f} with CRC "
             f"{int(value('map_crc')):#010x}, this host {MAP_VERSION} with {MAP_CRC:#010x}",
-            "bring firmware and host to the same release",
+            "install the same release on board and host",
         )
     if value("float_test") != np.float32(FLOAT_TEST):
         raise BoardError(
@@ -126,7 +127,7 @@ class MotionWatch:
             raise BoardError(
                 f"the board reports {status.pages_written} pages of a motion of "
                 f"{self._samples} samples",
-                "bring firmware and host to the same release",
+                "install the same release on board and host",
             )
 
 
@@ -137,8 +138,8 @@ def refusal(opcode: Opcode, status: BoardStatus) -> BoardError:
         return BoardError(f"{opcode.name} refused: fault {status.fault.name}, {meaning}", next_step)
     if status.last_result is Result.NOT_HELD and not status.session_remaining_s:
         return BoardError(
-            f"{opcode.name} refused: this host does not hold the board, or no longer",
-            "begin again: what is armed or committed there may be another host's",
+            f"{opcode.name} refused: this host does not control the board, or no longer does",
+            "start again: another host may have armed or committed something on the board",
         )
     meaning, next_step = RESULT_TEXTS[status.last_result]
     return BoardError(f"{opcode.name} refused: {meaning} (board is {status.state.name})", next_step)

@@ -79,9 +79,9 @@ class BoardLine:
             self._clock = before
         self._clock = status.clock_samples
         raise LinkError(
-            f"late replies keep coming: the board's clock reads {status.clock_samples} samples "
-            f"after {before}",
-            "check the cable and what lies between host and board, then try again",
+            f"late replies continue to arrive: the clock of the board reads "
+            f"{status.clock_samples} samples after {before}",
+            "check the cable and all devices between host and board, then try again",
         )
 
     def _check_nonce(self) -> None:

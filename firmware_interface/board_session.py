@@ -104,8 +104,8 @@ class Session(BoardLine):
             renewed = status.session_remaining_s > left_s
             if renewed or time.monotonic() - since_s > _STALL_S:
                 raise BusyError(
-                    f"another host holds the board (it is {status.state.name})",
-                    "wait until that host lets go, or stop it with edge-ident stop",
+                    f"another host controls the board (it is {status.state.name})",
+                    "wait until that host is finished, or stop it with edge-ident stop",
                 )
             left_s = status.session_remaining_s
             time.sleep(POLL_S)
@@ -227,8 +227,8 @@ class Session(BoardLine):
     def _settled(self, opcode: Opcode, status: BoardStatus) -> BoardStatus:
         """Wait while a command is being carried out, as long as that makes progress."""
         stalled = BoardError(
-            f"{opcode.name} comes to no end: the board has stopped working on it",
-            "switch the board off and on; if it comes back, have the board looked at",
+            f"{opcode.name} does not finish: the board has stopped working on it",
+            "switch the board off and on; if it comes back, have the board checked",
         )
         while status.last_result is Result.PENDING and status.last_token == self._token:
             left = status.samples_to_check
@@ -241,8 +241,8 @@ class Session(BoardLine):
             )
         if status.last_token != self._token:
             raise BoardError(
-                f"{opcode.name} was cut short: another host's command came in between",
-                "make sure that this host is alone, then try again",
+                f"{opcode.name} was interrupted by a command of another host",
+                "make sure that no other host uses the board, then try again",
             )
         return status
 

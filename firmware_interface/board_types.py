@@ -171,8 +171,8 @@ def read_nonce(read: ReadWords) -> int:
     words = read(_IDENTITY_BASE, NONCE_WORDS)
     if decode_integer("identity.magic", words) != MAGIC:
         raise LinkError(
-            "what answers for the board's identity is something else",
-            "check the cable and that no other host or device is on the line, then try again",
+            "the reply to the request for the board's identity is not from a board",
+            "check the cable, make sure that no other host or device is connected, then try again",
         )
     return received_integer("identity.nonce", words, _IDENTITY_BASE)
 

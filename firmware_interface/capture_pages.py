@@ -74,6 +74,6 @@ def read_page(session: Session, identity: BoardIdentity, index: int) -> CaptureP
             if page.index == index and page.first_sample == index * PAGE_SAMPLES:
                 return page_in_si(page, identity)
     raise LinkError(
-        f"capture page {index} is lost: it fails its CRC or was overwritten",
+        f"capture page {index} is lost: its CRC is wrong or it was overwritten",
         "use a faster link or a less busy host, then repeat the motion",
     )

@@ -241,7 +241,7 @@ def _encode_motion(prefix: str, motion: Multisine | Staircase) -> list[int]:
     components = motion.components if isinstance(motion, Multisine) else ()
     stairs = motion if isinstance(motion, Staircase) else Staircase((), 0.0, 0.0)
     if len(components) > MAXIMUM_COMPONENTS or len(stairs.speeds_rad_s) > MAXIMUM_LEVELS:
-        raise ValueError(f"at most {MAXIMUM_COMPONENTS} sines or {MAXIMUM_LEVELS} levels an axis")
+        raise ValueError(f"at most {MAXIMUM_COMPONENTS} sines or {MAXIMUM_LEVELS} levels per axis")
 
     def padded(values: Iterable[float], length: int) -> list[float]:
         return [*values, *[0.0] * length][:length]

@@ -5,7 +5,7 @@ EdgeIdentError
 │   └── NoReplyError  no answer in time; a write may or may not have reached the board
 └── BoardError        the board refused a command or is in fault (exit code 4)
     ├── ValueRefusedError   a value is outside its register's range
-    ├── BusyError           another host holds the board, or an axis moves
+    ├── BusyError           another host controls the board, or an axis moves
     └── RestartedError      it was off since it was asked before
 """
 
@@ -64,7 +64,7 @@ class RestartedError(BoardError):
 
     def __init__(self, nonce: int) -> None:
         super().__init__(
-            "the board has restarted: it names itself by a new number since power-up",
-            "look at its supply, then start again; gains that were not stored are gone",
+            "the board has restarted",
+            "check its power supply, then start again; gains that were not stored are lost",
         )
         self.nonce = nonce

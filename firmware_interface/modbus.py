@@ -51,8 +51,8 @@ _SERIAL_ADVICE: Final = (
     "(ModemManager probes new ttyACM ports: stop it or exempt the port)"
 )
 _TCP_ADVICE: Final = (
-    "check address and port, and close other programs that talk to the board: it hangs up on more "
-    "connections than it serves"
+    "check address and port, and close other programs that talk to the board: it closes "
+    "connections beyond its limit"
 )
 
 # what pymodbus would print says less than the errors raised here
@@ -98,7 +98,7 @@ class ModbusLink:
         except (NoReplyError, BoardError) as error:
             client.close()  # type: ignore[no-untyped-call]
             raise LinkError(
-                f"{name} is open, but what answers is no board: {error.cause}",
+                f"{name} is open, but no board answers: {error.cause}",
                 advice,
             ) from error
 
@@ -121,7 +121,7 @@ class ModbusLink:
             (reply.address, reply.count) != (address, len(words))
         ):
             self._dirty = True
-            raise self._no_reply("a reply to something else came")
+            raise self._no_reply("the reply belongs to another request")
 
     def close(self) -> None:
         """Let go of the port."""
@@ -149,7 +149,7 @@ class ModbusLink:
         for _ in range(self._perhaps_late(address, count)):
             self._read_between(count)
             if self._read_once(address, count) != words:
-                raise self._no_reply("its replies contradict each other")
+                raise self._no_reply("its replies are contradictory")
         return words
 
     def _read_between(self, count: int) -> None:
@@ -173,7 +173,7 @@ class ModbusLink:
             # input registers' reply is a subclass
             if type(reply) is not ReadHoldingRegistersResponse or len(reply.registers) != count:
                 self._dirty = True
-                raise self._no_reply("a reply to something else came")
+                raise self._no_reply("the reply belongs to another request")
         except NoReplyError:
             self._unanswered.append((address, count, time.monotonic()))
             raise
@@ -197,11 +197,11 @@ class ModbusLink:
         cause = f"{self._name} refuses the request (Modbus exception {code})"
         if code == ExcCodes.DEVICE_BUSY:
             return BusyError(
-                f"{cause}: another host holds the board, or it moves",
+                f"{cause}: another host controls the board, or it moves",
                 "wait until it is free and at rest, or stop it with edge-ident stop",
             )
         kind = ValueRefusedError if code == ExcCodes.ILLEGAL_VALUE else BoardError
-        return kind(cause, "bring firmware and host to the same release")
+        return kind(cause, "install the same release on board and host")
 
     def _clean(self) -> None:
         """Make sure that no late reply can pass for the next one."""
@@ -217,8 +217,8 @@ class ModbusLink:
                 raise RestartedError(decode_integer(_NONCE.name, words, _IDENTITY[0]))
         self._dirty = True
         raise LinkError(
-            f"{self._name} no longer answers as the board it was",
-            "make sure that no other host or device is on the line, then connect again",
+            f"{self._name} is no longer the same board",
+            "make sure that no other host or device is connected, then connect again",
         )
 
     def _drain(self) -> None:
@@ -267,11 +267,11 @@ def open_serial(url: str, baud_rate: int, timeout_s: float) -> ModbusLink:
 def _serial_advice(error: Exception) -> str:
     code = getattr(error, "errno", None)
     if code == errno.ENOENT:
-        return "plug the board in and look for its name with `edge-ident ports`"
+        return "connect the board and find its port with `edge-ident ports`"
     if code == errno.EACCES:
         return "add your user to the group that owns the port (often dialout), then log in again"
     if code in (errno.EBUSY, errno.EAGAIN):
-        return "close the program that holds the port; ModemManager grabs new ttyACM ports"
+        return "close the program that has the port open; ModemManager opens new ttyACM ports"
     return "give a serial device, a pySerial URL, tcp://HOST:PORT or virtual"
 
 

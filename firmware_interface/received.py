@@ -56,6 +56,6 @@ def received_gains(bank: str, words: Sequence[int]) -> AxisGains:
 
 def _nonsense(name: str, value: float) -> BoardError:
     return BoardError(
-        f"the board sends {value:g} as {name}, which cannot be",
-        "bring firmware and host to the same release; if they are, have the board looked at",
+        f"the board sends {value:g} as {name}, which is impossible",
+        "install the same release on board and host; if they are, have the board checked",
     )

@@ -77,7 +77,7 @@ enum fd_result {
     FD_RESULT_STORE_FAILED = 13, /* permanent memory did not take the gains */
     FD_RESULT_PENDING = 14, /* still being carried out */
     FD_RESULT_NOT_ENABLED = 15, /* the effort is off */
-    FD_RESULT_NOT_HELD = 16, /* the command came from a host that does not hold the board */
+    FD_RESULT_NOT_HELD = 16, /* the command came from a host that does not control the board */
 };
 
 /* Which of the two tables the board follows. */

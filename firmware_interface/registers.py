@@ -110,7 +110,7 @@ FAULT_TEXTS: Final = {
     ),
     Fault.SELF_TEST: (
         "the self-test after power-up failed",
-        "switch the board off and on; if it comes back, have the board looked at",
+        "switch the board off and on; if it comes back, have the board checked",
     ),
     Fault.TRAVEL: (
         "an axis left its travel range",
@@ -134,7 +134,7 @@ FAULT_TEXTS: Final = {
     ),
     Fault.NOT_FINITE: (
         "a setpoint or an effort was not a finite number",
-        "keep the trajectory and the gains for whoever maintains the firmware, then clear the fault",
+        "keep the trajectory and the gains for the maintainer of the firmware, then clear the fault",
     ),
     Fault.LIMIT_SWITCH: (
         "an axis moved onto a limit switch",
@@ -153,7 +153,7 @@ RESULT_TEXTS: Final = {
     ),
     Result.UNKNOWN_COMMAND: (
         "the board does not know this command",
-        "bring firmware and host to the same release",
+        "install the same release on board and host",
     ),
     Result.WRONG_STATE: (
         "not allowed in the board's present state",
@@ -161,7 +161,7 @@ RESULT_TEXTS: Final = {
     ),
     Result.WRONG_ARGUMENT: (
         "the argument is not the expected signature",
-        "bring firmware and host to the same release",
+        "install the same release on board and host",
     ),
     Result.BAD_TRAJECTORY: (
         "the trajectory is incomplete, not finite, faster than the sampling, or not the one that the host wrote",
@@ -197,7 +197,7 @@ RESULT_TEXTS: Final = {
     ),
     Result.STORE_FAILED: (
         "permanent memory did not take the gains",
-        "have the board looked at; until its next power-up the gains stay in force",
+        "have the board checked; until its next power-up the gains stay in force",
     ),
     Result.PENDING: (
         "still being carried out",
@@ -208,8 +208,8 @@ RESULT_TEXTS: Final = {
         "enable the axes first",
     ),
     Result.NOT_HELD: (
-        "the command came from a host that does not hold the board",
-        "wait until the other host lets go of the board, or stop it with edge-ident stop",
+        "the command came from a host that does not control the board",
+        "wait until the other host is finished, or stop it with edge-ident stop",
     ),
 }
 

@@ -81,6 +81,14 @@ def measured_data() -> MeasuredData:
 
 
 @pytest.fixture(scope="session", autouse=True)
+def no_settings_of_the_person_who_tests() -> Iterator[None]:
+    """Tests, and the commands that they start, find no settings file."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("EDGE_IDENT_CONFIG_FILE", os.path.join(os.path.devnull, "none"))
+        yield
+
+
+@pytest.fixture(scope="session", autouse=True)
 def no_process_outlives_the_tests() -> Iterator[None]:
     """Fail at the end if a process that a test started still runs, and kill it."""
     mark = uuid.uuid4().hex

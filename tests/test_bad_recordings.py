@@ -99,12 +99,15 @@ def degrees() -> Columns:
 
 
 REFUSED = {
-    "zero effort": (effort_of(lambda _, u: 0.0 * u), "the effort is zero throughout"),
-    "constant effort": (effort_of(lambda _, u: 0.0 * u + 1.5), "the effort is 1.5 N*m throughout"),
+    "zero effort": (effort_of(lambda _, u: 0.0 * u), "the effort is zero in every sample"),
+    "constant effort": (
+        effort_of(lambda _, u: 0.0 * u + 1.5),
+        "the effort is 1.5 N*m in every sample",
+    ),
     "spike": (effort_of(spike), "effort, row 2002: a spike of 60"),
     "wrapped angle": (wrapped(), "unwrap the position"),
     "swapped columns": (swapped(), "position and effort are swapped"),
-    "milliseconds": (milliseconds(), "if it is in milliseconds, divide it by 1000"),
+    "milliseconds": (milliseconds(), "if it is in milliseconds, say so: --unit time_s=ms"),
 }
 DOUBTED = {
     "wrong sign": (effort_of(lambda _, u: -u), "effort_sign"),
@@ -173,7 +176,7 @@ def test_an_effort_that_never_changes_is_refused_without_a_file_too(value: float
     axis = AxisRecord(good.position, 0.0 * good.effort + value, "rad", "N*m")
     recording = Recording(good.time_s, {"x": axis}, "memory")
     for refuses in (lambda: identify(recording), lambda: diagnose([recording])):
-        with pytest.raises(DataError, match="throughout"):
+        with pytest.raises(DataError, match="in every sample"):
             refuses()
 
 

@@ -47,7 +47,7 @@ def with_value(row: int, value: float) -> np.ndarray:
         ({"x_torque_nm": with_value(7, np.nan)}, "row 9, column x_torque_nm: not a finite number"),
         ({"time_s": 0.01 * np.r_[:200, 150:350]}, "row 202, column time_s: time goes from"),
         ({"x_position_rad": np.full(400, 0.5)}, "no motion"),
-        ({"time_s": 0.01 * np.arange(50)}, "50 samples are too few"),
+        ({"time_s": 0.01 * np.arange(50)}, "50 samples are not enough"),
     ],
 )
 def test_bad_recordings(tmp_path: Path, changes: dict[str, np.ndarray], message: str) -> None:

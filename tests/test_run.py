@@ -21,7 +21,7 @@ from firmware_interface.virtual.settings import CONSERVATIVE_GAINS
 from tests.boards import served_board
 from tests.processes import running
 
-COMMAND = [sys.executable, "-c", "from edge_ident.cli import main; main()"]
+COMMAND = [sys.executable, "-m", "edge_ident"]
 
 
 def edge_ident(*arguments: str | Path) -> subprocess.CompletedProcess[str]:

@@ -69,12 +69,16 @@ def _sections() -> Iterator[str]:
         yield ""
         yield f"**{title}**"
         yield ""
+        yield f"In everyday words: {effect.advice.in_words}."
+        yield ""
         yield physics.strip().replace("\nSource:", "\n\nSource:")
         yield ""
         yield from _parameters(effect)
         yield f"- Signature: {effect.search.signature}."
         yield f"- Looks like: {', '.join(map(_link, effect.search.alternatives))}."
         yield f"- Motion that shows it: {effect.search.experiment}."
+        yield f"- Part of the machine: {effect.advice.part}."
+        yield f"- What to do: {effect.advice.action}"
         yield f"- Controller gains: {_compensation(effect)}."
         yield ""
 

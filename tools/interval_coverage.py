@@ -135,9 +135,7 @@ def outcome(case: Case, seed: tuple[int, ...]) -> Outcome | None:
     found = identify(recording, None, diagnose=False).axes["x"]
     if any(finding.code == "inseparable" for finding in found.findings):
         return None
-    # the model is right: without its error, the deviations by noise are judged
-    std = np.sqrt(found.estimate.std**2 - found.model_error**2)
-    return Outcome(found.estimate.parameters - truth, std)
+    return Outcome(found.estimate.parameters - truth, found.estimate.std)
 
 
 def move(name: str, rng: np.random.Generator) -> tuple[Array, Array, Array]:

@@ -1,5 +1,7 @@
 """The command line: thin commands over the public API, one file for each command or family."""
 
+import sys
+
 import typer
 
 from edge_ident.cli import (
@@ -7,25 +9,30 @@ from edge_ident.cli import (
     capture,
     checkup,
     compare,
+    config,
     diagnose,
     gains,
     identify,
+    import_file,
     machine,
     offline,
     profile,
     registers,
+    root,
     run,
     run_report,
     simulate,
 )
-from edge_ident.support.interrupts import end_as_by_ctrl_c
+from edge_ident.cli.command_group import with_example
+from edge_ident.support.interrupts import INTERRUPTED, end_as_by_ctrl_c
 
 app = typer.Typer(
     name="edge-ident",
-    help="Identify a feed drive, diagnose its model, and write better gains back safely.",
+    cls=root.RootGroup,
+    callback=root.begin,
+    help=with_example(root.begin.__doc__ or ""),
     no_args_is_help=True,
-    add_completion=False,
-    rich_markup_mode="markdown",
+    rich_markup_mode=None,  # a panel cuts words where the terminal is narrow
     pretty_exceptions_enable=False,
 )
 for commands in (
@@ -34,6 +41,7 @@ for commands in (
     profile,
     machine,
     identify,
+    import_file,
     run_report,
     gains,
     diagnose,
@@ -43,11 +51,16 @@ for commands in (
     checkup,
     registers,
     offline,
+    config,
 ):
     commands.register(app)
 
 
 def main() -> None:
-    """Entry point of the `edge-ident` script."""
-    end_as_by_ctrl_c()
-    app()
+    """Run the command line; ending signals interrupt it from here on, so that it can clean up."""
+    whole = typer.main.get_command(app)
+    try:
+        end_as_by_ctrl_c()
+        whole(prog_name="edge-ident")
+    except KeyboardInterrupt:
+        sys.exit(INTERRUPTED)

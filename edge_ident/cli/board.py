@@ -9,21 +9,30 @@ from edge_ident.cli.command import command
 from edge_ident.cli.messages import say
 from edge_ident.cli.options import ResultOptions
 
-Pty = Annotated[bool, typer.Option("--pty", help="Serve on a pseudo-terminal.")]
+Pty = Annotated[
+    bool, typer.Option("--pty", help="Offer the board at a pseudo-terminal, like a serial port.")
+]
 TcpPort = Annotated[
     int | None,
-    typer.Option("--tcp", metavar="PORT", min=0, max=65535, help="Serve Modbus TCP at this port."),
+    typer.Option(
+        "--tcp",
+        metavar="PORT",
+        min=0,
+        max=65535,
+        help="Offer the board over Modbus TCP at this port.",
+    ),
 ]
 Address = Annotated[
     str,
-    typer.Option("--bind", metavar="ADDRESS", help="Address of this host to serve --tcp at."),
+    typer.Option("--bind", metavar="ADDRESS", help="Network address of this computer for --tcp."),
 ]
 Speed = Annotated[
     str,
     typer.Option(
         "--speed",
         envvar="EDGE_IDENT_SPEED",
-        help="Factor of real time, or max: time passes as fast as the host asks.",
+        metavar="FACTOR",
+        help="Speed of time in the board: a factor of real time, or max for as fast as possible.",
     ),
 ]
 
@@ -42,24 +51,25 @@ def board(
     speed: Speed = "1",
     results: ResultOptions,
 ) -> None:
-    """Serve a virtual board with a flexible feed drive behind it, until Ctrl-C.
+    """Run a virtual board with a flexible feed drive until Ctrl-C.
 
-    Modbus has no authentication: whoever reaches the port commands the board. TCP is bound to
-    this host alone unless --bind says otherwise.
+    Modbus has no authentication: anyone who can connect to the port controls the board. Only this
+    computer can connect unless --bind gives another address. The name of the device is printed;
+    with --output it is also written to board.json in that folder.
 
     Example: `edge-ident board --pty --speed 10`
     """
     if pty == (tcp is not None):
-        raise typer.BadParameter("choose one of --pty and --tcp PORT")
+        raise typer.BadParameter("give either --pty or --tcp PORT")
 
     def ready(device: str) -> None:
         results.deliver({"schema": "edge-ident/board/1", "device": device}, "board.json")
         if not results.json:
             print(device, flush=True)
-        say(f"serving; connect with: edge-ident run --device {device}   (Ctrl-C ends)")
+        say(f"ready; connect with: edge-ident run --device {device}   (Ctrl-C to end)")
 
     if tcp is not None:
-        say("Modbus has no authentication: whoever reaches this port commands the board")
+        say("Modbus has no authentication: anyone who can connect to this port controls the board")
     commissioning.serve(pty=pty, tcp_port=tcp, bind=bind, speed=_parse_speed(speed), on_ready=ready)
 
 

@@ -21,12 +21,17 @@ if TYPE_CHECKING:
 
 GainsFile = Annotated[
     Path,
-    typer.Argument(metavar="FILE", help="Backup, or what `gains FILE --output DIR` wrote."),
+    typer.Argument(
+        metavar="FILE", help="Backup of gains, or gains.json from gains FILE --output FOLDER."
+    ),
 ]
 Backups = Annotated[
     Path,
     typer.Option(
-        "--backups", envvar="EDGE_IDENT_BACKUPS", help="Folder for backups of the active gains."
+        "--backups",
+        metavar="FOLDER",
+        envvar="EDGE_IDENT_BACKUPS",
+        help="Folder for backups of the active gains.",
     ),
 ]
 
@@ -86,7 +91,10 @@ def register(group: typer.Typer) -> None:
 
 @command
 def show(*, where: BoardOptions, forecast: ForecastOptions, results: ResultOptions) -> None:
-    """Show the active and the staged gains; with a model or recording, predict what they do.
+    """Show the active and the staged gains of a board.
+
+    With --model or --recording, the margins and the tracking error are predicted. The gains are
+    printed; with --output they are also written to board_gains.json in that folder.
 
     Example: `edge-ident gains show --device /dev/ttyACM0 --model model.json`
     """
@@ -108,7 +116,9 @@ def show(*, where: BoardOptions, forecast: ForecastOptions, results: ResultOptio
 def diff(
     *, file: GainsFile, where: BoardOptions, forecast: ForecastOptions, results: ResultOptions
 ) -> None:
-    """Compare a file's gains with the active gains; nothing is written.
+    """Compare the gains of a file with the active gains; nothing is written to the board.
+
+    The comparison is printed; with --output it is also written to board_gains.json in that folder.
 
     Example: `edge-ident gains diff gains.json --device /dev/ttyACM0 --recording capture.npz`
     """
@@ -130,7 +140,10 @@ def stage(
     change: ChangeOptions,
     results: ResultOptions,
 ) -> None:
-    """Check a file's gains and write them beside the active gains, with read-back.
+    """Check the gains of a file and write them to the board without activating them.
+
+    The active gains are backed up first, and the new ones are read back. The result is printed;
+    with --output it is also written to board_gains.json in that folder.
 
     Example: `edge-ident gains stage gains.json --device /dev/ttyACM0 --model model.json`
     """
@@ -145,7 +158,7 @@ def stage(
         number = board.identity.serial_number
         found = report.GainReport(number, active, wanted, predicted, backup)
     _deliver(found, results)
-    say("staged and read back; activate them with: edge-ident gains commit")
+    say("the gains are staged and read back; activate them with: edge-ident gains commit")
 
 
 @command
@@ -156,10 +169,11 @@ def commit(
     change: ChangeOptions,
     results: ResultOptions,
 ) -> None:
-    """Activate the staged gains; they stay if the drive follows a motion no worse with them.
+    """Activate the staged gains; they are kept if the tracking error does not grow.
 
-    The machine moves twice, with the old gains and with the new ones. Gains are not written if the
-    motion cannot show a difference between them and the active gains.
+    The machine moves twice, with the old gains and with the new ones. The new gains are not
+    activated if the motion cannot show a difference. The result is printed; with --output it is
+    also written to board_gains.json in that folder.
 
     Example: `edge-ident gains commit --device /dev/ttyACM0`
     """
@@ -180,7 +194,10 @@ def commit(
 
 @command
 def rollback(*, where: BoardOptions, results: ResultOptions) -> None:
-    """Take back gains that were committed and not confirmed; `restore` takes back older ones.
+    """Return to the previous gains while the new ones are not confirmed.
+
+    To return to older gains, use restore. The result is printed; with --output it is also written
+    to board_gains.json in that folder.
 
     Example: `edge-ident gains rollback --device /dev/ttyACM0`
     """
@@ -194,7 +211,10 @@ def rollback(*, where: BoardOptions, results: ResultOptions) -> None:
 def store(
     *, where: BoardOptions, backups: Backups = Path("edge-ident-gains"), results: ResultOptions
 ) -> None:
-    """Write the active gains to the board's permanent memory, so that they survive a power cycle.
+    """Write the active gains to the permanent memory of the board.
+
+    They are then active after the next power-up. The result is printed; with --output it is also
+    written to board_gains.json in that folder.
 
     Example: `edge-ident gains store --device /dev/ttyACM0`
     """
@@ -204,7 +224,7 @@ def store(
         board.store()
         found = report.GainReport(board.identity.serial_number, active, backup=backup)
     _deliver(found, results)
-    say("stored")
+    say("the gains are stored")
 
 
 @command
@@ -216,9 +236,10 @@ def restore(
     change: ChangeOptions,
     results: ResultOptions,
 ) -> None:
-    """Stage a backup's gains and activate them; they stay if a motion ends without a fault.
+    """Stage the gains of a backup and activate them; they are kept if a motion ends without fault.
 
-    The machine moves once, with the restored gains.
+    The machine moves once, with the restored gains. The result is printed; with --output it is
+    also written to board_gains.json in that folder.
 
     Example: `edge-ident gains restore edge-ident-gains/board-1-….json --device /dev/ttyACM0`
     """

@@ -23,7 +23,10 @@ def capture(
     cycles: Cycles = None,
     results: ResultOptions,
 ) -> None:
-    """Move and record; identify nothing, write nothing.
+    """Move the axes and record the motion; no gains are written.
+
+    The recording is written to capture.npz in the folder given by --output (default:
+    edge-ident-runs/DATE-AND-TIME). Its path is printed.
 
     Example: `edge-ident capture --device virtual --motion multisine --output captures/a`
     """

@@ -10,6 +10,7 @@ from edge_ident.cli.command import UNTRUSTED, command
 from edge_ident.cli.messages import say
 from edge_ident.cli.options import BaudRate, BoardOptions, ResultOptions
 from edge_ident.cli.progress import shown_progress
+from edge_ident.cli.sessions import baud_rate_of, device_of
 
 
 def register(app: typer.Typer) -> None:
@@ -20,20 +21,21 @@ def register(app: typer.Typer) -> None:
 
 @command
 def ports(*, baud_rate: BaudRate = None, results: ResultOptions) -> None:
-    """List serial ports, and what answers at each when it is asked for a board's identity.
+    """List the serial ports, and which of them has a board.
 
-    A few bytes go out at every port. Close those of devices that must not see them.
+    A few bytes are sent to every port. Unplug devices that must not receive them. The list is
+    printed; with --output it is also written to ports.json in that folder.
 
     Example: `edge-ident ports --baud-rate 921600`
     """
     with shown_progress() as bars:
-        bars.stage("asking ports")
-        rate = baud_rate or commissioning.DEFAULT_BAUD_RATE
+        bars.stage("trying ports")
+        rate = baud_rate_of(BoardOptions(baud_rate=baud_rate), edge_ident.load_drive())
         found = commissioning.ask_ports(rate, bars.samples)
     document = {"schema": "edge-ident/ports/1", "ports": [asdict(port) for port in found]}
     results.deliver(document, "ports.json")
     if not found:
-        say("no serial port found; try --device virtual, or edge-ident board --pty")
+        say("no serial port found; use --device virtual, or start edge-ident board --pty")
     for port in found if not results.json else []:
         print(f"{port.device}\t{port.description}\t{port.hardware_id}\t{port.answer}")
         if port.next_step:
@@ -42,20 +44,21 @@ def ports(*, baud_rate: BaudRate = None, results: ResultOptions) -> None:
 
 @command
 def doctor(*, where: BoardOptions, results: ResultOptions) -> None:
-    """Check this machine and, with --device, the link to a board; give a remedy for each problem.
+    """Check this computer and, with a device, the link to the board; say how to solve problems.
 
-    The checks are: packages, networks, ModemManager, rights and latency timers of ports; then
-    register map, state, round-trip time, clock and jitter. Nothing is moved or written.
+    Checked are packages, networks, ModemManager, rights and latency timers of serial ports; with a
+    device also register map, state, round-trip time, clock and jitter. Nothing is moved or
+    written. The result is printed; with --output it is also written to doctor.json in that folder.
 
     Example: `edge-ident doctor --device /dev/ttyACM0`
     """
     drive = edge_ident.load_drive(where.drive)
-    device = where.device or drive.device
+    device = device_of(where, drive)
     checks = commissioning.check_host()
     if device is not None:
         with shown_progress() as bars:
             bars.stage("timing requests")
-            rate = where.baud_rate or drive.baud_rate or commissioning.DEFAULT_BAUD_RATE
+            rate = baud_rate_of(where, drive)
             checks += commissioning.check_link(device, rate, bars.samples)
     document = {"schema": "edge-ident/doctor/1", "checks": [asdict(check) for check in checks]}
     results.deliver(document, "doctor.json")

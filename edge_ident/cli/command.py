@@ -1,21 +1,43 @@
 """What makes a function a command: groups of options, and errors turned into exit codes."""
 
-import errno
 import functools
 import inspect
+import sys
+import time
 from collections.abc import Callable, Mapping
-from dataclasses import MISSING, fields, is_dataclass
-from typing import Any, Final, get_type_hints
+from dataclasses import MISSING, dataclass, fields, is_dataclass
+from typing import Annotated, Any, Final, get_type_hints
 
 import typer
 
-from edge_ident.cli.messages import print_error, say
+from edge_ident.cli.command_group import with_example
+from edge_ident.cli.failures import Failure, failure_of, print_failure, tell
+from edge_ident.cli.messages import NORMAL, Verbosity, detail, telling
 from edge_ident.errors import EdgeIdentError
 
 UNTRUSTED: Final = 1
-USAGE: Final = 2
-INTERRUPTED: Final = 130
-_NO_ROOM: Final = (errno.ENOSPC, errno.EFBIG, errno.EDQUOT)
+
+Quiet = Annotated[
+    bool, typer.Option("--quiet", "-q", help="Print only the result, and errors on stderr.")
+]
+Verbose = Annotated[
+    bool, typer.Option("--verbose", "-v", help="Say on stderr what is done and how long it takes.")
+]
+
+
+@dataclass(frozen=True)
+class Beginning:
+    """What stands before the name of the command, and what the settings file did.
+
+    Attributes
+    ----------
+    verbosity : Verbosity
+    settings_error : EdgeIdentError or None
+        Why the settings file cannot be used.
+    """
+
+    verbosity: Verbosity = NORMAL
+    settings_error: EdgeIdentError | None = None
 
 
 def command(function: Callable[..., None]) -> Callable[..., None]:
@@ -23,28 +45,72 @@ def command(function: Callable[..., None]) -> Callable[..., None]:
 
     A parameter whose type is a dataclass becomes one option for each field of that dataclass;
     the function gets the dataclass. The user's errors are printed in two lines, cause and next
-    step; the exit codes are those of the contract.
+    step; the exit codes are those of the contract. With --json the error is a document on stdout.
     """
+    return _command(function, needs_settings=True)
+
+
+def settings_command(function: Callable[..., None]) -> Callable[..., None]:
+    """Make a command that also works while the settings file cannot be used, to mend it."""
+    return _command(function, needs_settings=False)
+
+
+def _command(function: Callable[..., None], *, needs_settings: bool) -> Callable[..., None]:
     parameters = inspect.signature(function).parameters
     groups = {name: p.annotation for name, p in parameters.items() if is_dataclass(p.annotation)}
+    in_groups = {field.name for group in groups.values() for field in fields(group)}
 
     @functools.wraps(function)
-    def wrapper(**given: Any) -> None:
+    def wrapper(context: typer.Context, quiet: bool, verbose: bool, **given: Any) -> None:
+        began = context.find_root().obj or Beginning()
         as_json = bool(given.get("json"))
-        try:
-            function(**_grouped(given, groups))
-        except EdgeIdentError as error:
-            print_error(error, error.cause, error.next_step, as_json=as_json)
-            raise typer.Exit(error.exit_code) from error
-        except OSError as error:
-            print_error(error, str(error), _file_remedy(error), as_json=as_json)
-            raise typer.Exit(USAGE) from error
-        except KeyboardInterrupt:
-            say("interrupted")
-            raise typer.Exit(INTERRUPTED) from None
+        if "context" in {*parameters, *in_groups}:
+            given["context"] = context
+        with telling(_verbosity(began.verbosity, quiet, verbose)):
+            try:
+                if needs_settings and began.settings_error:
+                    raise began.settings_error
+                _timed(function, _grouped(given, groups))
+            except (typer.Exit, typer.BadParameter, BrokenPipeError):
+                raise
+            except (Exception, KeyboardInterrupt) as error:
+                raise typer.Exit(_report(error, as_json=as_json)) from error
 
+    wrapper.__doc__ = with_example(function.__doc__ or "")
     wrapper.__signature__ = _expanded(parameters, groups)  # type: ignore[attr-defined]
     return wrapper
+
+
+def _timed(function: Callable[..., None], given: Mapping[str, Any]) -> None:
+    began_s = time.perf_counter()
+    function(**given)
+    sys.stdout.flush()  # a full disk shows here, and not after the exit code is chosen
+    detail(f"done in {time.perf_counter() - began_s:.2f} s")
+
+
+def _verbosity(before: Verbosity, quiet: bool, verbose: bool) -> Verbosity:
+    """Of the options before and after the name of the command."""
+    wanted = Verbosity(before.quiet or quiet, before.verbose or verbose)
+    if wanted.quiet and wanted.verbose:
+        raise typer.BadParameter("choose one of --quiet and --verbose")
+    return wanted
+
+
+def _report(error: BaseException, *, as_json: bool) -> int:
+    """Tell the user about an error, and choose the exit code.
+
+    Raises
+    ------
+    BaseException
+        The error itself, where it is a defect of the program.
+    """
+    failure = failure_of(error)
+    if failure is None:
+        if as_json:
+            cause = f"{type(error).__name__}: {error}"
+            print_failure(error, Failure(1, "internal", cause, "report this as a defect"))
+        raise error
+    return tell(error, failure, as_json=as_json)
 
 
 def _grouped(given: dict[str, Any], groups: Mapping[str, Any]) -> dict[str, Any]:
@@ -60,26 +126,30 @@ def _expanded(
     parameters: Mapping[str, inspect.Parameter], groups: Mapping[str, Any]
 ) -> inspect.Signature:
     """The signature that typer reads: the fields of a group in the place of the group."""
-    flat: list[inspect.Parameter] = []
+    flat = [_keyword("context", typer.Context)]
     for name, parameter in parameters.items():
-        flat += _options(groups[name]) if name in groups else [parameter]
+        if name != "context":
+            flat += _options(groups[name]) if name in groups else [parameter]
+    flat += [_keyword("quiet", Quiet, False), _keyword("verbose", Verbose, False)]
     return inspect.Signature([p.replace(kind=inspect.Parameter.KEYWORD_ONLY) for p in flat])
 
 
 def _options(group: Any) -> list[inspect.Parameter]:
     hints = get_type_hints(group, include_extras=True)
     return [
-        inspect.Parameter(
+        _keyword(
             field.name,
-            inspect.Parameter.KEYWORD_ONLY,
-            default=inspect.Parameter.empty if field.default is MISSING else field.default,
-            annotation=hints[field.name],
+            hints[field.name],
+            inspect.Parameter.empty if field.default is MISSING else field.default,
         )
         for field in fields(group)
+        if field.name != "context"
     ]
 
 
-def _file_remedy(error: OSError) -> str:
-    full = error.errno in _NO_ROOM
-    remedy = "make room there" if full else "check that the path exists and may be written"
-    return f"{remedy}, or give another folder"
+def _keyword(
+    name: str, annotation: Any, default: Any = inspect.Parameter.empty
+) -> inspect.Parameter:
+    return inspect.Parameter(
+        name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=annotation
+    )

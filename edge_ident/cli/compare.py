@@ -7,17 +7,23 @@ import typer
 import edge_ident
 from edge_ident import report
 from edge_ident.cli.command import UNTRUSTED, command
+from edge_ident.cli.file_options import RecordingOptions
 from edge_ident.cli.messages import say
-from edge_ident.cli.options import NetworkFile, RecordingOptions, ResultOptions, Seed
+from edge_ident.cli.options import NetworkFile, ResultOptions, Seed
 from edge_ident.cli.progress import shown_progress
 
 Methods = Annotated[
     list[str] | None,
-    typer.Option("--method", metavar="NAME", help="Run only this method; repeatable."),
+    typer.Option("--method", metavar="NAME", help="Use only this method; may be repeated."),
 ]
 Tries = Annotated[
     int,
-    typer.Option("--tries", min=1, help="Tries of random search; the network makes 8 passes."),
+    typer.Option(
+        "--tries",
+        min=1,
+        metavar="NUMBER",
+        help="Number of tries of random search; the network makes 8 passes.",
+    ),
 ]
 
 
@@ -36,7 +42,10 @@ def compare(
     seed: Seed = 0,
     results: ResultOptions,
 ) -> None:
-    """Identify a recording by every method, on the same signals and samples, side by side.
+    """Identify a recording with every method, from the same signals, and compare the results.
+
+    The comparison is printed; with --output, comparison.json and comparison.png are written to
+    that folder.
 
     Example: `edge-ident compare recording.csv --output comparison`
     """
@@ -52,9 +61,9 @@ def compare(
             measured, loaded, methods=method or (), tries=tries, seed=seed,
             on_stage=bars.stage, on_note=bars.note,
         )  # fmt: skip
+    if results.output:
+        say(f"written: {report.save_figure(found.plot(), results.output / 'comparison.png')}")
     results.deliver(report.comparison_document(found), "comparison.json")
     results.show(found)
-    if results.output:
-        say(f"drawn: {report.save_figure(found.plot(), results.output / 'comparison.png')}")
     if not found.answered:
         raise typer.Exit(UNTRUSTED)

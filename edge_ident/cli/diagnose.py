@@ -1,26 +1,26 @@
 """The command diagnose: what a model gets wrong, and why."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
 import edge_ident
 from edge_ident import report
 from edge_ident.cli.command import UNTRUSTED, command
+from edge_ident.cli.file_options import FileOptions
 from edge_ident.cli.messages import say
 from edge_ident.cli.options import (
-    Columns,
     ModelFile,
     ResultOptions,
     given_model,
-    parse_renames,
     save_result_model,
 )
 from edge_ident.cli.progress import shown_progress
 
 RecordingFiles = Annotated[
-    list[Path], typer.Argument(metavar="FILE…", help="Recordings of one machine, .csv or .npz.")
+    list[Path],
+    typer.Argument(metavar="FILE", help="Recordings of one machine."),
 ]
 ValidationFile = Annotated[
     Path | None,
@@ -28,7 +28,7 @@ ValidationFile = Annotated[
         "--validate",
         metavar="FILE",
         envvar="EDGE_IDENT_VALIDATE",
-        help="Recording on which the models, fitted to the other recordings, are scored.",
+        help="Another recording of the machine, on which the fitted models are tested.",
     ),
 ]
 Tolerance = Annotated[
@@ -37,19 +37,32 @@ Tolerance = Annotated[
         "--tolerance",
         min=0.0,
         max=1.0,
+        metavar="SHARE",
         envvar="EDGE_IDENT_TOLERANCE",
-        help="Smallest share of the rms effort that is worth naming.",
+        help="Smallest part of the rms effort that a cause must explain to be reported.",
     ),
 ]
 Stability = Annotated[
     bool,
     typer.Option(
-        help="Repeat the search on disturbed data: what does not come back is suspected only."
+        help="Repeat the search on disturbed data; causes not found again are only suspected."
     ),
 ]
 KeepMinor = Annotated[
     bool,
-    typer.Option("--keep-minor", help="Keep certain causes below the tolerance in the model."),
+    typer.Option(
+        "--keep-minor",
+        help="Keep certain causes in the model although they are below the tolerance.",
+    ),
+]
+
+PageFormat = Annotated[
+    Literal["html", "markdown"],
+    typer.Option(
+        "--format",
+        envvar="EDGE_IDENT_FORMAT",
+        help="Format of the page in the folder: one HTML file, or Markdown with pictures.",
+    ),
 ]
 
 
@@ -64,19 +77,22 @@ def diagnose(
     files: RecordingFiles,
     validate: ValidationFile = None,
     model: ModelFile = None,
-    tolerance: Tolerance = 0.01,
+    tolerance: Tolerance = edge_ident.TOLERANCE,
     stability: Stability = True,
     keep_minor: KeepMinor = False,
-    column: Columns = None,
+    page: PageFormat = "html",
+    reading: FileOptions,
     results: ResultOptions,
 ) -> None:
-    """Find what the base model gets wrong, name the cause, extend the model, measure the gain.
+    """Find out what the base model gets wrong, and extend it by the physical causes.
+
+    The result is printed; with --output, a page, diagnosis.json and the extended model model.json
+    are written to that folder.
 
     Example: `edge-ident diagnose monday.csv tuesday.csv --validate friday.csv --output diagnosis`
     """
-    renames = parse_renames(column)
-    recordings = [edge_ident.load_recording(file, renames) for file in files]
-    held_out = edge_ident.load_recording(validate, renames) if validate else None
+    recordings = [reading.read(file) for file in files]
+    held_out = reading.read(validate) if validate else None
     known = given_model(model)
     with shown_progress() as bars:
         found = edge_ident.diagnose(
@@ -88,11 +104,16 @@ def diagnose(
             keep_minor=keep_minor,
             on_progress=bars.show,
         )
-    folder = results.output
-    model_file = save_result_model(found.model, files, folder) if folder else None
+    folder, model_file = results.output, None
+    if folder:
+        model_file = save_result_model(found.model, files, folder)
+        source = report.Provenance.of(files, validate)
+        if page == "markdown":
+            written = report.write_markdown(found, [name for name, _ in source.files], folder)
+        else:
+            written = report.write_page(found, source, folder, model_file)
+        say(f"written: {written}")
     results.deliver(report.diagnosis_document(found, model_file), "diagnosis.json")
     results.show(found)
-    if folder:
-        say(f"written: {report.write_page(found, [file.name for file in files], folder)}")
     if not found.understood:
         raise typer.Exit(UNTRUSTED)

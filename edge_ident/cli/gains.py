@@ -3,38 +3,41 @@
 from typing import Annotated, Any, Final
 
 import typer
-from typer.core import TyperGroup
 
 import edge_ident
 from edge_ident import report
 from edge_ident.cli import board_gains
 from edge_ident.cli.command import UNTRUSTED, command
+from edge_ident.cli.command_group import CommandGroup, with_example
+from edge_ident.cli.file_options import RecordingOptions
 from edge_ident.cli.options import (
     Bandwidth,
     DriveFile,
     ModelFile,
     NetworkOptions,
     NoDiagnose,
-    RecordingOptions,
     ResultOptions,
     given_model,
 )
 from edge_ident.cli.progress import progress_if_any
 
-_HELP: Final = """Design gains from a recording (`gains FILE`), or manage the gains of a board.
+_HELP: Final = """Design gains from a recording (gains FILE), or manage the gains of a board.
 
 Example: `edge-ident gains capture.npz --bandwidth 12`
 """
 ControlDelay = Annotated[
     float,
     typer.Option(
-        "--control-delay", min=0.0, help="Time from encoder latch to new effort, in seconds."
+        "--control-delay",
+        min=0.0,
+        metavar="SECONDS",
+        help="Time from reading the encoder to applying the new effort.",
     ),
 ]
 
 
-class _DesignUnlessVerb(TyperGroup):
-    """What does not begin with a verb goes to `design`: `gains FILE` is `gains design FILE`."""
+class _DesignUnlessVerb(CommandGroup):
+    """`gains FILE` is short for `gains design FILE`."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         if args and args[0] != "--help" and args[0] not in self.commands:
@@ -44,10 +47,10 @@ class _DesignUnlessVerb(TyperGroup):
 
 def register(app: typer.Typer) -> None:
     """Add this file's command, a group of verbs."""
-    group = typer.Typer(cls=_DesignUnlessVerb, no_args_is_help=True, rich_markup_mode="markdown")
+    group = typer.Typer(cls=_DesignUnlessVerb, no_args_is_help=True, rich_markup_mode=None)
     group.command()(design)
     board_gains.register(group)
-    app.add_typer(group, name="gains", help=_HELP)
+    app.add_typer(group, name="gains", help=with_example(_HELP))
 
 
 @command
@@ -63,6 +66,9 @@ def design(
     results: ResultOptions,
 ) -> None:
     """Identify a recording and design controller gains; nothing is written to a board.
+
+    The gains are printed; with --output they are also written to gains.json in that folder, from
+    which `edge-ident gains stage` can write them to a board.
 
     Example: `edge-ident gains capture.npz --bandwidth 12`
     """

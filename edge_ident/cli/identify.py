@@ -5,11 +5,11 @@ import typer
 import edge_ident
 from edge_ident import report
 from edge_ident.cli.command import UNTRUSTED, command
+from edge_ident.cli.file_options import RecordingOptions
 from edge_ident.cli.options import (
     ModelFile,
     NetworkOptions,
     NoDiagnose,
-    RecordingOptions,
     ResultOptions,
     Seed,
     given_model,
@@ -35,8 +35,10 @@ def identify(
 ) -> None:
     """Identify the parameters of every axis in a recording.
 
-    Where rigid body and friction are not enough, the axis is diagnosed, and the answer is that of
-    the extended model. With --model, the effects of that model are compensated before.
+    If a rigid body with friction does not describe an axis, the axis is diagnosed, and the
+    parameters are those of the extended model. With --model, the effects of that model are
+    compensated first. The result is printed; with --output, identification.json and model.json are
+    written to that folder.
 
     Example: `edge-ident identify recording.csv --column pos=x_position_rad --json`
     """
@@ -48,9 +50,9 @@ def identify(
             measured, loaded, model=known, seed=seed, diagnose=not no_diagnose, on_progress=show,
             stopwatch=watch,
         )  # fmt: skip
-    results.deliver(report.identification_document(found), "identification.json")
     if results.output:
         save_result_model(found.model, [recording.file], results.output, known)
+    results.deliver(report.identification_document(found), "identification.json")
     results.show(found)
     if not found.trusted:
         raise typer.Exit(UNTRUSTED)

@@ -16,11 +16,17 @@ if TYPE_CHECKING:
 
 Targets = Annotated[
     list[str] | None,
-    typer.Option("--to", metavar="AXIS=RAD", help="Move only this axis, to there; repeatable."),
+    typer.Option(
+        "--to", metavar="AXIS=RAD", help="Move this axis to this position; may be repeated."
+    ),
 ]
 Speed = Annotated[
     float | None,
-    typer.Option("--speed", help="Highest speed in rad/s; default: a fifth of the limit."),
+    typer.Option(
+        "--speed",
+        metavar="NUMBER",
+        help="Highest speed in rad/s; default: a fifth of the speed limit.",
+    ),
 ]
 
 
@@ -39,10 +45,11 @@ def home(
     speed: Speed = None,
     results: ResultOptions,
 ) -> None:
-    """Move the axes slowly to position zero, or the named axes to where --to says.
+    """Move the axes slowly to position zero, or to the positions given with --to.
 
-    The command does not look for a reference mark. An axis that is not homed counts from where it
-    stood when the board was switched on.
+    The command does not search for a reference mark. Positions of an axis that is not homed count
+    from where it stood when the board was switched on. The positions are printed; with --output
+    they are also written to home.json in that folder.
 
     Example: `edge-ident home --to x=1.5 --to z=-0.5 --device /dev/ttyACM0`
     """
@@ -69,11 +76,11 @@ def _parse_targets(texts: list[str]) -> dict[str, float]:
 
 @command
 def stop(*, where: BoardOptions, results: ResultOptions) -> None:
-    """Bring the machine to rest and switch the effort off. Not an emergency stop.
+    """Bring the machine to rest and switch the effort off. This is not an emergency stop.
 
-    Unconfirmed gains are rolled back. The effort stays on while another host holds the board.
-
-    If another command of the same user holds the port, that command is ended as by Ctrl-C.
+    Unconfirmed gains are rolled back. The effort stays on if another host controls the board. If
+    another command of the same user has the port open, that command is interrupted as by Ctrl-C.
+    The state of the board is printed; with --output it is also written to state.json.
 
     Example: `edge-ident stop --device /dev/ttyACM0`
     """
@@ -83,7 +90,9 @@ def stop(*, where: BoardOptions, results: ResultOptions) -> None:
 
 @command
 def clear_fault(*, where: BoardOptions, results: ResultOptions) -> None:
-    """Leave a latched fault once its cause is gone and the machine is at rest.
+    """Clear a latched fault after its cause is removed and the machine is at rest.
+
+    The state of the board is printed; with --output it is also written to state.json.
 
     Example: `edge-ident clear-fault --device /dev/ttyACM0`
     """

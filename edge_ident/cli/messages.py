@@ -1,31 +1,85 @@
-"""Data goes to stdout, messages to stderr."""
+"""Data goes to stdout, messages to stderr; how much is said is chosen once for a command."""
 
+import logging
+import shutil
 import sys
-from typing import Any
+import textwrap
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any, Final
 
 from edge_ident import report
 
 
+@dataclass(frozen=True)
+class Verbosity:
+    """How much a command tells a person on stderr.
+
+    Attributes
+    ----------
+    quiet : bool
+        Only errors.
+    verbose : bool
+        Also what is done, and how long it took.
+    """
+
+    quiet: bool = False
+    verbose: bool = False
+
+
+NORMAL: Final = Verbosity()
+_LOGGERS: Final = ("edge_ident", "firmware_interface", "export")
+_chosen: Final = [NORMAL]
+
+
+def verbosity() -> Verbosity:
+    """What the command that runs was asked to tell."""
+    return _chosen[-1]
+
+
+@contextmanager
+def telling(wanted: Verbosity) -> Iterator[None]:
+    """Tell as much as wanted while the body runs."""
+    _chosen.append(wanted)
+    handler = _log_on_stderr() if wanted.verbose else None
+    try:
+        yield
+    finally:
+        _chosen.pop()
+        for name in _LOGGERS if handler else ():
+            logging.getLogger(name).removeHandler(handler)  # type: ignore[arg-type]
+
+
+def _log_on_stderr() -> logging.Handler:
+    handler = logging.StreamHandler()
+    handler.setFormatter(logging.Formatter("%(message)s"))
+    for name in _LOGGERS:
+        logging.getLogger(name).setLevel(logging.INFO)
+        logging.getLogger(name).addHandler(handler)
+    return handler
+
+
 def say(message: str) -> None:
-    """Print a message for the person on stderr."""
+    """Print a message for the person on stderr, unless --quiet."""
+    if not verbosity().quiet:
+        say_always(message)
+
+
+def say_always(message: str) -> None:
+    """Print a message on stderr in any case; on a terminal its lines break between words."""
+    if sys.stderr.isatty():
+        width = shutil.get_terminal_size().columns
+        message = textwrap.fill(message, width, break_long_words=False, break_on_hyphens=False)
     print(message, file=sys.stderr, flush=True)
+
+
+def detail(message: str) -> None:
+    """Print a message on stderr with --verbose only."""
+    if verbosity().verbose:
+        say_always(message)
 
 
 def print_document(document: dict[str, Any]) -> None:
     """Print the one JSON document on stdout."""
     print(report.to_json(document), flush=True)
-
-
-def print_error(error: Exception, cause: str, next_step: str, *, as_json: bool) -> None:
-    """Print an error in two lines, and as a document where JSON is wanted."""
-    say(f"error: {cause}")
-    say(f"next:  {next_step}")
-    if as_json:
-        print_document(
-            {
-                "schema": "edge-ident/error/1",
-                "error": type(error).__name__,
-                "cause": cause,
-                "next_step": next_step,
-            }
-        )

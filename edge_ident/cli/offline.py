@@ -7,24 +7,32 @@ from typing import Annotated, Any, Final
 
 import typer
 
-import edge_ident
 from edge_ident.cli.command import command
+from edge_ident.cli.file_options import FileOptions
 from edge_ident.cli.messages import print_document
-from edge_ident.cli.options import Columns, Json, ModelFile, given_model, parse_renames
-from edge_ident.cli.progress import ProgressBars, shown_progress
+from edge_ident.cli.options import Json, ModelFile, given_model
+from edge_ident.cli.progress import Progress, shown_progress
 from edge_ident.errors import ModelError
 
 CHECKPOINT: Final = "checkpoint.pt"
 
 CheckpointFolder = Annotated[
-    Path, typer.Option("--output", envvar="EDGE_IDENT_OUTPUT", help="Folder of the checkpoint.")
+    Path,
+    typer.Option(
+        "--output",
+        "-o",
+        metavar="FOLDER",
+        envvar="EDGE_IDENT_OUTPUT",
+        help="Folder to write the checkpoint and the loss curves to.",
+    ),
 ]
 Configuration = Annotated[
     str,
     typer.Option(
         "--configuration",
         envvar="EDGE_IDENT_CONFIGURATION",
-        help="improved; plain, without effects; or paper, the paper's recipe.",
+        metavar="improved|plain|paper",
+        help="Training recipe: improved; plain, which has no effects; or that of the paper.",
     ),
 ]
 Accelerator = Annotated[
@@ -32,36 +40,49 @@ Accelerator = Annotated[
     typer.Option(
         "--accelerator",
         envvar="EDGE_IDENT_ACCELERATOR",
-        help="Torch device; default: a GPU where there is one.",
+        metavar="DEVICE",
+        help="Torch device such as cpu or cuda; default: a GPU if there is one.",
     ),
 ]
-Checkpoint = Annotated[Path, typer.Argument(help="Checkpoint that `train` wrote.")]
+Checkpoint = Annotated[Path, typer.Argument(metavar="FILE", help="Checkpoint written by train.")]
 NetworkFolder = Annotated[
-    Path, typer.Option("--output", envvar="EDGE_IDENT_OUTPUT", help="Folder of networks.")
+    Path,
+    typer.Option(
+        "--output",
+        "-o",
+        metavar="FOLDER",
+        envvar="EDGE_IDENT_OUTPUT",
+        help="Folder to write the networks and their manifest to.",
+    ),
 ]
 
 
-@dataclass(frozen=True)
-class TrainedMotion:
+@dataclass(frozen=True, kw_only=True)
+class TrainedMotion(FileOptions):
     """The motion and the effects that a network is trained for."""
 
     motion_from: Annotated[
         Path | None,
         typer.Option(
             "--motion-from",
-            metavar="RECORDING",
-            help="Train for the motion of this recording instead of the paper's.",
+            metavar="FILE",
+            help="Recording with the motion to train for; default: the sinusoid of the paper.",
         ),
     ] = None
     axis: Annotated[
         str | None,
-        typer.Option("--axis", help="Axis of that recording or model, where it has several."),
+        typer.Option(
+            "--axis", metavar="AXIS", help="Axis of the recording or model, if it has several."
+        ),
     ] = None
-    column: Columns = None
     model: ModelFile = None
     name: Annotated[
         str | None,
-        typer.Option("--name", help="Name of the network's files; default: the recording's."),
+        typer.Option(
+            "--name",
+            metavar="NAME",
+            help="Name of the files of the network; default: that of the recording.",
+        ),
     ] = None
 
     def load(self) -> Any:
@@ -70,7 +91,7 @@ class TrainedMotion:
         if self.motion_from is None:
             motion = motions.paper_motion()
         else:
-            recording = edge_ident.load_recording(self.motion_from, parse_renames(self.column))
+            recording = self.read(self.motion_from)
             motion = motions.motion_from(recording, self.axis, self.name or self.motion_from.stem)
         known = given_model(self.model)
         return motion if known is None else motions.with_effects(motion, known, self.axis)
@@ -88,13 +109,17 @@ def train(
     output: CheckpointFolder = Path("runs/feed_drive"),
     configuration: Configuration = "improved",
     motion: TrainedMotion,
-    resume: Annotated[bool, typer.Option("--resume", help="Continue from the checkpoint.")] = False,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Continue from the checkpoint in the folder.")
+    ] = False,
     accelerator: Accelerator = None,
     json: Json = False,
 ) -> None:
-    """Train a network on simulated drives; Ctrl-C keeps the checkpoint, --resume continues.
+    """Train a network on simulated drives; after Ctrl-C, --resume continues the training.
 
-    With --model, every simulated drive has the effects of that model.
+    With --model, every simulated drive has the effects of that model. The checkpoint and the loss
+    curves are written to the folder given by --output (default: runs/feed_drive). The path of the
+    checkpoint is printed.
 
     Example: `edge-ident train --output runs/mine --motion-from recording.csv`
     """
@@ -115,7 +140,7 @@ def train(
         print(path)
 
 
-def _shown_on(bars: ProgressBars) -> Any:
+def _shown_on(bars: Progress) -> Any:
     """What the training calls with its progress."""
 
     def show(progress: Any) -> None:
@@ -130,10 +155,13 @@ def _shown_on(bars: ProgressBars) -> Any:
 def export(
     *,
     checkpoint: Checkpoint = Path("runs/feed_drive/checkpoint.pt"),
-    output: NetworkFolder = Path("edge_ident/networks"),
+    output: NetworkFolder = Path("networks"),
     json: Json = False,
 ) -> None:
-    """Convert a checkpoint to ONNX, fp32 and int8, with parity checks and a manifest.
+    """Convert a checkpoint to ONNX networks, fp32 and int8, check them, and write a manifest.
+
+    The files are written to the folder given by --output (default: networks). The path of the
+    manifest is printed. The network that comes with edge-ident is not replaced.
 
     Example: `edge-ident export runs/mine/checkpoint.pt --output networks`
     """

@@ -7,7 +7,7 @@ that type into those options.
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Final, Literal
 
 import typer
 
@@ -15,52 +15,75 @@ import edge_ident
 from edge_ident import report
 from edge_ident.cli.messages import print_document
 
-RecordingFile = Annotated[Path, typer.Argument(metavar="FILE", help="Recording, .csv or .npz.")]
-Columns = Annotated[
-    list[str] | None,
-    typer.Option("--column", metavar="NAME=CONTRACT_NAME", help="Rename a column; repeatable."),
+_SUFFIXES: Final = (".csv", ".npz")
+_IN_FOLDER: Final = "recording.npz"
+
+Json = Annotated[
+    bool, typer.Option("--json", help="Print the result as one JSON document on stdout.")
 ]
-Json = Annotated[bool, typer.Option("--json", help="Print one JSON document on stdout.")]
 Output = Annotated[
     Path | None,
-    typer.Option("--output", envvar="EDGE_IDENT_OUTPUT", help="Folder for results."),
+    typer.Option(
+        "--output",
+        "-o",
+        metavar="FOLDER",
+        envvar="EDGE_IDENT_OUTPUT",
+        help="Folder to write the results to; it is created if it does not exist.",
+    ),
 ]
+_RECORDING_OUTPUT: Final = typer.Option(
+    "--output",
+    "-o",
+    metavar="FOLDER|FILE",
+    envvar="EDGE_IDENT_OUTPUT",
+    help=f"Folder to write {_IN_FOLDER} to, or a file that ends in .csv or .npz.",
+)
+RecordingOutput = Annotated[Path, _RECORDING_OUTPUT]
+OptionalRecordingOutput = Annotated[Path | None, _RECORDING_OUTPUT]
 DriveFile = Annotated[
     Path | None,
     typer.Option(
         "--drive",
+        metavar="FILE",
         envvar="EDGE_IDENT_DRIVE",
-        help="Drive description (TOML); default: the built-in drive.",
+        help="Drive description (.toml); default: the built-in drive.",
     ),
 ]
 Device = Annotated[
     str | None,
     typer.Option(
         "--device",
+        metavar="DEVICE",
         envvar="EDGE_IDENT_DEVICE",
-        help="/dev/ttyACM0, a pySerial URL, tcp://HOST:PORT, or virtual.",
+        help="Board: a port such as /dev/ttyACM0, a pySerial URL, tcp://HOST:PORT, or virtual.",
     ),
 ]
 BaudRate = Annotated[
     int | None,
     typer.Option(
-        "--baud-rate", min=50, envvar="EDGE_IDENT_BAUD_RATE", help="Baud rate of a serial device."
+        "--baud-rate",
+        min=50,
+        metavar="NUMBER",
+        envvar="EDGE_IDENT_BAUD_RATE",
+        help="Baud rate of a serial port; default: 115200.",
     ),
 ]
 NetworkFile = Annotated[
     Path | None,
     typer.Option(
         "--network",
+        metavar="FILE",
         envvar="EDGE_IDENT_NETWORK",
-        help="Network (.onnx) with its manifest beside it; default: the built-in network.",
+        help="Network (.onnx) with its manifest in the same folder; default: the built-in network.",
     ),
 ]
 ModelFile = Annotated[
     Path | None,
     typer.Option(
         "--model",
+        metavar="FILE",
         envvar="EDGE_IDENT_MODEL",
-        help="Model file (.json) with the effects that are known of the drive.",
+        help="Model file (.json) with known effects of the drive.",
     ),
 ]
 Precision = Annotated[
@@ -74,8 +97,9 @@ Bandwidth = Annotated[
     typer.Option(
         "--bandwidth",
         min=0.1,
+        metavar="NUMBER",
         envvar="EDGE_IDENT_BANDWIDTH",
-        help="Closed-loop bandwidth in rad/s; default: the highest that keeps the margins.",
+        help="Closed-loop bandwidth in rad/s; default: the highest with sufficient margins.",
     ),
 ]
 NoDiagnose = Annotated[
@@ -83,22 +107,12 @@ NoDiagnose = Annotated[
     typer.Option(
         "--no-diagnose",
         envvar="EDGE_IDENT_NO_DIAGNOSE",
-        help="Do not diagnose an axis whose base model is not enough; its answer is not trusted.",
+        help="Do not diagnose an axis whose base model is inadequate; its result is not trusted.",
     ),
 ]
-Seed = Annotated[int, typer.Option("--seed", envvar="EDGE_IDENT_SEED", help="Random seed.")]
-
-
-@dataclass(frozen=True)
-class RecordingOptions:
-    """One recording and the names of its columns."""
-
-    file: RecordingFile
-    column: Columns = None
-
-    def load(self) -> "edge_ident.Recording":
-        """Read and check the recording."""
-        return edge_ident.load_recording(self.file, parse_renames(self.column))
+Seed = Annotated[
+    int, typer.Option("--seed", metavar="NUMBER", envvar="EDGE_IDENT_SEED", help="Random seed.")
+]
 
 
 @dataclass(frozen=True)
@@ -164,12 +178,13 @@ def save_result_model(
     return path
 
 
-def parse_renames(given: list[str] | None) -> dict[str, str]:
-    """Parse NAME=CONTRACT_NAME texts."""
-    renames = {}
-    for text in given or []:
-        name, sign, contract_name = text.partition("=")
-        if not sign or not name or not contract_name:
-            raise typer.BadParameter("write NAME=CONTRACT_NAME", param_hint="--column")
-        renames[name] = contract_name
-    return renames
+def recording_file(output: Path) -> Path:
+    """The file to write, in the folder that was named or by its own name."""
+    if output.is_dir() or not output.suffix:
+        return output / _IN_FOLDER
+    if output.suffix not in _SUFFIXES:
+        raise typer.BadParameter(
+            f"{output} is neither a folder nor a file that ends in {' or '.join(_SUFFIXES)}",
+            param_hint="--output",
+        )
+    return output

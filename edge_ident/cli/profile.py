@@ -4,13 +4,18 @@ from typing import Annotated
 
 import typer
 
+import edge_ident
 from edge_ident import commissioning, report
 from edge_ident.cli.command import command
-from edge_ident.cli.options import BaudRate, Device, ResultOptions
+from edge_ident.cli.options import BaudRate, BoardOptions, Device, ResultOptions
 from edge_ident.cli.progress import shown_progress
+from edge_ident.cli.sessions import baud_rate_of, device_of
 
 Repetitions = Annotated[
-    int, typer.Option("--repetitions", min=1, help="Repetitions of every measurement.")
+    int,
+    typer.Option(
+        "--repetitions", min=1, metavar="NUMBER", help="Repetitions of every measurement."
+    ),
 ]
 
 
@@ -27,13 +32,18 @@ def profile(
     repetitions: Repetitions = 100,
     results: ResultOptions,
 ) -> None:
-    """Time every stage from the last captured sample to gains committed and verified.
+    """Measure how long each stage takes, from the last captured sample to verified gains.
 
-    Without a device, a virtual board is started in a process of its own, on a pseudo-terminal.
+    Without a device, a virtual board is started. The result is printed; with --output it is also
+    written to profile.json in that folder.
 
     Example: `edge-ident profile --repetitions 200 --json`
     """
+    given = BoardOptions(device, baud_rate)
+    drive = edge_ident.load_drive()
     with shown_progress() as bars:
-        profiled = commissioning.profile_device(device, baud_rate, repetitions, bars)
+        profiled = commissioning.profile_device(
+            device_of(given, drive), baud_rate_of(given, drive), repetitions, bars
+        )
     results.deliver(report.profile_document(profiled), "profile.json")
     results.show(report.profile_view(profiled))

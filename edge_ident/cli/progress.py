@@ -1,40 +1,47 @@
-"""Progress of a command on stderr."""
+"""Progress of a command on stderr: bars on a terminal, lines elsewhere, nothing with --quiet."""
 
+import sys
+import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
+
+from edge_ident.cli.messages import detail, say, verbosity
 
 if TYPE_CHECKING:
-    from rich.progress import Progress, TaskID
+    from rich.progress import Progress as Bars
+    from rich.progress import TaskID
+
+LINE_EVERY_S: Final = 5.0
+"""Least time between two lines of progress where there is no terminal."""
 
 
-class ProgressBars:
-    """Stages and their counts as bars, one for each stage."""
+class Progress:
+    """Stages of a job and their counts; with --verbose, how long each stage took.
 
-    def __init__(self, progress: "Progress") -> None:
-        self._progress = progress
-        self._task: TaskID | None = None
+    This one shows no counts: it is what --quiet leaves.
+    """
+
+    def __init__(self) -> None:
         self._title = ""
+        self._began_s = time.monotonic()
 
     def stage(self, title: str) -> None:
         """End the last stage, begin another."""
         self.end()
         self._title = title
-        self._task = self._progress.add_task(title, total=None, note="")
+        self._began_s = time.monotonic()
+        self._begin()
 
     def samples(self, in_hand: int, expected: int) -> None:
         """Show how far the stage is."""
-        if self._task is not None:
-            self._progress.update(self._task, completed=in_hand, total=expected)
 
     def say(self, message: str) -> None:
-        """Print a message above the bars."""
-        self._progress.console.print(message, highlight=False, markup=False, soft_wrap=True)
+        """Print a message for the person."""
+        say(message)
 
     def note(self, text: str) -> None:
-        """Show a remark beside the bar."""
-        if self._task is not None:
-            self._progress.update(self._task, note=text)
+        """Show a remark beside the count."""
 
     def show(self, stage: str, done: int, total: int) -> None:
         """Show how far a stage is, and begin it where it is not the one that is shown."""
@@ -44,35 +51,122 @@ class ProgressBars:
 
     def end(self) -> None:
         """Complete the stage that is shown."""
-        for task in self._progress.tasks[-1:]:
+        if self._title:
+            detail(f"{self._title}: {time.monotonic() - self._began_s:.2f} s")
+        self._title = ""
+
+    def _begin(self) -> None:
+        """Show that a stage begins."""
+
+
+class ProgressLines(Progress):
+    """At most one line every few seconds, for logs and pipes."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._printed_s = time.monotonic()
+        self._note = ""
+
+    def samples(self, in_hand: int, expected: int) -> None:
+        """Print a line if the last one is some seconds ago."""
+        now_s = time.monotonic()
+        if now_s - self._printed_s < LINE_EVERY_S:
+            return
+        self._printed_s = now_s
+        parts = [f"{self._title}: {in_hand} of {expected}"]
+        if 0 < in_hand < expected:
+            parts.append(f"{duration((now_s - self._began_s) * (expected / in_hand - 1))} left")
+        say(", ".join([*parts, *filter(None, [self._note])]))
+
+    def note(self, text: str) -> None:
+        """Keep a remark for the next line."""
+        self._note = text
+
+    def _begin(self) -> None:
+        self._note = ""
+        if time.monotonic() - self._printed_s >= LINE_EVERY_S:
+            self._printed_s = time.monotonic()
+            say(self._title)
+
+
+class ProgressBars(Progress):
+    """One bar for each stage, with the time that is left, on a terminal."""
+
+    def __init__(self, bars: "Bars") -> None:
+        super().__init__()
+        self._bars = bars
+        self._task: TaskID | None = None
+
+    def samples(self, in_hand: int, expected: int) -> None:
+        """Show how far the stage is."""
+        if self._task is not None:
+            self._bars.update(self._task, completed=in_hand, total=expected)
+
+    def note(self, text: str) -> None:
+        """Show a remark beside the bar."""
+        if self._task is not None:
+            self._bars.update(self._task, note=text)
+
+    def end(self) -> None:
+        """Fill the bar of the stage that is shown."""
+        super().end()
+        for task in self._bars.tasks[-1:]:
             total = task.total or 1
-            self._progress.update(task.id, total=total, completed=total)
+            self._bars.update(task.id, total=total, completed=total)
+
+    def _begin(self) -> None:
+        self._task = self._bars.add_task(self._title, total=None, note="")
 
 
 @contextmanager
-def shown_progress() -> Iterator[ProgressBars]:
+def shown_progress() -> Iterator[Progress]:
     """Show progress on stderr while the body runs."""
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+    with ExitStack() as stack:
+        progress: Progress
+        if verbosity().quiet:
+            progress = Progress()
+        elif not sys.stderr.isatty():
+            progress = ProgressLines()
+        else:
+            progress = ProgressBars(stack.enter_context(_bars()))
+        yield progress
+        progress.end()
 
-    columns = (
-        TextColumn("{task.description:24}"),
-        BarColumn(),
+
+def _bars() -> "Bars":
+    from rich.console import Console
+    from rich.progress import (
+        BarColumn,
+        MofNCompleteColumn,
+        Progress,
+        TextColumn,
+        TimeElapsedColumn,
+        TimeRemainingColumn,
+    )
+
+    return Progress(
+        TextColumn("{task.description}"),
+        BarColumn(bar_width=16),
         MofNCompleteColumn(),
         TimeElapsedColumn(),
+        TimeRemainingColumn(),
         TextColumn("{task.fields[note]}"),
+        console=Console(stderr=True),
     )
-    with Progress(*columns, console=Console(stderr=True)) as progress:
-        bars = ProgressBars(progress)
-        yield bars
-        bars.end()
+
+
+def duration(seconds: float) -> str:
+    """A time that is left, in seconds, minutes or hours."""
+    if seconds < 100:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60:.0f} min" if seconds < 6000 else f"{seconds / 3600:.1f} h"
 
 
 @contextmanager
 def progress_if_any() -> Iterator[Callable[[str, int, int], None]]:
     """Show progress from the first call on; most jobs are over before there is any."""
     with ExitStack() as stack:
-        shown: list[ProgressBars] = []
+        shown: list[Progress] = []
 
         def show(stage: str, done: int, total: int) -> None:
             if not shown:

@@ -8,23 +8,24 @@ import edge_ident
 from edge_ident import commissioning, report
 from edge_ident.cli.command import command
 from edge_ident.cli.options import BoardOptions, ResultOptions
-from edge_ident.cli.sessions import connected
+from edge_ident.cli.sessions import connected, device_of
 
 if TYPE_CHECKING:
     from edge_ident import Board
 
 RegisterName = Annotated[
-    str | None, typer.Argument(metavar="[NAME]", help="One register, or a group: limits.x")
+    str | None,
+    typer.Argument(metavar="NAME", help="A register, or a group of registers such as limits.x."),
 ]
 NewValues = Annotated[
     list[str] | None,
     typer.Option(
         "--write",
         metavar="VALUE",
-        help="Value to write, in the register's unit; repeat it for an array.",
+        help="Value to write, in the unit of the register; repeat for an array.",
     ),
 ]
-Yes = Annotated[bool, typer.Option("--yes", help="Required to confirm the write.")]
+Yes = Annotated[bool, typer.Option("--yes", help="Required to confirm a write.")]
 
 
 def register(app: typer.Typer) -> None:
@@ -41,17 +42,18 @@ def registers(
     where: BoardOptions,
     results: ResultOptions,
 ) -> None:
-    """Print the register map; with --device, the values of a board. Write one register.
+    """Print the register map or, with a device, the values on the board; write a register.
 
-    A write is checked against the register's range, done on an idle board only, and read back.
+    A value is written only if it is within the range of the register and the board is idle. It is
+    read back. The registers are printed; with --output they are also written to registers.json.
 
     Example: `edge-ident registers watchdog.timeout --write 0.5 --yes --device /dev/ttyACM0`
     """
     chosen = commissioning.registers_named(name)
     if not chosen:
-        raise typer.BadParameter(f"there is no register {name}", param_hint="NAME")
+        raise typer.BadParameter(f"there is no register or group {name}", param_hint="NAME")
     values: dict[str, tuple[float, ...]] = {}
-    if write is not None or where.device or edge_ident.load_drive(where.drive).device:
+    if write is not None or device_of(where, edge_ident.load_drive(where.drive)):
         with connected(where) as (board, _):
             if write is not None:
                 _write(board, name, write, yes)
@@ -64,7 +66,7 @@ def registers(
 def _write(board: "Board", name: str | None, texts: list[str], yes: bool) -> None:
     target = commissioning.REGISTERS.get(name or "")
     if target is None:
-        raise typer.BadParameter("name one register to write", param_hint="NAME")
+        raise typer.BadParameter("give the name of one register to write", param_hint="NAME")
     try:
         values = commissioning.parse_values(target, texts)
     except ValueError as error:
@@ -73,8 +75,8 @@ def _write(board: "Board", name: str | None, texts: list[str], yes: bool) -> Non
     if not yes:
         now = report.values_text(board.register_values(target.name))
         raise typer.BadParameter(
-            f"{target.name} would go from {now} to {report.values_text(values)} {target.unit}; "
-            "nothing was written: add --yes",
+            f"{target.name} would change from {now} to {report.values_text(values)} {target.unit}; "
+            "nothing was written: add --yes to write it",
             param_hint="--write",
         )
     commissioning.write_register(board, target, values)

@@ -25,24 +25,30 @@ from edge_ident.cli.sessions import session
 
 MotionName = Annotated[
     Literal["sinusoid", "multisine", "staircase"],
-    typer.Option("--motion", envvar="EDGE_IDENT_MOTION", help="Motion of the axes."),
+    typer.Option("--motion", envvar="EDGE_IDENT_MOTION", help="Motion that the axes make."),
 ]
 Cycles = Annotated[
     int | None,
-    typer.Option("--cycles", min=1, envvar="EDGE_IDENT_CYCLES", help="Periods of the motion."),
+    typer.Option(
+        "--cycles",
+        min=1,
+        metavar="NUMBER",
+        envvar="EDGE_IDENT_CYCLES",
+        help="Number of periods of the motion.",
+    ),
 ]
 
 
 @dataclass(frozen=True)
 class GainOptions:
-    """What becomes of the gains."""
+    """How gains are designed and whether they are kept."""
 
     bandwidth: Bandwidth = None
     dry_run: Annotated[
-        bool, typer.Option("--dry-run", help="Do everything except writing gains.")
+        bool, typer.Option("--dry-run", help="Do everything except write gains.")
     ] = False
     store: Annotated[
-        bool, typer.Option("--store", help="Keep confirmed gains over a power cycle.")
+        bool, typer.Option("--store", help="Store confirmed gains in the board's permanent memory.")
     ] = False
 
 
@@ -64,7 +70,11 @@ def run(
     no_diagnose: NoDiagnose = False,
     results: ResultOptions,
 ) -> None:
-    """Move, identify, design gains, write them with read-back, verify, confirm or roll back.
+    """Move the axes, identify the drive, design gains, write them, and verify them by a motion.
+
+    The gains are read back after writing. They are confirmed if the tracking error falls;
+    otherwise the old gains are restored. The results are printed and written to the folder given
+    by --output (default: edge-ident-runs/DATE-AND-TIME).
 
     Example: `edge-ident run --device /dev/ttyACM0 --dry-run`
     """
@@ -84,11 +94,12 @@ def run(
         with shown_progress() as bars:
             outcome = commissioning.commission(board, opened.drive, loaded, plan, folder, bars)
     document = report.run_document(outcome, board.identity, loaded, folder)
-    deliver(document, "report.json", folder, results.json)
     capture = folder / commissioning.CAPTURE_FILE
     save_result_model(outcome.identification.model, [capture], folder, known)
+    page = report.write_run_page(outcome, document, folder)
+    deliver(document, "report.json", folder, results.json)
     results.show(report.outcome_view(outcome))
     if not results.json:
-        say(f"written: {folder}")
+        say(f"written: {page}")
     if not outcome.trusted:
         raise typer.Exit(UNTRUSTED)

@@ -19,10 +19,15 @@ def register(app: typer.Typer) -> None:
 @command
 def report(
     *,
-    folder: Annotated[Path, typer.Argument(help="Folder that `run` or `capture` wrote.")],
+    folder: Annotated[
+        Path, typer.Argument(metavar="FOLDER", help="Folder written by run or capture.")
+    ],
     results: ResultOptions,
 ) -> None:
-    """Draw what a run measured: effort and model, residual, tracking error before and after.
+    """Draw the results of a run: effort and model, residual, tracking error before and after.
+
+    The figure is written to report.png in the folder of the run, or in the folder given by
+    --output. Its path is printed.
 
     Example: `edge-ident report edge-ident-runs/2026-01-31T09-15-00`
     """

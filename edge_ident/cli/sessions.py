@@ -13,6 +13,7 @@ import typer
 import edge_ident
 from edge_ident import commissioning
 from edge_ident.cli.options import BoardOptions
+from edge_ident.cli.settings import read_settings
 
 if TYPE_CHECKING:
     from edge_ident import Board, Drive
@@ -36,18 +37,28 @@ class Session:
     folder: Path
 
 
+def device_of(options: BoardOptions, drive: "Drive") -> str | None:
+    """Where the board is: option or environment, drive description, settings; None: nowhere."""
+    return options.device or drive.device or read_settings().get("device")
+
+
+def baud_rate_of(options: BoardOptions, drive: "Drive") -> int:
+    """Baud rate of a serial device, from the same places or the default."""
+    given = options.baud_rate or drive.baud_rate or read_settings().get("baud_rate")
+    return given or commissioning.DEFAULT_BAUD_RATE
+
+
 def located(options: BoardOptions) -> Address:
-    """Find out where the board is, from options and drive description."""
+    """Find out where the board is, from options, drive description and settings."""
     drive = edge_ident.load_drive(options.drive)
-    device = options.device or drive.device
+    device = device_of(options, drive)
     if device is None:
         raise typer.BadParameter(
-            "say where the board is: --device /dev/ttyACM0, tcp://HOST:PORT or virtual "
-            "(edge-ident ports lists candidates)",
+            "no board is named: give --device /dev/ttyACM0, tcp://HOST:PORT or virtual "
+            "(edge-ident ports lists the serial ports; edge-ident config set device keeps one)",
             param_hint="--device",
         )
-    baud_rate = options.baud_rate or drive.baud_rate or commissioning.DEFAULT_BAUD_RATE
-    return Address(device, baud_rate, drive)
+    return Address(device, baud_rate_of(options, drive), drive)
 
 
 @contextmanager

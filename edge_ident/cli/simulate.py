@@ -9,8 +9,9 @@ import typer
 import edge_ident
 from edge_ident import report
 from edge_ident.cli.command import command
+from edge_ident.cli.file_options import FileOptions
 from edge_ident.cli.messages import print_document, say
-from edge_ident.cli.options import Columns, Json, Seed, parse_renames
+from edge_ident.cli.options import Json, RecordingOutput, Seed, recording_file
 from edge_ident.cli.progress import shown_progress
 
 if TYPE_CHECKING:
@@ -19,59 +20,60 @@ if TYPE_CHECKING:
     Motion = Literal["sinusoid", "multisine", "staircase"] | edge_ident.Recording
 
 _NAMED_MOTIONS: Final[dict[str, "Literal['sinusoid', 'multisine', 'staircase']"]] = {
-    "paper": "sinusoid",
     "sinusoid": "sinusoid",
     "multisine": "multisine",
     "staircase": "staircase",
+    "paper": "sinusoid",  # its first name here; scripts may still use it
 }
-_SUFFIXES: Final = (".csv", ".npz")
-
-OutputFile = Annotated[
-    Path, typer.Option("--output", "-o", metavar="REC", help="Recording to write, .csv or .npz.")
-]
 ModelName = Annotated[
     str,
     typer.Option(
         "--model",
         metavar="FILE|full|reduced",
         envvar="EDGE_IDENT_MODEL",
-        help="Model file, or the built-in drive: full with its elastic parts, reduced to a rigid "
-        "body.",
+        help="Model file, or the built-in drive: full has elastic parts, reduced is a rigid body.",
     ),
 ]
 
 
 Stiff = Annotated[
     bool,
-    typer.Option("--stiff/--soft", help="Use gains designed for the drive, or start-up gains."),
+    typer.Option(
+        "--stiff/--soft", help="Use gains designed for this drive, or weak start-up gains."
+    ),
 ]
 
 
-@dataclass(frozen=True)
-class MotionOptions:
+@dataclass(frozen=True, kw_only=True)
+class MotionOptions(FileOptions):
     """The motion that the drive follows."""
 
     motion: Annotated[
         str,
         typer.Option(
             "--motion",
-            metavar="paper|multisine|staircase|FILE",
+            metavar="sinusoid|multisine|staircase|FILE",
             envvar="EDGE_IDENT_MOTION",
-            help="Named motion, or a recording whose motion is followed at its own sampling.",
+            help="Named motion, or a recording: its motion is followed at its own sampling rate.",
         ),
-    ] = "paper"
-    column: Columns = None
+    ] = "sinusoid"
     cycles: Annotated[
-        int | None, typer.Option("--cycles", min=1, help="Periods of a paper or multisine motion.")
+        int | None,
+        typer.Option(
+            "--cycles",
+            min=1,
+            metavar="NUMBER",
+            help="Number of periods of a sinusoid or multisine.",
+        ),
     ] = None
 
     def load(self) -> "Motion":
         """Return the name of the motion, or the recording that holds it."""
-        if self.cycles is not None and self.motion not in ("paper", "sinusoid", "multisine"):
+        if self.cycles is not None and self.motion not in ("sinusoid", "multisine", "paper"):
             raise typer.BadParameter(f"{self.motion} has no periods", param_hint="--cycles")
         if self.motion in _NAMED_MOTIONS:
             return _NAMED_MOTIONS[self.motion]
-        return edge_ident.load_recording(self.motion, parse_renames(self.column))
+        return self.read(Path(self.motion))
 
 
 @dataclass(frozen=True)
@@ -80,14 +82,21 @@ class MeasurementOptions:
 
     noise: Annotated[
         float,
-        typer.Option("--noise", min=0.0, help="White effort noise, relative to the rms effort."),
+        typer.Option(
+            "--noise",
+            min=0.0,
+            metavar="SHARE",
+            help="White noise of the effort, relative to the rms effort.",
+        ),
     ] = 0.0
     encoder_counts: Annotated[
         float | None,
         typer.Option(
             "--encoder-counts",
             min=0.0,
-            help="Counts per turn or metre, 0: exact; default: 8400, or a million per metre.",
+            metavar="NUMBER",
+            help="Encoder counts per turn or metre; 0 is exact; default: 8400 per turn or a "
+            "million per metre.",
         ),
     ] = None
     effort_resolution: Annotated[
@@ -95,7 +104,8 @@ class MeasurementOptions:
         typer.Option(
             "--effort-resolution",
             min=0.0,
-            help="Effort of one count, 0: exact; default: 0.004 N*m, exact in other units.",
+            metavar="NUMBER",
+            help="Effort of one count; 0 is exact; default: 0.004 N*m, exact in other units.",
         ),
     ] = None
     seed: Seed = 0
@@ -109,19 +119,20 @@ def register(app: typer.Typer) -> None:
 @command
 def simulate(
     *,
-    output: OutputFile,
+    output: RecordingOutput,
     model: ModelName = "full",
     motion: MotionOptions,
     measurement: MeasurementOptions,
     stiff: Stiff = False,
     json: Json = False,
 ) -> None:
-    """Let a drive follow a motion in closed loop, and record it as a board does.
+    """Simulate a drive that follows a motion in closed loop, and write a recording of it.
+
+    The recording is written to the file or folder given by --output. Its path is printed.
 
     Example: `edge-ident simulate --model model.json --motion multisine --noise 0.02 -o rec.csv`
     """
-    if output.suffix not in _SUFFIXES:
-        raise typer.BadParameter(f"end it in {' or '.join(_SUFFIXES)}", param_hint="--output")
+    output = recording_file(output)
     drive, followed, seed = _model(model), motion.load(), measurement.seed
     with shown_progress() as bars:
         bars.stage(f"simulating {model}")

@@ -71,8 +71,8 @@ def with_lead_in(board: Board, trajectory: Trajectory) -> Trajectory:
         lead_in_s *= _LENGTHEN
     where = ", ".join(f"{axis} {rest[axis]:.3g} rad" for axis in trajectory.axes)
     raise BoardError(
-        f"the motion cannot be reached from where the axes stand ({where})",
-        "move them nearer with edge-ident home",
+        f"the motion cannot be reached from the present position of the axes ({where})",
+        "move the axes closer with edge-ident home",
     )
 
 

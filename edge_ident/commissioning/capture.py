@@ -74,13 +74,13 @@ def check_drive(board: Board, drive: Drive) -> None:
     if set(board.axes) != set(drive.axes):
         raise DataError(
             f"the board has axes {sorted(board.axes)}, the drive description {sorted(drive.axes)}",
-            "pass the description of this drive with --drive",
+            "give the description of this drive with --drive",
         )
     for what, (on_board, described) in pairs.items():
         if not np.isclose(on_board, described, rtol=1e-5):
             raise DataError(
                 f"{what}: the board has {on_board:g}, the drive description {described:g}",
-                "correct the drive description, or pass another with --drive",
+                "correct the drive description, or give another one with --drive",
             )
 
 
@@ -116,7 +116,10 @@ def capture_motion(
     """
     reachable = with_lead_in(board, trajectory)
     if reachable.lead_in_s > trajectory.lead_in_s:
-        say(f"the axes stand far from the motion: the way there takes {reachable.lead_in_s:.1f} s")
+        say(
+            "the axes are far from the start of the motion: moving there takes "
+            f"{reachable.lead_in_s:.1f} s"
+        )
     board.write_trajectory(reachable)
     expected = round(trajectory.duration_s / board.identity.sample_period_s)
     if file is not None:
@@ -135,7 +138,7 @@ def capture_motion(
             )
         if file is not None:
             save_recording(capture.recording, file)
-    log.info("%d pages in hand %.3f s after the last sample", len(pages), capture.tail_s)
+    log.info("%d pages received %.3f s after the last sample", len(pages), capture.tail_s)
     return capture
 
 
@@ -145,9 +148,9 @@ def _check_room(file: Path, samples: int, axes: int) -> None:
     free = shutil.disk_usage(file.parent).free
     if free < needed:
         raise DataError(
-            f"{file.parent} has room for {free / 1e6:.1f} MB, the recording needs "
+            f"{file.parent} has {free / 1e6:.1f} MB free, but the recording needs "
             f"{needed / 1e6:.1f} MB",
-            "make room there or choose another folder with --output; nothing has moved",
+            "free some space or choose another folder with --output; nothing has moved",
         )
 
 
@@ -192,7 +195,7 @@ def _kept_if_cut_short(
                 recording = _assemble(board, pages, 0.0).recording
                 with suppress(OSError):  # the first error is the one to tell
                     save_recording(recording, path)
-                    say(f"kept what was captured, {len(recording.time_s)} samples: {path}")
+                    say(f"saved the {len(recording.time_s)} samples captured so far: {path}")
         raise
 
 

@@ -55,7 +55,7 @@ def permission(device: str) -> Check:
     return Check(
         device,
         allowed,
-        "may be opened" if allowed else "no right to open it",
+        "can be opened" if allowed else "no permission to open it",
         "add yourself to the group that owns it (often dialout) and log in again",
     )
 
@@ -86,7 +86,7 @@ def modem_manager(ports: list[str]) -> Check:
         "ModemManager",
         not (running and exposed),
         f"runs{where}" if running else "does not run",
-        'stop it, or exempt the board by a udev rule with ENV{ID_MM_DEVICE_IGNORE}="1"',
+        'stop it, or exclude the board with the udev rule ENV{ID_MM_DEVICE_IGNORE}="1"',
     )
 
 

@@ -62,7 +62,7 @@ class GainChange:
     def conclusion(self) -> str:
         """One sentence."""
         if self.unchanged:
-            return "already tuned, nothing changed: the drive would follow no better"
+            return "already tuned, nothing changed: new gains would not reduce the tracking error"
         if self.verification is None:
             return "gains restored and confirmed"
         ratios = ", ".join(
@@ -70,9 +70,9 @@ class GainChange:
             for axis, tracking in self.verification.axes.items()
         )
         if not self.confirmed:
-            return f"new gains followed worse and were rolled back (error fell: {ratios})"
+            return f"new gains increased the tracking error and were rolled back (ratio: {ratios})"
         if self.verification.verdict == "equal":
-            return "new gains confirmed; the drive follows as well as before, as far as it repeats"
+            return "new gains confirmed; the tracking error is unchanged within its repeatability"
         return f"new gains confirmed; the tracking error fell: {ratios}"
 
 
@@ -125,7 +125,7 @@ def put_in_force(
     count_rad, active = board.identity.encoder_resolution_rad, board.active_gains()
     recording = before.capture.recording
     if nothing_to_gain(wanted, active, recording, before.trajectory, count_rad):
-        log.info("nothing to gain: nothing is written")
+        log.info("no improvement is possible: nothing is written")
         return GainChange(confirmed=False, unchanged=True)
     after = _in_force(board, wanted, before.one_cycle, observer, file, watch)
     verification = compare_motions(recording, after.recording, count_rad)
@@ -146,7 +146,7 @@ def wanted_gains(active: Bank, file: GainFile) -> dict[str, AxisGains]:
         if axis not in active:
             raise DataError(
                 f"the file has gains of axis {axis}, the board has {', '.join(active)}",
-                "give gains of the drive behind this board",
+                "give gains for the drive of this board",
             )
     return {**active, **file.gains}
 
@@ -178,7 +178,7 @@ def staged_whole(board: Board) -> dict[str, AxisGains]:
     """
     if not board.status().staged_crc_ok:
         raise BoardError(
-            "nothing is staged, or not all of it arrived", "stage gains: edge-ident gains stage"
+            "no gains are staged, or they are incomplete", "stage gains: edge-ident gains stage"
         )
     return board.staged_gains()
 
@@ -218,8 +218,8 @@ def roll_back_unconfirmed(board: Board) -> None:
     """
     if not board.status().unconfirmed:
         raise BoardError(
-            "the gains in force are confirmed: there is nothing to roll back",
-            "bring older gains back with edge-ident gains restore and a backup",
+            "the active gains are confirmed: there is nothing to roll back",
+            "to return to older gains, use edge-ident gains restore with a backup",
         )
     board.roll_back()
 
@@ -235,7 +235,7 @@ def check_owner(board: Board, file: GainFile) -> None:
     if owner is not None and owner != serial:
         raise DataError(
             f"the backup is of board {owner}, this is board {serial}",
-            "connect the right board; to bring gains to another one: edge-ident gains stage",
+            "connect the right board; to copy gains to another board, use edge-ident gains stage",
         )
 
 

@@ -52,7 +52,7 @@ def back_up(gains: Bank, identity: BoardIdentity, folder: Path) -> Path:
     time = datetime.now(UTC).strftime("%Y-%m-%dT%H-%M-%S.%fZ")
     path = folder / f"board-{identity.serial_number}-{time}.json"
     save_backup(gains, identity, path)
-    log.info("gains of board %d kept in %s", identity.serial_number, path)
+    log.info("gains of board %d saved in %s", identity.serial_number, path)
     return path
 
 
@@ -66,7 +66,10 @@ def load_gains(path: Path) -> GainFile:
         finite.
     """
     if not path.is_file():
-        raise DataError(f"{path}: no such file", "give a backup or a design of `edge-ident gains`")
+        raise DataError(
+            f"{path}: no such file",
+            "give a backup, or gains.json from `edge-ident gains FILE --output DIR`",
+        )
     try:
         document = json.loads(path.read_text("utf-8"))
     except (ValueError, RecursionError) as error:
@@ -76,7 +79,7 @@ def load_gains(path: Path) -> GainFile:
         raise _error(path, f"its schema is {schema!r}")
     axes = document.get("axes")
     if not isinstance(axes, dict) or not axes:
-        raise _error(path, "it holds gains of no axis")
+        raise _error(path, "it contains no gains")
     gains = {}
     for axis, entry in axes.items():
         if schema == _DESIGN_SCHEMA and isinstance(entry, dict):
@@ -121,5 +124,5 @@ def _number(path: Path, place: str, value: Any) -> float:
 
 def _error(path: Path, cause: str) -> DataError:
     return DataError(
-        f"{path}: {cause}", "give a backup, or what `edge-ident gains FILE --output DIR` leaves"
+        f"{path}: {cause}", "give a backup, or gains.json from `edge-ident gains FILE --output DIR`"
     )

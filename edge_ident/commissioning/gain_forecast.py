@@ -155,8 +155,8 @@ def _identified(recording: Recording, known: Model | None) -> Model:
     found = identify(recording, None, model=known)
     if not found.trusted:
         raise GainError(
-            f"{recording.source}: the drive cannot be told from it",
-            "look at what edge-ident identify says of it, or give a --model instead",
+            f"{recording.source}: the drive cannot be identified from it",
+            "run edge-ident identify on it to see why, or give a --model instead",
         )
     return Model({name: axis.model for name, axis in found.axes.items()})
 
@@ -167,12 +167,12 @@ def _checked(model: Model, axes: tuple[str, ...]) -> Model:
         if axis is None or (axis.position_unit, axis.effort_unit) != ("rad", "N*m"):
             raise ModelError(
                 f"the board's axis {name} is not in the model, or not in rad and N*m",
-                "give a model or recording of the drive behind this board",
+                "give a model or recording of the drive of this board",
             )
         inertia, std = float(axis.parameters[0]), axis.terms[0].std.get("inertia", 0.0)
         if inertia <= 2.0 * std:
             raise GainError(
-                f"axis {name}: an inertia of {inertia:.3g} ± {std:.2g} promises nothing",
+                f"axis {name}: the inertia {inertia:.3g} ± {std:.2g} is too uncertain",
                 "record a motion that excites it: edge-ident capture --motion multisine",
             )
     return Model({name: model.axes[name] for name in axes})
@@ -190,6 +190,6 @@ def _references(
         raise DataError(
             f"{recording.source}: sampled every {references.period_s:g} s, the board's loop runs "
             f"every {identity.sample_period_s:g} s",
-            "give a recording that edge-ident capture made on this board",
+            "give a recording made on this board with edge-ident capture",
         )
     return references

@@ -45,14 +45,14 @@ def _check_gain(
         raise GainError(
             f"axis {axis}: {name} {value:.4g} is outside the board's limits "
             f"{lowest:.4g} to {bound:.4g}",
-            "ask for a lower --bandwidth, take the effect out of the model file, "
+            "ask for a lower --bandwidth, remove the effect from the model file, "
             "or raise the limit in the board's firmware",
         )
     if abs(value - now) > largest:
         raise GainError(
             f"axis {axis}: {name} would change by {abs(value - now):.4g} at once; the board allows "
             f"{largest:.4g}",
-            "approach the goal in steps with --bandwidth",
+            "approach it in smaller steps with --bandwidth",
         )
 
 
@@ -69,9 +69,9 @@ def check_factor(wanted: Mapping[str, AxisGains], active: Mapping[str, AxisGains
             factor = change_factor(now, then)
             if factor > LARGEST_FACTOR:
                 raise GainError(
-                    f"axis {axis}: {name} would go from {now:.4g} to {then:.4g}; more than "
-                    f"{LARGEST_FACTOR:g} times up or down is not done unasked",
-                    "go there in smaller steps, or say --large-steps if that is what you want",
+                    f"axis {axis}: {name} would change from {now:.4g} to {then:.4g}; a "
+                    f"change by more than a factor of {LARGEST_FACTOR:g} needs --large-steps",
+                    "use smaller steps, or add --large-steps if this change is intended",
                 )
 
 

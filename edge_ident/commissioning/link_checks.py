@@ -74,10 +74,10 @@ def _state(board: Board) -> Check:
     unhomed = [axis for axis in board.axes if axis not in status.homed]
     told = [status.state.name, f"effort {'on' if status.enabled else 'off'}"]
     told += [f"not homed: {', '.join(unhomed)}"] if unhomed else []
-    told += [f"limit switches pressed: {', '.join(status.limit_switches)}"] * bool(
+    told += [f"limit switches active: {', '.join(status.limit_switches)}"] * bool(
         status.limit_switches
     )
-    told += ["held by another host"] if status.session_remaining_s else []
+    told += ["controlled by another host"] if status.session_remaining_s else []
     return Check("state", True, "; ".join(told))
 
 
@@ -100,7 +100,7 @@ def round_trip_check(durations_s: Array) -> Check:
         "round trip",
         bool(median <= _ROUND_TRIP_S),
         f"median {1e3 * median:.2f} ms, 99 of 100 within {1e3 * slow:.2f} ms",
-        "raise the baud rate, write 1 to the adapter's latency timer, leave out hubs and gateways",
+        "raise the baud rate, write 1 to the adapter's latency timer, remove hubs and gateways",
     )
 
 
@@ -124,7 +124,7 @@ def clock_checks(times_s: Array, samples: Array, period_s: float) -> list[Check]
         Check(
             "board clock",
             bool(abs(rate - 1.0) <= _CLOCK_ERROR),
-            f"{rate:.5f} s pass on the board in a second of this host",
+            f"{rate:.5f} s of board time pass in one second of this computer",
             "check the sample period that the firmware states and the board's oscillator; "
             "a virtual board keeps time with --speed 1",
         ),
@@ -132,6 +132,6 @@ def clock_checks(times_s: Array, samples: Array, period_s: float) -> list[Check]
             "jitter",
             bool(late_s <= _JITTER_S),
             f"requests reach the board up to {1e3 * late_s:.1f} ms off their time",
-            "close programs that keep this host or its USB busy",
+            "close programs that load this computer or its USB",
         ),
     ]

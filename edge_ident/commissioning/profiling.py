@@ -210,9 +210,8 @@ def _board_process(device: str | None) -> Iterator[str]:
     if device not in (None, "virtual"):
         yield str(device)
         return
-    command = [sys.executable, "-c", "from edge_ident.cli import main; main()"]
     process = subprocess.Popen(
-        [*command, "board", "--pty"],
+        [sys.executable, "-m", "edge_ident", "board", "--pty"],
         stdout=subprocess.PIPE,
         stderr=subprocess.DEVNULL,
         text=True,

@@ -47,8 +47,8 @@ def check_write(register: Register, values: Sequence[float]) -> None:
         raise BoardError(f"{register.name} may only be read", "choose a register with access rw")
     if register.name.startswith(("command.", "session.")):
         raise BoardError(
-            f"{register.name} is part of how a host commands the board, and no setting",
-            "use the command line's own verbs: run, capture, home, stop, gains",
+            f"{register.name} is used by commands and is not a setting",
+            "use the commands run, capture, home, stop or gains",
         )
     for value in values:
         if not valid_value(register, value):
@@ -82,7 +82,7 @@ def write_register(board: Board, register: Register, values: Sequence[float]) ->
     if state is not State.IDLE:
         raise BoardError(
             f"the board is {state.name}",
-            "write single registers while it is IDLE and nobody uses it",
+            "write registers only while the board is IDLE and no other command uses it",
         )
     board.claim()
     board.write_register(register.name, *values)

@@ -238,4 +238,4 @@ def _conclude(found: Identification, change: GainChange | None, stored: bool) ->
         return f"axis {axes} is not trusted; nothing was written"
     if change is None:
         return "dry run: gains were designed and checked, nothing was written"
-    return change.conclusion + ("; the gains in force are stored" if stored else "")
+    return change.conclusion + ("; the active gains are stored" if stored else "")

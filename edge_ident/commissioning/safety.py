@@ -46,7 +46,7 @@ def ready_to_move(board: Board, say: Callable[[str], None]) -> Iterator[None]:
     unhomed = [axis for axis in board.axes if axis not in status.homed]
     if unhomed:
         say(
-            f"axis {', '.join(unhomed)} is not homed: travel counts from where it stood when "
+            f"axis {', '.join(unhomed)} is not homed: positions count from where it stood when "
             "the board was switched on"
         )
     with left_safe(board), effort_on(board, say):
@@ -59,7 +59,7 @@ def effort_on(board: Board, say: Callable[[str], None]) -> Iterator[None]:
     if board.status().enabled:
         yield
         return
-    say(f"axes enabled ({', '.join(board.axes)}): the drives take effort now")
+    say(f"axes enabled ({', '.join(board.axes)}): the drives now produce effort")
     log.info("axes enabled")
     board.enable()
     yield
@@ -85,7 +85,7 @@ def make_ready(board: Board) -> None:
     if status.state is State.FAULT:
         if status.fault is not Fault.WATCHDOG:
             raise fault_error(status)
-        log.warning("an earlier host vanished during a motion: clearing the watchdog's fault")
+        log.warning("an earlier host disappeared during a motion: clearing the watchdog fault")
         board.clear_fault()
         status = board.status()
     if status.state is not State.IDLE or status.unconfirmed:
@@ -111,10 +111,10 @@ def _at_rest(board: Board) -> BoardStatus:
         if time.monotonic() > deadline:
             if status.state is not State.DRAINING:
                 raise BoardError(
-                    f"the board is {status.state.name}: another host moves it",
-                    "wait for its end, or stop it with edge-ident stop",
+                    f"the board is {status.state.name}: another host is moving the machine",
+                    "wait until the motion ends, or stop it with edge-ident stop",
                 )
-            log.warning("an earlier host vanished with pages still to fetch")
+            log.warning("an earlier host disappeared before it had fetched all pages")
             _end_of_abandoned(board)
         time.sleep(_POLL_S)
     return status

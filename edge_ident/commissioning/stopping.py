@@ -75,10 +75,10 @@ def _opened(url: str, baud_rate: int, say: Callable[[str], None]) -> Link:
 
 
 def _end(holder: Holder, say: Callable[[str], None]) -> None:
-    say(f"process {holder.pid} holds {holder.device}: asking it to stop the machine")
+    say(f"process {holder.pid} has {holder.device} open: asking it to stop the machine")
     if not holder.end(_END_S):
         raise LinkError(
-            f"process {holder.pid}, which holds {holder.device}, does not end",
+            f"process {holder.pid}, which has {holder.device} open, does not end",
             f"end it: kill -9 {holder.pid}",
         )
     say(f"process {holder.pid} has ended")

@@ -157,9 +157,9 @@ def verification_motion(
     window_s = board.status().confirm_remaining_s
     if needed_s > window_s:
         raise BoardError(
-            f"the verification motion takes {needed_s:.0f} s, the board waits {window_s:.0f} s "
+            f"the verification motion takes {needed_s:.0f} s, but the board waits {window_s:.0f} s "
             "for the new gains to be confirmed",
-            "describe a quicker motion in the drive description",
+            "describe a shorter motion in the drive description",
         )
     capture = capture_motion(board, trajectory, observer.samples, file, observer.say)
     board.finish()

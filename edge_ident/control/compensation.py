@@ -71,7 +71,7 @@ def unused_effects(axis: AxisModel) -> tuple[Unused, ...]:
     for term in axis.terms[1:]:
         compensation = named(term.effect).compensation
         if not compensation.used:
-            found.append(Unused(term.effect, "the board's law has no term for it"))
+            found.append(Unused(term.effect, "the control law of the board has no term for it"))
         elif compensation.feedforward and term not in _fed_forward(axis, term.effect):
             places = _places(term.effect)
             found.append(Unused(term.effect, f"the board takes {places}, and this one is smaller"))

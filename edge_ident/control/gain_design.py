@@ -110,7 +110,8 @@ def design(
                 f"a bandwidth of {bandwidth_rad_s:.3g} rad/s leaves a phase margin of "
                 f"{wanted.phase_margin_deg:.0f}° and a gain margin of "
                 f"{wanted.gain_margin:.2g}",
-                f"ask for less: {math.degrees(PHASE_MARGIN_RAD):.0f}° and {GAIN_MARGIN} are needed",
+                f"choose a lower one: {math.degrees(PHASE_MARGIN_RAD):.0f}° and {GAIN_MARGIN} "
+                "are needed",
             )
         return wanted
     return _highest_acceptable(axis, hardware)
@@ -137,7 +138,7 @@ def _highest_acceptable(axis: AxisModel, hardware: LoopHardware) -> GainDesign:
     if not _acceptable(best, hardware):
         raise GainError(
             f"no bandwidth above {lowest:.3g} rad/s keeps the margins",
-            "check the board's control delay and the encoder; or pass --bandwidth",
+            "check the board's control delay and the encoder; or give --bandwidth",
         )
     while highest / lowest > _RESOLUTION:  # margins shrink and noise grows with bandwidth
         middle = math.sqrt(lowest * highest)

@@ -11,13 +11,8 @@ from numpy.typing import NDArray
 from edge_ident.diagnosis.fit.fitting import FittedModel, delayed, fit
 from edge_ident.diagnosis.fit.held_out import standard_deviations
 from edge_ident.diagnosis.fit.noise_floor import NoiseFloor, noise_floor
-from edge_ident.diagnosis.fit.summary import (
-    contributions,
-    model_fit,
-    nonzero_rms,
-    timing,
-    traces,
-)
+from edge_ident.diagnosis.fit.summary import model_fit, nonzero_rms, timing, traces
+from edge_ident.diagnosis.fit.term_effort import contributions
 from edge_ident.diagnosis.fit.traded import with_trades
 from edge_ident.diagnosis.fit.wide_band import above_band
 from edge_ident.diagnosis.measures import Validation
@@ -25,7 +20,7 @@ from edge_ident.diagnosis.motion_check import with_motion_errors
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.data_quality import data_findings
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
-from edge_ident.diagnosis.recording_checks import contradicted, findings
+from edge_ident.diagnosis.recording_checks import contradicted, effort_findings, findings
 from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Diagnosis
 from edge_ident.diagnosis.select.backward_elimination import SupportedModel, eliminate_backward
 from edge_ident.diagnosis.select.causes import causes, strongest_first
@@ -43,6 +38,7 @@ from edge_ident.diagnosis.select.wide_band_causes import (
     without_names,
 )
 from edge_ident.diagnosis.shown_in import with_sources
+from edge_ident.diagnosis.tolerance import TOLERANCE
 from edge_ident.diagnosis.validation import Judged
 from edge_ident.diagnosis.validation import judge as judge_elsewhere
 from edge_ident.diagnosis.written_model import written_model
@@ -65,7 +61,7 @@ def diagnose(
     *,
     model: Model | None = None,
     validate: Recording | None = None,
-    tolerance: float = 0.01,
+    tolerance: float = TOLERANCE,
     stability: bool = True,
     keep_minor: bool = False,
     only: Collection[str] = (),
@@ -82,7 +78,8 @@ def diagnose(
     validate : Recording, optional
         Another recording, on which the fitted models are scored.
     tolerance : float, optional
-        Smallest share of the rms effort that is worth naming. Smaller causes are minor.
+        Smallest share of the rms effort that is worth naming. Causes that take less off the
+        recorded effort are minor.
     stability : bool, optional
         Whether the search is repeated on disturbed data. A cause that does not come back is only
         suspected.
@@ -190,14 +187,15 @@ def _diagnose_axis(
 ) -> tuple[AxisDiagnosis, Validation | None]:
     data = _prepared(recordings, name, template)
     content = above_band(recordings, name, data)
-    if contradicted(recordings, name):
+    efforts = [effort_findings(recording, name) for recording in recordings]
+    if contradicted(efforts):
         content = without_names(content)
     content, out_of_step = orders_in_step(data, template, content, rules.tolerance)
     known = with_ripples(template, content, rules.tolerance)
     data, selected = _selected(data, known)
     search, start = selected.search, selected.start
     floor = noise_floor(data, start, float(selected.supported.model.base[0]))
-    checks = findings(recordings, name, data, start, selected.supported.model)
+    checks = findings(recordings, name, data, selected.supported.model, efforts, floor)
     blocked = next((check.message for check in checks if check.blocks), None)
     judged = judge(search, start, selected.supported, floor, rules, blocked, on_run)
     content, smaller = larger_orders(content, judged.rest)
@@ -239,7 +237,7 @@ def _axis_diagnosis(
         verdict=outcome.carried.verdict(judged.verdict),
         causes=found,
         suspected=strongest_first((*judged.suspected, *outcome.carried.suspected)),
-        minor=minor or judged.minor,
+        minor=strongest_first((*minor, *judged.minor)),
         refused=judged.supported.refused,
         external_vibrations=judged.supported.vibrations,
         converged=judged.supported.converged,

@@ -7,14 +7,15 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from edge_ident.diagnosis.fit.candidates import base_regressor
 from edge_ident.diagnosis.fit.feedback_law import feedback_law
 from edge_ident.diagnosis.fit.fitting import FittedModel
-from edge_ident.diagnosis.fit.noise_floor import noise_floor
+from edge_ident.diagnosis.fit.noise_floor import NoiseFloor
 from edge_ident.diagnosis.prepare.axis_data import AxisData, Segment
 from edge_ident.estimation import least_squares
 from edge_ident.estimation.effort_checks import check_effort, unbounded, unphysical
 from edge_ident.estimation.trust import Finding, check_estimate
-from edge_ident.model.model import BASE, PARAMETERS, Term
+from edge_ident.model.model import PARAMETERS
 from edge_ident.signals.conditioning import condition, filtered_regressor
 from edge_ident.signals.filters import lowpass
 from edge_ident.signals.metrics import rms
@@ -42,8 +43,9 @@ def findings(
     recordings: Sequence[Recording],
     name: str,
     data: AxisData,
-    base: FittedModel,
     extended: FittedModel,
+    efforts: Sequence[Sequence[Finding]],
+    floor: NoiseFloor,
 ) -> tuple[Finding, ...]:
     """Check one axis.
 
@@ -53,8 +55,11 @@ def findings(
     name : str
         Of the axis.
     data : AxisData
-    base, extended : FittedModel
-        The extended model is the one that the selection ends with.
+    extended : FittedModel
+        That the selection ends with.
+    efforts : sequence of sequences of Finding
+        What `effort_findings` found in each recording.
+    floor : NoiseFloor
 
     Returns
     -------
@@ -62,9 +67,9 @@ def findings(
         Where one has `blocks`, no cause may be named.
     """
     found: list[Finding] = []
-    columns = _base_columns(data, base)
-    for recording, segment, part in _parts(recordings, data):
-        found += _of_recording(recording, name)
+    columns = base_regressor(data)
+    for effort, (recording, segment, part) in zip(efforts, _parts(recordings, data), strict=True):
+        found += effort
         found += _controllers_law(
             recording, recording.axes[name], segment, data.effort[part], columns[part]
         )
@@ -72,26 +77,28 @@ def findings(
         found += _unphysical(data, columns, extended)
     found += _narrow_excitation(data)
     if not any(finding.blocks for finding in found):
-        found += _other_axes(recordings, data, base, extended)
+        found += _other_axes(recordings, data, extended, floor)
     return tuple({finding.code: finding for finding in reversed(found)}.values())[::-1]
 
 
-def contradicted(recordings: Sequence[Recording], name: str) -> bool:
+def contradicted(efforts: Sequence[Sequence[Finding]]) -> bool:
     """Whether the effort of an axis cannot be that of its motion, in any recording.
 
     A controller's law is no contradiction: cogging shows in a loop, too.
+
+    Parameters
+    ----------
+    efforts : sequence of sequences of Finding
+        What `effort_findings` found in each recording.
     """
-    return any(f.blocks for recording in recordings for f in _of_recording(recording, name))
+    return any(finding.blocks for found in efforts for finding in found)
 
 
-def _base_columns(data: AxisData, base: FittedModel) -> Array:
-    """Columns (n, 4) of the base model at the compared samples, whatever bounds the fit met."""
-    unit = dict(zip(PARAMETERS, np.eye(4), strict=True))
-    return data.predicted(replace(base.axis, terms=(Term(BASE, unit),))).T
+def effort_findings(recording: Recording, name: str) -> list[Finding]:
+    """Check the effort of one axis against its motion, as identification does.
 
-
-def _of_recording(recording: Recording, name: str) -> list[Finding]:
-    """What identification finds, too; none of its doubts about a parameter forbids a cause."""
+    None of its doubts about a parameter forbids a cause.
+    """
     axis = recording.axes[name]
     signals = condition(
         recording.time_s, axis.position, axis.effort, effort_shift_s=recording.effort_shift_s
@@ -217,15 +224,14 @@ def _narrow_excitation(data: AxisData) -> list[Finding]:
 
 
 def _other_axes(
-    recordings: Sequence[Recording], data: AxisData, base: FittedModel, extended: FittedModel
+    recordings: Sequence[Recording], data: AxisData, extended: FittedModel, floor: NoiseFloor
 ) -> list[Finding]:
     """A rest beyond the noise, on an axis that was recorded alone."""
     if any(len(recording.axes) > 1 for recording in recordings):
         return []
     left = rms((data.effort - extended.predicted)[data.valid])
     share = left / max(rms(data.effort[data.valid]), np.finfo(float).tiny)
-    floor = noise_floor(data, base, float(extended.base[0])).rms
-    if share < _WORTH_A_REST or left < _BEYOND_NOISE * floor:
+    if share < _WORTH_A_REST or left < _BEYOND_NOISE * floor.rms:
         return []
     return [
         Finding(

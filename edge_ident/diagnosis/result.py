@@ -152,7 +152,7 @@ class AxisDiagnosis:
     suspected : tuple of Cause
         Causes that the acceptance rule does not support; outside the model. `decision` says why.
     minor : tuple of Cause
-        Certain causes below the tolerance; outside the model.
+        Certain causes below the tolerance, and what the chain of a sound drive has as well.
     timing : Timing
     share_in_band : float
         Share of the variance of the recorded effort that lies in the band of the comparison.

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from edge_ident.diagnosis.fit.block_gain import Gain, gain_of
 from edge_ident.diagnosis.fit.bounded import solve_within
+from edge_ident.diagnosis.fit.candidates import base_regressor
 from edge_ident.diagnosis.fit.discrepancy import model_discrepancy
 from edge_ident.diagnosis.fit.fitting import FittedModel, delayed, fit
 from edge_ident.diagnosis.fit.held_out import standard_deviations
@@ -33,7 +34,7 @@ from edge_ident.diagnosis.select.backward_elimination import SupportedModel
 from edge_ident.diagnosis.select.causes import causes, strongest_first
 from edge_ident.diagnosis.select.own_effort import base_space, own_shares
 from edge_ident.model.effects import named
-from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Term
+from edge_ident.model.model import BASE, AxisModel
 from edge_ident.signals.metrics import rms
 
 Array = NDArray[np.float64]
@@ -207,7 +208,8 @@ def _weighed(
 ) -> dict[int, _Weighed]:
     """Each term that is not tied to time, by its place in the model that is judged."""
     scale, block = nonzero_rms(other.effort[other.valid]), other.block[other.valid]
-    basis = orthonormal(np.hstack([_base_columns(other), other.timing_columns[other.valid]]))
+    columns = np.hstack([base_regressor(other), other.timing_columns])
+    basis = orthonormal(columns[other.valid])
     found = {}
     for k, place in enumerate(places):
         effect = model.terms[k].candidate.effect
@@ -257,15 +259,9 @@ def _residual(other: AxisData, model: FittedModel) -> Array:
     early, late = other.timing_limits
     if delayed(axis):
         early = late = np.zeros(len(other.segments))
-    columns = np.hstack([_base_columns(other)[:, 3:], other.timing_columns[other.valid]])
+    columns = np.hstack([base_regressor(other)[:, 3:], other.timing_columns])[other.valid]
     low, high = np.array([-np.inf, *early]), np.array([np.inf, *late])
     return np.asarray(residual - columns @ solve_within(columns, residual, low, high).solution)
-
-
-def _base_columns(data: AxisData) -> Array:
-    """Columns (n, 4) of the base parameters at the valid samples."""
-    unit = dict(zip(PARAMETERS, np.eye(4), strict=True))
-    return data.predicted(AxisModel((Term(BASE, unit),)))[:, data.valid].T
 
 
 def _carried_axis(axis: AxisModel) -> AxisModel:

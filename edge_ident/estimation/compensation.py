@@ -10,7 +10,7 @@ from edge_ident.model.effect import Motion
 from edge_ident.model.effects import named
 from edge_ident.model.inverse import along_motion, inverse_effort, obeyed
 from edge_ident.model.model import AxisModel, Model, Term
-from edge_ident.signals.conditioning import Signals, bridge, condition
+from edge_ident.signals.conditioning import Signals, bridge, condition, with_effort
 from edge_ident.signals.filters import differentiate, lowpass
 from edge_ident.signals.recording import Recording
 
@@ -49,7 +49,12 @@ class CompensatedAxis:
 
 
 def compensate_effects(
-    recording: Recording, name: str, model: Model | None, *, late_s: float = 0.0
+    recording: Recording,
+    name: str,
+    model: Model | None,
+    *,
+    late_s: float = 0.0,
+    of_motion: Signals | None = None,
 ) -> CompensatedAxis:
     """Condition one axis, and subtract from its effort what the model's effects account for.
 
@@ -66,6 +71,8 @@ def compensate_effects(
         Without one, nothing is compensated.
     late_s : float
         By which the effort is recorded late, beyond what the recording states.
+    of_motion : Signals, optional
+        Of this axis and recording, with any effort: their motion is not filtered again.
 
     Raises
     ------
@@ -78,7 +85,10 @@ def compensate_effects(
     effects = () if known is None else known.terms[1:]
     delay_s, acting = _delay_s(effects)
     shift_s = recording.effort_shift_s - delay_s - late_s
-    signals = condition(recording.time_s, axis.position, axis.effort, effort_shift_s=shift_s)
+    if of_motion is None:
+        signals = condition(recording.time_s, axis.position, axis.effort, effort_shift_s=shift_s)
+    else:
+        signals = with_effort(of_motion, axis.effort, shift_s)
     position, effort = (signals.grid.resampled(x) for x in (axis.position, axis.effort))
     nothing = np.zeros_like(effort)
     plain = CompensatedAxis(signals, nothing, effects, shift_s, position, effort, nothing)

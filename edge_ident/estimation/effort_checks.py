@@ -87,8 +87,8 @@ def unphysical(estimate: Estimate) -> list[Finding]:
         Finding(
             f"negative_{name}",
             f"the best fit has a negative {name.replace('_', ' ')}: "
-            f"{estimate.parameters[i]:.3g} ± {estimate.std[i]:.2g}, which no machine has. A "
-            "controller's answer, or a load that the catalogue does not hold, takes its place",
+            f"{estimate.parameters[i]:.3g} ± {estimate.std[i]:.2g}, which no machine has. "
+            "The effort is that of a controller, or of a load that is not in the catalogue",
             "record a motion that does not depend on the axis, such as --motion multisine, and "
             "the effort that reaches the axis",
             blocks=True,
@@ -149,9 +149,7 @@ def _recorded_late(signals: Signals, part: NDArray[np.intp]) -> list[Finding]:
     if len(inside) < _FEWEST or not reach:
         return []
     basis = np.linalg.qr(unit_length(signals.regressor[inside])[0])[0]
-    efforts = signals.effort[inside[:, None] + shifts]
-    left = np.linalg.norm(efforts - basis @ (basis.T @ efforts), axis=0)
-    left = left / np.maximum(np.linalg.norm(efforts, axis=0), _TINY)
+    left = np.array([_left_of(signals.effort[inside + shift], basis) for shift in shifts])
     best = int(np.argmin(left))
     late_s = float(shifts[best]) * period_s
     if abs(late_s) < border_s or left[best] > _FALLS * left[reach] or left[best] > RESIDUAL_LIMIT:
@@ -166,6 +164,12 @@ def _recorded_late(signals: Signals, part: NDArray[np.intp]) -> list[Finding]:
             blocks=not _at_one_frequency(signals),
         )
     ]
+
+
+def _left_of(effort: Array, basis: Array) -> float:
+    """What an orthonormal basis (n, R) leaves of an effort (n,), over its norm."""
+    size = max(float(np.linalg.norm(effort)), _TINY)
+    return float(np.linalg.norm(effort - basis @ (effort @ basis))) / size
 
 
 def _at_one_frequency(signals: Signals) -> bool:

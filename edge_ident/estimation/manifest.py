@@ -192,5 +192,5 @@ def read_content(path: Path) -> bytes:
     except OSError as error:
         raise ModelError(
             f"{path}: cannot be read ({error.strerror})",
-            "name an existing .onnx file with its .json manifest beside it",
+            "give an existing .onnx file with its .json manifest in the same folder",
         ) from error

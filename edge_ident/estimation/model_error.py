@@ -6,7 +6,10 @@ into quarters by speed, by position, by time and by acceleration, and each quart
 turn. The direction is no such regime: one direction alone cannot tell Coulomb friction from offset.
 
 The moves make a deviation as in the jackknife over groups (Quenouille 1956; Efron 1982, ch. 2).
-What noise alone makes of the moves is taken off, so that a right model has no model error.
+What noise alone makes of the moves is taken off, so that a right model moves nowhere.
+
+No model of a machine is right, and what it lacks may be too little to be noticed. This part follows
+from the least that is noticed. It matters where noise is small.
 """
 
 from collections.abc import Sequence
@@ -21,6 +24,9 @@ from edge_ident.estimation.least_squares import unit_length
 Array = NDArray[np.float64]
 
 QUARTERS: Final = 4
+SMALLEST_EXCESS: Final = 0.002
+"""Residual beyond noise, of the rms effort, from which a model lacks something: it moves a
+parameter that makes up a tenth of the effort by 2 % of its value."""
 _RIDGE: Final = 1e-10
 """Added to normal matrices of unit diagonal: what a part of the motion does not show moves far, and
 the noise of its move is as large."""
@@ -44,6 +50,40 @@ class RegimeSpread:
     model_error: Array
     significance: Array
     largest_move: Array
+
+
+def regimes(
+    regressor: Array, position: Array, samples: NDArray[np.intp]
+) -> tuple[Array, Array, Array, Array]:
+    """Speed, position, time and acceleration, (N,) each.
+
+    Parameters
+    ----------
+    regressor : (N, 4) array
+        Of the base model.
+    position : (N,) array
+    samples : (N,) array of int
+        Their numbers, which tell the time.
+    """
+    speed, acceleration = np.abs(regressor[:, 1]), regressor[:, 0]
+    return speed, position, samples.astype(np.float64), acceleration
+
+
+def unnoticed_error(regressor: Array, effort: Array) -> Array:
+    """Deviation (P,) of least-squares parameters by what a model lacks and nothing shows.
+
+    It leaves anything between nothing and `SMALLEST_EXCESS` in the residual, evenly distributed.
+    In each of the P directions that the columns span, it is taken to be as large.
+
+    Parameters
+    ----------
+    regressor : (N, P) array
+    effort : (N,) array
+    """
+    unit, length = unit_length(regressor)
+    inverse = np.linalg.inv(unit.T @ unit + _RIDGE * np.eye(unit.shape[1]))
+    unnoticed = SMALLEST_EXCESS / np.sqrt(3.0) * np.linalg.norm(effort)
+    return np.asarray(unnoticed * np.sqrt(np.diag(inverse)) / length)
 
 
 def regime_spread(
@@ -72,9 +112,11 @@ def regime_spread(
     noise = np.sqrt(np.maximum(share, 0.0)) * std * length
     beyond = (move**2 - noise**2).reshape(len(regimes), QUARTERS, count)
     variance = (QUARTERS - 1) / QUARTERS * beyond.sum(axis=1)
+    with np.errstate(over="ignore"):  # a move that noise cannot make at all
+        certainty = np.abs(move) / np.maximum(noise, _TINY)
     return RegimeSpread(
         model_error=np.sqrt(np.maximum(variance.max(axis=0), 0.0)) / length,
-        significance=np.max(np.abs(move) / np.maximum(noise, _TINY), axis=0),
+        significance=np.max(certainty, axis=0),
         largest_move=np.max(np.abs(move), axis=0) / length,
     )
 

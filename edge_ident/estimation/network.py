@@ -103,7 +103,7 @@ def load_network(variant: Variant = "fp32", path: str | Path | None = None) -> N
     content = read_content(path)
     if hashlib.sha256(content).hexdigest() != manifest.sha256.get(variant):
         raise ModelError(
-            f"{path}: fails its hash: it is not the file that {manifest_path.name} describes",
+            f"{path}: has the wrong hash: it is not the file that {manifest_path.name} describes",
             "copy network and manifest again, both from the same export",
         )
     return Network(content, manifest, variant)
@@ -114,7 +114,7 @@ def _variant_of(path: Path) -> Variant:
         if path.stem.endswith(f"_{variant}"):
             return variant
     raise ModelError(
-        f"{path}: the name does not say which variant it is", "call it NAME_fp32 or NAME_int8"
+        f"{path}: the name does not contain the variant", "call it NAME_fp32 or NAME_int8"
     )
 
 
@@ -139,6 +139,6 @@ def _open_session(content: bytes) -> onnxruntime.InferenceSession:
         raise ModelError(
             f"the network maps {inputs[0].shape} to {outputs[0].shape}, "
             f"not (n, 1, {POINTS}, {POINTS}) to (n, {len(PARAMETERS)})",
-            "name a network made by edge-ident export",
+            "give a network made by edge-ident export",
         )
     return session

@@ -106,7 +106,9 @@ def estimate(
     manifest = network.manifest
     scale = float(effort_scale(effort, manifest.normalization))
     if scale == 0.0:
-        raise DataError("the effort is zero throughout", "check the column that holds the effort")
+        raise DataError(
+            "the effort is zero in every sample", "check the column that holds the effort"
+        )
     share_scales = manifest.motion.column_scales
     scaled, measured = regressor / share_scales, effort / scale
     best, done = _best(scaled, measured, network, seed, passes, stopwatch or Stopwatch())
@@ -233,7 +235,7 @@ def _trusted(best: _Guess, passes: int) -> tuple[bool, str]:
     after = f"{passes} pass" if passes == 1 else f"{passes} passes"
     if not best.residual <= RESIDUAL_LIMIT:
         return False, (
-            f"the network misses {best.residual:.1%} of the effort after {after} "
+            f"the network leaves {best.residual:.1%} of the effort unexplained after {after} "
             f"(limit {RESIDUAL_LIMIT:.0%})"
         )
-    return True, f"the network misses {best.residual:.2%} of the effort after {after}"
+    return True, f"the network leaves {best.residual:.2%} of the effort unexplained after {after}"

@@ -100,7 +100,7 @@ def departures(terms: Sequence[Term], seen: SupportedRange, axis: AxisRecord) ->
                     "outside_support",
                     f"the motion leaves the range in which {', '.join(dict.fromkeys(effects))} "
                     f"was supported: {', '.join(left)}",
-                    "diagnose a recording of this motion; beyond the range the model is a guess",
+                    "diagnose a recording of this motion; outside the range the model extrapolates",
                     blocks=False,
                 )
             )

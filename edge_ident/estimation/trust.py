@@ -75,9 +75,10 @@ def check_estimate(
         findings.append(
             Finding(
                 "poor_fit",
-                f"the model misses {relative_residual:.1%} of the effort "
+                f"the model leaves {relative_residual:.1%} of the effort unexplained "
                 f"(limit {RESIDUAL_LIMIT:.0%})",
-                "look for a cause outside the model: units, a load that changes, play, ripple",
+                "check the units, and look for effects that the model lacks: a changing load, "
+                "backlash, ripple",
                 blocks=True,
             )
         )
@@ -108,9 +109,9 @@ def describe_data(signals: Signals) -> list[Finding]:
         findings.append(
             Finding(
                 "standstill",
-                f"in {standing:.1%} of the recording the axis stands still or is about to; "
-                "this part was left out",
-                "stiffer feedback or friction feed-forward shortens standstills at reversals",
+                f"in {standing:.1%} of the recording the axis is at rest or nearly so; "
+                "this part was not used",
+                "use stiffer feedback or friction feed-forward to shorten the rest at reversals",
                 blocks=False,
             )
         )
@@ -126,7 +127,7 @@ def _unknown(signals: Signals) -> list[Finding]:
         Finding(
             "clipped_or_missing",
             f"in {share:.1%} of the recording the effort is clipped at its highest or lowest "
-            "value, or samples are missing; this part was left out",
+            "value, or samples are missing; this part was not used",
             "record with a larger range of the effort, a gentler motion, and without pauses",
             blocks=share > UNKNOWN_LIMIT,
         )
@@ -147,7 +148,7 @@ def _inseparable(regressor: Array) -> list[Finding]:
     return [
         Finding(
             "inseparable",
-            f"{' and '.join(names)} cannot be told apart in this motion",
+            f"{' and '.join(names)} cannot be distinguished in this motion",
             "record a motion that goes both ways at several speeds, such as --motion staircase",
             blocks=True,
         )
@@ -161,7 +162,7 @@ def _check_parameter(
     if POSITIVE[index] and value < -2.0 * std:
         return Finding(
             f"unphysical_{name}",
-            f"{name} comes out negative: {value:.4g} ± {std:.2g}",
+            f"{name} is negative: {value:.4g} ± {std:.2g}",
             "check the sign of the effort column and its units",
             blocks=True,
         )
@@ -177,7 +178,7 @@ def _check_parameter(
     if POSITIVE[index] and std > WEAK_LIMIT * value:
         return Finding(
             f"weak_{name}",
-            f"{name} is known to ±{std / value:.0%} only: it makes up "
+            f"{name} is known only to ±{std / value:.0%}: it makes up "
             f"{value * rms_columns[index] / rms_effort:.1%} of the effort in this motion",
             _better_motion(index, std / value, rms_columns),
             blocks=False,
@@ -208,7 +209,7 @@ def tied_to_time(effects: tuple[str, ...]) -> list[Finding]:
             f"tied_to_time_{effect}",
             f"{effect} was compensated at the times that the model gives, counted from the first "
             "sample",
-            "take it out of the model file, unless this is the recording that it was found in",
+            "remove it from the model file, unless this is the recording that it was found in",
             blocks=False,
         )
         for effect in effects
@@ -225,7 +226,7 @@ def compare_estimators(network: Estimate, least_squares: Estimate) -> list[Findi
             f"network and least squares differ in {name} by {distance[i] / combined[i]:.1f} "
             f"standard deviations ({network.parameters[i]:.4g} against "
             f"{least_squares.parameters[i]:.4g})",
-            "one of them is wrong about this drive: look at the residual over time",
+            "one of them is wrong for this drive: examine the residual over time",
             blocks=True,
         )
         for i, name in enumerate(PARAMETERS)

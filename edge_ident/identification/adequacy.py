@@ -12,21 +12,16 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from edge_ident.diagnosis.select.thresholds import STRUCTURE
+from edge_ident.diagnosis.tolerance import TOLERANCE
 from edge_ident.estimation.least_squares import unit_length
-from edge_ident.estimation.model_error import regime_spread
+from edge_ident.estimation.model_error import SMALLEST_EXCESS, regime_spread, regimes
 from edge_ident.identification.comparison import Comparison
 from edge_ident.model.model import PARAMETERS
 from edge_ident.signals.metrics import rms
 
 Array = NDArray[np.float64]
 
-NOISE_RATIO: Final = 1.2
-"""Residual over noise from which there is something to explain; the diagnosis has the same."""
-TOLERANCE: Final = 0.01
-"""Share of the rms effort that is not worth naming: the tolerance of the diagnosis."""
-SMALLEST_EXCESS: Final = 0.002
-"""Residual beyond noise, of the effort, that moves no parameter far: by 2 % of its value where it
-makes up a tenth of the effort."""
 LARGEST_MOVE: Final = 0.026
 """Relative move between regimes from which parameters were found to be off by 5 %."""
 SIGNIFICANT: Final = 5.0
@@ -60,7 +55,7 @@ class Adequacy:
         """Whether the residual is more than noise."""
         beyond = 1.0 - min(1.0, self.noise_ratio**-2)
         excess = self.relative_residual * float(np.sqrt(beyond))
-        return self.noise_ratio > NOISE_RATIO and excess > SMALLEST_EXCESS
+        return self.noise_ratio > STRUCTURE.value and excess > SMALLEST_EXCESS
 
     @property
     def adequate(self) -> bool:
@@ -84,7 +79,7 @@ class Adequacy:
         if self.spread:
             names = ", ".join(name.replace("_", " ") for name in self.spread)
             parts.append(
-                f"where a part of the motion is left out, the estimates of {names} move by up to "
+                f"without a part of the motion, the estimates of {names} move by up to "
                 f"{self.largest_move:.1%}"
             )
         return "; ".join(parts) or "what the base model leaves is noise"
@@ -99,13 +94,8 @@ def judge(compared: Comparison) -> Adequacy:
     noise = float(np.sqrt(compared.noise[0] + found[0] ** 2 * compared.noise[1]))
     normal = unit.T @ unit + 1e-10 * np.eye(len(PARAMETERS))
     std = noise * np.sqrt(np.diag(np.linalg.inv(normal))) / length
-    regimes = (
-        np.abs(rows[:, 1]),
-        compared.position[compared.samples],
-        compared.samples.astype(np.float64),
-        rows[:, 0],
-    )
-    spread = regime_spread(rows, effort, regimes, std)
+    position = compared.position[compared.samples]
+    spread = regime_spread(rows, effort, regimes(rows, position, compared.samples), std)
     relative = spread.largest_move / np.maximum(np.abs(found), _TINY)
     moved = (relative > LARGEST_MOVE) & (spread.significance > SIGNIFICANT)
     names = tuple(name for name, far in zip(PARAMETERS[:3], moved[:3], strict=True) if far)

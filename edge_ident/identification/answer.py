@@ -1,7 +1,9 @@
 """Which estimate is the answer, how far it may be off, and whether it may be acted on.
 
-- The base model is adequate: least squares. The network confirms it.
-- It is not, and the diagnosis explains the rest: the base parameters of the extended model.
+- The base model is adequate: least squares, on the signals of the identification or on those of the
+  comparison, whichever expects the smaller error. The network confirms it.
+- It is not, and the diagnosis explains the rest: the base parameters of the extended model. Where
+  it calls both models adequate, what lies between them is model error.
 - It is not, and nobody diagnosed it: the network where one applies. Under an effect that the base
   model lacks it is closer than least squares, which balances the effect over all samples. Its
   interval reaches as far as least squares.
@@ -19,7 +21,7 @@ from edge_ident.diagnosis.result import AxisDiagnosis, Verdict
 from edge_ident.estimation import least_squares
 from edge_ident.estimation.compensation import CompensatedAxis, compensate_effects
 from edge_ident.estimation.effort_checks import check_effort
-from edge_ident.estimation.model_error import regime_spread
+from edge_ident.estimation.model_error import regime_spread, regimes
 from edge_ident.estimation.outside_support import departures, range_of
 from edge_ident.estimation.trust import (
     Finding,
@@ -29,10 +31,12 @@ from edge_ident.estimation.trust import (
     tied_to_time,
 )
 from edge_ident.identification.adequacy import Adequacy
-from edge_ident.identification.findings import describe_model
+from edge_ident.identification.comparison import Comparison
+from edge_ident.identification.findings import describe_model, describe_scales
 from edge_ident.identification.result import AxisIdentification, EffortTrace, ParameterSource
 from edge_ident.model.model import Estimate, Model, base_axis, effect_names
 from edge_ident.model.supported_range import SupportedRange
+from edge_ident.signals.conditioning import Signals
 from edge_ident.signals.metrics import compare
 from edge_ident.signals.recording import Recording
 
@@ -54,6 +58,7 @@ class Question:
         Samples that least squares estimates from.
     linear : Estimate
         Least squares; its deviations are those by noise.
+    compared : Comparison
     network : Estimate or None
     network_reason : str
     adequacy : Adequacy
@@ -65,10 +70,24 @@ class Question:
     compensated: CompensatedAxis
     part: NDArray[np.intp]
     linear: Estimate
+    compared: Comparison
     network: Estimate | None
     network_reason: str
     adequacy: Adequacy
     timing: Timing
+
+
+@dataclass(frozen=True)
+class _Base:
+    """An estimate of the base model; its deviations include the model error."""
+
+    source: ParameterSource
+    estimate: Estimate
+    model_error: Array
+
+    def expected_error(self, signals: Signals) -> float:
+        """Of the effort, from all deviations, for signals of this motion."""
+        return float(np.linalg.norm(signals.regressor * self.estimate.std))
 
 
 @dataclass(frozen=True)
@@ -101,12 +120,12 @@ def answer(question: Question, outcome: AxisDiagnosis | str | None) -> AxisIdent
         model is adequate, or no diagnosis is wanted.
     """
     diagnosed = None if isinstance(outcome, str) else outcome
-    part, compensated = question.part, question.compensated
-    error = _model_error(compensated, part, question.linear.std)
-    linear = _widened(question.linear, error)
+    part = question.part
+    bases = _bases(question)
+    linear, whitened = (base.estimate for base in bases)
     # slow noise moves both answers alike; the network's own figures know white noise alone
     network = None if question.network is None else _widened(question.network, linear.std)
-    chosen = _chosen(question, diagnosed, linear, network, error)
+    chosen = _chosen(question, diagnosed, bases, network)
     signals, effects = chosen.compensated.signals, chosen.compensated.effects_effort[part]
     regressor, measured = signals.regressor[part], signals.effort[part] + effects
     modelled = regressor @ chosen.estimate.parameters + effects
@@ -116,6 +135,7 @@ def answer(question: Question, outcome: AxisDiagnosis | str | None) -> AxisIdent
     base = base_axis(chosen.estimate, axis.position_unit, axis.effort_unit, seen)
     findings = _what_was_done(question, outcome, seen)
     findings += check_estimate(chosen.estimate, regressor, measured, metric.relative_residual)
+    findings += describe_scales(question.recording, question.name, chosen.estimate.parameters[0])
     if network is not None and question.adequacy.adequate:
         findings += compare_estimators(network, linear)
     return AxisIdentification(
@@ -126,6 +146,7 @@ def answer(question: Question, outcome: AxisDiagnosis | str | None) -> AxisIdent
         network=network,
         network_reason=question.network_reason,
         least_squares=linear,
+        whitened=whitened,
         adequacy=question.adequacy,
         timing=question.timing if diagnosed is None else diagnosed.timing,
         diagnosis=diagnosed,
@@ -136,6 +157,17 @@ def answer(question: Question, outcome: AxisDiagnosis | str | None) -> AxisIdent
         condition_number=least_squares.condition_number(regressor),
         findings=tuple(findings),
         trace=EffortTrace(signals.period_s * part.astype(np.float64), measured, modelled),
+    )
+
+
+def _bases(question: Question) -> tuple[_Base, _Base]:
+    """Least squares on the signals of the identification, and on those of the comparison."""
+    linear, whitened = question.linear, question.compared.fit()
+    error = _model_error(question.compensated, question.part, linear.std)
+    beside = question.compared.model_error(whitened.std)
+    return (
+        _Base(ParameterSource.LEAST_SQUARES, _widened(linear, error), error),
+        _Base(ParameterSource.WHITENED, _widened(whitened, beside), beside),
     )
 
 
@@ -155,43 +187,56 @@ def _what_was_done(
 def _chosen(
     question: Question,
     diagnosed: AxisDiagnosis | None,
-    linear: Estimate,
+    bases: tuple[_Base, _Base],
     network: Estimate | None,
-    error: Array,
 ) -> _Choice:
     if diagnosed is not None and len(diagnosed.model.terms) > 1 + len(question.compensated.effects):
-        return _extended(question, diagnosed)
+        return _extended(question, diagnosed, bases)
     adequate = question.adequacy.adequate or (
         diagnosed is not None and diagnosed.verdict is Verdict.ADEQUATE
     )
+    linear, known = bases[0], question.compensated
     if network is None or adequate:
-        reason = _reason(network, linear)
-        return _Choice(ParameterSource.LEAST_SQUARES, linear, error, question.compensated, reason)
-    apart = network.parameters - linear.parameters
+        # a model that is not enough is a compromise: over all samples, those of reversals too
+        best = _best(bases, known.signals) if adequate else linear
+        reason = _reason(network, best)
+        return _Choice(best.source, best.estimate, best.model_error, known, reason)
+    apart = network.parameters - linear.estimate.parameters
     return _Choice(
         ParameterSource.NETWORK,
         _widened(network, apart),
-        np.hypot(error, apart),
-        question.compensated,
-        "what the base model lacks moves the network less than least squares",
+        np.hypot(linear.model_error, apart),
+        known,
+        "effects outside the base model change the network's result less than least squares",
     )
 
 
-def _extended(question: Question, diagnosed: AxisDiagnosis) -> _Choice:
+def _best(bases: tuple[_Base, _Base], signals: Signals) -> _Base:
+    return min(bases, key=lambda base: base.expected_error(signals))
+
+
+def _extended(question: Question, diagnosed: AxisDiagnosis, bases: tuple[_Base, _Base]) -> _Choice:
     """The base parameters of the extended model."""
     model = Model({question.name: diagnosed.model})
     compensated = compensate_effects(
-        question.recording, question.name, model, late_s=diagnosed.timing.shift_s
+        question.recording,
+        question.name,
+        model,
+        late_s=diagnosed.timing.shift_s,
+        of_motion=question.compensated.signals,
     )
     estimate = Estimate(diagnosed.model.parameters, diagnosed.extended.estimate.std)
     error = _model_error(compensated, question.part, estimate.std)
+    if diagnosed.verdict is Verdict.ADEQUATE:
+        base = _best(bases, question.compensated.signals).estimate
+        error = np.hypot(error, estimate.parameters - base.parameters)
     causes = ", ".join(name.replace("_", " ") for name in effect_names(diagnosed.model))
     return _Choice(
         ParameterSource.EXTENDED_MODEL,
         _widened(estimate, error),
         error,
         compensated,
-        f"the base model is not enough; the extended model has {causes}",
+        f"the base model is inadequate; the extended model has {causes}",
     )
 
 
@@ -202,21 +247,18 @@ def _widened(estimate: Estimate, by: Array) -> Estimate:
 def _model_error(axis: CompensatedAxis, part: NDArray[np.intp], std: Array) -> Array:
     """Deviation (4,) by model error of least-squares parameters whose noise has deviations std."""
     regressor = axis.signals.regressor[part]
-    regimes = (
-        np.abs(regressor[:, 1]),
-        axis.position[part],
-        part.astype(np.float64),
-        regressor[:, 0],
-    )
-    return regime_spread(regressor, axis.signals.effort[part], regimes, std).model_error
+    divided = regimes(regressor, axis.position[part], part)
+    return regime_spread(regressor, axis.signals.effort[part], divided, std).model_error
 
 
-def _reason(network: Estimate | None, linear: Estimate) -> str:
-    """Why the parameters are those of least squares."""
+def _reason(network: Estimate | None, base: _Base) -> str:
+    """Why the parameters are those of the base model."""
+    smaller = "its expected error is smaller than that of least squares on all samples; "
+    why = smaller if base.source is ParameterSource.WHITENED else ""
     if network is None:
-        return "the network does not apply"
-    apart = np.max(np.abs(network.parameters - linear.parameters) / network.std)
+        return why + "no network result is available for this axis"
+    apart = np.max(np.abs(network.parameters - base.estimate.parameters) / network.std)
     return (
-        "its intervals hold under coloured noise; "
+        f"{why}its intervals hold under coloured noise; "
         f"the network agrees within {apart:.1f} standard deviations"
     )

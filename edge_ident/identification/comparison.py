@@ -6,43 +6,37 @@ its noise is nearly white, and no sample counts at which the encoder does not te
 It is computed at the rate that the band needs, because it precedes every answer.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.prepare.bandwidth import Band, balanced_band, white_noise
-from edge_ident.diagnosis.prepare.masks import SMEAR_PERIODS, aliasing_mask, tapered
+from edge_ident.diagnosis.prepare.masks import (
+    LEAST_WEIGHT,
+    SMEAR_PERIODS,
+    TURN_NOISE,
+    aliasing_mask,
+    direction_weight,
+    run_in,
+)
 from edge_ident.errors import DataError
 from edge_ident.estimation.compensation import CompensatedAxis
+from edge_ident.estimation.least_squares import solve
+from edge_ident.estimation.model_error import regime_spread, regimes, unnoticed_error
 from edge_ident.model.effect import Motion
-from edge_ident.model.model import regressor
+from edge_ident.model.model import Estimate, regressor
 from edge_ident.signals.conditioning import decimated, encoder_count, position_noise
 from edge_ident.signals.filters import differentiate, lowpass
 from edge_ident.signals.timing import Shift, slow, solve_shift
 
 Array = NDArray[np.float64]
 
-_MOTION_BAND: Final = 2.0
-"""Bandwidth of the motion over that of the comparison: reversals stay where they are."""
 _RATE: Final = 8.0
 """Samples per period of the motion's bandwidth."""
-_WIDEST: Final = 0.2
-"""Highest bandwidth of the motion, of the sampling rate."""
-_TURN_NOISE: Final = 8.0
-"""Distance from a turning point, in standard deviations of the encoder noise, below which the
-direction is unknown."""
-_TAPER_PERIODS: Final = 0.4
-"""Cut-off periods over which the weight of a sample falls to zero at an unknown direction."""
-_LEAST_WEIGHT: Final = 0.5
-"""Filtered weight from which a sample is compared."""
-_RUN_IN: Final = 0.1
-"""Distance from the start, of the travel, before which friction remembers the time before."""
 _FREQUENCIES: Final = 512
 """At which the noise through the filter is summed up."""
-
-
 _FEWEST: Final = 8
 """Samples, two for each parameter."""
 
@@ -59,6 +53,8 @@ class Comparison:
     rates : (N, 3) array
         Time derivatives of the slow parts of acceleration, velocity and effort.
     position : (N,) array
+    weight : (N,) array
+        From 0, where the direction is unknown, to 1.
     samples : array of int
         Rows that are compared.
     band : Band
@@ -72,6 +68,7 @@ class Comparison:
     effort: Array
     rates: Array
     position: Array
+    weight: Array
     samples: NDArray[np.intp]
     band: Band
     period_s: float
@@ -81,42 +78,54 @@ class Comparison:
     def of(cls, axis: CompensatedAxis) -> "Comparison":
         """Filter an axis."""
         sampling_s = axis.signals.period_s
-        noise = position_noise(axis.position)
+        count = encoder_count(axis.position)
+        noise = position_noise(axis.position, count)
         band, density = _band(axis, noise)
-        motion_hz = min(_MOTION_BAND * band.cutoff_hz, _WIDEST / sampling_s)
+        motion_hz = band.motion_hz(sampling_s)
         stride = max(1, int(1.0 / (_RATE * motion_hz * sampling_s)))
         period_s = stride * sampling_s
-        smooth = differentiate(axis.position, motion_hz, sampling_s)
-        position, velocity, acceleration = (x[::stride] for x in smooth)
-        in_step = lowpass(axis.effort, motion_hz, sampling_s, delay_s=axis.shift_s)
-        in_step = (in_step - axis.effects_unfiltered)[::stride]
+        position, velocity, acceleration = (
+            x[::stride] for x in differentiate(axis.position, motion_hz, sampling_s)
+        )
         unknown = _direction_unknown(axis, velocity, noise, stride)
-        weight = 1.0 - tapered(unknown, _TAPER_PERIODS / (band.cutoff_hz * period_s))
-        columns = [*regressor(velocity, acceleration).T, in_step]
-        columns += _rates(acceleration, in_step, axis.signals.cutoff_hz, period_s)
-        filtered = band.lowpass(np.array(columns) * weight, period_s)
-        samples = decimated(len(weight), band.cutoff_hz, period_s)
-        samples = samples[lowpass(weight, band.cutoff_hz, period_s)[samples] > _LEAST_WEIGHT]
-        far = np.abs(position - position[0]) > _RUN_IN * np.ptp(position)
+        weight = direction_weight(unknown, band.cutoff_hz, period_s)
+        smooth = slow(acceleration, axis.signals.cutoff_hz, period_s)
+        rates = [np.gradient(smooth, period_s), smooth]
+        columns = np.array([*regressor(velocity, acceleration).T, *rates])
+        filtered = band.lowpass(columns * weight, period_s)
         motion = Motion.known(position, position, velocity, acceleration)
-        aliased = _aliased(motion, encoder_count(axis.position), band, sampling_s, stride)
-        samples = samples[(samples >= np.argmax(far)) & ~aliased[samples]]
-        if len(samples) < _FEWEST:
-            raise DataError(
-                f"only {len(samples)} independent samples lie away from standstill, reversals, "
-                "gaps and clipped efforts",
-                "record a longer motion, or one that is gentler and turns less often",
-            )
+        aliased = _aliased(motion, count, band, sampling_s, stride)
+        effort, effort_rate = _effort(axis, band, weight, stride)
         return cls(
             regressor=filtered[:4].T,
-            effort=filtered[4],
-            rates=filtered[5:].T,
+            effort=effort,
+            rates=np.vstack([filtered[4:], effort_rate]).T,
             position=position,
-            samples=samples,
+            weight=weight,
+            samples=_samples(position, weight, aliased, band, period_s),
             band=band,
             period_s=period_s,
             noise=_noise(band, density, noise, sampling_s),
         )
+
+    def with_effort(self, axis: CompensatedAxis) -> "Comparison":
+        """The same motion with the effort of an axis that was compensated or shifted otherwise."""
+        stride = round(self.period_s / axis.signals.period_s)
+        effort, rate = _effort(axis, self.band, self.weight, stride)
+        return replace(self, effort=effort, rates=np.column_stack([self.rates[:, :2], rate]))
+
+    def fit(self) -> Estimate:
+        """Least squares, with deviations by noise."""
+        at = self.samples
+        deviation = float(np.sqrt(self.noise[1]))
+        return solve(self.regressor[at], self.effort[at], acceleration_noise=deviation)
+
+    def model_error(self, std: Array) -> Array:
+        """Deviation (4,) by model error of parameters whose noise has deviations std (4,)."""
+        at, rows, effort = self.samples, self.regressor[self.samples], self.effort[self.samples]
+        divided = regimes(rows, self.position[at], at)
+        noticed = regime_spread(rows, effort, divided, std).model_error
+        return np.hypot(noticed, unnoticed_error(rows, effort))
 
     def shift(self, sampling_s: float) -> Shift:
         """By which the effort is recorded late, to first order.
@@ -144,10 +153,15 @@ def _band(axis: CompensatedAxis, noise: float) -> tuple[Band, float]:
     return balanced_band(abs(float(found[0])), noise, density, widest_hz, period_s), density
 
 
-def _rates(acceleration: Array, effort: Array, widest_hz: float, period_s: float) -> list[Array]:
-    """Time derivatives of the slow parts of acceleration, velocity and effort, before weighting."""
-    smooth, slow_effort = (slow(x, widest_hz, period_s) for x in (acceleration, effort))
-    return [np.gradient(smooth, period_s), smooth, np.gradient(slow_effort, period_s)]
+def _effort(axis: CompensatedAxis, band: Band, weight: Array, stride: int) -> tuple[Array, Array]:
+    """Effort less what known effects account for, and the rate of its slow part, filtered."""
+    sampling_s = axis.signals.period_s
+    in_step = lowpass(axis.effort, band.motion_hz(sampling_s), sampling_s, delay_s=axis.shift_s)
+    in_step = (in_step - axis.effects_unfiltered)[::stride]
+    period_s = stride * sampling_s
+    rate = np.gradient(slow(in_step, axis.signals.cutoff_hz, period_s), period_s)
+    filtered = band.lowpass(np.array([in_step, rate]) * weight, period_s)
+    return filtered[0], filtered[1]
 
 
 def _direction_unknown(
@@ -157,11 +171,27 @@ def _direction_unknown(
     position = axis.position[::stride]
     unknown = ~axis.signals.moving[::stride]
     for turn in np.flatnonzero(velocity[1:] * velocity[:-1] <= 0.0):
-        away = np.abs(position - position[turn]) > _TURN_NOISE * noise
+        away = np.abs(position - position[turn]) > TURN_NOISE * noise
         first = turn - int(np.argmax(away[turn::-1])) if away[:turn].any() else 0
         last = turn + int(np.argmax(away[turn:])) if away[turn:].any() else len(away)
         unknown[first : last + 1] = True
     return unknown
+
+
+def _samples(
+    position: Array, weight: Array, aliased: NDArray[np.bool_], band: Band, period_s: float
+) -> NDArray[np.intp]:
+    """Samples that are compared: decimated, of known direction, after the run-in."""
+    samples = decimated(len(weight), band.cutoff_hz, period_s)
+    samples = samples[lowpass(weight, band.cutoff_hz, period_s)[samples] > LEAST_WEIGHT]
+    samples = samples[(samples >= run_in(position)) & ~aliased[samples]]
+    if len(samples) < _FEWEST:
+        raise DataError(
+            f"only {len(samples)} independent samples lie away from standstill, reversals, "
+            "gaps and clipped efforts",
+            "record a longer motion, or one that is gentler and turns less often",
+        )
+    return samples
 
 
 def _aliased(

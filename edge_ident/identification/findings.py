@@ -3,6 +3,8 @@
 from edge_ident.diagnosis.result import AxisDiagnosis, Verdict
 from edge_ident.estimation.trust import Finding
 from edge_ident.identification.adequacy import Adequacy
+from edge_ident.signals.recording import Recording
+from edge_ident.signals.scale_checks import check_inertia, check_scales
 
 
 def describe_model(adequacy: Adequacy, outcome: AxisDiagnosis | str | None) -> list[Finding]:
@@ -39,6 +41,16 @@ def describe_model(adequacy: Adequacy, outcome: AxisDiagnosis | str | None) -> l
     return [*_verdict(adequacy, outcome), *outcome.findings]
 
 
+def describe_scales(recording: Recording, name: str, inertia: float) -> list[Finding]:
+    """Questions about units, from the recording and from the inertia that follows."""
+    unit = recording.axes[name].parameter_units[0]
+    asked = [question for question in check_scales(recording) if question.axis == name]
+    return [
+        Finding(question.code, question.message, question.next_step, blocks=False)
+        for question in asked + check_inertia(name, inertia, unit)
+    ]
+
+
 def _verdict(adequacy: Adequacy, diagnosed: AxisDiagnosis) -> list[Finding]:
     found = ", ".join(cause.term.effect.replace("_", " ") for cause in diagnosed.causes)
     left = f"{diagnosed.extended.fitted:.2%} of the effort"
@@ -48,7 +60,7 @@ def _verdict(adequacy: Adequacy, diagnosed: AxisDiagnosis) -> list[Finding]:
                 "unexplained",
                 f"{adequacy.reason}; the diagnosis leaves {left} unexplained, where noise leaves "
                 f"{diagnosed.noise_floor:.2%}" + (f" (found: {found})" if found else ""),
-                "look at what edge-ident diagnose says, with --output for the page",
+                "run edge-ident diagnose with --output and read its page",
                 blocks=True,
             )
         ]
@@ -60,7 +72,7 @@ def _verdict(adequacy: Adequacy, diagnosed: AxisDiagnosis) -> list[Finding]:
         Finding(
             "extended_model",
             f"the base model lacks {found}; with it the model leaves {left}",
-            "look at what edge-ident diagnose says before the machine is adjusted",
+            "run edge-ident diagnose and read its result before you adjust the machine",
             blocks=False,
         )
     ]

@@ -140,12 +140,16 @@ def _look(
     with watch.stage("signals"):
         seen = compensated
         if network is not None and network.manifest.motion.effects:
-            seen = compensate_effects(recording, name, None, late_s=timing.shift_s)
+            seen = compensate_effects(
+                recording, name, None, late_s=timing.shift_s, of_motion=compensated.signals
+            )
     with watch.stage("cnn"):
         found, reason = run_network(seen.signals, axis, network, seed, watch)
     with watch.stage("estimate"):
         linear = least_squares.fit(compensated.signals, part)
-    return Question(recording, name, compensated, part, linear, found, reason, adequacy, timing)
+    return Question(
+        recording, name, compensated, part, linear, compared, found, reason, adequacy, timing
+    )
 
 
 def _in_step(
@@ -165,8 +169,10 @@ def _in_step(
         if abs(step_s) < _SMALLEST_SHIFT * sampling_s:
             break
         late_s += step_s
-        compensated = compensate_effects(recording, name, model, late_s=late_s)
-        compared = Comparison.of(compensated)
+        compensated = compensate_effects(
+            recording, name, model, late_s=late_s, of_motion=compensated.signals
+        )
+        compared = compared.with_effort(compensated)
         if abs(late_s) >= largest_s:  # on the edge: what asks for it is no shift
             return stated
         if abs(step_s) < _CERTAIN * found.std_s:

@@ -25,6 +25,7 @@ class ParameterSource(StrEnum):
     """Which estimate an answer is."""
 
     LEAST_SQUARES = "least_squares"
+    WHITENED = "whitened_least_squares"
     NETWORK = "cnn"
     EXTENDED_MODEL = "extended_model"
 
@@ -69,6 +70,8 @@ class AxisIdentification:
     network_reason : str
     least_squares : Estimate
         Of the base model.
+    whitened : Estimate
+        The same in the band and with the masks of the diagnosis, where noise is white.
     adequacy : Adequacy
         Of the base model.
     timing : Timing
@@ -103,6 +106,7 @@ class AxisIdentification:
     network: Estimate | None
     network_reason: str
     least_squares: Estimate
+    whitened: Estimate
     adequacy: Adequacy
     timing: Timing
     diagnosis: AxisDiagnosis | None

@@ -13,19 +13,22 @@ direction, `edge_ident.model.inverse`), and inside the equations of motion
 All hooks broadcast: values of shape (1,) or (D, 1) along a motion of (N,) samples, values of
 shape (D,) at one instant of D drives.
 
-An effect carries three more things that are not physics: how the diagnosis searches for it
+An effect carries four more things that are not physics: how the diagnosis searches for it
 (`edge_ident.model.search`), how strengths are drawn for training (`edge_ident.model.strengths`),
-and how controller gains compensate it (`edge_ident.model.compensation`). What all of this must
+how controller gains compensate it (`edge_ident.model.compensation`), and what it means to the
+person at the machine (`edge_ident.model.advice`). What all of this must
 satisfy is checked once, in `edge_ident.model.registration`.
 """
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import ClassVar, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from edge_ident.model.advice import Advice
 from edge_ident.model.compensation import Compensation
 from edge_ident.model.search import SearchSpec
 from edge_ident.model.strengths import Draw, no_draw
@@ -37,6 +40,7 @@ Values = Mapping[str, Array]
 _NOTHING: Final = np.zeros(())
 _NO_SEARCH: Final = SearchSpec()
 _NO_COMPENSATION: Final = Compensation()
+_NO_ADVICE: Final = Advice()
 _NONADDITIVE_HOOKS: Final = ("true_motion", "reading", "command", "torque", "recorded", "withheld")
 """Hooks that act on what other terms contribute."""
 
@@ -127,6 +131,8 @@ class Effect:
         repair. They serve training.
     compensation : Compensation
         What gains do about it.
+    advice : Advice
+        Which part of the machine it points at, and what to do next.
     """
 
     parameters: ClassVar[tuple[Parameter, ...]]
@@ -154,10 +160,12 @@ class Effect:
         search: SearchSpec = _NO_SEARCH,
         draw: Draw = no_draw,
         compensation: Compensation = _NO_COMPENSATION,
+        advice: Advice = _NO_ADVICE,
     ) -> None:
         self.search = search
         self.draw = draw
         self.compensation = compensation
+        self.advice = advice
 
     def complete(self, values: Mapping[str, float | Array]) -> dict[str, float | Array]:
         """A term's values, with defaults for those that it does not name."""
@@ -169,7 +177,7 @@ class Effect:
         """The name in model files: that of the module."""
         return type(self).__module__.rpartition(".")[2]
 
-    @property
+    @cached_property
     def additive(self) -> bool:
         """Whether its effort adds to that of the others, in proportion to linear parameters."""
         return not (self.follows_base or any(map(self.overrides, _NONADDITIVE_HOOKS)))

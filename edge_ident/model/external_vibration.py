@@ -11,6 +11,7 @@ import numpy as np
 
 from edge_ident.model.effect import Array, Effect, Motion, Parameter, Values
 from edge_ident.model.search import Form, SearchSpec
+from edge_ident.model.waves import wave
 
 _MANY: Final = 1e9
 
@@ -30,7 +31,7 @@ class ExternalVibration(Effect):
     def load(self, at: Motion, values: Values) -> Array:
         """A sinusoid of time."""
         angle = 2.0 * np.pi * values["frequency"] * at.time_s
-        return values["cosine"] * np.cos(angle) + values["sine"] * np.sin(angle)
+        return wave(angle, values["cosine"], values["sine"])
 
 
 EXTERNAL_VIBRATION: Final = ExternalVibration(

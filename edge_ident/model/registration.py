@@ -201,6 +201,13 @@ def _compensation(effect: Effect) -> Iterator[str]:
         yield "its resonance must name an inertia, a rate and a damping ratio"
 
 
+def _advice(effect: Effect) -> Iterator[str]:
+    """A person at the machine is told what it is, where to look, and what to do."""
+    advice = effect.advice
+    if not (advice.in_words and advice.part and advice.action):
+        yield "its advice lacks everyday words, a part of the machine or an action"
+
+
 RULES: Final[tuple[Callable[[Effect], Iterator[str]], ...]] = (
     _parameters,
     _search,
@@ -208,5 +215,6 @@ RULES: Final[tuple[Callable[[Effect], Iterator[str]], ...]] = (
     _memory,
     _linearity,
     _compensation,
+    _advice,
 )
 """Each yields the faults of an effect, in words."""

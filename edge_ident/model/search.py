@@ -2,12 +2,19 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 Values = Mapping[str, Array]
+
+SOUND_RESONANCE_HZ: Final = 15.0
+"""Frequency at which a load swings on a sound drive's chain, at least. No chain is rigid: dry
+friction winds it up at each reversal, and an encoder on the motor resolves that. Feed drives are
+built with their first resonance well above this, and their position loops end well below. A
+judgement, not a measurement."""
 
 
 @dataclass(frozen=True)
@@ -87,6 +94,10 @@ def _always(values: Values, excitation: Excitation) -> bool:
     return True
 
 
+def _never(values: Values, excitation: Excitation) -> bool:
+    return False
+
+
 @dataclass(frozen=True)
 class SearchSpec:
     """How the diagnosis searches for one effect.
@@ -136,6 +147,7 @@ class SearchSpec:
     needs_reversals: bool = False
     repeats: bool = False
     shares_friction: bool = False
+    sound: Callable[[Values, Excitation], bool] = _never
 
     @property
     def linear(self) -> frozenset[str]:

@@ -9,7 +9,6 @@ from edge_ident.support.lazy import lazy_names
 
 if TYPE_CHECKING:
     from edge_ident.diagnosis.present.document import diagnosis_document
-    from edge_ident.diagnosis.present.page import write_page
     from edge_ident.report.comparison_tables import comparison_document
     from edge_ident.report.documents import (
         gains_document,
@@ -17,7 +16,17 @@ if TYPE_CHECKING:
         simulation_document,
     )
     from edge_ident.report.gain_report import GainReport, gain_report_document, gain_report_view
+    from edge_ident.report.import_report import (
+        import_document,
+        inspection_lines,
+        recording_lines,
+        scale_lines,
+    )
     from edge_ident.report.output import save_figure, show
+    from edge_ident.report.page.diagnosis_page import write_page
+    from edge_ident.report.page.markdown_page import write_markdown
+    from edge_ident.report.page.provenance import Provenance
+    from edge_ident.report.page.run_page import write_run_page
     from edge_ident.report.register_tables import register_lines, registers_document, values_text
     from edge_ident.report.run_documents import (
         capture_document,
@@ -31,6 +40,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "GainReport",
+    "Provenance",
     "capture_document",
     "comparison_document",
     "diagnosis_document",
@@ -39,20 +49,26 @@ __all__ = [
     "gains_document",
     "home_document",
     "identification_document",
+    "import_document",
+    "inspection_lines",
     "outcome_view",
     "profile_document",
     "profile_view",
+    "recording_lines",
     "register_lines",
     "registers_document",
     "run_document",
     "run_figure",
     "save_figure",
+    "scale_lines",
     "show",
     "simulation_document",
     "to_json",
     "values_text",
     "write_json",
+    "write_markdown",
     "write_page",
+    "write_run_page",
 ]
 
 __getattr__ = lazy_names(
@@ -70,6 +86,10 @@ __getattr__ = lazy_names(
         "gain_report_view": "edge_ident.report.gain_report",
         "gains_document": "edge_ident.report.documents",
         "identification_document": "edge_ident.report.documents",
+        "import_document": "edge_ident.report.import_report",
+        "inspection_lines": "edge_ident.report.import_report",
+        "recording_lines": "edge_ident.report.import_report",
+        "scale_lines": "edge_ident.report.import_report",
         "outcome_view": "edge_ident.report.run_tables",
         "profile_document": "edge_ident.report.run_documents",
         "profile_view": "edge_ident.report.run_tables",
@@ -80,6 +100,9 @@ __getattr__ = lazy_names(
         "simulation_document": "edge_ident.report.documents",
         "to_json": "edge_ident.support.json_text",
         "write_json": "edge_ident.support.json_text",
-        "write_page": "edge_ident.diagnosis.present.page",
+        "Provenance": "edge_ident.report.page.provenance",
+        "write_markdown": "edge_ident.report.page.markdown_page",
+        "write_page": "edge_ident.report.page.diagnosis_page",
+        "write_run_page": "edge_ident.report.page.run_page",
     },
 )

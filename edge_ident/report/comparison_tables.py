@@ -5,17 +5,17 @@ from typing import Any
 from rich.box import SIMPLE_HEAD
 from rich.console import Group
 from rich.markup import escape
-from rich.table import Table
 from rich.text import Text
 
 from edge_ident.baselines.comparison import AxisComparison, Comparison, Row
 from edge_ident.model.model import PARAMETERS
 from edge_ident.report.documents import finding_document
+from edge_ident.support.tables import FittingTable
 
 
 def comparison_view(comparison: Comparison) -> Group:
     """One table per axis; below it, why a method gave no answer, and the warnings of others."""
-    parts: list[Table | Text] = []
+    parts: list[FittingTable | Text] = []
     for name, axis in comparison.axes.items():
         parts.append(_table(name, axis))
         parts += [
@@ -34,19 +34,19 @@ def _remarks(axis: AxisComparison) -> dict[str, list[str]]:
     return remarks
 
 
-def _table(name: str, axis: AxisComparison) -> Table:
-    table = Table(
+def _table(name: str, axis: AxisComparison) -> FittingTable:
+    table = FittingTable(
         title=f"axis {escape(name)}: {axis.samples} samples, filtered at {axis.cutoff_hz:.3g} Hz",
         title_justify="left",
         box=SIMPLE_HEAD,
         padding=(0, 1, 0, 0),
         pad_edge=False,
     )
-    table.add_column("method", no_wrap=True)
+    table.add_column("method")
     for parameter, unit in zip(PARAMETERS, axis.units, strict=True):
-        table.add_column(f"{parameter.split('_')[0]}\n{unit}", justify="right", no_wrap=True)
+        table.add_column(f"{parameter.split('_')[0]}\n{unit}", justify="right")
     for heading in ("resid.\n%", "fit", "time-\nspectral", "time\nms"):
-        table.add_column(heading, justify="right", no_wrap=True)
+        table.add_column(heading, justify="right")
     for row in axis.rows:
         in_two_lines = row.method.replace("_", "\n", 1).replace("_", " ")
         table.add_row(in_two_lines, *_cells(row))

@@ -50,7 +50,11 @@ def _axis(axis: AxisIdentification) -> dict[str, Any]:
             "noise_ratio": axis.adequacy.noise_ratio,
         },
         "timing": dataclasses.asdict(axis.timing),
-        "estimators": {"cnn": network, "least_squares": _estimate(axis.least_squares, axis.units)},
+        "estimators": {
+            "cnn": network,
+            "least_squares": _estimate(axis.least_squares, axis.units),
+            "whitened_least_squares": _estimate(axis.whitened, axis.units),
+        },
         "cnn_reason": axis.network_reason,
         "metric": {
             "time_spectral": axis.metric.time_spectral,

@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 from rich.console import Group, RenderableType
-from rich.table import Table
 from rich.text import Text
 
 from edge_ident.commissioning.gain_change import GainChange
 from edge_ident.commissioning.gain_forecast import Forecast, Forecasts
 from edge_ident.commissioning.gain_transfer import change_factor
 from edge_ident.support.json_text import finite
+from edge_ident.support.tables import FittingTable
 from firmware_interface.gains import AxisGains, Bank
 
 
@@ -106,11 +106,11 @@ def gain_report_view(report: GainReport) -> Group:
     return Group(*parts)
 
 
-def _table(report: GainReport, axis: str) -> Table:
-    table = Table(title=f"board {report.serial_number}, axis {axis}", title_justify="left")
-    table.add_column("", no_wrap=True)
+def _table(report: GainReport, axis: str) -> FittingTable:
+    table = FittingTable(title=f"board {report.serial_number}, axis {axis}", title_justify="left")
+    table.add_column("")
     for heading in ("active", "new", "change")[: 1 if report.new is None else 3]:
-        table.add_column(heading, justify="right", no_wrap=True)
+        table.add_column(heading, justify="right")
     banks = [report.active[axis]] + ([] if report.new is None else [report.new[axis]])
     for name in banks[0].numbers():
         values = [bank.numbers()[name] for bank in banks]

@@ -5,7 +5,6 @@ from collections.abc import Iterator, Mapping
 
 from rich.console import Group, RenderableType
 from rich.markup import escape
-from rich.table import Table
 from rich.text import Text
 
 from edge_ident.control.gain_design import GainDesign
@@ -15,6 +14,7 @@ from edge_ident.identification.result import (
     ParameterSource,
 )
 from edge_ident.model.model import PARAMETERS, Estimate
+from edge_ident.support.tables import FittingTable
 from firmware_interface.gains import RIPPLES, AxisGains
 
 
@@ -50,7 +50,7 @@ def _axis(name: str, axis: AxisIdentification) -> Iterator[RenderableType]:
         yield Text(f"    next: {finding.next_step}")
 
 
-def _parameter_table(name: str, axis: AxisIdentification) -> Table:
+def _parameter_table(name: str, axis: AxisIdentification) -> FittingTable:
     """One column for each estimate, the one that is used first."""
     columns: dict[ParameterSource, Estimate | None] = {
         axis.source: axis.estimate,
@@ -58,12 +58,12 @@ def _parameter_table(name: str, axis: AxisIdentification) -> Table:
         ParameterSource.NETWORK: axis.network,
     }
     columns[axis.source] = axis.estimate
-    table = Table(title=escape(f"axis {name}"), title_justify="left")
-    table.add_column("parameter", no_wrap=True)
+    table = FittingTable(title=escape(f"axis {name}"), title_justify="left")
+    table.add_column("parameter")
     for source in columns:
         heading = source.spoken + (" (used)" if source is axis.source else "")
-        table.add_column(heading, justify="right", no_wrap=True)
-    table.add_column("unit", no_wrap=True)
+        table.add_column(heading, justify="right")
+    table.add_column("unit")
     for i, parameter in enumerate(PARAMETERS):
         values = ("–" if estimate is None else _value(estimate, i) for estimate in columns.values())
         table.add_row(parameter.replace("_", " "), *values, axis.units[i])
@@ -76,7 +76,7 @@ def _value(estimate: Estimate, index: int) -> str:
 
 def designs_view(designs: Mapping[str, GainDesign]) -> Group:
     """Bandwidth, margins and gains, a column per axis; below, the effects that no gain uses."""
-    table = Table(title="gains", title_justify="left")
+    table = FittingTable(title="gains", title_justify="left")
     table.add_column("")
     for name in designs:
         table.add_column(escape(f"axis {name}"), justify="right")

@@ -14,8 +14,12 @@ _RESOLUTION_DPI: Final = 120
 
 
 def show(result: RenderableType) -> None:
-    """Print a result, or the view of one, on stdout; the terminal alone breaks lines of text."""
-    Console(highlight=False).print(result, soft_wrap=True)
+    """Print a result, or the view of one, on stdout; only for a terminal are lines broken."""
+    console = Console(highlight=False)
+    if console.is_terminal:
+        console.print(result, crop=False, overflow="fold")
+    else:
+        console.print(result, soft_wrap=True)
 
 
 def save_figure(figure: "Figure", picture: Path) -> Path:

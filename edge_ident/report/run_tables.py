@@ -3,13 +3,13 @@
 from collections.abc import Iterator
 
 from rich.console import Group, RenderableType
-from rich.table import Table
 from rich.text import Text
 
 from edge_ident.commissioning.profile import TARGET_MS, Profile, ProfileRun, spread
 from edge_ident.commissioning.run import Outcome
 from edge_ident.commissioning.verification import Verification
 from edge_ident.report.identification_tables import designs_view, identification_view
+from edge_ident.support.tables import FittingTable
 
 
 def outcome_view(outcome: Outcome) -> Group:
@@ -26,10 +26,10 @@ def _outcome_parts(outcome: Outcome) -> Iterator[RenderableType]:
     yield Text(outcome.conclusion)
 
 
-def _tracking_table(verification: Verification) -> Table:
-    table = Table(title="tracking error, rms", title_justify="left")
+def _tracking_table(verification: Verification) -> FittingTable:
+    table = FittingTable(title="tracking error, rms", title_justify="left")
     for heading in ("axis", "before", "after", "smaller by", "repeats within"):
-        table.add_column(heading, justify="right", no_wrap=True)
+        table.add_column(heading, justify="right")
     for axis, tracking in verification.axes.items():
         table.add_row(
             axis,
@@ -50,11 +50,11 @@ def profile_view(profile: Profile) -> Group:
     )
 
 
-def _stage_table(run: ProfileRun) -> Table:
-    table = Table(title=f"{run.start}, {run.precision} (ms)", title_justify="left")
+def _stage_table(run: ProfileRun) -> FittingTable:
+    table = FittingTable(title=f"{run.start}, {run.precision} (ms)", title_justify="left")
     table.add_column("stage")
     for heading in ("p50", "p95", "p99", "max"):
-        table.add_column(heading, justify="right", no_wrap=True)
+        table.add_column(heading, justify="right")
     for stage, times in run.stages_ms.items():
         of_stage = spread(times)
         values = (of_stage.p50, of_stage.p95, of_stage.p99, of_stage.maximum)

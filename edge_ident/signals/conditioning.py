@@ -3,7 +3,7 @@
 Training and run time share this code, so the network never sees two kinds of preprocessing.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -109,6 +109,22 @@ def condition(
         acceleration_noise=acceleration_noise(noise, cutoff_hz, period_s) / acceleration_std,
         unknown_share=float(np.mean(unknown)),
     )
+
+
+def with_effort(signals: Signals, effort: Array, effort_shift_s: float) -> Signals:
+    """The same motion with another effort, or with the same one shifted otherwise.
+
+    Parameters
+    ----------
+    signals : Signals
+    effort : (N,) array
+        As measured.
+    effort_shift_s : float
+        See `condition`.
+    """
+    resampled, period_s = signals.grid.resampled(effort), signals.period_s
+    smooth = lowpass(resampled, signals.cutoff_hz, period_s, delay_s=effort_shift_s)
+    return replace(signals, effort=bridge(smooth, signals.moving))
 
 
 def filtered_regressor(position: Array, cutoff_hz: float, period_s: float) -> Array:
@@ -221,9 +237,17 @@ def bridge(signal: Array, moving: NDArray[np.bool_]) -> Array:
     return bridged
 
 
-def position_noise(position: Array) -> float:
-    """Standard deviation of white noise in a position, at least that of its quantization."""
-    return float(max(_white_noise(position), encoder_count(position) / np.sqrt(12.0)))
+def position_noise(position: Array, count: float | None = None) -> float:
+    """Standard deviation of white noise in a position, at least that of its quantization.
+
+    Parameters
+    ----------
+    position : (N,) array
+    count : float, optional
+        Its `encoder_count`, where it is known already.
+    """
+    count = encoder_count(position) if count is None else count
+    return float(max(_white_noise(position), count / np.sqrt(12.0)))
 
 
 def encoder_count(position: Array) -> float:

@@ -41,7 +41,9 @@ _JUMP_RATIO: Final = 8.0
 _TINY: Final = float(np.finfo(float).tiny)
 
 
-def check_table(source: str, columns: Mapping[str, Array], first_row: int) -> None:
+def check_table(
+    source: str, columns: Mapping[str, Array], first_row: int, held: str | None = None
+) -> None:
     """Check what holds for any column: time there and increasing, all finite, long enough.
 
     Parameters
@@ -51,6 +53,8 @@ def check_table(source: str, columns: Mapping[str, Array], first_row: int) -> No
     columns : mapping of name to (N,) array
     first_row : int
         Row of the file that holds the first sample.
+    held : str, optional
+        Headings of the file, for messages.
 
     Raises
     ------
@@ -58,8 +62,9 @@ def check_table(source: str, columns: Mapping[str, Array], first_row: int) -> No
     """
     if "time_s" not in columns:
         raise DataError(
-            f"{source}: column time_s is missing (columns: {', '.join(columns)})",
-            "name the column of time stamps in seconds time_s, or pass --column NAME=time_s",
+            f"{source}: column time_s is missing (columns: {held or ', '.join(columns)})",
+            "name the column of time stamps in seconds time_s, give --column NAME=time_s, or give "
+            "the sampling period with --period",
         )
     time_s = columns["time_s"]
     _check_length(source, time_s)
@@ -71,15 +76,16 @@ def check_table(source: str, columns: Mapping[str, Array], first_row: int) -> No
         raise DataError(
             f"{source}, column time_s: {period_s:.4g} s from sample to sample is too slow for any "
             "drive",
-            "give the time in seconds; if it is in milliseconds, divide it by 1000",
+            "give the time in seconds; if it is in milliseconds, say so: --unit time_s=ms; if it "
+            "counts samples, give --period",
         )
 
 
 def _check_length(source: str, time_s: Array) -> None:
     if time_s.ndim != 1 or len(time_s) < MINIMUM_SAMPLES:
         raise DataError(
-            f"{source}: {len(time_s)} samples are too few",
-            f"record at least {MINIMUM_SAMPLES} samples, better one whole period of the motion",
+            f"{source}: {len(time_s)} samples are not enough",
+            f"record at least {MINIMUM_SAMPLES} samples, better a whole period of the motion",
         )
 
 
@@ -89,7 +95,7 @@ def _check_finite(source: str, name: str, values: Array, first_row: int) -> None
         raise DataError(
             f"{source}, row {first_row + bad[0]}, column {name}: not a finite number "
             f"({len(bad)} in all)",
-            "leave such rows out; uneven sampling is allowed",
+            "remove these rows; uneven sampling is allowed",
         )
 
 
@@ -100,7 +106,7 @@ def _check_increasing(source: str, time_s: Array, first_row: int) -> None:
         raise DataError(
             f"{source}, row {row}, column time_s: time goes from "
             f"{time_s[back[0]]:.6g} to {time_s[back[0] + 1]:.6g} s",
-            "sort the rows by time and drop repeated ones",
+            "sort the rows by time and remove repeated ones",
         )
 
 
@@ -139,7 +145,7 @@ def check_motions(recording: Recording, first_row: int = 0) -> None:
         driver = axis.effort if axis.reference is None else axis.reference
         if np.ptp(position) < _MINIMUM_NOISES * position_noise(position):
             raise DataError(
-                f"{where}: nothing but noise, {np.ptp(position):.3g} {axis.position_unit} in all",
+                f"{where}: only noise, {np.ptp(position):.3g} {axis.position_unit} in all",
                 "check the sensor and that the drive was enabled",
             )
         _check_spike(where, position, axis.position_unit, first_row)
@@ -165,7 +171,7 @@ def _check_effort_changes(source: str, name: str, axis: AxisRecord) -> None:
         return
     value = f"{axis.effort[0]:.4g} {axis.effort_unit}" if axis.effort[0] else "zero"
     raise DataError(
-        f"{source}, axis {name}: the effort is {value} throughout, whatever the motion",
+        f"{source}, axis {name}: the effort is {value} in every sample, although the axis moves",
         "check that the column holds the drive's effort and that the drive was enabled",
     )
 
@@ -217,7 +223,7 @@ def _check_spike(where: str, values: Array, unit: str, first_row: int) -> None:
         raise DataError(
             f"{where}, row {first_row + spikes[0]}: a spike of {off[spikes[0]]:.4g} {unit} in one "
             f"sample ({usual:.2g} is usual; {len(spikes)} in all)",
-            "leave such rows out; uneven sampling is allowed",
+            "remove these rows; uneven sampling is allowed",
         )
 
 

@@ -1,65 +1,193 @@
-"""Recordings as files, in the contract's two formats.
+"""Recordings as files: the contract's two formats, and what other programs write.
 
-`.npz` is native, `.csv` is for exchange. Columns are named `<axis>_<quantity>_<unit>`.
+`.npz` is native, `.csv` is for exchange. Columns are named `<axis>_<quantity>_<unit>`; columns of
+other names are mapped to these.
 """
 
-import csv
-import re
-import warnings
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Final, Union
 
 import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.errors import DataError
+from edge_ident.files.reading import read_table
+from edge_ident.files.table import Table
+from edge_ident.signals.column_mapping import ColumnMapping, ColumnUse, map_columns
+from edge_ident.signals.contract_columns import TIME, axis_columns, recording_of
 from edge_ident.signals.data_checks import check_motions, check_table
-from edge_ident.signals.recording import AxisRecord, Recording
+from edge_ident.signals.read_options import ReadOptions
+from edge_ident.signals.recording import Recording
 from edge_ident.support.atomic_files import atomic_write
 
-Array = NDArray[np.float64]
+if TYPE_CHECKING:
+    from typing import Protocol
 
-_QUANTITIES: Final = {
-    "position": ("rad", "m"),
-    "torque": ("nm",),
-    "force": ("n",),
-    "current": ("a",),
-    "voltage": ("v",),
-    "reference": ("rad", "m"),
-    "velocity": ("rad_s", "m_s"),
-    "temperature": ("c",),
-}
-_EFFORTS: Final = ("torque", "force", "current", "voltage")
-_EFFORT_UNITS: Final = {"nm": "N*m", "n": "N", "a": "A", "v": "V"}
-_COLUMN: Final = re.compile(
-    r"(?P<axis>\w+?)_(?P<quantity>" + "|".join(_QUANTITIES) + r")_(?P<unit>[a-z_]+)"
-)
+    class DataFrame(Protocol):
+        """A table of named columns, such as pandas has."""
+
+        @property
+        def columns(self) -> "object": ...
+        def __getitem__(self, name: object, /) -> "object": ...
+
+
+Array = NDArray[np.float64]
+Source = Union[str, Path, "DataFrame"]
+
 _SHIFT: Final = "effort_shift_s"
 
 
 @dataclass(frozen=True)
-class _Table:
-    """Named columns as they stand in a file; `first_row` is the file's number of row 0."""
+class Inspection:
+    """What a file holds, and what each column is taken for.
+
+    Attributes
+    ----------
+    source : str
+    how : str
+        How the file was read, empty where nothing had to be decided.
+    rows : int
+    columns : tuple of ColumnUse
+        `heading`, `unit_text`, `target` (the name in the contract, or None) and `reason`.
+    period_s : float or None
+        Sampling period that takes the place of a column of time, and why:
+    period_reason : str
+    left_out : tuple of str
+        What else the file holds.
+    questions : tuple of str
+        What is not certain. Where there is one, the columns are a proposal.
+    options : tuple of str
+        Of the command line, which accept the proposal.
+
+    Examples
+    --------
+    >>> import edge_ident
+    >>> edge_ident.save_recording(edge_ident.simulate(), "drive.csv")
+    >>> found = edge_ident.inspect_recording("drive.csv")
+    >>> [use.target for use in found.columns][:3]
+    ['time_s', 'x_position_rad', 'x_torque_nm']
+    >>> found.recording().axes["x"].effort_unit
+    'N*m'
+    """
 
     source: str
-    columns: Mapping[str, Array]
-    effort_shift_s: float = 0.0
-    first_row: int = 0
+    how: str
+    rows: int
+    columns: tuple[ColumnUse, ...]
+    period_s: float | None
+    period_reason: str
+    left_out: tuple[str, ...]
+    questions: tuple[str, ...]
+    options: tuple[str, ...]
+    _columns: Mapping[str, Array]
+    _first_row: int
+    _effort_shift_s: float
+
+    @property
+    def assumptions(self) -> tuple[str, ...]:
+        """What was decided, one line each; nothing for names of the contract."""
+        said = [self.how] if self.how else []
+        for use in self.columns:
+            heading, unit = use.heading, use.unit_text
+            if use.target is not None and (use.target != heading or use.unit.factor != 1.0):
+                kept = f"{heading}" + (f", in {unit}" if unit and unit not in heading else "")
+                factor = "" if use.unit.factor == 1.0 else f", times {use.unit.factor:.6g}"
+                said.append(f"{kept} → {use.target}{factor} ({use.reason})")
+        if self.period_s is not None:
+            said.append(f"sampling period {self.period_s:g} s ({self.period_reason})")
+        unused = [use.heading for use in self.columns if use.target is None]
+        if said and (unused or self.left_out):
+            said.append(f"not used: {', '.join((*unused, *self.left_out))}")
+        return tuple(said)
+
+    def recording(self) -> Recording:
+        """Convert the columns to the contract's units, and check them.
+
+        Raises
+        ------
+        DataError
+            There is a question, a column is missing, or the data fail a check of
+            `edge_ident.signals.data_checks`.
+        """
+        if self.questions:
+            raise DataError(
+                f"{self.source}: not certain which column is what: {'; '.join(self.questions)}",
+                f"accept or correct the proposal: {_shell(self.options)}",
+            )
+        held = ", ".join(use.heading for use in self.columns)
+        check_table(self.source, self._columns, self._first_row, held)
+        recording = recording_of(self.source, self._columns, self._effort_shift_s, held)
+        check_motions(recording, self._first_row)
+        return recording
 
 
-def load_recording(path: str | Path, rename: Mapping[str, str] | None = None) -> Recording:
+def inspect_recording(source: Source, options: ReadOptions | None = None) -> Inspection:
+    """Read a file of any known format, and find out what its columns are.
+
+    Parameters
+    ----------
+    source : str, Path or data frame
+        The ending of the name tells the format: .npz, .mat, .h5 or .hdf5, .tdms, .parquet, .xlsx;
+        any other is text.
+    options : ReadOptions, optional
+
+    Returns
+    -------
+    Inspection
+
+    Raises
+    ------
+    DataError
+        The file is missing or unreadable, its package is not installed, or an option names a
+        column or a unit that is none.
+
+    Examples
+    --------
+    >>> import edge_ident
+    >>> edge_ident.save_recording(edge_ident.simulate(), "drive.csv")
+    >>> edge_ident.inspect_recording("drive.csv").questions
+    ()
+    """
+    options = options or ReadOptions()
+    table = read_table(source, options.delimiter, options.decimal)
+    mapping = map_columns(table, options)
+    rows = len(table.columns[0].values) if table.columns else 0
+    return Inspection(
+        source=table.source,
+        how=table.how,
+        rows=rows,
+        columns=mapping.uses,
+        period_s=mapping.period_s,
+        period_reason=mapping.period_reason,
+        left_out=table.left_out,
+        questions=mapping.questions,
+        options=mapping.options,
+        _columns={} if mapping.questions else _converted(table, mapping, rows),
+        _first_row=table.first_row,
+        _effort_shift_s=float(table.header.get(_SHIFT, "0")),
+    )
+
+
+def load_recording(
+    source: Source,
+    rename: Mapping[str, str] | None = None,
+    options: ReadOptions | None = None,
+) -> Recording:
     """Read and check a recording.
 
     An effort that never changes is refused only where something has to follow from it.
 
     Parameters
     ----------
-    path : str or Path
-        A `.npz` or `.csv` file.
+    source : str, Path or data frame
+        See `inspect_recording`.
     rename : mapping, optional
-        From a column's name in the file to its name in the contract.
+        From a column's name in the file to its name in the contract; goes before that of the
+        options.
+    options : ReadOptions, optional
+        Units, sampling period and what else the file does not say.
 
     Returns
     -------
@@ -68,8 +196,8 @@ def load_recording(path: str | Path, rename: Mapping[str, str] | None = None) ->
     Raises
     ------
     DataError
-        The file is missing or unreadable, a column is missing or misnamed, or the data fail a
-        check of `edge_ident.signals.data_checks`.
+        The file is missing or unreadable, a column is missing or misnamed, it is not certain which
+        column is what, or the data fail a check of `edge_ident.signals.data_checks`.
 
     Examples
     --------
@@ -79,14 +207,9 @@ def load_recording(path: str | Path, rename: Mapping[str, str] | None = None) ->
     >>> recording.axes["x"].position_unit
     'rad'
     """
-    path = Path(path)
-    if not path.is_file():
-        raise DataError(f"{path}: no such file", "give the path of a .csv or .npz recording")
-    table = _renamed(_read_npz(path) if path.suffix == ".npz" else _read_csv(path), rename or {})
-    check_table(table.source, table.columns, table.first_row)
-    recording = _from_table(table)
-    check_motions(recording, table.first_row)
-    return recording
+    options = options or ReadOptions()
+    options = replace(options, columns={**options.columns, **(rename or {})})
+    return inspect_recording(source, options).recording()
 
 
 def save_recording(recording: Recording, path: str | Path) -> None:
@@ -109,9 +232,9 @@ def save_recording(recording: Recording, path: str | Path) -> None:
     >>> edge_ident.save_recording(edge_ident.simulate(), "drive.npz")
     """
     path = Path(path)
-    columns = {"time_s": recording.time_s}
+    columns = {TIME: recording.time_s}
     for name, axis in recording.axes.items():
-        columns |= _axis_columns(name, axis)
+        columns |= axis_columns(name, axis)
     with atomic_write(path) as partial:
         if path.suffix == ".npz":
             shift = {_SHIFT: np.array(recording.effort_shift_s)}
@@ -123,139 +246,22 @@ def save_recording(recording: Recording, path: str | Path) -> None:
             np.savetxt(file, np.column_stack(list(columns.values())), fmt="%.12g", delimiter=",")
 
 
-def _axis_columns(name: str, axis: AxisRecord) -> dict[str, Array]:
-    unit = {text: suffix for suffix, text in _EFFORT_UNITS.items()}[axis.effort_unit]
-    effort = next(q for q in _EFFORTS if _QUANTITIES[q] == (unit,))
-    length = axis.position_unit
-    optional = {
-        f"{name}_reference_{length}": axis.reference,
-        f"{name}_velocity_{length}_s": axis.velocity,
-        f"{name}_temperature_c": axis.temperature_c,
-    }
-    required = {f"{name}_position_{length}": axis.position, f"{name}_{effort}_{unit}": axis.effort}
-    return required | {key: value for key, value in optional.items() if value is not None}
+def _converted(table: Table, mapping: ColumnMapping, rows: int) -> dict[str, Array]:
+    """Columns by their names in the contract; the table's own arrays, which may be large."""
+    columns: dict[str, Array] = {}
+    for column, use in zip(table.columns, mapping.uses, strict=True):
+        if use.target is not None:
+            values = column.values if column.values.flags.writeable else column.values.copy()
+            if (use.unit.factor, use.unit.offset) != (1.0, 0.0):
+                values *= use.unit.factor
+                values += use.unit.offset
+            columns[use.target] = values
+    if mapping.period_s is not None:
+        columns[TIME] = mapping.period_s * np.arange(rows, dtype=np.float64)
+    return columns
 
 
-def _read_npz(path: Path) -> _Table:
-    try:
-        with np.load(path, allow_pickle=False) as archive:
-            columns = {name: np.asarray(archive[name], dtype=np.float64) for name in archive.files}
-    except (OSError, ValueError, EOFError) as error:
-        raise DataError(
-            f"{path}: not a readable .npz file ({error})", "write it again, or use .csv"
-        ) from error
-    shift = float(columns.pop(_SHIFT, np.array(0.0)))
-    if len({column.shape for column in columns.values()}) > 1:
-        raise DataError(
-            f"{path}: columns differ in length", "store one value per time stamp in every column"
-        )
-    return _Table(str(path), columns, shift)
+def _shell(options: tuple[str, ...]) -> str:
+    from shlex import join
 
-
-def _read_csv(path: Path) -> _Table:
-    shift, header_row = 0.0, 1
-    with path.open(newline="", encoding="utf-8-sig", errors="replace") as file:
-        line = file.readline()
-        while line.startswith("#"):
-            key, _, value = line.lstrip("# ").partition("=")
-            if key.strip() == _SHIFT:
-                shift = float(value)
-            line = file.readline()
-            header_row += 1
-        names = [name.strip() for name in next(csv.reader([line]), [])]
-        try:
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore", UserWarning)  # no rows: reported below
-                values = np.loadtxt(file, delimiter=",", ndmin=2)
-        except ValueError as error:
-            raise _bad_cell(path, header_row, names) from error
-    if values.size and values.shape[1] != len(names):
-        raise DataError(
-            f"{path}: {values.shape[1]} values a row under {len(names)} column names",
-            f"check the header in row {header_row}",
-        )
-    columns = dict(zip(names, values.T, strict=True)) if values.size else {n: values for n in names}
-    return _Table(str(path), columns, shift, header_row + 1)
-
-
-def _bad_cell(path: Path, header_row: int, names: list[str]) -> DataError:
-    """Find the first cell that is no number; loadtxt does not say where in words that help."""
-    with path.open(newline="", encoding="utf-8-sig", errors="replace") as file:
-        for row, cells in enumerate(csv.reader(file), start=1):
-            if row <= header_row:
-                continue
-            if len(cells) != len(names):
-                return DataError(
-                    f"{path}, row {row}: {len(cells)} values under {len(names)} column names",
-                    "give every row one value per column",
-                )
-            for name, cell in zip(names, cells, strict=True):
-                try:
-                    float(cell)
-                except ValueError:
-                    return DataError(
-                        f"{path}, row {row}, column {name}: {cell!r} is not a number",
-                        "correct the cell, or leave the row out",
-                    )
-    return DataError(f"{path}: not a table of numbers", "give comma separated numbers")
-
-
-def _renamed(table: _Table, rename: Mapping[str, str]) -> _Table:
-    absent = [name for name in rename if name not in table.columns]
-    if absent:
-        raise DataError(
-            f"{table.source}: there is no column {absent[0]} to rename",
-            f"its columns are {', '.join(table.columns)}",
-        )
-    columns = {rename.get(name, name): values for name, values in table.columns.items()}
-    return _Table(table.source, columns, table.effort_shift_s, table.first_row)
-
-
-def _from_table(table: _Table) -> Recording:
-    found: dict[str, dict[str, tuple[str, Array]]] = {}
-    for column, values in table.columns.items():
-        match = _COLUMN.fullmatch(column)
-        if match and match["unit"] in _QUANTITIES[match["quantity"]]:
-            found.setdefault(match["axis"], {})[match["quantity"]] = (match["unit"], values)
-    axes = {name: _axis(table, name, parts) for name, parts in found.items()}
-    if not axes:
-        raise DataError(
-            f"{table.source}: no column holds a position (columns: {', '.join(table.columns)})",
-            "name them <axis>_position_rad and <axis>_torque_nm, "
-            "or pass --column NAME=CONTRACT_NAME",
-        )
-    return Recording(table.columns["time_s"], axes, table.source, table.effort_shift_s)
-
-
-def _axis(table: _Table, name: str, parts: Mapping[str, tuple[str, Array]]) -> AxisRecord:
-    efforts = [quantity for quantity in _EFFORTS if quantity in parts]
-    if "position" not in parts or len(efforts) != 1:
-        lacks = "position" if "position" not in parts else "effort"
-        what = f"has {' and '.join(efforts)}" if len(efforts) > 1 else f"has no {lacks} column"
-        raise DataError(
-            f"{table.source}: axis {name} {what}",
-            f"give one {name}_position_rad or _m and one of "
-            f"{name}_torque_nm, _force_n, _current_a, _voltage_v; see --column",
-        )
-    unit, position = parts["position"]
-    effort_unit, effort = parts[efforts[0]]
-
-    def optional(quantity: str, expected: str) -> Array | None:
-        given, values = parts.get(quantity, (expected, None))
-        if given != expected:
-            raise DataError(
-                f"{table.source}: axis {name} has its position in {unit} "
-                f"and its {quantity} in {given}",
-                "convert one of them",
-            )
-        return values
-
-    return AxisRecord(
-        position=position,
-        effort=effort,
-        position_unit=unit,
-        effort_unit=_EFFORT_UNITS[effort_unit],
-        reference=optional("reference", unit),
-        velocity=optional("velocity", f"{unit}_s"),
-        temperature_c=optional("temperature", "c"),
-    )
+    return join(options)

@@ -26,8 +26,6 @@ _INSTRUMENT_BAND: Final = 1.0 / 3.0
 and this answer imitates a shift. Its power grows with the fifth power of the bandwidth."""
 _BLOCKS: Final = 40
 """Blocks of time whose scatter tells the deviation: longer than the memory of a residual."""
-_COULOMB: Final = 2
-"""Column of the direction of motion: its rate is the error of a reversal, not a signal."""
 CERTAIN: Final = 3.0
 """Standard deviations beyond the limit from which a shift is a delay: the usual three-sigma rule.
 """
@@ -52,43 +50,6 @@ class Shift:
     std_s: float
     unlimited_s: float
     unlimited_std_s: float
-
-
-def estimate_shift(
-    regressor: Array,
-    effort: Array,
-    cutoff_hz: float,
-    period_s: float,
-    samples: NDArray[np.intp],
-    sampling_s: float,
-) -> Shift:
-    """Estimate the shift of an effort against its regressor, to first order.
-
-    Parameters
-    ----------
-    regressor : (N, P) array
-        Columns of the model that is linear in its parameters, the base model's first, filtered.
-    effort : (N,) array
-        Filtered alike.
-    cutoff_hz : float
-        Of that filter.
-    period_s : float
-        From one row to the next.
-    samples : array of int
-        Rows that count: away from standstills and reversals.
-    sampling_s : float
-        Sampling period of the recording, which limits the shift.
-
-    Returns
-    -------
-    Shift
-    """
-    rate = np.gradient(regressor, period_s, axis=0)
-    rate[:, _COULOMB] = 0.0
-    instrument = -np.gradient(slow(effort, cutoff_hz, period_s), period_s)
-    return solve_shift(
-        regressor[samples], rate[samples], effort[samples], instrument[samples], sampling_s
-    )
 
 
 def solve_shift(

@@ -1,28 +1,56 @@
-"""Signals that end a command as Ctrl-C does, and how a short task is protected from them."""
+"""Signals that end a command as Ctrl-C does, and how a short task is protected from them.
 
+This is the first module that the script loads: what it imports must load fast.
+"""
+
+import os
 import signal
-import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Final
+from types import FrameType
 
-ENDING: Final = tuple(s for s in signal.Signals if s.name in ("SIGINT", "SIGTERM", "SIGHUP"))
+TYPE_CHECKING = False  # loading typing takes longer than all that a script's start needs
+if TYPE_CHECKING:
+    from typing import Final
+
+ENDING: "Final" = tuple(s for s in signal.Signals if s.name in ("SIGINT", "SIGTERM", "SIGHUP"))
 """Ctrl-C, a service manager, a closed terminal; not every system has them all."""
+INTERRUPTED: "Final" = 130
+"""Exit code of a command that such a signal ended."""
+
+_received: "Final[list[int]]" = []
+
+
+def end_at_once() -> None:
+    """Let every ending signal end the process where it stands, with a message and no traceback.
+
+    For the time in which modules load or the interpreter shuts down. A signal that the caller has
+    this process ignore (nohup, a shell's background) stays ignored.
+    """
+    _handle_endings(_end_process)
 
 
 def end_as_by_ctrl_c() -> None:
     """Let every ending signal raise KeyboardInterrupt, so that the machine is stopped.
 
-    A signal that the caller has this process ignore (nohup, a shell's background) stays ignored.
+    A signal that the caller has this process ignore stays ignored.
     """
-    for ending in ENDING:
-        if signal.getsignal(ending) is not signal.SIG_IGN:
-            signal.signal(ending, signal.default_int_handler)
+    _handle_endings(_interrupt)
+
+
+def interrupted() -> bool:
+    """Whether an ending signal has raised KeyboardInterrupt in this process.
+
+    A C extension that is interrupted while it loads raises ImportError in its place.
+    """
+    return bool(_received)
 
 
 @contextmanager
 def deaf_to_interrupts() -> Iterator[None]:
     """Ignore ending signals while the body runs; it must end by itself."""
+    import threading
+
     if threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -32,3 +60,19 @@ def deaf_to_interrupts() -> Iterator[None]:
     finally:
         for ending, handler in previous.items():
             signal.signal(ending, handler)
+
+
+def _handle_endings(handler: Callable[[int, FrameType | None], None]) -> None:
+    for ending in ENDING:
+        if signal.getsignal(ending) is not signal.SIG_IGN:
+            signal.signal(ending, handler)
+
+
+def _end_process(number: int, frame: FrameType | None) -> None:
+    os.write(2, b"interrupted\n")
+    os._exit(INTERRUPTED)
+
+
+def _interrupt(number: int, frame: FrameType | None) -> None:
+    _received.append(number)
+    raise KeyboardInterrupt

@@ -6,10 +6,13 @@ who wants neither.
 
 from collections.abc import Callable, Mapping
 from importlib import import_module
-from typing import Any
+
+TYPE_CHECKING = False  # loading typing takes longer than all that a script's start needs
+if TYPE_CHECKING:
+    from typing import Any
 
 
-def lazy_names(package: str, homes: Mapping[str, str]) -> Callable[[str], Any]:
+def lazy_names(package: str, homes: Mapping[str, str]) -> "Callable[[str], Any]":
     """Make the `__getattr__` of a package.
 
     Parameters
@@ -26,7 +29,7 @@ def lazy_names(package: str, homes: Mapping[str, str]) -> Callable[[str], Any]:
         a test puts in the place of a function is found.
     """
 
-    def attribute(name: str) -> Any:
+    def attribute(name: str) -> "Any":
         if name not in homes:
             raise AttributeError(f"module {package!r} has no attribute {name!r}")
         return getattr(import_module(homes[name]), name)

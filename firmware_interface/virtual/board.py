@@ -60,7 +60,7 @@ class VirtualBoard:
         command = address < _COMMAND + _COMMAND_WORDS and address + len(words) > _COMMAND
         if command and (address != _COMMAND or len(words) != _COMMAND_WORDS):
             raise BoardError(
-                "a command comes without token, argument or key",
+                "a command has no token, argument or key",
                 "write opcode, token, argument and key in one write",
             )
         self._registers.check_write(address, words)
@@ -112,7 +112,7 @@ class VirtualBoard:
         if written.get(_ACKNOWLEDGED, 0) > pages:
             raise ValueRefusedError(
                 f"{written[_ACKNOWLEDGED]} pages acknowledged of {pages} written",
-                "bring firmware and host to the same release",
+                "install the same release on board and host",
             )
 
     def _check_time(self, written: dict[str, int]) -> None:
@@ -120,17 +120,19 @@ class VirtualBoard:
         session = self.machine.session
         if _KEY in written and not session.may_claim(written[_KEY]):
             raise BusyError(
-                f"another host holds the board, for {session.remaining_s:.1f} s more",
-                "wait until it lets go of the board, or stop it with edge-ident stop",
+                f"another host controls the board, for {session.remaining_s:.1f} s more",
+                "wait until it is finished, or stop it with edge-ident stop",
             )
         leaves = written.get(_RELEASE, FREE) == session.key != FREE
         if leaves and self.machine.busy:
-            raise BusyError("an axis moves: the board keeps its host", "stop the motion first")
+            raise BusyError(
+                "an axis moves: the controlling host cannot change", "stop the motion first"
+            )
         # from ARM on: the host reads what it must keep up with before START
         guarded = self.machine.in_motion or self.machine.state in (State.CHECKING, State.ARMED)
         if guarded and any(name in written for name in _WATCHDOG):
             raise BusyError(
-                "the watchdog guards a motion and stays as it is", "stop the motion first"
+                "the watchdog cannot be changed during a motion", "stop the motion first"
             )
 
     def _take(self, written: dict[str, int]) -> None:

@@ -124,5 +124,5 @@ def _check_value(register: Register, value: float) -> None:
 def _no_register(address: int, count: int, verb: str) -> BoardError:
     return BoardError(
         f"the board has no registers to {verb} from {address:#06x}, {count} of them",
-        "bring firmware and host to the same release",
+        "install the same release on board and host",
     )

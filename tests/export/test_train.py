@@ -175,7 +175,7 @@ def test_an_unfinished_run_is_not_exported(tmp_path: Path) -> None:
 
 def test_a_checkpoint_is_neither_overwritten_nor_resumed_by_another_run(tmp_path: Path) -> None:
     path = run(tmp_path / "run.pt")
-    with pytest.raises(ModelError, match="exists already"):
+    with pytest.raises(ModelError, match="already exists"):
         run(path)
     with pytest.raises(ModelError, match="belongs to configuration"):
         run(path, resume=True, recipe=PAPER)

@@ -69,7 +69,7 @@ def tampered(name: str, words: list[int]) -> VirtualBoard:
 
 
 def test_another_device_and_swapped_words_are_told_apart() -> None:
-    with pytest.raises(BoardError, match="no such board"):
+    with pytest.raises(BoardError, match="not an edge-ident board"):
         Board.connect(tampered("identity.magic", [0, 7]))
     with pytest.raises(BoardError, match="float test"):
         Board.connect(tampered("identity.float_test", [0x0FDB, 0x4049]))

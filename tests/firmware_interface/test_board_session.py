@@ -70,7 +70,7 @@ def test_a_board_that_a_living_host_holds_is_not_taken() -> None:
             virtual.write(address, words)
 
     second = Board.connect(Living())
-    with pytest.raises(BusyError, match="another host holds the board") as caught:
+    with pytest.raises(BusyError, match="another host controls the board") as caught:
         second.enable()
     assert "edge-ident stop" in caught.value.next_step
     assert not first.status().enabled
@@ -99,9 +99,9 @@ def test_a_motion_is_not_started_by_a_host_that_has_lost_the_board(
     bench = Bench()
     bench.arm(short_motion)
     bench.wait(SESSION_LEASE_S + 0.1)
-    with pytest.raises(BoardError, match="does not hold the board, or no longer") as caught:
+    with pytest.raises(BoardError, match="does not control the board") as caught:
         bench.board.start()
-    assert "begin again" in caught.value.next_step
+    assert "start again" in caught.value.next_step
     assert bench.board.status().state is State.ARMED
 
 
@@ -236,7 +236,7 @@ def test_late_statuses_without_end_are_the_lines_fault_not_a_restart() -> None:
     for _ in range(5):
         board.status()
     link.copies = 100
-    with pytest.raises(LinkError, match="late replies keep coming") as caught:
+    with pytest.raises(LinkError, match="late replies continue to arrive") as caught:
         board.status()
     assert "restarted" not in caught.value.cause
 

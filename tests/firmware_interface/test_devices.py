@@ -25,7 +25,7 @@ Served = Callable[[VirtualBoard, str], AbstractContextManager[str]]
 @pytest.mark.parametrize(
     ("url", "cause", "advice"),
     [
-        ("/dev/ttyNOTHERE", "cannot be opened", "plug the board in"),
+        ("/dev/ttyNOTHERE", "cannot be opened", "connect the board"),
         ("nonsense://x", "cannot be opened", "pySerial URL"),
         ("tcp://127.0.0.1", "no port given", "tcp://HOST:PORT"),
         ("tcp://127.0.0.1:1", "refuses the connection", "check address and port"),
@@ -53,7 +53,7 @@ def test_a_serial_port_that_another_program_holds(served: Served) -> None:
         first = open_link(url)
         with pytest.raises(LinkError) as caught:
             open_link(url)
-        assert "close the program that holds the port" in caught.value.next_step
+        assert "close the program that has the port open" in caught.value.next_step
         first.close()
 
 

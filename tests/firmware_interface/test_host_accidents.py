@@ -27,7 +27,7 @@ from firmware_interface.codec import decode_gains
 from firmware_interface.gains import AxisGains
 from firmware_interface.registers import PAGE_ADDRESS, REGISTERS, Fault, Opcode, State
 
-COMMAND = [sys.executable, "-c", "from edge_ident.cli import main; main()"]
+COMMAND = [sys.executable, "-m", "edge_ident"]
 PYTHON_SPEED = 8.0
 C_SPEED = 10.0
 QUICKER = {"= 0.2875": "= 2.0", "= 5.0": "= 1.0", "= 6.283185307179586": "= 0.9"}
@@ -270,11 +270,11 @@ def test_a_full_disk_ends_the_run_with_the_machine_stopped(
     site.proxy.line.choose = ambush = Ambush()
     with site.run(preexec_fn=limit) as process:
         document, messages = process.communicate(timeout=60)
-    assert process.returncode == 2, messages
+    assert process.returncode == 5, messages
     assert "Traceback" not in messages
     error = json.loads(document)
     assert file in error["cause"]
-    assert "make room" in error["next_step"]
+    assert "free some space" in error["next_step"]
     assert not (site.output / file).exists()
     assert not ambush.staged
     site.check_left_over(ambush)

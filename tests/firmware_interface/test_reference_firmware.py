@@ -297,7 +297,7 @@ def test_every_power_up_draws_another_nonce(firmware: Path) -> None:
 
 def test_a_whole_run_ends_with_new_gains(firmware: Path, tmp_path: Path) -> None:
     """Identify, write, verify, confirm and store on the rigid plant, ten times real time."""
-    run = [sys.executable, "-c", "from edge_ident.cli import main; main()", "run", "--store"]
+    run = [sys.executable, "-m", "edge_ident", "run", "--store"]
     with serving([str(firmware / "firmware"), "--speed", "10"]) as served:
         command = [*run, "--device", served.url, "--json", "--output", str(tmp_path)]
         ran = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)

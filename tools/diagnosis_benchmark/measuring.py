@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from edge_ident.signals.conditioning import choose_cutoff, filtered_regressor
 from edge_ident.signals.filters import lowpass
-from tests.plant import SAMPLE_S, Recordings
+from tests.plant import COUNT_RAD, SAMPLE_S, Recordings
 
 Array = NDArray[np.float64]
 
@@ -19,6 +19,11 @@ _WINDOW: Final = np.hanning(23)[1:-1]
 """Smooths the true signals: half of an amplitude at 18 Hz is left."""
 _TURN: Final = 24
 """Samples on both sides of a reversal or standstill that do not count, 60 ms."""
+_WOUND_UP: Final = 2.0 * COUNT_RAD
+"""Distance from a turning point that does not count either: while its table sticks, a sound chain
+winds up by less than a count to either side, and the motor creeps along."""
+_BLOCK: Final = 200
+"""Samples."""
 _LARGEST_SHIFT: Final = 1.5
 """Periods by which any record may be early or late; the shift belongs to the base model."""
 
@@ -58,7 +63,9 @@ def orthogonal_share(made: Recordings, sound: Recordings, row: int, axis: int) -
     It is taken on the true motion and the effort without noise, so no filter of the diagnosis
     enters: the base model, with a shift of at most 1.5 periods, is fitted with and without the
     fault, and what the sound drive leaves does not count. Reversals do not count: no encoder
-    resolves what happens there within a count.
+    resolves what happens there within a count. While the table sticks, the controller may creep
+    along the chain's wind-up for a second; without that, two sound drives would differ by several
+    percent.
     """
     effort = made.quiet_effort[row, axis]
     added = _left(made, row, axis) - _left(sound, row, axis)
@@ -78,7 +85,7 @@ def _left(made: Recordings, row: int, axis: int) -> float:
     direction = np.sign(velocity)
     columns = (np.gradient(velocity, SAMPLE_S), velocity, direction, np.ones(len(velocity)))
     regressor = np.stack([_smoothed(column) for column in columns], axis=-1)
-    turns = np.abs(np.diff(direction, prepend=direction[0])) + (direction == 0)
+    turns = _turning(made.true_angle[row, axis], direction)
     kept = np.convolve(turns, np.ones(2 * _TURN + 1), "same") < 0.5
     kept = kept[len(_WINDOW) // 2 : -(len(_WINDOW) // 2)]
     known = np.linalg.qr(regressor[kept])[0]
@@ -89,6 +96,24 @@ def _left(made: Recordings, row: int, axis: int) -> float:
         wanted = _smoothed(in_step)[kept]
         left.append(float(np.sum(np.square(wanted - known @ (known.T @ wanted))) / len(velocity)))
     return min(left)
+
+
+def _turning(angle: Array, direction: Array) -> NDArray[np.bool_]:
+    """Samples at which the axis stands, or has hardly moved from where it turns."""
+    turning = direction == 0.0
+    for turn in np.flatnonzero(np.diff(direction)):
+        backward, forward = angle[turn::-1], angle[turn:]
+        turning[turn - _until_away(backward) + 1 : turn + _until_away(forward)] = True
+    return np.asarray(turning)
+
+
+def _until_away(angle: Array) -> int:
+    """Samples until it has left its first value; looked at in blocks, because it soon has."""
+    for first in range(0, len(angle), _BLOCK):
+        away = np.abs(angle[first : first + _BLOCK] - angle[0]) > _WOUND_UP
+        if np.any(away):
+            return first + int(np.argmax(away))
+    return len(angle)
 
 
 def _smoothed(values: Array) -> Array:

@@ -135,7 +135,7 @@ def section(sources: Sources) -> Section:
         "catalogue-like parts ([virtual board](virtual_board.md)), not its robot. The paper moves "
         "with one controller. Here `edge-ident run` identifies the drive on the first circle and "
         "writes gains; the second circle is its verification. Behind soft gains, friction holds "
-        "each axis back by a constant angle that changes sign at its reversals, hence the "
+        "each axis back by a constant angle that changes sign at its reversals: this causes the "
         "corners. What the designed gains leave is little more than the encoder's counts.",
     )
 

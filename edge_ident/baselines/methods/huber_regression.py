@@ -50,7 +50,7 @@ def estimate(problem: Problem) -> Estimate:
                 Estimate(parameters, _std(regressor, effort, parameters))
             )
     raise DataError(
-        f"the weights did not converge in {_ROUNDS} rounds", "look at the residual over time"
+        f"the weights did not converge in {_ROUNDS} rounds", "examine the residual over time"
     )
 
 

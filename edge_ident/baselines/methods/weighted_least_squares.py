@@ -38,7 +38,7 @@ def estimate(problem: Problem) -> Estimate:
     count = min(_SEGMENTS, len(problem.effort) // _FEWEST_SAMPLES)
     if count < 2:
         raise DataError(
-            f"{len(problem.effort)} independent samples are too few to weigh segments of them",
+            f"{len(problem.effort)} independent samples are not enough to weigh segments of them",
             f"record a longer motion: {2 * _FEWEST_SAMPLES} are needed",
         )
     regressor, effort = problem.regressor, problem.effort

@@ -22,6 +22,11 @@ Values = Mapping[str, float] | Mapping[str, Array]
 
 _SMALL: Final = 1e-6
 """Amplitude of the difference; most effects are linear in it, the others nearly so."""
+_STEP: Final = 1e-3
+"""Relative step of the derivatives by nonlinear parameters: coarse enough for effects that act in
+jumps."""
+_ROUNDING: Final = 1e-11
+"""Relative change of an effort that is rounding."""
 _NOTHING: Final = Term(BASE, dict.fromkeys(PARAMETERS, 0.0))
 """A base term without effort."""
 _ROW_LIMIT: Final = 1_000_000
@@ -100,12 +105,61 @@ def cached_regressors(
     return data.cache[key]
 
 
-def known_effort(data: AxisData, axis: AxisModel) -> Array:
-    """Effort (n,) of the effects that an axis is known to have, computed once for the data."""
-    known = axis.terms[1:]
-    key = tuple((t.effect, t.source_axis, *map(float, t.values.values())) for t in known)
+def base_regressor(data: AxisData) -> Array:
+    """Columns (n, 4) of the base parameters at the compared samples, computed once for the data."""
+    if BASE not in data.cache:
+        unit = dict(zip(PARAMETERS, np.eye(len(PARAMETERS)), strict=True))
+        data.cache[BASE] = data.predicted(AxisModel((Term(BASE, unit),)))
+    return data.cache[BASE].T
+
+
+def cached_derivatives(
+    data: AxisData, axis: AxisModel, candidate: Candidate, nonlinear: Mapping[str, float]
+) -> Array:
+    """Derivatives (S, k, n) of the regressors of a candidate that adds, by the S nonlinear
+    parameters of its form, computed once for the data."""
+    key = ("derivatives", candidate, *nonlinear.values())
     if key not in data.cache:
-        data.cache[key] = data.predicted(replace(axis, terms=(_NOTHING, *known)))
+        sides, steps = to_both_sides(candidate, nonlinear)
+        base = replace(axis, terms=axis.terms[:1])
+        low, high = np.split(regressors(data, base, candidate, sides), 2)
+        data.cache[key] = slopes(low, high, steps)
+    return data.cache[key]
+
+
+def slopes(low: Array, high: Array, steps: Array) -> Array:
+    """Derivatives (S, ...) from values (S, ...) a step (S,) lower and higher; zero where the change
+    is no more than rounding."""
+    change, per_row = high - low, (len(steps), *(1,) * (low.ndim - 1))
+    sizes = [np.linalg.norm(x.reshape(len(steps), -1), axis=1) for x in (change, high)]
+    shown = sizes[0] > _ROUNDING * sizes[1]
+    return np.asarray(np.where(shown, 0.5 / steps, 0.0).reshape(per_row) * change)
+
+
+def to_both_sides(
+    candidate: Candidate, nonlinear: Mapping[str, float]
+) -> tuple[dict[str, Array], Array]:
+    """Nonlinear parameters (2·S,) with each of the S of a form a step lower, then each a step
+    higher; and these steps (S,)."""
+    names = candidate.form.nonlinear
+    steps = _STEP * np.array([abs(nonlinear[name]) or 1.0 for name in names])
+    moves = np.concatenate([-np.diag(steps), np.diag(steps)])
+    sides = {name: np.full(len(moves), value) for name, value in nonlinear.items()}
+    sides |= {name: sides[name] + moves[:, k] for k, name in enumerate(names)}
+    return sides, steps
+
+
+def known_effort(data: AxisData, axis: AxisModel) -> Array:
+    """Effort (n,) of the effects that an axis is known to have."""
+    return cached_effort(data, replace(axis, terms=(_NOTHING, *axis.terms[1:])))
+
+
+def cached_effort(data: AxisData, axis: AxisModel) -> Array:
+    """Effort (n,) that a model predicts, computed once for the data."""
+    terms = ((t.effect, t.source_axis, *map(float, t.values.values())) for t in axis.terms)
+    key = ("effort", *terms)
+    if key not in data.cache:
+        data.cache[key] = data.predicted(axis)
     return data.cache[key]
 
 
@@ -133,7 +187,7 @@ def regressors(data: AxisData, axis: AxisModel, candidate: Candidate, nonlinear:
     if adds(candidate) and all(effort_adds(t.effect) for t in axis.terms):
         axis = replace(axis, terms=(_NOTHING,))
     else:
-        present = data.predicted(axis)
+        present = cached_effort(data, axis)
     for first in range(0, count, batch):
         part = {name: array[first : first + batch] for name, array in values.items()}
         for k, name in enumerate(names):

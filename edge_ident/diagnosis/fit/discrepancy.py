@@ -7,9 +7,9 @@ within the discrepancy is evidence neither for another cause nor between two mod
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.fit.candidates import cached_regressors, regressors
-from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm, additive
+from edge_ident.diagnosis.fit.fitting import FittedModel, additive
 from edge_ident.diagnosis.fit.projection import orthonormal
+from edge_ident.diagnosis.fit.term_effort import term_effort
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.model.effects import named
 from edge_ident.model.model import BASE, PARAMETERS
@@ -27,23 +27,21 @@ def model_discrepancy(data: AxisData, fitted: FittedModel) -> float:
     varying = base @ fitted.base
     varying = varying - np.mean(varying)
     discrepancy = named(BASE).search.discrepancy ** 2 * float(varying @ varying)
-    basis = orthonormal(fitted.jacobian[valid, fitted.base_columns])
+    basis = _base_basis(data, fitted)
     for k, t in enumerate(fitted.terms):
-        if t.linear:
-            columns = fitted.columns_of(k)
-            effort = fitted.jacobian[valid, columns] @ fitted.linear_parameters[columns]
-        else:
-            effort = _nonlinear_contribution(data, t, fitted)
+        effort = term_effort(data, fitted, k)[valid]
         orthogonal = effort - basis @ (basis.T @ effort)
         share = named(t.candidate.effect).search.discrepancy
         discrepancy += share**2 * float(orthogonal @ orthogonal)
     return discrepancy
 
 
-def _nonlinear_contribution(data: AxisData, added: FittedTerm, fitted: FittedModel) -> Array:
-    """Effort (n,) of a term without linear parameters, at the valid samples."""
-    if additive(fitted.template, fitted.terms):
-        rows = cached_regressors(data, fitted.template, added.candidate, added.nonlinear)
-    else:
-        rows = regressors(data, fitted.axis, added.candidate, added.nonlinear)[0]
-    return np.asarray(rows[0, data.valid])
+def _base_basis(data: AxisData, fitted: FittedModel) -> Array:
+    """Orthonormal basis (n, R) of the base model's columns, computed once where efforts add up."""
+    columns = fitted.jacobian[data.valid, fitted.base_columns]
+    if not additive(fitted.template, fitted.terms):
+        return orthonormal(columns)
+    key = ("base", data.valid.tobytes(), fitted.free[fitted.base_columns].tobytes())
+    if key not in data.cache:
+        data.cache[key] = orthonormal(columns)
+    return data.cache[key]

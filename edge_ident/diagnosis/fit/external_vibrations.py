@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.fit.candidates import Candidate
-from edge_ident.diagnosis.fit.scoring import Grid
+from edge_ident.diagnosis.fit.library import Grid
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.model.external_vibration import EXTERNAL_VIBRATION
 from edge_ident.signals.motion_lines import driven, motion_lines

@@ -11,6 +11,7 @@ from edge_ident.diagnosis.fit.bounded import solve_within
 from edge_ident.diagnosis.fit.candidates import (
     Candidate,
     adds,
+    base_regressor,
     cached_regressors,
     effort_adds,
     known_effort,
@@ -18,7 +19,7 @@ from edge_ident.diagnosis.fit.candidates import (
 )
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.model.effects import named
-from edge_ident.model.model import BASE, PARAMETERS, POSITIVE, AxisModel, Term
+from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Term
 
 Array = NDArray[np.float64]
 
@@ -87,11 +88,6 @@ class FittedModel:
     def jacobian(self) -> Array:
         """The derivatives, zero for what a bound holds."""
         return np.where(self.free, self.derivatives, 0.0)
-
-    @property
-    def physical(self) -> bool:
-        """Whether inertia and frictions are positive without being held so."""
-        return bool(np.all(self.unbounded[: len(PARAMETERS)][POSITIVE] >= 0.0))
 
     @property
     def effects(self) -> frozenset[str]:
@@ -231,10 +227,7 @@ def _bounds(
 
 def _additive_jacobian(data: AxisData, template: AxisModel, terms: tuple[FittedTerm, ...]) -> Array:
     """Derivatives (n, P) by base parameters and linear parameters."""
-    if "base" not in data.cache:
-        unit = dict(zip(PARAMETERS, np.eye(4), strict=True))
-        data.cache["base"] = data.predicted(replace(template, terms=(Term(BASE, unit),)))
-    parts = [data.cache["base"], data.timing_columns.T]
+    parts = [base_regressor(data).T, data.timing_columns.T]
     parts += [
         cached_regressors(data, template, t.candidate, t.nonlinear) for t in terms if t.linear
     ]

@@ -3,6 +3,7 @@
 Both need derivatives of the prediction by the nonlinear parameters as well.
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Final
 
@@ -10,17 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.fit.bounded import solve
-from edge_ident.diagnosis.fit.candidates import cached_regressors
-from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm, additive
+from edge_ident.diagnosis.fit.candidates import cached_derivatives, slopes, term, to_both_sides
+from edge_ident.diagnosis.fit.fitting import FittedModel, additive
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.estimation.covariance import coloured_std
 from edge_ident.estimation.least_squares import unit_length
-from edge_ident.model.model import AxisModel
 
 Array = NDArray[np.float64]
 
-_STEP: Final = 1e-3
-"""Relative step of the derivatives: coarse enough for effects that act in jumps."""
 _FOLDS: Final = 5
 _LEARNED: Final = 0.05
 """Share of a column's energy in the training blocks, below which they say nothing about it."""
@@ -39,19 +37,34 @@ def held_out_residuals(data: AxisData, fitted: FittedModel) -> Array:
     jacobian = np.hstack([fitted.jacobian, derivatives])
     start = np.concatenate([fitted.linear_parameters, np.zeros(derivatives.shape[1])])
     target: Array = data.effort - fitted.predicted + jacobian @ start
-    prior = _prior_rows(data, jacobian, derivatives.shape[1])
-    residual = np.empty_like(target)
-    energy = np.sum(jacobian[data.valid] ** 2, axis=0)
-    for fold in range(_FOLDS):
-        out = data.block % _FOLDS == fold
-        train = data.valid & ~out
-        learned = np.sum(jacobian[train] ** 2, axis=0) > _LEARNED * energy
-        estimate = np.where(learned, 0.0, start)
-        rows = np.vstack([jacobian[train], prior])[:, learned]
-        wanted = np.concatenate([target[train] - jacobian[train] @ estimate, np.zeros(len(prior))])
-        estimate[learned] = solve(rows, wanted)
-        residual[out] = target[out] - jacobian[out] @ estimate
-    return residual
+    folds = data.block % _FOLDS
+    parts = _parts(jacobian[data.valid], target[data.valid], folds[data.valid])
+    prior = _prior_rows(np.vstack(parts)[:, :-1], derivatives.shape[1])
+    estimates = np.array([_estimate(parts, fold, prior, start) for fold in range(_FOLDS)])
+    return np.asarray(target - np.einsum("np,np->n", jacobian, estimates[folds]))
+
+
+def _parts(jacobian: Array, target: Array, folds: NDArray[np.intp]) -> list[Array]:
+    """Jacobian (n, P) and target (n,) of each fold, reduced to as many rows as columns.
+
+    They have the same scalar products: R of the QR decomposition.
+    """
+    rows = np.column_stack([jacobian, target])
+    parts = [np.linalg.qr(rows[folds == fold], mode="r") for fold in range(_FOLDS)]
+    return [np.asarray(part, dtype=np.float64) for part in parts]
+
+
+def _estimate(parts: Sequence[Array], fold: int, prior: Array, start: Array) -> Array:
+    """Parameters (P,) from all folds but one; what those say nothing about stays as it was."""
+    train = np.vstack([*parts[:fold], *parts[fold + 1 :]])
+    jacobian, target = train[:, :-1], train[:, -1]
+    energy = np.sum(np.vstack(parts)[:, :-1] ** 2, axis=0)
+    learned = np.sum(jacobian**2, axis=0) > _LEARNED * energy
+    estimate = np.where(learned, 0.0, start)
+    rows = np.vstack([jacobian, prior])[:, learned]
+    wanted = np.concatenate([target - jacobian @ estimate, np.zeros(len(prior))])
+    estimate[learned] = solve(rows, wanted)
+    return estimate
 
 
 def standard_deviations(data: AxisData, fitted: FittedModel) -> Array:
@@ -77,41 +90,41 @@ def _deviations(data: AxisData, fitted: FittedModel, jacobian: Array) -> Array:
 
 def _nonlinear_derivatives(data: AxisData, fitted: FittedModel) -> Array:
     """Derivatives (n, S) of the prediction by every nonlinear parameter."""
-    rows = []
-    template = fitted.template
-    known, adds = len(template.terms), additive(template, fitted.terms)
+    adds = additive(fitted.template, fitted.terms)
+    rows = [np.empty((0, len(data.effort)))]
     for k, t in enumerate(fitted.terms):
-        for name in t.candidate.form.nonlinear:
-            step = _STEP * (abs(t.nonlinear[name]) or 1.0)
-            sides = [{**t.nonlinear, name: t.nonlinear[name] + s} for s in (-step, step)]
-            if adds:
-                linear = np.array(list(t.linear.values()) or [1.0])
-                low, high = (
-                    linear @ cached_regressors(data, template, t.candidate, side) for side in sides
-                )
-            else:
-                low, high = (
-                    data.predicted(_changed(fitted.axis, known + k, replace(t, nonlinear=side)))
-                    for side in sides
-                )
-            rows.append((high - low) / (2.0 * step))
-    return np.array(rows).reshape(len(rows), len(data.effort)).T
+        if not t.candidate.form.nonlinear:
+            continue
+        if adds:
+            linear = np.array(list(t.linear.values()) or [1.0])
+            rows.append(
+                linear @ cached_derivatives(data, fitted.template, t.candidate, t.nonlinear)
+            )
+        else:
+            rows.append(_derivatives(data, fitted, k))
+    return np.concatenate(rows).T
 
 
-def _changed(axis: AxisModel, index: int, fitted: FittedTerm) -> AxisModel:
-    terms = (*axis.terms[:index], fitted.model_term, *axis.terms[index + 1 :])
-    return replace(axis, terms=terms)
+def _derivatives(data: AxisData, fitted: FittedModel, index: int) -> Array:
+    """Derivatives (S, n) of the prediction by the nonlinear parameters of one term."""
+    t, at = fitted.terms[index], len(fitted.template.terms) + index
+    sides, steps = to_both_sides(t.candidate, t.nonlinear)
+    moved = term(t.candidate, sides, t.linear)
+    terms = (*fitted.axis.terms[:at], moved, *fitted.axis.terms[at + 1 :])
+    low, high = np.split(data.predicted(replace(fitted.axis, terms=terms)), 2)
+    return slopes(low, high, steps)
 
 
-def _prior_rows(data: AxisData, jacobian: Array, nonlinear: int) -> Array:
+def _prior_rows(jacobian: Array, nonlinear: int) -> Array:
     """Rows (S, P) that hold each nonlinear parameter near its estimate from all samples.
+
+    Nonlinear parameters have the last columns of the Jacobian (n, P).
 
     A fifth of the samples cannot move it further than its standard deviation. Its derivative can
     be far from constant: that of a step in time is a pulse.
     """
-    valid = jacobian[data.valid]
-    length = np.maximum(np.linalg.norm(valid, axis=0), _TINY)
-    _, singular, right = np.linalg.svd(valid / length, full_matrices=False)
+    length = np.maximum(np.linalg.norm(jacobian, axis=0), _TINY)
+    _, singular, right = np.linalg.svd(jacobian / length, full_matrices=False)
     kept = singular > _RANK * singular[0]
     unit = right[kept].T / singular[kept]
     rows = np.zeros((nonlinear, jacobian.shape[1]))

@@ -1,6 +1,8 @@
 """Projection of candidates on the part of the effort that a model leaves (variable projection)."""
 
-from typing import Final
+from dataclasses import dataclass
+from functools import cache
+from typing import Final, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,57 +19,89 @@ _NEW_SHARE: Final = 0.02
 _TINY: Final = float(np.finfo(float).tiny)
 
 
-def projected_errors(
-    candidate: Candidate, regressors: Array, residual: Array, basis: Array
-) -> tuple[Array, Array]:
-    """Errors and linear parameters of D regressors at their least-squares fit.
+@dataclass(frozen=True)
+class Orthogonal:
+    """The components of D regressors, k each, that are orthogonal to a model's Jacobian.
 
-    Parameters
+    Attributes
     ----------
-    regressors : (D, k, n) array
-        Of the candidate.
-    residual : (n,) array
-        Of the model that the candidate is added to.
-    basis : (n, R) array
-        Orthonormal; spans the model's Jacobian.
-
-    Returns
-    -------
-    (D,) and (D, k) arrays
-        Sums of squares, infinite for what is unphysical or nothing new; and the parameters.
+    energy : (D,) array
+        Squared length of the first of the k.
+    length : (D, k) array
+        One where nothing is left.
+    inverse : (D, k, k) array
+        Of the Gram matrix of the components at unit length.
+    new : (D,) array of bool
+        Whether the model has none of them already, and they differ from each other.
     """
-    residual = residual - basis @ (basis.T @ residual)
-    total = float(residual @ residual)
-    known, right = regressors @ basis, regressors @ residual
-    gram = regressors @ regressors.transpose(0, 2, 1)
-    whole = np.sqrt(np.einsum("dkk->dk", gram))
-    # the Gram matrix of the components orthogonal to the basis
-    gram = gram - known @ known.transpose(0, 2, 1)
-    length = np.sqrt(np.maximum(np.einsum("dkk->dk", gram), 0.0))
-    if not candidate.form.linear:
-        left = total - 2.0 * right[:, 0] + gram[:, 0, 0]
-        return np.maximum(left, _TINY), np.ones((len(regressors), 0))
-    new = np.all(length > _NEW_SHARE * whole, axis=1) & np.all(length > 0.0, axis=1)
-    scale = np.where(length > 0.0, length, 1.0)
-    right = right / scale
-    normalized, new = _solved(gram / (scale[:, :, None] * scale[:, None, :]), right, new)
-    errors = np.maximum(total - np.einsum("dk,dk->d", normalized, right), _TINY)
-    linear = normalized / scale
+
+    energy: Array
+    length: Array
+    inverse: Array
+    new: NDArray[np.bool_]
+
+    @classmethod
+    def of(cls, gram: Array, known: Array) -> Self:
+        """From scalar products: the Gram matrix (D, k, k) of whole regressors, and the products
+        (D, k, R) with an orthonormal basis that spans the Jacobian."""
+        whole = np.sqrt(np.einsum("dkk->dk", gram))
+        gram = gram - known @ known.transpose(0, 2, 1)
+        energy = np.einsum("dkk->dk", gram)
+        length = np.sqrt(np.maximum(energy, 0.0))
+        new = np.all(length > _NEW_SHARE * whole, axis=1) & np.all(length > 0.0, axis=1)
+        length = np.where(length > 0.0, length, 1.0)
+        inverse, new = _inverse(gram / (length[:, :, None] * length[:, None, :]), new)
+        return cls(energy[:, 0], length, inverse, new)
+
+    def fit(self, candidate: Candidate, right: Array, total: float) -> tuple[Array, Array]:
+        """Errors and linear parameters of the D regressors at their least-squares fit.
+
+        Parameters
+        ----------
+        candidate : Candidate
+            That the regressors belong to.
+        right : (D, k) array
+            Scalar products with the residual of the model, orthogonal to its Jacobian.
+        total : float
+            Energy of this residual.
+
+        Returns
+        -------
+        (D,) and (D, k) arrays
+            Sums of squares, infinite for what is unphysical or nothing new; and the parameters.
+        """
+        if not candidate.form.linear:
+            left = total - 2.0 * right[:, 0] + self.energy
+            return np.maximum(left, _TINY), np.ones((len(right), 0))
+        right = right / self.length
+        normalized = np.einsum("dkl,dl->dk", self.inverse, right)
+        errors = np.maximum(total - np.einsum("dk,dk->d", normalized, right), _TINY)
+        linear = normalized / self.length
+        low, high = _bounds(candidate)
+        physical = np.all((linear >= low) & (linear <= high), axis=1)
+        return np.where(self.new & physical, errors, np.inf), linear
+
+
+@cache
+def _bounds(candidate: Candidate) -> tuple[Array, Array]:
+    """Lowest and highest linear parameters, (k,) each."""
     bounds = named(candidate.effect).bounds
     low, high = np.array([bounds[name] for name in candidate.form.linear]).T
-    physical = np.all((linear >= low) & (linear <= high), axis=1)
-    return np.where(new & physical, errors, np.inf), linear
+    return low, high
 
 
-def _solved(gram: Array, right: Array, new: NDArray[np.bool_]) -> tuple[Array, NDArray[np.bool_]]:
-    """Solve D normal equations (D, k, k), (D, k); the mask (D,) tells those that have a solution.
+def _inverse(gram: Array, new: NDArray[np.bool_]) -> tuple[Array, NDArray[np.bool_]]:
+    """Inverses of D Gram matrices (D, k, k); the mask (D,) tells those that have one.
 
-    Equations outside the mask, and ill-conditioned ones, are replaced by trivial ones.
+    Matrices outside the mask, and ill-conditioned ones, are replaced by the identity.
     """
+    if gram.shape[-1] == 1:
+        return np.ones_like(gram), new
     gram[~new] = np.eye(gram.shape[-1])
-    new = new & (np.linalg.cond(gram) < _NEW_SHARE**-2)
+    size = np.abs(np.linalg.eigvalsh(gram))
+    new = new & (np.max(size, axis=1) < _NEW_SHARE**-2 * np.min(size, axis=1))
     gram[~new] = np.eye(gram.shape[-1])
-    return np.asarray(np.linalg.solve(gram, right[..., None])[..., 0]), new
+    return np.asarray(np.linalg.inv(gram)), new
 
 
 def orthonormal(jacobian: Array) -> Array:

@@ -9,8 +9,9 @@ import scipy.optimize
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.fit.candidates import Candidate
+from edge_ident.diagnosis.fit.library import Grid
 from edge_ident.diagnosis.fit.projection import AROUND
-from edge_ident.diagnosis.fit.scoring import Grid, ResidualSubspace, ScoredCandidate
+from edge_ident.diagnosis.fit.scoring import ResidualSubspace, ScoredCandidate
 from edge_ident.model.effects import named
 
 Array = NDArray[np.float64]
@@ -26,6 +27,8 @@ _BEYOND: Final = 4.0
 """Farthest that a descent may go, over the largest value of the grid."""
 _STEP: Final = 0.02
 """Step of the derivatives, of a parameter's scale: coarse enough for effects that act in jumps."""
+_ROUNDING: Final = 1e-9
+"""Change of the residual by a whole scale of a parameter, of the residual, that rounding makes."""
 _TINY: Final = float(np.finfo(float).tiny)
 
 
@@ -47,7 +50,7 @@ def refined(subspace: ResidualSubspace, scored: ScoredCandidate, grid: Grid) -> 
             offsets = width[name] * around[:, k]
             points[name] = _within(candidate, name, grid, points[name] + offsets)
             width[name] *= _NARROWING[many]
-        closer = subspace.score(candidate, points, subspace.regressors(candidate, points), grid)
+        closer = subspace.score(candidate, points, grid)
         if np.isfinite(closer.error) and closer.error <= scored.error:
             scored = closer
     if many:
@@ -74,28 +77,42 @@ def _descended(subspace: ResidualSubspace, scored: ScoredCandidate, grid: Grid) 
         [np.zeros((1, len(names))), np.eye(len(names)), -np.eye(len(names))]
     )
 
+    @lru_cache(maxsize=_DESCENT_STEPS)
+    def regressors(point: tuple[float, ...]) -> Array:
+        """Regressors (1 + 2·names, 1, n) at a point and a step to all its sides, in one batch."""
+        return subspace.regressors(candidate, nonlinear_at(np.array(point) + steps))
+
     @lru_cache(maxsize=2)
     def residuals(point: tuple[float, ...]) -> Array:
-        """Residuals (1 + 2·names, n) at a point and a step to all its sides, in one batch."""
-        rows = subspace.regressors(candidate, nonlinear_at(np.array(point) + steps))[:, 0]
-        orthogonal = rows - (rows @ subspace.basis) @ subspace.basis.T
-        length = np.maximum(np.einsum("dn,dn->d", orthogonal, orthogonal), _TINY)
-        amplitude = orthogonal @ subspace.residual / length
-        return np.asarray(subspace.residual - amplitude[:, None] * orthogonal)
-
-    def jacobian(point: Array) -> Array:
-        forward, backward = np.split(residuals(tuple(point))[1:], 2)
-        return np.asarray((forward - backward).T / (2.0 * _STEP))
+        """Residuals (1 + 2·names, n) there."""
+        return _residuals(subspace, regressors(point)[:, 0])
 
     end = scipy.optimize.least_squares(
         lambda point: residuals(tuple(point))[0],
         np.clip(start, low, high) / scale,
-        jacobian,
+        lambda point: _jacobian(residuals(tuple(point))),
         bounds=(low / scale - 1e-9, high / scale + 1e-9),
         max_nfev=_DESCENT_STEPS,
     )
-    nonlinear = nonlinear_at(end.x[None])
-    return subspace.score(candidate, nonlinear, subspace.regressors(candidate, nonlinear), grid)
+    rows = regressors(tuple(end.x))[:1]
+    return subspace.score_at(candidate, nonlinear_at(end.x[None]), rows, grid)
+
+
+def _residuals(subspace: ResidualSubspace, rows: Array) -> Array:
+    """Residuals (D, n) beside one regressor each, from (D, n) regressors."""
+    orthogonal = rows - (rows @ subspace.basis) @ subspace.basis.T
+    length = np.maximum(np.einsum("dn,dn->d", orthogonal, orthogonal), _TINY)
+    amplitude = orthogonal @ subspace.residual / length
+    return np.asarray(subspace.residual - amplitude[:, None] * orthogonal)
+
+
+def _jacobian(residuals: Array) -> Array:
+    """Derivatives (n, S) from residuals (1 + 2·S, n) at a point and a step to all its sides."""
+    forward, backward = np.split(residuals[1:], 2)
+    columns = (forward - backward).T / (2.0 * _STEP)
+    # what does nothing stays where it is: a descent along rounding errors leads anywhere
+    shown = np.linalg.norm(columns, axis=0) > _ROUNDING * np.linalg.norm(residuals[0])
+    return np.asarray(np.where(shown, columns, 0.0))
 
 
 def _descent_limits(candidate: Candidate, start: Array, grid: Grid) -> tuple[Array, Array, Array]:

@@ -1,23 +1,24 @@
 """Scores of candidates on the residual of a model."""
 
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Final, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.fit.candidates import Candidate, regressors, term
-from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm
-from edge_ident.diagnosis.fit.projection import orthonormal, projected_errors
+from edge_ident.diagnosis.fit.candidates import Candidate, adds, cached_regressors, regressors, term
+from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm, additive
+from edge_ident.diagnosis.fit.library import Grid, Library
+from edge_ident.diagnosis.fit.projection import Orthogonal, orthonormal
 from edge_ident.diagnosis.prepare.axis_data import AxisData
+from edge_ident.model.effect import Effect, Values
 from edge_ident.model.effects import named
 from edge_ident.model.inverse import along_motion
 from edge_ident.model.model import PARAMETERS, AxisModel, Term
 
 Array = NDArray[np.float64]
-Grid = Mapping[str, Array]
-"""Values of a candidate's nonlinear parameters by name, arrays (D,)."""
 
 _SLIGHT: Final = 1e-6
 """Relative change of a command that tells whether the actuator follows it."""
@@ -59,6 +60,8 @@ class ResidualSubspace:
     residual : (n,) array
     basis : (n, R) array
         Orthonormal.
+    key : hashable
+        What makes the basis, where the efforts of the model add up; otherwise None.
     untimed : ResidualSubspace or None
         The same without timing, for a delay that takes its place.
     """
@@ -67,6 +70,7 @@ class ResidualSubspace:
     axis: AxisModel
     residual: Array
     basis: Array
+    key: Hashable = None
     untimed: Self | None = None
 
     @classmethod
@@ -85,28 +89,97 @@ class ResidualSubspace:
             shifted = (data.timing_columns @ fitted.timing)[data.valid]
             others = orthonormal(np.delete(jacobian, fitted.timing_columns, axis=1))
             untimed = cls(data, fitted.axis, residual + shifted, others)
-        return cls(data, fitted.axis, residual, orthonormal(jacobian), untimed)
+        key = None
+        if additive(fitted.template, fitted.terms):
+            terms = ((t.candidate, *t.nonlinear.values()) for t in fitted.terms)
+            key = (held, fitted.free.tobytes(), *terms)
+        return cls(data, fitted.axis, residual, orthonormal(jacobian), key, untimed)
+
+    @cached_property
+    def left(self) -> Array:
+        """The residual's component (n,) that is orthogonal to the basis."""
+        return np.asarray(self.residual - self.basis @ (self.basis.T @ self.residual))
 
     def regressors(self, candidate: Candidate, nonlinear: Grid) -> Array:
         """Regressors (D, k, n) of a candidate at the valid samples."""
         return regressors(self.data, self.axis, candidate, nonlinear)[..., self.data.valid]
 
+    def recurring_regressors(self, candidate: Candidate, nonlinear: Grid) -> Array:
+        """The same where few points recur: each is kept where efforts add up."""
+        if self.key is None or not adds(candidate):
+            return self.regressors(candidate, nonlinear)
+        points = [dict(zip(nonlinear, p, strict=True)) for p in np.transpose([*nonlinear.values()])]
+        rows = [cached_regressors(self.data, self.axis, candidate, point) for point in points]
+        return np.array(rows)[..., self.data.valid]
+
     def score(
-        self, candidate: Candidate, nonlinear: Grid, candidate_regressors: Array, grid: Grid
+        self, candidate: Candidate, nonlinear: Grid, grid: Grid, *, recurring: bool = False
     ) -> ScoredCandidate:
         """The best of D sets of nonlinear parameters.
 
         Parameters
         ----------
         nonlinear : mapping of parameter name to (D,) array
-        candidate_regressors : (D, k, n) array
-            At these parameters.
         grid : mapping of parameter name to array
             The whole range that is searched.
+        recurring : bool, optional
+            Whether the same few sets are scored on other models, too.
         """
+        found = self.recurring_regressors if recurring else self.regressors
+        return self.score_at(candidate, nonlinear, found(candidate, nonlinear), grid)
+
+    def score_library(
+        self, library: Library, grids: Mapping[Candidate, Grid], without: frozenset[str]
+    ) -> list[ScoredCandidate]:
+        """Each candidate of a library at the best of its points.
+
+        Parameters
+        ----------
+        library : Library
+        grids : mapping of Candidate to Grid
+            The whole ranges that are searched.
+        without : frozenset of str
+            Effects that are left out.
+        """
+        components, products = library.orthogonal(self.basis, self.key), library.products(self.left)
+        found = []
+        for candidate, points in library.points.items():
+            if candidate.effect in without:
+                continue
+            if self._of(candidate) is self:
+                component, product = components[candidate], products[candidate]
+                found.append(self._best(candidate, points, component, product, grids[candidate]))
+            else:
+                rows = library[candidate]
+                found.append(self.score_at(candidate, points, rows, grids[candidate]))
+        return [scored for scored in found if np.isfinite(scored.error)]
+
+    def _of(self, candidate: Candidate) -> "ResidualSubspace":
+        """The subspace that a candidate is scored on: a delay takes the place of timing."""
         delay = bool(named(candidate.effect).effort_delay)
-        of = self.untimed if delay and self.untimed is not None else self
-        errors, linear = projected_errors(candidate, candidate_regressors, of.residual, of.basis)
+        return self.untimed if delay and self.untimed is not None else self
+
+    def score_at(
+        self, candidate: Candidate, nonlinear: Grid, rows: Array, grid: Grid
+    ) -> ScoredCandidate:
+        """The best of D sets of nonlinear parameters, from their regressors (D, k, n)."""
+        of, flat = self._of(candidate), rows.reshape(-1, rows.shape[-1])
+        gram = rows @ rows.transpose(0, 2, 1)
+        component = Orthogonal.of(gram, (flat @ of.basis).reshape(*rows.shape[:2], -1))
+        product = (flat @ of.left).reshape(rows.shape[:2])
+        return of._best(candidate, nonlinear, component, product, grid)
+
+    def _best(
+        self,
+        candidate: Candidate,
+        nonlinear: Grid,
+        component: Orthogonal,
+        product: Array,
+        grid: Grid,
+    ) -> ScoredCandidate:
+        """The best of D sets, from the products (D, k) of their regressors with the residual."""
+        total = float(self.left @ self.left)
+        errors, linear = component.fit(candidate, product, total)
         if named(candidate.effect).overrides("withheld"):
             fitted = dict(zip(candidate.form.linear, linear.T, strict=True))
             penalty = ignored_command_penalty(self.data, term(candidate, nonlinear, fitted))
@@ -136,17 +209,25 @@ def ignored_command_penalty(data: AxisData, added: Term) -> Array:
     if not effect.overrides("withheld"):
         return np.ones(1)
     values = along_motion(added)
-    ignored, count = np.zeros(1), 0
-    for s in data.segments:
-        more = _SLIGHT * s.raw_effort
-        change = effect.withheld(s.raw_effort + more, values)
-        change = change - effect.withheld(s.raw_effort, values)
-        ignores = np.abs(change) > 0.5 * np.abs(more)
-        ignored = ignored + np.sum(np.atleast_2d(ignores), axis=1)
-        count += len(s.raw_effort)
-    share = ignored / count
+    share = _ignored_share(data, effect, values)
     factor = np.exp(share * np.log(np.count_nonzero(data.valid)))
     return np.asarray(np.where(share < _MOST_IGNORED, factor, np.inf))
+
+
+def _ignored_share(data: AxisData, effect: Effect, values: Values) -> Array:
+    """Share (D,) of the samples at which an actuator ignores commands, computed once."""
+    key = (effect.name, *(value.tobytes() for value in values.values()))
+    if key not in data.cache:
+        ignored, count = np.zeros(1), 0
+        for s in data.segments:
+            more = _SLIGHT * s.raw_effort
+            change = effect.withheld(s.raw_effort + more, values)
+            change = change - effect.withheld(s.raw_effort, values)
+            ignores = np.abs(change) > 0.5 * np.abs(more)
+            ignored = ignored + np.sum(np.atleast_2d(ignores), axis=1)
+            count += len(s.raw_effort)
+        data.cache[key] = ignored / count
+    return data.cache[key]
 
 
 def _on_edge(candidate: Candidate, at: Mapping[str, float], grid: Grid) -> bool:

@@ -4,7 +4,6 @@ Every figure is taken over the valid samples, and relative to the measured effor
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -55,17 +54,6 @@ def timing(data: AxisData, fitted: FittedModel) -> Timing:
         shift_samples=float(weight @ (shift / period)),
         std_samples=deviation / float(weight @ period),
     )
-
-
-def contributions(data: AxisData, model: FittedModel) -> list[Array]:
-    """What each added term adds to the prediction of a model, (n,) each."""
-    return [_contribution(data, model, k) for k in range(len(model.terms))]
-
-
-def _contribution(data: AxisData, model: FittedModel, index: int) -> Array:
-    terms, at = model.axis.terms, len(model.template.terms) + index
-    rest = replace(model.axis, terms=(*terms[:at], *terms[at + 1 :]))
-    return data.predicted(model.axis) - data.predicted(rest)
 
 
 def traces(

@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.fit.bounded import solve
-from edge_ident.diagnosis.fit.candidates import regressors
 from edge_ident.diagnosis.fit.fitting import FittedModel
 from edge_ident.diagnosis.fit.held_out import standard_deviations
 from edge_ident.diagnosis.fit.summary import nonzero_rms
+from edge_ident.diagnosis.fit.term_effort import term_effort
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.model.model import PARAMETERS
 from edge_ident.signals.metrics import rms
@@ -52,19 +52,9 @@ def traded_deviations(data: AxisData, base: FittedModel, model: FittedModel, flo
     unexplained = float(np.sqrt(max(left**2 - floor**2, 0.0)))
     variance = np.zeros(len(PARAMETERS))
     for k in range(len(model.terms)):
-        effort = _effort(data, model, k)
+        effort = term_effort(data, model, k)[data.valid]
         taken = solve(columns, effort)
         own = nonzero_rms(effort - columns @ taken)
         error = min(1.0, unexplained / own)
         variance += (error * taken[: len(PARAMETERS)]) ** 2
     return np.sqrt(variance)
-
-
-def _effort(data: AxisData, model: FittedModel, index: int) -> Array:
-    """Effort (n,) of one term at the valid samples, beside the others."""
-    term = model.terms[index]
-    if not term.linear:
-        rows = regressors(data, model.axis, term.candidate, term.nonlinear)
-        return np.asarray(rows[0, 0, data.valid])
-    columns = model.columns_of(index)
-    return np.asarray(model.jacobian[data.valid, columns] @ model.linear_parameters[columns])

@@ -24,6 +24,8 @@ Array = NDArray[np.float64]
 
 _OUTLIER: Final = 5.0
 """Standard deviations of a residual beyond which no noise explains it."""
+_UNKNOWN: Final = 1e-6
+"""Direction weight where the direction is unknown: zero, but for rounding."""
 _WHOLE_BAND: Final = 0.4
 """Of the sampling rate; below it a shift by a fraction of a sample is exact."""
 
@@ -39,6 +41,8 @@ class Segment:
     others : mapping of axis name to Motion
     noise_replica : tuple of Motion and mapping
         The same two with the encoder noise added a second time.
+    motion_hz : float
+        Bandwidth of the motion.
     raw_effort : (M,) array
         As recorded, every raw_period_s; it is in step with the motion shift_s later.
     timing_hz : float
@@ -72,6 +76,7 @@ class Segment:
     motion: Motion
     others: Mapping[str, Motion]
     noise_replica: tuple[Motion, Mapping[str, Motion]]
+    motion_hz: float
     raw_effort: Array
     raw_period_s: float
     shift_s: float
@@ -108,6 +113,13 @@ class Segment:
         return replace(
             self, shift_s=shift_s, applied_s=applied_s, effort=effort[:: self.stride], cache={}
         )
+
+    @property
+    def direction_known(self) -> NDArray[np.bool_]:
+        """Samples (N,), from the first to the last compared, whose direction is not unknown."""
+        known = self.direction_weight[:: self.stride] > _UNKNOWN
+        known[: self.sample_index[0]] = known[self.sample_index[-1] + 1 :] = False
+        return np.asarray(known)
 
     @property
     def covered(self) -> tuple[Array, Array, Array, Array]:

@@ -1,4 +1,4 @@
-"""The bandwidth of the comparison, chosen from the noise of effort and encoder.
+"""The bandwidths of the comparison, chosen from the noise of effort and encoder.
 
 The effort noise has the same power density at all frequencies. The encoder noise, seen through the
 torque of the inertia, has a density that grows with the fourth power of the frequency. Above the
@@ -23,6 +23,11 @@ _CUTOFF: Final = 2.1
 """Cut-off over knee: the encoder noise below it would have twice the rms of the effort noise."""
 _MEDIAN_OF_NORMAL: Final = 0.6745
 """Median of the absolute value of a normal variable, in standard deviations."""
+_MOTION_BAND: Final = 2.0
+"""Bandwidth of the motion over that of the comparison. A narrower motion would reverse and stop at
+other moments than the axis; a wider one brings noise that the weighting folds into the band."""
+_WIDEST: Final = 0.2
+"""Highest bandwidth of the motion, of the sampling rate."""
 _LAGS: Final = 12
 """Samples for which a controller answers the rounding of its encoder."""
 _TINY: Final = float(np.finfo(float).tiny)
@@ -42,6 +47,10 @@ class Band:
     def lowpass(self, signal: Array, period_s: float) -> Array:
         """Filter a signal (..., N), zero-phase."""
         return lowpass(signal, self.cutoff_hz, period_s, knee_hz=self.knee_hz)
+
+    def motion_hz(self, sampling_s: float) -> float:
+        """Bandwidth of the motion, of a recording with this sampling period."""
+        return min(_MOTION_BAND * self.cutoff_hz, _WIDEST / sampling_s)
 
     @property
     def acceleration_gain(self) -> float:
@@ -104,9 +113,9 @@ def white_noise(effort: Array, position: Array, cutoff_hz: float, period_s: floa
     above_hz = min(max(3.0 * cutoff_hz, 0.05 / period_s), 0.25 / period_s)
     high = [x - lowpass(x, above_hz, period_s) for x in (effort, position)]
     lags = np.arange(-_LAGS // 4, _LAGS)
-    inside = slice(_LAGS, -_LAGS)
-    answers = np.stack([np.roll(high[1], lag)[inside] for lag in lags])
-    answers = answers / max(float(np.max(np.abs(answers))), _TINY)
+    inside, last = slice(_LAGS, -_LAGS), len(effort) - _LAGS
+    scaled = high[1] / max(float(np.max(np.abs(high[1]))), _TINY)
+    answers = np.stack([scaled[_LAGS - lag : last - lag] for lag in lags])
     # normal equations take a quarter of the time, and squares of 1e-7 are resolved
     inverse = np.linalg.pinv(answers @ answers.T, rcond=1e-14, hermitian=True)
     left = high[0][inside] - (inverse @ (answers @ high[0][inside])) @ answers

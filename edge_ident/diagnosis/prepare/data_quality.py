@@ -1,20 +1,14 @@
 """Defects of the data: gaps, uneven sampling, clipped efforts, doubtful units."""
 
 from collections.abc import Iterable, Sequence
-from typing import Final
 
 import numpy as np
 
 from edge_ident.diagnosis.result import DataFinding
 from edge_ident.signals.recording import AxisRecord, Recording
 from edge_ident.signals.resampling import GAP, EvenGrid
+from edge_ident.signals.scale_checks import check_scales
 from edge_ident.signals.unknown_samples import clipped
-
-_TURNS: Final = 30.0
-"""Turns of an axis from which its angle may be one in degrees. A whole turn and a half in degrees,
-read as rad, is 86 turns."""
-_SLOW_S: Final = 0.1
-"""Sampling period from which time may be in milliseconds."""
 
 
 def data_findings(recordings: Sequence[Recording], axes: Iterable[str]) -> tuple[DataFinding, ...]:
@@ -67,19 +61,12 @@ def _clipping(axis: AxisRecord, name: str) -> list[DataFinding]:
 
 def _units(recording: Recording, name: str) -> list[DataFinding]:
     """Questions that a recording raises and cannot answer."""
-    axis, found = recording.axes[name], []
-    turns = float(np.ptp(axis.position)) / (2.0 * np.pi)
-    if axis.position_unit == "rad" and turns > _TURNS:
-        message = (
-            f"the axis goes through {turns:.0f} turns: is its position in rad? If it is in "
-            "degrees, multiply it by pi/180"
-        )
-        found.append(DataFinding("many_turns", name, message))
-    period_s = float(np.median(np.diff(recording.time_s)))
-    if period_s > _SLOW_S:
-        message = (
-            f"the sampling period is {period_s:.3g} s: is the time in seconds? If it is in "
-            "milliseconds, divide it by 1000"
-        )
-        found.append(DataFinding("slow_sampling", name, message))
-    return found
+    return [
+        DataFinding(question.code, name, f"{question.message} {_sentence(question.next_step)}")
+        for question in check_scales(recording)
+        if question.axis == name
+    ]
+
+
+def _sentence(text: str) -> str:
+    return text[0].upper() + text[1:]

@@ -1,7 +1,8 @@
 """Samples that the diagnosis leaves out.
 
-Two kinds of sample say nothing about the model: those at which the encoder does not resolve the
-direction of motion, and those at which encoder quantization aliases into the band.
+Three kinds of sample say nothing about the model: those at which the encoder does not resolve the
+direction of motion, those at which encoder quantization aliases into the band, and the first ones,
+at which friction and play remember the time before the record.
 """
 
 from typing import Final
@@ -16,9 +17,18 @@ Mask = NDArray[np.bool_]
 
 SMEAR_PERIODS: Final = 0.7
 """Cut-off periods to either side over which the filter spreads a single sample."""
-_TURN_NOISE: Final = 8.0
+TURN_NOISE: Final = 8.0
 """Distance from a turning point, in standard deviations of the encoder noise, below which the
 direction is unknown. It is 2.3 counts of an encoder without other noise."""
+LEAST_WEIGHT: Final = 0.5
+"""Filtered direction weight, from 0 to 1, from which a sample is compared: most of what the filter
+mixes into it is of known direction."""
+_TAPER_PERIODS: Final = 0.4
+"""Cut-off periods over which the direction weight falls to zero, and rises again. A sharper edge
+would spread over the band."""
+_RUN_IN: Final = 0.1
+"""Distance from the start, of the travel, before which friction and play remember the time before
+the record. What builds up over a longer distance is not searched for."""
 _STILL_NOISE: Final = 6.0
 """Range of the position, in the same unit, of an axis at rest: less than two counts."""
 _HARMONICS: Final = 2
@@ -35,6 +45,16 @@ def reversals(motion: Motion) -> NDArray[np.intp]:
 def widened(mask: Mask, by: int) -> Mask:
     """Extend a mask (N,) by a number of samples to either side."""
     return np.asarray(np.convolve(mask, np.ones(2 * by + 1), "same") > 0.5)
+
+
+def direction_weight(unknown: Mask, cutoff_hz: float, period_s: float) -> Array:
+    """Weight (N,) that falls smoothly from 1, far from unknown directions, to 0 at them."""
+    return 1.0 - tapered(unknown, _TAPER_PERIODS / (cutoff_hz * period_s))
+
+
+def run_in(position: Array) -> int:
+    """First of N samples that is far from the start."""
+    return int(np.argmax(np.abs(position - position[0]) > _RUN_IN * np.ptp(position)))
 
 
 def tapered(mask: Mask, by: float) -> Array:
@@ -94,8 +114,8 @@ def direction_unknown(position: Array, noise: float, cutoff_hz: float, period_s:
         Standard deviation of the encoder noise.
     """
     turning = np.zeros(len(position), dtype=np.bool_)
-    for turn in _turning_points(position, _TURN_NOISE * noise):
-        away = np.abs(position - position[turn]) > _TURN_NOISE * noise
+    for turn in _turning_points(position, TURN_NOISE * noise):
+        away = np.abs(position - position[turn]) > TURN_NOISE * noise
         before, after = np.flatnonzero(away[:turn]), np.flatnonzero(away[turn:])
         first = before[-1] + 1 if len(before) else 0
         turning[first : turn + (after[0] if len(after) else len(away))] = True

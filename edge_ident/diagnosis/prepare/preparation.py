@@ -12,11 +12,13 @@ from numpy.typing import NDArray
 from edge_ident.diagnosis.prepare.axis_data import AxisData, Segment, filtered_effort
 from edge_ident.diagnosis.prepare.bandwidth import Band, comparison_band, white_noise
 from edge_ident.diagnosis.prepare.masks import (
+    LEAST_WEIGHT,
     SMEAR_PERIODS,
     aliasing_mask,
     direction_unknown,
+    direction_weight,
     reversals,
-    tapered,
+    run_in,
     widened,
 )
 from edge_ident.diagnosis.prepare.sampled import Sampled
@@ -29,7 +31,6 @@ from edge_ident.signals.conditioning import (
     choose_cutoff,
     decimated,
     encoder_count,
-    position_noise,
 )
 from edge_ident.signals.filters import lowpass
 from edge_ident.signals.recording import Recording
@@ -40,20 +41,8 @@ _MOST_SAMPLES: Final = 1500
 """Independent samples in a recording; a wider band adds little information and much time."""
 _FEWEST_SAMPLES: Final = 40
 """Twice the parameters of the base model and a few causes."""
-_MOTION_BAND: Final = 2.0
-"""Bandwidth of the motion over that of the comparison. A narrower motion would reverse and stop at
-other moments than the axis; a wider one brings noise that the weighting folds into the band."""
-_TAPER_PERIODS: Final = 0.4
-"""Cut-off periods over which the direction weight falls to zero, and rises again."""
-_WIDEST: Final = 0.2
-"""Highest bandwidth of the motion, of the sampling rate."""
 _REGRESSOR_RATE: Final = 6.0
 """Samples per period of the motion's cut-off at which regressors are computed."""
-_RUN_IN: Final = 0.1
-"""Distance from the start, of the travel, before which friction and play remember the time before
-the record. What builds up over a longer distance is not searched for."""
-_LEAST_WEIGHT: Final = 0.5
-"""Filtered direction weight from which a sample is compared."""
 _ALIASED: Final = 2.0 / np.pi
 """Amplitude, in encoder counts, that aliasing can reach: twice the first harmonic of the rounding
 error, because the controller answers it."""
@@ -107,10 +96,10 @@ def prepare_axis(recordings: Sequence[Recording], name: str, *, timed: bool = Tr
 def _segment(recording: Recording, name: str) -> Segment:
     raw = Sampled.of(recording, name)
     count = encoder_count(recording.axes[name].position)
-    noise = max(position_noise(raw.position), count / np.sqrt(12.0))
-    widest_hz = choose_cutoff(raw.position, raw.period_s)
+    noise = max(raw.noises[name], count / np.sqrt(12.0))
+    widest_hz = choose_cutoff(raw.position, raw.period_s, raw.noises[name])
     band, density = _band(raw, noise, widest_hz)
-    motion_hz = min(_MOTION_BAND * band.cutoff_hz, _WIDEST / raw.period_s)
+    motion_hz = band.motion_hz(raw.period_s)
     stride = max(1, int(1.0 / (_REGRESSOR_RATE * motion_hz * raw.period_s)))
     period_s = stride * raw.period_s
     motions, replicas = raw.motions(motion_hz, stride)
@@ -123,6 +112,7 @@ def _segment(recording: Recording, name: str) -> Segment:
         motion=motions[name],
         others=_others(motions, motions, replicas, name),
         noise_replica=(replicas[name], _others(replicas, motions, replicas, name)),
+        motion_hz=motion_hz,
         raw_effort=raw.effort,
         raw_period_s=raw.period_s,
         shift_s=late_s,
@@ -154,12 +144,14 @@ def _band(raw: Sampled, noise: float, widest_hz: float) -> tuple[Band, float]:
 
 
 def _direction_weights(raw: Sampled, noise: float, band: Band, stride: int) -> tuple[Array, Array]:
-    """Weights from 0, where anything is unknown, to 1: every stride-th sample, and all."""
+    """Weights from 0, where anything is unknown, to 1: every stride-th sample, and all.
+
+    Both are the same smooth curve. A coarser one on the effort than on its regressor is a
+    difference that changes with the speed, as a shift does.
+    """
     unknown = direction_unknown(raw.position, noise, band.cutoff_hz, raw.period_s) | raw.unknown
-    taper = _TAPER_PERIODS / (band.cutoff_hz * raw.period_s)
-    known = 1.0 - tapered(unknown, taper)[::stride]
-    at = np.arange(len(known)) * stride
-    return known, np.interp(np.arange(len(raw.time_s)), at, known)
+    weight = direction_weight(unknown, band.cutoff_hz, raw.period_s)
+    return weight[::stride], weight
 
 
 def _sample_index(
@@ -169,13 +161,8 @@ def _sample_index(
     at = np.arange(len(known)) * stride
     index = decimated(len(known), band.cutoff_hz, stride * raw.period_s)
     passed = lowpass(weight, band.cutoff_hz, raw.period_s)[at]
-    index = index[passed[index] > _LEAST_WEIGHT]
-    return index[index >= _run_in(motion.position)]
-
-
-def _run_in(position: Array) -> int:
-    """First sample far from the start: friction and play have forgotten the time before."""
-    return int(np.argmax(np.abs(position - position[0]) > _RUN_IN * np.ptp(position)))
+    index = index[passed[index] > LEAST_WEIGHT]
+    return index[index >= run_in(motion.position)]
 
 
 def _masks(

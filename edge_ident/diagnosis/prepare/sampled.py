@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Final
 
 import numpy as np
@@ -45,6 +46,11 @@ class Sampled:
         """Position of the axis itself, (M,)."""
         return self.positions[self.name]
 
+    @cached_property
+    def noises(self) -> Mapping[str, float]:
+        """Standard deviation of the noise of every axis's position."""
+        return {other: position_noise(position) for other, position in self.positions.items()}
+
     def motion(self, position: Array, cutoff_hz: float, stride: int) -> Motion:
         """Smooth motion, every stride-th sample, time from the first sample."""
         smooth = differentiate(position, cutoff_hz, self.period_s)
@@ -61,7 +67,7 @@ class Sampled:
         rng = np.random.default_rng(_REPLICA_SEED)
         replicas = {
             other: self.motion(
-                position + position_noise(position) * rng.standard_normal(len(position)),
+                position + self.noises[other] * rng.standard_normal(len(position)),
                 cutoff_hz,
                 stride,
             )

@@ -40,6 +40,20 @@ def explained_variance(
     dict
         By "base" and "extended", then by quantity.
     """
+    traces, valid = diagnosed[name].traces, diagnosed[name].traces.valid
+    residuals = {"base": traces.base_effort, "extended": traces.extended_effort}
+    by = groups(name, diagnosed)
+    return {
+        model: {
+            of: correlation_ratio((traces.effort - effort)[valid], group)
+            for of, group in by.items()
+        }
+        for model, effort in residuals.items()
+    }
+
+
+def groups(name: str, diagnosed: Mapping[str, AxisDiagnosis]) -> dict[str, NDArray[np.intp]]:
+    """Numbers of bins of the valid samples, by quantity; each direction has its own, time not."""
     traces = diagnosed[name].traces
     valid, forward = traces.valid, (traces.velocity > 0.0)[traces.valid]
     quantities = {
@@ -52,13 +66,8 @@ def explained_variance(
         if other != name
     }
     bins = min(_BINS, len(forward) // _PER_BIN)
-    groups = {of: 2 * _bins(values[valid], bins) + forward for of, values in quantities.items()}
-    groups["time"] = _bins(running_time(traces)[valid], _TIME_BINS)
-    residuals = {"base": traces.base_effort, "extended": traces.extended_effort}
-    return {
-        model: {of: _ratio((traces.effort - effort)[valid], group) for of, group in groups.items()}
-        for model, effort in residuals.items()
-    }
+    found = {of: 2 * _bins(values[valid], bins) + forward for of, values in quantities.items()}
+    return found | {"time": _bins(running_time(traces)[valid], _TIME_BINS)}
 
 
 def acceleration_at(traces: Traces, other: Traces) -> Array:
@@ -78,14 +87,8 @@ def running_time(traces: Traces) -> Array:
     return np.asarray(np.cumsum(steps))
 
 
-def _bins(values: Array, bins: int) -> NDArray[np.intp]:
-    """Numbers of bins that hold equally many samples."""
-    rank = np.argsort(np.argsort(values, kind="stable"), kind="stable")
-    return np.asarray(rank * bins // max(len(values), 1))
-
-
-def _ratio(residual: Array, group: NDArray[np.intp]) -> float:
-    """Share of the variance between groups of samples."""
+def correlation_ratio(residual: Array, group: NDArray[np.intp]) -> float:
+    """Share of the variance between groups of samples, adjusted for their number."""
     _, index, count = np.unique(group, return_inverse=True, return_counts=True)
     free = len(residual) - len(count)
     if free <= 0 or np.ptp(residual) == 0.0:
@@ -93,3 +96,9 @@ def _ratio(residual: Array, group: NDArray[np.intp]) -> float:
     means = np.bincount(index, weights=residual) / count
     within = float(np.sum((residual - means[index]) ** 2)) / free
     return round(max(0.0, 1.0 - within / float(np.var(residual, ddof=1))), 4)
+
+
+def _bins(values: Array, bins: int) -> NDArray[np.intp]:
+    """Numbers of bins that hold equally many samples."""
+    rank = np.argsort(np.argsort(values, kind="stable"), kind="stable")
+    return np.asarray(rank * bins // max(len(values), 1))

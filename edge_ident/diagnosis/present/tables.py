@@ -6,11 +6,11 @@ from typing import Final
 from rich.box import SIMPLE_HEAD
 from rich.console import Group, RenderableType
 from rich.markup import escape
-from rich.table import Table
 from rich.text import Text
 
 from edge_ident.diagnosis.present import wording
 from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Diagnosis, Verdict
+from edge_ident.support.tables import FittingTable
 
 _COLOUR: Final = {
     Verdict.ADEQUATE: "green",
@@ -46,12 +46,12 @@ def _axis(name: str, diagnosis: Diagnosis) -> Iterator[RenderableType]:
         yield Text(f"  not testable: {', '.join(effects)}; record {experiment}")
 
 
-def _causes_table(axis: AxisDiagnosis) -> Table:
+def _causes_table(axis: AxisDiagnosis) -> FittingTable:
     table = _table()
     table.add_column("cause")
-    table.add_column("reduction of\nheld-out residual", justify="right", no_wrap=True)
+    table.add_column("reduction of\nheld-out residual", justify="right")
     table.add_column("share of\nthe effort", justify="right")
-    table.add_column("parameters", no_wrap=True)
+    table.add_column("parameters")
     for cause in axis.causes:
         table.add_row(
             wording.spoken(cause.term.effect),
@@ -69,13 +69,13 @@ def _why(cause: Cause) -> Iterator[Text]:
         yield Text(f"    {wording.alternative_sentence(alternative)}")
 
 
-def _comparison_table(name: str, diagnosis: Diagnosis) -> Table:
+def _comparison_table(name: str, diagnosis: Diagnosis) -> FittingTable:
     axis = diagnosis.axes[name]
     models = ("base", "extended") if axis.causes else ("base",)
     table = _table()
-    table.add_column("", no_wrap=True)
+    table.add_column("")
     for model in models:
-        table.add_column(model, justify="right", no_wrap=True)
+        table.add_column(model, justify="right")
     for label, *cells in wording.before_and_after(axis, diagnosis.validation.get(name)):
         table.add_row(label, *cells[: len(models)])
     return table
@@ -85,5 +85,5 @@ def _line(markup: str) -> Text:
     return Text.from_markup(markup)
 
 
-def _table() -> Table:
-    return Table(box=SIMPLE_HEAD, padding=(0, 2, 0, 0), pad_edge=False)
+def _table() -> FittingTable:
+    return FittingTable(box=SIMPLE_HEAD, padding=(0, 2, 0, 0), pad_edge=False)

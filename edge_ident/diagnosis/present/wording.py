@@ -65,16 +65,22 @@ def external_vibrations(axis: AxisDiagnosis) -> list[tuple[float, float]]:
 
 def _verdict(axis: AxisDiagnosis) -> str:
     floor = f"noise alone leaves {percent(axis.noise_floor)}"
-    left = percent(axis.extended.fitted)
+    before, left = percent(axis.base.fitted), percent(axis.extended.fitted)
     if axis.verdict is Verdict.ADEQUATE:
+        chain = [c.term.effect for c in axis.minor if c.term in axis.model.terms]
+        if axis.base.fitted > axis.extended.fitted and chain:
+            return (
+                f"adequate: the residual falls from {before} to {left} of the effort with "
+                f"{listed(dict.fromkeys(map(spoken, chain)))}, of which a sound drive has as much; "
+                f"{floor}"
+            )
         return f"the base model is adequate: its residual is {left} of the effort; {floor}"
     found = listed(dict.fromkeys(spoken(cause.term.effect) for cause in axis.causes))
     if axis.verdict is Verdict.EXPLAINED:
-        before = percent(axis.base.fitted)
         return f"explained by {found}: the residual falls from {before} to {left}; {floor}"
     none = "no known effect is certain" if axis.suspected else "no known effect fits"
-    known = f"{found} found, but a residual of" if found else f"{none}, and"
-    return f"unexplained: {known} {left} of the effort is left; {floor}"
+    what = f"{found} found, but a residual of" if found else f"{none}, and"
+    return f"unexplained: {what} {left} of the effort is left; {floor}"
 
 
 def suspected_sentence(cause: Cause) -> str:

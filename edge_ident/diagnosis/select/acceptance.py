@@ -18,6 +18,7 @@ from edge_ident.diagnosis.select.thresholds import (
     DECISIVE,
     FOUND_AGAIN,
     KEPT_TERM,
+    LARGER_IN_TIME,
     LARGEST_DISCREPANCY,
     NONZERO,
     STRUCTURE,
@@ -144,20 +145,27 @@ def again(found: int, runs: int) -> Decision:
     return Decision(found >= FOUND_AGAIN.value, reason, float(found - FOUND_AGAIN.value))
 
 
-def larger_than_rest(share: float, rest: float) -> Decision:
+def larger_than_rest(share: float, rest: float, *, tied_to_time: bool = False) -> Decision:
     """Decide whether a cause is larger than what is left unexplained.
+
+    What is tied to time has to be twice as large: a disturbance in time that no effect explains
+    looks for a while like a drift, a payload or an event.
 
     Parameters
     ----------
     share, rest : float
         Rms of the cause's own effort, and of what is left beyond noise, of the effort's rms.
+    tied_to_time : bool
+        Whether the effect is.
     """
-    relation = "more" if share >= rest else "less"
+    required = rest * (LARGER_IN_TIME.value if tied_to_time else 1.0)
+    relation = "more" if share >= required else "less"
+    times = f"{LARGER_IN_TIME.value:.0f} times " if tied_to_time else ""
     reason = (
-        f"its own effort, {share:.1%}, is {relation} than what is left unexplained beside it, "
-        f"{rest:.1%}"
+        f"its own effort, {share:.1%}, is {relation} than {times}what is left unexplained beside "
+        f"it, {rest:.1%}"
     )
-    return Decision(share >= rest, reason, share - rest)
+    return Decision(share >= required, reason, share - required)
 
 
 def noise_limit(floor: float, uncertainty: float) -> float:

@@ -6,12 +6,15 @@ from typing import Self
 
 import numpy as np
 
+from edge_ident.diagnosis.fit.external_vibrations import VIBRATION
 from edge_ident.diagnosis.fit.fitting import FittedModel
 from edge_ident.diagnosis.fit.noise_floor import NoiseFloor
 from edge_ident.diagnosis.fit.summary import nonzero_rms
 from edge_ident.diagnosis.select.acceptance import beyond, noise_limit, structure_left
 from edge_ident.diagnosis.select.own_effort import Array, base_space, own_efforts
+from edge_ident.diagnosis.select.recorded_effort import recorded_sizes
 from edge_ident.diagnosis.select.search import Search
+from edge_ident.model.effects import named
 from edge_ident.signals.metrics import rms
 
 
@@ -62,6 +65,36 @@ class Assessment:
         """Rms of each term's own effort over the rms of the measured effort."""
         efforts = own_efforts(self.search.data, model, self.space)
         return [rms(effort) / self.scale for effort in efforts]
+
+    def sizes(self, model: FittedModel, *, recorded_alone: bool) -> list[float]:
+        """Size of each term, with the others of its effect, over the rms of the measured effort.
+
+        What it takes off the recorded effort, or its own effort in the band if that is more.
+
+        Parameters
+        ----------
+        model : FittedModel
+        recorded_alone : bool
+            Whether the recorded effort alone counts, because the band holds nothing to explain.
+        """
+        recorded = recorded_sizes(self.search.data, model)
+        if recorded_alone:
+            return recorded
+        efforts = own_efforts(self.search.data, model, self.space)
+        names = [(t.candidate.effect, t.candidate.source) for t in model.terms]
+        together = {name: np.zeros_like(efforts[0]) for name in names}
+        for name, effort in zip(names, efforts, strict=True):
+            together[name] = together[name] + effort
+        in_band = [rms(together[name]) / self.scale for name in names]
+        return [max(pair) for pair in zip(recorded, in_band, strict=True)]
+
+    def sound(self, place: int) -> bool:
+        """Whether a sound drive has as much of what a term of the model says."""
+        t = self.model.terms[place]
+        if t.candidate == VIBRATION:
+            return False
+        values = {name: np.asarray(value) for name, value in t.model_term.values.items()}
+        return named(t.candidate.effect).search.sound(values, self.search.excitation)
 
     def rest(self, model: FittedModel) -> float:
         """Share of the effort that a model leaves beyond noise."""

@@ -4,8 +4,10 @@ The extended BIC (Chen and Chen, Biometrika 95 (2008) 759) penalizes a model for
 for the number of candidates that were tried. Its unit is n·log(error).
 """
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Final
 
 import numpy as np
@@ -13,10 +15,11 @@ import numpy as np
 from edge_ident.diagnosis.fit.candidates import Candidate
 from edge_ident.diagnosis.fit.discrepancy import model_discrepancy
 from edge_ident.diagnosis.fit.fitting import FittedModel
-from edge_ident.diagnosis.fit.scoring import Grid, ScoredCandidate, ignored_command_penalty
+from edge_ident.diagnosis.fit.library import Grid
+from edge_ident.diagnosis.fit.scoring import ScoredCandidate, ignored_command_penalty
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.select.thresholds import LOST_CORRELATION
-from edge_ident.model.effects import catalogue
+from edge_ident.model.effects import catalogue, named
 
 _TINY: Final = float(np.finfo(float).tiny)
 
@@ -44,8 +47,7 @@ class Criterion:
 
     def penalty(self, candidate: Candidate) -> float:
         """Penalty for the parameters of a candidate and for the candidates that were tried."""
-        tried = len(catalogue()) * _count(self.grids[candidate])
-        return float(candidate.parameter_count * np.log(self.samples) + 2.0 * np.log(tried))
+        return candidate.parameter_count * math.log(self.samples) + self._tried[candidate]
 
     def value(self, fitted: FittedModel) -> float:
         """Extended BIC of a model."""
@@ -68,19 +70,26 @@ class Criterion:
 
     def misfit(self, error: float) -> float:
         """What a sum of squares costs."""
-        return self.samples * float(np.log(max(error, _TINY)))
+        return self.samples * math.log(max(error, _TINY))
 
     def discrepancy(self, fitted: FittedModel) -> float:
         """Sum of squares by which a model's formulas may be off."""
         return model_discrepancy(self.data, fitted)
+
+    @cached_property
+    def _tried(self) -> Mapping[Candidate, float]:
+        """Penalty for the candidates that were tried."""
+        effects = len(catalogue())
+        return {c: 2.0 * math.log(effects * _count(grid)) for c, grid in self.grids.items()}
 
     def _penalties(self, fitted: FittedModel) -> float:
         """Penalties of all added terms."""
         total = 0.0
         for t in fitted.terms:
             total += self.penalty(t.candidate)
-            factor = ignored_command_penalty(self.data, t.model_term)[0]
-            total += self.samples * float(np.log(factor))
+            if named(t.candidate.effect).overrides("withheld"):
+                factor = ignored_command_penalty(self.data, t.model_term)[0]
+                total += self.samples * float(np.log(factor))
         return total
 
 
@@ -105,4 +114,5 @@ def independent_samples(data: AxisData, fitted: FittedModel) -> float:
 
 
 def _count(grid: Grid) -> int:
-    return max((len(array) for array in grid.values()), default=1)
+    """Points of a grid; one of a form without any, and where there are none to try."""
+    return max((len(array) for array in grid.values()), default=1) or 1

@@ -5,6 +5,7 @@ of Statistics 17 (1989) 1217).
 """
 
 from dataclasses import dataclass
+from functools import cache
 from typing import Final
 
 import numpy as np
@@ -96,10 +97,17 @@ def _bootstrap(data: AxisData, old: Array, new: Array) -> tuple[float, tuple[flo
     blocks = data.block[data.valid]
     sums = np.array([np.bincount(blocks, r[data.valid] ** 2) for r in (old, new)])
     sums = sums[:, np.bincount(blocks) > 0]
-    rng = np.random.default_rng(BOOTSTRAP_SEED.value)
-    drawn = rng.integers(0, sums.shape[1], (RESAMPLES.value, sums.shape[1]))
-    before, after = sums[:, drawn].sum(axis=2)
+    before, after = sums @ _drawn(sums.shape[1])
     gains = 1.0 - np.sqrt(after / np.maximum(before, _TINY))
     value = 1.0 - np.sqrt(np.sum(sums[1]) / max(float(np.sum(sums[0])), _TINY))
     low, high = np.percentile(gains, [2.5, 97.5])
     return float(value), (float(low), float(high)), float(np.mean(gains > 0.0))
+
+
+@cache
+def _drawn(blocks: int) -> Array:
+    """How often each resample holds each block, (B, R)."""
+    rng = np.random.default_rng(BOOTSTRAP_SEED.value)
+    drawn = rng.integers(0, blocks, (RESAMPLES.value, blocks))
+    counts = [np.bincount(sample, minlength=blocks) for sample in drawn]
+    return np.array(counts, dtype=np.float64).T

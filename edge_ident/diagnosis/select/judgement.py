@@ -2,24 +2,20 @@
 
 The rules stand in `select.acceptance`. A cause is suspected where too few runs on disturbed data
 find it, where it is smaller than what is left unexplained, or where no cause may be named at all.
-It is minor where it is certain and not worth naming. What is not supported leaves the model, and
-the rest is fitted again.
+It is minor where it is certain and not worth naming, or where the chain of a sound drive has it as
+well. What is not supported leaves the model, and the rest is fitted again.
 """
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-
-import numpy as np
+from typing import Final
 
 from edge_ident.diagnosis.fit.external_vibrations import VIBRATION
-from edge_ident.diagnosis.fit.fitting import FittedModel
+from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm
 from edge_ident.diagnosis.fit.held_out import standard_deviations
 from edge_ident.diagnosis.fit.noise_floor import NoiseFloor
 from edge_ident.diagnosis.result import Cause, Refused, Verdict
-from edge_ident.diagnosis.select.acceptance import (
-    again,
-    larger_than_rest,
-)
+from edge_ident.diagnosis.select.acceptance import Decision, again, larger_than_rest
 from edge_ident.diagnosis.select.assessment import Assessment
 from edge_ident.diagnosis.select.backward_elimination import (
     SupportedModel,
@@ -28,12 +24,13 @@ from edge_ident.diagnosis.select.backward_elimination import (
 )
 from edge_ident.diagnosis.select.causes import causes, strongest_first
 from edge_ident.diagnosis.select.evidence import evidence_for_terms
-from edge_ident.diagnosis.select.own_effort import own_efforts
 from edge_ident.diagnosis.select.physics import unphysical
 from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.select.stability import RUNS, times_found
 from edge_ident.diagnosis.select.thresholds import TRADED
-from edge_ident.signals.metrics import rms
+from edge_ident.model.effects import named
+
+_SOUND: Final = "certain, and no fault: the chain of a sound drive winds up as much"
 
 
 @dataclass(frozen=True)
@@ -120,18 +117,23 @@ def judge(
     if reason is not None:
         doubts |= dict.fromkeys(kept, reason)
         kept = []
-    named, minor = _worth_naming(assessed, kept)
-    judged = _judgement(assessed, selected, _Sorted(named, minor, doubts), found, rules)
+    sorted_ = replace(_worth_naming(assessed, kept), doubts=doubts)
+    judged = _judgement(assessed, selected, sorted_, found, rules)
     # a recording that contradicts itself is understood by no model, however well one fits
     return replace(judged, verdict=Verdict.UNEXPLAINED) if blocked else judged
 
 
 @dataclass(frozen=True)
 class _Sorted:
-    """Places of the terms that are supported and minor, and reasons against the others."""
+    """Places of the terms that are supported, minor, and sound; and reasons against the others.
+
+    A sound drive has what the sound terms say, and the base model does not, so they stay in the
+    model. They are no cause.
+    """
 
     named: Sequence[int]
     minor: Sequence[int]
+    sound: Sequence[int]
     doubts: Mapping[int, str]
 
 
@@ -146,14 +148,27 @@ def _larger_than_rest(assessed: Assessment, kept: list[int]) -> tuple[list[int],
     doubts: dict[int, str] = {}
     while kept:
         model = assessed.fitted(kept)
-        shares = assessed.shares(model)
-        weakest = int(np.argmin(shares))
-        decision = larger_than_rest(shares[weakest], assessed.rest(model))
+        decisions = _beside_rest(assessed, model)
+        weakest, decision = min(enumerate(decisions), key=lambda pair: pair[1].margin)
         if decision.accepted:
             break
         doubts[kept[weakest]] = decision.reason
         kept = [k for k in kept if k != kept[weakest]]
     return kept, doubts
+
+
+def _beside_rest(assessed: Assessment, model: FittedModel) -> list[Decision]:
+    """For each term of a model, whether it is larger than what the model leaves unexplained."""
+    rest = assessed.rest(model)
+    return [
+        larger_than_rest(share, rest, tied_to_time=_tied_to_time(t))
+        for share, t in zip(assessed.shares(model), model.terms, strict=True)
+    ]
+
+
+def _tied_to_time(term: FittedTerm) -> bool:
+    """Whether a term is a cause in time; a vibration is none, and stands in time alone."""
+    return term.candidate != VIBRATION and named(term.candidate.effect).tied_to_time
 
 
 def _traded(assessed: Assessment, kept: Sequence[int]) -> dict[int, str]:
@@ -170,36 +185,31 @@ def _traded(assessed: Assessment, kept: Sequence[int]) -> dict[int, str]:
     return {k: reason for k, t in zip(kept, model.terms, strict=True) if t.candidate == VIBRATION}
 
 
-def _worth_naming(assessed: Assessment, kept: list[int]) -> tuple[list[int], list[int]]:
-    """Places of what is named, and of what is minor.
+def _worth_naming(assessed: Assessment, kept: list[int]) -> _Sorted:
+    """Sort what is certain into what is named, what is minor, and what a sound drive has as well.
 
-    All are minor where the base model is adequate. Otherwise those below the tolerance are, the
-    weakest first, as long as they do not together make the difference between explained and not.
+    Those below the tolerance are minor, the weakest first, as long as they do not together make
+    the difference between a base model that is not adequate and an extended one that is. What a
+    sound drive has is minor too where the base model is adequate.
     """
-    if not assessed.structure(assessed.start):
-        return [], kept
-    named, explained = list(kept), not assessed.structure(assessed.fitted(kept))
-    while named:
-        shares = _shares_by_effect(assessed, named)
-        weakest = int(np.argmin(shares))
-        fewer = [k for k in named if k != named[weakest]]
-        if shares[weakest] * assessed.scale >= assessed.tolerance:
+    adequate = not assessed.structure(assessed.start)
+    every = [k for k in kept if assessed.sound(k)]
+    sound = [] if adequate else every
+    worth = [k for k in kept if k not in every]
+    explained = not assessed.structure(assessed.fitted(sorted([*worth, *sound])))
+    while worth:
+        places = sorted([*worth, *sound])
+        sizes = assessed.sizes(assessed.fitted(places), recorded_alone=adequate)
+        size, weakest = min(pair for pair in zip(sizes, places, strict=True) if pair[1] in worth)
+        fewer = [k for k in worth if k != weakest]
+        if size * assessed.scale >= assessed.tolerance:
             break
-        if explained and assessed.structure(assessed.fitted(fewer)):
+        left = assessed.fitted(sorted([*fewer, *sound]))
+        if explained and not adequate and assessed.structure(left):
             break
-        named = fewer
-    return named, [k for k in kept if k not in named]
-
-
-def _shares_by_effect(assessed: Assessment, places: Sequence[int]) -> list[float]:
-    """Share of each term, with the others of its effect: the orders of a ripple are one."""
-    model = assessed.fitted(places)
-    efforts = own_efforts(assessed.search.data, model, assessed.space)
-    names = [(t.candidate.effect, t.candidate.source) for t in model.terms]
-    together = {name: np.zeros_like(efforts[0]) for name in names}
-    for name, effort in zip(names, efforts, strict=True):
-        together[name] = together[name] + effort
-    return [rms(together[name]) / assessed.scale for name in names]
+        worth = fewer
+    minor = [k for k in kept if k not in worth and k not in sound]
+    return _Sorted(worth, minor, sound, {})
 
 
 def _judgement(
@@ -214,12 +224,15 @@ def _judgement(
     own = [t.candidate != VIBRATION for t in selected.model.terms]
     doubtful = [replace(every[k], decision=r) for k, r in found.doubts.items() if own[k]]
     vibrations = [Refused(VIBRATION.effect, r) for k, r in found.doubts.items() if not own[k]]
-    minor = [replace(every[k], decision=_minor_reason(assessed, every[k])) for k in found.minor
-             if own[k]]  # fmt: skip
-    kept = found.minor if rules.keep_minor else ()
-    supported = _supported(assessed, selected, sorted([*found.named, *kept]), kept, times)
+    staying = sorted({*found.sound, *(found.minor if rules.keep_minor else ())})
+    minor = [
+        replace(every[k], decision=_minor_reason(assessed, k))
+        for k in found.minor
+        if own[k] and k not in staying
+    ]
+    supported = _supported(assessed, selected, found.named, staying, times)
     return Judgement(
-        verdict=_verdict(assessed, found.named),
+        verdict=_verdict(assessed, found),
         supported=replace(supported, refused=(*selected.refused, *vibrations)),
         suspected=strongest_first(doubtful),
         minor=strongest_first(minor),
@@ -227,37 +240,39 @@ def _judgement(
     )
 
 
-def _minor_reason(assessed: Assessment, cause: Cause) -> str:
+def _minor_reason(assessed: Assessment, place: int) -> str:
+    if assessed.sound(place):
+        return _SOUND
     limit = assessed.tolerance / assessed.scale
-    if cause.share < limit:
-        return f"certain, and smaller than {limit:.1%} of the effort, which is worth naming"
-    return "certain, but the base model leaves no more than noise and what is not worth naming"
+    return f"certain, and it takes less than {limit:.1%} off the effort, which is worth naming"
 
 
 def _supported(
     assessed: Assessment,
     selected: SupportedModel,
-    places: Sequence[int],
+    named: Sequence[int],
     minor: Sequence[int],
     times: Sequence[int],
 ) -> SupportedModel:
     """The model with a part of the terms: gains and decisions anew, alternatives as they were."""
+    places = sorted([*named, *minor])
     model = assessed.fitted(places)
-    shares, rest = assessed.shares(model), assessed.rest(model)
     _, _, gains = evidence_for_terms(assessed.search, model)
     support = []
-    for place, gain, share in zip(places, gains, shares, strict=True):
+    for place, gain, beside in zip(places, gains, _beside_rest(assessed, model), strict=True):
         before = selected.support[place]
-        reasons = [before.decision.reason, larger_than_rest(share, rest).reason]
+        reasons = [before.decision.reason, beside.reason]
         reasons += [again(times[place] + 1, RUNS + 1).reason] if times else []
+        reasons += [_minor_reason(assessed, place)] if place in minor else []
         decision = replace(before.decision, reason="; ".join(reasons))
         support.append(SupportedTerm(gain, decision, before.comparison, place in minor))
     return replace(selected, model=model, support=tuple(support))
 
 
-def _verdict(assessed: Assessment, named: Sequence[int]) -> Verdict:
-    if not assessed.structure(assessed.start):
-        return Verdict.ADEQUATE
-    own = [k for k in named if assessed.model.terms[k].candidate != VIBRATION]
-    explained = own and not assessed.structure(assessed.fitted(named))
-    return Verdict.EXPLAINED if explained and own == list(named) else Verdict.UNEXPLAINED
+def _verdict(assessed: Assessment, found: _Sorted) -> Verdict:
+    """What a sound drive has is no cause, so a machine that has nothing else is adequate."""
+    places = sorted([*found.named, *found.sound])
+    vibrating = any(assessed.model.terms[k].candidate == VIBRATION for k in places)
+    if vibrating or assessed.structure(assessed.fitted(places)):
+        return Verdict.UNEXPLAINED
+    return Verdict.EXPLAINED if found.named else Verdict.ADEQUATE

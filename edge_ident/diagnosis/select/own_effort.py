@@ -7,10 +7,10 @@ orthogonal to the base model's columns is new. Shares, ranks and comparisons of 
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.fit.candidates import cached_regressors
-from edge_ident.diagnosis.fit.fitting import FittedModel, additive, jacobian_of
+from edge_ident.diagnosis.fit.fitting import FittedModel, jacobian_of
 from edge_ident.diagnosis.fit.projection import orthonormal
-from edge_ident.diagnosis.fit.summary import contributions, nonzero_rms
+from edge_ident.diagnosis.fit.summary import nonzero_rms
+from edge_ident.diagnosis.fit.term_effort import contributions
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.model.model import PARAMETERS
 from edge_ident.signals.metrics import rms
@@ -34,21 +34,9 @@ def own_efforts(data: AxisData, model: FittedModel, space: Array) -> Array:
     space : (n, R) array
         Of the base model's columns (`base_space`).
     """
-    if additive(model.template, model.terms):
-        parts = [_effort(data, model, k) for k in range(len(model.terms))]
-    else:
-        parts = contributions(data, model)
+    parts = contributions(data, model)
     efforts = np.array(parts).reshape(len(parts), len(data.effort))[:, data.valid]
     return np.asarray(efforts - (efforts @ space) @ space.T)
-
-
-def _effort(data: AxisData, model: FittedModel, index: int) -> Array:
-    """Effort (n,) of one term of a model whose efforts add up."""
-    t, at = model.terms[index], model.columns_of(index)
-    if not t.linear:
-        rows = cached_regressors(data, model.template, t.candidate, t.nonlinear)
-        return np.asarray(rows[0])
-    return np.asarray(model.derivatives[:, at] @ model.linear_parameters[at])
 
 
 def own_shares(data: AxisData, model: FittedModel, space: Array) -> list[float]:

@@ -28,9 +28,10 @@ from edge_ident.diagnosis.fit.fitting import (
     fit,
     jacobian_of,
 )
+from edge_ident.diagnosis.fit.library import Grid, Library
 from edge_ident.diagnosis.fit.projection import orthonormal
 from edge_ident.diagnosis.fit.refinement import refined
-from edge_ident.diagnosis.fit.scoring import Grid, ResidualSubspace, ScoredCandidate
+from edge_ident.diagnosis.fit.scoring import ResidualSubspace, ScoredCandidate
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.select.criterion import Criterion
 from edge_ident.diagnosis.select.screening import physical, reliable
@@ -57,10 +58,8 @@ class Search:
     criterion : Criterion
     spectrum : Spectrum
         Of external vibrations.
-    library : mapping of Candidate to (D, k, n) array
-        Regressors at D points of each candidate, at the valid samples.
-    points : mapping of Candidate to Grid
-        Nonlinear parameters of these points: the grid, and what was refined before.
+    library : Library
+        Regressors of each candidate at the points of its grid, and at those refined before.
     refines : bool
         Whether nonlinear parameters are searched between the points of the grids.
     cache : dict
@@ -73,8 +72,7 @@ class Search:
     excitation: Excitation
     criterion: Criterion
     spectrum: Spectrum
-    library: Mapping[Candidate, Array]
-    points: Mapping[Candidate, Grid]
+    library: Library
     refines: bool = True
     cache: dict[object, ScoredCandidate] = field(default_factory=dict, compare=False)
 
@@ -85,11 +83,11 @@ class Search:
         every = candidates(data, template.position_unit == "rad")
         grids: dict[Candidate, Grid] = {c: grid(c, excitation) for c in every}
         spectrum = Spectrum.of(data)
-        library = {c: regressors(data, start.axis, c, grids[c])[..., data.valid] for c in every}
-        grids[VIBRATION] = {"frequency": spectrum.frequency_hz}
-        criterion = Criterion(data, grids, float(np.count_nonzero(data.valid)))
-        replica = data.noise_replica
-        return cls(data, replica, template, excitation, criterion, spectrum, library, dict(grids))
+        rows = {c: regressors(data, start.axis, c, grids[c])[..., data.valid] for c in every}
+        library = Library.of(grids, rows)
+        searched = {**grids, VIBRATION: {"frequency": spectrum.frequency_hz}}
+        criterion = Criterion(data, searched, float(np.count_nonzero(data.valid)))
+        return cls(data, data.noise_replica, template, excitation, criterion, spectrum, library)
 
     def with_samples(self, samples: float) -> Self:
         """The same search, whose criterion counts another number of independent samples."""
@@ -104,30 +102,28 @@ class Search:
         for scored in self.cache.values():
             if scored.term.nonlinear and scored.candidate in self.library:
                 refined_terms.setdefault(scored.candidate, []).append(scored.term)
-        library, points = dict(self.library), dict(self.points)
-        base = build(self.template, self.excitation.base, ())
+        base, more, rows = build(self.template, self.excitation.base, ()), {}, {}
         for candidate, terms in refined_terms.items():
-            more = {
-                name: np.array([t.nonlinear[name] for t in terms]) for name in points[candidate]
+            more[candidate] = {
+                name: np.array([t.nonlinear[name] for t in terms])
+                for name in self.library.points[candidate]
             }
-            rows = regressors(self.data, base, candidate, more)[..., self.data.valid]
-            library[candidate] = np.concatenate([library[candidate], rows])
-            points[candidate] = {
-                name: np.concatenate([values, more[name]])
-                for name, values in points[candidate].items()
-            }
-        return replace(self, library=library, points=points, refines=False, cache={})
+            found = regressors(self.data, base, candidate, more[candidate])
+            rows[candidate] = found[..., self.data.valid]
+        library = self.library.with_points(more, rows)
+        return replace(self, library=library, refines=False, cache={})
 
     def on(self, data: AxisData) -> Self:
         """The same search on other data of the same motion: another effort, fewer valid samples."""
         kept = data.valid[self.data.valid]
-        whole = bool(np.all(kept))
-        library = {c: rows if whole else rows[..., kept] for c, rows in self.library.items()}
-        criterion = replace(self.criterion, data=data)
         return replace(
-            self, data=data, criterion=criterion, spectrum=self.spectrum.at(kept), library=library,
+            self,
+            data=data,
+            criterion=replace(self.criterion, data=data),
+            spectrum=self.spectrum.at(kept),
+            library=self.library.at(kept),
             cache={},
-        )  # fmt: skip
+        )
 
     @property
     def grids(self) -> Mapping[Candidate, Grid]:
@@ -186,17 +182,11 @@ class Search:
 
     def _coarse(self, subspace: ResidualSubspace, without: frozenset[str]) -> list[ScoredCandidate]:
         """Each candidate at the best point of its grid, and the strongest vibration."""
-        coarse = []
-        for candidate, rows in self.library.items():
-            if candidate.effect not in without:
-                points, grid = self.points[candidate], self.grids[candidate]
-                scored = subspace.score(candidate, points, rows, grid)
-                if np.isfinite(scored.error):
-                    coarse.append(scored)
+        coarse = subspace.score_library(self.library, self.grids, without)
         strongest = self.spectrum.strongest(subspace.residual)
         if strongest["frequency"].size:
-            rows = subspace.regressors(VIBRATION, strongest)
-            coarse.append(subspace.score(VIBRATION, strongest, rows, self.grids[VIBRATION]))
+            grid = self.grids[VIBRATION]
+            coarse.append(subspace.score(VIBRATION, strongest, grid, recurring=True))
         return coarse
 
     def _refined(self, subspace: ResidualSubspace, scored: ScoredCandidate) -> ScoredCandidate:
@@ -245,7 +235,7 @@ class Search:
             rest = self.fit(fitted.base, fitted.without(k))
             # the inertia may be free beside this term, and not without it
             basis = self._basis_without(fitted, k)
-            subspace = replace(ResidualSubspace.of(self.data, rest), basis=basis)
+            subspace = replace(ResidualSubspace.of(self.data, rest), basis=basis, key=None)
             better = self._refined(subspace, ScoredCandidate(t, np.inf)).term
             terms = (*fitted.terms[:k], better, *fitted.terms[k + 1 :])
             candidate = self.fit(fitted.base, terms)

@@ -31,6 +31,7 @@ def not_testable(search: Search, model: FittedModel, noise: float) -> tuple[NotT
     """
     data = search.data
     effort = rms(data.effort[data.valid])
+    basis = orthonormal(model.jacobian[data.valid])
     missing = []
     for name in catalogue():
         if name in model.effects:
@@ -42,7 +43,7 @@ def not_testable(search: Search, model: FittedModel, noise: float) -> tuple[NotT
             continue
         hidden = min(
             (
-                _unnoticed_effort(search, model, candidate, noise)
+                _unnoticed_effort(search, basis, candidate, noise)
                 for candidate in search.library
                 if candidate.effect == name
             ),
@@ -53,25 +54,22 @@ def not_testable(search: Search, model: FittedModel, noise: float) -> tuple[NotT
     return tuple(missing)
 
 
-def _unnoticed_effort(
-    search: Search, model: FittedModel, candidate: Candidate, noise: float
-) -> float:
+def _unnoticed_effort(search: Search, basis: Array, candidate: Candidate, noise: float) -> float:
     """Rms effort that a candidate with typical parameters may have without being noticed."""
     cost = search.criterion.penalty(candidate) + DECISIVE.value
     noticed = noise * np.sqrt(np.expm1(cost / search.criterion.samples))
-    share = float(np.median(_orthogonal_shares(search, model, candidate)))
+    share = float(np.median(_orthogonal_shares(search.library[candidate], basis)))
     return float(noticed / share) if share > np.finfo(float).eps else np.inf
 
 
-def _orthogonal_shares(search: Search, model: FittedModel, candidate: Candidate) -> Array:
-    """Length (D,) of the orthogonal component of a candidate's effort, over its whole length.
+def _orthogonal_shares(rows: Array, basis: Array) -> Array:
+    """Length (D,) of the component of an effort that is orthogonal to a basis (n, R), over its
+    whole length.
 
-    All linear parameters contribute alike.
+    All linear parameters contribute alike, with their regressors (D, k, n).
     """
-    rows = search.library[candidate]
     length = np.linalg.norm(rows, axis=2, keepdims=True)
     effort = np.sum(rows / np.maximum(length, _TINY), axis=1)
-    basis = orthonormal(model.jacobian[search.data.valid])
     orthogonal = effort - (effort @ basis) @ basis.T
     whole = np.linalg.norm(effort, axis=1)
     return np.asarray(np.linalg.norm(orthogonal, axis=1) / np.maximum(whole, _TINY))

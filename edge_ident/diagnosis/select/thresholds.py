@@ -92,6 +92,14 @@ FOUND_AGAIN: Final = Threshold(
     "(Meinshausen and Bühlmann, J. R. Stat. Soc. B 72 (2010) 417).",
     "docs/diagnosis_reference.md, the rules on real axes",
 )
+LARGER_IN_TIME: Final = Threshold(
+    2.0,
+    "rms of what is left",
+    "A cause that is tied to time is larger than this; any other is larger than what is left.",
+    "A judgement: an unknown disturbance in time has parts that look like a drift, a payload or an "
+    "event, and the larger part of it may.",
+    "`test_acceptance.py`: a drift beside as large a rest is only suspected",
+)
 NEGATIVE: Final = Threshold(
     2.0,
     "standard deviations",

@@ -10,6 +10,7 @@ from typing import Final
 
 import numpy as np
 
+from edge_ident.model.advice import Advice
 from edge_ident.model.effect import Array, Effect, Parameter, Values
 from edge_ident.model.search import Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
@@ -39,6 +40,14 @@ def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
 
 
 EFFECT: Final = ActuatorDeadband(
+    advice=Advice(
+        in_words="small commands give no force",
+        part="the amplifier or the valve that drives the axis",
+        action=(
+            "At standstill, raise the command slowly and note where force begins. Set the "
+            "compensation of the dead time or of the overlap."
+        ),
+    ),
     search=SearchSpec(
         forms=(Form(("width",)),),
         signature="flips with the sign of the effort, not of the velocity",

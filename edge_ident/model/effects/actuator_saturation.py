@@ -11,6 +11,7 @@ from typing import Final
 
 import numpy as np
 
+from edge_ident.model.advice import Advice
 from edge_ident.model.effect import Array, Effect, Parameter, Values
 from edge_ident.model.search import Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
@@ -46,6 +47,14 @@ def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
 
 
 EFFECT: Final = ActuatorSaturation(
+    advice=Advice(
+        in_words="the drive reaches its limit of force",
+        part="motor and amplifier: their limit of current or torque",
+        action=(
+            "Compare that limit with the largest command. Accelerate less, or raise the limit if "
+            "motor and amplifier allow it."
+        ),
+    ),
     search=SearchSpec(
         forms=(Form((), ("limit",)),),
         signature="nothing is wrong below the limit; above it the command is not obeyed",

@@ -10,6 +10,7 @@ from typing import Final
 
 import numpy as np
 
+from edge_ident.model.advice import Advice
 from edge_ident.model.compensation import Compensation
 from edge_ident.model.effect import Array, Effect, Motion, Parameter, Values
 from edge_ident.model.search import Form, SearchSpec
@@ -41,6 +42,14 @@ def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
 
 
 EFFECT: Final = AsymmetricFriction(
+    advice=Advice(
+        in_words="friction differs between the two directions",
+        part="guides, seals and bearings that are loaded from one side",
+        action=(
+            "Compare the motor current both ways at one constant speed. Check seals, wipers and "
+            "the alignment of the guides."
+        ),
+    ),
     search=SearchSpec(
         forms=(Form(("difference",)),),
         signature="grows with speed and does not change its sign with the direction",

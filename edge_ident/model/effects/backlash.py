@@ -12,8 +12,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from edge_ident.model.advice import Advice
 from edge_ident.model.effect import Array, Effect, Motion, Parameter, Values
-from edge_ident.model.search import Excitation, Form, SearchSpec
+from edge_ident.model.search import SOUND_RESONANCE_HZ, Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
 
 _SEGMENTS: Final = 12
@@ -115,6 +116,18 @@ def _physical(values: Values, excitation: Excitation) -> bool:
     return bool(seen) and excitation.moved(values["load_inertia"])
 
 
+def _sound(values: Values, excitation: Excitation) -> bool:
+    """No more lost motion at a reversal than on the chain of any drive.
+
+    The load's friction winds up both contacts beside the gap. A spring on which it would lose as
+    much is a stiff one.
+    """
+    friction = 2.0 * values["deceleration"]
+    lost = values["gap"] + friction / np.square(values["contact_rate"])
+    resonance = 2.0 * np.pi * SOUND_RESONANCE_HZ
+    return bool(np.all(friction > resonance**2 * lost))
+
+
 def _grid(excitation: Excitation) -> dict[str, Array]:
     """Gaps from what the encoder just resolves; loads with more or less friction than their share
     of the inertia."""
@@ -175,19 +188,20 @@ def _pushed(drive: Array, speed: Array, carried: Array, values: Values, step_s: 
     position = drive[..., 0] - np.copysign(half, carried) - carried / spring
     implicit = 1.0 + 0.5 * step_s * (damper + 0.5 * step_s * spring)
     spring, damper = spring / implicit, damper / implicit
-    fading, weight = -np.expm1(-values["damping_rate"] * step_s) / step_s, values["weight"]
+    fading, lift = -np.expm1(-values["damping_rate"] * step_s) / step_s, -values["weight"]
+    least, slowest = -half, -friction
     drive = np.moveaxis(drive, -1, 0)  # time first: a step reads and writes what lies together
     middle, moving = 0.5 * (drive[1:] + drive[:-1]), np.diff(drive, axis=0) / step_s
     pushed = np.empty((len(drive), *position.shape))
     for push, between, quick in zip(pushed, middle, moving, strict=False):
-        loss = -weight - fading * speed
+        loss = lift - fading * speed
         ahead = speed + 0.5 * step_s * loss
         behind = between - position - 0.5 * step_s * ahead
-        depth = behind - np.minimum(np.maximum(behind, -half), half)
+        depth = behind - np.minimum(np.maximum(behind, least), half)
         np.add(spring * depth, damper * (quick - ahead), out=push)
         push[push * depth <= 0.0] = 0.0
         free = speed + step_s * (loss + push)
-        free -= np.minimum(np.maximum(free, -friction), friction)
+        free -= np.minimum(np.maximum(free, slowest), friction)
         position = position + 0.5 * step_s * (speed + free)
         speed = free
     pushed[-1] = pushed[-2]
@@ -205,6 +219,14 @@ def _contact(at: Motion, values: Values) -> Array:
 
 
 EFFECT: Final = Backlash(
+    advice=Advice(
+        in_words="there is free play: the motor turns a little before the load follows",
+        part="coupling, ball nut and its bearings, gear or belt",
+        action=(
+            "Hold the motor still, push the load both ways, and read the free travel on a dial "
+            "gauge. Tighten or preload the part that gives."
+        ),
+    ),
     search=SearchSpec(
         forms=(
             Form(
@@ -223,6 +245,7 @@ EFFECT: Final = Backlash(
         discrepancy=0.4,
         open_ended=("deceleration",),
         needs_reversals=True,
+        sound=_sound,
     ),
     draw=_draw,
 )

@@ -8,20 +8,26 @@ share of the axis's friction, which can hold it; the base parameters include tha
 Source: two-mass drive, Ellis, Control System Design Guide, ch. 16.
 """
 
+from itertools import pairwise
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from edge_ident.model.advice import Advice
 from edge_ident.model.compensation import Compensation
 from edge_ident.model.effect import Array, Effect, Motion, Parameter, Values
-from edge_ident.model.search import Excitation, Form, SearchSpec
+from edge_ident.model.search import SOUND_RESONANCE_HZ, Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
 
 Complex = NDArray[np.complex128]
 
 _STOPPING_RATE: Final = 300.0
 """In 1/s, with which dry friction stops the load in a simulation."""
+_BLOCK: Final = 64
+"""Samples that are computed at once."""
+_STEPS: Final = 4
+"""Samples that are computed one by one where friction changes."""
 
 
 class CouplingCompliance(Effect):
@@ -100,6 +106,11 @@ def _physical(values: Values, excitation: Excitation) -> bool:
     return excitation.moved(values["load_inertia"])
 
 
+def _sound(values: Values, excitation: Excitation) -> bool:
+    """A chain as stiff as that of any drive."""
+    return bool(np.all(values["rate"] > 2.0 * np.pi * SOUND_RESONANCE_HZ))
+
+
 def _grid(excitation: Excitation) -> dict[str, Array]:
     """Resonances that the filter passes, and those beyond, of which a trace is left."""
     highest = 3.0 * 2.0 * np.pi * excitation.cutoff_hz
@@ -145,37 +156,100 @@ def _lag(pole: Complex, load: Array, velocity: Array, most: Array, period_s: flo
     """u = d' - conj(pole)·d, which obeys u' = pole·u + load + friction, from the steady lag.
 
     Dry friction, of `most` at most, is constant over a sample: what stops the load at its end, or
-    all there is.
+    all there is. Friction reaches the motion through a linear filter. So the sequence of friction
+    is found first, beside the motion that there would be without it.
     """
     step = pole * period_s
     decay = np.exp(step)
     # response to a load that rises to one, and one that falls from it, over a sample
     rising = (decay - 1.0 - step) / (pole * step)
     falling = (decay - 1.0) / pole - rising
-    forcing = falling * load[..., :-1] + rising * load[..., 1:]
-    most = most[..., 0]
-    start = load[..., 0] + most * np.sign(velocity[..., 0])
-    u = np.asarray(-start / pole[..., 0])
-    # time first: each step then reads and writes what lies together
-    result = np.empty((forcing.shape[-1] + 1, *u.shape), dtype=np.complex128)
-    result[0] = u
-    result[1:] = np.moveaxis(forcing, -1, 0)
-    decay, response = decay[..., 0], (rising + falling)[..., 0]
-    lean = pole.real[..., 0] / pole.imag[..., 0]
+    response = rising + falling  # to friction
+    lean = pole.real / pole.imag
     mobility = response.real + lean * response.imag
     # the real part of a product with it: what stops the load
     stopped = (1.0 - 1j * lean) / mobility
-    wanted = np.moveaxis(velocity[..., 1:] / mobility[..., None], -1, 0)
-    rows = result[1:, None] if result.ndim == 1 else result[1:]  # a row is written in place
-    for after, target in zip(rows, np.ascontiguousarray(wanted), strict=True):
-        after += decay * u
-        stopping = target - (stopped * after).real
-        after += response * np.minimum(np.maximum(stopping, -most), most)
-        u = after
-    return np.ascontiguousarray(np.moveaxis(result, 0, -1))
+    start = load[..., :1] + most * np.sign(velocity[..., :1])
+    forcing = falling * load[..., :-1] + rising * load[..., 1:]
+    wanted = velocity[..., 1:] / mobility - (stopped * forcing).real
+    # in units of the response, and time first: a step reads and writes what lies together
+    added = np.concatenate([-start / pole, forcing], axis=-1) / response
+    added = np.moveaxis(added, -1, 0)
+    shape, added = added.shape, added.reshape(len(added), -1)
+    decays, gain, limit = (
+        np.broadcast_to(x, load[..., :1].shape).ravel()
+        for x in (decay, stopped * decay * response, most)
+    )
+    wanted = np.moveaxis(wanted, -1, 0).reshape(len(added) - 1, -1)
+    wanted = wanted - (gain * _filtered(added, decays)[:-1]).real
+    added[1:] += _friction(wanted, decays, gain, limit)
+    return np.moveaxis(_filtered(added, decays).reshape(shape), 0, -1) * response
+
+
+def _filtered(added: Complex, decay: Complex) -> Complex:
+    """States (N, D) that decay from one sample to the next, where (N, D) is added.
+
+    Blocks of samples are filtered side by side, and then what each begins with is added.
+    """
+    count = -(-len(added) // _BLOCK)
+    states = np.zeros((count, _BLOCK, len(decay)), dtype=np.complex128)
+    states.reshape(-1, len(decay))[: len(added)] = added
+    for k in range(1, _BLOCK):
+        states[:, k] += decay * states[:, k - 1]
+    powers = decay ** np.arange(1, _BLOCK + 1)[:, None]
+    for before, block in pairwise(states):
+        block += powers * before[-1]
+    return states.reshape(-1, len(decay))[: len(added)]
+
+
+def _friction(wanted: Array, decay: Complex, gain: Complex, most: Array) -> Array:
+    """Dry friction (N, D) on loads, sample by sample.
+
+    While friction keeps its sign and size on all of them, its effect is known in closed form.
+
+    Parameters
+    ----------
+    wanted : (N, D) array
+        Friction that would stop the load if there had been none before.
+    decay, gain : (D,) arrays
+        What friction of one leaves at the next sample, and the friction that this asks for there.
+    most : (D,) array
+    """
+    friction, state = np.empty_like(wanted), np.zeros_like(decay)
+    powers = decay ** np.arange(_BLOCK + 1)[:, None]
+    shares = gain * powers[:-1]
+    cosine, sine = shares.real.copy(), shares.imag.copy()
+    least, left, k = -most, 1.0 / (1.0 - decay), 0
+    while k < len(wanted):
+        for target, now in zip(wanted[k : k + _STEPS], friction[k : k + _STEPS], strict=True):
+            stopping = target - (gain * state).real
+            np.minimum(np.maximum(stopping, least), most, out=now)
+            state = decay * state + now
+        k += _STEPS
+        if np.all(np.abs(stopping) >= most):
+            steady = left * now
+            off = state - steady
+            ahead = wanted[k : k + _BLOCK]
+            stopping = ahead - (gain * steady).real - cosine[: len(ahead)] * off.real
+            stopping += sine[: len(ahead)] * off.imag
+            kept = np.minimum(np.maximum(stopping, least), most) == now
+            same = kept.all(axis=1)
+            count = len(same) if same.all() else int(np.argmin(same))
+            friction[k : k + count] = now
+            state = steady + powers[count] * off
+            k += count
+    return friction
 
 
 EFFECT: Final = CouplingCompliance(
+    advice=Advice(
+        in_words="the drive train is springy: the load swings against the motor",
+        part="coupling, belt, screw and their mounts",
+        action=(
+            "Check the clamps of the coupling and the tension of the belt. Let the controller "
+            "avoid the resonance until then."
+        ),
+    ),
     search=SearchSpec(
         forms=(
             Form(
@@ -190,6 +264,7 @@ EFFECT: Final = CouplingCompliance(
         physical=_physical,
         discrepancy=0.4,
         open_ended=("rate", "damping_ratio", "deceleration"),
+        sound=_sound,
     ),
     draw=_draw,
     compensation=Compensation(resonance=("load_inertia", "rate", "damping_ratio")),

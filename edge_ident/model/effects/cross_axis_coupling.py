@@ -10,6 +10,7 @@ from typing import Final
 
 import numpy as np
 
+from edge_ident.model.advice import Advice
 from edge_ident.model.effect import Array, Effect, Motion, Parameter, Values
 from edge_ident.model.search import Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
@@ -60,6 +61,13 @@ def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
 
 
 EFFECT: Final = CrossAxisCoupling(
+    advice=Advice(
+        in_words="another axis pushes on this one",
+        part="the structure that both axes share, and the cables between them",
+        action=(
+            "Move the other axis alone and see whether this one feels it. Check mounts and balance."
+        ),
+    ),
     search=SearchSpec(
         forms=(
             Form(("inertia",), coupled=True),

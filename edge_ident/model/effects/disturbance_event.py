@@ -8,6 +8,7 @@ from typing import Final
 
 import numpy as np
 
+from edge_ident.model.advice import Advice
 from edge_ident.model.effect import Array, Effect, Motion, Parameter, Values
 from edge_ident.model.search import Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
@@ -65,6 +66,14 @@ def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
 
 
 EFFECT: Final = DisturbanceEvent(
+    advice=Advice(
+        in_words="something pushed the axis once",
+        part="whatever touched the machine at that time: a person, a chip, a cable, a collision",
+        action=(
+            "Look up that time in the log of the machine. Record the same motion again and see "
+            "whether it comes back."
+        ),
+    ),
     search=SearchSpec(
         forms=(Form(("level",), ("time", "duration")),),
         signature="one short stretch of time, and not again where the motion repeats",

@@ -10,6 +10,7 @@ from typing import Final
 
 import numpy as np
 
+from edge_ident.model.advice import Advice
 from edge_ident.model.effect import Array, Effect, Motion, Parameter, Values
 from edge_ident.model.search import Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
@@ -79,6 +80,14 @@ def _error(position: Array, values: Values) -> tuple[Array, Array, Array]:
 
 
 EFFECT: Final = EncoderEccentricity(
+    advice=Advice(
+        in_words="the position sensor is off its centre and errs once per turn",
+        part="encoder, its hub and its coupling",
+        action=(
+            "Check the run-out of the encoder's hub with a dial gauge. Centre and clamp the "
+            "encoder again."
+        ),
+    ),
     search=SearchSpec(
         forms=(Form(("cosine", "sine"), ("period",)),),
         signature="repeats every turn and grows with the square of the speed",

@@ -11,6 +11,7 @@ from typing import Final
 
 import numpy as np
 
+from edge_ident.model.advice import Advice
 from edge_ident.model.effect import Array, Effect, Parameter, Values
 from edge_ident.model.effects.offset_drift import TIME_CONSTANT, effective_time_s, time_constants
 from edge_ident.model.model import PARAMETERS
@@ -63,6 +64,11 @@ def _scale(time_s: Array, values: Values) -> Array:
 
 
 EFFECT: Final = GainDrift(
+    advice=Advice(
+        in_words="the same command gives more or less force as time passes",
+        part="amplifier, current sensor or motor magnets as they warm",
+        action="Record once cold and once warm. Compare the current with a second instrument.",
+    ),
     search=SearchSpec(
         forms=(
             Form(("rate",)),

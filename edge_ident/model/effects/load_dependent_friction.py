@@ -12,6 +12,7 @@ from typing import Final
 
 import numpy as np
 
+from edge_ident.model.advice import Advice
 from edge_ident.model.effect import Array, Effect, Motion, Parameter, Values
 from edge_ident.model.search import Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
@@ -64,6 +65,13 @@ def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
 
 
 EFFECT: Final = LoadDependentFriction(
+    advice=Advice(
+        in_words="friction grows with the load",
+        part="gear, or screw and nut: their efficiency under load",
+        action=(
+            "Check lubrication and preload of nut or gear. Record with two payloads to confirm it."
+        ),
+    ),
     search=SearchSpec(
         forms=(Form(("share",), ("guided", "moved")),),
         signature="friction that follows the transmitted effort, not the speed",

@@ -10,6 +10,7 @@ from typing import Final
 
 import numpy as np
 
+from edge_ident.model.advice import Advice
 from edge_ident.model.effect import Array, Effect, Motion, Parameter, Values
 from edge_ident.model.search import Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
@@ -50,6 +51,11 @@ def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
 
 
 EFFECT: Final = NonlinearViscous(
+    advice=Advice(
+        in_words="friction does not grow evenly with speed, as with oil, grease or air",
+        part="lubricant, seals, and covers or fans that move air",
+        action="Check kind and amount of the lubricant. Record again when the machine is warm.",
+    ),
     search=SearchSpec(
         forms=(Form(("level",), ("exponent",)),),
         signature="friction bends over the whole range of speeds",

@@ -10,6 +10,7 @@ from typing import Final
 
 import numpy as np
 
+from edge_ident.model.advice import Advice
 from edge_ident.model.effect import Array, Effect, Motion, Parameter, Values
 from edge_ident.model.search import Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
@@ -65,6 +66,14 @@ def time_constants(excitation: Excitation) -> dict[str, Array]:
 
 
 EFFECT: Final = OffsetDrift(
+    advice=Advice(
+        in_words="the constant force changes slowly with time",
+        part="amplifier or force sensor as it warms, or a weight balance that loses pressure",
+        action=(
+            "Let the electronics warm up, set their zero, and record again. Check the pressure of"
+            " the weight balance."
+        ),
+    ),
     search=SearchSpec(
         forms=(
             Form(("rate",)),

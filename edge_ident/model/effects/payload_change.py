@@ -9,6 +9,7 @@ from typing import Final
 
 import numpy as np
 
+from edge_ident.model.advice import Advice
 from edge_ident.model.effect import Array, Effect, Motion, Parameter, Values
 from edge_ident.model.search import Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
@@ -56,6 +57,14 @@ def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
 
 
 EFFECT: Final = PayloadChange(
+    advice=Advice(
+        in_words="the axis carries more or less from one moment on",
+        part="workpiece, tool or gripper",
+        action=(
+            "Look up in the log of the machine what was picked up or put down then. Record before"
+            " and after apart."
+        ),
+    ),
     search=SearchSpec(
         forms=(
             Form(("inertia", "coulomb_friction"), ("time",)),

@@ -11,9 +11,11 @@ from typing import Final
 
 import numpy as np
 
+from edge_ident.model.advice import Advice
 from edge_ident.model.effect import Array, Effect, Motion, Parameter, Values
 from edge_ident.model.search import Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
+from edge_ident.model.waves import wave
 
 
 class PositionDependentFriction(Effect):
@@ -29,8 +31,7 @@ class PositionDependentFriction(Effect):
     def friction(self, at: Motion, values: Values) -> Array:
         """Level above Coulomb friction, or below."""
         angle = 2.0 * np.pi / values["period"] * at.position
-        wave = values["cosine"] * np.cos(angle) + values["sine"] * np.sin(angle)
-        return values["gradient"] * at.position + wave
+        return values["gradient"] * at.position + wave(angle, values["cosine"], values["sine"])
 
     def fastest_rate(self, values: Values, inertia: Array, speed: float) -> Array:
         """Passing the waves at top speed."""
@@ -56,6 +57,13 @@ def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
 
 
 EFFECT: Final = PositionDependentFriction(
+    advice=Advice(
+        in_words="friction changes along the stroke",
+        part="guides, screw and covers at the place where friction is highest",
+        action=(
+            "Look there for dirt, wear or a bent screw. Clean, lubricate and check the alignment."
+        ),
+    ),
     search=SearchSpec(
         forms=(Form(("gradient",)), Form(("cosine", "sine"), ("period",))),
         signature="differs along the stroke and changes its sign with the direction",

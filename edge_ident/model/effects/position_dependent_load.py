@@ -12,9 +12,11 @@ from typing import Final
 
 import numpy as np
 
+from edge_ident.model.advice import Advice
 from edge_ident.model.effect import Array, Effect, Motion, Parameter, Values
 from edge_ident.model.search import Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
+from edge_ident.model.waves import wave
 
 
 class PositionDependentLoad(Effect):
@@ -39,11 +41,11 @@ class PositionDependentLoad(Effect):
         """Parabola and sinusoid."""
         x = at.position
         angle = 2.0 * np.pi / values["period"] * x
-        wave = values["cosine"] * np.cos(angle) + values["sine"] * np.sin(angle)
-        load = (values["stiffness"] + values["curvature"] * x) * x + wave
+        load = (values["stiffness"] + values["curvature"] * x) * x
+        load = load + wave(angle, values["cosine"], values["sine"])
         if at.source is not None:
             both = x + at.source.position
-            load = load + values["sum_cosine"] * np.cos(both) + values["sum_sine"] * np.sin(both)
+            load = load + wave(both, values["sum_cosine"], values["sum_sine"])
         return np.asarray(load)
 
     def fastest_rate(self, values: Values, inertia: Array, speed: float) -> Array:
@@ -79,6 +81,14 @@ def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
 
 
 EFFECT: Final = PositionDependentLoad(
+    advice=Advice(
+        in_words="a force depends on where the axis stands, like a weight, a spring or a cable",
+        part="cable chain, hoses, springs, weight balance or a hanging arm",
+        action=(
+            "Detach hoses or chain if you can, and record again. A weight that hangs on a joint "
+            "is no fault: keep it in the model."
+        ),
+    ),
     search=SearchSpec(
         forms=(
             Form(("stiffness",)),

@@ -12,8 +12,9 @@ from typing import Final
 
 import numpy as np
 
+from edge_ident.model.advice import Advice
 from edge_ident.model.effect import Array, Effect, Motion, Parameter, Values
-from edge_ident.model.search import Excitation, Form, SearchSpec
+from edge_ident.model.search import SOUND_RESONANCE_HZ, Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
 
 _BRISTLES: Final = 10
@@ -75,6 +76,13 @@ def _physical(values: Values, excitation: Excitation) -> bool:
     return bool(np.all(values["level"] < excitation.effort))
 
 
+def _sound(values: Values, excitation: Excitation) -> bool:
+    """As stiff after a reversal, 2·level/distance, as the chain of any drive, which winds up."""
+    stiffness = 2.0 * values["level"] / values["distance"]
+    resonance = 2.0 * np.pi * SOUND_RESONANCE_HZ
+    return bool(np.all(stiffness > resonance**2 * excitation.base[0]))
+
+
 def _grid(excitation: Excitation) -> dict[str, Array]:
     """From what the encoder just resolves to a tenth of the travel."""
     return {"distance": np.geomspace(2.0 * excitation.resolution, 0.1 * excitation.travel, 16)}
@@ -89,6 +97,14 @@ def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
 
 
 EFFECT: Final = PreslidingHysteresis(
+    advice=Advice(
+        in_words="friction gives like a spring before the axis slides",
+        part="guides, bearings and seals, where the axis turns back",
+        action=(
+            "This is usual on a sound machine: keep it in the model. If it has grown, check "
+            "preload and lubrication of the guides."
+        ),
+    ),
     search=SearchSpec(
         forms=(Form(("level",), ("distance",)),),
         signature="depends on the distance since the reversal, not on speed or time",
@@ -99,6 +115,7 @@ EFFECT: Final = PreslidingHysteresis(
         discrepancy=0.15,
         needs_reversals=True,
         shares_friction=True,
+        sound=_sound,
     ),
     draw=_draw,
 )

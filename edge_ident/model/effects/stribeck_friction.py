@@ -9,6 +9,7 @@ from typing import Final
 
 import numpy as np
 
+from edge_ident.model.advice import Advice
 from edge_ident.model.compensation import Compensation
 from edge_ident.model.effect import Array, Effect, Motion, Parameter, Values
 from edge_ident.model.search import Excitation, Form, SearchSpec
@@ -46,6 +47,14 @@ def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
 
 
 EFFECT: Final = StribeckFriction(
+    advice=Advice(
+        in_words="friction is higher at low speed: the axis sticks before it slides",
+        part="guides, ball nut and seals: their lubrication",
+        action=(
+            "Check that enough of the right lubricant arrives. Move the axis over its whole "
+            "stroke for some minutes and record again."
+        ),
+    ),
     search=SearchSpec(
         forms=(Form(("level",), ("speed",)),),
         signature="friction is higher at low speed, the same accelerating and decelerating",

@@ -11,6 +11,7 @@ from typing import Final
 
 import numpy as np
 
+from edge_ident.model.advice import Advice
 from edge_ident.model.compensation import Compensation
 from edge_ident.model.effect import Array, Effect, Parameter, Values
 from edge_ident.model.search import Excitation, Form, SearchSpec
@@ -53,6 +54,11 @@ def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
 
 
 EFFECT: Final = TimeDelay(
+    advice=Advice(
+        in_words="force and position are not recorded at the same time",
+        part="the recorder, not the mechanics: controller, bus or data logger",
+        action="Check time stamps, filters and bus cycle. Record both signals with one clock.",
+    ),
     search=SearchSpec(
         forms=(Form(("delay",)),),
         signature="the whole effort is shifted, the same at all amplitudes",

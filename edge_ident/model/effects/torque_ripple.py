@@ -9,10 +9,12 @@ from typing import Final
 
 import numpy as np
 
+from edge_ident.model.advice import Advice
 from edge_ident.model.compensation import Compensation
 from edge_ident.model.effect import Array, Effect, Motion, Parameter, Values
 from edge_ident.model.search import Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
+from edge_ident.model.waves import wave
 
 
 class TorqueRipple(Effect):
@@ -27,7 +29,7 @@ class TorqueRipple(Effect):
     def load(self, at: Motion, values: Values) -> Array:
         """A sinusoid of position."""
         angle = 2.0 * np.pi / values["period"] * at.position
-        return values["cosine"] * np.cos(angle) + values["sine"] * np.sin(angle)
+        return wave(angle, values["cosine"], values["sine"])
 
     def fastest_rate(self, values: Values, inertia: Array, speed: float) -> Array:
         """Resonance on its steepest slope, or passing its periods at top speed."""
@@ -54,6 +56,14 @@ def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
 
 
 EFFECT: Final = TorqueRipple(
+    advice=Advice(
+        in_words="a force repeats with the position",
+        part="motor magnets (cogging), gear teeth, a coupling or a bent screw",
+        action=(
+            "Compare the number of repetitions per turn with pole pairs, teeth and lead. The part"
+            " with that number is the cause."
+        ),
+    ),
     search=SearchSpec(
         forms=(Form(("cosine", "sine"), ("period",)),),
         signature="repeats with the position, the same at all speeds and in both directions",

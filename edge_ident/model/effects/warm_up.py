@@ -10,6 +10,7 @@ from typing import Final
 
 import numpy as np
 
+from edge_ident.model.advice import Advice
 from edge_ident.model.effect import Array, Effect, Motion, Parameter, Values
 from edge_ident.model.search import Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
@@ -49,6 +50,11 @@ def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
 
 
 EFFECT: Final = WarmUp(
+    advice=Advice(
+        in_words="friction falls while the machine warms",
+        part="the lubricant in guides, nut and bearings",
+        action="Warm the machine up before you measure or work. Record again when it is warm.",
+    ),
     search=SearchSpec(
         forms=(Form(("excess",), ("time_constant",)),),
         signature="viscous friction falls from repeat to repeat, and inertia does not",

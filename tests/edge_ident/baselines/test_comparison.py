@@ -78,7 +78,7 @@ def test_what_cannot_be_told_apart_gets_no_numbers() -> None:
     axis = AxisRecord(position, 1.0 + np.cos(2.0 * time) + noise, "rad", "N*m")
     found = compare(Recording(time, {"x": axis}, "test"), None).axes["x"]
     assert all(row.estimate is None for row in found.rows)
-    assert "cannot be told apart" in found.rows[2].reason
+    assert "cannot be distinguished" in found.rows[2].reason
 
 
 def test_short_records_and_uneven_sampling() -> None:

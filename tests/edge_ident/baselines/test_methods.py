@@ -134,7 +134,7 @@ def test_output_error_stays_physical_and_reports_its_simulations() -> None:
 def test_weights_need_more_than_one_stretch() -> None:
     problem = pose(record(), "x")
     short = replace(problem, regressor=problem.regressor[:30], effort=problem.effort[:30])
-    with pytest.raises(DataError, match="too few"):
+    with pytest.raises(DataError, match="not enough"):
         METHODS["weighted_least_squares"](short)
 
 

@@ -63,17 +63,19 @@ def test_each_error_has_two_lines_a_document_and_the_contracts_exit_code(error, 
     assert document["schema"] == "edge-ident/error/1"
     assert document["error"] == error.__name__
     assert (document["cause"], document["next_step"]) == ("it broke", "mend it")
+    assert (document["message"], document["exit_code"]) == ("it broke", code)
+    assert document["code"] in ("link", "board", "data", "model", "gains")
 
 
 @pytest.mark.parametrize(
-    ("number", "remedy"), [(errno.ENOSPC, "make room"), (errno.EACCES, "may be written")]
+    ("number", "remedy"), [(errno.ENOSPC, "free some space"), (errno.EACCES, "your rights")]
 )
-def test_a_file_that_cannot_be_written_is_wrong_usage(number: int, remedy: str) -> None:
+def test_a_file_that_cannot_be_written_is_no_wrong_usage(number: int, remedy: str) -> None:
     def fail(*, results: ResultOptions) -> None:
         raise OSError(number, "no", "/there")
 
     done = run(fail)
-    assert done.exit_code == 2
+    assert done.exit_code == 5
     assert remedy in done.stderr
 
 

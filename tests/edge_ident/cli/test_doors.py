@@ -13,6 +13,7 @@ DOORS = {
     "edge_ident.commissioning",
     "edge_ident.errors",
     "edge_ident.report",
+    "edge_ident.support.atomic_files",
     "edge_ident.support.interrupts",
 }
 

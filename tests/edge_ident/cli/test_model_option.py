@@ -101,7 +101,7 @@ def test_what_nobody_knew_is_found_reported_and_fed_forward(file: Path) -> None:
     assert np.max(np.abs(off["base"] / TRUTH)) > 0.02
     assert found["axes"]["x"]["gains"]["ripple_sine"][0] == pytest.approx(0.4, rel=0.05)
     shown = CliRunner().invoke(app, ["identify", str(file)]).stdout
-    assert "extended model (used)" in shown
+    assert "extended model used" in shown
     assert "the base model lacks torque ripple" in shown
 
 

@@ -24,7 +24,7 @@ from firmware_interface.connection import open_link
 from firmware_interface.registers import State
 from tests.boards import served_board
 
-COMMAND = [sys.executable, "-c", "from edge_ident.cli import main; main()"]
+COMMAND = [sys.executable, "-m", "edge_ident"]
 
 
 @pytest.fixture(autouse=True)
@@ -71,7 +71,7 @@ def test_stop_reaches_the_command_that_holds_the_port(command: str, tmp_path: Pa
         )
         assert stopped.returncode == 0, stopped.stderr
         assert json.loads(stopped.stdout)["state"] == "IDLE"
-        assert f"process {process.pid} holds" in stopped.stderr
+        assert f"process {process.pid} has" in stopped.stderr
         assert process.wait(timeout=20) == 130
         for path in (tmp_path / "out").glob("*.npz"):
             # stopped soon after its start it may be too short for `load_recording`

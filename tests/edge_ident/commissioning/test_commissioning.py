@@ -123,7 +123,7 @@ def test_no_motion_begins_whose_recording_has_no_room(
 ) -> None:
     usage = shutil.disk_usage(tmp_path)._replace(free=100_000)
     monkeypatch.setattr(shutil, "disk_usage", lambda path: usage)
-    with pytest.raises(DataError, match=r"has room for 0\.1 MB") as caught:
+    with pytest.raises(DataError, match=r"has 0\.1 MB free") as caught:
         run(board, tmp_path)
     assert "nothing has moved" in caught.value.next_step
     assert board.status().samples_captured == 0

@@ -48,7 +48,7 @@ def test_a_backup_of_before_the_effects_had_terms_is_read(tmp_path: Path) -> Non
     [
         ([], "schema is None"),
         ({"schema": "edge-ident/run/1"}, "schema is 'edge-ident/run/1'"),
-        ({"schema": "edge-ident/gain-backup/1", "axes": {}}, "gains of no axis"),
+        ({"schema": "edge-ident/gain-backup/1", "axes": {}}, "contains no gains"),
         ({"schema": "edge-ident/gain-backup/1", "axes": {"x": 3}}, "axis x has no gains"),
         ({"schema": "edge-ident/gains/1", "axes": {"x": {}}}, "axis x has no gains"),
     ],

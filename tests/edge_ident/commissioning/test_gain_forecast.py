@@ -133,5 +133,5 @@ def test_an_inertia_that_is_hardly_known_promises_nothing(
 ) -> None:
     board, *_ = moved
     axes = {**identified.axes, "x": with_deviation(identified.axes["x"], 1.0)}
-    with pytest.raises(GainError, match="promises nothing"):
+    with pytest.raises(GainError, match="too uncertain"):
         Forecaster(board.identity, board.limits(), Model(axes), None)

@@ -11,7 +11,6 @@ from typer.testing import CliRunner, Result
 
 from edge_ident.cli import app
 from edge_ident.diagnosis import diagnose as engine
-from edge_ident.diagnosis.present import page
 from edge_ident.diagnosis.result import Diagnosis
 from edge_ident.model.model import Model
 from edge_ident.model.model_files import load_model, save_model
@@ -66,9 +65,8 @@ def diagnose(*arguments: str | Path) -> Result:
     return CliRunner().invoke(app, ["diagnose", *map(str, arguments)])
 
 
-def test_the_real_diagnosis_names_the_cause_in_a_short_recording(tmp_path, monkeypatch) -> None:
+def test_the_real_diagnosis_names_the_cause_in_a_short_recording(tmp_path) -> None:
     """Friction by direction on ten seconds of five sines; nothing stands in for anything."""
-    monkeypatch.setattr(page, "find_spec", lambda name: None)  # figures have tests of their own
     t, x, v, a = swing(seconds=10.0)
     save_recording(recorded(t, x, rigid(v, a) + 0.25 * abs(v), noise=0.05), tmp_path / "short.csv")
     done = diagnose(tmp_path / "short.csv", "--json", "--output", tmp_path / "out")
@@ -84,13 +82,14 @@ def test_the_real_diagnosis_names_the_cause_in_a_short_recording(tmp_path, monke
     assert axis["extended"]["relative_residual"]["fitted"] < 2.0 * axis["noise_floor"]
     model = load_model(tmp_path / "out" / "model.json").axes["x"]
     assert model.parameters == pytest.approx([0.5, 0.8, 1.1, 0.2], abs=0.03)
-    text = (tmp_path / "out" / "report.md").read_text(encoding="utf-8")
-    assert "**Explained by asymmetric friction:" in text
+    text = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    assert "Friction differs between the two directions." in text
+    assert hashlib.sha256((tmp_path / "short.csv").read_bytes()).hexdigest() in text
 
 
 def test_an_understood_machine_ends_with_0_and_json_alone_on_stdout(answered, file) -> None:
     answered(hand_made.diagnosis())
-    done = diagnose(file, "--json")
+    done = diagnose(file, "--json", "--verbose")
     assert done.exit_code == 0, done.stderr
     document = json.loads(done.stdout)
     assert document["schema"] == "edge-ident/diagnosis/1"
@@ -139,9 +138,8 @@ def test_columns_are_renamed(answered, file, tmp_path) -> None:
 
 
 def test_the_folder_holds_document_model_with_its_recordings_and_page(
-    answered, file, tmp_path, monkeypatch
+    answered, file, tmp_path
 ) -> None:
-    monkeypatch.setattr(page, "find_spec", lambda name: None)  # figures have tests of their own
     answered(hand_made.diagnosis())
     folder = tmp_path / "diagnosis"
     done = diagnose(file, "--output", folder, "--json")
@@ -154,7 +152,19 @@ def test_the_folder_holds_document_model_with_its_recordings_and_page(
         "asymmetric_friction",
     ]
     assert model.recordings[0].sha256 == hashlib.sha256(file.read_bytes()).hexdigest()
-    assert (folder / "report.md").is_file()
+    assert {path.name for path in folder.iterdir()} == {
+        "diagnosis.json",
+        "model.json",
+        "report.html",
+    }
+
+
+def test_markdown_is_an_export(answered, file, tmp_path) -> None:
+    answered(hand_made.diagnosis())
+    done = diagnose(file, "--output", tmp_path, "--format", "markdown")
+    assert done.exit_code == 0, done.stderr
+    assert (tmp_path / "report.md").is_file()
+    assert not (tmp_path / "report.html").exists()
 
 
 def test_tables_say_verdict_causes_alternatives_and_what_is_not_testable(answered, file) -> None:

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from edge_ident.diagnosis.fit.fitting import fit
+from edge_ident.diagnosis.fit.noise_floor import noise_floor
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
-from edge_ident.diagnosis.recording_checks import findings
+from edge_ident.diagnosis.recording_checks import effort_findings, findings
 from edge_ident.estimation.trust import Finding
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Term
 from edge_ident.signals.motion_lines import Line, driven, motion_lines, strongest_line
@@ -27,7 +28,9 @@ def found(recording: Recording, name: str) -> dict[str, Finding]:
     start = fit(
         data, AxisModel((base,), axis.position_unit, axis.effort_unit), np.array([1.0, 0, 0, 0]), ()
     )
-    return {finding.code: finding for finding in findings([recording], name, data, start, start)}
+    efforts, floor = [effort_findings(recording, name)], noise_floor(data, start)
+    checks = findings([recording], name, data, start, efforts, floor)
+    return {finding.code: finding for finding in checks}
 
 
 def speed_loop(swing: float, *, gain: float = GAIN, seed: int = 1) -> Recording:

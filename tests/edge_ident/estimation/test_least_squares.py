@@ -87,6 +87,18 @@ def test_intervals_cover_the_truth_under_coloured_noise(correlation: float) -> N
     assert 0.90 < np.mean(covered) < 0.99
 
 
+def test_half_of_the_noise_in_the_regressor_is_corrected_and_the_rest_is_doubted() -> None:
+    """A loop follows its encoder's noise, so the bias lies between none and that of white noise."""
+    rng = np.random.default_rng(5)
+    clean = rng.standard_normal((20000, 4))
+    noisy = clean + np.array([0.2, 0.0, 0.0, 0.0]) * rng.standard_normal((20000, 4))
+    effort = clean @ TRUTH
+    half = 0.5 * TRUTH[0] * 0.2**2 / (1.0 + 0.2**2)
+    found = least_squares.solve(noisy, effort, acceleration_noise=0.2)
+    assert TRUTH[0] - found.parameters[0] == pytest.approx(half, rel=0.2)
+    assert found.std[0] == pytest.approx(half, rel=0.2)
+
+
 def test_plain_standard_errors_would_not_do() -> None:
     """The reason for the robust covariance: independent residuals are assumed too small."""
     rng = np.random.default_rng(3)

@@ -4,7 +4,12 @@ import numpy as np
 import pytest
 
 from edge_ident.estimation import least_squares
-from edge_ident.estimation.model_error import RegimeSpread, regime_spread
+from edge_ident.estimation.model_error import (
+    SMALLEST_EXCESS,
+    RegimeSpread,
+    regime_spread,
+    unnoticed_error,
+)
 
 TIME = 0.01 * np.arange(2000)
 POSITION = np.sin(1.7 * TIME) + 0.4 * np.sin(4.3 * TIME + 1.0)
@@ -61,3 +66,16 @@ def test_what_one_regime_alone_shows_is_no_model_error() -> None:
     found = regime_spread(regressor, effort, (TIME,), std)
     assert found.largest_move[0] > 5.0 * std[0]
     assert found.model_error[0] < 0.5 * found.largest_move[0]
+
+
+def test_what_is_not_noticed_moves_parameters_as_far_as_is_said() -> None:
+    """Structures of every size up to the least that is noticed, along all columns alike."""
+    rng = np.random.default_rng(4)
+    effort = REGRESSOR @ TRUTH
+    basis = np.linalg.qr(REGRESSOR)[0]
+    moves = []
+    for size in SMALLEST_EXCESS * rng.uniform(size=500):
+        lacking = basis @ rng.standard_normal(4) * size * np.linalg.norm(effort)
+        moves.append(np.linalg.lstsq(REGRESSOR, lacking, rcond=None)[0])
+    said = unnoticed_error(REGRESSOR, effort)
+    assert np.sqrt(np.mean(np.square(moves), axis=0)) == pytest.approx(said, rel=0.15)

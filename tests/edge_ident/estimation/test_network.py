@@ -73,7 +73,7 @@ def test_one_changed_byte_fails_the_hash(folder: Path) -> None:
     content = bytearray(path.read_bytes())
     content[len(content) // 2] ^= 1
     path.write_bytes(content)
-    with pytest.raises(ModelError, match="fails its hash"):
+    with pytest.raises(ModelError, match="has the wrong hash"):
         load_network(path=path)
 
 

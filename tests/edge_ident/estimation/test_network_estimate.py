@@ -130,7 +130,7 @@ def test_a_useless_network_is_not_trusted_and_gets_no_more_passes_than_allowed()
     found = identify(stand_in, COLUMNS @ FEED_DRIVE, passes=5)
     assert stand_in.passes == found.passes == 5
     assert not found.trusted
-    assert "misses" in found.reason
+    assert "unexplained" in found.reason
 
 
 def test_the_seed_alone_decides_on_random_starts() -> None:
@@ -155,7 +155,7 @@ def test_what_physics_forbids_never_comes_out(network: StandIn) -> None:
 
 @pytest.mark.parametrize("start", [START, None])
 def test_no_effort_is_an_error(start: tuple[float, ...] | None) -> None:
-    with pytest.raises(DataError, match="zero throughout"):
+    with pytest.raises(DataError, match="zero in every sample"):
         identify(StandIn(nothing, start), np.zeros(100))
 
 

@@ -51,7 +51,7 @@ def test_one_way_motion_cannot_tell_coulomb_friction_from_offset() -> None:
     [finding] = check_estimate(estimate(), one_way, one_way @ VALUES, 0.03)
     assert finding.code == "inseparable"
     assert finding.blocks
-    assert finding.message.startswith("coulomb_friction and offset cannot be told apart")
+    assert finding.message.startswith("coulomb_friction and offset cannot be distinguished")
 
 
 def test_a_negative_offset_is_physical() -> None:

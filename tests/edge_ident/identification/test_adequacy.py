@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from edge_ident.diagnosis.result import Verdict
 from edge_ident.errors import DataError
 from edge_ident.identification.adequacy import Adequacy
 from edge_ident.identification.findings import describe_model
@@ -10,6 +11,8 @@ from edge_ident.identification.identify import identify
 from edge_ident.identification.result import AxisIdentification, ParameterSource
 from edge_ident.report.documents import identification_document
 from edge_ident.signals.recording import AxisRecord, Recording
+from edge_ident.simulation.flexible import reduced_model
+from edge_ident.simulation.simulate import simulate
 from tests.edge_ident.stand_ins import START, StandIn, reader
 
 PERIOD_S = 0.0025
@@ -18,7 +21,10 @@ TRUTH = np.array([0.5, 0.8, 1.2, -0.1])
 
 
 def recording(
-    stribeck: float = 0.0, event: float = 0.0, late_s: float = 0.0, paper: bool = False
+    stribeck: float = 0.0,
+    event: float = 0.0,
+    late_s: float = 0.0,
+    paper: bool = False,
 ) -> Recording:
     """A drive that lacks nothing, or has Stribeck friction, or is shaken in an unknown way."""
     time = PERIOD_S * np.arange(8742)
@@ -49,9 +55,25 @@ def test_an_adequate_base_model_is_not_diagnosed() -> None:
     axis = identified(recording())
     assert axis.adequacy.adequate, axis.adequacy.reason
     assert axis.diagnosis is None
-    assert axis.source is ParameterSource.LEAST_SQUARES
+    assert axis.source in (ParameterSource.LEAST_SQUARES, ParameterSource.WHITENED)
     assert axis.trusted
     assert worst(axis) < 0.01
+
+
+def test_the_answer_is_the_estimate_that_expects_the_smaller_error() -> None:
+    """In closed loop the controller answers the rounding of the encoder. Away from reversals, and
+    in a band in which this answer does not dominate, it does less than half the harm."""
+    truth = reduced_model().axes["x"].parameters
+    found = identify(simulate(motion="multisine", stiff=True), None)
+    axis = found.axes["x"]
+    assert axis.source is ParameterSource.WHITENED
+    assert axis.estimate is axis.whitened
+    whitened = np.abs(axis.whitened.parameters - truth)[:3] / truth[:3]
+    plain = np.abs(axis.least_squares.parameters - truth)[:3] / truth[:3]
+    assert np.max(whitened) < 0.5 * np.max(plain)
+    document = identification_document(found)["axes"]["x"]
+    assert document["parameters_from"] == "whitened_least_squares"
+    assert document["parameters"] == document["estimators"]["whitened_least_squares"]
 
 
 def test_what_the_base_model_lacks_is_found_and_the_answer_is_right() -> None:
@@ -73,6 +95,17 @@ def test_what_the_base_model_lacks_is_found_and_the_answer_is_right() -> None:
     assert base["value"] == axis.least_squares.parameters[2]
     for i, values in enumerate(document["parameters"].values()):
         assert values["std"] >= list(document["model_error"].values())[i]
+
+
+def test_what_lies_between_two_adequate_models_is_model_error() -> None:
+    """Stribeck friction too small to be named: both models leave little."""
+    axis = identified(recording(stribeck=0.1))
+    assert axis.diagnosis is not None
+    assert axis.diagnosis.verdict is Verdict.ADEQUATE
+    assert axis.source is ParameterSource.EXTENDED_MODEL
+    apart = np.abs(axis.estimate.parameters - axis.whitened.parameters)
+    assert apart[2] > 0.01
+    assert np.all(axis.model_error >= apart)
 
 
 def test_without_a_diagnosis_the_answer_is_not_trusted_and_says_why() -> None:

@@ -106,10 +106,10 @@ def offset(row: int, value: float) -> Callable[[Columns], Columns]:
         (change("time_s", 30, 0.1), r"row 32, column time_s: time goes from 0.29 to 0.1 s"),
         (change("time_s", 30, 0.29), r"row 32, column time_s: time goes from 0.29 to 0.29 s"),
         (change("x_position_rad", slice(None), 1.0), "no motion"),
-        (change("x_position_rad", slice(None), NOISE), "nothing but noise"),
+        (change("x_position_rad", slice(None), NOISE), "only noise"),
         (change("x_position_rad", slice(250, None), 0.3), r"stuck from row 252 to row 401"),
         (offset(200, 3.0), r"row 202: jumps by"),
-        (lambda table: {k: v[:50] for k, v in table.items()}, "50 samples are too few"),
+        (lambda table: {k: v[:50] for k, v in table.items()}, "50 samples are not enough"),
     ],
 )
 def test_bad_data_names_the_place(
@@ -131,7 +131,7 @@ def test_text_in_a_cell_names_row_and_column(tmp_path: Path) -> None:
         load_recording(path)
     lines[40] = "1,2"
     path.write_text("\n".join(lines))
-    with pytest.raises(DataError, match="row 41: 2 values under 3 column names"):
+    with pytest.raises(DataError, match="row 41: 2 values but 3 column names"):
         load_recording(path)
 
 
@@ -139,7 +139,7 @@ def test_missing_empty_and_foreign_files(tmp_path: Path) -> None:
     with pytest.raises(DataError, match="no such file"):
         load_recording(tmp_path / "absent.csv")
     (tmp_path / "empty.csv").write_text("")
-    with pytest.raises(DataError, match="time_s is missing"):
+    with pytest.raises(DataError, match="the file is empty"):
         load_recording(tmp_path / "empty.csv")
     (tmp_path / "text.npz").write_text("not an archive")
     with pytest.raises(DataError, match="not a readable"):

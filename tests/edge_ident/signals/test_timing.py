@@ -5,8 +5,9 @@ import pytest
 from numpy.typing import NDArray
 
 from edge_ident.model.effects.time_delay import LARGEST_SHIFT
+from edge_ident.model.model import PARAMETERS
 from edge_ident.signals.conditioning import condition
-from edge_ident.signals.timing import Shift, estimate_shift
+from edge_ident.signals.timing import Shift, slow, solve_shift
 
 _PERIOD_S = 0.002
 _EVEN = LARGEST_SHIFT / np.sqrt(3.0)
@@ -23,9 +24,12 @@ def shift_of(late_samples: float, *, rates_hz: tuple[float, ...], noise: float =
     effort = effort + noise * np.std(effort) * rng.standard_normal(len(effort))
     position = position + 1e-6 * rng.standard_normal(len(position))
     signals = condition(time_s, position, effort)
-    part = np.arange(200, 7800)
-    found = estimate_shift(
-        signals.regressor, signals.effort, signals.cutoff_hz, _PERIOD_S, part, _PERIOD_S
+    part = slice(200, 7800)
+    rate = np.gradient(signals.regressor, _PERIOD_S, axis=0)
+    rate[:, PARAMETERS.index("coulomb_friction")] = 0.0  # of a reversal, no signal
+    instrument = -np.gradient(slow(signals.effort, signals.cutoff_hz, _PERIOD_S), _PERIOD_S)
+    found = solve_shift(
+        signals.regressor[part], rate[part], signals.effort[part], instrument[part], _PERIOD_S
     )
     return Shift(*(value / _PERIOD_S for value in vars(found).values()))
 

@@ -89,7 +89,6 @@ def test_friction_that_would_be_negative_is_zero_in_the_fit_and_in_its_residual(
     data = prepare_axis([recorded(t, x, 0.5 * a - 0.3 * v + np.sign(v), noise=0.01)], "x")
     model = fit(data, TEMPLATE, START, ())
     assert model.base[1] == 0.0
-    assert not model.physical
     assert model.unbounded[1] == pytest.approx(-0.3, rel=0.05)
     written = data.predicted(model.axis) + data.timing_columns @ model.timing
     left = (data.effort - written)[data.valid]

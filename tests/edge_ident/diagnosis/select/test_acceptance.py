@@ -113,6 +113,14 @@ def test_a_cause_is_larger_than_what_noise_does_not_explain_of_the_rest() -> Non
     assert "2.0%, is less than what is left unexplained beside it, 2.1%" in refused.reason
 
 
+def test_a_drift_beside_as_large_a_rest_is_only_suspected() -> None:
+    """A disturbance in time looks like it for a while."""
+    refused = larger_than_rest(0.02, 0.019, tied_to_time=True)
+    assert not refused.accepted
+    assert "less than 2 times what is left unexplained beside it, 1.9%" in refused.reason
+    assert larger_than_rest(0.02, 0.009, tied_to_time=True).accepted
+
+
 @pytest.mark.parametrize(("found", "accepted"), [(3, False), (4, True), (5, True)])
 def test_four_of_five_runs_have_to_find_a_cause(found: int, accepted: bool) -> None:
     decision = again(found, 5)

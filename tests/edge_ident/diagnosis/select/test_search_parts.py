@@ -114,7 +114,8 @@ def test_a_spring_that_looks_like_less_inertia_is_not_named() -> None:
     assert axis.base.estimate.parameters[0] == pytest.approx(apparent, abs=0.05)
     missing = {effect.effect: effect.reason for effect in axis.not_testable}
     assert "exactly like the base model's terms" in missing["load_dependent_friction"]
-    assert "of the effort and not be noticed" in missing["actuator_deadband"]
+    # friction decides the sign of the effort, except near the reversals, where nothing counts
+    assert "exactly like the base model's terms" in missing["actuator_deadband"]
 
 
 def test_a_spring_that_looks_like_negative_inertia_is_named() -> None:

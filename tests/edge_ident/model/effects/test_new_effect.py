@@ -40,6 +40,7 @@ Source: Smythe, Trans. AIEE 61 (1942) 681.
 
 import numpy as np
 
+from edge_ident.model.advice import Advice
 from edge_ident.model.effect import Effect, Parameter
 from edge_ident.model.search import Form, SearchSpec
 
@@ -59,6 +60,7 @@ class MagneticBrake(Effect):
 
 
 EFFECT = MagneticBrake(
+    advice=Advice("drag fades with speed", "magnets near the axis", "Move the magnets away."),
     search=SearchSpec(
         forms=(Form(("level",), ("speed",)),),
         signature="drag is largest at one speed and falls beyond it",
@@ -80,10 +82,12 @@ BRAKE = Term(NAME, {"level": 1.5, "speed": 0.6})
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     """A second folder of the package of effects."""
     monkeypatch.setattr(effects, "__path__", [*effects.__path__, str(tmp_path)])
-    catalogue.cache_clear()
+    for kept in (catalogue, named):
+        kept.cache_clear()
     yield tmp_path
     monkeypatch.undo()
-    catalogue.cache_clear()
+    for kept in (catalogue, named):
+        kept.cache_clear()
     sys.modules.pop(f"{effects.__name__}.{NAME}", None)
 
 
@@ -186,6 +190,7 @@ BROKEN = {
     "    draw=lambda": ("    compensation=C(feedforward={'level': 'brake'}),\n    draw=lambda",
                        "names brake, which is no gain"),
     "    parameters = (": ("    memory_size = 2\n    parameters = (", "does not override rates"),
+    '"magnets near the axis"': ('""', "its advice lacks"),
     "EFFECT = ": ("EFFECTS = ", "holds no EFFECT"),
 }  # fmt: skip
 

@@ -1,23 +1,23 @@
-"""A diagnosis as a Markdown page with its figures."""
+"""A diagnosis as Markdown, for other documents, with its pictures as SVG files."""
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
-from importlib.util import find_spec
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 from edge_ident.diagnosis.present import wording
-from edge_ident.diagnosis.present.effort_figure import effort_figure
 from edge_ident.diagnosis.present.explained_variance import explained_variance
-from edge_ident.diagnosis.present.residual_maps import residual_maps
-from edge_ident.diagnosis.present.share_figure import share_figure
 from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Diagnosis
+from edge_ident.report.page.axis_details import axis_details
+from edge_ident.report.page.chart import Chart
+from edge_ident.report.page.chart_files import save_chart
+from edge_ident.report.page.diagnosis_card import diagnosis_card
 
-PAGE_FILE: Final = "report.md"
-_RESOLUTION_DPI: Final = 110
+MARKDOWN_FILE: Final = "report.md"
 
 
-def write_page(diagnosis: Diagnosis, sources: Sequence[str], folder: Path) -> Path:
-    """Write the page and draw its figures.
+def write_markdown(diagnosis: Diagnosis, sources: Sequence[str], folder: Path) -> Path:
+    """Write the page and draw its pictures.
 
     Parameters
     ----------
@@ -25,7 +25,7 @@ def write_page(diagnosis: Diagnosis, sources: Sequence[str], folder: Path) -> Pa
     sources : sequence of str
         Names of the recordings.
     folder : Path
-        Receives the page and its figures. Without matplotlib the page has none, and says so.
+        Receives the page and its pictures.
 
     Returns
     -------
@@ -33,7 +33,7 @@ def write_page(diagnosis: Diagnosis, sources: Sequence[str], folder: Path) -> Pa
         The page.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    page = folder / PAGE_FILE
+    page = folder / MARKDOWN_FILE
     page.write_text("\n".join(_page(diagnosis, sources, folder)) + "\n", encoding="utf-8")
     return page
 
@@ -51,15 +51,11 @@ def _page(diagnosis: Diagnosis, sources: Sequence[str], folder: Path) -> Iterato
         for finding in diagnosis.data_quality:
             yield f"- {finding.code}, axis {finding.axis}: {_plain(finding.message)}"
         yield ""
-    drawn = find_spec("matplotlib") is not None
     for name in diagnosis.axes:
         yield from _axis(name, diagnosis)
         yield from _explained_variance(name, diagnosis.axes)
-        if drawn:
-            yield from _figures(name, diagnosis.axes, folder)
+        yield from _pictures(name, diagnosis, folder)
         yield from _not_testable(diagnosis.axes[name])
-    if not drawn:
-        yield "The figures need matplotlib: `pip install 'edge-ident[report]'`."
 
 
 def _axis(name: str, diagnosis: Diagnosis) -> Iterator[str]:
@@ -135,27 +131,25 @@ def _explained_variance(name: str, axes: Mapping[str, AxisDiagnosis]) -> Iterato
     )
 
 
-def _figures(name: str, axes: Mapping[str, AxisDiagnosis], folder: Path) -> Iterator[str]:
-    axis = axes[name]
-    yield from _figure(effort_figure(name, axis), f"{name}_effort", folder)
-    yield (
-        "Above, the measured effort and the predictions of the models; below, their residuals. "
-        "Effort and predictions fade out where the direction of motion is unknown. Faint lines "
-        "are not valid: encoder quantization aliases into the band there."
-    )
-    yield ""
-    yield from _figure(residual_maps(name, axes), f"{name}_residual_maps", folder)
-    yield "The residual against each quantity. Lines are means; a level line at zero is good."
-    yield ""
-    if axis.causes:
-        yield from _figure(share_figure(name, axis), f"{name}_shares", folder)
-        yield "The contribution of each cause, over the residual of the model without it."
-        yield ""
+def _pictures(name: str, diagnosis: Diagnosis, folder: Path) -> Iterator[str]:
+    details = axis_details("a", name, diagnosis)
+    charts = [
+        diagnosis_card("a-first", name, diagnosis).chart,
+        *details.cause_charts,
+        *details.time_charts,
+        *(chart for pair in details.maps for chart in pair),
+        details.spectrum,
+    ]
+    stem = re.sub(r"\W", "_", name)
+    for number, chart in enumerate(charts):
+        yield from _picture(chart, folder / f"{stem}_{number}.svg")
 
 
-def _figure(figure: Any, name: str, folder: Path) -> Iterator[str]:
-    figure.savefig(folder / f"{name}.png", dpi=_RESOLUTION_DPI)
-    yield f"![{name.replace('_', ' ')}]({name}.png)"
+def _picture(chart: Chart, file: Path) -> Iterator[str]:
+    save_chart(chart, file)
+    yield f"![{_plain(chart.title)}]({file.name})"
+    yield ""
+    yield _plain(f"{chart.description} {chart.caption}".strip())
     yield ""
 
 

@@ -1,0 +1,23 @@
+"""The `edge-ident` script, and `python -m edge_ident`.
+
+Loading the command line takes a quarter of a second. So that Ctrl-C in this time ends the process
+without a traceback, this file loads nothing heavy before it has set the signals' handlers.
+"""
+
+from edge_ident.support.interrupts import end_at_once
+
+
+def main() -> None:
+    """Entry point of the `edge-ident` script."""
+    end_at_once()
+    from edge_ident.cli import main as command_line
+
+    try:
+        command_line()
+    finally:
+        # nothing is left to be cleaned up while the interpreter shuts down
+        end_at_once()
+
+
+if __name__ == "__main__":
+    main()

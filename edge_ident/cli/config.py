@@ -1,0 +1,169 @@
+"""The command config: defaults that are set once, and where each value comes from."""
+
+import os
+from dataclasses import dataclass
+from typing import Annotated, Any, Final
+
+import typer
+
+import edge_ident
+from edge_ident.cli import settings
+from edge_ident.cli.command import settings_command
+from edge_ident.cli.command_group import CommandGroup, with_example
+from edge_ident.cli.messages import say
+from edge_ident.cli.options import ResultOptions
+
+_HELP: Final = """Show, set and remove defaults of options, such as the device of your board.
+
+An option on the command line comes first, then its environment variable, then the settings file,
+then the default. The settings are printed.
+
+Example: `edge-ident config set device /dev/ttyACM0`
+"""
+Key = Annotated[str, typer.Argument(metavar="NAME", help="Setting, for example device.")]
+Text = Annotated[str, typer.Argument(metavar="VALUE", help="Its value.")]
+
+
+@dataclass(frozen=True)
+class Setting:
+    """The value of a setting, and where it comes from.
+
+    Attributes
+    ----------
+    value : str, int, float, bool or None
+    source : str
+        "environment NAME", "drive description FILE", "settings file" or "default".
+    """
+
+    value: Any
+    source: str
+
+
+class _ShowUnlessVerb(CommandGroup):
+    """`config` alone is `config show`."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        if not args or (args[0].startswith("-") and args[0] != "--help"):
+            args = ["show", *args]
+        return super().parse_args(ctx, args)
+
+
+def register(app: typer.Typer) -> None:
+    """Add this file's command, a group of verbs."""
+    group = typer.Typer(cls=_ShowUnlessVerb, rich_markup_mode=None)
+    group.command()(show)
+    group.command("get")(get)
+    group.command("set")(set_)
+    group.command()(unset)
+    app.add_typer(group, name="config", help=with_example(_HELP))
+
+
+@settings_command
+def show(*, context: typer.Context, results: ResultOptions) -> None:
+    """Print every setting with its value and where the value comes from.
+
+    Example: `edge-ident config show --json`
+    """
+    found = _all_settings(context)
+    results.deliver(_document(found), "config.json")
+    say(f"settings file: {settings.settings_file()}")
+    longest = max(len(_text(setting.value)) for setting in found.values())
+    for key, setting in found.items() if not results.json else []:
+        print(f"{key:14} {_text(setting.value):{longest}} {setting.source}")
+
+
+@settings_command
+def get(*, context: typer.Context, key: Key, results: ResultOptions) -> None:
+    """Print the value of one setting.
+
+    Example: `edge-ident config get device`
+    """
+    _option(context, key)
+    found = _all_settings(context)[key]
+    results.deliver(_document({key: found}), "config.json")
+    say(f"from: {found.source}")
+    if not results.json:
+        print(_text(found.value))
+
+
+@settings_command
+def set_(*, context: typer.Context, key: Key, value: Text, results: ResultOptions) -> None:
+    """Write a default into the settings file.
+
+    Example: `edge-ident config set device tcp://192.0.2.7:502`
+    """
+    option = _option(context, key)
+    checked = option.process_value(context, value)
+    if not isinstance(checked, bool | int | float):
+        checked = value  # a path stays as it was written
+    settings.read_settings()  # a file that cannot be read is not overwritten
+    _written(context, settings.write_setting(key, checked), key, results)
+
+
+@settings_command
+def unset(*, context: typer.Context, key: Key, results: ResultOptions) -> None:
+    """Remove a default from the settings file.
+
+    Example: `edge-ident config unset device`
+    """
+    _written(context, settings.write_setting(key, None), key, results)
+
+
+def _written(context: typer.Context, path: Any, key: str, results: ResultOptions) -> None:
+    found = {k: v for k, v in _all_settings(context).items() if k == key}
+    results.deliver(_document(found), "config.json")
+    say(f"written: {path}")
+    for setting in found.values():
+        say(f"in force: {key} = {_text(setting.value)} ({setting.source})")
+
+
+def _option(context: typer.Context, key: str) -> Any:
+    known = dict(settings.options(context.find_root().command))
+    if key not in known:
+        raise typer.BadParameter(
+            f"there is no setting {key}; choose from {', '.join(sorted(known))}",
+            param_hint="NAME",
+        )
+    return known[key]
+
+
+def _all_settings(context: typer.Context) -> dict[str, Setting]:
+    written = settings.read_settings()
+    known = dict(settings.options(context.find_root().command))
+    found = {key: _setting(key, known[key], written) for key in sorted(known)}
+    drive = found["drive"].value
+    described = edge_ident.load_drive(drive)
+    for key in settings.BOARD:
+        value = getattr(described, key)
+        if value is not None and not found[key].source.startswith("environment"):
+            found[key] = Setting(value, f"drive description {drive}")
+    return found
+
+
+def _setting(key: str, option: Any, written: dict[str, Any]) -> Setting:
+    variable = settings.PREFIX + key.upper()
+    if os.environ.get(variable):
+        return Setting(os.environ[variable], f"environment {variable}")
+    if key in written:
+        return Setting(written[key], "settings file")
+    return Setting(option.default, "default")
+
+
+def _text(value: Any) -> str:
+    return "–" if value is None else str(value)
+
+
+def _document(found: dict[str, Setting]) -> dict[str, Any]:
+    return {
+        "schema": "edge-ident/config/1",
+        "file": str(settings.settings_file()),
+        "settings": {
+            key: {
+                "value": setting.value
+                if isinstance(setting.value, bool | int | float | None)
+                else str(setting.value),
+                "source": setting.source,
+            }
+            for key, setting in found.items()
+        },
+    }

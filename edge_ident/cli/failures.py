@@ -1,0 +1,95 @@
+"""Errors that a user can act on, with their exit codes."""
+
+import errno
+from typing import Final, NamedTuple
+
+from edge_ident.cli.messages import print_document, say, say_always
+from edge_ident.errors import (
+    BoardError,
+    DataError,
+    EdgeIdentError,
+    GainError,
+    LinkError,
+    ModelError,
+)
+from edge_ident.support.interrupts import INTERRUPTED, interrupted
+
+USAGE: Final = 2
+FILE: Final = 5
+"""A file that cannot be read, or a result that cannot be written."""
+_NO_ROOM: Final = (errno.ENOSPC, errno.EFBIG, errno.EDQUOT)
+_CODES: Final[dict[type[EdgeIdentError], str]] = {
+    LinkError: "link",
+    BoardError: "board",
+    DataError: "data",
+    ModelError: "model",
+    GainError: "gains",
+}
+
+
+class Failure(NamedTuple):
+    """An error as it is reported.
+
+    Attributes
+    ----------
+    exit_code : int
+    code : {"link", "board", "data", "model", "gains", "file", "usage", "interrupted", "internal"}
+        What failed, for scripts.
+    cause, next_step : str
+        One line each.
+    """
+
+    exit_code: int
+    code: str
+    cause: str
+    next_step: str
+
+
+INTERRUPTION: Final = Failure(
+    INTERRUPTED, "interrupted", "the command was interrupted", "run it again when you are ready"
+)
+
+
+def failure_of(error: BaseException) -> Failure | None:
+    """What to tell about an error; None for what a user cannot act on."""
+    if isinstance(error, EdgeIdentError):
+        codes = (code for kind, code in _CODES.items() if isinstance(error, kind))
+        return Failure(error.exit_code, next(codes, "other"), error.cause, error.next_step)
+    if isinstance(error, OSError):
+        return Failure(FILE, "file", str(error), _remedy(error))
+    if isinstance(error, KeyboardInterrupt) or interrupted():
+        return INTERRUPTION
+    return None
+
+
+def tell(error: BaseException, failure: Failure, *, as_json: bool) -> int:
+    """Print an error on stderr, as a document on stdout where JSON is wanted; the exit code."""
+    if failure is INTERRUPTION:
+        say("interrupted")
+    else:
+        say_always(f"error: {failure.cause}")
+        say_always(f"next:  {failure.next_step}")
+    if as_json:
+        print_failure(error, failure)
+    return failure.exit_code
+
+
+def print_failure(error: BaseException, failure: Failure) -> None:
+    """Print the one JSON document of a command that failed, schema edge-ident/error/1."""
+    print_document(
+        {
+            "schema": "edge-ident/error/1",
+            "code": failure.code,
+            "error": type(error).__name__,
+            "message": failure.cause,
+            "cause": failure.cause,
+            "next_step": failure.next_step,
+            "exit_code": failure.exit_code,
+        }
+    )
+
+
+def _remedy(error: OSError) -> str:
+    full = error.errno in _NO_ROOM
+    remedy = "free some space on that disk" if full else "check the path and your rights to it"
+    return f"{remedy}, or choose another folder with --output"

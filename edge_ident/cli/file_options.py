@@ -1,0 +1,151 @@
+"""Options that say of a recording's file what does not stand in it; one list for all commands."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from shlex import join
+from typing import Annotated, Literal
+
+import typer
+
+import edge_ident
+from edge_ident import report
+from edge_ident.cli.messages import say
+
+RecordingFile = Annotated[
+    Path,
+    typer.Argument(
+        metavar="FILE",
+        help="Recording: a text file, .npz, .mat, .h5, .tdms, .parquet or .xlsx.",
+    ),
+]
+
+
+@dataclass(frozen=True, kw_only=True)
+class FileOptions:
+    """What a person says of files."""
+
+    context: typer.Context
+    column: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--column",
+            metavar="NAME=CONTRACT_NAME",
+            help="Meaning of a column, such as 'X.ActPos [mm]=x_position_m'; may be repeated.",
+        ),
+    ] = None
+    unit: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--unit",
+            metavar="NAME=UNIT",
+            help="Unit of a column or of its steps, such as mm or '1/8192 turn'; may be repeated.",
+        ),
+    ] = None
+    period: Annotated[
+        float | None,
+        typer.Option(
+            "--period",
+            min=1e-9,
+            metavar="SECONDS",
+            help="Sampling period of a file that has no column of time.",
+        ),
+    ] = None
+    resolution: Annotated[
+        str | None,
+        typer.Option(
+            "--resolution",
+            metavar="COUNTS/UNIT",
+            help="Encoder counts per turn or length, such as 8192/turn or 1000/mm.",
+        ),
+    ] = None
+    rated_effort: Annotated[
+        str | None,
+        typer.Option(
+            "--rated-effort",
+            metavar="EFFORT",
+            help="Effort at 100 %, such as 2.4Nm.",
+        ),
+    ] = None
+    torque_constant: Annotated[
+        float | None,
+        typer.Option(
+            "--torque-constant",
+            metavar="NUMBER",
+            help="Torque constant in N*m/A, to convert a current to a torque.",
+        ),
+    ] = None
+    delimiter: Annotated[
+        Literal["comma", "semicolon", "tab", "blanks"] | None,
+        typer.Option("--delimiter", help="Delimiter of a text file; default: detected."),
+    ] = None
+    decimal: Annotated[
+        Literal["point", "comma"] | None,
+        typer.Option(
+            "--decimal", help="Decimal sign of a text file; default: detected.",
+        ),
+    ] = None  # fmt: skip
+
+    def inspect(self, file: Path) -> "edge_ident.Inspection":
+        """Find out what a file's columns are."""
+        return edge_ident.inspect_recording(
+            file,
+            edge_ident.ReadOptions(
+                columns=_pairs(self.column, "--column", "CONTRACT_NAME"),
+                units=_pairs(self.unit, "--unit", "UNIT"),
+                period_s=self.period,
+                resolution=self.resolution,
+                rated_effort=self.rated_effort,
+                torque_constant=self.torque_constant,
+                delimiter=self.delimiter,
+                decimal=self.decimal,
+            ),
+        )
+
+    def read(self, file: Path) -> "edge_ident.Recording":
+        """Read and check a recording; what was decided goes to stderr.
+
+        Raises
+        ------
+        DataError
+            As `edge_ident.load_recording`; where the columns are not certain, the columns are
+            listed before, and the next step is the command that accepts the proposal.
+        """
+        found = self.inspect(file)
+        if found.questions:
+            for line in report.inspection_lines(found):
+                say(line)
+            raise edge_ident.DataError(self.doubt(found), self.accepting(found, file))
+        for line in found.assumptions:
+            say(f"{file.name}: {line}")
+        return found.recording()
+
+    def doubt(self, found: "edge_ident.Inspection") -> str:
+        """What is not certain of a file, in one line."""
+        return f"{found.source}: not certain: {'; '.join(found.questions)}"
+
+    def accepting(self, found: "edge_ident.Inspection", file: Path) -> str:
+        """The command that accepts what is proposed for a file."""
+        command = ["edge-ident", *self.context.command_path.split()[1:], str(file)]
+        return f"correct or accept this: {join([*command, *found.options])}"
+
+
+@dataclass(frozen=True, kw_only=True)
+class RecordingOptions(FileOptions):
+    """One recording, and what a person says of it."""
+
+    file: RecordingFile
+
+    def load(self) -> "edge_ident.Recording":
+        """Read and check the recording."""
+        return self.read(self.file)
+
+
+def _pairs(given: list[str] | None, option: str, what: str) -> dict[str, str]:
+    """Parse NAME=… texts; a name may have the sign in it."""
+    pairs = {}
+    for text in given or []:
+        name, sign, value = text.rpartition("=")
+        if not sign or not name or not value:
+            raise typer.BadParameter(f"write NAME={what}", param_hint=option)
+        pairs[name] = value
+    return pairs

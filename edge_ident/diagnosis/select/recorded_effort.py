@@ -1,0 +1,93 @@
+"""The size of a cause: what it takes off the effort as it was recorded.
+
+The comparison is blind above its cut-off, and fades out around reversals, where play, presliding
+and impacts act most of all. So whether a cause is worth naming is judged on the effort at the
+bandwidth of the motion, which is twice as wide, wherever the encoder resolves the direction.
+
+The size is what the cause reduces the residual by, and no extrapolation. An effort s beside a
+residual r takes off ‖r + s‖² - ‖r‖² = 2·s·(r + s) - ‖s‖². So an s that is not in the record counts
+against the cause, and so does the noise that it has from the encoder.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from edge_ident.diagnosis.fit.fitting import FittedModel
+from edge_ident.diagnosis.fit.projection import orthonormal
+from edge_ident.diagnosis.fit.summary import nonzero_rms
+from edge_ident.diagnosis.prepare.axis_data import AxisData, Segment
+from edge_ident.model.effects import named
+from edge_ident.model.inverse import along_motion, inverse_effort, obeyed
+from edge_ident.model.model import AxisModel, regressor
+from edge_ident.signals.filters import lowpass
+
+Array = NDArray[np.float64]
+
+
+def recorded_sizes(data: AxisData, model: FittedModel) -> list[float]:
+    """What each added term, with the others of its effect, takes off the recorded effort.
+
+    Parameters
+    ----------
+    data : AxisData
+    model : FittedModel
+
+    Returns
+    -------
+    list of float
+        One for each term: root of the mean square that the residual has more without it, after
+        projection on the base model's columns, over the rms of the effort. Negative where the
+        residual has less without it.
+    """
+    names = [(t.candidate.effect, t.candidate.source) for t in model.terms]
+    first = len(model.template.terms)
+    parts = {
+        name: [first + k for k, other in enumerate(names) if other == name] for name in set(names)
+    }
+    seen = [s.direction_known for s in data.segments]
+    effort = np.concatenate([_measured(s)[at] for s, at in zip(data.segments, seen, strict=True)])
+    motions = [
+        regressor(s.motion.velocity, s.motion.acceleration)[at]
+        for s, at in zip(data.segments, seen, strict=True)
+    ]
+    basis = orthonormal(np.vstack(motions))
+
+    def left(axis: AxisModel) -> float:
+        """Mean square of the residual of a model."""
+        made = [_along(s, axis)[at] for s, at in zip(data.segments, seen, strict=True)]
+        residual = effort - np.concatenate(made)
+        residual = residual - basis @ (basis.T @ residual)
+        return float(residual @ residual) / len(residual)
+
+    whole, scale = left(model.axis), nonzero_rms(effort)
+    sizes = {}
+    for name, places in parts.items():
+        kept = tuple(t for k, t in enumerate(model.axis.terms) if k not in places)
+        more = left(replace(model.axis, terms=kept)) - whole
+        sizes[name] = float(np.sign(more) * np.sqrt(np.abs(more))) / scale
+    return [sizes[name] for name in names]
+
+
+def _measured(segment: Segment) -> Array:
+    """The recorded effort (N,) in step with the motion, and as wide."""
+    return _as_motion(segment, segment.raw_effort)
+
+
+def _as_motion(segment: Segment, raw: Array) -> Array:
+    """A raw effort (M,) at the samples and the bandwidth of the motion."""
+    period_s, delay_s = segment.raw_period_s, segment.shift_s
+    smooth = lowpass(raw, segment.motion_hz, period_s, delay_s=delay_s)
+    return np.asarray(smooth[:: segment.stride])
+
+
+def _along(segment: Segment, axis: AxisModel) -> Array:
+    """Effort (N,) of a model along the motion, unfiltered."""
+    effort = inverse_effort(obeyed(axis), segment.motion, segment.others, segment.cache)
+    for term in axis.terms:
+        effect = named(term.effect)
+        if effect.overrides("withheld"):
+            withheld = effect.withheld(segment.raw_effort, along_motion(term))
+            effort = effort + _as_motion(segment, withheld)
+    return np.asarray(effort)

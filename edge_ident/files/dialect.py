@@ -1,0 +1,211 @@
+"""How a text file writes its table: encoding, delimiter and decimal sign, decided by evidence.
+
+Every way to read the head of the file is tried, and the one that finds the most numbers counts. A
+way that leaves several numbers in one cell does not.
+"""
+
+import codecs
+import csv
+import re
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from edge_ident.errors import DataError
+
+BLANKS: Final = " "
+"""Delimiter that stands for any run of blanks."""
+DELIMITERS: Final = {"comma": ",", "semicolon": ";", "tab": "\t", "blanks": BLANKS}
+DECIMALS: Final = {"point": ".", "comma": ","}
+_HEAD_BYTES: Final = 1 << 17
+_HEAD_LINES: Final = 1000
+_NUMBERS: Final = {
+    "point": re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"),
+    "comma": re.compile(r"[-+]?(?:\d+(?:,\d+)?|,\d+)(?:[eE][-+]?\d+)?"),
+}
+_MISSING: Final = re.compile(r"|[-+]?(?:nan|inf)", re.IGNORECASE)
+_WORDS: Final = re.compile(r'"[^"]*"|[^\s\[(]+(?:\s*[\[(][^\])]*[\])])?|\S+')
+"""Cells between blanks; a unit in brackets belongs to the heading before it."""
+_SEVERAL: Final = re.compile(r"[-+\d.eE]*\d[;, \t][-+ ]*[.\d][-+\d.,; \teE]*")
+"""Numbers with a delimiter between them."""
+_FEW: Final = 0.1
+"""Share of cells that may hold several numbers: those of bad rows."""
+_THOUSANDS: Final = re.compile(r"[-+]?[1-9]\d{0,2},\d{3}")
+_LEAST: Final = 0.3
+"""Share of numbers among the cells, below which a way to read a file finds no table."""
+_BOMS: Final = (
+    (codecs.BOM_UTF8, "utf-8-sig"),
+    (codecs.BOM_UTF16_LE, "utf-16"),
+    (codecs.BOM_UTF16_BE, "utf-16"),
+)
+_NAMES: Final = {
+    "utf-8-sig": "UTF-8 with BOM",
+    "utf-8": "UTF-8",
+    "utf-16": "UTF-16",
+    "utf-16-le": "UTF-16",
+    "utf-16-be": "UTF-16",
+    "latin-1": "Latin-1",
+}
+
+
+@dataclass(frozen=True)
+class Dialect:
+    """How a text file writes numbers.
+
+    Attributes
+    ----------
+    encoding : str
+        Python's name.
+    delimiter, decimal : str
+        Keys of `DELIMITERS` and `DECIMALS`.
+    """
+
+    encoding: str
+    delimiter: str
+    decimal: str
+
+    def __str__(self) -> str:
+        return f"delimiter {self.delimiter}, decimal {self.decimal}, {_NAMES[self.encoding]}"
+
+    def cells(self, line: str) -> list[str]:
+        """The cells of a line; an empty one at its end is a delimiter too many."""
+        return split(line, DELIMITERS[self.delimiter])
+
+    def is_number(self, cell: str) -> bool:
+        """Whether a cell holds a number in this way of writing."""
+        return _NUMBERS[self.decimal].fullmatch(cell) is not None
+
+    def is_value(self, cell: str) -> bool:
+        """Whether a cell holds a number, or says that there is none."""
+        return self.is_number(cell) or _MISSING.fullmatch(cell) is not None
+
+    def is_number_anyhow(self, cell: str) -> bool:
+        """Whether a cell is a number with either decimal sign."""
+        return any(number.fullmatch(cell) for number in _NUMBERS.values())
+
+
+def split(line: str, delimiter: str) -> list[str]:
+    """Cut a line into cells; quotes keep what they hold together."""
+    if '"' in line and delimiter != BLANKS:
+        cells = next(csv.reader([line], delimiter=delimiter, skipinitialspace=True), [])
+    elif delimiter == BLANKS:
+        cells = _WORDS.findall(line)
+    else:
+        cells = line.split(delimiter)
+    cells = [cell.strip().strip('"') for cell in cells]
+    return cells[:-1] if len(cells) > 1 and not cells[-1] else cells
+
+
+def read_head(path: Path) -> tuple[str, list[str]]:
+    """Encoding and first lines of a text file.
+
+    Raises
+    ------
+    DataError
+        The file is empty, or not text.
+    """
+    with path.open("rb") as file:
+        head = file.read(_HEAD_BYTES)
+        whole = not file.read(1)
+    if not head.strip():
+        raise DataError(f"{path}: the file is empty", "give a file with a recording in it")
+    encoding = _encoding(path, head)
+    text = codecs.getincrementaldecoder(encoding)("replace").decode(head)
+    lines = text.splitlines()
+    return encoding, (lines if whole else lines[:-1])[:_HEAD_LINES]
+
+
+def _encoding(path: Path, head: bytes) -> str:
+    for bom, encoding in _BOMS:
+        if head.startswith(bom):
+            return encoding
+    zeros = [head[start::2].count(0) / (len(head[start::2]) or 1) for start in (0, 1)]
+    if max(zeros) > 0.9 and min(zeros) < 0.1:
+        return "utf-16-le" if zeros[1] > zeros[0] else "utf-16-be"
+    if any(byte < 32 and byte not in b"\t\n\r\f\v\x1a" for byte in head):
+        raise DataError(
+            f"{path}: not a text file",
+            "edge-ident reads text tables, .npz, .mat, .h5, .tdms, .parquet and .xlsx, by the "
+            "ending of the name",
+        )
+    try:
+        codecs.getincrementaldecoder("utf-8")().decode(head)
+    except UnicodeDecodeError:
+        return "latin-1"
+    return "utf-8"
+
+
+def find_dialect(
+    path: Path, lines: Sequence[str], encoding: str, delimiter: str | None, decimal: str | None
+) -> Dialect:
+    """Decide between the ways to read a file.
+
+    Parameters
+    ----------
+    path : Path
+    lines : sequence of str
+        Head of the file.
+    encoding : str
+    delimiter, decimal : str or None
+        What the user says; the rest is found out.
+
+    Raises
+    ------
+    DataError
+        No way finds a table, or a comma may be one of thousands.
+    """
+    tried = [
+        Dialect(encoding, separator, sign)
+        for separator in ([delimiter] if delimiter else DELIMITERS)
+        for sign in ([decimal] if decimal else DECIMALS)
+        if not separator == sign == "comma" or any('"' in line for line in lines)
+    ]
+    scored = sorted(((_score(way, lines), way) for way in tried), key=lambda s: -s[0])
+    best, chosen = scored[0] if scored else (0.0, None)
+    if chosen is None or best <= (_LEAST if delimiter is None else 0.0):
+        raise DataError(
+            f"{path}: no table of numbers found",
+            "a row holds at least two numbers with a comma, semicolon, tab or blanks between, and "
+            "no thousands separators; for a table of mostly text, say --delimiter and --decimal",
+        )
+    if decimal is None and _may_be_thousands(chosen, lines):
+        raise DataError(
+            f"{path}: every comma has one to three digits before it and three behind: a decimal "
+            "sign, or one of thousands?",
+            "if it is the decimal sign, say --decimal comma; otherwise export without it",
+        )
+    return chosen
+
+
+def width_of(dialect: Dialect, rows: Sequence[Sequence[str]]) -> int:
+    """Cells of most rows that hold a number; 0 where none has two cells."""
+    widths = Counter(
+        len(cells)
+        for cells in rows
+        if len(cells) > 1 and any(dialect.is_number(cell) for cell in cells)
+    )
+    return widths.most_common(1)[0][0] if widths else 0
+
+
+def _score(dialect: Dialect, lines: Sequence[str]) -> float:
+    """Share of numbers among the cells of rows of the usual width that hold any.
+
+    Where cells hold several numbers, this is not how the file is written.
+    """
+    rows = [dialect.cells(line) for line in lines if line.strip()]
+    width = width_of(dialect, rows)
+    usual = [row for row in rows if len(row) == width and any(map(dialect.is_number_anyhow, row))]
+    cells = [cell for row in usual for cell in row]
+    numbers = sum(dialect.is_number(cell) for cell in cells)
+    several = sum(_SEVERAL.fullmatch(c) is not None for c in cells if not dialect.is_number(c))
+    return numbers / len(cells) if numbers >= 2 and several < _FEW * len(cells) else 0.0
+
+
+def _may_be_thousands(dialect: Dialect, lines: Sequence[str]) -> bool:
+    """Whether no number tells a decimal comma from a separator of thousands."""
+    if dialect.decimal != "comma":
+        return False
+    cells = [c for line in lines for c in dialect.cells(line) if dialect.is_number(c) and "," in c]
+    return bool(cells) and all(map(_THOUSANDS.fullmatch, cells))

@@ -1,0 +1,53 @@
+"""Headings of columns: the name and the unit in it."""
+
+import re
+from collections.abc import Iterable
+from typing import Final
+
+from edge_ident.files.units import known_unit
+
+_FORMS: Final = (
+    re.compile(r"(?P<name>.*?)[\s_]*[\[({<](?P<unit>[^\[({<]*)[\])}>]\s*"),
+    re.compile(r"(?P<name>.+?)\s*(?:[,;:]|\s/|\sin)\s+(?P<unit>\S+)\s*"),
+    re.compile(r"(?P<name>.+?)_(?P<unit>[^\W_]+(?:_s2?)?)"),
+)
+"""Unit in brackets, after a sign, after an underscore. The first form that names a unit counts."""
+_BY_NAME: Final = {
+    "nm": "Nm",
+    "a": "A",
+    "v": "V",
+    "n": "N",
+    "rad_s": "rad/s",
+    "m_s": "m/s",
+    "c": "°C",
+}
+"""Lower-case units after an underscore, as the contract writes them."""
+
+
+def split_heading(heading: str) -> tuple[str, str | None]:
+    """Name and unit of a heading, such as `Position [mm]`, `Zeit (ms)`, `pos_mm`, `Kraft in N`.
+
+    Brackets that hold no unit belong to the name, as in `Axis[1]`.
+    """
+    text = heading.strip()
+    for form in _FORMS:
+        match = form.fullmatch(text)
+        if not match:
+            continue
+        unit = match["unit"].strip()
+        if form is _FORMS[-1]:
+            unit = _BY_NAME.get(unit, unit)
+        if match["name"].strip() and known_unit(unit) is not None:
+            return match["name"].strip(), unit
+    return text, None
+
+
+def unique(headings: Iterable[str]) -> list[str]:
+    """Headings, of which a repeated one gets a number."""
+    seen: dict[str, int] = {}
+    made = []
+    for position, heading in enumerate(headings, start=1):
+        text = heading.strip() or f"column_{position}"
+        seen[text] = seen.get(text, 0) + 1
+        made.append(text if seen[text] == 1 else f"{text} ({seen[text]})")
+    return made

@@ -1,0 +1,185 @@
+"""Tables in text files of any dialect."""
+
+import csv
+import warnings
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from itertools import islice
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from edge_ident.files.bad_cells import bad_cell
+from edge_ident.files.dialect import (
+    BLANKS,
+    DELIMITERS,
+    Dialect,
+    find_dialect,
+    read_head,
+    split,
+    width_of,
+)
+from edge_ident.files.layout import Layout, lay_out, stated_period
+from edge_ident.files.table import Table, make_columns
+
+Array = NDArray[np.float64]
+
+_CHUNK_ROWS: Final = 100_000
+"""Rows that are converted at once: their objects are gone before the next."""
+_OTHER_WIDTH: Final = "another number of cells"
+_BLOCK_BYTES: Final = 1 << 24
+
+
+def read_text(path: Path, delimiter: str | None = None, decimal: str | None = None) -> Table:
+    """Read a table of any delimiter, decimal sign and encoding, with its headings and units.
+
+    Parameters
+    ----------
+    path : Path
+    delimiter, decimal : str, optional
+        Keys of `edge_ident.files.dialect.DELIMITERS` and `DECIMALS`; found out where not given.
+
+    Raises
+    ------
+    DataError
+        The file is not text, holds no table, has a bad cell, or a comma may be one of thousands.
+    """
+    encoding, lines = read_head(path)
+    dialect = find_dialect(path, lines, encoding, delimiter, decimal)
+    rows = [(i, dialect.cells(line)) for i, line in enumerate(lines, start=1) if line.strip()]
+    width = width_of(dialect, [cells for _, cells in rows])
+    layout = lay_out(str(path), _without_comments(rows, width), width, dialect.is_value)
+    table = lines[layout.first_row - 1 :]
+    quoted = any('"' in line for line in table)
+    layout = replace(layout, open_end=_open_end(table, DELIMITERS[dialect.delimiter]))
+    try:
+        values = _numbers(path, dialect, layout, quoted)
+    except (ValueError, csv.Error) as error:
+        raise bad_cell(path, dialect, layout) from error
+    headings = [layout.headings[c] for c in layout.numeric]
+    columns = make_columns(headings, values, [layout.units[c] for c in layout.numeric])
+    left_out = tuple(
+        f"{layout.headings[c]} (no numbers)" for c in range(width) if c not in layout.numeric
+    )
+    return Table(
+        str(path), columns, _how(dialect, layout), layout.first_row, layout.header, left_out,
+        stated_period(layout.header),
+    )  # fmt: skip
+
+
+def _open_end(lines: Sequence[str], separator: str) -> bool:
+    """Whether the rows end with a delimiter."""
+    return separator != BLANKS and any(line.endswith(separator) for line in lines)
+
+
+def _how(dialect: Dialect, layout: Layout) -> str:
+    """How the file was read; nothing where it is written as the contract says."""
+    plain = dialect.delimiter == "comma" and dialect.decimal == "point" and layout.heading_row
+    if plain and dialect.encoding.startswith("utf-8") and not layout.unit_row:
+        return ""
+    return f"{dialect}, {layout}"
+
+
+def _without_comments(rows: list[tuple[int, list[str]]], width: int) -> list[tuple[int, list[str]]]:
+    """Rows in which a comment is one cell, unless it is the headings' row, as numpy writes it."""
+
+    def is_comment(cells: list[str]) -> bool:
+        return cells[0][:1] in ("#", "%") and len(cells) not in (width, width + 1)
+
+    return [(number, [" ".join(c)] if is_comment(c) else c) for number, c in rows]
+
+
+def _numbers(path: Path, dialect: Dialect, layout: Layout, quoted: bool) -> Array:
+    """Values (columns, rows), each column in one piece.
+
+    Raises
+    ------
+    ValueError
+        A cell is no number, or a row has more or fewer cells.
+    """
+    most = max(_count_rows(path) - layout.first_row + 1, 0)
+    values, at = np.empty((len(layout.numeric), most)), 0
+    with path.open(encoding=dialect.encoding, errors="replace", newline=None) as file:
+        table = islice(file, layout.first_row - 1, layout.first_row - 1 + most)
+        lines = _plain(table, dialect, layout, quoted)
+        while (rows := _parsed(islice(lines, _CHUNK_ROWS), dialect, layout, quoted)).size:
+            values[:, at : at + len(rows)] = rows.T
+            at += len(rows)
+    return values[:, :at]
+
+
+def _parsed(lines: Iterator[str], dialect: Dialect, layout: Layout, quoted: bool) -> Array:
+    separator = "\t" if quoted else DELIMITERS[dialect.delimiter]
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)  # no rows: the end
+        rows = np.loadtxt(
+            lines,
+            delimiter=None if separator == BLANKS else separator,
+            comments=None,
+            ndmin=2,
+            usecols=None if len(layout.numeric) == len(layout.headings) else layout.numeric,
+        )
+    if rows.size and rows.shape[1] != len(layout.numeric):
+        raise ValueError(_OTHER_WIDTH)
+    return np.asarray(rows, dtype=np.float64)
+
+
+def _plain(lines: Iterator[str], dialect: Dialect, layout: Layout, quoted: bool) -> Iterator[str]:
+    """Lines with decimal points, and without what a plain table does not have."""
+    separator = DELIMITERS[dialect.delimiter]
+    if quoted:
+        lines = _unquoted(lines, separator, layout)
+    elif len(layout.numeric) < len(layout.headings):
+        lines = _of_width(lines, dialect, layout)
+    elif layout.open_end:
+        end = separator + "\n"
+        lines = (line[:-2] if line.endswith(end) else line for line in lines)
+    if dialect.decimal == "comma":
+        lines = _with_points(lines, "\t" if quoted else separator, layout)
+    return lines
+
+
+def _unquoted(lines: Iterator[str], separator: str, layout: Layout) -> Iterator[str]:
+    """Lines whose cells may be quoted, with tabs between."""
+    width = len(layout.headings)
+    for cells in csv.reader(lines, delimiter=separator, skipinitialspace=True):
+        if cells and len(cells) != width + (len(cells) > width and not cells[-1]):
+            raise ValueError(_OTHER_WIDTH)
+        yield "\t".join(cells[:width])
+
+
+def _of_width(lines: Iterator[str], dialect: Dialect, layout: Layout) -> Iterator[str]:
+    """Lines as they are; numpy does not count the cells where it takes some columns only."""
+    separator, width = DELIMITERS[dialect.delimiter], len(layout.headings)
+    usual = width - 1 + layout.open_end
+    for line in lines:
+        between = len(line.split()) - 1 if separator == BLANKS else line.count(separator)
+        if between != usual and line.strip() and len(dialect.cells(line.rstrip("\n"))) != width:
+            raise ValueError(_OTHER_WIDTH)
+        yield line
+
+
+def _with_points(lines: Iterator[str], separator: str, layout: Layout) -> Iterator[str]:
+    """Lines with decimal points; a number that had one before is written in another way."""
+    for line in lines:
+        if "." in line:
+            cells = split(line.rstrip("\n"), separator)
+            if any("." in cells[c] for c in layout.numeric if c < len(cells)):
+                raise ValueError("decimal points among decimal commas")
+        yield line.replace(",", ".")
+
+
+def _count_rows(path: Path) -> int:
+    """Rows of a file, or more; of any encoding and any end of line. A last line EOF is none."""
+    feeds = returns = 0
+    block = b""
+    with path.open("rb") as file:
+        while part := file.read(_BLOCK_BYTES):
+            block = part
+            feeds += block.count(b"\n")
+            returns += block.count(b"\r") if not feeds else 0
+    rows = max(feeds, returns) + (not block.endswith((b"\n", b"\r", b"\n\0")))
+    end = block[-64:].replace(b"\0", b"").strip().endswith((b"\nEOF", b"\rEOF"))
+    return rows - (1 if end else 0)

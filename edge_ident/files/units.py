@@ -1,0 +1,106 @@
+"""Units that files state, and their factors to the units of a recording."""
+
+import re
+from dataclasses import dataclass
+from math import pi
+from typing import Final
+
+
+@dataclass(frozen=True)
+class Unit:
+    """A unit that is known.
+
+    Attributes
+    ----------
+    base : str
+        Unit that it is converted to: s, m, rad, N, N*m, A, V, degC, m/s or rad/s; % and count need
+        to be told what they mean.
+    factor, offset : float
+        A value becomes factor·value + offset.
+    """
+
+    base: str
+    factor: float = 1.0
+    offset: float = 0.0
+
+
+_TURN: Final = 2.0 * pi
+_SPELLED: Final = {
+    "s": {
+        1.0: "s sec sek second seconds Sekunden",
+        1e-3: "ms msec millisecond milliseconds",
+        1e-6: "us µs μs usec microseconds",
+        1e-9: "ns",
+        60.0: "min",
+    },
+    "m": {1.0: "m meter metre", 1e-3: "mm", 1e-2: "cm", 1e-6: "um µm μm micron", 1e-9: "nm"}
+    | {0.0254: "in inch"},
+    "rad": {1.0: "rad", 1e-3: "mrad", 1e-6: "urad µrad", pi / 180.0: "deg ° degree degrees Grad"}
+    | {_TURN: "turn turns rev revs U Umdr", pi / 648000.0: "arcsec"},
+    "count": {
+        1.0: "count counts cnt cts inc incr increment increments Inkremente Ink ticks pulses"
+    },
+    "N": {1.0: "N", 1e3: "kN", 1e-3: "mN"},
+    "N*m": {
+        1.0: "Nm N*m N·m N.m N-m",
+        1e-3: "mNm mN*m mN·m",
+        1e-2: "Ncm N*cm N·cm",
+        1e3: "kNm kN*m kN·m",
+    },
+    "A": {1.0: "A Arms Aeff A_rms Ampere", 1e-3: "mA"},
+    "V": {1.0: "V Volt", 1e-3: "mV"},
+    "%": {1.0: "% percent pct Prozent", 0.1: "‰ 0.1% 0,1%"},
+    "degC": {1.0: "°C degC celsius"},
+    "m/s": {
+        1.0: "m/s",
+        1e-3: "mm/s",
+        1.0 / 60.0: "m/min",
+        1e-3 / 60.0: "mm/min",
+        1e-6: "µm/s um/s",
+    },
+    "rad/s": {1.0: "rad/s", pi / 180.0: "deg/s °/s", 1e-3: "mrad/s"}
+    | {_TURN / 60.0: "rpm 1/min U/min min-1 rev/min", _TURN: "rev/s turn/s turns/s 1/s U/s"},
+}
+_UNITS: Final = {
+    spelling: Unit(base, factor)
+    for base, factors in _SPELLED.items()
+    for factor, spellings in factors.items()
+    for spelling in spellings.split()
+} | {"K": Unit("degC", 1.0, -273.15)}
+_NUMBER: Final = r"\d+(?:\.\d*)?(?:[eE][-+]?\d+)?"
+_SCALED: Final = re.compile(rf"(?P<top>{_NUMBER})(?:/(?P<bottom>{_NUMBER}))?\s*(?P<unit>\D.*)")
+_PER: Final = re.compile(rf"(?P<counts>{_NUMBER})\s*(?:/\s*(?P<unit>\D.*))?")
+
+
+def known_unit(text: str) -> Unit | None:
+    """The unit that a text names, None where it names none, or two.
+
+    Case counts (`mN` and `MN`, `nm` and `Nm`); where no unit is written so, it does not, provided
+    that only one unit is left.
+    """
+    text = text.strip()
+    if text in _UNITS:
+        return _UNITS[text]
+    alike = {unit for spelling, unit in _UNITS.items() if spelling.lower() == text.lower()}
+    return alike.pop() if len(alike) == 1 else None
+
+
+def stated_unit(text: str) -> Unit | None:
+    """A unit, or a number of it that one step of a column stands for: `1/8192 turn`, `0.05 Nm`."""
+    if (unit := known_unit(text)) is not None:
+        return unit
+    match = _SCALED.fullmatch(text.strip())
+    unit = known_unit(match["unit"]) if match else None
+    if match is None or unit is None or unit.offset:
+        return None
+    factor = float(match["top"]) / float(match["bottom"] or 1.0)
+    return Unit(unit.base, unit.factor * factor) if factor > 0.0 else None
+
+
+def count_unit(resolution: str) -> Unit | None:
+    """One count of an encoder with so many `counts per turn`, `8192/turn`, or length, `1000/mm`."""
+    match = _PER.fullmatch(resolution.strip())
+    unit = known_unit(match["unit"] or "turn") if match else None
+    if match is None or unit is None or unit.base not in ("rad", "m") or not float(match["counts"]):
+        return None
+    return Unit(unit.base, unit.factor / float(match["counts"]))

@@ -1,0 +1,22 @@
+"""What an effect means to the person at the machine, in everyday words."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Advice:
+    """Where an effect comes from on a machine, and what to do about it.
+
+    Attributes
+    ----------
+    in_words : str
+        What happens, as a person at the machine would say it; a part of a sentence.
+    part : str
+        The part of the machine to look at; a part of a sentence.
+    action : str
+        What to do next, with or without a board; whole sentences.
+    """
+
+    in_words: str = ""
+    part: str = ""
+    action: str = ""

@@ -1,0 +1,18 @@
+"""Sinusoids of position or time."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+def wave(angle: Array, cosine: Array, sine: Array) -> Array:
+    """cosine·cos(angle) + sine·sin(angle).
+
+    A search asks for one amplitude after the other. One that is zero throughout costs nothing.
+    """
+    if not sine.any():
+        return np.asarray(cosine * np.cos(angle))
+    if not cosine.any():
+        return np.asarray(sine * np.sin(angle))
+    return np.asarray(cosine * np.cos(angle) + sine * np.sin(angle))

@@ -1,0 +1,123 @@
+"""What a file holds: columns with the reason for each, and a small picture of the recording."""
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from edge_ident.signals.recording import Recording
+from edge_ident.signals.recording_files import Inspection
+from edge_ident.signals.resampling import EvenGrid
+from edge_ident.signals.scale_checks import check_scales
+
+Array = NDArray[np.float64]
+
+_BLOCKS: Final = "▁▂▃▄▅▆▇█"
+_WIDTH: Final = 60
+
+
+def import_document(
+    found: Inspection, recording: Recording | None, output: Path | None
+) -> dict[str, Any]:
+    """Schema edge-ident/import/1; `recording` is None where the columns are a proposal."""
+    return {
+        "schema": "edge-ident/import/1",
+        "file": found.source,
+        "how": found.how,
+        "rows": found.rows,
+        "columns": [
+            {
+                "heading": use.heading,
+                "unit": use.unit_text,
+                "contract_name": use.target,
+                "factor": use.unit.factor if use.target else None,
+                "reason": use.reason,
+            }
+            for use in found.columns
+        ],
+        "period_s": _period(recording) if recording else found.period_s,
+        "left_out": list(found.left_out),
+        "certain": not found.questions,
+        "questions": list(found.questions),
+        "options": list(found.options),
+        "axes": {} if recording is None else _axes(recording),
+        "warnings": []
+        if recording is None
+        else [
+            {"code": q.code, "axis": q.axis, "message": q.message, "next_step": q.next_step}
+            for q in check_scales(recording)
+        ],
+        "output": None if output is None else str(output),
+    }
+
+
+def inspection_lines(found: Inspection) -> Iterator[str]:
+    """Columns of a file in a table of text, under one line about the file."""
+    yield ", ".join(filter(None, (f"{found.source}: {found.rows} rows", found.how)))
+    rows = [("column", "unit", "taken for", "because")]
+    rows += [
+        (use.heading, use.unit_text or "", use.target or "", use.reason) for use in found.columns
+    ]
+    widths = [max(len(row[c]) for row in rows) for c in range(3)]
+    for row in rows:
+        cells = [cell.ljust(width) for cell, width in zip(row, widths, strict=False)]
+        yield "  ".join(["", *cells, row[3]]).rstrip()
+    if found.period_s is not None:
+        yield f"  sampling period {found.period_s:g} s: {found.period_reason}"
+    if found.left_out:
+        yield f"  left out: {', '.join(found.left_out)}"
+
+
+def recording_lines(recording: Recording) -> Iterator[str]:
+    """Sampling of a recording, and its positions and efforts as small pictures."""
+    grid = EvenGrid.of(recording.time_s)
+    span_s = float(np.ptp(recording.time_s))
+    yield (
+        f"{len(recording.time_s)} samples in {span_s:.4g} s, one every {1e3 * grid.period_s:.4g} ms"
+        f"{', unevenly' if grid.uneven else ''}"
+    )
+    for name, axis in recording.axes.items():
+        for what, values, unit in (
+            ("position", axis.position, axis.position_unit),
+            ("effort", axis.effort, axis.effort_unit),
+        ):
+            ends = f"{np.min(values):.4g} to {np.max(values):.4g} {unit}"
+            yield f"{name} {what:8}  {sparkline(values)}  {ends}"
+
+
+def scale_lines(recording: Recording) -> Iterator[str]:
+    """Questions about the scale of a recording, each with its next step."""
+    for question in check_scales(recording):
+        yield f"warning: axis {question.axis}: {question.message}"
+        yield f"next:    {question.next_step}"
+
+
+def sparkline(values: Array, width: int = _WIDTH) -> str:
+    """The course of values (N,) in one line: the mean of each part, between lowest and highest."""
+    starts = np.linspace(0, len(values), min(width, len(values)), endpoint=False).astype(np.intp)
+    means = np.add.reduceat(values, starts) / np.diff(np.append(starts, len(values)))
+    span = float(np.ptp(means)) or 1.0
+    level = np.rint((means - np.min(means)) / span * (len(_BLOCKS) - 1)).astype(np.intp)
+    return "".join(_BLOCKS[i] for i in level)
+
+
+def _axes(recording: Recording) -> dict[str, Any]:
+    return {
+        name: {
+            "position_unit": axis.position_unit,
+            "effort_unit": axis.effort_unit,
+            "position_range": _range(axis.position),
+            "effort_range": _range(axis.effort),
+        }
+        for name, axis in recording.axes.items()
+    }
+
+
+def _range(values: Array) -> Sequence[float]:
+    return [float(np.min(values)), float(np.max(values))]
+
+
+def _period(recording: Recording) -> float:
+    return EvenGrid.of(recording.time_s).period_s

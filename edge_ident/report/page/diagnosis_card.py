@@ -1,0 +1,265 @@
+"""The first screen of a diagnosis: verdict, how sure, where to look, what to do, one picture."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+from markupsafe import Markup, escape
+
+from edge_ident.diagnosis.present.wording import spoken
+from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Diagnosis, Verdict
+from edge_ident.model.effects import named
+from edge_ident.report.page.card import PICTURE_HEIGHT, Card, Status
+from edge_ident.report.page.chart import Chart
+from edge_ident.report.page.map_charts import (
+    Axes,
+    cause_chart,
+    followed,
+    quantities,
+    residual_map,
+)
+from edge_ident.report.page.time_charts import (
+    busiest,
+    effort_chart,
+    models,
+    reach,
+    residual_chart,
+)
+from edge_ident.report.page.wording import (
+    all_of,
+    counted,
+    effort_word,
+    percent,
+    recorded,
+    sentence,
+)
+
+_STATUS: Final[dict[Verdict, tuple[Status, str]]] = {
+    Verdict.ADEQUATE: ("good", "model fits"),
+    Verdict.EXPLAINED: ("found", "cause found"),
+    Verdict.UNEXPLAINED: ("open", "not understood"),
+}
+_FOLLOWS: Final = {
+    "position": "what changes along the stroke: screw, guides, belt, cables",
+    "velocity": "what changes with speed: lubricant, seals, bearings",
+    "distance_since_reversal": "what happens where the axis turns back: play, coupling, guides",
+    "time": "what changes with time, or comes from outside: electronics, warming, people",
+}
+"""Where to look, by the quantity that an error without a cause follows."""
+
+
+def diagnosis_card(key: str, name: str, diagnosis: Diagnosis) -> Card:
+    """What the first screen says of an axis.
+
+    Parameters
+    ----------
+    key : str
+        Unique in the page.
+    name : str
+        Of the axis.
+    diagnosis : Diagnosis
+    """
+    axis = diagnosis.axes[name]
+    status, label = _STATUS[axis.verdict]
+    if axis.verdict is Verdict.UNEXPLAINED and axis.causes:
+        label = "partly explained"
+    follows = followed(name, diagnosis.axes, axis.traces.effort - axis.traces.extended_effort)
+    return Card(
+        axis=name,
+        status=status,
+        label=label,
+        verdict=_verdict(axis),
+        terms=_terms(axis),
+        sure=[_in_short(name, diagnosis), *_sure(name, axis), *_elsewhere(name, diagnosis)],
+        part=_part(axis, follows),
+        action=_action(name, diagnosis),
+        chart=replace(_picture(key, name, diagnosis.axes, follows), height=PICTURE_HEIGHT),
+    )
+
+
+def distinct(causes: Iterable[Cause]) -> list[Cause]:
+    """The strongest term of each effect."""
+    first: dict[str, Cause] = {}
+    for cause in causes:
+        first.setdefault(cause.term.effect, cause)
+    return list(first.values())
+
+
+def in_words(causes: Iterable[Cause]) -> list[str]:
+    """What each effect is, in everyday words."""
+    return [named(cause.term.effect).advice.in_words for cause in distinct(causes)]
+
+
+def _verdict(axis: AxisDiagnosis) -> Markup:
+    found = in_words(axis.causes)
+    if axis.verdict is Verdict.ADEQUATE:
+        return Markup("Nothing is wrong that this recording can show.")
+    causes = _listed(found)
+    if axis.verdict is Verdict.EXPLAINED:
+        return Markup("{} This explains what the simple model gets wrong.").format(causes)
+    if found:
+        return Markup("{} Something else acts, too, and no known cause explains it.").format(causes)
+    suspected = in_words(axis.suspected)
+    doubt = f" Suspected only: {suspected[0]}." if suspected else ""
+    return Markup("Something acts on this axis, and no known cause explains it.{}").format(doubt)
+
+
+def _listed(found: Sequence[str]) -> Markup:
+    if len(found) <= 1:
+        return Markup("").join(sentence(words) for words in found)
+    return Markup("{} causes act on this axis: {}.").format(
+        counted(len(found)).capitalize(), Markup("; ").join(found)
+    )
+
+
+def _terms(axis: AxisDiagnosis) -> str:
+    causes = [spoken(cause.term.effect) for cause in distinct(axis.causes)]
+    suspected = [f"{spoken(c.term.effect)} (suspected)" for c in distinct(axis.suspected)]
+    return "; ".join([axis.verdict.value, *causes, *suspected])
+
+
+def _sure(name: str, axis: AxisDiagnosis) -> list[Markup]:
+    """The numbers behind it."""
+    at = ("axes", name)
+    word = effort_word(axis.model.effort_unit)
+    left = percent(axis.extended.fitted, *at, "extended", "relative_residual", "fitted")
+    floor = percent(axis.noise_floor, *at, "noise_floor")
+    before = percent(axis.base.fitted, *at, "base", "relative_residual", "fitted")
+    if axis.causes:
+        first = Markup("The error of the model falls from {} to {} of the {}.")
+        said = [first.format(before, left, word)]
+    else:
+        said = [Markup("The model misses {} of the {}.").format(before, word)]
+    said.append(Markup("Noise alone would leave {}.").format(floor))
+    if axis.causes:
+        said += _cause_sure(name, axis)
+    if axis.lines:
+        vibrations = "vibration is" if len(axis.lines) == 1 else "vibrations are"
+        said.append(
+            Markup("Above the compared frequencies, {} {} left that no cause explains.").format(
+                counted(len(axis.lines)), vibrations
+            )
+        )
+    if not axis.converged:
+        said.append(Markup("The search for causes did not settle: read them with caution."))
+    return said
+
+
+def _in_short(name: str, diagnosis: Diagnosis) -> Markup:
+    axis = diagnosis.axes[name]
+    alike = any(not other.separable for cause in axis.causes[:1] for other in cause.alternatives)
+    if axis.verdict is Verdict.ADEQUATE:
+        said = "Sure, for what this motion can show."
+    elif not axis.causes:
+        said = "Sure that the model lacks something. Not sure what."
+    elif alike:
+        said = "Sure that something acts. Not sure which cause it is."
+    elif _carried(name, diagnosis):
+        said = "This data and another recording support the strongest cause."
+    elif axis.verdict is Verdict.UNEXPLAINED:
+        said = "This data supports the named causes well. The rest is open."
+    else:
+        said = "This data supports the named causes well."
+    return Markup("<b>{}</b>").format(said)
+
+
+def _cause_sure(name: str, axis: AxisDiagnosis) -> list[Markup]:
+    cause, at = axis.causes[0], ("axes", name, "causes", 0)
+    low, high = cause.held_out_gain_interval
+    said = []
+    if np.isfinite([cause.held_out_gain, low, high]).all():
+        said.append(
+            Markup(
+                "On parts of the recording that were kept back, the strongest cause takes away {} "
+                "of the error (95\u00a0% interval: {} to {})."
+            ).format(
+                percent(cause.held_out_gain, *at, "held_out_gain"),
+                percent(low, *at, "held_out_gain_interval", 0),
+                percent(high, *at, "held_out_gain_interval", 1),
+            )
+        )
+    alike = [spoken(other.effect) for other in cause.alternatives if not other.separable]
+    if alike:
+        said.append(Markup("This motion cannot tell it from {}.").format(all_of(alike)))
+    return said
+
+
+def _carried(name: str, diagnosis: Diagnosis) -> bool:
+    """Whether another recording confirms the strongest cause."""
+    found, causes = diagnosis.validation.get(name), diagnosis.axes[name].causes
+    carried = {cause.effect for cause in found.causes if cause.carries_over} if found else set()
+    return bool(causes) and causes[0].term.effect in carried
+
+
+def _elsewhere(name: str, diagnosis: Diagnosis) -> list[Markup]:
+    """What another recording says."""
+    found = diagnosis.validation.get(name)
+    if found is None:
+        return []
+    at = ("validation", name)
+    base = percent(found.base, *at, "base", "relative_residual")
+    extended = percent(found.extended, *at, "extended", "relative_residual")
+    if not diagnosis.axes[name].causes:
+        return [Markup("On another recording it misses {}.").format(base)]
+    return [Markup("On another recording the error goes from {} to {}.").format(base, extended)]
+
+
+def _part(axis: AxisDiagnosis, follows: str | None) -> list[Markup]:
+    if axis.causes:
+        return [_at(cause) for cause in distinct(axis.causes)[:3]]
+    if axis.verdict is Verdict.ADEQUATE:
+        return [Markup("No part stands out.")]
+    where = [_at(cause) for cause in distinct(axis.suspected)[:2]]
+    if where:
+        return where
+    if follows is None:
+        return [Markup("No part stands out: the error follows no position, speed or time.")]
+    return [escape(sentence(_FOLLOWS.get(follows, "the structure that the axes share")))]
+
+
+def _at(cause: Cause) -> Markup:
+    return escape(sentence(named(cause.term.effect).advice.part))
+
+
+def _action(name: str, diagnosis: Diagnosis) -> list[Markup]:
+    axis = diagnosis.axes[name]
+    if axis.verdict is Verdict.ADEQUATE:
+        said = [Markup("Nothing. Keep this recording, to compare with later ones.")]
+        if axis.not_testable:
+            said.append(Markup("Some effects this motion cannot show: they are listed below."))
+        return said
+    steps = [escape(named(cause.term.effect).advice.action) for cause in distinct(axis.causes)[:2]]
+    motion = _clearing_motion(axis)
+    if motion:
+        steps.append(Markup("To be sure, record {}.").format(recorded(motion)))
+    elif axis.causes and name not in diagnosis.validation:
+        steps.append(Markup("To be surer, add a second recording (<code>--validate</code>)."))
+    return steps or [
+        Markup(
+            "Look at the picture: it shows where the error is largest. Check units and sign of "
+            "the recording. Then record several speeds, both ways, over the whole stroke."
+        )
+    ]
+
+
+def _clearing_motion(axis: AxisDiagnosis) -> str | None:
+    """A motion that tells the strongest cause from another, or confirms the first suspicion."""
+    if axis.causes:
+        alike = [other for other in axis.causes[0].alternatives if not other.separable]
+        return alike[0].experiment if alike else None
+    return named(axis.suspected[0].term.effect).search.experiment if axis.suspected else None
+
+
+def _picture(key: str, name: str, axes: Axes, follows: str | None) -> Chart:
+    """The strongest cause; without one the error over what it follows; else the effort."""
+    axis = axes[name]
+    if axis.causes and axis.causes[0].term.effect in axis.traces.contributions:
+        return cause_chart(key, name, axes, axis.causes[0])
+    if axis.verdict is Verdict.UNEXPLAINED and follows == "time":
+        return residual_chart(key, axis)
+    if axis.verdict is Verdict.UNEXPLAINED and follows is not None:
+        _, label, effort = models(axis)[-1]
+        shown = reach((axis.traces.effort - effort)[axis.traces.valid])
+        return residual_map(key, axis, quantities(name, axes)[follows], label, effort, shown)
+    return effort_chart(key, axis, busiest(axis) if axis.causes else slice(None))

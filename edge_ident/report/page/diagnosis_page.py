@@ -1,0 +1,57 @@
+"""A diagnosis as one HTML page."""
+
+from pathlib import Path
+
+from edge_ident.diagnosis.present.document import diagnosis_document
+from edge_ident.diagnosis.present.wording import listed
+from edge_ident.diagnosis.result import Diagnosis
+from edge_ident.report.page.axis_details import axis_details
+from edge_ident.report.page.diagnosis_card import diagnosis_card
+from edge_ident.report.page.provenance import Provenance
+from edge_ident.report.page.rendering import write_html
+from edge_ident.report.page.wording import sentence
+
+
+def write_page(
+    diagnosis: Diagnosis, provenance: Provenance, folder: Path, model_file: Path | None = None
+) -> Path:
+    """Write the page.
+
+    Parameters
+    ----------
+    diagnosis : Diagnosis
+    provenance : Provenance
+        With the recordings that it was made from.
+    folder : Path
+    model_file : Path or None
+        Path of the extended model's file, if there is one.
+
+    Returns
+    -------
+    Path
+        The page.
+    """
+    names = listed(file for file, _ in provenance.files)
+    says = "says" if len(provenance.files) == 1 else "say"
+    content = {
+        "title": f"What {names} {says} about the machine",
+        "findings": _findings(diagnosis),
+        "cards": [
+            diagnosis_card(f"c{n}", name, diagnosis) for n, name in enumerate(diagnosis.axes)
+        ],
+        "details": [
+            axis_details(f"a{n}", name, diagnosis) for n, name in enumerate(diagnosis.axes)
+        ],
+        "provenance": provenance,
+        "model_file": model_file,
+    }
+    document = diagnosis_document(diagnosis, model_file)
+    return write_html("diagnosis.html.jinja", content, document, folder)
+
+
+def _findings(diagnosis: Diagnosis) -> list[tuple[str, list[str], str]]:
+    """Message, axes and code of each defect of the data."""
+    axes: dict[tuple[str, str], list[str]] = {}
+    for finding in diagnosis.data_quality:
+        axes.setdefault((finding.message, finding.code), []).append(finding.axis)
+    return [(sentence(message), names, code) for (message, code), names in axes.items()]

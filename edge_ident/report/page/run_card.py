@@ -1,0 +1,173 @@
+"""The first screen of a run: what was written, how much better the axis follows, what to do."""
+
+from dataclasses import asdict, replace
+
+from markupsafe import Markup, escape
+
+from edge_ident.commissioning.run import BACKUP_FILE, Outcome
+from edge_ident.commissioning.verification import Tracking
+from edge_ident.identification.result import AxisIdentification
+from edge_ident.model.effects import named
+from edge_ident.model.model import PARAMETERS
+from edge_ident.report.page.card import PICTURE_HEIGHT, Card, Row, Table
+from edge_ident.report.page.chart import Chart
+from edge_ident.report.page.diagnosis_card import distinct, in_words
+from edge_ident.report.page.wording import (
+    all_of,
+    angle,
+    digits,
+    effort_word,
+    gain_label,
+    number,
+    percent,
+    sentence,
+    to_its_std,
+    unit_text,
+)
+
+
+def run_card(name: str, outcome: Outcome, chart: Chart) -> Card:
+    """What the first screen says of an axis.
+
+    Parameters
+    ----------
+    name : str
+        Of the axis.
+    outcome : Outcome
+    chart : Chart
+    """
+    axis = outcome.identification.axes[name]
+    causes = [] if axis.diagnosis is None else [*axis.diagnosis.causes, *axis.diagnosis.minor]
+    parts = [named(cause.term.effect).advice.part for cause in distinct(causes)[:3]]
+    good = axis.trusted and outcome.trusted
+    verdict = _verdict(name, axis, outcome)
+    if causes:
+        verdict += Markup(" The diagnosis found: {}.").format(all_of(in_words(causes[:2])))
+    return Card(
+        axis=name,
+        status="good" if good else "open",
+        label="trusted" if axis.trusted else "not trusted",
+        verdict=verdict,
+        terms=f"{axis.source.spoken} used; {axis.reason}",
+        sure=[*_model_sure(name, axis), *_tracking_sure(name, outcome)],
+        part=[escape(sentence(part)) for part in parts] or [Markup("No part stands out.")],
+        action=_action(axis, outcome),
+        chart=replace(chart, height=PICTURE_HEIGHT),
+        written=[_written(outcome)],
+        table=_changes(name, outcome),
+    )
+
+
+def tracking_of(name: str, outcome: Outcome) -> Tracking | None:
+    """What the verification motion measured on an axis, if there was one."""
+    verification = outcome.change.verification if outcome.change else None
+    return None if verification is None else verification.axes.get(name)
+
+
+def _verdict(name: str, axis: AxisIdentification, outcome: Outcome) -> Markup:
+    change, tracking = outcome.change, tracking_of(name, outcome)
+    if not axis.trusted:
+        said = "The result of this axis is not trusted. Nothing was written to the board."
+    elif not outcome.identification.trusted:
+        said = "This axis is fine. Another is not trusted, so nothing was written to the board."
+    elif change is None:
+        said = "A trial run: new gains were designed and checked. Nothing was written to the board."
+    elif change.unchanged:
+        said = "The axis is tuned already. Nothing was written to the board."
+    elif not change.confirmed:
+        said = "The new gains followed worse. The old gains are in force again."
+    elif tracking is None or tracking.verdict == "equal":
+        said = "New gains are in force. The axis follows its path as well as before."
+    else:
+        return Markup(
+            "New gains are in force. The error from the path is {} times smaller."
+        ).format(number(tracking.ratio, digits(tracking.ratio, 3), "verification", name, "ratio"))
+    return Markup(said)
+
+
+def _written(outcome: Outcome) -> Markup:
+    if outcome.change is None or outcome.change.unchanged:
+        return Markup("Nothing.")
+    if not outcome.confirmed:
+        return Markup("Nothing that stays: the new gains were taken back.")
+    kept = "They outlast a power cycle." if outcome.stored else "They are lost without power."
+    return Markup("The new gains below, read back and confirmed by a motion. {}").format(kept)
+
+
+def _model_sure(name: str, axis: AxisIdentification) -> list[Markup]:
+    at = ("identification", "axes", name)
+    inertia, std = float(axis.estimate.parameters[0]), float(axis.estimate.std[0])
+    place = (*at, "parameters", PARAMETERS[0])
+    value_text, std_text = to_its_std(inertia, std)
+    short = "Trusted." if axis.trusted else "Not trusted: see what to do next."
+    return [
+        Markup("<b>{}</b>").format(short),
+        Markup("The model misses {} of the {}.").format(
+            percent(axis.metric.relative_residual, *at, "metric", "relative_residual"),
+            effort_word(axis.units[3]),
+        ),
+        Markup("The inertia is {} ± {} {} (one standard deviation).").format(
+            number(inertia, value_text, *place, "value"),
+            number(std, std_text, *place, "std"),
+            unit_text(axis.units[0]),
+        ),
+    ]
+
+
+def _tracking_sure(name: str, outcome: Outcome) -> list[Markup]:
+    tracking = tracking_of(name, outcome)
+    if tracking is None:
+        return []
+    return [
+        Markup("The motion repeats within {}: a smaller change means nothing.").format(
+            angle(tracking.repeatability_rad, "verification", name, "repeatability_rad")
+        )
+    ]
+
+
+def _action(axis: AxisIdentification, outcome: Outcome) -> list[Markup]:
+    steps = [escape(sentence(f.next_step)) for f in axis.findings if f.blocks]
+    if steps:
+        return steps[:3]
+    if not outcome.identification.trusted:
+        return [Markup("Mend what is wrong on the other axis, then run again.")]
+    if outcome.change is None:
+        return [Markup("Run it again without <code>--dry-run</code> to write these gains.")]
+    if not outcome.confirmed and not outcome.change.unchanged:
+        return [Markup("Look for play or a resonance, or take a lower <code>--bandwidth</code>.")]
+    if outcome.confirmed and not outcome.stored:
+        return [
+            Markup(
+                "Store the gains with <code>--store</code> if they shall stay. The old gains are "
+                "in {}."
+            ).format(BACKUP_FILE)
+        ]
+    return [Markup("Nothing. The old gains are in {}.").format(BACKUP_FILE)]
+
+
+def _changes(name: str, outcome: Outcome) -> Table | None:
+    """Tracking error and gains, old and new; gains that stay are left out."""
+    cells: dict[str, tuple[Markup, Markup]] = {}
+    tracking, design = tracking_of(name, outcome), outcome.designs.get(name)
+    if tracking is not None:
+        at = ("verification", name)
+        cells["tracking error, rms"] = (
+            angle(tracking.before_rad, *at, "tracking_rms_before_rad"),
+            angle(tracking.after_rad, *at, "tracking_rms_after_rad"),
+        )
+    if design is not None:
+        old, new = asdict(outcome.gains_before[name]), asdict(design.gains)
+        cells |= {
+            gain_label(gain): (
+                number(old[gain], digits(old[gain], 3), "gains_before", name, gain),
+                number(value, digits(value, 3), "designs", name, "gains", gain),
+            )
+            for gain, value in new.items()
+            if isinstance(value, float) and value != old[gain]
+        }
+    if not cells:
+        return None
+    before, after = zip(*cells.values(), strict=True)
+    last = "new" if outcome.confirmed else "designed"
+    rows: list[Row] = [("old", *before), (last, *after)]
+    return Table(f"Old and {last} gains, and how the axis follows", ("", *cells), rows)

@@ -1,0 +1,187 @@
+"""A run as one HTML page."""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from edge_ident.commissioning.run import BACKUP_FILE, CAPTURE_FILE, VERIFICATION_FILE, Outcome
+from edge_ident.identification.result import AxisIdentification, ParameterSource
+from edge_ident.model.model import PARAMETERS
+from edge_ident.report.page.card import Row, Table
+from edge_ident.report.page.chart import Chart
+from edge_ident.report.page.provenance import Provenance
+from edge_ident.report.page.rendering import write_html
+from edge_ident.report.page.run_card import run_card
+from edge_ident.report.page.run_charts import identified_charts, tracking_chart
+from edge_ident.report.page.wording import (
+    digits,
+    gain_label,
+    minus,
+    sentence,
+    unit_text,
+    with_interval,
+)
+from edge_ident.signals.recording_files import load_recording
+
+if TYPE_CHECKING:
+    from edge_ident.report.page.axis_details import AxisDetails
+
+
+@dataclass(frozen=True)
+class RunDetails:
+    """What the page says of an axis below the first screen.
+
+    Attributes
+    ----------
+    key, name : str
+        Unique in the page; the axis.
+    warnings : list of str
+    parameters, conditions : Table
+    charts : list of Chart
+    diagnosis : AxisDetails or None
+    """
+
+    key: str
+    name: str
+    warnings: list[str]
+    parameters: Table
+    conditions: Table
+    charts: list[Chart]
+    diagnosis: "AxisDetails | None"
+
+
+def write_run_page(outcome: Outcome, document: dict[str, Any], folder: Path) -> Path:
+    """Write the page of a run beside its captures.
+
+    Parameters
+    ----------
+    outcome : Outcome
+    document : JSON object
+        Of schema edge-ident/run/1.
+    folder : Path
+        Of the run.
+
+    Returns
+    -------
+    Path
+        The page.
+    """
+    before = load_recording(folder / CAPTURE_FILE)
+    verified = outcome.change is not None and outcome.change.verification is not None
+    after = load_recording(folder / VERIFICATION_FILE) if verified else None
+    axes = outcome.identification.axes
+    details = [_details(f"a{n}", name, axis) for n, (name, axis) in enumerate(axes.items())]
+    cards = []
+    for n, name in enumerate(axes):
+        chart = tracking_chart(f"c{n}", name, before, after) or details[n].charts[0]
+        cards.append(run_card(name, outcome, replace(chart, key=f"c{n}")))
+    recordings = [folder / CAPTURE_FILE, *([folder / VERIFICATION_FILE] if verified else [])]
+    content = {
+        "title": "What the run found and did",
+        "conclusion": sentence(outcome.conclusion),
+        "cards": cards,
+        "details": details,
+        "gains": _gains(outcome),
+        "times": _times(outcome),
+        "provenance": Provenance.of(recordings),
+        "origin": [
+            (
+                "board",
+                ", ".join(f"{k.replace('_', ' ')} {v}" for k, v in document["board"].items()),
+            ),
+            ("network", f"sha256 {document['network_sha256']}"),
+            ("old gains", BACKUP_FILE),
+        ],
+    }
+    return write_html("run.html.jinja", content, document, folder)
+
+
+def _details(key: str, name: str, axis: AxisIdentification) -> RunDetails:
+    return RunDetails(
+        key,
+        name,
+        [f"{sentence(f.message)} Next: {f.next_step}. ({f.code})" for f in axis.findings],
+        _parameters(axis),
+        _conditions(axis),
+        identified_charts(key, axis),
+        _diagnosis(key, name, axis),
+    )
+
+
+def _diagnosis(key: str, name: str, axis: AxisIdentification) -> "AxisDetails | None":
+    """Where the base model was not enough; scipy, which a plain run lacks, loads here."""
+    if axis.diagnosis is None:
+        return None
+    from edge_ident.diagnosis.result import Diagnosis
+    from edge_ident.report.page.axis_details import axis_details
+
+    return axis_details(f"{key}-d", name, Diagnosis({name: axis.diagnosis}, (), {}))
+
+
+def _parameters(axis: AxisIdentification) -> Table:
+    columns = {f"{axis.source.spoken} (used)": axis.estimate}
+    if axis.source is not ParameterSource.LEAST_SQUARES:
+        columns["least squares"] = axis.least_squares
+    if axis.network is not None and axis.source is not ParameterSource.NETWORK:
+        columns["network"] = axis.network
+    rows: list[Row] = [
+        (
+            parameter.replace("_", " "),
+            *(with_interval(float(e.parameters[i]), float(e.std[i])) for e in columns.values()),
+            unit_text(axis.units[i]),
+        )
+        for i, parameter in enumerate(PARAMETERS)
+    ]
+    return Table("Parameters, with 95 % intervals", ("", *columns, "unit"), rows)
+
+
+def _conditions(axis: AxisIdentification) -> Table:
+    timing, metric = axis.timing, axis.metric
+    way = "late" if timing.shift_samples >= 0.0 else "early"
+    rows: list[Row] = [
+        ("Answer", f"{axis.source.spoken}: {axis.reason}"),
+        ("Simple model", axis.adequacy.reason),
+        ("Fit, time-spectral metric", f"{metric.fit:.4f}, {metric.time_spectral:.4f}"),
+        ("Filtered at", f"{digits(axis.cutoff_hz, 3)} Hz"),
+        (
+            "Timing",
+            f"effort is {abs(timing.shift_samples):.2f} ± {timing.std_samples:.2f} samples {way} "
+            f"({digits(1e3 * abs(timing.shift_s), 3)} ms), which is taken into account",
+        ),
+        ("Network", axis.network_reason or "agrees"),
+    ]
+    return Table("How it was identified", ("", ""), rows)
+
+
+def _gains(outcome: Outcome) -> Table | None:
+    """Every number of every axis, old and new."""
+    if not outcome.designs:
+        return None
+    headings = [f"{name}, {when}" for name in outcome.designs for when in ("old", "new")]
+    banks = [
+        gains
+        for name, design in outcome.designs.items()
+        for gains in (outcome.gains_before[name].numbers(), design.gains.numbers())
+    ]
+    rows: list[Row] = [
+        (gain_label(gain), *(minus(f"{bank[gain]:.5g}") for bank in banks))
+        for gain in banks[0]
+        if not gain.startswith("ripple") or any(bank[gain] for bank in banks)
+    ]
+    margins = [
+        ("bandwidth (rad/s)", "bandwidth_rad_s"),
+        ("phase margin (°)", "phase_margin_deg"),
+        ("gain margin", "gain_margin"),
+    ]
+    designs = [design for design in outcome.designs.values() for _ in range(2)]
+    for label, attribute in margins:
+        cells = [f"{getattr(d, attribute):.3g}" if n % 2 else "" for n, d in enumerate(designs)]
+        rows.append((label, *cells))
+    return Table("All gains (rad, N·m, s)", ("", *headings), rows)
+
+
+def _times(outcome: Outcome) -> Table:
+    rows: list[Row] = [
+        (stage.replace("_", " "), f"{ms:.0f} ms") for stage, ms in outcome.timing_ms.items()
+    ]
+    return Table("How long it took", ("", ""), rows)

@@ -1,0 +1,208 @@
+"""Which column of a file is which column of the contract, and why.
+
+Names of the contract and what the user says count first. The rest is proposed from headings and
+units. A proposal is certain where both agree and nothing else fits as well; otherwise it is a
+question.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+from edge_ident.errors import DataError
+from edge_ident.files.headings import split_heading
+from edge_ident.files.table import Column, Table
+from edge_ident.files.units import Unit
+from edge_ident.signals.column_proposals import Proposal, propose_axes, propose_time
+from edge_ident.signals.column_roles import role_of
+from edge_ident.signals.column_units import checked_options, conversion, weak
+from edge_ident.signals.contract_columns import EFFORTS, TIME, parse_name
+from edge_ident.signals.read_options import ReadOptions
+
+
+@dataclass(frozen=True)
+class ColumnUse:
+    """What a column of a file is taken for.
+
+    Attributes
+    ----------
+    heading : str
+        As it stands in the file.
+    target : str or None
+        Name in the contract; None where the column is not used.
+    unit_text : str or None
+        Unit of the numbers in the file, as the file or the user states it.
+    unit : Unit
+        From there to the contract's unit.
+    reason : str
+    """
+
+    heading: str
+    target: str | None
+    unit_text: str | None
+    unit: Unit
+    reason: str
+
+
+@dataclass(frozen=True)
+class ColumnMapping:
+    """All columns of a file, the sampling period where no column holds the time, and questions.
+
+    Attributes
+    ----------
+    uses : tuple of ColumnUse
+    period_s : float or None
+    period_reason : str
+    questions : tuple of str
+        What is not certain; the mapping is a proposal then.
+    options : tuple of str
+        Of the command line, which accept the proposal.
+    """
+
+    uses: tuple[ColumnUse, ...]
+    period_s: float | None
+    period_reason: str
+    questions: tuple[str, ...]
+    options: tuple[str, ...]
+
+
+def map_columns(table: Table, options: ReadOptions) -> ColumnMapping:
+    """Find the contract's columns in a table.
+
+    Raises
+    ------
+    DataError
+        A column that the user names does not exist, a name is not the contract's, or a unit
+        cannot be converted.
+    """
+    checked_options(options)
+    said, units = _said(table, options)
+    targets = {heading: Proposal(target, "as given") for heading, target in said.items()}
+    targets |= {name: Proposal(name, "the contract's name") for name in _contract(table, said)}
+    free = [column for column in table.columns if column.heading not in targets]
+    free = [replace(c, unit=units.get(c.heading, c.unit)) for c in free]
+    native = any(proposal.target != TIME for proposal in targets.values())
+    questions: list[str] = []
+    if not native and free:
+        proposed, asked = propose_axes(free, options)
+        targets, questions = targets | proposed, questions + asked
+    period_s, why = options.period_s, "as given"
+    if period_s is None and all(p.target != TIME for p in targets.values()):
+        found, asked = propose_time([c for c in free if c.heading not in targets], table.period_s)
+        targets |= found
+        if not found and table.period_s is not None:
+            period_s, why = table.period_s, "the file's header states it"
+        elif not native or found:
+            questions += asked
+    uses = tuple(
+        _use(column, targets.get(column.heading, Proposal(None, "")), units, options, period_s)
+        for column in table.columns
+    )
+    return ColumnMapping(
+        uses, period_s, why if period_s is not None else "", tuple(questions),
+        _accepting(uses, table, targets, options),
+    )  # fmt: skip
+
+
+def _said(table: Table, options: ReadOptions) -> tuple[dict[str, str], dict[str, str]]:
+    """The user's names and units, by the headings of the file."""
+    units = {_column(table, name).heading: unit for name, unit in options.units.items()}
+    said: dict[str, str] = {}
+    for name, target in options.columns.items():
+        column = _column(table, name)
+        if parse_name(target) is None:
+            raise DataError(
+                f"--column {name}={target}: {target} is no name of the contract",
+                "write time_s, <axis>_position_rad or _m, <axis>_torque_nm, _force_n, _current_a "
+                "or _voltage_v, <axis>_reference_rad or _m",
+            )
+        if target in said.values():
+            raise DataError(f"two columns are to be {target}", "give --column once for each name")
+        said[column.heading] = target
+        _, unit = split_heading(name)
+        if unit is not None and name not in (column.heading, column.name):
+            units.setdefault(column.heading, unit)
+    return said, units
+
+
+def _contract(table: Table, said: Mapping[str, str]) -> list[str]:
+    """Headings that are names of the contract, unless it is by chance: no time, no whole axis."""
+    names = [c.heading for c in table.columns if c.heading not in (*said, *said.values())]
+    parsed = {name: found for name in names if (found := parse_name(name)) is not None}
+    positions = {axis for axis, quantity, _ in parsed.values() if quantity == "position"}
+    efforts = {axis for axis, quantity, _ in parsed.values() if quantity in EFFORTS}
+    meant = TIME in parsed or positions & efforts or any(t != TIME for t in said.values())
+    return list(parsed) if meant else []
+
+
+def _column(table: Table, name: str) -> Column:
+    """The column that a user means: by its heading, by its name, by its name and another unit."""
+    name = name.strip()
+    for wanted in (name, split_heading(name)[0]):
+        for known in ("heading", "name"):
+            found = [column for column in table.columns if getattr(column, known) == wanted]
+            if found:
+                return found[0]
+    headings = ", ".join(column.heading for column in table.columns)
+    raise DataError(
+        f"{table.source}: there is no column {name} to rename", f"its columns are {headings}"
+    )
+
+
+def _use(
+    column: Column,
+    proposal: Proposal,
+    units: Mapping[str, str],
+    options: ReadOptions,
+    period_s: float | None,
+) -> ColumnUse:
+    target, reason = proposal.target, proposal.reason
+    if target == TIME and period_s is not None:
+        target, reason = None, "the sampling period is given"
+    text = units.get(column.heading) or proposal.unit or column.unit
+    if target is None:
+        return ColumnUse(column.heading, None, text, Unit(""), reason or _unused(column))
+    if proposal.open:
+        return ColumnUse(column.heading, target, text, Unit(""), reason)
+    try:
+        unit = conversion(column, target, text, options)
+    except DataError:
+        if column.heading in units or not weak(column):
+            raise
+        text, unit = None, conversion(column, target, None, options)
+    if text is None:
+        reason += ", unit not stated: taken as the contract's"
+    return ColumnUse(column.heading, target, text, unit, reason)
+
+
+def _unused(column: Column) -> str:
+    quantity = role_of(column.name).quantity
+    return f"named {quantity}, not used" if quantity not in ("", "other") else "not used"
+
+
+def _accepting(
+    uses: tuple[ColumnUse, ...], table: Table, targets: Mapping[str, Proposal], options: ReadOptions
+) -> tuple[str, ...]:
+    """Options of the command line that say what a proposal guesses."""
+    said: list[str] = []
+    for use, column in zip(uses, table.columns, strict=True):
+        if use.target is None:
+            continue
+        heading, proposal = use.heading, targets[use.heading]
+        if use.target != heading:
+            said += ["--column", f"{heading}={use.target}"]
+        if use.unit_text is not None and use.unit_text != column.unit:
+            said += ["--unit", f"{heading}={use.unit_text}"]
+        said += [word for word in proposal.open if word not in said]
+    if options.period_s is not None:
+        said += ["--period", f"{options.period_s:g}"]
+    elif not any(use.target == TIME for use in uses):
+        said += ["--period", "SECONDS"]
+    for option, value in (
+        ("--resolution", options.resolution),
+        ("--rated-effort", options.rated_effort),
+        ("--torque-constant", options.torque_constant),
+        ("--delimiter", options.delimiter),
+        ("--decimal", options.decimal),
+    ):
+        said += [] if value is None else [option, str(value)]
+    return tuple(said)

@@ -1,0 +1,109 @@
+"""From the unit of a column in a file to that of the contract."""
+
+import re
+from typing import Final
+
+from edge_ident.errors import DataError
+from edge_ident.files.headings import split_heading
+from edge_ident.files.table import Column
+from edge_ident.files.units import Unit, count_unit, stated_unit
+from edge_ident.signals.contract_columns import UNITS, parse_name
+from edge_ident.signals.read_options import ReadOptions
+
+_ENDS: Final = {base: end for end, base in UNITS.items()}
+_PERCENT: Final = 0.01
+
+
+def checked_options(options: ReadOptions) -> None:
+    """Refuse units that are none.
+
+    Raises
+    ------
+    DataError
+    """
+    for name, text in options.units.items():
+        if stated_unit(text) is None:
+            raise DataError(
+                f"--unit {name}={text}: {text!r} is no unit that edge-ident knows",
+                "write one such as s, ms, mm, m, deg, rad, turn, N, Nm, A, V, or a number of it: "
+                "1/8192 turn",
+            )
+    if options.resolution is not None and count_unit(options.resolution) is None:
+        raise DataError(
+            f"--resolution {options.resolution}: not counts per turn or length",
+            "write it as 8192/turn or 1000/mm",
+        )
+    rated = None if options.rated_effort is None else stated_unit(options.rated_effort)
+    if options.rated_effort is not None and (rated is None or rated.base not in ("N*m", "N", "A")):
+        raise DataError(
+            f"--rated-effort {options.rated_effort}: not an effort with its unit",
+            "write it as 2.4Nm, 150N or 8A",
+        )
+
+
+def told(unit: Unit, options: ReadOptions) -> tuple[Unit, str]:
+    """A unit in terms of the contract's, by what the user says, and the option that lacks.
+
+    Counts need a resolution, percents a rated effort; a torque constant turns amperes into N·m.
+    """
+    if unit.base == "count":
+        count = count_unit(options.resolution) if options.resolution else None
+        return (unit, "--resolution") if count is None else (count, "")
+    if unit.base == "%":
+        rated = stated_unit(options.rated_effort) if options.rated_effort else None
+        if rated is None:
+            return unit, "--rated-effort"
+        unit = Unit(rated.base, rated.factor * _PERCENT * unit.factor)
+    if unit.base == "A" and options.torque_constant is not None:
+        return Unit("N*m", unit.factor * options.torque_constant), ""
+    return unit, ""
+
+
+def conversion(column: Column, target: str, text: str | None, options: ReadOptions) -> Unit:
+    """What turns the numbers of a column into those of a column of the contract.
+
+    Parameters
+    ----------
+    column : Column
+    target : str
+        Name in the contract.
+    text : str or None
+        Unit of the column; None stands for that of the contract.
+    options : ReadOptions
+
+    Raises
+    ------
+    DataError
+        The unit is of another kind, or an option lacks.
+    """
+    parsed = parse_name(target)
+    assert parsed is not None, target
+    wanted = UNITS[parsed[2]]
+    unit = None if text is None else stated_unit(text)
+    if unit is None:
+        return Unit(wanted)
+    if unit.base == wanted:
+        return unit
+    found, lacks = told(unit, options)
+    if found.base == wanted:
+        return found
+    if lacks or (unit.base == "A" and wanted == "N*m"):
+        raise DataError(
+            f"column {column.heading} is in {text}, and {target} needs {wanted}",
+            f"give its meaning with {lacks or '--torque-constant'}",
+        )
+    raise DataError(
+        f"column {column.heading} is in {text}, which is no {wanted}, as {target} needs",
+        "name the column for its own unit, or correct the unit with --unit NAME=UNIT",
+    )
+
+
+def end_of(base: str) -> str | None:
+    """End of a column's name for a unit, None where the contract has none."""
+    return _ENDS.get(base)
+
+
+def weak(column: Column) -> bool:
+    """Whether the unit stands after an underscore only, where it may be a part of the name."""
+    after_underscore = re.fullmatch(r".*_[A-Za-z_]+", column.heading) is not None
+    return after_underscore and split_heading(column.heading)[1] == column.unit

@@ -1,0 +1,133 @@
+"""Names of columns in the contract, and the recording that such columns make."""
+
+import re
+from collections.abc import Mapping
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from edge_ident.errors import DataError
+from edge_ident.signals.recording import AxisRecord, Recording
+
+Array = NDArray[np.float64]
+
+TIME: Final = "time_s"
+QUANTITIES: Final = {
+    "position": ("rad", "m"),
+    "torque": ("nm",),
+    "force": ("n",),
+    "current": ("a",),
+    "voltage": ("v",),
+    "reference": ("rad", "m"),
+    "velocity": ("rad_s", "m_s"),
+    "temperature": ("c",),
+}
+EFFORTS: Final = ("torque", "force", "current", "voltage")
+UNITS: Final = {
+    "s": "s",
+    "rad": "rad",
+    "m": "m",
+    "nm": "N*m",
+    "n": "N",
+    "a": "A",
+    "v": "V",
+    "rad_s": "rad/s",
+    "m_s": "m/s",
+    "c": "degC",
+}
+"""From the end of a column's name to its unit."""
+_COLUMN: Final = re.compile(
+    r"(?P<axis>\w+?)_(?P<quantity>" + "|".join(QUANTITIES) + r")_(?P<unit>[a-z_]+)"
+)
+
+
+def parse_name(name: str) -> tuple[str, str, str] | None:
+    """Axis, quantity and unit of a column's name in the contract, None where it is none."""
+    if name == TIME:
+        return "", "time", "s"
+    match = _COLUMN.fullmatch(name)
+    if match is None or match["unit"] not in QUANTITIES[match["quantity"]]:
+        return None
+    return match["axis"], match["quantity"], match["unit"]
+
+
+def recording_of(
+    source: str, columns: Mapping[str, Array], effort_shift_s: float, held: str
+) -> Recording:
+    """Make a recording of columns that have the contract's names.
+
+    Parameters
+    ----------
+    source : str
+    columns : mapping of name to (N,) array
+    effort_shift_s : float
+    held : str
+        What the file holds, for messages.
+
+    Raises
+    ------
+    DataError
+        There is no axis, or one lacks its position or its effort, or has two efforts.
+    """
+    found: dict[str, dict[str, tuple[str, Array]]] = {}
+    for column, values in columns.items():
+        parsed = parse_name(column)
+        if parsed and column != TIME:
+            axis, quantity, unit = parsed
+            found.setdefault(axis, {})[quantity] = (unit, values)
+    if not found:
+        raise DataError(
+            f"{source}: no column holds a position (columns: {held})",
+            "name them <axis>_position_rad and <axis>_torque_nm, "
+            "or give --column NAME=CONTRACT_NAME",
+        )
+    axes = {name: _axis(source, name, parts) for name, parts in found.items()}
+    return Recording(columns[TIME], axes, source, effort_shift_s)
+
+
+def axis_columns(name: str, axis: AxisRecord) -> dict[str, Array]:
+    """Columns of an axis, by their names."""
+    unit = next(end for end, text in UNITS.items() if text == axis.effort_unit)
+    effort = next(quantity for quantity in EFFORTS if QUANTITIES[quantity] == (unit,))
+    length = axis.position_unit
+    optional = {
+        f"{name}_reference_{length}": axis.reference,
+        f"{name}_velocity_{length}_s": axis.velocity,
+        f"{name}_temperature_c": axis.temperature_c,
+    }
+    required = {f"{name}_position_{length}": axis.position, f"{name}_{effort}_{unit}": axis.effort}
+    return required | {key: value for key, value in optional.items() if value is not None}
+
+
+def _axis(source: str, name: str, parts: Mapping[str, tuple[str, Array]]) -> AxisRecord:
+    efforts = [quantity for quantity in EFFORTS if quantity in parts]
+    if "position" not in parts or len(efforts) != 1:
+        lacks = "position" if "position" not in parts else "effort"
+        what = f"has {' and '.join(efforts)}" if len(efforts) > 1 else f"has no {lacks} column"
+        raise DataError(
+            f"{source}: axis {name} {what}",
+            f"give one {name}_position_rad or _m and one of "
+            f"{name}_torque_nm, _force_n, _current_a, _voltage_v; see --column",
+        )
+    unit, position = parts["position"]
+    effort_unit, effort = parts[efforts[0]]
+
+    def optional(quantity: str, expected: str) -> Array | None:
+        given, values = parts.get(quantity, (expected, None))
+        if given != expected:
+            raise DataError(
+                f"{source}: axis {name} has its position in {unit} and its {quantity} in {given}",
+                "convert one of them",
+            )
+        return values
+
+    return AxisRecord(
+        position=position,
+        effort=effort,
+        position_unit=unit,
+        effort_unit=UNITS[effort_unit],
+        reference=optional("reference", unit),
+        velocity=optional("velocity", f"{unit}_s"),
+        temperature_c=optional("temperature", "c"),
+    )

@@ -1,0 +1,160 @@
+"""Questions about the scale of a recording, which it raises and cannot answer: wrong units.
+
+Nothing here is impossible, only unlikely of a machine. `edge_ident.signals.data_checks` refuses
+what is impossible.
+"""
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from edge_ident.signals.recording import AxisRecord, Recording
+
+Array = NDArray[np.float64]
+
+_TURNS: Final = 30.0
+"""Turns of an axis from which its angle may be one in degrees. A whole turn and a half in degrees,
+read as rad, is 86 turns."""
+_SMALL_RAD: Final = np.pi / 180.0
+"""Travel up to which an angle may have been converted twice, or be one in turns: one degree. An
+axis hardly leaves presliding there."""
+_LONG_M: Final = 10.0
+"""Travel from which metres may be millimetres: ball screws end near that length."""
+_SLOW_S: Final = 0.1
+"""Sampling period from which time may be in milliseconds."""
+_HEAVY: Final = {"kg": 1e5, "kg*m^2": 1e5}
+"""Inertia from which a unit is likelier wrong: a hundred tonnes."""
+_ALIKE: Final = 0.9
+"""Correlation of two signals, from which their ratio tells of their units."""
+_NEAR: Final = 0.05
+"""Relative distance to a factor between two units, up to which it is that factor."""
+_FACTORS: Final = {
+    "degrees and rad": 180.0 / np.pi,
+    "mm and m": 1e3,
+    "turns and rad": 2.0 * np.pi,
+    "1/min and rad/s": 30.0 / np.pi,
+}
+
+
+@dataclass(frozen=True)
+class ScaleQuestion:
+    """One question.
+
+    Attributes
+    ----------
+    code, axis : str
+    message, next_step : str
+        One line each.
+    """
+
+    code: str
+    axis: str
+    message: str
+    next_step: str
+
+
+def check_scales(recording: Recording) -> list[ScaleQuestion]:
+    """Ask about travels, sampling periods, and signals of one axis in different units."""
+    asked = []
+    for name, axis in recording.axes.items():
+        asked += _travel(name, axis)
+        asked += _sampling(name, recording.time_s)
+        asked += _within_axis(name, axis, recording.time_s)
+    return asked
+
+
+def check_inertia(name: str, inertia: float, unit: str) -> list[ScaleQuestion]:
+    """Ask about an inertia that no axis has."""
+    if inertia < _HEAVY.get(unit, np.inf):
+        return []
+    return [
+        ScaleQuestion(
+            "implausible_inertia",
+            name,
+            f"an inertia of {inertia:.2g} {unit} is that of no axis: are all units right?",
+            "check the units of time, position and effort: edge-ident import FILE shows them",
+        )
+    ]
+
+
+def _travel(name: str, axis: AxisRecord) -> list[ScaleQuestion]:
+    travel = float(np.ptp(axis.position))
+    if axis.position_unit == "m":
+        if travel < _LONG_M:
+            return []
+        return [
+            ScaleQuestion(
+                "long_travel",
+                name,
+                f"the axis travels {travel:.4g} m: is its position in m?",
+                "if it is in millimetres, say so: --unit NAME=mm",
+            )
+        ]
+    turns = travel / (2.0 * np.pi)
+    if turns > _TURNS:
+        return [
+            ScaleQuestion(
+                "many_turns",
+                name,
+                f"the axis goes through {turns:.0f} turns: is its position in rad?",
+                "if it is in degrees, say so: --unit NAME=deg",
+            )
+        ]
+    if travel > _SMALL_RAD:
+        return []
+    return [
+        ScaleQuestion(
+            "small_travel",
+            name,
+            f"the axis turns by {np.degrees(travel):.2g} degrees in all: is its position in rad?",
+            "if it is in turns, give --unit NAME=turn; if the file says deg, and means rad: "
+            "--unit NAME=rad",
+        )
+    ]
+
+
+def _sampling(name: str, time_s: Array) -> list[ScaleQuestion]:
+    period_s = float(np.median(np.diff(time_s)))
+    if period_s <= _SLOW_S:
+        return []
+    return [
+        ScaleQuestion(
+            "slow_sampling",
+            name,
+            f"the sampling period is {period_s:.3g} s: is the time in seconds?",
+            "if it is in milliseconds, say so: --unit NAME=ms",
+        )
+    ]
+
+
+def _within_axis(name: str, axis: AxisRecord, time_s: Array) -> list[ScaleQuestion]:
+    """Position against reference and velocity: between them no machine has a factor of units."""
+    asked = []
+    if axis.reference is not None:
+        asked += _ratio(name, "reference", axis.position, axis.reference)
+    if axis.velocity is not None:
+        moved = 0.5 * (axis.velocity[1:] + axis.velocity[:-1]) * np.diff(time_s)
+        asked += _ratio(name, "velocity", axis.position, np.append(0.0, np.cumsum(moved)))
+    return asked
+
+
+def _ratio(name: str, what: str, position: Array, other: Array) -> list[ScaleQuestion]:
+    centred = [signal - np.mean(signal) for signal in (position, other)]
+    size = [float(np.linalg.norm(signal)) for signal in centred]
+    if min(size) == 0.0 or float(centred[0] @ centred[1]) < _ALIKE * size[0] * size[1]:
+        return []
+    ratio = size[0] / size[1]
+    for units, factor in _FACTORS.items():
+        if abs(np.log(ratio)) > 1.0 and abs(max(ratio, 1.0 / ratio) / factor - 1.0) < _NEAR:
+            return [
+                ScaleQuestion(
+                    f"{what}_scale",
+                    name,
+                    f"the position is {ratio:.4g} times what the {what} says, as between {units}: "
+                    "have both the unit that their columns state?",
+                    "correct one of them with --unit NAME=UNIT",
+                )
+            ]
+    return []

@@ -1,0 +1,69 @@
+"""Tables that are readable in a narrow terminal."""
+
+from collections.abc import Iterator, Sequence
+from typing import Final
+
+from rich.cells import cell_len
+from rich.console import Console, ConsoleOptions, RenderResult
+from rich.measure import Measurement
+from rich.table import Table
+from rich.text import Text
+
+_UNLIMITED: Final = 10_000
+
+
+class FittingTable(Table):
+    """A table that never cuts a word, so that a number stays whole.
+
+    Where there is little room, cells break between words. Where that is not enough, each row
+    becomes a list of its headings and cells.
+    """
+
+    def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
+        for column in self.columns:
+            column.width, column.overflow = None, "fold"
+        wanted = Measurement.get(console, options.update(width=_UNLIMITED), self).maximum
+        excess = wanted - options.max_width
+        if excess > 0:
+            columns = [self._lines(index) for index in range(len(self.columns))]
+            widths = _narrowed(columns, excess)
+            if widths is None:
+                yield from self._as_lists(columns)
+                return
+            for column, width in zip(self.columns, widths, strict=True):
+                column.width = width
+        yield from super().__rich_console__(console, options)
+
+    def _lines(self, index: int) -> list[list[str]]:
+        """The lines of every cell of a column, its heading first."""
+        column = self.columns[index]
+        return [_plain(cell).split("\n") for cell in (column.header, *column.cells)]
+
+    def _as_lists(self, columns: Sequence[list[list[str]]]) -> Iterator[Text]:
+        if self.title:
+            yield Text(_plain(self.title), style="italic")
+        headings, *rows = zip(*columns, strict=True)
+        for first, *cells in rows:
+            yield Text(" ".join(first), style="bold")
+            for heading, cell in zip(headings[1:], cells, strict=True):
+                yield Text(f"  {' '.join(heading).replace('- ', '-')}: {' '.join(cell)}")
+
+
+def _plain(cell: object) -> str:
+    return Text.from_markup(cell).plain if isinstance(cell, str) else str(cell)
+
+
+def _narrowed(columns: Sequence[list[list[str]]], excess: int) -> list[int] | None:
+    """Widths that are smaller by the excess, the widest first; None where words do not fit."""
+    lines = [[line for cell in column for line in cell] for column in columns]
+    widths = [max(map(cell_len, of_column)) for of_column in lines]
+    least = [
+        max((cell_len(word) for line in of_column for word in line.split()), default=0)
+        for of_column in lines
+    ]
+    for _ in range(excess):
+        free = [index for index, width in enumerate(widths) if width > least[index]]
+        if not free:
+            return None
+        widths[max(free, key=lambda index: widths[index])] -= 1
+    return widths

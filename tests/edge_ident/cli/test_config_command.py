@@ -1,0 +1,122 @@
+"""`edge-ident config`: flag, then environment, then settings file, then default."""
+
+import json
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner, Result
+
+from edge_ident.cli import app, sessions
+
+
+@pytest.fixture
+def settings_file(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
+    path = tmp_path / "settings" / "config.toml"
+    monkeypatch.setenv("EDGE_IDENT_CONFIG_FILE", str(path))
+    for name in ("DEVICE", "BANDWIDTH", "DRIVE", "SEED"):
+        monkeypatch.delenv(f"EDGE_IDENT_{name}", raising=False)
+    return path
+
+
+def run(*arguments: object, **environment: str) -> Result:
+    return CliRunner().invoke(app, [*map(str, arguments)], env=environment)
+
+
+def shown(key: str, **environment: str) -> tuple[object, str]:
+    document = json.loads(run("config", "--json", **environment).stdout)
+    setting = document["settings"][key]
+    return setting["value"], setting["source"]
+
+
+def used_device(monkeypatch: pytest.MonkeyPatch, *arguments: object, **environment: str) -> str:
+    """The device that a command connects to."""
+    asked: list[str] = []
+
+    def connect(device: str, **_: object) -> None:
+        asked.append(device)
+        raise OSError(device)
+
+    monkeypatch.setattr(sessions.edge_ident, "connect", connect, raising=False)
+    run("gains", "show", *arguments, **environment)
+    return asked[0]
+
+
+def test_a_device_that_is_set_is_used_until_it_is_removed(
+    settings_file: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert run("config", "set", "device", "tcp://192.0.2.7:502").exit_code == 0
+    assert run("config", "get", "device").stdout == "tcp://192.0.2.7:502\n"
+    assert used_device(monkeypatch) == "tcp://192.0.2.7:502"
+    assert run("config", "unset", "device").exit_code == 0
+    assert run("gains", "show").exit_code == 2
+
+
+def test_a_flag_comes_before_the_environment_and_that_before_the_drive_and_the_settings(
+    settings_file: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    drive = tmp_path / "press.toml"
+    built_in = Path(sessions.edge_ident.__file__).parent / "drive" / "feed_drive.toml"
+    drive.write_text(built_in.read_text() + '\n[board]\ndevice = "press"\n')
+    run("config", "set", "device", "settings")
+    assert used_device(monkeypatch) == "settings"
+    assert used_device(monkeypatch, "--drive", drive) == "press"
+    assert used_device(monkeypatch, "--drive", drive, EDGE_IDENT_DEVICE="env") == "env"
+    assert used_device(monkeypatch, "--device", "flag", EDGE_IDENT_DEVICE="env") == "flag"
+    assert shown("device") == ("settings", "settings file")
+    assert shown("device", EDGE_IDENT_DEVICE="env") == ("env", "environment EDGE_IDENT_DEVICE")
+    assert shown("device", EDGE_IDENT_DRIVE=str(drive)) == ("press", f"drive description {drive}")
+
+
+def test_other_settings_become_defaults_of_their_options(settings_file: Path) -> None:
+    assert shown("bandwidth") == (None, "default")
+    run("config", "set", "bandwidth", "12")
+    assert shown("bandwidth") == (12.0, "settings file")
+    assert "default: 12.0" in run("gains", "design", "--help").stdout
+    assert shown("bandwidth", EDGE_IDENT_BANDWIDTH="9") == ("9", "environment EDGE_IDENT_BANDWIDTH")
+
+
+def test_other_lines_of_the_file_stay(settings_file: Path) -> None:
+    settings_file.parent.mkdir()
+    settings_file.write_text('# the mill\ndevice = "a"  # left port\nseed = 3\n')
+    run("config", "set", "device", 'COM"3')
+    run("config", "unset", "seed")
+    assert settings_file.read_text() == '# the mill\ndevice = "COM\\"3"\n'
+    assert run("config", "get", "device").stdout == 'COM"3\n'
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("set", "bandwith", "3"), "no setting bandwith"),
+        (("set", "bandwidth", "wide"), "valid number"),
+        (("set", "bandwidth", "0.01"), "0.1"),
+        (("get", "nothing"), "no setting nothing"),
+    ],
+)
+def test_a_wrong_name_or_value_is_refused(
+    settings_file: Path, arguments: tuple[str, ...], said: str
+) -> None:
+    done = run("config", *arguments)
+    assert done.exit_code == 2
+    assert said in done.stderr
+    assert not settings_file.exists()
+
+
+@pytest.mark.parametrize(("text", "said"), [("device = \n", "line 1"), ("devise = 1\n", "devise")])
+def test_a_file_that_cannot_be_used_stops_every_command_but_config(
+    settings_file: Path, text: str, said: str
+) -> None:
+    settings_file.parent.mkdir()
+    settings_file.write_text(text)
+    done = run("registers", "--json")
+    assert done.exit_code == 5
+    document = json.loads(done.stdout)
+    assert document["code"] == "data"
+    assert said in document["message"]
+
+
+def test_a_setting_that_nobody_knows_can_be_removed(settings_file: Path) -> None:
+    settings_file.parent.mkdir()
+    settings_file.write_text("devise = 1\nseed = 2\n")
+    assert run("config", "unset", "devise").exit_code == 0
+    assert settings_file.read_text() == "seed = 2\n"

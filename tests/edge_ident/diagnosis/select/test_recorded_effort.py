@@ -1,0 +1,106 @@
+"""What a cause takes off the recorded effort, inside the band and above it."""
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from edge_ident.diagnosis.diagnose import diagnose
+from edge_ident.diagnosis.fit.candidates import Candidate
+from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm, fit
+from edge_ident.diagnosis.prepare.axis_data import AxisData
+from edge_ident.diagnosis.prepare.preparation import prepare_axis
+from edge_ident.diagnosis.result import Verdict
+from edge_ident.diagnosis.select.own_effort import base_space, own_shares
+from edge_ident.diagnosis.select.recorded_effort import recorded_sizes
+from edge_ident.model.effect import Motion
+from edge_ident.model.effects import named
+from edge_ident.model.inverse import inverse_effort
+from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Term
+from edge_ident.model.search import SOUND_RESONANCE_HZ, Form
+from tests.edge_ident.diagnosis.select.test_search_parts import TEMPLATE, recorded, rigid, swing
+
+Array = NDArray[np.float64]
+
+MOTION = swing()
+
+
+def with_presliding(distance: float, level: float = 1.0) -> Array:
+    t, x, v, a = MOTION
+    known = Motion.known(t, x, v, a)
+    base = Term(BASE, dict(zip(PARAMETERS, (0.5, 0.8, 1.1, 0.2), strict=True)))
+    added = Term("presliding_hysteresis", {"level": level, "distance": distance})
+    return inverse_effort(AxisModel((base, added)), known)
+
+
+def fitted(data: AxisData, distance: float, level: float) -> FittedModel:
+    form = named("presliding_hysteresis").search.forms[0]
+    term = FittedTerm(
+        Candidate("presliding_hysteresis", form), {"distance": distance}, {"level": level}
+    )
+    return fit(data, TEMPLATE, np.zeros(4), (term,))
+
+
+def test_what_acts_at_reversals_is_larger_in_the_recorded_effort_than_in_a_narrow_band() -> None:
+    """An encoder of a hundredth of the speed in a second leaves a band of a few hertz."""
+    t, x, _, _ = MOTION
+    effort = with_presliding(0.05)
+    data = prepare_axis([recorded(t, x, effort, noise=0.01, count=3e-3)], "x")
+    assert data.segments[0].cutoff_hz < 8.0
+    model = fitted(data, 0.05, 1.0)
+    start = fit(data, TEMPLATE, np.zeros(4), ())
+    (in_band,) = own_shares(data, model, base_space(data, start))
+    (size,) = recorded_sizes(data, model)
+    added = effort - with_presliding(0.05, level=0.0)
+    columns = np.stack([MOTION[3], MOTION[2], np.sign(MOTION[2]), np.ones_like(t)], axis=1)
+    basis = np.linalg.qr(columns)[0]
+    own = added - basis @ (basis.T @ added)
+    truth = float(np.sqrt(np.mean(own**2) / np.mean(effort**2)))
+    assert in_band < size < 1.1 * truth
+
+
+def test_an_effort_that_is_not_in_the_record_counts_against_its_cause() -> None:
+    t, x, v, a = MOTION
+    data = prepare_axis([recorded(t, x, rigid(v, a), noise=0.01)], "x")
+    form = Form(("level",), ("time", "duration"))
+    values = {"time": 9.0, "duration": 0.4}
+    term = FittedTerm(Candidate("disturbance_event", form), values, {"level": 0.0})
+    sound = fit(data, TEMPLATE, np.zeros(4), (term,))
+    event = sound.axis.terms[-1]
+    pushed = Term(event.effect, {**event.values, "level": 2.0})
+    claimed = FittedModel(**{**vars(sound), "axis": AxisModel((*sound.axis.terms[:-1], pushed))})
+    (size,) = recorded_sizes(data, claimed)
+    assert size < -0.01
+
+
+@pytest.mark.parametrize(("rate_hz", "causes"), [(30.0, 0), (6.0, 1)])
+def test_the_chain_of_a_sound_drive_is_no_cause(rate_hz: float, causes: int) -> None:
+    """A load that swings at 30 Hz is on a chain as stiff as any; one at 6 Hz is not."""
+    t, x, v, a = MOTION
+    base = Term(BASE, dict(zip(PARAMETERS, (0.5, 0.8, 1.1, 0.2), strict=True)))
+    rate = 2.0 * np.pi * rate_hz
+    spring = {"load_inertia": 0.25, "rate": rate, "damping_ratio": 0.1, "deceleration": 3.0}
+    axis = AxisModel((base, Term("coupling_compliance", spring)))
+    effort = inverse_effort(axis, Motion.known(t, x, v, a))
+    found = diagnose([recorded(t, x, effort, noise=0.02)], stability=False).axes["x"]
+    assert len(found.causes) == causes
+    if not causes:
+        assert found.verdict is not Verdict.UNEXPLAINED
+        for cause in found.minor:
+            assert "sound drive" in cause.decision
+
+
+def test_a_sound_chain_is_as_stiff_whichever_effect_says_so() -> None:
+    t, x, v, a = MOTION
+    data = prepare_axis([recorded(t, x, rigid(v, a), noise=0.01)], "x")
+    excitation = data.excitation(np.array([0.5, 0.8, 1.1, 0.2]))
+    rate = 2.0 * np.pi * SOUND_RESONANCE_HZ
+    for factor, sound in ((1.1, True), (0.9, False)):
+        spring = {"rate": np.array([factor * rate])}
+        assert named("coupling_compliance").search.sound(spring, excitation) is sound
+        level = 0.5 * 0.5 * (factor * rate) ** 2 * 1e-3
+        bristles = {"level": np.array([level]), "distance": np.array([1e-3])}
+        assert named("presliding_hysteresis").search.sound(bristles, excitation) is sound
+        lost = 2.0 * 5.0 / (factor * rate) ** 2
+        play = {"deceleration": 5.0, "gap": 0.8 * lost, "contact_rate": factor * rate / 0.2**0.5}
+        gap = {name: np.array([value]) for name, value in play.items()}
+        assert named("backlash").search.sound(gap, excitation) is sound

@@ -1,0 +1,101 @@
+"""The HTML page of a run: what was written, gains and tracking before and after."""
+
+import hashlib
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from edge_ident.commissioning.run import Outcome
+from edge_ident.diagnosis.result import Verdict
+from edge_ident.estimation.trust import Finding
+from edge_ident.report.page.run_page import write_run_page
+from edge_ident.signals.recording_files import save_recording
+from tests.edge_ident.diagnosis import hand_made
+from tests.edge_ident.report.page import hand_made_run
+from tests.edge_ident.report.page.pages import check_numbers, check_structure, read
+
+Run = tuple[Outcome, dict[str, Any], Path]
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory: pytest.TempPathFactory) -> Run:
+    folder = tmp_path_factory.mktemp("run")
+    return *hand_made_run.run(folder), folder
+
+
+def first_screen(page: Path) -> str:
+    return " ".join(read(page).by_id("first-screen").text().split())
+
+
+def test_the_page_says_what_was_written_and_how_the_axis_follows(run: Run) -> None:
+    outcome, document, folder = run
+    page = write_run_page(outcome, document, folder)
+    tree = check_structure(page)
+    assert len(check_numbers(tree)) > 20
+    first = first_screen(page)
+    assert "New gains are in force. The error from the path is 136 times smaller." in first
+    assert "read back and confirmed by a motion. They are lost without power." in first
+    old, new = [row for row in tree.rows() if row[0] in ("old", "new")][:2]
+    assert old[1:3] == ["82.4\N{NO-BREAK SPACE}mrad", "30.0"]
+    assert new[1] == "0.605\N{NO-BREAK SPACE}mrad"
+    sha = hashlib.sha256((folder / "capture.npz").read_bytes()).hexdigest()
+    assert sha in tree.text("script")
+    assert document["network_sha256"] in tree.text("script")
+    drawn = {svg.all("title")[0].text() for svg in tree.all("svg") if svg.all("title")}
+    assert "How far the axis is from its path" in drawn
+
+
+def test_a_trial_run_says_that_nothing_was_written(tmp_path: Path) -> None:
+    outcome, document = hand_made_run.run(tmp_path, confirmed=False)
+    page = write_run_page(outcome, document, tmp_path)
+    check_numbers(check_structure(page))
+    assert "Nothing was written to the board." in first_screen(page)
+    assert "New gains are in force" not in first_screen(page)
+
+
+def test_a_result_that_is_not_trusted_says_why_and_what_next(run: Run) -> None:
+    outcome, document, folder = run
+    blocks = Finding("poor_fit", "the model misses 20 %", "look for play", blocks=True)
+    axes = dict(outcome.identification.axes)
+    axes["x"] = replace(axes["x"], findings=(blocks,))
+    found = replace(outcome.identification, axes=axes)
+    outcome = replace(outcome, identification=found, designs={}, change=None)
+    page = write_run_page(outcome, document, folder)
+    first = first_screen(page)
+    assert "The result of this axis is not trusted. Nothing was written to the board." in first
+    assert "Look for play." in first
+    assert "Another is not trusted, so nothing was written" in first
+
+
+def test_a_diagnosed_axis_brings_its_causes(run: Run) -> None:
+    outcome, document, folder = run
+    axes = dict(outcome.identification.axes)
+    axis = hand_made.axis(Verdict.EXPLAINED, hand_made.ripple())
+    axes["x"] = replace(axes["x"], diagnosis=axis)
+    found = replace(outcome.identification, axes=axes)
+    tree = check_structure(write_run_page(replace(outcome, identification=found), document, folder))
+    first = " ".join(tree.by_id("first-screen").text().split())
+    assert "The diagnosis found: a force repeats with the position." in first
+    assert "Motor magnets (cogging), gear teeth, a coupling or a bent screw." in first
+    assert any("torque ripple" in li.text() for li in tree.all("li"))
+
+
+def test_gains_that_were_rolled_back_are_not_called_new(run: Run) -> None:
+    outcome, document, folder = run
+    assert outcome.change is not None
+    change = replace(outcome.change, confirmed=False)
+    first = first_screen(write_run_page(replace(outcome, change=change), document, folder))
+    assert "The new gains followed worse. The old gains are in force again." in first
+    assert "Nothing that stays: the new gains were taken back." in first
+    assert "Look for play or a resonance" in first
+
+
+def test_a_recording_without_a_reference_shows_the_effort_instead(tmp_path: Path) -> None:
+    outcome, document = hand_made_run.run(tmp_path, confirmed=False)
+    recording = outcome.capture.recording
+    axes = {name: replace(axis, reference=None) for name, axis in recording.axes.items()}
+    save_recording(replace(recording, axes=axes), tmp_path / "capture.npz")
+    tree = check_structure(write_run_page(outcome, document, tmp_path))
+    assert tree.all("figure")[0].all("title")[0].text().startswith("Measured torque")

@@ -1,0 +1,39 @@
+"""What headings of common programs say of their columns."""
+
+import pytest
+
+from edge_ident.signals.column_roles import axis_names, role_of
+
+
+@pytest.mark.parametrize(
+    ("heading", "quantity", "axis"),
+    [
+        ("X.ActPos", "position", ("x",)),
+        ("Axis1.ActualPosition", "position", ("1",)),
+        ("Current Position", "position", ()),
+        ("Achse X Lageistwert", "position", ("x",)),
+        ("Achse X Lagesollwert", "reference", ("x",)),
+        ("X.SetPos", "reference", ("x",)),
+        ("AXIS_X.TorqueReference", "torque", ("x",)),
+        ("Motorstrom", "current", ()),
+        ("xpos", "position", ("x",)),
+        ("Drehmoment", "torque", ()),
+        ("Following Error", "other", ()),
+        ("Schleppabstand", "other", ()),
+        ("ActVelo", "velocity", ()),
+        ("Motor Temperature", "temperature", ()),
+        ("Zeitstempel", "time", ()),
+        ("offset", "", ("offset",)),
+    ],
+)
+def test_a_heading_says_quantity_and_axis(
+    heading: str, quantity: str, axis: tuple[str, ...]
+) -> None:
+    assert (role_of(heading).quantity, role_of(heading).axis) == (quantity, axis)
+
+
+def test_axes_are_named_by_what_tells_them_apart() -> None:
+    keys = [("plc", "prg", "x"), ("plc", "prg", "z")]
+    assert list(axis_names(keys).values()) == ["x", "z"]
+    assert axis_names([("plc", "prg")]) == {("plc", "prg"): "x"}
+    assert axis_names([("1",)]) == {("1",): "axis1"}
