@@ -9,6 +9,8 @@ from typing import Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from edge_ident.signals.decimation import LONG
+
 Array = NDArray[np.float64]
 
 _ORDER: Final = 4
@@ -21,7 +23,8 @@ def differentiate(position: Array, cutoff_hz: float, period_s: float) -> tuple[A
 
     A quintic that shares position, slope and curvature with the data at both ends is taken out
     first and differentiated exactly; what is left starts and ends flat, so its odd reflection
-    has no kink for the filter to smear.
+    has no kink for the filter to smear. A long record is filtered in blocks, because a polynomial
+    that fits both of its ends is too large between them.
 
     Parameters
     ----------
@@ -31,6 +34,22 @@ def differentiate(position: Array, cutoff_hz: float, period_s: float) -> tuple[A
     -------
     position, velocity, acceleration : (N,) arrays
     """
+    margin = int(np.ceil(2 * _SETTLING_PERIODS / (cutoff_hz * period_s)))
+    length = max(LONG // 2, 2 * margin)
+    if len(position) <= 2 * length:
+        return _differentiated(position, cutoff_hz, period_s)
+    result = np.empty((3, len(position)))
+    for begin in range(0, len(position), length):
+        first, end = max(0, begin - margin), min(len(position), begin + length)
+        block = _differentiated(position[first : end + margin], cutoff_hz, period_s)
+        result[:, begin:end] = np.stack(block)[:, begin - first : end - first]
+    return result[0], result[1], result[2]
+
+
+def _differentiated(
+    position: Array, cutoff_hz: float, period_s: float
+) -> tuple[Array, Array, Array]:
+    """The same in one piece."""
     samples = len(position)
     trend = _end_matching_quintic(position, cutoff_hz, period_s)
     x = np.linspace(-1.0, 1.0, samples)
