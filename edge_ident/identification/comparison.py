@@ -85,9 +85,10 @@ class Comparison:
         motion_hz = band.motion_hz(recorded_s)
         stride = max(1, int(1.0 / (_RATE * motion_hz * signals.period_s)))
         period_s = stride * signals.period_s
-        position, velocity, acceleration = (
-            x[::stride] for x in differentiate(axis.position, motion_hz, signals.period_s)
+        smooth_motion = differentiate(
+            axis.position, motion_hz, signals.period_s, decimated=signals.sampling is not None
         )
+        position, velocity, acceleration = (x[::stride] for x in smooth_motion)
         unknown = _direction_unknown(axis, velocity, noise, stride)
         weight = direction_weight(unknown, band.cutoff_hz, period_s)
         motion = Motion.known(position, position, velocity, acceleration)

@@ -130,7 +130,7 @@ def condition(
         cutoff_hz = choose_cutoff(position, period_s, noise)
     recorded_period_s = sampling.period_s if sampling else period_s
     smooth_effort = lowpass(effort, cutoff_hz, period_s, delay_s=effort_shift_s)
-    columns = filtered_regressor(position, cutoff_hz, period_s)
+    columns = filtered_regressor(position, cutoff_hz, period_s, decimated=sampling is not None)
     moving = ~standing(position, noise, cutoff_hz, period_s) & ~_spread(
         unknown, cutoff_hz, period_s
     )
@@ -164,9 +164,11 @@ def with_effort(signals: Signals, effort: Array, effort_shift_s: float) -> Signa
     return replace(signals, effort=bridge(smooth, signals.moving))
 
 
-def filtered_regressor(position: Array, cutoff_hz: float, period_s: float) -> Array:
+def filtered_regressor(
+    position: Array, cutoff_hz: float, period_s: float, *, decimated: bool = False
+) -> Array:
     """Regressor (N, 4) of a position (N,), all columns filtered alike, the velocity's sign too."""
-    _, velocity, acceleration = differentiate(position, cutoff_hz, period_s)
+    _, velocity, acceleration = differentiate(position, cutoff_hz, period_s, decimated=decimated)
     columns = regressor(velocity, acceleration)
     columns[:, 2] = lowpass(columns[:, 2], cutoff_hz, period_s)
     return columns
