@@ -86,11 +86,17 @@ def compensate_effects(
     delay_s, acting = _delay_s(effects)
     shift_s = recording.effort_shift_s - delay_s - late_s
     if of_motion is None:
-        signals = condition(recording.time_s, axis.position, axis.effort, effort_shift_s=shift_s)
+        signals = condition(
+            recording.time_s,
+            axis.position,
+            axis.effort,
+            effort_shift_s=shift_s,
+            sampling=axis.sampling,
+        )
     else:
         signals = with_effort(of_motion, axis.effort, shift_s)
     position, effort = (signals.grid.resampled(x) for x in (axis.position, axis.effort))
-    nothing = np.zeros_like(effort)
+    nothing = np.broadcast_to(0.0, effort.shape)
     plain = CompensatedAxis(signals, nothing, effects, shift_s, position, effort, nothing)
     if known is None or not acting:
         return plain
@@ -144,8 +150,11 @@ def _smooth_motions(
 
     def smooth(of_axis: str) -> Motion:
         position = grid.resampled(recording.axes[of_axis].position)
-        filtered = differentiate(position, signals.cutoff_hz, grid.period_s)
-        return Motion.known(grid.time_s - grid.time_s[0], *filtered)
+        filtered = differentiate(
+            position, signals.cutoff_hz, grid.period_s, decimated=signals.sampling is not None
+        )
+        time_s = grid.time_s - grid.time_s[0] + signals.begin_s
+        return Motion.known(time_s, *filtered)
 
     sources = {term.source_axis for term in axis.terms} & set(recording.axes)
     return smooth(name), {source: smooth(source) for source in sources if source is not None}

@@ -21,7 +21,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.signals.dct import dct2
+from edge_ident.signals.dct import dct2, transformable
 
 Array = NDArray[np.float64]
 
@@ -32,6 +32,10 @@ _STEPS: Final = (0.05, 0.2, 0.5, 1.0, 2.0)
 noise to the slope of a second-order low-pass, 2.8."""
 _LOWEST_RESOLVED: Final = 8.0
 """Index of the cosine below which octaves are no longer told apart."""
+_ALONE: Final = 1 << 13
+"""Cosines up to which each counts alone. Beyond, neighbours are taken together:"""
+_TOGETHER: Final = 512
+"""Groups in an octave, where the spectrum changes by a straight line."""
 _BAND: Final = 0.6
 """Part of the cosines that the spectrum is fitted to; beyond, the low-pass filter cuts off."""
 _LARGEST_ITERATIONS: Final = 10
@@ -42,6 +46,43 @@ _CONVERGED: Final = 0.05
 _RANK: Final = 1e-10
 """Singular value over the largest that counts as zero."""
 _TINY: Final = float(np.finfo(float).tiny)
+
+
+@dataclass(frozen=True)
+class _Cosines:
+    """Groups of neighbouring cosines, in which the noise has one power.
+
+    Attributes
+    ----------
+    number : (N,) array
+        Of cosines in each group.
+    walk : (N, M) array
+    products : (N, K²) array
+        Sums of the products of the regressor's column space, in cosines.
+    cross : (N, K) array
+        Sums of its products with the residual.
+    squares : (N,) array
+        Sums of the residual's squares.
+    """
+
+    number: Array
+    walk: Array
+    products: Array
+    cross: Array
+    squares: Array
+
+    @classmethod
+    def of(
+        cls, basis: Array, noise: Array, walk: Array, starts: NDArray[np.intp]
+    ) -> "_Cosines":
+        """Take cosines together, from each start to the next."""
+        return cls(
+            number=np.diff(starts, append=len(noise)).astype(np.float64),
+            walk=walk,
+            products=_sums(_products(basis), starts),
+            cross=_sums(basis * noise[:, None], starts),
+            squares=_sums(noise**2, starts),
+        )
 
 
 @dataclass(frozen=True)
@@ -76,7 +117,8 @@ def coloured_std(regressor: Array, residual: Array) -> Array:
     -------
     (K,) array
     """
-    samples, count = regressor.shape
+    samples, count = transformable(len(regressor)), regressor.shape[1]
+    regressor, residual = regressor[:samples], residual[:samples]
     scale = float(np.sqrt(np.mean(residual**2)))
     if scale == 0.0:
         return np.zeros(count)
@@ -84,10 +126,11 @@ def coloured_std(regressor: Array, residual: Array) -> Array:
     kept = singular > _RANK * singular[0]
     basis, noise = dct2(left[:, kept]), dct2(residual / scale)
     band = min(samples, max(int(_BAND * samples), count + 4))
-    walk = _walk(samples, band)
-    spectra = _fit(basis[:band], noise[:band], walk[:band])
+    starts = _starts(samples, band)
+    walk, fitted = _walk(starts, samples, band), starts[starts < band]
+    cosines = _Cosines.of(basis[:band], noise[:band], walk[: len(fitted)], fitted)
     weights = basis @ (right[kept] / singular[kept, None])
-    return scale * _std(weights**2, walk, spectra)
+    return scale * _std(_sums(weights**2, starts), walk, _fit(cosines))
 
 
 def _std(weights: Array, walk: Array, spectra: _Spectra) -> Array:
@@ -105,31 +148,39 @@ def _std(weights: Array, walk: Array, spectra: _Spectra) -> Array:
     return np.asarray(np.exp(0.5 * mean) * (1.0 + (_NORMAL_95**2 - 1.0) / 8.0 * spread))
 
 
-def _walk(samples: int, band: int) -> Array:
-    """Columns of a broken line: its level, and steps of about an octave up to the band's end."""
-    octave = np.log2(1.0 + np.arange(samples) / _LOWEST_RESOLVED)
-    place = octave / octave[band - 1] * max(1, round(octave[band - 1]))
-    steps = np.clip(place[:, None] - np.arange(round(place[band - 1])), 0.0, 1.0)
-    return np.column_stack([np.ones(samples), steps])
+def _starts(samples: int, band: int) -> NDArray[np.intp]:
+    """First cosines of the groups; the band is made of whole groups."""
+    octaves = max(0.0, np.log2(samples / _ALONE))
+    beyond = _ALONE * 2.0 ** (np.arange(int(octaves * _TOGETHER) + 1) / _TOGETHER)
+    starts = np.concatenate([np.arange(_ALONE), beyond.astype(np.intp), [band]])
+    return np.unique(starts[starts < samples])
 
 
-def _fit(basis: Array, noise: Array, walk: Array) -> _Spectra:
-    """Modes of the restricted posterior by Fisher scoring, all step sizes at once.
+def _sums(values: Array, starts: NDArray[np.intp]) -> Array:
+    """Sums of (N, ...) values by group."""
+    return values if len(starts) == len(values) else np.add.reduceat(values, starts)
 
-    Parameters
-    ----------
-    basis : (N, K) array
-        Cosine transform of the regressor's column space.
-    noise : (N,) array
-        Cosine transform of the residual.
-    walk : (N, M) array
+
+def _walk(starts: NDArray[np.intp], samples: int, band: int) -> Array:
+    """Columns of a broken line at the middle of each group.
+
+    They are its level, and steps of about an octave up to the band's end.
     """
-    products, squares = _products(basis), _products(walk)
+    middle = 0.5 * (starts + np.append(starts[1:], samples) - 1.0)
+    last = np.log2(1.0 + (band - 1) / _LOWEST_RESOLVED)
+    place = np.log2(1.0 + middle / _LOWEST_RESOLVED) / last * max(1, round(last))
+    steps = np.clip(place[:, None] - np.arange(max(1, round(last))), 0.0, 1.0)
+    return np.column_stack([np.ones(len(starts)), steps])
+
+
+def _fit(cosines: _Cosines) -> _Spectra:
+    """Modes of the restricted posterior by Fisher scoring, all step sizes at once."""
+    walk, squares = cosines.walk, _products(cosines.walk)
     sizes, columns = len(_STEPS), walk.shape[1]
     prior = np.array([[0.0, *np.full(columns - 1, step**-2)] for step in _STEPS])
-    current = np.tile(_start(walk, noise, basis), (sizes, 1))
+    current = np.tile(_start(cosines), (sizes, 1))
     for left in reversed(range(_LARGEST_ITERATIONS)):
-        chi2, free, volume = _restricted(basis, products, noise, current @ walk.T)
+        chi2, free, volume = _restricted(cosines, current @ walk.T)
         gradient = 0.5 * (chi2 - free) @ walk - prior * current
         information = 0.5 * (free @ squares).reshape(sizes, columns, columns)
         information += prior[:, :, None] * np.eye(columns)
@@ -140,7 +191,7 @@ def _fit(basis: Array, noise: Array, walk: Array) -> _Spectra:
             break
         current = current + change / np.maximum(1.0, largest / _LARGEST_CHANGE)
     evidence = -0.5 * (
-        np.sum(current @ walk.T + chi2, axis=1)
+        np.sum(cosines.number * (current @ walk.T) + chi2, axis=1)
         + volume
         + np.linalg.slogdet(information)[1]
         + np.sum(prior * current**2, axis=1)
@@ -153,9 +204,7 @@ def _fit(basis: Array, noise: Array, walk: Array) -> _Spectra:
     return _Spectra(current + shift, covariance, share / np.sum(share))
 
 
-def _restricted(
-    basis: Array, products: Array, noise: Array, log_power: Array
-) -> tuple[Array, Array, Array]:
+def _restricted(cosines: _Cosines, log_power: Array) -> tuple[Array, Array, Array]:
     """What (S, N) log-spectra leave of the noise once the parameters are fitted by them.
 
     Returns
@@ -163,19 +212,20 @@ def _restricted(
     chi2 : (S, N) array
         Squares over their power.
     free : (S, N) array
-        What these should be: one less the part that the parameters took.
+        What these should be: one for each cosine, less the part that the parameters took.
     volume : (S,) array
         Logarithm of the determinant of the parameters' normal matrix.
     """
-    precision = np.exp(-log_power)
-    normal = (precision @ products).reshape(len(precision), basis.shape[1], -1)
+    precision, count = np.exp(-log_power), cosines.cross.shape[1]
+    normal = (precision @ cosines.products).reshape(len(precision), count, count)
     # columns without content in the band must not make it singular
-    normal += _RANK * np.mean(precision) * np.eye(basis.shape[1])
+    normal += _RANK * np.mean(precision) * np.eye(count)
     inverse = np.asarray(np.linalg.inv(normal), dtype=np.float64)
-    fitted = _each(inverse, (precision * noise) @ basis)
-    chi2 = (noise - fitted @ basis.T) ** 2 * precision
-    free = np.maximum(1.0 - precision * (inverse.reshape(len(precision), -1) @ products.T), 0.0)
-    return chi2, free, np.linalg.slogdet(normal)[1]
+    fitted = _each(inverse, precision @ cosines.cross)
+    taken = _products(fitted) @ cosines.products.T - 2.0 * fitted @ cosines.cross.T
+    chi2 = np.maximum(cosines.squares + taken, 0.0) * precision
+    lost = precision * (inverse.reshape(len(precision), -1) @ cosines.products.T)
+    return chi2, np.maximum(cosines.number - lost, 0.0), np.linalg.slogdet(normal)[1]
 
 
 def _each(matrices: Array, vectors: Array) -> Array:
@@ -188,11 +238,15 @@ def _products(columns: Array) -> Array:
     return (columns[:, :, None] * columns[:, None, :]).reshape(len(columns), -1)
 
 
-def _start(walk: Array, noise: Array, basis: Array) -> Array:
+def _start(cosines: _Cosines) -> Array:
     """Least squares on the log-periodogram, whose mean lies 1.27 below the logarithm of power.
 
-    Where the parameters took the noise out, it says little.
+    That of a mean of n squares lies about 1/n of it below. Where the parameters took the noise out,
+    it says little.
     """
-    free = np.maximum(1.0 - np.sum(basis**2, axis=1), 1e-3)
-    logarithm = np.log(noise**2 / free + 1e-9) + 1.27
-    return np.asarray(np.linalg.lstsq(walk * free[:, None], logarithm * free, rcond=None)[0])
+    number, count = cosines.number, cosines.cross.shape[1]
+    free = np.maximum(number - np.sum(cosines.products[:, :: count + 1], axis=1), 1e-3 * number)
+    logarithm = np.log(cosines.squares / free + 1e-9) + 1.27 / number
+    weight = free / np.sqrt(number)
+    rows = cosines.walk * weight[:, None]
+    return np.asarray(np.linalg.lstsq(rows, logarithm * weight, rcond=None)[0])

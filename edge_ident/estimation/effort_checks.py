@@ -14,7 +14,7 @@ from edge_ident.estimation.least_squares import unit_length
 from edge_ident.estimation.trust import RESIDUAL_LIMIT, Finding
 from edge_ident.model.model import PARAMETERS, POSITIVE, Estimate
 from edge_ident.signals.conditioning import Signals
-from edge_ident.signals.motion_lines import ONE_LINE, strongest_line
+from edge_ident.signals.motion_lines import ONE_LINE, Line, strongest_line
 
 Array = NDArray[np.float64]
 
@@ -44,6 +44,10 @@ _STEPS_PER_PERIOD: Final = 8
 """Shifts that are tried in a cut-off period."""
 _FALLS: Final = 0.5
 """What the shift must leave of the residual: no effect of an axis, recorded in time, loses half."""
+_MOST: Final = 1 << 14
+"""Samples by which a shift is judged: what is left of an effort is known to a hundredth of itself."""
+_LINE_SAMPLES: Final = 1 << 16
+"""Samples, from the first on, that tell whether a motion has one frequency."""
 _FEWEST: Final = 24
 """Samples, six for each parameter."""
 _TINY: Final = float(np.finfo(float).tiny)
@@ -141,11 +145,12 @@ def _copy_of_velocity(regressor: Array, effort: Array) -> list[Finding]:
 def _recorded_late(signals: Signals, part: NDArray[np.intp]) -> list[Finding]:
     """An effort that fits the motion only a good while earlier or later."""
     period_s = signals.period_s
-    border_s = max(_LONG_S, _FEW_SAMPLES * period_s)
+    border_s = max(_LONG_S, _FEW_SAMPLES * signals.recorded_period_s)
     step = max(1, int(1.0 / (_STEPS_PER_PERIOD * signals.cutoff_hz * period_s)))
     reach = int(min(_reach_s(signals) / period_s, _REACH * len(signals.effort)) / step)
     shifts = step * np.arange(-reach, reach + 1)
     inside = part[(part >= -shifts[0]) & (part < len(signals.effort) - shifts[-1])]
+    inside = inside[:: -(-len(inside) // _MOST) or 1]
     if len(inside) < _FEWEST or not reach:
         return []
     basis = np.linalg.qr(unit_length(signals.regressor[inside])[0])[0]
@@ -174,16 +179,20 @@ def _left_of(effort: Array, basis: Array) -> float:
 
 def _at_one_frequency(signals: Signals) -> bool:
     """Whether friction that lags, and an axis that winds up, can pass for a shift."""
-    velocity = signals.regressor[:, 1]
-    return strongest_line(velocity, signals.period_s, signals.cutoff_hz).share >= ONE_LINE
+    return _line(signals).share >= ONE_LINE
 
 
 def _reach_s(signals: Signals) -> float:
     """Largest shift that makes sense: at one frequency a shift is any phase."""
-    line = strongest_line(signals.regressor[:, 1], signals.period_s, signals.cutoff_hz)
+    line = _line(signals)
     if line.share < ONE_LINE:
         return _REACH_S
     return min(_REACH_S, _PHASE / line.frequency_hz)
+
+
+def _line(signals: Signals) -> Line:
+    velocity = signals.regressor[:_LINE_SAMPLES, 1]
+    return strongest_line(velocity, signals.period_s, signals.cutoff_hz)
 
 
 def _unrelated(regressor: Array, effort: Array) -> list[Finding]:

@@ -140,7 +140,7 @@ def _reversal_bias(
     significant = 1.0 - np.minimum(1.0, (noise / np.maximum(np.abs(lost), _TINY)) ** 2)
     early_s = lost / np.maximum(np.abs(acceleration[turns]), _TINY)
     early_s = np.clip(early_s, -1.0 / signals.cutoff_hz, 1.0 / signals.cutoff_hz)
-    step = decimation(signals.cutoff_hz, signals.period_s)
+    step = decimation(len(velocity), signals.cutoff_hz, signals.period_s)
     samples = early_s / (step * signals.period_s)
     pulses = (
         inverse @ (signals.regressor[turns] / length).T * (2.0 * plain[2] / length[2] * samples)

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from edge_ident.model.model import PARAMETERS, POSITIVE, Estimate
 from edge_ident.signals.conditioning import Signals
+from edge_ident.signals.resampling import UNEVEN
 
 Array = NDArray[np.float64]
 
@@ -93,11 +94,11 @@ def check_estimate(
 def describe_data(signals: Signals) -> list[Finding]:
     """What was done to the data before anything was estimated."""
     findings = []
-    if signals.grid.uneven:
+    if signals.jitter > UNEVEN:
         findings.append(
             Finding(
                 "uneven_sampling",
-                f"time stamps are up to {signals.grid.jitter:.2g} sampling periods off an even "
+                f"time stamps are up to {signals.jitter:.2g} sampling periods off an even "
                 "grid; samples were interpolated",
                 "record with the board's clock if results look noisy",
                 blocks=False,

@@ -87,15 +87,15 @@ class Adequacy:
 
 def judge(compared: Comparison) -> Adequacy:
     """Judge the base model."""
-    rows, effort = compared.regressor[compared.samples], compared.effort[compared.samples]
+    rows, effort = compared.regressor, compared.effort
     unit, length = unit_length(rows)
     found = np.linalg.lstsq(unit, effort, rcond=None)[0] / length
     left, scale = rms(effort - rows @ found), max(rms(effort), _TINY)
     noise = float(np.sqrt(compared.noise[0] + found[0] ** 2 * compared.noise[1]))
     normal = unit.T @ unit + 1e-10 * np.eye(len(PARAMETERS))
     std = noise * np.sqrt(np.diag(np.linalg.inv(normal))) / length
-    position = compared.position[compared.samples]
-    spread = regime_spread(rows, effort, regimes(rows, position, compared.samples), std)
+    divided = regimes(rows, compared.position, compared.samples)
+    spread = regime_spread(rows, effort, divided, std)
     relative = spread.largest_move / np.maximum(np.abs(found), _TINY)
     moved = (relative > LARGEST_MOVE) & (spread.significance > SIGNIFICANT)
     names = tuple(name for name, far in zip(PARAMETERS[:3], moved[:3], strict=True) if far)

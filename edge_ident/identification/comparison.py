@@ -37,29 +37,31 @@ _RATE: Final = 8.0
 """Samples per period of the motion's bandwidth."""
 _FREQUENCIES: Final = 512
 """At which the noise through the filter is summed up."""
+_NEARBY: Final = 32
+"""Samples beside a reversal that are looked at first, before twice as many."""
 _FEWEST: Final = 8
 """Samples, two for each parameter."""
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """One axis, filtered for the comparison, at a rate that this band needs.
+    """One axis, filtered for the comparison, at n samples out of N at a rate that this band needs.
 
     Attributes
     ----------
-    regressor : (N, 4) array
-    effort : (N,) array
+    regressor : (n, 4) array
+    effort : (n,) array
         Less what known effects account for.
-    rates : (N, 3) array
+    rates : (n, 3) array
         Time derivatives of the slow parts of acceleration, velocity and effort.
-    position : (N,) array
+    position : (n,) array
     weight : (N,) array
         From 0, where the direction is unknown, to 1.
-    samples : array of int
-        Rows that are compared.
+    samples : (n,) array of int
+        Samples that are compared.
     band : Band
     period_s : float
-        From one row to the next.
+        Of the N samples.
     noise : tuple of float
         Variance of the noise in the effort, and of that of the encoder in the acceleration.
     """
@@ -77,55 +79,54 @@ class Comparison:
     @classmethod
     def of(cls, axis: CompensatedAxis) -> "Comparison":
         """Filter an axis."""
-        sampling_s = axis.signals.period_s
-        count = encoder_count(axis.position)
-        noise = position_noise(axis.position, count)
+        signals, recorded_s = axis.signals, axis.signals.recorded_period_s
+        count, noise = _encoder(axis)
         band, density = _band(axis, noise)
-        motion_hz = band.motion_hz(sampling_s)
-        stride = max(1, int(1.0 / (_RATE * motion_hz * sampling_s)))
-        period_s = stride * sampling_s
-        position, velocity, acceleration = (
-            x[::stride] for x in differentiate(axis.position, motion_hz, sampling_s)
+        motion_hz = band.motion_hz(recorded_s)
+        stride = max(1, int(1.0 / (_RATE * motion_hz * signals.period_s)))
+        period_s = stride * signals.period_s
+        smooth_motion = differentiate(
+            axis.position, motion_hz, signals.period_s, decimated=signals.sampling is not None
         )
+        position, velocity, acceleration = (x[::stride] for x in smooth_motion)
         unknown = _direction_unknown(axis, velocity, noise, stride)
         weight = direction_weight(unknown, band.cutoff_hz, period_s)
-        smooth = slow(acceleration, axis.signals.cutoff_hz, period_s)
-        rates = [np.gradient(smooth, period_s), smooth]
-        columns = np.array([*regressor(velocity, acceleration).T, *rates])
-        filtered = band.lowpass(columns * weight, period_s)
         motion = Motion.known(position, position, velocity, acceleration)
-        aliased = _aliased(motion, count, band, sampling_s, stride)
-        effort, effort_rate = _effort(axis, band, weight, stride)
+        aliased = _aliased(motion, count, band, recorded_s, period_s)
+        samples = _samples(position, weight, aliased, band, period_s)
+        smooth = slow(acceleration, signals.cutoff_hz, period_s)
+        columns = *regressor(velocity, acceleration).T, np.gradient(smooth, period_s), smooth
+        filtered = [band.lowpass(column * weight, period_s)[samples] for column in columns]
+        effort, effort_rate = _effort(axis, band, weight, period_s)
         return cls(
-            regressor=filtered[:4].T,
-            effort=effort,
-            rates=np.vstack([filtered[4:], effort_rate]).T,
-            position=position,
+            regressor=np.column_stack(filtered[:4]),
+            effort=effort[samples],
+            rates=np.column_stack([*filtered[4:], effort_rate[samples]]),
+            position=position[samples],
             weight=weight,
-            samples=_samples(position, weight, aliased, band, period_s),
+            samples=samples,
             band=band,
             period_s=period_s,
-            noise=_noise(band, density, noise, sampling_s),
+            noise=_noise(band, density, noise, recorded_s),
         )
 
     def with_effort(self, axis: CompensatedAxis) -> "Comparison":
         """The same motion with the effort of an axis that was compensated or shifted otherwise."""
-        stride = round(self.period_s / axis.signals.period_s)
-        effort, rate = _effort(axis, self.band, self.weight, stride)
+        effort, rate = (
+            x[self.samples] for x in _effort(axis, self.band, self.weight, self.period_s)
+        )
         return replace(self, effort=effort, rates=np.column_stack([self.rates[:, :2], rate]))
 
     def fit(self) -> Estimate:
         """Least squares, with deviations by noise."""
-        at = self.samples
         deviation = float(np.sqrt(self.noise[1]))
-        return solve(self.regressor[at], self.effort[at], acceleration_noise=deviation)
+        return solve(self.regressor, self.effort, acceleration_noise=deviation)
 
     def model_error(self, std: Array) -> Array:
         """Deviation (4,) by model error of parameters whose noise has deviations std (4,)."""
-        at, rows, effort = self.samples, self.regressor[self.samples], self.effort[self.samples]
-        divided = regimes(rows, self.position[at], at)
-        noticed = regime_spread(rows, effort, divided, std).model_error
-        return np.hypot(noticed, unnoticed_error(rows, effort))
+        divided = regimes(self.regressor, self.position, self.samples)
+        noticed = regime_spread(self.regressor, self.effort, divided, std).model_error
+        return np.hypot(noticed, unnoticed_error(self.regressor, self.effort))
 
     def shift(self, sampling_s: float) -> Shift:
         """By which the effort is recorded late, to first order.
@@ -137,29 +138,41 @@ class Comparison:
         """
         rate = np.zeros_like(self.regressor)
         rate[:, :2] = self.rates[:, :2]
-        at = self.samples
-        return solve_shift(
-            self.regressor[at], rate[at], self.effort[at], -self.rates[at, 2], sampling_s
-        )
+        return solve_shift(self.regressor, rate, self.effort, -self.rates[:, 2], sampling_s)
+
+
+def _encoder(axis: CompensatedAxis) -> tuple[float, float]:
+    """Resolution of the encoder, and deviation of its noise."""
+    sampling = axis.signals.sampling
+    if sampling is not None:
+        return sampling.count, sampling.position_noise
+    count = encoder_count(axis.position)
+    return count, position_noise(axis.position, count)
 
 
 def _band(axis: CompensatedAxis, noise: float) -> tuple[Band, float]:
     """The band in which noise is balanced, and the power density of the effort's own noise."""
-    signals = axis.signals
-    period_s, widest_hz = signals.period_s, signals.cutoff_hz
-    density = 2.0 * period_s * white_noise(axis.effort, axis.position, widest_hz, period_s) ** 2
-    part = decimated(len(signals.effort), widest_hz, period_s)
+    signals, sampling = axis.signals, axis.signals.sampling
+    period_s, widest_hz = signals.recorded_period_s, signals.cutoff_hz
+    if sampling is not None:
+        white = sampling.effort_noise
+    else:
+        white = white_noise(axis.effort, axis.position, widest_hz, period_s)
+    density = 2.0 * period_s * white**2
+    part = decimated(len(signals.effort), widest_hz, signals.period_s)
     found = np.linalg.lstsq(signals.regressor[part], signals.effort[part], rcond=None)[0]
     return balanced_band(abs(float(found[0])), noise, density, widest_hz, period_s), density
 
 
-def _effort(axis: CompensatedAxis, band: Band, weight: Array, stride: int) -> tuple[Array, Array]:
+def _effort(
+    axis: CompensatedAxis, band: Band, weight: Array, period_s: float
+) -> tuple[Array, Array]:
     """Effort less what known effects account for, and the rate of its slow part, filtered."""
-    sampling_s = axis.signals.period_s
-    in_step = lowpass(axis.effort, band.motion_hz(sampling_s), sampling_s, delay_s=axis.shift_s)
-    in_step = (in_step - axis.effects_unfiltered)[::stride]
-    period_s = stride * sampling_s
-    rate = np.gradient(slow(in_step, axis.signals.cutoff_hz, period_s), period_s)
+    signals = axis.signals
+    motion_hz = band.motion_hz(signals.recorded_period_s)
+    in_step = lowpass(axis.effort, motion_hz, signals.period_s, delay_s=axis.shift_s)
+    in_step = (in_step - axis.effects_unfiltered)[:: round(period_s / signals.period_s)]
+    rate = np.gradient(slow(in_step, signals.cutoff_hz, period_s), period_s)
     filtered = band.lowpass(np.array([in_step, rate]) * weight, period_s)
     return filtered[0], filtered[1]
 
@@ -171,11 +184,21 @@ def _direction_unknown(
     position = axis.position[::stride]
     unknown = ~axis.signals.moving[::stride]
     for turn in np.flatnonzero(velocity[1:] * velocity[:-1] <= 0.0):
-        away = np.abs(position - position[turn]) > TURN_NOISE * noise
-        first = turn - int(np.argmax(away[turn::-1])) if away[:turn].any() else 0
-        last = turn + int(np.argmax(away[turn:])) if away[turn:].any() else len(away)
-        unknown[first : last + 1] = True
+        before = _first_away(position[turn::-1], TURN_NOISE * noise)
+        after = _first_away(position[turn:], TURN_NOISE * noise)
+        unknown[max(0, turn - before) : turn + after + 1] = True
     return unknown
+
+
+def _first_away(position: Array, least: float) -> int:
+    """First sample that is farther from sample 0 than `least`; their number where none is."""
+    begin, end = 1, _NEARBY
+    while begin < len(position):
+        away = np.abs(position[begin:end] - position[0]) > least
+        if away.any():
+            return begin + int(np.argmax(away))
+        begin, end = end, 2 * end
+    return len(position)
 
 
 def _samples(
@@ -195,11 +218,11 @@ def _samples(
 
 
 def _aliased(
-    motion: Motion, count: float, band: Band, sampling_s: float, stride: int
+    motion: Motion, count: float, band: Band, recorded_s: float, period_s: float
 ) -> NDArray[np.bool_]:
     """Samples at which encoder quantization aliases into the band."""
-    smear = int(np.ceil(SMEAR_PERIODS / (band.cutoff_hz * stride * sampling_s)))
-    return aliasing_mask(motion, count, band.cutoff_hz, sampling_s, smear)
+    smear = int(np.ceil(SMEAR_PERIODS / (band.cutoff_hz * period_s)))
+    return aliasing_mask(motion, count, band.cutoff_hz, recorded_s, smear)
 
 
 def _noise(band: Band, density: float, noise: float, period_s: float) -> tuple[float, float]:

@@ -5,7 +5,6 @@ where it is not, the axis is diagnosed, and the parameters of the extended model
 """
 
 from collections.abc import Callable
-from contextlib import nullcontext
 from typing import Final
 
 import numpy as np
@@ -20,6 +19,7 @@ from edge_ident.estimation.network import Network
 from edge_ident.identification.adequacy import judge
 from edge_ident.identification.answer import Question, answer
 from edge_ident.identification.comparison import Comparison
+from edge_ident.identification.long_recordings import at_needed_rate
 from edge_ident.identification.result import Identification
 from edge_ident.model.effects.time_delay import LARGEST_SHIFT
 from edge_ident.model.model import Estimate, Model
@@ -89,16 +89,16 @@ def identify(
     """
     check_efforts(recording)
     watch = stopwatch or Stopwatch()
-    looked = {name: _look(recording, name, network, model, seed, watch) for name in recording.axes}
-    inadequate = [name for name, question in looked.items() if not question.adequacy.adequate]
-    diagnoses: dict[str, AxisDiagnosis | str] = {}
-    with watch.stage("diagnosis") if diagnose and inadequate else nullcontext():
-        for name in inadequate if diagnose else ():
-            diagnoses[name] = _diagnosed(recording, name, model, on_progress)
+    with watch.stage("signals"):
+        needed = at_needed_rate(recording)
     axes = {}
-    for name, question in looked.items():
+    for name in recording.axes:  # one at a time: the signals of a long recording are large
+        question, outcome = _look(needed, name, network, model, seed, watch), None
+        if diagnose and not question.adequacy.adequate:
+            with watch.stage("diagnosis"):
+                outcome = _diagnosed(recording, name, model, on_progress)
         with watch.stage("estimate"):
-            axes[name] = answer(question, diagnoses.get(name))
+            axes[name] = answer(question, outcome)
     return Identification(axes, watch.timing_ms())
 
 
@@ -159,7 +159,7 @@ def _in_step(
 
     The estimate is of first order, so it is repeated on what it left.
     """
-    sampling_s = compensated.signals.period_s
+    sampling_s = compensated.signals.recorded_period_s
     late_s, largest_s = 0.0, LARGEST_SHIFT * sampling_s
     compared = Comparison.of(compensated)
     stated = compensated, compared, Timing(0.0, 0.0, LARGEST_SHIFT / 3.0**0.5)

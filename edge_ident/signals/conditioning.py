@@ -10,13 +10,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.model.model import regressor
+from edge_ident.signals.decimation import parts_of
 from edge_ident.signals.filters import differentiate, lowpass
+from edge_ident.signals.recording import Sampling
 from edge_ident.signals.resampling import EvenGrid
 
 Array = NDArray[np.float64]
 
 SAMPLES_PER_CUTOFF_PERIOD: Final = 2.5
 """Rate after decimation, in cut-offs: what the filter passes is kept, no more."""
+_MOST_SAMPLES: Final = 1 << 18
+"""Samples that are estimated from: beyond, noise moves parameters far less than model error does.
+"""
 _SAMPLED_PER_PERIOD: Final = 20
 """Gautier's rule: sample at least 100 times faster than the dynamics, filter at 5 times."""
 _FEWEST_CUTOFF_PERIODS: Final = 10.0
@@ -58,6 +63,8 @@ class Signals:
     unknown_share : float
         Share of samples inside gaps of the time stamps, or where the effort is clipped. They are
         bridged like standstills.
+    sampling : Sampling or None
+        Of a recording that was decimated before.
     """
 
     grid: EvenGrid
@@ -67,15 +74,36 @@ class Signals:
     moving: NDArray[np.bool_]
     acceleration_noise: float
     unknown_share: float = 0.0
+    sampling: Sampling | None = None
 
     @property
     def period_s(self) -> float:
         """Sampling period of the even grid."""
         return self.grid.period_s
 
+    @property
+    def recorded_period_s(self) -> float:
+        """Sampling period of the recording, before any decimation."""
+        return self.sampling.period_s if self.sampling else self.grid.period_s
+
+    @property
+    def begin_s(self) -> float:
+        """From the first sample of the recording to the first of the signals."""
+        return self.sampling.begin_s if self.sampling else 0.0
+
+    @property
+    def jitter(self) -> float:
+        """Largest deviation of a time stamp from an even grid, in sampling periods."""
+        return self.sampling.jitter if self.sampling else self.grid.jitter
+
 
 def condition(
-    time_s: Array, position: Array, effort: Array, *, effort_shift_s: float = 0.0
+    time_s: Array,
+    position: Array,
+    effort: Array,
+    *,
+    effort_shift_s: float = 0.0,
+    sampling: Sampling | None = None,
 ) -> Signals:
     """Filter and differentiate one axis.
 
@@ -87,15 +115,22 @@ def condition(
         Several efforts may share one motion.
     effort_shift_s : float
         Time from a row's stamp to the middle of the interval in which its effort acted.
+    sampling : Sampling, optional
+        Of samples that were decimated before.
     """
     grid = EvenGrid.of(time_s)
     period_s = grid.period_s
-    unknown = grid.unknown(effort) if effort.ndim == 1 else np.zeros(len(time_s), dtype=np.bool_)
-    position, effort = grid.resampled(position), grid.resampled(effort)
-    noise = position_noise(position)
-    cutoff_hz = choose_cutoff(position, period_s, noise)
+    if sampling is not None:
+        unknown, noise, cutoff_hz = sampling.unknown, sampling.position_noise, sampling.cutoff_hz
+    else:
+        known = np.zeros(len(time_s), dtype=np.bool_)
+        unknown = grid.unknown(effort) if effort.ndim == 1 else known
+        position, effort = grid.resampled(position), grid.resampled(effort)
+        noise = position_noise(position)
+        cutoff_hz = choose_cutoff(position, period_s, noise)
+    recorded_period_s = sampling.period_s if sampling else period_s
     smooth_effort = lowpass(effort, cutoff_hz, period_s, delay_s=effort_shift_s)
-    columns = filtered_regressor(position, cutoff_hz, period_s)
+    columns = filtered_regressor(position, cutoff_hz, period_s, decimated=sampling is not None)
     moving = ~standing(position, noise, cutoff_hz, period_s) & ~_spread(
         unknown, cutoff_hz, period_s
     )
@@ -106,8 +141,10 @@ def condition(
         effort=bridge(smooth_effort, moving),
         regressor=bridge(columns.T, moving).T,
         moving=moving,
-        acceleration_noise=acceleration_noise(noise, cutoff_hz, period_s) / acceleration_std,
+        acceleration_noise=acceleration_noise(noise, cutoff_hz, recorded_period_s)
+        / acceleration_std,
         unknown_share=float(np.mean(unknown)),
+        sampling=sampling,
     )
 
 
@@ -127,9 +164,11 @@ def with_effort(signals: Signals, effort: Array, effort_shift_s: float) -> Signa
     return replace(signals, effort=bridge(smooth, signals.moving))
 
 
-def filtered_regressor(position: Array, cutoff_hz: float, period_s: float) -> Array:
+def filtered_regressor(
+    position: Array, cutoff_hz: float, period_s: float, *, decimated: bool = False
+) -> Array:
     """Regressor (N, 4) of a position (N,), all columns filtered alike, the velocity's sign too."""
-    _, velocity, acceleration = differentiate(position, cutoff_hz, period_s)
+    _, velocity, acceleration = differentiate(position, cutoff_hz, period_s, decimated=decimated)
     columns = regressor(velocity, acceleration)
     columns[:, 2] = lowpass(columns[:, 2], cutoff_hz, period_s)
     return columns
@@ -159,8 +198,8 @@ def choose_cutoff(position: Array, period_s: float, noise: float | None = None) 
     noise = position_noise(position) if noise is None else noise
     cutoff_hz = ceiling_hz
     for _ in range(8):  # the rms acceleration itself depends, weakly, on the cut-off
-        _, _, acceleration = differentiate(position, cutoff_hz, period_s)
-        allowed = _ACCELERATION_NOISE_SHARE * float(np.std(acceleration))
+        stds = [np.std(differentiate(part, cutoff_hz, period_s)[2]) for part in parts_of(position)]
+        allowed = _ACCELERATION_NOISE_SHARE * float(np.sqrt(np.mean(np.square(stds))))
         excess = acceleration_noise(noise, cutoff_hz, period_s) / max(allowed, _TINY)
         wanted_hz = cutoff_hz * float(max(excess, _TINY) ** -0.4)
         wanted_hz = max(floor_hz, min(ceiling_hz, wanted_hz))
@@ -211,9 +250,10 @@ def _spread(unknown: NDArray[np.bool_], cutoff_hz: float, period_s: float) -> ND
     return np.asarray(np.convolve(unknown, np.ones(2 * margin + 1), "same") > 0.5)
 
 
-def decimation(cutoff_hz: float, period_s: float) -> int:
+def decimation(samples: int, cutoff_hz: float, period_s: float) -> int:
     """Samples from one to the next after decimation to what the filter passes."""
-    return max(1, int(1.0 / (SAMPLES_PER_CUTOFF_PERIOD * cutoff_hz * period_s)))
+    fewest = int(1.0 / (SAMPLES_PER_CUTOFF_PERIOD * cutoff_hz * period_s))
+    return max(1, fewest, -(-samples // _MOST_SAMPLES))
 
 
 def decimated(samples: int, cutoff_hz: float, period_s: float) -> NDArray[np.intp]:
@@ -223,7 +263,7 @@ def decimated(samples: int, cutoff_hz: float, period_s: float) -> NDArray[np.int
     continued differently.
     """
     margin = min(round(1.0 / (cutoff_hz * period_s)), samples // 20)
-    return np.arange(margin, samples - margin, decimation(cutoff_hz, period_s))
+    return np.arange(margin, samples - margin, decimation(samples, cutoff_hz, period_s))
 
 
 def bridge(signal: Array, moving: NDArray[np.bool_]) -> Array:
@@ -256,15 +296,17 @@ def encoder_count(position: Array) -> float:
     An axis that moves on all the time and never returns takes each value once. Its smallest step is
     that of the slowest sample. Rounding to counts of that size would show as noise.
     """
-    steps = np.diff(np.unique(position))
-    count = float(np.min(steps, initial=np.inf, where=steps > 1e-9 * np.ptp(position)))
+    parts, least = parts_of(position), 1e-9 * np.ptp(position)
+    steps = np.concatenate([np.diff(np.unique(part)) for part in parts])
+    count = float(np.min(steps, initial=np.inf, where=steps > least))
     if not np.isfinite(count):
         return 0.0
-    moves = float(np.mean(np.diff(position) != 0.0)) > _ALWAYS
+    moves = float(np.mean([np.mean(np.diff(part) != 0.0) for part in parts])) > _ALWAYS
     rounding = count / np.sqrt(12.0)
     return 0.0 if moves and _white_noise(position) < _NO_ROUNDING * rounding else count
 
 
 def _white_noise(position: Array) -> float:
     """Third differences remove the motion and multiply white noise by √20."""
-    return float(np.sqrt(np.mean(np.diff(position, 3) ** 2) / 20.0))
+    mean_squares = [np.mean(np.diff(part, 3) ** 2) for part in parts_of(position)]
+    return float(np.sqrt(np.mean(mean_squares) / 20.0))

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
+_ANY_LENGTH: Final = 1 << 13
 POINTS: Final = 100
 """Length that the paper subsamples every signal to."""
 
@@ -53,6 +54,17 @@ def idct2(coefficients: Array) -> Array:
     # the mirrored signal's spectrum is zero at its Nyquist frequency
     spectrum = np.concatenate([scaled * twiddle, np.zeros_like(scaled[:1])])
     return np.asarray(np.fft.irfft(spectrum, 2 * n, axis=0)[:n])
+
+
+def transformable(samples: int) -> int:
+    """Most of a number of samples that the transform takes in short time.
+
+    Up to 8192 all are; beyond, the largest product of 2, 3 and 5, which lacks a hundredth at most.
+    """
+    if samples <= _ANY_LENGTH:
+        return samples
+    odd = [3**threes * 5**fives for threes in range(8) for fives in range(6)]
+    return max(n << (samples // n).bit_length() - 1 for n in odd if n <= samples)
 
 
 def _along_first(vector: NDArray[np.complex128], ndim: int) -> NDArray[np.complex128]:

@@ -9,6 +9,8 @@ from typing import Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from edge_ident.signals.decimation import LONG
+
 Array = NDArray[np.float64]
 
 _ORDER: Final = 4
@@ -16,27 +18,55 @@ _SETTLING_PERIODS: Final = 6
 """Cut-off periods after which the filter's impulse response is below 1e-6."""
 
 
-def differentiate(position: Array, cutoff_hz: float, period_s: float) -> tuple[Array, Array, Array]:
+def differentiate(
+    position: Array, cutoff_hz: float, period_s: float, *, decimated: bool = False
+) -> tuple[Array, Array, Array]:
     """Zero-phase filtered position, velocity and acceleration, correct up to the ends.
 
     A quintic that shares position, slope and curvature with the data at both ends is taken out
     first and differentiated exactly; what is left starts and ends flat, so its odd reflection
-    has no kink for the filter to smear.
+    has no kink for the filter to smear. A long record is filtered in blocks, because a polynomial
+    that fits both of its ends is too large between them.
 
     Parameters
     ----------
     position : (N,) array
+    decimated : bool
+        Whether it was low-passed and decimated to few samples per cut-off period. The filter then
+        rings where the padded record closes on itself, so the padding fades there.
 
     Returns
     -------
     position, velocity, acceleration : (N,) arrays
     """
+    margin = int(np.ceil(2 * _SETTLING_PERIODS / (cutoff_hz * period_s)))
+    length = max(LONG // 2, 2 * margin)
+    if len(position) <= 2 * length:
+        return _differentiated(position, cutoff_hz, period_s, fading=decimated)
+    result = np.empty((3, len(position)))
+    for begin in range(0, len(position), length):
+        first, end = max(0, begin - margin), min(len(position), begin + length)
+        block = _differentiated(position[first : end + margin], cutoff_hz, period_s, fading=True)
+        result[:, begin:end] = np.stack(block)[:, begin - first : end - first]
+    return result[0], result[1], result[2]
+
+
+def _differentiated(
+    position: Array, cutoff_hz: float, period_s: float, *, fading: bool
+) -> tuple[Array, Array, Array]:
+    """The same in one piece."""
     samples = len(position)
     trend = _end_matching_quintic(position, cutoff_hz, period_s)
     x = np.linspace(-1.0, 1.0, samples)
     per_second = 2.0 / ((samples - 1) * period_s)
     rest = position - trend(x)
-    padded, start = _pad(rest, cutoff_hz, period_s, reflect_type="odd")
+    padded, start = _pad(rest, 0.5 * cutoff_hz if fading else cutoff_hz, period_s, "odd")
+    if fading:
+        end = start + samples
+        fade = np.cos(np.linspace(0.0, 0.5 * np.pi, start - start // 2)) ** 2
+        padded[: len(fade)] *= fade[::-1]
+        padded[end + start // 2 : end + start // 2 + len(fade)] *= fade
+        padded[end + start // 2 + len(fade) :] = 0.0
     spectrum, frequency = _filtered_spectrum(padded, cutoff_hz, period_s)
     result = []
     for order in range(3):
@@ -64,7 +94,7 @@ def lowpass(
     knee_hz : float
         See `whitening`.
     """
-    padded, start = _pad(signal, cutoff_hz, period_s, reflect_type="even")
+    padded, start = _pad(signal, cutoff_hz, period_s, "even")
     spectrum, frequency = _filtered_spectrum(padded, cutoff_hz, period_s)
     spectrum = spectrum * whitening(frequency / knee_hz)
     spectrum = spectrum * np.exp(-2j * np.pi * frequency * delay_s)
@@ -91,7 +121,7 @@ def _filtered_spectrum(
 
 
 def _pad(
-    signal: Array, cutoff_hz: float, period_s: float, *, reflect_type: Literal["even", "odd"]
+    signal: Array, cutoff_hz: float, period_s: float, reflect_type: Literal["even", "odd"]
 ) -> tuple[Array, int]:
     """Reflect both ends until the wrap-around cannot be felt, to a length that the FFT likes."""
     margin = int(np.ceil(_SETTLING_PERIODS / (cutoff_hz * period_s)))

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.signals.dct import dct2
+from edge_ident.signals.dct import dct2, transformable
 
 Array = NDArray[np.float64]
 
@@ -32,7 +32,8 @@ class Metric:
 
 def compare(measured: Array, modelled: Array) -> Metric:
     """Measure the match of two (N,) efforts."""
-    spectral = _correlation(np.abs(dct2(measured)), np.abs(dct2(modelled)))
+    shown = transformable(len(measured))
+    spectral = _correlation(np.abs(dct2(measured[:shown])), np.abs(dct2(modelled[:shown])))
     error = float(np.linalg.norm(measured - modelled))
     spread = float(np.linalg.norm(measured - np.mean(measured)))
     return Metric(

@@ -12,6 +12,38 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
+class Sampling:
+    """What the samples of an axis told before they were decimated.
+
+    Attributes
+    ----------
+    period_s : float
+        Mean sampling period of the recording.
+    jitter : float
+        Largest deviation of a time stamp from an even grid, in sampling periods.
+    count : float
+        Encoder resolution, 0 where there is none.
+    position_noise, effort_noise : float
+        Standard deviations of the white noise.
+    cutoff_hz : float
+        Of the filter of the identification.
+    begin_s : float
+        From the first sample of the recording to the first after decimation.
+    unknown : (N,) array of bool
+        Samples after decimation inside a gap of the time stamps, or with a clipped effort.
+    """
+
+    period_s: float
+    jitter: float
+    count: float
+    position_noise: float
+    effort_noise: float
+    cutoff_hz: float
+    begin_s: float
+    unknown: NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
 class AxisRecord:
     """One axis of a recording; every array has one value per time stamp.
 
@@ -22,6 +54,8 @@ class AxisRecord:
     position_unit : "rad" or "m"
     effort_unit : "N*m", "N", "A" or "V"
     reference, velocity, temperature_c : (N,) arrays or None
+    sampling : Sampling or None
+        Of samples that were decimated; None for those that were recorded.
 
     Examples
     --------
@@ -38,6 +72,7 @@ class AxisRecord:
     reference: Array | None = None
     velocity: Array | None = None
     temperature_c: Array | None = None
+    sampling: Sampling | None = None
 
     @property
     def parameter_units(self) -> tuple[str, str, str, str]:

@@ -12,6 +12,7 @@ from typing import Final, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from edge_ident.signals.decimation import LONG
 from edge_ident.signals.recording import AxisRecord
 from edge_ident.signals.unknown_samples import clipped, stale
 
@@ -21,7 +22,7 @@ _ROUNDING: Final = 1e-6
 """Deviation from an even grid, in sampling periods, that floating-point rounding explains."""
 GAP: Final = 3.0
 """Sampling periods between two samples, from which samples are missing."""
-_UNEVEN: Final = 0.05
+UNEVEN: Final = 0.05
 """Deviation above which the user is told."""
 
 
@@ -55,7 +56,7 @@ class EvenGrid:
     @property
     def uneven(self) -> bool:
         """Whether the sampling is so uneven that the user should know."""
-        return self.jitter > _UNEVEN
+        return self.jitter > UNEVEN
 
     def resampled(self, signal: Array) -> Array:
         """A signal (N,) on the grid; signals (D, N) only where the stamps lie on it."""
@@ -69,6 +70,8 @@ class EvenGrid:
 
         No interpolation knows the motion inside a gap.
         """
+        if self.jitter <= _ROUNDING:
+            return clipped(effort)
         stamps_s = self._stamps_s[~stale(self._stamps_s)]
         after = np.clip(np.searchsorted(stamps_s, self.time_s), 1, len(stamps_s) - 1)
         around_s = stamps_s[after] - stamps_s[after - 1]
@@ -90,6 +93,9 @@ class EvenGrid:
 
 def _interpolated(at: Array, time: Array, signal: Array) -> Array:
     """Cubic Lagrange interpolation (M,) of a signal (N,), N at least 4."""
+    if len(at) > LONG:  # block by block: the nodes take ten times the memory of the signal
+        blocks = np.split(at, np.arange(LONG, len(at), LONG))
+        return np.concatenate([_interpolated(block, time, signal) for block in blocks])
     first = np.clip(np.searchsorted(time, at) - 2, 0, len(time) - 4)
     nodes = first[:, None] + np.arange(4)
     t = time[nodes]

@@ -60,7 +60,7 @@ def check_scales(recording: Recording) -> list[ScaleQuestion]:
     asked = []
     for name, axis in recording.axes.items():
         asked += _travel(name, axis)
-        asked += _sampling(name, recording.time_s)
+        asked += _sampling(name, axis, recording.time_s)
         asked += _within_axis(name, axis, recording.time_s)
     return asked
 
@@ -115,8 +115,8 @@ def _travel(name: str, axis: AxisRecord) -> list[ScaleQuestion]:
     ]
 
 
-def _sampling(name: str, time_s: Array) -> list[ScaleQuestion]:
-    period_s = float(np.median(np.diff(time_s)))
+def _sampling(name: str, axis: AxisRecord, time_s: Array) -> list[ScaleQuestion]:
+    period_s = axis.sampling.period_s if axis.sampling else float(np.median(np.diff(time_s)))
     if period_s <= _SLOW_S:
         return []
     return [

@@ -41,6 +41,8 @@ def clipped(effort: Array) -> Mask:
     """
     found = np.zeros(len(effort), dtype=np.bool_)
     for sign in (1.0, -1.0):
+        if np.mean(effort == sign * np.max(sign * effort)) <= _AT_PEAK:
+            continue
         levels, counts = np.unique(sign * effort, return_counts=True)
         if len(levels) < _FEWEST_LEVELS:
             return found
