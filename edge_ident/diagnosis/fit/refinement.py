@@ -27,8 +27,6 @@ _BEYOND: Final = 4.0
 """Farthest that a descent may go, over the largest value of the grid."""
 _STEP: Final = 0.02
 """Step of the derivatives, of a parameter's scale: coarse enough for effects that act in jumps."""
-_ROUNDING: Final = 1e-9
-"""Change of the residual by a whole scale of a parameter, of the residual, that rounding makes."""
 _TINY: Final = float(np.finfo(float).tiny)
 
 
@@ -109,10 +107,7 @@ def _residuals(subspace: ResidualSubspace, rows: Array) -> Array:
 def _jacobian(residuals: Array) -> Array:
     """Derivatives (n, S) from residuals (1 + 2·S, n) at a point and a step to all its sides."""
     forward, backward = np.split(residuals[1:], 2)
-    columns = (forward - backward).T / (2.0 * _STEP)
-    # what does nothing stays where it is: a descent along rounding errors leads anywhere
-    shown = np.linalg.norm(columns, axis=0) > _ROUNDING * np.linalg.norm(residuals[0])
-    return np.asarray(np.where(shown, columns, 0.0))
+    return np.asarray((forward - backward).T / (2.0 * _STEP))
 
 
 def _descent_limits(candidate: Candidate, start: Array, grid: Grid) -> tuple[Array, Array, Array]:
