@@ -98,12 +98,16 @@ class Comparison:
         samples = _samples(position, weight, aliased, band, period_s)
         effort, effort_rate = _effort(axis, band, weight, period_s, samples)
         smooth = slow(acceleration, signals.cutoff_hz, period_s)
-        columns = *regressor(velocity, acceleration).T, np.gradient(smooth, period_s), smooth
-        filtered = [band.lowpass(column * weight, period_s)[samples] for column in columns]
+        rates = [
+            band.lowpass(rate * weight, period_s)[samples]
+            for rate in (np.gradient(smooth, period_s), smooth)
+        ]
+        del smooth  # a long recording leaves little memory
+        columns = regressor(velocity, acceleration).T
         return cls(
-            regressor=np.column_stack(filtered[:4]),
+            regressor=np.column_stack([band.lowpass(c * weight, period_s)[samples] for c in columns]),
             effort=effort,
-            rates=np.column_stack([*filtered[4:], effort_rate]),
+            rates=np.column_stack([*rates, effort_rate]),
             position=position[samples],
             weight=weight,
             samples=samples,
