@@ -91,17 +91,23 @@ class Comparison:
         position, velocity, acceleration = (x[::stride] for x in smooth_motion)
         unknown = _direction_unknown(axis, velocity, noise, stride)
         weight = direction_weight(unknown, band.cutoff_hz, period_s)
-        motion = Motion.known(position, position, velocity, acceleration)
-        aliased = _aliased(motion, count, band, recorded_s, period_s)
+        aliased = _aliased(
+            Motion.known(position, position, velocity, acceleration),
+            count, band, recorded_s, period_s,
+        )  # fmt: skip
         samples = _samples(position, weight, aliased, band, period_s)
+        effort, effort_rate = _effort(axis, band, weight, period_s, samples)
         smooth = slow(acceleration, signals.cutoff_hz, period_s)
-        columns = *regressor(velocity, acceleration).T, np.gradient(smooth, period_s), smooth
-        filtered = [band.lowpass(column * weight, period_s)[samples] for column in columns]
-        effort, effort_rate = _effort(axis, band, weight, period_s)
+        rates = [
+            band.lowpass(rate * weight, period_s)[samples]
+            for rate in (np.gradient(smooth, period_s), smooth)
+        ]
+        del smooth  # a long recording leaves little memory
+        columns = regressor(velocity, acceleration).T
         return cls(
-            regressor=np.column_stack(filtered[:4]),
-            effort=effort[samples],
-            rates=np.column_stack([*filtered[4:], effort_rate[samples]]),
+            regressor=np.column_stack([band.lowpass(c * weight, period_s)[samples] for c in columns]),
+            effort=effort,
+            rates=np.column_stack([*rates, effort_rate]),
             position=position[samples],
             weight=weight,
             samples=samples,
@@ -112,9 +118,7 @@ class Comparison:
 
     def with_effort(self, axis: CompensatedAxis) -> "Comparison":
         """The same motion with the effort of an axis that was compensated or shifted otherwise."""
-        effort, rate = (
-            x[self.samples] for x in _effort(axis, self.band, self.weight, self.period_s)
-        )
+        effort, rate = _effort(axis, self.band, self.weight, self.period_s, self.samples)
         return replace(self, effort=effort, rates=np.column_stack([self.rates[:, :2], rate]))
 
     def fit(self) -> Estimate:
@@ -165,7 +169,7 @@ def _band(axis: CompensatedAxis, noise: float) -> tuple[Band, float]:
 
 
 def _effort(
-    axis: CompensatedAxis, band: Band, weight: Array, period_s: float
+    axis: CompensatedAxis, band: Band, weight: Array, period_s: float, at: NDArray[np.intp]
 ) -> tuple[Array, Array]:
     """Effort less what known effects account for, and the rate of its slow part, filtered."""
     signals = axis.signals
@@ -173,7 +177,7 @@ def _effort(
     in_step = lowpass(axis.effort, motion_hz, signals.period_s, delay_s=axis.shift_s)
     in_step = (in_step - axis.effects_unfiltered)[:: round(period_s / signals.period_s)]
     rate = np.gradient(slow(in_step, signals.cutoff_hz, period_s), period_s)
-    filtered = band.lowpass(np.array([in_step, rate]) * weight, period_s)
+    filtered = [band.lowpass(x * weight, period_s)[at] for x in (in_step, rate)]
     return filtered[0], filtered[1]
 
 

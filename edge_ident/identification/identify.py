@@ -99,6 +99,7 @@ def identify(
                 outcome = _diagnosed(recording, name, model, on_progress)
         with watch.stage("estimate"):
             axes[name] = answer(question, outcome)
+        del question
     return Identification(axes, watch.timing_ms())
 
 

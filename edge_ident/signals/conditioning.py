@@ -170,8 +170,22 @@ def filtered_regressor(
     """Regressor (N, 4) of a position (N,), all columns filtered alike, the velocity's sign too."""
     _, velocity, acceleration = differentiate(position, cutoff_hz, period_s, decimated=decimated)
     columns = regressor(velocity, acceleration)
+    if decimated:
+        columns[:, 2] = _mean_direction(velocity, acceleration, period_s)
     columns[:, 2] = lowpass(columns[:, 2], cutoff_hz, period_s)
     return columns
+
+
+def _mean_direction(velocity: Array, acceleration: Array, period_s: float) -> Array:
+    """Sign of the velocity, low-passed before it is sampled, as decimated signals are.
+
+    The mean over a sampling period places a reversal between samples. What it takes off the higher
+    frequencies, the second difference returns.
+    """
+    reached = np.maximum(0.5 * period_s * np.abs(acceleration), _TINY)
+    mean = np.clip(velocity / reached, -1.0, 1.0)
+    mean[1:-1] -= np.diff(mean, 2) / 24.0
+    return mean
 
 
 def choose_cutoff(position: Array, period_s: float, noise: float | None = None) -> float:

@@ -213,9 +213,11 @@ def _check_spike(where: str, values: Array, unit: str, first_row: int) -> None:
     off = np.zeros(len(values))
     off[1:-1] = values[1:-1] - 0.5 * (values[2:] + values[:-2])
     size = np.abs(off)
+    swing = float(np.std(np.delete(values, int(np.argmax(size)))))
+    if np.max(size) <= swing:  # of most recordings; what follows takes longer
+        return
     around = np.maximum(np.append(size[1:], 0.0), np.insert(size[:-1], 0, 0.0))
     usual = float(np.percentile(size, 99.9))
-    swing = float(np.std(np.delete(values, int(np.argmax(size)))))
     spikes = np.flatnonzero(
         (size > _SPIKE_WIDTH * around) & (size > _SPIKE_RATIO * usual) & (size > swing)
     )
@@ -244,9 +246,12 @@ def _check_stuck(where: str, driver: Array, position: Array, first_row: int) -> 
 def _check_jump(where: str, steps: Array, first_row: int) -> None:
     """One step far larger than the steps beside it and than nearly all others: lost counts."""
     around = np.maximum(np.append(steps[1:], 0.0), np.insert(steps[:-1], 0, 0.0))
+    alone = np.flatnonzero(steps > _JUMP_RATIO * around)
+    if not len(alone):
+        return
     moving = steps[steps > 0]
     usual = max(float(np.percentile(moving, 99)), float(np.min(moving)))
-    jumps = np.flatnonzero((steps > _JUMP_RATIO * around) & (steps > _JUMP_RATIO * usual))
+    jumps = alone[steps[alone] > _JUMP_RATIO * usual]
     if len(jumps):
         row = first_row + jumps[0] + 1
         raise DataError(

@@ -39,15 +39,15 @@ def differentiate(
     -------
     position, velocity, acceleration : (N,) arrays
     """
-    margin = int(np.ceil(2 * _SETTLING_PERIODS / (cutoff_hz * period_s)))
-    length = max(LONG // 2, 2 * margin)
-    if len(position) <= 2 * length:
+    blocks = _blocks(len(position), cutoff_hz, period_s)
+    if len(blocks) == 1:
         return _differentiated(position, cutoff_hz, period_s, fading=decimated)
-    result = np.empty((3, len(position)))
-    for begin in range(0, len(position), length):
-        first, end = max(0, begin - margin), min(len(position), begin + length)
-        block = _differentiated(position[first : end + margin], cutoff_hz, period_s, fading=True)
-        result[:, begin:end] = np.stack(block)[:, begin - first : end - first]
+    result = tuple(np.empty(len(position)) for _ in range(3))
+    for begin, end, around in blocks:
+        inner = slice(begin - around.start, end - around.start)
+        parts = _differentiated(position[around], cutoff_hz, period_s, fading=True)
+        for whole, part in zip(result, parts, strict=True):
+            whole[begin:end] = part[inner]
     return result[0], result[1], result[2]
 
 
@@ -60,13 +60,7 @@ def _differentiated(
     x = np.linspace(-1.0, 1.0, samples)
     per_second = 2.0 / ((samples - 1) * period_s)
     rest = position - trend(x)
-    padded, start = _pad(rest, 0.5 * cutoff_hz if fading else cutoff_hz, period_s, "odd")
-    if fading:
-        end = start + samples
-        fade = np.cos(np.linspace(0.0, 0.5 * np.pi, start - start // 2)) ** 2
-        padded[: len(fade)] *= fade[::-1]
-        padded[end + start // 2 : end + start // 2 + len(fade)] *= fade
-        padded[end + start // 2 + len(fade) :] = 0.0
+    padded, start = _pad(rest, cutoff_hz, period_s, "odd", fading=fading)
     spectrum, frequency = _filtered_spectrum(padded, cutoff_hz, period_s)
     result = []
     for order in range(3):
@@ -94,10 +88,32 @@ def lowpass(
     knee_hz : float
         See `whitening`.
     """
-    padded, start = _pad(signal, cutoff_hz, period_s, "even")
+    blocks = _blocks(signal.shape[-1], cutoff_hz, period_s)
+    if len(blocks) == 1:
+        return _lowpassed(signal, cutoff_hz, period_s, delay_s, knee_hz, fading=False)
+    result = np.empty(signal.shape)
+    for begin, end, around in blocks:
+        part = _lowpassed(signal[..., around], cutoff_hz, period_s, delay_s, knee_hz, fading=True)
+        result[..., begin:end] = part[..., begin - around.start : end - around.start]
+    return result
+
+
+def _lowpassed(
+    signal: Array,
+    cutoff_hz: float,
+    period_s: float,
+    delay_s: float,
+    knee_hz: float,
+    *,
+    fading: bool,
+) -> Array:
+    """The same in one piece."""
+    padded, start = _pad(signal, cutoff_hz, period_s, "even", fading=fading)
     spectrum, frequency = _filtered_spectrum(padded, cutoff_hz, period_s)
-    spectrum = spectrum * whitening(frequency / knee_hz)
-    spectrum = spectrum * np.exp(-2j * np.pi * frequency * delay_s)
+    if np.isfinite(knee_hz):
+        spectrum *= whitening(frequency / knee_hz)
+    if delay_s:
+        spectrum *= np.exp(-2j * np.pi * frequency * delay_s)
     samples = slice(start, start + signal.shape[-1])
     return np.asarray(np.fft.irfft(spectrum, padded.shape[-1])[..., samples])
 
@@ -120,15 +136,45 @@ def _filtered_spectrum(
     return np.fft.rfft(padded) * magnitude(frequency / cutoff_hz), frequency
 
 
+def _blocks(samples: int, cutoff_hz: float, period_s: float) -> list[tuple[int, int, slice]]:
+    """Begin and end of the blocks of a long record, and what to filter for each.
+
+    Their neighbours at both sides settle the filter.
+    """
+    margin = int(np.ceil(2 * _SETTLING_PERIODS / (cutoff_hz * period_s)))
+    length = max(LONG // 2, 2 * margin)
+    if samples <= 2 * length:
+        return [(0, samples, slice(0, samples))]
+    begins = range(0, samples, length)
+    ends = [*begins[1:], samples]
+    return [
+        (begin, end, slice(max(0, begin - margin), end + margin))
+        for begin, end in zip(begins, ends, strict=True)
+    ]
+
+
 def _pad(
-    signal: Array, cutoff_hz: float, period_s: float, reflect_type: Literal["even", "odd"]
+    signal: Array,
+    cutoff_hz: float,
+    period_s: float,
+    reflect_type: Literal["even", "odd"],
+    *,
+    fading: bool,
 ) -> tuple[Array, int]:
     """Reflect both ends until the wrap-around cannot be felt, to a length that the FFT likes."""
-    margin = int(np.ceil(_SETTLING_PERIODS / (cutoff_hz * period_s)))
+    settled = int(np.ceil(_SETTLING_PERIODS / (cutoff_hz * period_s)))
+    margin = 2 * settled if fading else settled
     samples = signal.shape[-1]
     total = _fast_length(samples + 2 * margin)
     widths = [(0, 0)] * (signal.ndim - 1) + [(margin, total - samples - margin)]
-    return np.pad(signal, widths, mode="reflect", reflect_type=reflect_type), margin
+    padded = np.pad(signal, widths, mode="reflect", reflect_type=reflect_type)
+    if fading:
+        fade = np.cos(np.linspace(0.0, 0.5 * np.pi, settled)) ** 2
+        end = margin + samples + settled
+        padded[..., :settled] *= fade[::-1]
+        padded[..., end : end + settled] *= fade
+        padded[..., end + settled :] = 0.0
+    return padded, margin
 
 
 def _fast_length(minimum: int) -> int:
