@@ -1,5 +1,7 @@
 """Events that friction at a stop may imitate, and those that it cannot."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -8,6 +10,7 @@ from edge_ident.diagnosis.fit.candidates import Candidate
 from edge_ident.diagnosis.fit.fitting import FittedTerm, fit
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.select.standstill import at_standstill
+from edge_ident.model.model import AxisModel, Term
 from edge_ident.model.search import Form
 from tests.edge_ident.diagnosis.select.test_search_parts import TEMPLATE, recorded, rigid
 
@@ -31,15 +34,16 @@ def motion() -> tuple[Array, Array, Array, Array]:
     return t, position, swing * sine**3, 3.0 * swing * rate * sine**2 * cosine
 
 
-def doubts(centre_s: float, level: float, duration_s: float = 0.24) -> dict[int, str]:
-    """Of an event around a moment, with its effort in the record."""
+def doubts(centre_s: float, level: float, duration_s: float = 0.2) -> dict[int, str]:
+    """Of a model that claims an event around a moment."""
     t, x, v, a = motion()
     values = {"time": centre_s - 0.5 * duration_s, "duration": duration_s}
-    event = level * ((t >= values["time"]) & (t < values["time"] + duration_s))
-    data = prepare_axis([recorded(t, x, rigid(v, a) + event, noise=0.01)], "x")
+    data = prepare_axis([recorded(t, x, rigid(v, a), noise=0.01)], "x")
     form = Form(("level",), ("time", "duration"))
     term = FittedTerm(Candidate("disturbance_event", form), values, {"level": 0.0})
-    return at_standstill(data, fit(data, TEMPLATE, np.zeros(4), (term,)))
+    model = fit(data, TEMPLATE, np.zeros(4), (term,))
+    event = Term("disturbance_event", {**values, "level": level})
+    return at_standstill(data, replace(model, axis=AxisModel((*model.axis.terms[:-1], event))))
 
 
 def test_friction_at_a_stop_may_be_the_event() -> None:
