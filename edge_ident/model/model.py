@@ -60,7 +60,7 @@ def regressor(
     """
     return np.column_stack(
         [acceleration, velocity, np.sign(velocity), np.ones_like(velocity)]
-    ).astype(np.float64)
+    ).astype(np.float64, copy=False)
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 
 SAMPLES_PER_CUTOFF_PERIOD: Final = 2.5
 """Rate after decimation, in cut-offs: what the filter passes is kept, no more."""
-_MOST_SAMPLES: Final = 1 << 18
+_MOST_SAMPLES: Final = 1 << 19
 """Samples that are estimated from: beyond, noise moves parameters far less than model error does.
 """
 _SAMPLED_PER_PERIOD: Final = 20

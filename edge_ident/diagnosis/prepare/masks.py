@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.model.effect import Motion
+from edge_ident.signals.decimation import LONG
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -87,16 +88,18 @@ def aliasing_mask(
     smear : int
         Samples by which the mask is widened.
     """
-    tones = np.zeros(len(motion.velocity))
-    if count > 0.0:
-        for harmonic in range(1, _HARMONICS + 1):
-            per_sample = harmonic * np.abs(motion.velocity) * period_s / count
+    tones = np.zeros(len(motion.velocity), dtype=np.bool_)
+    harmonics = range(1, _HARMONICS + 1) if count > 0.0 else ()
+    for begin in range(0, len(tones), LONG):  # in blocks: a long recording leaves little memory
+        block = slice(begin, begin + LONG)
+        for harmonic in harmonics:
+            per_sample = harmonic * np.abs(motion.velocity[block]) * period_s / count
             folded_hz = np.abs(per_sample - np.round(per_sample)) / period_s
-            sweep = harmonic * np.abs(motion.acceleration) / count
-            tones += (
+            sweep = harmonic * np.abs(motion.acceleration[block]) / count
+            tones[block] |= (
                 (per_sample > 0.5) & (folded_hz < cutoff_hz) & (sweep < cutoff_hz**2 * _SLOW_SWEEP)
             )
-    return widened(tones > 0.5, smear)
+    return widened(tones, smear)
 
 
 def direction_unknown(position: Array, noise: float, cutoff_hz: float, period_s: float) -> Mask:
