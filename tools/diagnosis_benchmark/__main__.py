@@ -33,7 +33,7 @@ What counts, and how:
     python -m tools.diagnosis_benchmark --read FILE             the tables of a former run
 
 Simulations are kept in runs/diagnosis_benchmark and used again. Seeds 1 to 99 are for development;
-the figures in docs/diagnosis.md are of seed 6021, which no development had seen.
+the figures in docs/diagnosis.md are of seed 8123, which no development had seen.
 """
 
 import os
