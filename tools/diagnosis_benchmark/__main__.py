@@ -59,7 +59,7 @@ from tools.diagnosis_benchmark.speed import print_speed
 from tools.diagnosis_benchmark.tables import print_tables
 
 DEVELOPMENT_SEED: Final = 1
-REPORTING_SEED: Final = 6021
+REPORTING_SEED: Final = 8123
 SPEED: Final = "speed"
 
 
