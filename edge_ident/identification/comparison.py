@@ -105,7 +105,9 @@ class Comparison:
         del smooth  # a long recording leaves little memory
         columns = regressor(velocity, acceleration).T
         return cls(
-            regressor=np.column_stack([band.lowpass(c * weight, period_s)[samples] for c in columns]),
+            regressor=np.column_stack(
+                [band.lowpass(c * weight, period_s)[samples] for c in columns]
+            ),
             effort=effort,
             rates=np.column_stack([*rates, effort_rate]),
             position=position[samples],

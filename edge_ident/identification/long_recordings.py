@@ -73,9 +73,7 @@ def _sampling(axis: AxisRecord, grid: EvenGrid) -> Sampling:
 
 
 def _decimated(axis: AxisRecord, grid: EvenGrid, sampling: Sampling, stride: int) -> AxisRecord:
-    position, effort = decimate(
-        grid.resampled(axis.position), grid.resampled(axis.effort), stride
-    )
+    position, effort = decimate(grid.resampled(axis.position), grid.resampled(axis.effort), stride)
     rows = kept(len(axis.position), stride)
     others = (axis.reference, axis.velocity, axis.temperature_c)
     reference, velocity, temperature_c = (
