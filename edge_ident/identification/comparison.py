@@ -27,7 +27,8 @@ from edge_ident.estimation.least_squares import solve
 from edge_ident.estimation.model_error import regime_spread, regimes, unnoticed_error
 from edge_ident.model.effect import Motion
 from edge_ident.model.model import Estimate, regressor
-from edge_ident.signals.conditioning import decimated, encoder_count, position_noise
+from edge_ident.signals.conditioning import decimated
+from edge_ident.signals.encoder import encoder_count, position_noise
 from edge_ident.signals.filters import differentiate, lowpass
 from edge_ident.signals.timing import Shift, slow, solve_shift
 

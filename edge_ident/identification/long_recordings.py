@@ -10,8 +10,9 @@ from typing import Final
 import numpy as np
 
 from edge_ident.diagnosis.prepare.bandwidth import white_noise
-from edge_ident.signals.conditioning import choose_cutoff, encoder_count, position_noise
+from edge_ident.signals.conditioning import choose_cutoff
 from edge_ident.signals.decimation import LONG, any_of, decimate, kept, parts_of
+from edge_ident.signals.encoder import encoder_count, position_noise
 from edge_ident.signals.recording import AxisRecord, Recording, Sampling
 from edge_ident.signals.resampling import EvenGrid
 

@@ -56,7 +56,7 @@ class EvenGrid:
     @property
     def time_s(self) -> Array:
         """Times on the grid, (N,); made when they are asked for, because they may be many."""
-        return self.begin_s + self.period_s * np.arange(len(self._stamps_s))
+        return np.asarray(self.begin_s + self.period_s * np.arange(len(self._stamps_s)), np.float64)
 
     @property
     def uneven(self) -> bool:
