@@ -103,12 +103,11 @@ class Comparison:
             band.lowpass(rate * weight, period_s)[samples]
             for rate in (np.gradient(smooth, period_s), smooth)
         ]
-        del smooth  # a long recording leaves little memory
-        columns = regressor(velocity, acceleration).T
+        unweighted = regressor(velocity, acceleration).T
+        del smooth_motion, smooth, velocity, acceleration  # a long recording leaves little memory
+        columns = [band.lowpass(column * weight, period_s)[samples] for column in unweighted]
         return cls(
-            regressor=np.column_stack(
-                [band.lowpass(c * weight, period_s)[samples] for c in columns]
-            ),
+            regressor=np.column_stack(columns),
             effort=effort,
             rates=np.column_stack([*rates, effort_rate]),
             position=position[samples],
