@@ -129,8 +129,7 @@ def motion_from(recording: Recording, axis: str | None, name: str) -> TrainingMo
     """
     record, grid = _chosen(recording, axis), EvenGrid.of(recording.time_s)
     period_s, read = grid.period_s, grid.resampled(record.position)
-    noise = position_noise(read)
-    smooth = np.stack(differentiate(read, choose_cutoff(read, period_s, noise), period_s))
+    smooth = np.stack(differentiate(read, choose_cutoff(read, period_s), period_s))
     position, velocity, acceleration = _average_lap(smooth)
     if len(position) < POINTS:
         raise DataError(
@@ -146,7 +145,7 @@ def motion_from(recording: Recording, axis: str | None, name: str) -> TrainingMo
         velocity=velocity,
         acceleration=acceleration,
         count=encoder_count(record.position),
-        noise=noise,
+        noise=position_noise(read),
         largest_lag=0.0,
         partner=None,
     )
