@@ -127,7 +127,6 @@ def answer(question: Question, outcome: AxisDiagnosis | str | None) -> AxisIdent
     network = None if question.network is None else _widened(question.network, linear.std)
     chosen = _chosen(question, diagnosed, bases, network)
     signals, effects = chosen.compensated.signals, chosen.compensated.effects_effort[part]
-    time_s = signals.begin_s + signals.period_s * part.astype(np.float64)
     regressor, measured = signals.regressor[part], signals.effort[part] + effects
     modelled = regressor @ chosen.estimate.parameters + effects
     metric = compare(measured, modelled)
@@ -157,7 +156,7 @@ def answer(question: Question, outcome: AxisDiagnosis | str | None) -> AxisIdent
         cutoff_hz=signals.cutoff_hz,
         condition_number=least_squares.condition_number(regressor),
         findings=tuple(findings),
-        trace=EffortTrace(time_s, measured, modelled),
+        trace=EffortTrace(signals.times_s(part), measured, modelled),
     )
 
 

@@ -92,19 +92,15 @@ class Comparison:
         position, velocity, acceleration = (x[::stride] for x in smooth_motion)
         unknown = _direction_unknown(axis, velocity, noise, stride)
         weight = direction_weight(unknown, band.cutoff_hz, period_s)
-        aliased = _aliased(
-            Motion.known(position, position, velocity, acceleration),
-            count, band, recorded_s, period_s,
-        )  # fmt: skip
+        motion = Motion.known(position, position, velocity, acceleration)
+        aliased = _aliased(motion, count, band, recorded_s, period_s)
         samples = _samples(position, weight, aliased, band, period_s)
         effort, effort_rate = _effort(axis, band, weight, period_s, samples)
         smooth = slow(acceleration, signals.cutoff_hz, period_s)
-        rates = [
-            band.lowpass(rate * weight, period_s)[samples]
-            for rate in (np.gradient(smooth, period_s), smooth)
-        ]
+        slow_columns = np.gradient(smooth, period_s), smooth
+        rates = [band.lowpass(column * weight, period_s)[samples] for column in slow_columns]
         unweighted = regressor(velocity, acceleration).T
-        del smooth_motion, smooth, velocity, acceleration  # a long recording leaves little memory
+        del smooth_motion, motion, slow_columns, smooth, velocity, acceleration  # they are large
         columns = [band.lowpass(column * weight, period_s)[samples] for column in unweighted]
         return cls(
             regressor=np.column_stack(columns),

@@ -88,6 +88,10 @@ class Signals:
         """From the first sample of the recording to the first of the signals."""
         return self.sampling.begin_s if self.sampling else 0.0
 
+    def times_s(self, samples: NDArray[np.intp]) -> Array:
+        """Times of samples (n,), from the first sample of the recording."""
+        return self.begin_s + self.period_s * samples.astype(np.float64)
+
     @property
     def jitter(self) -> float:
         """Largest deviation of a time stamp from an even grid, in sampling periods."""
