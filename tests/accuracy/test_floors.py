@@ -3,8 +3,8 @@
 The seed is neither one of development (1 to 99) nor that of the published figures (2002 for the
 diagnosis, 700,000 for the estimators), and nothing is ever tuned to it. The drives are the same
 in every run, so a figure moves only with the code. A floor of the diagnosis lies one case below
-what was measured when it was set: another machine's arithmetic may flip one case, and a slip of
-five points, two cases, is seen.
+what was measured when it was set: another machine's arithmetic may flip one case, and a slip of two
+cases, of the 11 or 13 of a motion, is seen. Each effect is hidden once.
 """
 
 from pathlib import Path
@@ -58,8 +58,8 @@ def diagnosed(motion: str, drives: int) -> list[Outcome]:
 @pytest.mark.parametrize(
     ("motion", "drives", "showing", "first", "exact"),
     [
-        # measured: 12 and 12
-        ("multisine", 32, 18, 11, 11),
+        # measured: 8 and 8
+        ("multisine", 20, 11, 7, 7),
         # measured: 10 and 10
         ("paper", 20, 13, 9, 9),
     ],

@@ -1,7 +1,7 @@
 """Gives the diagnosis other thresholds, and a memory of what they do not reach."""
 
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import wraps
@@ -105,9 +105,7 @@ class _Memory:
 
     def _key(self, arguments: object) -> bytes:
         buffer = BytesIO()
-        pickler = Pickler(buffer, protocol=5)
-        pickler.persistent_id = self._identity  # type: ignore[method-assign]
-        pickler.dump(arguments)
+        _Arguments(buffer, self._identity).dump(arguments)
         return sha256(buffer.getvalue()).digest()
 
     def _identity(self, value: object) -> int | None:
@@ -118,3 +116,15 @@ class _Memory:
             return None
         self._kept[id(value)] = value
         return id(value)
+
+
+class _Arguments(Pickler):
+    """Writes arguments, some of them by an identity."""
+
+    def __init__(self, buffer: BytesIO, identity: Callable[[object], int | None]) -> None:
+        super().__init__(buffer, protocol=5)
+        self._identity = identity
+
+    def persistent_id(self, value: object) -> int | None:
+        """The identity that stands for a value; None where it is written itself."""
+        return self._identity(value)

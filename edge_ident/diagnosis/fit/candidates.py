@@ -25,6 +25,8 @@ _SMALL: Final = 1e-6
 _STEP: Final = 1e-3
 """Relative step of the derivatives by nonlinear parameters: coarse enough for effects that act in
 jumps."""
+_ROUNDING: Final = 1e-11
+"""Relative change of an effort that is rounding."""
 _NOTHING: Final = Term(BASE, dict.fromkeys(PARAMETERS, 0.0))
 """A base term without effort."""
 _ROW_LIMIT: Final = 1_000_000
@@ -121,8 +123,17 @@ def cached_derivatives(
         sides, steps = to_both_sides(candidate, nonlinear)
         base = replace(axis, terms=axis.terms[:1])
         low, high = np.split(regressors(data, base, candidate, sides), 2)
-        data.cache[key] = (high - low) / (2.0 * steps[:, None, None])
+        data.cache[key] = slopes(low, high, steps)
     return data.cache[key]
+
+
+def slopes(low: Array, high: Array, steps: Array) -> Array:
+    """Derivatives (S, ...) from values (S, ...) a step (S,) lower and higher; zero where the change
+    is no more than rounding."""
+    change, per_row = high - low, (len(steps), *(1,) * (low.ndim - 1))
+    sizes = [np.linalg.norm(x.reshape(len(steps), -1), axis=1) for x in (change, high)]
+    shown = sizes[0] > _ROUNDING * sizes[1]
+    return np.asarray(np.where(shown, 0.5 / steps, 0.0).reshape(per_row) * change)
 
 
 def to_both_sides(

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.fit.bounded import solve
-from edge_ident.diagnosis.fit.candidates import cached_derivatives, term, to_both_sides
+from edge_ident.diagnosis.fit.candidates import cached_derivatives, slopes, term, to_both_sides
 from edge_ident.diagnosis.fit.fitting import FittedModel, additive
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.estimation.covariance import coloured_std
@@ -112,7 +112,7 @@ def _derivatives(data: AxisData, fitted: FittedModel, index: int) -> Array:
     moved = term(t.candidate, sides, t.linear)
     terms = (*fitted.axis.terms[:at], moved, *fitted.axis.terms[at + 1 :])
     low, high = np.split(data.predicted(replace(fitted.axis, terms=terms)), 2)
-    return np.asarray((high - low) / (2.0 * steps[:, None]))
+    return slopes(low, high, steps)
 
 
 def _prior_rows(jacobian: Array, nonlinear: int) -> Array:

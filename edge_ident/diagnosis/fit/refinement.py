@@ -27,8 +27,6 @@ _BEYOND: Final = 4.0
 """Farthest that a descent may go, over the largest value of the grid."""
 _STEP: Final = 0.02
 """Step of the derivatives, of a parameter's scale: coarse enough for effects that act in jumps."""
-_ROUNDING: Final = 1e-9
-"""Change of the residual by a whole scale of a parameter, of the residual, that rounding makes."""
 _TINY: Final = float(np.finfo(float).tiny)
 
 
@@ -85,29 +83,31 @@ def _descended(subspace: ResidualSubspace, scored: ScoredCandidate, grid: Grid) 
     @lru_cache(maxsize=2)
     def residuals(point: tuple[float, ...]) -> Array:
         """Residuals (1 + 2·names, n) there."""
-        rows = regressors(point)[:, 0]
-        orthogonal = rows - (rows @ subspace.basis) @ subspace.basis.T
-        length = np.maximum(np.einsum("dn,dn->d", orthogonal, orthogonal), _TINY)
-        amplitude = orthogonal @ subspace.residual / length
-        return np.asarray(subspace.residual - amplitude[:, None] * orthogonal)
-
-    def jacobian(point: Array) -> Array:
-        here, *_ = every = residuals(tuple(point))
-        forward, backward = np.split(every[1:], 2)
-        columns = (forward - backward).T / (2.0 * _STEP)
-        # what does nothing stays where it is: a descent along rounding errors leads anywhere
-        shown = np.linalg.norm(columns, axis=0) > _ROUNDING * np.linalg.norm(here)
-        return np.asarray(np.where(shown, columns, 0.0))
+        return _residuals(subspace, regressors(point)[:, 0])
 
     end = scipy.optimize.least_squares(
         lambda point: residuals(tuple(point))[0],
         np.clip(start, low, high) / scale,
-        jacobian,
+        lambda point: _jacobian(residuals(tuple(point))),
         bounds=(low / scale - 1e-9, high / scale + 1e-9),
         max_nfev=_DESCENT_STEPS,
     )
     rows = regressors(tuple(end.x))[:1]
     return subspace.score_at(candidate, nonlinear_at(end.x[None]), rows, grid)
+
+
+def _residuals(subspace: ResidualSubspace, rows: Array) -> Array:
+    """Residuals (D, n) beside one regressor each, from (D, n) regressors."""
+    orthogonal = rows - (rows @ subspace.basis) @ subspace.basis.T
+    length = np.maximum(np.einsum("dn,dn->d", orthogonal, orthogonal), _TINY)
+    amplitude = orthogonal @ subspace.residual / length
+    return np.asarray(subspace.residual - amplitude[:, None] * orthogonal)
+
+
+def _jacobian(residuals: Array) -> Array:
+    """Derivatives (n, S) from residuals (1 + 2·S, n) at a point and a step to all its sides."""
+    forward, backward = np.split(residuals[1:], 2)
+    return np.asarray((forward - backward).T / (2.0 * _STEP))
 
 
 def _descent_limits(candidate: Candidate, start: Array, grid: Grid) -> tuple[Array, Array, Array]:

@@ -27,6 +27,7 @@ from edge_ident.diagnosis.select.evidence import evidence_for_terms
 from edge_ident.diagnosis.select.physics import unphysical
 from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.select.stability import RUNS, times_found
+from edge_ident.diagnosis.select.standstill import at_standstill
 from edge_ident.diagnosis.select.thresholds import TRADED
 from edge_ident.model.effects import named
 
@@ -108,9 +109,10 @@ def judge(
         kept = [k for k in kept if k not in doubts]
     kept, smaller = _larger_than_rest(assessed, kept)
     doubts |= smaller
-    traded = _traded(assessed, kept)
-    doubts |= traded
-    kept = [k for k in kept if k not in traded]
+    for doubt in (_traded, _at_standstill):
+        doubtful = doubt(assessed, kept)
+        doubts |= doubtful
+        kept = [k for k in kept if k not in doubtful]
     reason = blocked or (
         unphysical(search.data, assessed.fitted(kept), assessed.tolerance) if kept else None
     )
@@ -183,6 +185,12 @@ def _traded(assessed: Assessment, kept: Sequence[int]) -> dict[int, str]:
         return {}
     reason = "without it the parameters that were fitted beside it are worse than the base model's"
     return {k: reason for k, t in zip(kept, model.terms, strict=True) if t.candidate == VIBRATION}
+
+
+def _at_standstill(assessed: Assessment, kept: Sequence[int]) -> dict[int, str]:
+    """Reasons against events that friction at a stop may imitate."""
+    reasons = at_standstill(assessed.search.data, assessed.fitted(kept))
+    return {kept[place]: reason for place, reason in reasons.items()}
 
 
 def _worth_naming(assessed: Assessment, kept: list[int]) -> _Sorted:

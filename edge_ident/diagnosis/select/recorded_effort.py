@@ -56,7 +56,7 @@ def recorded_sizes(data: AxisData, model: FittedModel) -> list[float]:
 
     def left(axis: AxisModel) -> float:
         """Mean square of the residual of a model."""
-        made = [_along(s, axis)[at] for s, at in zip(data.segments, seen, strict=True)]
+        made = [along(s, axis)[at] for s, at in zip(data.segments, seen, strict=True)]
         residual = effort - np.concatenate(made)
         residual = residual - basis @ (basis.T @ residual)
         return float(residual @ residual) / len(residual)
@@ -82,7 +82,7 @@ def _as_motion(segment: Segment, raw: Array) -> Array:
     return np.asarray(smooth[:: segment.stride])
 
 
-def _along(segment: Segment, axis: AxisModel) -> Array:
+def along(segment: Segment, axis: AxisModel) -> Array:
     """Effort (N,) of a model along the motion, unfiltered."""
     effort = inverse_effort(obeyed(axis), segment.motion, segment.others, segment.cache)
     for term in axis.terms:

@@ -9,6 +9,7 @@ import pkgutil
 from collections.abc import Mapping
 from functools import cache
 from types import MappingProxyType
+from typing import Final
 
 import numpy as np
 
@@ -19,6 +20,8 @@ from edge_ident.model.model import Term
 from edge_ident.model.registration import check_effect
 from edge_ident.model.rigid_body import RIGID_BODY
 from edge_ident.model.strengths import Draws, Scale
+
+_UNCATALOGUED: Final = {effect.name: effect for effect in (RIGID_BODY, EXTERNAL_VIBRATION)}
 
 
 @cache
@@ -37,7 +40,6 @@ def catalogue() -> Mapping[str, Effect]:
     return MappingProxyType({name: module.EFFECT for name, module in modules.items()})
 
 
-@cache
 def named(name: str) -> Effect:
     """The effect of this name, the base term, or an external vibration.
 
@@ -46,12 +48,10 @@ def named(name: str) -> Effect:
     ModelError
         There is none.
     """
-    for uncatalogued in (RIGID_BODY, EXTERNAL_VIBRATION):
-        if name == uncatalogued.name:
-            return uncatalogued
-    if name not in catalogue():
+    found = _UNCATALOGUED.get(name) or catalogue().get(name)
+    if found is None:
         raise ModelError(f"there is no effect {name!r}", f"known: {', '.join(catalogue())}")
-    return catalogue()[name]
+    return found
 
 
 def random_term(

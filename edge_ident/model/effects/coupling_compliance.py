@@ -26,7 +26,7 @@ _STOPPING_RATE: Final = 300.0
 """In 1/s, with which dry friction stops the load in a simulation."""
 _BLOCK: Final = 64
 """Samples that are computed at once."""
-_STEPS: Final = 4
+_STEPS: Final = 8
 """Samples that are computed one by one where friction changes."""
 
 
@@ -226,15 +226,15 @@ def _friction(wanted: Array, decay: Complex, gain: Complex, most: Array) -> Arra
             np.minimum(np.maximum(stopping, least), most, out=now)
             state = decay * state + now
         k += _STEPS
-        if np.all(np.abs(stopping) >= most):
+        if (np.abs(stopping) >= most).all():
             steady = left * now
             off = state - steady
             ahead = wanted[k : k + _BLOCK]
             stopping = ahead - (gain * steady).real - cosine[: len(ahead)] * off.real
             stopping += sine[: len(ahead)] * off.imag
             kept = np.minimum(np.maximum(stopping, least), most) == now
-            same = kept.all(axis=1)
-            count = len(same) if same.all() else int(np.argmin(same))
+            same = np.append(kept.all(axis=1), False)
+            count = int(same.argmin())
             friction[k : k + count] = now
             state = steady + powers[count] * off
             k += count

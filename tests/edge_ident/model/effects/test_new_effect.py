@@ -82,12 +82,10 @@ BRAKE = Term(NAME, {"level": 1.5, "speed": 0.6})
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     """A second folder of the package of effects."""
     monkeypatch.setattr(effects, "__path__", [*effects.__path__, str(tmp_path)])
-    for kept in (catalogue, named):
-        kept.cache_clear()
+    catalogue.cache_clear()
     yield tmp_path
     monkeypatch.undo()
-    for kept in (catalogue, named):
-        kept.cache_clear()
+    catalogue.cache_clear()
     sys.modules.pop(f"{effects.__name__}.{NAME}", None)
 
 

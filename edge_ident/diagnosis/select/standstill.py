@@ -1,0 +1,95 @@
+"""Causes in time that act while friction may hold the axis.
+
+Friction at a stop answers whatever pushes, up to its level in either direction. So what the effort
+does there, within twice the Coulomb friction, is no evidence of an event: a sound axis does it,
+too. While the table sticks, its chain winds up, and an encoder on the motor sees it creep.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from edge_ident.diagnosis.fit.external_vibrations import VIBRATION
+from edge_ident.diagnosis.fit.fitting import FittedModel
+from edge_ident.diagnosis.prepare.axis_data import AxisData, Segment
+from edge_ident.diagnosis.select.recorded_effort import along
+from edge_ident.model.effects import named
+from edge_ident.model.search import SOUND_RESONANCE_HZ
+
+Mask = NDArray[np.bool_]
+
+
+def at_standstill(data: AxisData, model: FittedModel) -> dict[int, str]:
+    """Reasons against terms tied to time that friction at a stop may imitate.
+
+    A term counts as acting while its effort is at least half of its largest. It is doubtful where
+    the axis may be held for half of that time, or for any of it if it is shorter than the band
+    resolves.
+
+    Parameters
+    ----------
+    data : AxisData
+    model : FittedModel
+
+    Returns
+    -------
+    mapping of place to str
+        Places are those of `model.terms`.
+    """
+    inertia, _, coulomb, _ = np.maximum(model.axis.parameters, np.finfo(float).tiny)
+    doubts = {}
+    for k, t in enumerate(model.terms):
+        if t.candidate == VIBRATION or not named(t.candidate.effect).tied_to_time:
+            continue
+        efforts = [np.abs(_of_term(s, model, k)) for s in data.segments]
+        largest = max(float(np.max(effort)) for effort in efforts)
+        wound_up = 2.0 * coulomb / (inertia * (2.0 * np.pi * SOUND_RESONANCE_HZ) ** 2)
+        held = any(
+            _held_while(s, effort >= 0.5 * largest, wound_up)
+            for s, effort in zip(data.segments, efforts, strict=True)
+        )
+        if held and largest <= 2.0 * coulomb:
+            doubts[k] = "it acts while the axis stands or nearly stops, and friction may do as much"
+    return doubts
+
+
+def _of_term(segment: Segment, model: FittedModel, index: int) -> NDArray[np.float64]:
+    """Effort (N,) of one added term along the motion, unfiltered."""
+    terms, at = model.axis.terms, len(model.template.terms) + index
+    rest = replace(model.axis, terms=(*terms[:at], *terms[at + 1 :]))
+    return along(segment, model.axis) - along(segment, rest)
+
+
+def _held_while(segment: Segment, acting: Mask, wound_up: float) -> bool:
+    """Whether friction may hold the axis while something acts, (N,)."""
+    count = np.count_nonzero(acting)
+    if not count:
+        return False
+    held = np.count_nonzero(acting & _may_be_held(segment, wound_up))
+    resolved = count * segment.period_s > 1.0 / segment.band.cutoff_hz
+    return bool(held >= 0.5 * count if resolved else held)
+
+
+def _may_be_held(segment: Segment, wound_up: float) -> Mask:
+    """Samples (N,) no farther from a stop than a sound chain winds up, or the encoder resolves.
+
+    Smoothing over a time τ changes a speed by its second derivative times τ²/2. An axis that is
+    slower than that may have stopped.
+    """
+    motion = segment.motion
+    step_s = float(motion.time_s[1] - motion.time_s[0])
+    smoothed_s = 1.0 / (2.0 * np.pi * segment.motion_hz)
+    hidden = 0.5 * np.abs(np.gradient(motion.acceleration, step_s)) * smoothed_s**2
+    turned = np.signbit(motion.velocity) != np.signbit(np.roll(motion.velocity, 1))
+    stops = np.flatnonzero((np.abs(motion.velocity) < hidden) | turned)
+    if not len(stops):
+        return np.zeros(len(motion.velocity), dtype=bool)
+    after = np.minimum(np.searchsorted(stops, np.arange(len(turned))), len(stops) - 1)
+    near = np.minimum(
+        *(
+            np.abs(motion.position - motion.position[stops[place]])
+            for place in (after, np.maximum(after - 1, 0))
+        )
+    )
+    return np.asarray(near <= max(wound_up, segment.position_noise * np.sqrt(12.0)))

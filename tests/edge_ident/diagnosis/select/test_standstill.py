@@ -1,0 +1,64 @@
+"""Events that friction at a stop may imitate, and those that it cannot."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from edge_ident.diagnosis.fit.candidates import Candidate
+from edge_ident.diagnosis.fit.fitting import FittedTerm, fit
+from edge_ident.diagnosis.prepare.preparation import prepare_axis
+from edge_ident.diagnosis.select.standstill import at_standstill
+from edge_ident.model.model import AxisModel, Term
+from edge_ident.model.search import Form
+from tests.edge_ident.diagnosis.select.test_search_parts import TEMPLATE, recorded, rigid
+
+Array = NDArray[np.float64]
+
+COULOMB = 1.1
+"""Of the drive that `rigid` computes."""
+
+
+STOP_S = 10.0
+"""The axis dwells there: within a sound chain's wind-up, 0.5 mrad, for a quarter of a second."""
+MOVING_S = 11.0
+
+
+def motion() -> tuple[Array, Array, Array, Array]:
+    """Time, position, velocity and acceleration of an axis that stops every 2 s."""
+    t = np.arange(0.0, 20.0, 0.0025)
+    rate, swing = 0.5 * np.pi, 2.0
+    sine, cosine = np.sin(rate * t), np.cos(rate * t)
+    position = swing * (cosine**3 / 3.0 - cosine) / rate
+    return t, position, swing * sine**3, 3.0 * swing * rate * sine**2 * cosine
+
+
+def doubts(centre_s: float, level: float, duration_s: float = 0.2) -> dict[int, str]:
+    """Of a model that claims an event around a moment."""
+    t, x, v, a = motion()
+    values = {"time": centre_s - 0.5 * duration_s, "duration": duration_s}
+    data = prepare_axis([recorded(t, x, rigid(v, a), noise=0.01)], "x")
+    form = Form(("level",), ("time", "duration"))
+    term = FittedTerm(Candidate("disturbance_event", form), values, {"level": 0.0})
+    model = fit(data, TEMPLATE, np.zeros(4), (term,))
+    event = Term("disturbance_event", {**values, "level": level})
+    return at_standstill(data, replace(model, axis=AxisModel((*model.axis.terms[:-1], event))))
+
+
+def test_friction_at_a_stop_may_be_the_event() -> None:
+    (reason,) = doubts(STOP_S, 0.9 * COULOMB).values()
+    assert "friction" in reason
+
+
+@pytest.mark.parametrize("level", [0.9 * COULOMB, 4.0 * COULOMB])
+def test_an_axis_that_moves_is_held_by_nothing(level: float) -> None:
+    assert doubts(MOVING_S, level) == {}
+
+
+def test_no_friction_is_as_large_as_that() -> None:
+    assert doubts(STOP_S, 4.0 * COULOMB) == {}
+
+
+def test_what_lasts_beyond_the_stop_is_no_friction() -> None:
+    assert doubts(STOP_S, 0.9 * COULOMB, duration_s=1.5) == {}
