@@ -11,8 +11,9 @@ from edge_ident.errors import DataError, ModelError
 from edge_ident.model.effect import Motion
 from edge_ident.model.effects import named
 from edge_ident.model.model import AxisModel, Model, regressor
-from edge_ident.signals.conditioning import choose_cutoff, encoder_count, position_noise
+from edge_ident.signals.conditioning import choose_cutoff
 from edge_ident.signals.dct import POINTS, subsample
+from edge_ident.signals.encoder import encoder_count, position_noise
 from edge_ident.signals.filters import differentiate
 from edge_ident.signals.recording import AxisRecord, Recording
 from edge_ident.signals.resampling import EvenGrid
@@ -128,8 +129,7 @@ def motion_from(recording: Recording, axis: str | None, name: str) -> TrainingMo
     """
     record, grid = _chosen(recording, axis), EvenGrid.of(recording.time_s)
     period_s, read = grid.period_s, grid.resampled(record.position)
-    noise = position_noise(read)
-    smooth = np.stack(differentiate(read, choose_cutoff(read, period_s, noise), period_s))
+    smooth = np.stack(differentiate(read, choose_cutoff(read, period_s), period_s))
     position, velocity, acceleration = _average_lap(smooth)
     if len(position) < POINTS:
         raise DataError(
@@ -145,7 +145,7 @@ def motion_from(recording: Recording, axis: str | None, name: str) -> TrainingMo
         velocity=velocity,
         acceleration=acceleration,
         count=encoder_count(record.position),
-        noise=noise,
+        noise=position_noise(read),
         largest_lag=0.0,
         partner=None,
     )

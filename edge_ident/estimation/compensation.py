@@ -86,13 +86,8 @@ def compensate_effects(
     delay_s, acting = _delay_s(effects)
     shift_s = recording.effort_shift_s - delay_s - late_s
     if of_motion is None:
-        signals = condition(
-            recording.time_s,
-            axis.position,
-            axis.effort,
-            effort_shift_s=shift_s,
-            sampling=axis.sampling,
-        )
+        columns = recording.time_s, axis.position, axis.effort
+        signals = condition(*columns, effort_shift_s=shift_s, sampling=axis.sampling)
     else:
         signals = with_effort(of_motion, axis.effort, shift_s)
     position, effort = (signals.grid.resampled(x) for x in (axis.position, axis.effort))

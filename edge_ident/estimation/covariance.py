@@ -72,9 +72,7 @@ class _Cosines:
     squares: Array
 
     @classmethod
-    def of(
-        cls, basis: Array, noise: Array, walk: Array, starts: NDArray[np.intp]
-    ) -> "_Cosines":
+    def of(cls, basis: Array, noise: Array, walk: Array, starts: NDArray[np.intp]) -> "_Cosines":
         """Take cosines together, from each start to the next."""
         return cls(
             number=np.diff(starts, append=len(noise)).astype(np.float64),

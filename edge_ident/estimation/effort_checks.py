@@ -45,7 +45,7 @@ _STEPS_PER_PERIOD: Final = 8
 _FALLS: Final = 0.5
 """What the shift must leave of the residual: no effect of an axis, recorded in time, loses half."""
 _MOST: Final = 1 << 14
-"""Samples by which a shift is judged: what is left of an effort is known to a hundredth of itself."""
+"""Samples by which a shift is judged: what is left of an effort is known to a hundredth."""
 _LINE_SAMPLES: Final = 1 << 16
 """Samples, from the first on, that tell whether a motion has one frequency."""
 _FEWEST: Final = 24

@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.estimation.least_squares import unit_length
+from edge_ident.signals.decimation import LONG
 
 Array = NDArray[np.float64]
 
@@ -102,10 +103,15 @@ def regime_spread(
     """
     unit, length = unit_length(regressor)
     count = unit.shape[1]
-    rows = np.column_stack([_products(unit), unit * effort[:, None]])
-    whole = rows.sum(axis=0)
+    quarters = [_quarters(values) for values in regimes]
+    whole, parts = np.zeros(count**2 + count), np.zeros((len(regimes), QUARTERS, count**2 + count))
+    for begin in range(0, len(unit), LONG):  # in blocks: there are many products
+        block = slice(begin, begin + LONG)
+        rows = np.column_stack([_products(unit[block]), unit[block] * effort[block, None]])
+        whole += rows.sum(axis=0)
+        parts += [_sums(rows, quarter[block]) for quarter in quarters]
     inverse, parameters = _solved(whole[None], count)
-    kept = np.concatenate([whole - _sums(rows, quarter) for quarter in map(_quarters, regimes)])
+    kept = (whole - parts).reshape(-1, len(whole))
     inverses, moved = _solved(kept, count)
     move = moved - parameters
     share = np.diagonal(inverses, axis1=1, axis2=2) / np.diagonal(inverse, axis1=1, axis2=2) - 1.0

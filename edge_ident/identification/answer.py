@@ -156,7 +156,7 @@ def answer(question: Question, outcome: AxisDiagnosis | str | None) -> AxisIdent
         cutoff_hz=signals.cutoff_hz,
         condition_number=least_squares.condition_number(regressor),
         findings=tuple(findings),
-        trace=EffortTrace(signals.begin_s + signals.period_s * part, measured, modelled),
+        trace=EffortTrace(signals.times_s(part), measured, modelled),
     )
 
 

@@ -27,7 +27,8 @@ from edge_ident.estimation.least_squares import solve
 from edge_ident.estimation.model_error import regime_spread, regimes, unnoticed_error
 from edge_ident.model.effect import Motion
 from edge_ident.model.model import Estimate, regressor
-from edge_ident.signals.conditioning import decimated, encoder_count, position_noise
+from edge_ident.signals.conditioning import decimated
+from edge_ident.signals.encoder import encoder_count, position_noise
 from edge_ident.signals.filters import differentiate, lowpass
 from edge_ident.signals.timing import Shift, slow, solve_shift
 
@@ -91,21 +92,18 @@ class Comparison:
         position, velocity, acceleration = (x[::stride] for x in smooth_motion)
         unknown = _direction_unknown(axis, velocity, noise, stride)
         weight = direction_weight(unknown, band.cutoff_hz, period_s)
-        aliased = _aliased(
-            Motion.known(position, position, velocity, acceleration),
-            count, band, recorded_s, period_s,
-        )  # fmt: skip
+        motion = Motion.known(position, position, velocity, acceleration)
+        aliased = _aliased(motion, count, band, recorded_s, period_s)
         samples = _samples(position, weight, aliased, band, period_s)
         effort, effort_rate = _effort(axis, band, weight, period_s, samples)
         smooth = slow(acceleration, signals.cutoff_hz, period_s)
-        rates = [
-            band.lowpass(rate * weight, period_s)[samples]
-            for rate in (np.gradient(smooth, period_s), smooth)
-        ]
-        del smooth  # a long recording leaves little memory
-        columns = regressor(velocity, acceleration).T
+        slow_columns = np.gradient(smooth, period_s), smooth
+        rates = [band.lowpass(column * weight, period_s)[samples] for column in slow_columns]
+        unweighted = regressor(velocity, acceleration).T
+        del smooth_motion, motion, slow_columns, smooth, velocity, acceleration  # they are large
+        columns = [band.lowpass(column * weight, period_s)[samples] for column in unweighted]
         return cls(
-            regressor=np.column_stack([band.lowpass(c * weight, period_s)[samples] for c in columns]),
+            regressor=np.column_stack(columns),
             effort=effort,
             rates=np.column_stack([*rates, effort_rate]),
             position=position[samples],

@@ -10,8 +10,9 @@ from typing import Final
 import numpy as np
 
 from edge_ident.diagnosis.prepare.bandwidth import white_noise
-from edge_ident.signals.conditioning import choose_cutoff, encoder_count, position_noise
+from edge_ident.signals.conditioning import choose_cutoff
 from edge_ident.signals.decimation import LONG, any_of, decimate, kept, parts_of
+from edge_ident.signals.encoder import encoder_count, position_noise
 from edge_ident.signals.recording import AxisRecord, Recording, Sampling
 from edge_ident.signals.resampling import EvenGrid
 
@@ -73,9 +74,7 @@ def _sampling(axis: AxisRecord, grid: EvenGrid) -> Sampling:
 
 
 def _decimated(axis: AxisRecord, grid: EvenGrid, sampling: Sampling, stride: int) -> AxisRecord:
-    position, effort = decimate(
-        grid.resampled(axis.position), grid.resampled(axis.effort), stride
-    )
+    position, effort = decimate(grid.resampled(axis.position), grid.resampled(axis.effort), stride)
     rows = kept(len(axis.position), stride)
     others = (axis.reference, axis.velocity, axis.temperature_c)
     reference, velocity, temperature_c = (

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from edge_ident.model.model import regressor
 from edge_ident.signals.decimation import parts_of
+from edge_ident.signals.encoder import position_noise
 from edge_ident.signals.filters import differentiate, lowpass
 from edge_ident.signals.recording import Sampling
 from edge_ident.signals.resampling import EvenGrid
@@ -28,10 +29,6 @@ _FEWEST_CUTOFF_PERIODS: Final = 10.0
 """In a record; a motion without acceleration would ask for none."""
 _ACCELERATION_NOISE_SHARE: Final = 0.05
 """Encoder noise allowed in the acceleration; its square biases the inertia, by 0.25 %."""
-_ALWAYS: Final = 0.9
-"""Share of samples in which an axis moves, from which rounding is white noise."""
-_NO_ROUNDING: Final = 0.5
-"""Noise over that of rounding, below which a position is not rounded."""
 _TINY: Final = float(np.finfo(float).tiny)
 _DECAY_PERIODS: Final = 1.5
 """Cut-off periods after which 3 % of the filter's response are left."""
@@ -90,6 +87,10 @@ class Signals:
     def begin_s(self) -> float:
         """From the first sample of the recording to the first of the signals."""
         return self.sampling.begin_s if self.sampling else 0.0
+
+    def times_s(self, samples: NDArray[np.intp]) -> Array:
+        """Times of samples (n,), from the first sample of the recording."""
+        return self.begin_s + self.period_s * samples.astype(np.float64)
 
     @property
     def jitter(self) -> float:
@@ -289,38 +290,3 @@ def bridge(signal: Array, moving: NDArray[np.bool_]) -> Array:
     for row in bridged.reshape(-1, len(index)):
         row[~moving] = np.interp(index[~moving], index[moving], row[moving])
     return bridged
-
-
-def position_noise(position: Array, count: float | None = None) -> float:
-    """Standard deviation of white noise in a position, at least that of its quantization.
-
-    Parameters
-    ----------
-    position : (N,) array
-    count : float, optional
-        Its `encoder_count`, where it is known already.
-    """
-    count = encoder_count(position) if count is None else count
-    return float(max(_white_noise(position), count / np.sqrt(12.0)))
-
-
-def encoder_count(position: Array) -> float:
-    """Smallest step between values that a position takes, 0 where that is no count.
-
-    An axis that moves on all the time and never returns takes each value once. Its smallest step is
-    that of the slowest sample. Rounding to counts of that size would show as noise.
-    """
-    parts, least = parts_of(position), 1e-9 * np.ptp(position)
-    steps = np.concatenate([np.diff(np.unique(part)) for part in parts])
-    count = float(np.min(steps, initial=np.inf, where=steps > least))
-    if not np.isfinite(count):
-        return 0.0
-    moves = float(np.mean([np.mean(np.diff(part) != 0.0) for part in parts])) > _ALWAYS
-    rounding = count / np.sqrt(12.0)
-    return 0.0 if moves and _white_noise(position) < _NO_ROUNDING * rounding else count
-
-
-def _white_noise(position: Array) -> float:
-    """Third differences remove the motion and multiply white noise by √20."""
-    mean_squares = [np.mean(np.diff(part, 3) ** 2) for part in parts_of(position)]
-    return float(np.sqrt(np.mean(mean_squares) / 20.0))

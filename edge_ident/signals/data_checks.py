@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.errors import DataError
-from edge_ident.signals.conditioning import condition, position_noise
+from edge_ident.signals.conditioning import condition
+from edge_ident.signals.encoder import position_noise
 from edge_ident.signals.recording import AxisRecord, Recording
 
 Array = NDArray[np.float64]

@@ -59,12 +59,13 @@ def idct2(coefficients: Array) -> Array:
 def transformable(samples: int) -> int:
     """Most of a number of samples that the transform takes in short time.
 
-    Up to 8192 all are; beyond, the largest product of 2, 3 and 5, which lacks a hundredth at most.
+    Up to 8192 all are; beyond, the largest product of 2, 3 and 5, a few hundredths fewer at most.
     """
     if samples <= _ANY_LENGTH:
         return samples
-    odd = [3**threes * 5**fives for threes in range(8) for fives in range(6)]
-    return max(n << (samples // n).bit_length() - 1 for n in odd if n <= samples)
+    odd = (int(3**threes * 5**fives) for threes in range(8) for fives in range(6))
+    powers = (n * 2 ** int(np.log2(samples // n)) for n in odd if n <= samples)
+    return max(int(power) for power in powers)
 
 
 def _along_first(vector: NDArray[np.complex128], ndim: int) -> NDArray[np.complex128]:

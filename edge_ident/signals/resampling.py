@@ -32,14 +32,14 @@ class EvenGrid:
 
     Attributes
     ----------
-    time_s : (N,) array
+    begin_s : float
     period_s : float
         The mean sampling period.
     jitter : float
         Largest deviation of a time stamp from the grid, in sampling periods.
     """
 
-    time_s: Array
+    begin_s: float
     period_s: float
     jitter: float
     _stamps_s: Array
@@ -51,7 +51,12 @@ class EvenGrid:
         even_s = time_s[0] + period_s * np.arange(len(time_s))
         deviation = time_s - even_s
         jitter = float(np.max(np.abs(deviation - np.mean(deviation)))) / period_s
-        return cls(even_s, period_s, jitter, time_s)
+        return cls(float(time_s[0]), period_s, jitter, time_s)
+
+    @property
+    def time_s(self) -> Array:
+        """Times on the grid, (N,); made when they are asked for, because they may be many."""
+        return np.asarray(self.begin_s + self.period_s * np.arange(len(self._stamps_s)), np.float64)
 
     @property
     def uneven(self) -> bool:

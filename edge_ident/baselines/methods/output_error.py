@@ -18,7 +18,7 @@ from edge_ident.baselines.problem import Problem, fit
 from edge_ident.errors import DataError
 from edge_ident.estimation.covariance import coloured_std
 from edge_ident.model.model import POSITIVE, Estimate
-from edge_ident.signals.conditioning import position_noise
+from edge_ident.signals.encoder import position_noise
 from edge_ident.signals.filters import lowpass
 
 Array = NDArray[np.float64]

@@ -16,7 +16,7 @@ from edge_ident.baselines.problem import Problem, fit
 from edge_ident.errors import DataError
 from edge_ident.estimation.covariance import coloured_std
 from edge_ident.model.model import Estimate
-from edge_ident.signals.conditioning import position_noise
+from edge_ident.signals.encoder import position_noise
 
 Array = NDArray[np.float64]
 

@@ -30,8 +30,8 @@ from edge_ident.signals.conditioning import (
     acceleration_noise,
     choose_cutoff,
     decimated,
-    encoder_count,
 )
+from edge_ident.signals.encoder import encoder_count
 from edge_ident.signals.filters import lowpass
 from edge_ident.signals.recording import Recording
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from edge_ident.signals import conditioning
+from edge_ident.signals import conditioning, encoder
 from edge_ident.signals.filters import differentiate
 from edge_ident.signals.resampling import EvenGrid
 
@@ -73,13 +73,13 @@ def stick_slip() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 def test_a_standstill_is_found_and_a_quick_reversal_is_not() -> None:
     stuck, where, free = stick_slip()
-    moving = ~conditioning.standing(stuck, conditioning.position_noise(stuck), 3.0, PERIOD_S)
+    moving = ~conditioning.standing(stuck, encoder.position_noise(stuck), 3.0, PERIOD_S)
     assert not moving[where].any()
     margin = int(1.5 / 3.0 / PERIOD_S) + 60
     assert moving[: where[0] - margin].all()
     assert moving[where[-1] + margin :].all()
     counted = COUNT_RAD * np.round(free / COUNT_RAD)
-    noise = conditioning.position_noise(counted)
+    noise = encoder.position_noise(counted)
     assert not conditioning.standing(counted, noise, 3.0, PERIOD_S).any()
 
 
@@ -120,7 +120,7 @@ def test_stamps_slightly_off_the_grid_are_corrected_for() -> None:
 def test_the_slowest_step_of_a_motion_that_never_returns_is_no_count() -> None:
     time = 0.002 * np.arange(3000)
     turning = 6.0 * time + 0.02 * np.sin(9.0 * time)
-    assert conditioning.encoder_count(turning) == 0.0
-    assert conditioning.encoder_count(1e-3 * np.round(turning / 1e-3)) == pytest.approx(0.0, abs=0)
+    assert encoder.encoder_count(turning) == 0.0
+    assert encoder.encoder_count(1e-3 * np.round(turning / 1e-3)) == pytest.approx(0.0, abs=0)
     coarse = 0.02 * np.round(turning / 0.02)
-    assert conditioning.encoder_count(coarse) == pytest.approx(0.02)
+    assert encoder.encoder_count(coarse) == pytest.approx(0.02)

@@ -1,0 +1,50 @@
+"""What a recorded position tells of its encoder: resolution and noise."""
+
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from edge_ident.signals.decimation import parts_of
+
+Array = NDArray[np.float64]
+
+_ALWAYS: Final = 0.9
+"""Share of samples in which an axis moves, from which rounding is white noise."""
+_NO_ROUNDING: Final = 0.5
+"""Noise over that of rounding, below which a position is not rounded."""
+
+
+def position_noise(position: Array, count: float | None = None) -> float:
+    """Standard deviation of white noise in a position, at least that of its quantization.
+
+    Parameters
+    ----------
+    position : (N,) array
+    count : float, optional
+        Its `encoder_count`, where it is known already.
+    """
+    count = encoder_count(position) if count is None else count
+    return float(max(_white_noise(position), count / np.sqrt(12.0)))
+
+
+def encoder_count(position: Array) -> float:
+    """Smallest step between values that a position takes, 0 where that is no count.
+
+    An axis that moves on all the time and never returns takes each value once. Its smallest step is
+    that of the slowest sample. Rounding to counts of that size would show as noise.
+    """
+    parts, least = parts_of(position), 1e-9 * np.ptp(position)
+    steps = np.concatenate([np.diff(np.unique(part)) for part in parts])
+    count = float(np.min(steps, initial=np.inf, where=steps > least))
+    if not np.isfinite(count):
+        return 0.0
+    moves = float(np.mean([np.mean(np.diff(part) != 0.0) for part in parts])) > _ALWAYS
+    rounding = count / np.sqrt(12.0)
+    return 0.0 if moves and _white_noise(position) < _NO_ROUNDING * rounding else count
+
+
+def _white_noise(position: Array) -> float:
+    """Third differences remove the motion and multiply white noise by √20."""
+    mean_squares = [np.mean(np.diff(part, 3) ** 2) for part in parts_of(position)]
+    return float(np.sqrt(np.mean(mean_squares) / 20.0))
