@@ -11,7 +11,7 @@ from pickle import Pickler
 from typing import Any, Final
 
 from edge_ident.diagnosis import motion_check
-from edge_ident.diagnosis.fit import fitting, held_out, noise_floor, summary
+from edge_ident.diagnosis.fit import fitting, held_out, noise_floor, summary, term_effort
 from edge_ident.diagnosis.prepare import preparation
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.select import criterion, testability
@@ -25,7 +25,7 @@ _PURE: Final[tuple[tuple[object, str], ...]] = (
     (held_out, "standard_deviations"),
     (noise_floor, "noise_floor"),
     (summary, "model_fit"),
-    (summary, "contributions"),
+    (term_effort, "contributions"),
     (summary, "traces"),
     (criterion, "model_discrepancy"),
     (testability, "_orthogonal_shares"),

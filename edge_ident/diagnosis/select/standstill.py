@@ -6,6 +6,7 @@ too. While the table sticks, its chain winds up, and an encoder on the motor see
 """
 
 from dataclasses import replace
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,18 +15,20 @@ from edge_ident.diagnosis.fit.external_vibrations import VIBRATION
 from edge_ident.diagnosis.fit.fitting import FittedModel
 from edge_ident.diagnosis.prepare.axis_data import AxisData, Segment
 from edge_ident.diagnosis.select.recorded_effort import along
+from edge_ident.diagnosis.select.thresholds import HELD
 from edge_ident.model.effects import named
 from edge_ident.model.search import SOUND_RESONANCE_HZ
 
+Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
+_TINY: Final = float(np.finfo(float).tiny)
 
 
 def at_standstill(data: AxisData, model: FittedModel) -> dict[int, str]:
     """Reasons against terms tied to time that friction at a stop may imitate.
 
-    A term counts as acting while its effort is at least half of its largest. It is doubtful where
-    the axis may be held for half of that time, or for any of it if it is shorter than the band
-    resolves.
+    A term is doubtful where half of its energy acts while the axis may be held; where it is shorter
+    than the band resolves, and any of it does.
 
     Parameters
     ----------
@@ -43,32 +46,32 @@ def at_standstill(data: AxisData, model: FittedModel) -> dict[int, str]:
         if t.candidate == VIBRATION or not named(t.candidate.effect).tied_to_time:
             continue
         efforts = [np.abs(_of_term(s, model, k)) for s in data.segments]
-        largest = max(float(np.max(effort)) for effort in efforts)
-        wound_up = 2.0 * coulomb / (inertia * (2.0 * np.pi * SOUND_RESONANCE_HZ) ** 2)
+        most, largest = 2.0 * coulomb, max(float(np.max(effort)) for effort in efforts)
+        wound_up = most / (inertia * (2.0 * np.pi * SOUND_RESONANCE_HZ) ** 2)
         held = any(
-            _held_while(s, effort >= 0.5 * largest, wound_up)
+            _held_while(s, effort, wound_up)
             for s, effort in zip(data.segments, efforts, strict=True)
         )
-        if held and largest <= 2.0 * coulomb:
+        if held and largest <= most:
             doubts[k] = "it acts while the axis stands or nearly stops, and friction may do as much"
     return doubts
 
 
-def _of_term(segment: Segment, model: FittedModel, index: int) -> NDArray[np.float64]:
-    """Effort (N,) of one added term along the motion, unfiltered."""
+def _of_term(segment: Segment, model: FittedModel, index: int) -> Array:
+    """Effort (N,) of one added term along the motion, unfiltered, as far as it is compared."""
     terms, at = model.axis.terms, len(model.template.terms) + index
     rest = replace(model.axis, terms=(*terms[:at], *terms[at + 1 :]))
-    return along(segment, model.axis) - along(segment, rest)
+    added = along(segment, model.axis) - along(segment, rest)
+    return added * segment.direction_weight[:: segment.stride]
 
 
-def _held_while(segment: Segment, acting: Mask, wound_up: float) -> bool:
-    """Whether friction may hold the axis while something acts, (N,)."""
-    count = np.count_nonzero(acting)
-    if not count:
-        return False
-    held = np.count_nonzero(acting & _may_be_held(segment, wound_up))
-    resolved = count * segment.period_s > 1.0 / segment.band.cutoff_hz
-    return bool(held >= 0.5 * count if resolved else held)
+def _held_while(segment: Segment, effort: Array, wound_up: float) -> bool:
+    """Whether friction may hold the axis while an effort (N,) acts."""
+    energy = np.square(effort)
+    held = float(np.sum(energy[_may_be_held(segment, wound_up)]))
+    lasts_s = segment.period_s * np.sum(energy) / max(float(np.max(energy)), _TINY)
+    resolved = lasts_s > 1.0 / segment.band.cutoff_hz
+    return held > (HELD.value * float(np.sum(energy)) if resolved else 0.0)
 
 
 def _may_be_held(segment: Segment, wound_up: float) -> Mask:
@@ -92,4 +95,5 @@ def _may_be_held(segment: Segment, wound_up: float) -> Mask:
             for place in (after, np.maximum(after - 1, 0))
         )
     )
-    return np.asarray(near <= max(wound_up, segment.position_noise * np.sqrt(12.0)))
+    resolved = segment.position_noise * np.sqrt(12.0)
+    return np.asarray(near <= max(wound_up, resolved))

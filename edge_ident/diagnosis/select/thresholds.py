@@ -1,8 +1,7 @@
 """Every threshold of the selection: value, unit, reason and support.
 
-No other file of this room holds one; a test checks that. docs/diagnosis_reference.md prints
-`thresholds`, and a test compares the two. "Sensitivity" is an experiment on 42 simulated
-recordings with lower and higher values (`tools.threshold_sensitivity`), and its table stands there.
+No other file of this room holds one. docs/diagnosis_reference.md prints `thresholds`, and the table
+of "sensitivity": 42 simulated recordings with other values (`tools.threshold_sensitivity`).
 """
 
 from collections.abc import Mapping
@@ -96,9 +95,15 @@ LARGER_IN_TIME: Final = Threshold(
     2.0,
     "rms of what is left",
     "A cause that is tied to time is larger than this; any other is larger than what is left.",
-    "A judgement: an unknown disturbance in time has parts that look like a drift, a payload or an "
-    "event, and the larger part of it may.",
+    "A judgement: the larger part of an unknown disturbance in time may look like such a cause.",
     "`test_acceptance.py`: a drift beside as large a rest is only suspected",
+)
+HELD: Final = Threshold(
+    0.5,
+    "of the energy of a cause's effort",
+    "A cause in time is suspected where so much of it acts while friction may hold the axis.",
+    "A judgement: most of it is then what friction may do.",
+    "`test_standstill.py`: what lasts beyond the stop is no friction",
 )
 NEGATIVE: Final = Threshold(
     2.0,

@@ -7,7 +7,6 @@ import re
 import sys
 from pathlib import Path
 
-import click
 import pytest
 import typer
 from rich.console import Console
@@ -34,7 +33,7 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def every_command() -> list[tuple[str, ...]]:
-    def below(command: click.Command, path: tuple[str, ...]) -> list[tuple[str, ...]]:
+    def below(command: object, path: tuple[str, ...]) -> list[tuple[str, ...]]:
         subs = getattr(command, "commands", {})
         return [path, *(found for name, sub in subs.items() for found in below(sub, (*path, name)))]
 

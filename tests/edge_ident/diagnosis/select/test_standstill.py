@@ -57,7 +57,7 @@ def test_an_axis_that_moves_is_held_by_nothing(level: float) -> None:
 
 
 def test_no_friction_is_as_large_as_that() -> None:
-    assert doubts(STOP_S, 4.0 * COULOMB) == {}
+    assert doubts(STOP_S, 20.0 * COULOMB, duration_s=0.24) == {}
 
 
 def test_what_lasts_beyond_the_stop_is_no_friction() -> None:
