@@ -89,6 +89,18 @@ class FittedModel:
         """The derivatives, zero for what a bound holds."""
         return np.where(self.free, self.derivatives, 0.0)
 
+    def of_same_effect(self, place: int) -> tuple[int, ...]:
+        """Places of the added terms of one term's effect and source, itself included."""
+        names = [(t.candidate.effect, t.candidate.source) for t in self.terms]
+        return tuple(k for k, name in enumerate(names) if name == names[place])
+
+    def axis_without(self, places: Sequence[int]) -> AxisModel:
+        """The axis without some of the added terms; all parameters stay as they are."""
+        first = len(self.template.terms)
+        left_out = {first + place for place in places}
+        terms = (t for k, t in enumerate(self.axis.terms) if k not in left_out)
+        return replace(self.axis, terms=tuple(terms))
+
     @property
     def effects(self) -> frozenset[str]:
         """Names of the effects that the diagnosis added."""

@@ -1,7 +1,5 @@
 """What single terms of a fitted model contribute to its effort."""
 
-from dataclasses import replace
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -36,6 +34,4 @@ def contributions(data: AxisData, model: FittedModel) -> list[Array]:
 
 
 def _added(data: AxisData, model: FittedModel, index: int) -> Array:
-    terms, at = model.axis.terms, len(model.template.terms) + index
-    rest = replace(model.axis, terms=(*terms[:at], *terms[at + 1 :]))
-    return data.predicted(model.axis) - data.predicted(rest)
+    return data.predicted(model.axis) - data.predicted(model.axis_without([index]))

@@ -81,11 +81,8 @@ class Assessment:
         if recorded_alone:
             return recorded
         efforts = own_efforts(self.search.data, model, self.space)
-        names = [(t.candidate.effect, t.candidate.source) for t in model.terms]
-        together = {name: np.zeros_like(efforts[0]) for name in names}
-        for name, effort in zip(names, efforts, strict=True):
-            together[name] = together[name] + effort
-        in_band = [rms(together[name]) / self.scale for name in names]
+        together = (efforts[list(model.of_same_effect(k))] for k in range(len(model.terms)))
+        in_band = (rms(np.sum(parts, axis=0)) / self.scale for parts in together)
         return [max(pair) for pair in zip(recorded, in_band, strict=True)]
 
     def sound(self, place: int) -> bool:

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 from edge_ident.diagnosis.fit.external_vibrations import VIBRATION
-from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm
+from edge_ident.diagnosis.fit.fitting import FittedModel
 from edge_ident.diagnosis.fit.held_out import standard_deviations
 from edge_ident.diagnosis.fit.noise_floor import NoiseFloor
 from edge_ident.diagnosis.result import Cause, Refused, Verdict
@@ -27,9 +27,8 @@ from edge_ident.diagnosis.select.evidence import evidence_for_terms
 from edge_ident.diagnosis.select.physics import unphysical
 from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.select.stability import RUNS, times_found
-from edge_ident.diagnosis.select.standstill import at_standstill
+from edge_ident.diagnosis.select.standstill import at_standstill, tied_to_time
 from edge_ident.diagnosis.select.thresholds import TRADED
-from edge_ident.model.effects import named
 
 _SOUND: Final = "certain, and no fault: the chain of a sound drive winds up as much"
 
@@ -163,14 +162,9 @@ def _beside_rest(assessed: Assessment, model: FittedModel) -> list[Decision]:
     """For each term of a model, whether it is larger than what the model leaves unexplained."""
     rest = assessed.rest(model)
     return [
-        larger_than_rest(share, rest, tied_to_time=_tied_to_time(t))
+        larger_than_rest(share, rest, tied_to_time=tied_to_time(t))
         for share, t in zip(assessed.shares(model), model.terms, strict=True)
     ]
-
-
-def _tied_to_time(term: FittedTerm) -> bool:
-    """Whether a term is a cause in time; a vibration is none, and stands in time alone."""
-    return term.candidate != VIBRATION and named(term.candidate.effect).tied_to_time
 
 
 def _traded(assessed: Assessment, kept: Sequence[int]) -> dict[int, str]:

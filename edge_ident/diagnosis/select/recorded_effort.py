@@ -9,8 +9,6 @@ residual r takes off ‖r + s‖² - ‖r‖² = 2·s·(r + s) - ‖s‖². So a
 against the cause, and so does the noise that it has from the encoder.
 """
 
-from dataclasses import replace
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -41,11 +39,7 @@ def recorded_sizes(data: AxisData, model: FittedModel) -> list[float]:
         projection on the base model's columns, over the rms of the effort. Negative where the
         residual has less without it.
     """
-    names = [(t.candidate.effect, t.candidate.source) for t in model.terms]
-    first = len(model.template.terms)
-    parts = {
-        name: [first + k for k, other in enumerate(names) if other == name] for name in set(names)
-    }
+    together = [model.of_same_effect(place) for place in range(len(model.terms))]
     seen = [s.direction_known for s in data.segments]
     effort = np.concatenate([_measured(s)[at] for s, at in zip(data.segments, seen, strict=True)])
     motions = [
@@ -63,11 +57,10 @@ def recorded_sizes(data: AxisData, model: FittedModel) -> list[float]:
 
     whole, scale = left(model.axis), nonzero_rms(effort)
     sizes = {}
-    for name, places in parts.items():
-        kept = tuple(t for k, t in enumerate(model.axis.terms) if k not in places)
-        more = left(replace(model.axis, terms=kept)) - whole
-        sizes[name] = float(np.sign(more) * np.sqrt(np.abs(more))) / scale
-    return [sizes[name] for name in names]
+    for places in set(together):
+        more = left(model.axis_without(places)) - whole
+        sizes[places] = float(np.sign(more) * np.sqrt(np.abs(more))) / scale
+    return [sizes[places] for places in together]
 
 
 def _measured(segment: Segment) -> Array:

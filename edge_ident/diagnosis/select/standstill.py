@@ -5,14 +5,13 @@ does there, within twice the Coulomb friction, is no evidence of an event: a sou
 too. While the table sticks, its chain winds up, and an encoder on the motor sees it creep.
 """
 
-from dataclasses import replace
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.fit.external_vibrations import VIBRATION
-from edge_ident.diagnosis.fit.fitting import FittedModel
+from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm
 from edge_ident.diagnosis.prepare.axis_data import AxisData, Segment
 from edge_ident.diagnosis.select.recorded_effort import along
 from edge_ident.diagnosis.select.thresholds import HELD
@@ -22,6 +21,11 @@ from edge_ident.model.search import SOUND_RESONANCE_HZ
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 _TINY: Final = float(np.finfo(float).tiny)
+
+
+def tied_to_time(term: FittedTerm) -> bool:
+    """Whether a term is a cause in time; a vibration is none, and stands in time alone."""
+    return term.candidate != VIBRATION and named(term.candidate.effect).tied_to_time
 
 
 def at_standstill(data: AxisData, model: FittedModel) -> dict[int, str]:
@@ -40,14 +44,15 @@ def at_standstill(data: AxisData, model: FittedModel) -> dict[int, str]:
     mapping of place to str
         Places are those of `model.terms`.
     """
-    inertia, _, coulomb, _ = np.maximum(model.axis.parameters, np.finfo(float).tiny)
+    inertia, _, coulomb, _ = np.maximum(model.axis.parameters, _TINY)
+    most = 2.0 * coulomb
+    wound_up = most / (inertia * (2.0 * np.pi * SOUND_RESONANCE_HZ) ** 2)
     doubts = {}
     for k, t in enumerate(model.terms):
-        if t.candidate == VIBRATION or not named(t.candidate.effect).tied_to_time:
+        if not tied_to_time(t):
             continue
         efforts = [np.abs(_of_term(s, model, k)) for s in data.segments]
-        most, largest = 2.0 * coulomb, max(float(np.max(effort)) for effort in efforts)
-        wound_up = most / (inertia * (2.0 * np.pi * SOUND_RESONANCE_HZ) ** 2)
+        largest = max(float(np.max(effort)) for effort in efforts)
         held = any(
             _held_while(s, effort, wound_up)
             for s, effort in zip(data.segments, efforts, strict=True)
@@ -59,9 +64,7 @@ def at_standstill(data: AxisData, model: FittedModel) -> dict[int, str]:
 
 def _of_term(segment: Segment, model: FittedModel, index: int) -> Array:
     """Effort (N,) of one added term along the motion, unfiltered, as far as it is compared."""
-    terms, at = model.axis.terms, len(model.template.terms) + index
-    rest = replace(model.axis, terms=(*terms[:at], *terms[at + 1 :]))
-    added = along(segment, model.axis) - along(segment, rest)
+    added = along(segment, model.axis) - along(segment, model.axis_without([index]))
     return added * segment.direction_weight[:: segment.stride]
 
 
@@ -89,11 +92,7 @@ def _may_be_held(segment: Segment, wound_up: float) -> Mask:
     if not len(stops):
         return np.zeros(len(motion.velocity), dtype=bool)
     after = np.minimum(np.searchsorted(stops, np.arange(len(turned))), len(stops) - 1)
-    near = np.minimum(
-        *(
-            np.abs(motion.position - motion.position[stops[place]])
-            for place in (after, np.maximum(after - 1, 0))
-        )
-    )
+    neighbours = motion.position[stops[[after, np.maximum(after - 1, 0)]]]
+    near = np.min(np.abs(motion.position - neighbours), axis=0)
     resolved = segment.position_noise * np.sqrt(12.0)
     return np.asarray(near <= max(wound_up, resolved))

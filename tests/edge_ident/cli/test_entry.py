@@ -5,8 +5,12 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 import pytest
+
+from tests.processes import stop
 
 COMMAND = [sys.executable, "-m", "edge_ident"]
 SLOW_START = (
@@ -68,17 +72,21 @@ def test_the_version_is_printed() -> None:
     assert done.stdout == f"edge-ident {edge_ident.__version__}\n"
 
 
-def started(ignoring: bool = False) -> "subprocess.Popen[str]":
-    """A process whose command line is still loading."""
+@contextmanager
+def started(ignoring: bool = False) -> Iterator["subprocess.Popen[str]"]:
+    """A process whose command line is still loading; it ends with the test."""
     how = signal.SIG_IGN if ignoring else signal.SIG_DFL
-    process = subprocess.Popen(
+    with subprocess.Popen(
         [sys.executable, "-c", SLOW_START],
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
         preexec_fn=lambda: signal.signal(signal.SIGINT, how) and None,
-    )  # fmt: skip
-    assert process.stdout is not None
-    assert process.stdout.readline() == "loading\n"
-    return process
+    ) as process:  # fmt: skip
+        try:
+            assert process.stdout is not None
+            assert process.stdout.readline() == "loading\n"
+            yield process
+        finally:
+            stop(process)
 
 
 def test_little_is_loaded_before_the_signals_are_handled() -> None:
@@ -94,20 +102,19 @@ def test_little_is_loaded_before_the_signals_are_handled() -> None:
 
 @pytest.mark.parametrize("ending", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_a_signal_while_modules_load_ends_with_130_and_no_traceback(ending: signal.Signals) -> None:
-    process = started()
-    process.send_signal(ending)
-    output, errors = process.communicate(timeout=60)
+    with started() as process:
+        process.send_signal(ending)
+        output, errors = process.communicate(timeout=60)
     assert (process.returncode, output, errors) == (130, "", "interrupted\n")
 
 
 def test_a_background_job_that_ignores_ctrl_c_goes_on() -> None:
-    process = started(ignoring=True)
-    process.send_signal(signal.SIGINT)
-    time.sleep(0.2)
-    assert process.poll() is None
-    process.send_signal(signal.SIGTERM)
-    assert process.wait(timeout=60) == 130
-    process.communicate()
+    with started(ignoring=True) as process:
+        process.send_signal(signal.SIGINT)
+        time.sleep(0.2)
+        assert process.poll() is None
+        process.send_signal(signal.SIGTERM)
+        assert process.wait(timeout=60) == 130
 
 
 def test_an_import_that_an_interrupt_breaks_is_an_interrupt(
