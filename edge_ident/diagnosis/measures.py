@@ -101,12 +101,15 @@ class SpectralLine:
         For a sinusoid in time.
     amplitude, std : float
         In the unit of the effort, with its standard deviation.
+    frequency_range_hz : (float, float) or None
+        For a sinusoid in time whose frequency moves; `frequency_hz` is None then.
     """
 
     order: float | None
     frequency_hz: float | None
     amplitude: float
     std: float
+    frequency_range_hz: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True)

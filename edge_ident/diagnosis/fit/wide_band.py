@@ -14,6 +14,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from edge_ident.diagnosis.fit.moving_line import MovingLine, moving_line
+from edge_ident.diagnosis.fit.sinusoid import Sinusoid, merged
 from edge_ident.diagnosis.fit.spectral_lines import FALSE_ALARM
 from edge_ident.diagnosis.fit.wide_search import (
     Peak,
@@ -35,64 +37,10 @@ _HELD: Final = 1.0 / np.sqrt(12.0)
 """Standard deviation of the timing, in samples: a command is held over one of them."""
 _AGREES: Final = 0.5
 """Largest difference between halves, of the amplitude, beside three standard deviations."""
-_NONZERO: Final = 3.0
-"""Standard deviations of a certain amplitude."""
 _BETTER: Final = 1.25
 """Energy that the square of the speed explains, over that of a constant amplitude, from which it is
 the better law. On a sinusoidal motion it is 1.5 for an error of the encoder, 0.67 for a ripple."""
-_SAME: Final = 0.02
-"""Relative difference of two rates up to which two recordings show one sinusoid."""
 _TINY: Final = float(np.finfo(float).tiny)
-
-
-@dataclass(frozen=True)
-class Sinusoid:
-    """A sinusoid above the band.
-
-    Attributes
-    ----------
-    rate : float
-        rad per unit of position for an order, rad/s for a line.
-    cosine, sine : float
-        In the unit of the effort, about position or time zero.
-    std : float
-        Standard deviation of either, and of the amplitude: noise, timing, and the difference
-        between the halves of the recording.
-    rate_std : float
-        Standard deviation of the rate.
-    share : float
-        Rms over the rms of the recorded effort.
-    found_again : bool
-        Whether both halves of the recording hold it.
-    gain : (float, float)
-        Relative reduction of the residual of each half, by the amplitude of the other half.
-    of_encoder : bool
-        Whether an order is rather an error of the encoder: it grows with the square of the speed,
-        or is mostly inertia times a motion below the encoder's resolution.
-    at_one_speed : bool
-        Whether the motion has too few speeds to tell a ripple from an error of the encoder.
-    """
-
-    rate: float
-    cosine: float
-    sine: float
-    std: float
-    rate_std: float
-    share: float
-    found_again: bool
-    gain: tuple[float, float]
-    of_encoder: bool = False
-    at_one_speed: bool = False
-
-    @property
-    def amplitude(self) -> float:
-        """In the unit of the effort."""
-        return float(np.hypot(self.cosine, self.sine))
-
-    @property
-    def nameable(self) -> bool:
-        """Whether a load of the axis, of a certain amplitude, is what explains it."""
-        return not self.of_encoder and self.amplitude > _NONZERO * self.std
 
 
 @dataclass(frozen=True)
@@ -109,12 +57,15 @@ class BandContent:
         Orders that are rather errors of the encoder, or of an uncertain amplitude.
     lines : tuple of Sinusoid
         Sinusoids in time.
+    moving : tuple of MovingLine
+        A sinusoid of moving frequency for each recording that holds one.
     """
 
     share_in_band: float
     orders: tuple[Sinusoid, ...]
     unnamed_orders: tuple[Sinusoid, ...]
     lines: tuple[Sinusoid, ...]
+    moving: tuple[MovingLine, ...] = ()
 
 
 def above_band(recordings: Sequence[Recording], name: str, data: AxisData) -> BandContent:
@@ -132,6 +83,7 @@ def above_band(recordings: Sequence[Recording], name: str, data: AxisData) -> Ba
     """
     orders: list[list[Sinusoid]] = []
     lines: list[list[Sinusoid]] = []
+    swept: list[MovingLine | None] = []
     for recording, segment in zip(recordings, data.segments, strict=True):
         wide = WideSignals.of(recording, name, segment)
         peaks = search(wide)
@@ -140,12 +92,14 @@ def above_band(recordings: Sequence[Recording], name: str, data: AxisData) -> Ba
         beside = _beside(wide, moving, others)
         orders.append(_orders(wide, moving) + [s for s, p in beside if p.order])
         lines.append([s for s, p in beside if not p.order])
-    found = _merged(orders)
+        swept.append(moving_line(wide, peaks))
+    found = merged(orders)
     return BandContent(
         share_in_band=_share_in_band(data.segments),
         orders=tuple(s for s in found if s.nameable),
         unnamed_orders=tuple(s for s in found if not s.nameable),
-        lines=tuple(_merged(lines)),
+        lines=tuple(merged(lines)),
+        moving=tuple(line for line in swept if line is not None),
     )
 
 
@@ -158,23 +112,6 @@ def _share_in_band(segments: Sequence[Segment]) -> float:
         inside += float(smooth @ smooth)
         whole += float(effort @ effort)
     return min(inside / max(whole, _TINY), 1.0)
-
-
-def _merged(found: list[list[Sinusoid]]) -> list[Sinusoid]:
-    """Sinusoids of all recordings that were found again, each once, the strongest first."""
-    kept: list[Sinusoid] = []
-    for k, sinusoids in enumerate(found):
-        others = [s for n, part in enumerate(found) if n != k for s in part]
-        for one in sinusoids:
-            again = one.found_again or any(_same(one, other) for other in others)
-            if again and not any(_same(one, other) for other in kept):
-                kept.append(one)
-    return sorted(kept, key=lambda s: -s.share)
-
-
-def _same(one: Sinusoid, other: Sinusoid) -> bool:
-    apart = abs(one.rate - other.rate)
-    return apart < max(3.0 * math.hypot(one.rate_std, other.rate_std), _SAME * one.rate)
 
 
 def _orders(wide: WideSignals, peaks: list[Peak]) -> list[Sinusoid]:

@@ -50,9 +50,13 @@ def verdict_sentence(axis: AxisDiagnosis) -> str:
 
 def _line(line: SpectralLine) -> str:
     """Amplitude, and order or frequency, of a line; in the unit of the effort."""
+    amplitude = f"an amplitude of {line.amplitude:.3g}"
     if line.order is not None:
-        return f"an amplitude of {line.amplitude:.3g} at order {line.order:.4g}"
-    return f"an amplitude of {line.amplitude:.3g} at {line.frequency_hz:.4g} Hz"
+        return f"{amplitude} at order {line.order:.4g}"
+    if line.frequency_range_hz is not None:
+        lowest, highest = line.frequency_range_hz
+        return f"{amplitude} at a frequency that moves between {lowest:.3g} and {highest:.3g} Hz"
+    return f"{amplitude} at {line.frequency_hz:.4g} Hz"
 
 
 def external_vibrations(axis: AxisDiagnosis) -> list[tuple[float, float]]:

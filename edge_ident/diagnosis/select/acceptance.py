@@ -21,6 +21,7 @@ from edge_ident.diagnosis.select.thresholds import (
     LARGER_IN_TIME,
     LARGEST_DISCREPANCY,
     NONZERO,
+    SAME_SIZE,
     STRUCTURE,
     SUPPORTED,
 )
@@ -166,6 +167,23 @@ def larger_than_rest(share: float, rest: float, *, tied_to_time: bool = False) -
         f"it, {rest:.1%}"
     )
     return Decision(share >= required, reason, share - required)
+
+
+def same_size(first: float, second: float, std: float) -> Decision:
+    """Decide whether two halves of the data show a cause with one size.
+
+    Parameters
+    ----------
+    first, second : float
+        Size in either half, of that in the model.
+    std : float
+        Standard deviation of their difference.
+    """
+    apart, allowed = abs(first - second), max(SAME_SIZE.value, NONZERO.value * std)
+    reason = (
+        f"one half of the data shows {first:.2f} times its effort, and the other {second:.2f} times"
+    )
+    return Decision(not apart > allowed, reason, allowed - apart)
 
 
 def noise_limit(floor: float, uncertainty: float) -> float:

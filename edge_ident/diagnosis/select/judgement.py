@@ -22,6 +22,7 @@ from edge_ident.diagnosis.select.backward_elimination import (
     SupportedTerm,
     without_vibrations,
 )
+from edge_ident.diagnosis.select.both_halves import decide_halves
 from edge_ident.diagnosis.select.causes import causes, strongest_first
 from edge_ident.diagnosis.select.evidence import evidence_for_terms
 from edge_ident.diagnosis.select.physics import unphysical
@@ -108,7 +109,7 @@ def judge(
         kept = [k for k in kept if k not in doubts]
     kept, smaller = _larger_than_rest(assessed, kept)
     doubts |= smaller
-    for doubt in (_traded, _at_standstill):
+    for doubt in (_traded, _at_standstill, _halves_apart):
         doubtful = doubt(assessed, kept)
         doubts |= doubtful
         kept = [k for k in kept if k not in doubtful]
@@ -185,6 +186,12 @@ def _at_standstill(assessed: Assessment, kept: Sequence[int]) -> dict[int, str]:
     """Reasons against events that friction at a stop may imitate."""
     reasons = at_standstill(assessed.search.data, assessed.fitted(kept))
     return {kept[place]: reason for place, reason in reasons.items()}
+
+
+def _halves_apart(assessed: Assessment, kept: Sequence[int]) -> dict[int, str]:
+    """Reasons against causes of which the halves of the data show different sizes."""
+    decisions = decide_halves(assessed.search.data, assessed.fitted(kept))
+    return {k: d.reason for k, d in zip(kept, decisions, strict=True) if d and not d.accepted}
 
 
 def _worth_naming(assessed: Assessment, kept: list[int]) -> _Sorted:

@@ -19,14 +19,16 @@ from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.select.forward_selection import select_again
 from edge_ident.diagnosis.select.own_effort import base_space, own_efforts
 from edge_ident.diagnosis.select.search import Search
-from edge_ident.diagnosis.select.thresholds import HALVES, NOISE_SEEDS, SAME_WAVEFORM
+from edge_ident.diagnosis.select.thresholds import NOISE_SEEDS, SAME_WAVEFORM
 from edge_ident.signals.metrics import rms
 
 Array = NDArray[np.float64]
 
 _TINY: Final = float(np.finfo(float).tiny)
 
-RUNS: Final = HALVES.value + NOISE_SEEDS.value
+_EVERY_SECOND: Final = (0, 1)
+"""First effort of those runs that have every second one."""
+RUNS: Final = len(_EVERY_SECOND) + NOISE_SEEDS.value
 """Disturbed runs: every second recorded effort, the others, and the copies with noise."""
 
 
@@ -70,8 +72,8 @@ def times_found(
 
 def _disturbed(data: AxisData, noise: float) -> Iterator[AxisData]:
     """The copies: every second recorded effort, the others, and noise from every seed."""
-    for half in range(HALVES.value):
-        efforts = [s.sampled(_every_second(s.raw_effort, half)) for s in data.segments]
+    for first in _EVERY_SECOND:
+        efforts = [s.sampled(_every_second(s.raw_effort, first)) for s in data.segments]
         change = np.concatenate(efforts) - data.effort
         # what is fast in the effort folds into the band, and can be more than noise there
         change *= min(1.0, noise / max(rms(change[data.valid]), _TINY))

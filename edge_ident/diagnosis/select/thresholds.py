@@ -91,6 +91,13 @@ FOUND_AGAIN: Final = Threshold(
     "(Meinshausen and Bühlmann, J. R. Stat. Soc. B 72 (2010) 417).",
     "docs/diagnosis_reference.md, the rules on real axes",
 )
+SAME_SIZE: Final = Threshold(
+    0.5,
+    "size of the cause",
+    "Two halves of the data that show a cause with sizes farther apart show no law of the machine.",
+    "A judgement: an order above the band has to agree as well (`fit.wide_band`).",
+    "`test_both_halves.py`: a ripple that comes or goes is no law",
+)
 LARGER_IN_TIME: Final = Threshold(
     2.0,
     "rms of what is left",
@@ -122,18 +129,11 @@ TRADED: Final = Threshold(
     "`test_search_parts.py`: an external vibration is reported; on a pendulum that is driven by "
     "one sinusoid it is refused",
 )
-HALVES: Final = Threshold(
-    2,
-    "runs",
-    "So many disturbed runs have every second recorded effort.",
-    "The even samples, and the odd ones.",
-    "docs/diagnosis_reference.md, the rules on real axes: one run gives the same answer",
-)
 NOISE_SEEDS: Final = Threshold(
     2,
     "runs",
     "So many disturbed runs have noise added.",
-    "As many as there are halves, so that neither kind of disturbance decides alone.",
+    "As many as have every second effort, so that neither kind of disturbance decides alone.",
     "docs/diagnosis_reference.md, the rules on real axes: one run gives the same answer",
 )
 SAME_ORDER: Final = Threshold(

@@ -8,7 +8,9 @@ from typing import Final
 import numpy as np
 
 from edge_ident.diagnosis.fit.fitting import fit
-from edge_ident.diagnosis.fit.wide_band import BandContent, Sinusoid
+from edge_ident.diagnosis.fit.moving_line import MovingLine
+from edge_ident.diagnosis.fit.sinusoid import Sinusoid
+from edge_ident.diagnosis.fit.wide_band import BandContent
 from edge_ident.diagnosis.measures import SpectralLine
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.result import Alternative, AxisDiagnosis, Cause, Verdict
@@ -100,11 +102,14 @@ def with_band_content(
     lines = (
         *(_line(s, s.rate / per_unit, None) for s in content.unnamed_orders),
         *(_line(s, None, s.rate / math.tau) for s in content.lines),
+        *(_moving(s) for s in content.moving),
     )
     verdict = found.verdict
     if worth and verdict is Verdict.ADEQUATE:
         verdict = Verdict.EXPLAINED
-    if any(s.share >= tolerance for s in (*content.unnamed_orders, *content.lines)):
+    shares = [s.share for s in (*content.unnamed_orders, *content.lines)]
+    shares += [line.share for line in content.moving]
+    if any(share >= tolerance for share in shares):
         verdict = Verdict.UNEXPLAINED
     return replace(
         found,
@@ -166,3 +171,8 @@ def _cause(order: Sinusoid) -> Cause:
 
 def _line(sinusoid: Sinusoid, order: float | None, frequency_hz: float | None) -> SpectralLine:
     return SpectralLine(order, frequency_hz, sinusoid.amplitude, sinusoid.std)
+
+
+def _moving(line: MovingLine) -> SpectralLine:
+    limits_hz = (line.lowest_hz, line.highest_hz)
+    return SpectralLine(None, None, line.amplitude, line.std, frequency_range_hz=limits_hz)

@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 
 from markupsafe import Markup
 
+from edge_ident.diagnosis.measures import SpectralLine
 from edge_ident.diagnosis.present import wording as terms
 from edge_ident.diagnosis.result import AxisDiagnosis, Cause
 from edge_ident.model.effects import named
@@ -95,16 +96,22 @@ def other_remarks(axis: AxisDiagnosis) -> list[str]:
         f"{digits(frequency_hz, 4)} Hz. It is no property of the machine."
         for frequency_hz, amplitude in terms.external_vibrations(axis)
     ]
-    for line in axis.lines:
-        at = (
-            f"order {digits(line.order, 4)} (repetitions per turn, or per metre)"
-            if line.order is not None
-            else f"{digits(line.frequency_hz or 0.0, 4)} Hz"
-        )
-        said.append(
-            f"Above the compared band, nothing explains {digits(line.amplitude, 3)} {unit} at {at}."
-        )
+    said += [
+        f"Above the compared band, nothing explains {digits(line.amplitude, 3)} {unit} at "
+        f"{_place(line)}."
+        for line in axis.lines
+    ]
     return said + _finding_sentences(axis)
+
+
+def _place(line: SpectralLine) -> str:
+    """Order or frequency of a line."""
+    if line.order is not None:
+        return f"order {digits(line.order, 4)} (repetitions per turn, or per metre)"
+    if line.frequency_range_hz is not None:
+        lowest, highest = line.frequency_range_hz
+        return f"a frequency that moves between {digits(lowest, 3)} and {digits(highest, 3)} Hz"
+    return f"{digits(line.frequency_hz or 0.0, 4)} Hz"
 
 
 def _finding_sentences(axis: AxisDiagnosis) -> list[str]:

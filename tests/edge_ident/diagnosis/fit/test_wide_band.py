@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from edge_ident.diagnosis.fit.moving_line import moving_line
 from edge_ident.diagnosis.fit.wide_band import BandContent, above_band
+from edge_ident.diagnosis.fit.wide_signals import WideSignals
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.signals.recording import AxisRecord, Recording
 from edge_ident.signals.recording_files import load_recording
@@ -30,6 +32,7 @@ def recorded(
     order: tuple[float, float] = (0.0, 1.0),
     line: tuple[float, float] = (0.0, 1.0),
     line_until_s: float = np.inf,
+    sweep: tuple[float, float, float] = (0.0, 1.0, 1.0),
 ) -> Recording:
     """An axis that turns one way at speeds from 1 to 5 rad/s; amplitude and rate of what it has."""
     rng = np.random.default_rng(seed)
@@ -40,6 +43,9 @@ def recorded(
     effort = effort + order[0] * np.cos(order[1] * position)
     acting = time_s < line_until_s
     effort = effort + acting * line[0] * np.sin(TURN * line[1] * time_s)
+    size, first_hz, last_hz = sweep
+    turns = (first_hz + 0.5 * (last_hz - first_hz) * time_s / time_s[-1]) * time_s
+    effort = effort + size * np.sin(TURN * turns)
     effort = effort + NOISE * rng.standard_normal(samples)
     axis = AxisRecord(count * np.round(position / count), effort, "rad", "N*m")
     return Recording(time_s, {"x": axis}, "a test")
@@ -50,7 +56,8 @@ def content(*recordings: Recording, axis: str = "x") -> BandContent:
 
 
 def count_of(found: BandContent) -> int:
-    return len(found.orders) + len(found.unnamed_orders) + len(found.lines)
+    every = (found.orders, found.unnamed_orders, found.lines, found.moving)
+    return sum(len(some) for some in every)
 
 
 def test_white_noise_has_neither_orders_nor_lines() -> None:
@@ -92,6 +99,24 @@ def test_an_order_and_a_line_are_told_apart() -> None:
     found = content(recorded(3, order=(0.08, 36.0), line=(0.05, 61.0)))
     assert [round(s.rate) for s in found.orders] == [36]
     assert [round(s.rate / TURN) for s in found.lines] == [61]
+
+
+@pytest.mark.parametrize(("first_hz", "last_hz"), [(25.0, 90.0), (110.0, 60.0)])
+def test_a_sweep_is_found_with_its_amplitude(first_hz: float, last_hz: float) -> None:
+    found = content(recorded(8, sweep=(0.03, first_hz, last_hz)))
+    (line,) = found.moving
+    assert not found.lines
+    assert abs(line.amplitude - 0.03) < 0.006
+    low, high = sorted((first_hz, last_hz))
+    assert low - 2.0 < line.lowest_hz < low + 10.0
+    assert high - 10.0 < line.highest_hz < high + 2.0
+
+
+def test_what_keeps_to_the_speed_is_no_moving_line() -> None:
+    recording = recorded(9, order=(0.2, 60.0))
+    data = prepare_axis([recording], "x")
+    wide = WideSignals.of(recording, "x", data.segments[0])
+    assert moving_line(wide, []) is None
 
 
 def test_the_rounding_of_an_encoder_is_no_order() -> None:

@@ -1,0 +1,169 @@
+"""A sinusoid above the band whose frequency moves, found window by window.
+
+The spectrum of a whole recording spreads a sweep over every frequency that it passes, so no
+ordinate stands out. In a window that is short beside the sweep, one does. The ordinates of noise in
+a window are exponentially distributed about the local power density (`fit.spectral_lines`).
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from edge_ident.diagnosis.fit.spectral_lines import FALSE_ALARM
+from edge_ident.diagnosis.fit.wide_search import (
+    Peak,
+    columns,
+    detectable,
+    inertia,
+    least_squares,
+)
+from edge_ident.diagnosis.fit.wide_signals import WIDEST, WideSignals
+from edge_ident.signals.filters import lowpass
+from edge_ident.signals.metrics import rms
+
+Array = NDArray[np.float64]
+
+_SHORTEST: Final = 64
+"""Samples in the shortest window; each longer one is twice as long."""
+_FEWEST: Final = 12
+"""Windows, and ordinates in each: fewer do not show what is usual."""
+_KNOWN: Final = 0.75
+"""Share of a window in which the direction of motion is known."""
+_FROM: Final = 1.25
+"""Lowest frequency, of the cut-off: just above it, what the comparison passes is not noise."""
+_BESIDE: Final = 24
+"""Ordinates on either side that give the level of the noise in a window, as over a whole record."""
+_LOBE: Final = 2
+"""Ordinates on either side of a peak that its window spreads it over."""
+_MEMORY: Final = 16
+"""Samples by which a controller's answer to the position may come early or late."""
+_SEEN: Final = (1 / 3, 1 / 8)
+"""Shares of all windows, and of either half of them, that must show the sinusoid."""
+_TINY: Final = float(np.finfo(float).tiny)
+
+
+@dataclass(frozen=True)
+class MovingLine:
+    """A sinusoid in time that moves in frequency.
+
+    Attributes
+    ----------
+    lowest_hz, highest_hz : float
+        Between which it was seen; one window in twenty is beyond either.
+    amplitude, std : float
+        Where it was seen, in the unit of the effort. The standard deviation is that of its mean
+        over the windows.
+    share : float
+        Rms over the rms of the recorded effort.
+    """
+
+    lowest_hz: float
+    highest_hz: float
+    amplitude: float
+    std: float
+    share: float
+
+
+def moving_line(wide: WideSignals, peaks: list[Peak]) -> MovingLine | None:
+    """The strongest sinusoid of moving frequency; None where there is none.
+
+    It changes from one window to the next by no more than its width, and does not keep to the
+    speed: what does is an order of the mechanics, or of an encoder.
+
+    Parameters
+    ----------
+    wide : WideSignals
+    peaks : list of Peak
+        Orders and lines that were found before; they are taken out.
+    """
+    left = _left(wide, peaks)
+    found = []
+    samples = _SHORTEST
+    while len(left) // samples >= _FEWEST:
+        one = _in_windows(wide, left, samples)
+        if one is not None:
+            found.append(one)
+        samples *= 2
+    return max(found, key=lambda one: one.share, default=None)
+
+
+def _left(wide: WideSignals, peaks: list[Peak]) -> Array:
+    """Effort above the band (N,) without inertia, peaks, and what follows from the position.
+
+    A controller answers the noise of an encoder with tones that move with the speed.
+    """
+    moving = columns(wide, [peak for peak in peaks if peak.full_motion])
+    left = detectable(wide, inertia(wide, moving))
+    fast = wide.position - lowpass(wide.position, wide.cutoff_hz, wide.period_s)
+    shifted = np.lib.stride_tricks.sliding_window_view(np.pad(fast, _MEMORY), len(fast))
+    rows = np.concatenate([wide.above(columns(wide, peaks)), wide.weight * shifted])
+    return np.asarray(left - least_squares(rows, left) @ rows)
+
+
+def _in_windows(wide: WideSignals, left: Array, samples: int) -> MovingLine | None:
+    """The sinusoid that windows of so many samples show."""
+    known = _windows(wide.weight, samples).mean(axis=1) > _KNOWN
+    taper = np.hanning(samples)
+    spectrum = np.fft.rfft(_windows(left, samples)[known] * taper, axis=1)
+    frequency = np.asarray(np.fft.rfftfreq(samples, wide.period_s), dtype=np.float64)
+    inside = (frequency > _FROM * wide.cutoff_hz) & (frequency < WIDEST / wide.period_s)
+    frequency, power = frequency[inside], np.abs(spectrum[:, inside]) ** 2
+    if min(power.shape) < _FEWEST:
+        return None
+    level = _level(power)
+    place = np.argmax(power / level, axis=1)
+    ratio = np.max(power / level, axis=1)
+    seen = ratio > np.log(len(frequency) / FALSE_ALARM)
+    halves = np.array_split(seen, 2)
+    if np.mean(seen) < _SEEN[0] or min(np.mean(half) for half in halves) < _SEEN[1]:
+        return None
+    speed = np.abs(_windows(wide.velocity, samples)[known]).mean(axis=1)
+    if not _moves_alone(frequency[place[seen]], speed[seen], frequency[1] - frequency[0]):
+        return None
+    energy = np.array([_energy(power[k] - level[k], place[k]) for k in np.flatnonzero(seen)])
+    # energy of a sinusoid of amplitude one, under the taper
+    unit = samples * float(taper @ taper) / 4.0
+    amplitude = float(np.sqrt(max(float(np.mean(energy)), 0.0) / unit))
+    spread = float(np.std(energy)) / math.sqrt(len(energy)) / unit
+    lowest_hz, highest_hz = np.quantile(frequency[place[seen]], [0.05, 0.95])
+    return MovingLine(
+        lowest_hz=float(lowest_hz),
+        highest_hz=float(highest_hz),
+        amplitude=amplitude,
+        std=0.5 * spread / max(amplitude, _TINY),
+        share=amplitude / math.sqrt(2.0) / max(rms(wide.effort), _TINY),
+    )
+
+
+def _windows(signal: Array, samples: int) -> Array:
+    """A signal (N,) cut into windows (W, samples)."""
+    whole = len(signal) // samples * samples
+    return signal[:whole].reshape(-1, samples)
+
+
+def _level(power: Array) -> Array:
+    """Power density of the noise in every window (W, F).
+
+    That of its frequency in most windows, and more where a window is louder about it.
+    """
+    usual = np.maximum(np.median(power, axis=0) / np.log(2.0), _TINY)
+    reach = min(_BESIDE, power.shape[1] // 2 - 1)
+    padded = np.pad(power / usual, ((0, 0), (reach, reach)), mode="reflect")
+    beside = np.lib.stride_tricks.sliding_window_view(padded, 2 * reach + 1, axis=1)
+    return np.asarray(np.maximum(np.median(beside, axis=2) / np.log(2.0), 1.0) * usual)
+
+
+def _moves_alone(frequency: Array, speed: Array, width: float) -> bool:
+    """Whether frequencies of successive windows go on, and not with the speed."""
+    goes_on = float(np.mean(np.abs(np.diff(frequency)) < (_LOBE + 0.5) * width))
+    order = float(np.median(frequency / np.maximum(speed, _TINY)))
+    off = float(np.median(np.abs(frequency - order * speed)))
+    return goes_on > 0.5 and off > width
+
+
+def _energy(above: Array, place: int) -> float:
+    """Energy of a peak beyond the noise."""
+    return float(np.sum(above[max(place - _LOBE, 0) : place + _LOBE + 1]))

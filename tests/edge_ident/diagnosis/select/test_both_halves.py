@@ -1,0 +1,61 @@
+"""A law of the machine has one size throughout; what only looks like one for a while has not."""
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from edge_ident.diagnosis.fit.candidates import Candidate
+from edge_ident.diagnosis.fit.fitting import FittedTerm, fit
+from edge_ident.diagnosis.prepare.preparation import prepare_axis
+from edge_ident.diagnosis.select.acceptance import Decision
+from edge_ident.diagnosis.select.both_halves import decide_halves
+from edge_ident.model.search import Form
+from tests.edge_ident.diagnosis.select.test_search_parts import TEMPLATE, recorded, rigid, swing
+
+Array = NDArray[np.float64]
+
+PERIOD = 0.31
+TIME_S, POSITION, VELOCITY, ACCELERATION = swing()
+RIPPLE = 0.1 * np.sin(2.0 * np.pi * POSITION / PERIOD + 0.4)
+
+
+def decided(effort: Array, effect: str, form: Form, values: dict[str, float]) -> Decision | None:
+    """On a model that has one more term than the base model."""
+    data = prepare_axis([recorded(TIME_S, POSITION, effort, noise=0.02)], "x")
+    term = FittedTerm(Candidate(effect, form), values, dict.fromkeys(form.linear, 0.0))
+    (decision,) = decide_halves(data, fit(data, TEMPLATE, np.zeros(4), (term,)))
+    return decision
+
+
+def decided_on_ripple(strength: Array | float) -> Decision:
+    form = Form(("cosine", "sine"), ("period",))
+    effort = rigid(VELOCITY, ACCELERATION) + strength * RIPPLE
+    decision = decided(effort, "torque_ripple", form, {"period": PERIOD})
+    assert decision is not None
+    return decision
+
+
+def test_a_ripple_of_one_size_is_a_law() -> None:
+    decision = decided_on_ripple(1.0)
+    assert decision.accepted
+    assert decision.margin > 0.4
+
+
+@pytest.mark.parametrize("late", [0.0, 3.0])
+def test_a_ripple_that_comes_or_goes_is_none(late: float) -> None:
+    strength = np.where(np.arange(len(TIME_S)) < len(TIME_S) // 2, 1.0, late)
+    decision = decided_on_ripple(strength)
+    assert not decision.accepted
+    assert "one half of the data shows" in decision.reason
+
+
+def test_a_ripple_that_drowns_in_noise_is_no_contradiction() -> None:
+    """Sizes that are uncertain may differ."""
+    assert decided_on_ripple(0.01).accepted
+
+
+def test_an_event_has_no_second_half() -> None:
+    acts = (TIME_S > 3.0) & (TIME_S < 3.5)
+    form = Form(("level",), ("time", "duration"))
+    effort = rigid(VELOCITY, ACCELERATION) + 2.0 * acts
+    assert decided(effort, "disturbance_event", form, {"time": 3.0, "duration": 0.5}) is None
