@@ -19,16 +19,14 @@ from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.select.forward_selection import select_again
 from edge_ident.diagnosis.select.own_effort import base_space, own_efforts
 from edge_ident.diagnosis.select.search import Search
-from edge_ident.diagnosis.select.thresholds import NOISE_SEEDS, SAME_WAVEFORM
+from edge_ident.diagnosis.select.thresholds import DISTURBED, SAME_WAVEFORM
 from edge_ident.signals.metrics import rms
 
 Array = NDArray[np.float64]
 
 _TINY: Final = float(np.finfo(float).tiny)
 
-_EVERY_SECOND: Final = (0, 1)
-"""First effort of those runs that have every second one."""
-RUNS: Final = len(_EVERY_SECOND) + NOISE_SEEDS.value
+RUNS: Final = DISTURBED.value + DISTURBED.value
 """Disturbed runs: every second recorded effort, the others, and the copies with noise."""
 
 
@@ -72,13 +70,13 @@ def times_found(
 
 def _disturbed(data: AxisData, noise: float) -> Iterator[AxisData]:
     """The copies: every second recorded effort, the others, and noise from every seed."""
-    for first in _EVERY_SECOND:
+    for first in range(DISTURBED.value):
         efforts = [s.sampled(_every_second(s.raw_effort, first)) for s in data.segments]
         change = np.concatenate(efforts) - data.effort
         # what is fast in the effort folds into the band, and can be more than noise there
         change *= min(1.0, noise / max(rms(change[data.valid]), _TINY))
         yield replace(data, effort=data.effort + change)
-    for seed in range(NOISE_SEEDS.value):
+    for seed in range(DISTURBED.value):
         rng = np.random.default_rng(seed)
         added = noise * rng.standard_normal(len(data.effort))
         yield replace(data, effort=data.effort + added)

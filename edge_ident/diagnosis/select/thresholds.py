@@ -129,11 +129,11 @@ TRADED: Final = Threshold(
     "`test_search_parts.py`: an external vibration is reported; on a pendulum that is driven by "
     "one sinusoid it is refused",
 )
-NOISE_SEEDS: Final = Threshold(
+DISTURBED: Final = Threshold(
     2,
-    "runs",
-    "So many disturbed runs have noise added.",
-    "As many as have every second effort, so that neither kind of disturbance decides alone.",
+    "runs of either kind",
+    "So many disturbed runs have every second recorded effort, and so many have noise added.",
+    "The even efforts and the odd ones; as many with noise, so that neither kind decides alone.",
     "docs/diagnosis_reference.md, the rules on real axes: one run gives the same answer",
 )
 SAME_ORDER: Final = Threshold(
