@@ -42,6 +42,10 @@ _MEMORY: Final = 16
 """Samples by which a controller's answer to the position may come early or late."""
 _SEEN: Final = (1 / 3, 1 / 8)
 """Shares of all windows, and of either half of them, that must show the sinusoid."""
+_HARMONICS: Final = 3
+"""Of an order, whose tones windows may show by turns."""
+_MOST: Final = 0.5
+"""Share of the windows that show the sinusoid, which decides what it is."""
 _TINY: Final = float(np.finfo(float).tiny)
 
 
@@ -98,6 +102,8 @@ def _left(wide: WideSignals, peaks: list[Peak]) -> Array:
     moving = columns(wide, [peak for peak in peaks if peak.full_motion])
     left = detectable(wide, inertia(wide, moving))
     fast = wide.position - lowpass(wide.position, wide.cutoff_hz, wide.period_s)
+    ends = math.ceil(1.0 / (wide.cutoff_hz * wide.period_s))
+    fast[:ends] = fast[-ends:] = 0.0
     shifted = np.lib.stride_tricks.sliding_window_view(np.pad(fast, _MEMORY), len(fast))
     rows = np.concatenate([wide.above(columns(wide, peaks)), wide.weight * shifted])
     return np.asarray(left - least_squares(rows, left) @ rows)
@@ -157,11 +163,13 @@ def _level(power: Array) -> Array:
 
 
 def _moves_alone(frequency: Array, speed: Array, width: float) -> bool:
-    """Whether frequencies of successive windows go on, and not with the speed."""
+    """Whether frequencies of successive windows go on, and are no harmonics of one order."""
     goes_on = float(np.mean(np.abs(np.diff(frequency)) < (_LOBE + 0.5) * width))
-    order = float(np.median(frequency / np.maximum(speed, _TINY)))
-    off = float(np.median(np.abs(frequency - order * speed)))
-    return goes_on > 0.5 and off > width
+    numbers = np.arange(1, _HARMONICS + 1)
+    orders = np.ravel(frequency / np.maximum(np.outer(numbers, speed), _TINY))
+    apart = frequency - np.outer(orders, speed)[:, None] * numbers[:, None]
+    kept = np.mean(np.any(np.abs(apart) < width, axis=1), axis=1)
+    return goes_on > _MOST and float(np.max(kept)) < _MOST
 
 
 def _energy(above: Array, place: int) -> float:
