@@ -1,5 +1,7 @@
 """Whether both halves of the data show a cause with the same size.
 
+They are divided in time where half of the energy of the cause's own effort has passed.
+
 A cause is a law of the machine, so it holds throughout. A disturbance that no effect explains may
 look like one for a while: the loop answers a sweep as a delay would, by another delay at every
 frequency.
@@ -11,41 +13,44 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.fit.external_vibrations import VIBRATION
-from edge_ident.diagnosis.fit.fitting import FittedModel, jacobian_of
-from edge_ident.diagnosis.fit.projection import orthonormal
-from edge_ident.diagnosis.fit.term_effort import contributions
+from edge_ident.diagnosis.fit.fitting import FittedModel
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.select.acceptance import Decision, same_size
+from edge_ident.diagnosis.select.own_effort import own_efforts
 from edge_ident.diagnosis.select.standstill import tied_to_time
-from edge_ident.model.model import PARAMETERS
 
 Array = NDArray[np.float64]
 
-_ROUNDED: Final = float(np.finfo(float).eps)
+_TINY: Final = float(np.finfo(float).tiny)
 
 
-def decide_halves(data: AxisData, model: FittedModel) -> list[Decision | None]:
-    """For each added term, whether the halves agree; None for what is tied to time."""
-    valid = data.valid
-    base = jacobian_of(data, model)[valid, : len(PARAMETERS)]
-    residual, block = (data.effort - model.predicted)[valid], data.block[valid]
-    parts = np.array_split(np.arange(len(residual)), 2)
+def decide_halves(data: AxisData, model: FittedModel, space: Array) -> list[Decision | None]:
+    """For each added term, whether the halves agree; None for what is tied to time.
+
+    Parameters
+    ----------
+    data : AxisData
+    model : FittedModel
+    space : (n, R) array
+        Of the base model's columns (`own_effort.base_space`).
+    """
+    residual, block = (data.effort - model.predicted)[data.valid], data.block[data.valid]
     decisions: list[Decision | None] = []
-    for term, effort in zip(model.terms, contributions(data, model), strict=True):
+    for term, own in zip(model.terms, own_efforts(data, model, space), strict=True):
         if term.candidate == VIBRATION or tied_to_time(term):
             decisions.append(None)
             continue
-        own = effort[valid]
-        halves = [_scale(own[p], residual[p], base[p], block[p], float(own @ own)) for p in parts]
+        energy = np.cumsum(own**2)
+        middle = int(np.searchsorted(energy, 0.5 * energy[-1]))
+        parts = slice(0, middle), slice(middle, None)
+        halves = [_scale(own[part], residual[part], block[part]) for part in parts]
         (first, first_std), (second, second_std) = halves
         decisions.append(same_size(first, second, float(np.hypot(first_std, second_std))))
     return decisions
 
 
-def _scale(
-    own: Array, residual: Array, base: Array, block: NDArray[np.intp], whole: float
-) -> tuple[float, float]:
-    """By what a half would multiply an effort (n,), beside the base model, and its deviation.
+def _scale(own: Array, residual: Array, block: NDArray[np.intp]) -> tuple[float, float]:
+    """By what a half would multiply a cause's own effort (n,), and its standard deviation.
 
     The deviation is robust to coloured residuals: the products of effort and residual are summed
     by blocks of time (Liang and Zeger, Biometrika 73 (1986) 13).
@@ -53,19 +58,11 @@ def _scale(
     Parameters
     ----------
     own, residual : (n,) arrays
-        Effort of the cause, and what the model leaves.
-    base : (n, 4) array
-        Columns of the base model.
+        Own effort of the cause, and what the model leaves.
     block : (n,) array of int
         Numbers of the blocks of time.
-    whole : float
-        Energy of the effort in both halves.
     """
-    space = orthonormal(base)
-    own, residual = (signal - space @ (space.T @ signal) for signal in (own, residual))
-    energy = float(own @ own)
-    if not energy > _ROUNDED * whole:
-        return 1.0, np.inf
+    energy = max(float(own @ own), _TINY)
     change = float(own @ residual) / energy
     scores = np.bincount(block, own * (residual - change * own))
     return 1.0 + change, float(np.linalg.norm(scores)) / energy

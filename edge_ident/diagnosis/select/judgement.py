@@ -190,7 +190,7 @@ def _at_standstill(assessed: Assessment, kept: Sequence[int]) -> dict[int, str]:
 
 def _halves_apart(assessed: Assessment, kept: Sequence[int]) -> dict[int, str]:
     """Reasons against causes of which the halves of the data show different sizes."""
-    decisions = decide_halves(assessed.search.data, assessed.fitted(kept))
+    decisions = decide_halves(assessed.search.data, assessed.fitted(kept), assessed.space)
     return {k: d.reason for k, d in zip(kept, decisions, strict=True) if d and not d.accepted}
 
 

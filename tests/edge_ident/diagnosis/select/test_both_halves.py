@@ -9,6 +9,7 @@ from edge_ident.diagnosis.fit.fitting import FittedTerm, fit
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.select.acceptance import Decision
 from edge_ident.diagnosis.select.both_halves import decide_halves
+from edge_ident.diagnosis.select.own_effort import base_space
 from edge_ident.model.search import Form
 from tests.edge_ident.diagnosis.select.test_search_parts import TEMPLATE, recorded, rigid, swing
 
@@ -23,7 +24,9 @@ def decided(effort: Array, effect: str, form: Form, values: dict[str, float]) ->
     """On a model that has one more term than the base model."""
     data = prepare_axis([recorded(TIME_S, POSITION, effort, noise=0.02)], "x")
     term = FittedTerm(Candidate(effect, form), values, dict.fromkeys(form.linear, 0.0))
-    (decision,) = decide_halves(data, fit(data, TEMPLATE, np.zeros(4), (term,)))
+    start = np.zeros(4)
+    space = base_space(data, fit(data, TEMPLATE, start, ()))
+    (decision,) = decide_halves(data, fit(data, TEMPLATE, start, (term,)), space)
     return decision
 
 
