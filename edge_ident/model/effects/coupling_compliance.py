@@ -264,6 +264,7 @@ EFFECT: Final = CouplingCompliance(
         physical=_physical,
         discrepancy=0.4,
         open_ended=("rate", "damping_ratio", "deceleration"),
+        essential=("load_inertia",),
         sound=_sound,
     ),
     draw=_draw,
