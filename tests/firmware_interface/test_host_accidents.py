@@ -22,7 +22,7 @@ from fault_line import FaultyLine, Sender
 from fault_proxy import FaultProxy
 from pty_bench import connected_board
 
-from firmware_interface.board import Board
+from firmware_interface.board import Board, BoardStatus
 from firmware_interface.codec import decode_gains
 from firmware_interface.gains import AxisGains
 from firmware_interface.registers import PAGE_ADDRESS, REGISTERS, Fault, Opcode, State
@@ -166,14 +166,15 @@ class Site:
         self.restore()
 
     def let_go(self) -> None:
-        """What the end of a dead host's hold does, without the five seconds until then.
-
-        A motion whose pages are not fetched keeps its host, and the next run has to wait.
-        """
+        """End a dead host's hold before its five seconds are over; pages left to fetch keep it."""
         with self.board() as board:
-            if board.status().state is not State.DRAINING:
-                key = board.register_values("session.key")[0]
-                assert refused_value(board, "session.release", key) == 0
+            key = board.register_values("session.key")[0]
+
+            def over(status: BoardStatus) -> bool:  # not as long as an axis moves
+                draining = status.state is State.DRAINING
+                return draining or refused_value(board, "session.release", key) == 0
+
+            until(board, over)
 
     def restore(self) -> None:
         """Give the board its first gains, where they are not in force."""
