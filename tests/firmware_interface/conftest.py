@@ -17,6 +17,7 @@ from conformance_boards import (
     clean_up,
     python_command,
     serving,
+    until_abandoned,
 )
 from hypothesis import settings
 
@@ -72,8 +73,13 @@ def command_of_either(request: pytest.FixtureRequest) -> BoardCommand:
 
 @pytest.fixture(scope="module")
 def either_kind(command_of_either: BoardCommand) -> Iterator[Served]:
-    """A board of either kind, in a process of its own, for all tests of a file."""
+    """A board of either kind, in a process of its own, for all tests of a file.
+
+    It has looked at its encoders for 50 ms, and so knows that the axes stand.
+    """
     with serving(command_of_either()) as served:
+        with served.connected() as board:
+            until_abandoned(board, lambda status: status.clock_samples > 20)
         yield served
 
 

@@ -29,7 +29,7 @@ from firmware_interface.registers import (
 
 BUSY, ILLEGAL_VALUE = 6, 3
 MINE, FOREIGN = 0x12345678, 0x0BADC0DE
-LONG = replace(long_motion(), lead_in_s=2.0, duration_s=900.0)
+LONG = replace(long_motion(), lead_in_s=2.0, duration_s=300.0)
 KEY = REGISTERS["session.key"].address
 
 

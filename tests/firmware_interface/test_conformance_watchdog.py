@@ -31,7 +31,7 @@ from firmware_interface.registers import (
 
 BUSY = 6
 FOREIGN = 0x0BADC0DE
-LONG = replace(long_motion(), lead_in_s=2.0, duration_s=900.0)
+LONG = replace(long_motion(), lead_in_s=2.0, duration_s=300.0)
 
 
 def poll(board: Board, status: BoardStatus) -> None:
@@ -79,6 +79,7 @@ def release_with_another_key(board: Board, status: BoardStatus) -> None:
 def test_nobody_else_keeps_the_motion_of_a_dead_host_alive(
     either_board: Board, noise: Callable[[Board, BoardStatus], None]
 ) -> None:
+    assert refused_value(either_board, "watchdog.timeout", 0.25) == 0
     start(either_board, LONG)
 
     def over(status: BoardStatus) -> bool:
@@ -140,7 +141,7 @@ def test_the_watchdog_stays_as_it_is_once_a_motion_is_armed(either_board: Board)
 def test_the_watchdog_stays_as_it_is_during_a_stop(command_of_either: BoardCommand) -> None:
     """On a board ten times slower than time, where a stop takes a while."""
     with serving(command_of_either(speed=0.1)) as served, served.connected() as board:
-        start(board, replace(LONG, lead_in_s=0.1))
+        start(board, replace(LONG, lead_in_s=0.1, duration_s=20.0))
         send(board, Opcode.QUICK_STOP, fresh_token(board), 0, FOREIGN)
         changes, status = watchdog_changes(board), board.status()
         assert changes == {BUSY} or status.state is not State.STOPPING

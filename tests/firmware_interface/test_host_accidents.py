@@ -17,12 +17,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conformance_boards import c_command, put_gains, python_command, serving, until
+from conformance_boards import c_command, put_gains, python_command, refused_value, serving, until
 from fault_line import FaultyLine, Sender
 from fault_proxy import FaultProxy
 from pty_bench import connected_board
 
-from firmware_interface.board import Board
+from firmware_interface.board import Board, BoardStatus
 from firmware_interface.codec import decode_gains
 from firmware_interface.gains import AxisGains
 from firmware_interface.registers import PAGE_ADDRESS, REGISTERS, Fault, Opcode, State
@@ -165,6 +165,17 @@ class Site:
         assert json.loads(document)["stored"]
         self.restore()
 
+    def let_go(self) -> None:
+        """End a dead host's hold before its five seconds are over; pages left to fetch keep it."""
+        with self.board() as board:
+            key = board.register_values("session.key")[0]
+
+            def over(status: BoardStatus) -> bool:  # not as long as an axis moves
+                draining = status.state is State.DRAINING
+                return draining or refused_value(board, "session.release", key) == 0
+
+            until(board, over)
+
     def restore(self) -> None:
         """Give the board its first gains, where they are not in force."""
         with self.board() as board:
@@ -215,6 +226,7 @@ def kill_at(site: Site, step: str) -> None:
     assert ambush.struck.is_set()
     site.check_left_over(ambush)
     assert site.gains_before() == site.first_gains
+    site.let_go()
     if step in ("confirm", "store", "disable"):
         with site.board() as board:
             assert board.active_gains() == ambush.staged[-1]
@@ -225,9 +237,9 @@ def kill_at(site: Site, step: str) -> None:
 def test_killed_at_every_step_a_run_leaves_a_board_for_the_next(
     firmware: Path, tmp_path: Path
 ) -> None:
-    """Each run of the default motion gets as far as its predecessor and one step further, from
-    wherever that left the axes; the last gets to its end."""
-    with site_of(c_command(firmware, speed=C_SPEED), tmp_path) as site:
+    """Each run gets as far as its predecessor and one step further, from wherever that left the
+    axes; the last gets to its end."""
+    with site_of(c_command(firmware, speed=C_SPEED), tmp_path, QUICKER) as site:
         for step in STEPS:
             kill_at(site, step)
         site.check_a_whole_run()

@@ -7,6 +7,7 @@
 #include <math.h>
 #include <poll.h>
 #include <pthread.h>
+#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -129,8 +130,14 @@ static void *interrupt_loop(void *unused)
 
 bool port_linux_start(void (*sample)(void))
 {
+    sigset_t all, before;
     on_sample = sample;
-    return pthread_create(&interrupt, NULL, interrupt_loop, NULL) == 0;
+    /* signals go to the main thread alone: two threads would take a press and its release at once */
+    sigfillset(&all);
+    pthread_sigmask(SIG_BLOCK, &all, &before);
+    const int failed = pthread_create(&interrupt, NULL, interrupt_loop, NULL);
+    pthread_sigmask(SIG_SETMASK, &before, NULL);
+    return failed == 0;
 }
 
 void port_linux_end(void)
