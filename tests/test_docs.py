@@ -16,8 +16,8 @@ import typer
 from edge_ident.cli import app
 
 ROOT: Final = Path(__file__).parents[1]
-PAGES: Final = (*sorted(ROOT.glob("*.md")), *sorted((ROOT / "docs").glob("*.md")))
-GENERATED: Final = ("effects.md", "registers.md", "paper.md")
+PAGES: Final = (*sorted(ROOT.glob("*.md")), *sorted((ROOT / "docs").rglob("*.md")))
+GENERATED: Final = ("commands.md", "effects.md", "registers.md", "paper.md")
 LONGEST_LINE: Final = 110
 _LINK: Final = re.compile(r"\[([^\]]*)\]\(([^)\s]+)\)")
 _FENCE: Final = re.compile(r"^```.*?^```", re.MULTILINE | re.DOTALL)
@@ -27,7 +27,7 @@ _ROOTS: Final = ("edge_ident/", "export/", "firmware_interface/", "tests/", "too
 _MODULE: Final = re.compile(r"(?:edge_ident|firmware_interface|export|tools)(?:\.\w+)+")
 _ALONE: Final = re.compile(r"(--[a-z][a-z-]*|-o)\b")
 
-pages = pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+pages = pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
 
 
 def prose(page: Path) -> str:
