@@ -13,14 +13,20 @@ for package in ("sphinx", "myst_parser", "furo"):
     pytest.importorskip(package, reason="needs the extra docs: pip install -e '.[docs]'")
 
 
-@pytest.fixture(scope="module")
-def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Built from this checkout; a warning is an error."""
-    folder = tmp_path_factory.mktemp("site")
-    done = subprocess.run(
-        [sys.executable, "-m", "sphinx", "-q", "-W", "--keep-going", "-c", "docs", ".", folder],
+def build(source: Path, folder: Path) -> subprocess.CompletedProcess[str]:
+    """A warning is an error."""
+    strict = ("-q", "-W", "--keep-going", "-c", ROOT / "docs")
+    return subprocess.run(
+        [sys.executable, "-m", "sphinx", *strict, source, folder],
         cwd=ROOT, capture_output=True, text=True, check=False,
     )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Built from this checkout."""
+    folder = tmp_path_factory.mktemp("site")
+    done = build(ROOT, folder)
     assert done.returncode == 0, done.stderr
     return folder
 
@@ -50,9 +56,6 @@ def test_the_site_fetches_nothing(site: Path) -> None:
 def test_an_anchor_that_leads_nowhere_ends_the_build(tmp_path: Path) -> None:
     (tmp_path / "docs").mkdir()
     (tmp_path / "docs" / "README.md").write_text("# One\n\n[two](#nowhere)\n")
-    done = subprocess.run(
-        [sys.executable, "-m", "sphinx", "-q", "-W", "-c", ROOT / "docs", tmp_path, tmp_path / "out"],
-        capture_output=True, text=True, check=False,
-    )  # fmt: skip
+    done = build(tmp_path, tmp_path / "out")
     assert done.returncode != 0
     assert "nowhere" in done.stderr

@@ -20,8 +20,9 @@ _INTRODUCTION: Final = """\
 <!-- Generated from edge_ident/cli/*.py by tools/command_pages.py; do not edit. -->
 # Commands
 
-`--help` behind a command prints the same. An environment variable gives the value of its option where
-the command line does not; the [settings file](files.md#settings) comes after it. [Exit codes](files.md#exit-codes) are the same for all commands.
+`--help` behind a command prints the same. An environment variable gives the value of its option
+where the command line does not; the [settings file](files.md#settings) comes after it. [Exit
+codes](files.md#exit-codes) are the same for all commands.
 """
 _CHOICES: Final = re.compile(r"[\w-]+(?:\|[\w-]+)+")
 _EXAMPLE: Final = re.compile(r"\x08?\nExample:\n +(.+)")
