@@ -38,6 +38,7 @@ html_copy_source = False
 
 _SECTION: Final = re.compile(r"^## (.+?)\n(.*?)(?=^## |\Z)", re.MULTILINE | re.DOTALL)
 _ENTRY: Final = re.compile(r"^- \[[^\]]*\]\(([\w./]+)\.md\)", re.MULTILINE)
+_EXAMPLE: Final = re.compile(r"\]\((\w+/README)\.md\)")
 _PROJECT: Final = ("../README", "../CONTRIBUTING", "../CHANGELOG")
 
 
@@ -70,6 +71,8 @@ def _kind(named: object) -> str:
 def _add_to_page(app: Any, page: str, source: list[str]) -> None:
     if page == root_doc:
         source[0] += navigation(source[0])
+    if page == "docs/examples/README":
+        source[0] += _toctree("Examples", tuple(_EXAMPLE.findall(source[0])))
     if page == "docs/api":
         source[0] += docstrings()
 
