@@ -20,7 +20,7 @@ PAGES: Final = (*sorted(ROOT.glob("*.md")), *sorted((ROOT / "docs").rglob("*.md"
 GENERATED: Final = ("commands.md", "effects.md", "registers.md", "paper.md")
 LONGEST_LINE: Final = 110
 _LINK: Final = re.compile(r"\[([^\]]*)\]\(([^)\s]+)\)")
-_FENCE: Final = re.compile(r"^```.*?^```", re.MULTILINE | re.DOTALL)
+FENCE: Final = re.compile(r"^```.*?^```", re.MULTILINE | re.DOTALL)
 _SPAN: Final = re.compile(r"`([^`\n]+)`")
 _PATH: Final = re.compile(r"[\w*./-]+\.(?:py|c|h|toml)|(?:[a-z_]+/)+[\w*.]*")
 _ROOTS: Final = ("edge_ident/", "export/", "firmware_interface/", "tests/", "tools/", "docs/")
@@ -31,7 +31,7 @@ pages = pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relativ
 
 
 def prose(page: Path) -> str:
-    return _FENCE.sub("", page.read_text("utf-8"))
+    return FENCE.sub("", page.read_text("utf-8"))
 
 
 def spans(page: Path) -> list[str]:
@@ -172,7 +172,7 @@ def commands_of(command: Any) -> set[str]:
 
 def named_commands(page: Path) -> Iterator[list[str]]:
     """Command lines of a page, as words: those in its blocks and those in its sentences."""
-    blocks = "\n".join(_FENCE.findall(page.read_text("utf-8")))
+    blocks = "\n".join(FENCE.findall(page.read_text("utf-8")))
     for line in blocks.splitlines():
         for part in line.split("&&"):
             if re.match(r"\s*(?:\$ )?(?:\S*/)?edge-ident ", part):
