@@ -12,7 +12,6 @@ import edge_ident
 
 project = "edge-ident"
 release = edge_ident.__version__
-copyright = "MIT licence"
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
 
 root_doc = "docs/README"
@@ -33,6 +32,7 @@ html_theme = "furo"
 html_static_path = ["site.css"]
 html_css_files = ["site.css"]
 html_title = f"edge-ident {release}"
+html_show_copyright = False
 html_show_sphinx = False
 html_copy_source = False
 

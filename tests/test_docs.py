@@ -218,3 +218,10 @@ def test_the_index_lists_every_page() -> None:
 def test_lines_of_prose_fit_an_editor(page: Path) -> None:
     long = [line for line in prose(page).splitlines() if len(line) > LONGEST_LINE]
     assert [line for line in long if not line.lstrip().startswith(("|", "!["))] == []
+
+
+@pages
+def test_every_row_of_a_table_has_the_cells_of_its_head(page: Path) -> None:
+    for table in re.findall(r"(?:^\|.*\|$\n?)+", prose(page), re.MULTILINE):
+        head, *rows = (len(re.split(r"(?<!\\)\|", row)) for row in table.splitlines())
+        assert set(rows) == {head}, f"{page.name}: {table.splitlines()[0]}"
