@@ -19,6 +19,7 @@ include_patterns = ["README.md", "CHANGELOG.md", "CONTRIBUTING.md", "docs/**.md"
 exclude_patterns = [".*", "site", "dist", "runs", "tests", "edge_ident", "export"]
 # a fence of another language says so
 highlight_language = "text"
+smartquotes = False  # they turn --option into a dash
 myst_heading_anchors = 4
 # the language of a page's fences is none of Pygments': "…" in JSON, say
 suppress_warnings = ["misc.highlighting_failure"]
@@ -39,6 +40,9 @@ html_copy_source = False
 _SECTION: Final = re.compile(r"^## (.+?)\n(.*?)(?=^## |\Z)", re.MULTILINE | re.DOTALL)
 _ENTRY: Final = re.compile(r"^- \[[^\]]*\]\(([\w./]+)\.md\)", re.MULTILINE)
 _EXAMPLE: Final = re.compile(r"\]\((\w+/README)\.md\)")
+_KINDS: Final = {
+    "Functions": "function", "Classes": "class", "Errors": "exception", "Constants": "data"
+}  # fmt: skip
 _PROJECT: Final = ("../README", "../CONTRIBUTING", "../CHANGELOG")
 
 
@@ -56,10 +60,14 @@ def navigation(index: str) -> str:
 
 
 def docstrings() -> str:
-    """Every public name with its docstring."""
+    """Every public name with its docstring, sorted by its kind."""
     names = sorted(name for name in edge_ident.__all__ if not name.startswith("_"))
-    rows = [f".. auto{_kind(getattr(edge_ident, name))}:: edge_ident.{name}" for name in names]
-    return "\n".join(("", "## Every name", "```{eval-rst}", *rows, "```"))
+    lines = ["", "## Every name"]
+    for title, kind in _KINDS.items():
+        of_kind = [name for name in names if _kind(getattr(edge_ident, name)) == kind]
+        rows = [f".. auto{kind}:: edge_ident.{name}" for name in of_kind]
+        lines += ["", f"### {title}", "```{eval-rst}", *rows, "```"]
+    return "\n".join(lines)
 
 
 def _kind(named: object) -> str:

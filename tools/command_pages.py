@@ -41,7 +41,8 @@ def render() -> str:
     lines = [_INTRODUCTION, "| command | what it does |", "| --- | --- |"]
     for name, command in commands.items():
         purpose = " ".join(command.help.split("\n\n")[0].split())
-        lines.append(f"| [{name}](#edge-ident-{name.replace(' ', '-')}) | {_cell(purpose)} |")
+        link = f"[{name}](#edge-ident-{name.replace(' ', '-')})"
+        lines.append(f"| {link} | {_cell(_marked(purpose))} |")
     lines += ["", "## Options of every command", "", *_table(everywhere)]
     for name, command in commands.items():
         own = [row for row in rows[name] if row not in everywhere]
@@ -62,7 +63,7 @@ def _section(name: str, command: Any, rows: list[str]) -> Iterator[str]:
     text = _EXAMPLE.sub("", command.help).strip()
     yield f"## edge-ident {name}"
     yield ""
-    yield re.sub(r"(--[a-z-]+)", r"`\1`", text)
+    yield _marked(text)
     yield ""
     for example in _EXAMPLE.findall(command.help):
         yield from ("```", example, "```", "")
@@ -87,7 +88,7 @@ def _options(command: Any) -> Iterator[str]:
             names = [option.metavar or option.name.upper()]
         value = _value(option, context)
         named = ", ".join(f"`{name}{f' {value}' if value else ''}`" for name in names)
-        cells = (named, option.help or "", _default(option), _code(option.envvar or ""))
+        cells = (named, _marked(option.help or ""), _default(option), _code(option.envvar or ""))
         yield f"| {' | '.join(map(_cell, cells))} |"
 
 
@@ -108,6 +109,11 @@ def _default(option: Any) -> str:
     if default is True:
         return _code(option.opts[0])
     return _code(str(getattr(default, "value", default)))
+
+
+def _marked(text: str) -> str:
+    """Options in a sentence as code."""
+    return re.sub(r"(?<![\w-])(--[a-z][a-z-]*)", r"`\1`", text)
 
 
 def _code(text: str) -> str:
