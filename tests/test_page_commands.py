@@ -20,9 +20,9 @@ from tests.edge_ident.shared_board import SharedBoard
 from tests.test_docs import FENCE, PAGES, ROOT
 
 NOT_RUN: Final = {
-    r"edge-ident (train|export) ": "trains for hours; tests/export does both in small",
-    r"edge-ident \w+ .*--network networks/": "has a network that was trained for hours",
-    r"edge-ident board ": "serves until Ctrl-C; tests/firmware_interface/test_devices.py starts it",
+    r"edge-ident (train|export) ": "trains for ten minutes; tests/export does both in small",
+    r"edge-ident \w+ .*--network networks/": "has a network that training makes",
+    r"edge-ident board ": "serves until Ctrl-C; tests/test_run.py starts it",
     r"edge-ident stop ": "needs a port; tests/edge_ident/cli/test_stop_command.py stops a board",
     r"edge-ident ports": "opens every serial port of this machine",
     r"edge-ident doctor": "judges clocks; tests/edge_ident/commissioning/test_doctor.py runs it",
@@ -34,8 +34,10 @@ NOT_RUN: Final = {
     r"python tools/check_packages.py ": "takes a minute and the network",
     r"python docs/examples/": "tests/test_examples.py runs each",
     r"python tools/(fault_schedules|session_campaign|realtime_capture).py ": "goes on for minutes",
+    r"python -m tools\.": "goes on for minutes to hours",
+    r"edge-ident diagnose monday": "stands for any recordings; docs/diagnose.md has one that runs",
     r"podman ": "needs a container engine",
-    r"make -C |firmware_interface/\S+/firmware ": "test_reference_firmware.py builds and starts it",
+    r"make -C |firmware_interface/\S+/firmware ": "tests/firmware_interface builds and starts it",
 }
 """Beginning of a command, and why it does not run here."""
 _SHORT: Final = {"edge-ident profile": "edge-ident profile --device virtual --repetitions 2"}
@@ -43,13 +45,15 @@ _SHORT: Final = {"edge-ident profile": "edge-ident profile --device virtual --re
 _COMMAND: Final = re.compile(
     r"^(\$ )?(?=(\S*/)?(edge-ident|python3?|pip|make|podman|firmware|\.) )"
 )
+_INDENTED: Final = re.compile(r"^ {4}(\S.*)$", re.MULTILINE)
 _BOARD: Final = re.compile(r"--device (?:/dev/\S+|tcp://\S+|…|virtual)")
 _FILE: Final = re.compile(r"Write this as `([\w.]+)`")
 
 
 def commands(page: Path) -> list[str]:
     """Command lines in the blocks of a page, without the remarks two blanks behind."""
-    lines = "\n".join(FENCE.findall(page.read_text("utf-8"))).splitlines()
+    text = page.read_text("utf-8")
+    lines = "\n".join((*FENCE.findall(text), *_INDENTED.findall(FENCE.sub("", text)))).splitlines()
     parts = [part.strip() for line in lines if _COMMAND.match(line) for part in line.split("&&")]
     return [re.split(r"\s{2,}| +# ", part)[0].removeprefix("$ ") for part in parts]
 
@@ -90,13 +94,17 @@ def test_every_command_of_a_page_runs(
     for file in stock.iterdir():
         (tmp_path / file.name).write_bytes(file.read_bytes())
     write_files_of(page)
-    for command in commands(page):
-        if not reason(command):
-            command = _SHORT.get(command, _BOARD.sub("--device shared", command))
-            words = shlex.split(command)
-            assert words[0].endswith("edge-ident"), f"{command}: say here why it does not run"
-            result = CliRunner().invoke(app, [existing(word) for word in words[1:]])
-            assert result.exit_code == 0, f"{command}\n{result.output}\n{result.exception!r}"
+    runnable = [command for command in commands(page) if not reason(command)]
+    for command in dict.fromkeys(map(here, runnable)):  # the same once
+        words = shlex.split(command)
+        assert words[0].endswith("edge-ident"), f"{command}: say here why it does not run"
+        result = CliRunner().invoke(app, [existing(word) for word in words[1:]])
+        assert result.exit_code == 0, f"{command}\n{result.output}\n{result.exception!r}"
+
+
+def here(command: str) -> str:
+    """A command on the board that there is, and short."""
+    return _SHORT.get(command) or _BOARD.sub("--device shared", command)
 
 
 def write_files_of(page: Path) -> None:
