@@ -16,22 +16,22 @@ import typer
 from edge_ident.cli import app
 
 ROOT: Final = Path(__file__).parents[1]
-PAGES: Final = (*sorted(ROOT.glob("*.md")), *sorted((ROOT / "docs").glob("*.md")))
-GENERATED: Final = ("effects.md", "registers.md", "paper.md")
+PAGES: Final = (*sorted(ROOT.glob("*.md")), *sorted((ROOT / "docs").rglob("*.md")))
+GENERATED: Final = ("commands.md", "effects.md", "registers.md", "paper.md")
 LONGEST_LINE: Final = 110
 _LINK: Final = re.compile(r"\[([^\]]*)\]\(([^)\s]+)\)")
-_FENCE: Final = re.compile(r"^```.*?^```", re.MULTILINE | re.DOTALL)
+FENCE: Final = re.compile(r"^```.*?^```", re.MULTILINE | re.DOTALL)
 _SPAN: Final = re.compile(r"`([^`\n]+)`")
 _PATH: Final = re.compile(r"[\w*./-]+\.(?:py|c|h|toml)|(?:[a-z_]+/)+[\w*.]*")
 _ROOTS: Final = ("edge_ident/", "export/", "firmware_interface/", "tests/", "tools/", "docs/")
 _MODULE: Final = re.compile(r"(?:edge_ident|firmware_interface|export|tools)(?:\.\w+)+")
 _ALONE: Final = re.compile(r"(--[a-z][a-z-]*|-o)\b")
 
-pages = pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+pages = pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
 
 
 def prose(page: Path) -> str:
-    return _FENCE.sub("", page.read_text("utf-8"))
+    return FENCE.sub("", page.read_text("utf-8"))
 
 
 def spans(page: Path) -> list[str]:
@@ -172,7 +172,7 @@ def commands_of(command: Any) -> set[str]:
 
 def named_commands(page: Path) -> Iterator[list[str]]:
     """Command lines of a page, as words: those in its blocks and those in its sentences."""
-    blocks = "\n".join(_FENCE.findall(page.read_text("utf-8")))
+    blocks = "\n".join(FENCE.findall(page.read_text("utf-8")))
     for line in blocks.splitlines():
         for part in line.split("&&"):
             if re.match(r"\s*(?:\$ )?(?:\S*/)?edge-ident ", part):
@@ -218,3 +218,10 @@ def test_the_index_lists_every_page() -> None:
 def test_lines_of_prose_fit_an_editor(page: Path) -> None:
     long = [line for line in prose(page).splitlines() if len(line) > LONGEST_LINE]
     assert [line for line in long if not line.lstrip().startswith(("|", "!["))] == []
+
+
+@pages
+def test_every_row_of_a_table_has_the_cells_of_its_head(page: Path) -> None:
+    for table in re.findall(r"(?:^\|.*\|$\n?)+", prose(page), re.MULTILINE):
+        head, *rows = (len(re.split(r"(?<!\\)\|", row)) for row in table.splitlines())
+        assert set(rows) == {head}, f"{page.name}: {table.splitlines()[0]}"

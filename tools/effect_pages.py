@@ -13,6 +13,7 @@ from typing import Final
 from edge_ident.model.effect import Effect, Parameter
 from edge_ident.model.effects import catalogue
 from edge_ident.model.model_reading import unit_of
+from tools.generated_page import write_or_check
 
 PAGE: Final = Path(__file__).parents[1] / "docs" / "effects.md"
 _UNBOUNDED: Final = 1e6
@@ -36,17 +37,7 @@ those of an axis in rad and N·m. `edge-ident diagnose` finds an effect's parame
 
 def main(arguments: list[str]) -> int:
     """Write the page, or check it."""
-    if arguments not in ([], ["--check"]):
-        print("usage: python -m tools.effect_pages [--check]", file=sys.stderr)
-        return 2
-    text = render()
-    stale = not PAGE.is_file() or PAGE.read_text("utf-8") != text
-    if arguments and stale:
-        print(f"docs/{PAGE.name} is out of date", file=sys.stderr)
-        return 1
-    if stale:
-        PAGE.write_text(text, encoding="utf-8")
-    return 0
+    return write_or_check(arguments, PAGE, render(), "tools.effect_pages")
 
 
 def render() -> str:

@@ -3,7 +3,7 @@
 import os
 import platform
 import sys
-from importlib.metadata import PackageNotFoundError, version
+from importlib.metadata import PackageNotFoundError, packages_distributions, version
 from pathlib import Path
 from typing import Final
 
@@ -14,6 +14,8 @@ from edge_ident.errors import EdgeIdentError
 from edge_ident.estimation.manifest import VARIANTS, Variant
 from edge_ident.estimation.network import load_network
 
+_DISTRIBUTION: Final = "edge-ident"
+_INSTALLED: Final = ("edge_ident", "firmware_interface")
 _LATENCY_TIMER_MS: Final = 4
 _PROCESSES: Final = Path("/proc")
 _TIMERS: Final = Path("/sys/bus/usb-serial/devices")
@@ -28,6 +30,7 @@ def check_host() -> list[Check]:
             "python", sys.version_info >= (3, 11), platform.python_version(), "use 3.11 or later"
         ),
         *(_package(name) for name in ("numpy", "onnxruntime", "pyserial", "pymodbus", "typer")),
+        own_packages(),
         *(_network(variant) for variant in VARIANTS),
         modem_manager(ports),
         *(check for port in ports for check in (permission(port), *latency_timer(port))),
@@ -39,6 +42,26 @@ def _package(name: str) -> Check:
         return Check(name, True, version(name))
     except PackageNotFoundError:
         return Check(name, False, "not installed", "install edge-ident again")
+
+
+def own_packages() -> Check:
+    """Whether no other installed distribution has files under the names of our packages.
+
+    pip overwrites files of the same name without a word.
+    """
+    owners = packages_distributions()
+    others = {
+        f"{name} (also of {owner})"
+        for name in _INSTALLED
+        for owner in owners.get(name, ())
+        if owner != _DISTRIBUTION
+    }
+    return Check(
+        "own packages",
+        not others,
+        ", ".join(sorted(others or _INSTALLED)),
+        "install edge-ident alone in a virtual environment of its own",
+    )
 
 
 def _network(variant: Variant) -> Check:

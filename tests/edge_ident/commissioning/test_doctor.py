@@ -51,6 +51,20 @@ def test_round_trips_of_a_slow_adapter(duration_s: float, good: bool) -> None:
     assert "latency timer" in check.next_step
 
 
+def test_a_package_that_another_distribution_has_too(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert doctor.own_packages().good
+    other = tmp_path / "otherware-1.0.dist-info"
+    other.mkdir()
+    (other / "METADATA").write_text("Metadata-Version: 2.1\nName: otherware\nVersion: 1.0\n")
+    (other / "RECORD").write_text("firmware_interface/__init__.py,,\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    check = doctor.own_packages()
+    assert not check.good
+    assert check.detail == "firmware_interface (also of otherware)"
+
+
 @pytest.mark.parametrize(("milliseconds", "good"), [("1", True), ("16", False)])
 def test_the_latency_timer(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, milliseconds: str, good: bool

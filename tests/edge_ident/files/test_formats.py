@@ -181,11 +181,13 @@ def native(path: Path) -> None:
 class Format:
     """One row of the table.
 
-    `units` are those that the command finds or is told, in the order of the columns.
+    `writer` is the library that makes the file; `units` are those that the command finds or is
+    told, in the order of the columns.
     """
 
     file: str
     what: str
+    writer: str
     write: Callable[[Path], None]
     options: str
     units: str
@@ -193,33 +195,35 @@ class Format:
 
 
 FORMATS: Final = (
-    Format("contract.csv", "CSV with the contract's names", contract, "", "s, rad, Nm"),
-    Format("native.npz", "NumPy archive with the contract's names", native, "", "s, rad, Nm"),
-    Format("german.csv", "semicolons, decimal commas, UTF-8 with BOM", german, "",
-           "ms, mm, Nm", True),
-    Format("block.csv", "lines before the table, Latin-1, sampling time in them only", header_block,
-           "", "°, mNm"),
-    Format("scope.csv", "a time for each channel, tabs, UTF-16, as TwinCAT Scope exports", scope,
-           "", "ms, deg, Nm"),
-    Format("units.txt", "units in a row below the headings", unit_row, "", "s, rev, N.m"),
-    Format("quoted.csv", "every cell quoted, comma as delimiter and decimal sign", quoted, "",
+    Format("contract.csv", "CSV with the contract's names", "csv", contract, "", "s, rad, Nm"),
+    Format("native.npz", "NumPy archive with the contract's names", "NumPy", native, "",
            "s, rad, Nm"),
-    Format("savetxt.txt", "numpy.savetxt: blanks, headings behind #", numpy_text, "",
+    Format("german.csv", "semicolons, decimal commas, UTF-8 with BOM", "csv", german, "",
+           "ms, mm, Nm", True),
+    Format("block.csv", "lines before the table, Latin-1, sampling time in them only", "csv",
+           header_block, "", "°, mNm"),
+    Format("scope.csv", "a time for each channel, tabs, UTF-16, as TwinCAT Scope exports", "csv",
+           scope, "", "ms, deg, Nm"),
+    Format("units.txt", "units in a row below the headings", "csv", unit_row, "", "s, rev, N.m"),
+    Format("quoted.csv", "every cell quoted, comma as delimiter and decimal sign", "csv", quoted,
+           "", "s, rad, Nm"),
+    Format("savetxt.txt", "numpy.savetxt: blanks, headings behind #", "NumPy", numpy_text, "",
            "us, deg, Nm"),
-    Format("counts.csv", "encoder counts and amperes", counts,
+    Format("counts.csv", "encoder counts and amperes", "csv", counts,
            "--resolution 1048576/turn --torque-constant 0.63", "ms, counts, mA"),
-    Format("percent.csv", "names that say little, no time, percent of the rated torque", percent,
-           "--column AxisPos=x_position_rad --unit AxisPos=mrad --column Load=x_torque_nm "
+    Format("percent.csv", "names that say little, no time, percent of the rated torque", "csv",
+           percent, "--column AxisPos=x_position_rad --unit AxisPos=mrad --column Load=x_torque_nm "
            "--unit Load=% --rated-effort 2.4Nm --period 0.002", "mrad, %"),
-    Format("pandas.csv", "pandas.DataFrame.to_csv with decimal commas", pandas_csv, "",
+    Format("pandas.csv", "pandas.DataFrame.to_csv with decimal commas", "pandas", pandas_csv, "",
            "ms, deg, Nm"),
-    Format("pandas.parquet", "pandas.DataFrame.to_parquet, time stamps as index", pandas_parquet,
-           "", "deg, Nm, s"),
-    Format("arrow.parquet", "Parquet by pyarrow", arrow, "", "s, rad, Nm"),
-    Format("v5.mat", "MATLAB v5 to v7, a struct", mat_v5, "", "s, rad, Nm"),
-    Format("v73.mat", "MATLAB v7.3", mat_v73, "", "rad, s, Nm"),
-    Format("labview.tdms", "LabVIEW waveforms with units", tdms, "", "mm, Nm", True),
-    Format("sheet.xlsx", "a spreadsheet with a title and a row of units", excel, "", "ms, deg, Nm"),
+    Format("pandas.parquet", "pandas.DataFrame.to_parquet, time stamps as index", "pandas",
+           pandas_parquet, "", "deg, Nm, s"),
+    Format("arrow.parquet", "Parquet by pyarrow", "pyarrow", arrow, "", "s, rad, Nm"),
+    Format("v5.mat", "MATLAB v5 to v7, a struct", "SciPy", mat_v5, "", "s, rad, Nm"),
+    Format("v73.mat", "MATLAB v7.3", "h5py", mat_v73, "", "rad, s, Nm"),
+    Format("labview.tdms", "LabVIEW waveforms with units", "npTDMS", tdms, "", "mm, Nm", True),
+    Format("sheet.xlsx", "a spreadsheet with a title and a row of units", "openpyxl", excel, "",
+           "ms, deg, Nm"),
 )  # fmt: skip
 
 
@@ -254,7 +258,7 @@ def test_one_command_reads_it(known: Format, tmp_path: Path) -> None:
 def test_the_page_has_this_table() -> None:
     page = (ROOT / "docs" / "import.md").read_text("utf-8")
     rows = [
-        f"| {known.what} | `edge-ident import {known.file}"
+        f"| {known.what} | {known.writer} | `edge-ident import {known.file}"
         f"{f' {known.options}' if known.options else ''}` | {known.units} |"
         for known in FORMATS
     ]

@@ -1,0 +1,50 @@
+"""docs/commands.md says what the commands declare."""
+
+from pathlib import Path
+
+import pytest
+
+from tests.test_docs import commands
+from tools import command_pages
+
+
+def section(name: str) -> str:
+    return command_pages.render().split(f"\n## edge-ident {name}\n")[1].split("\n## ")[0]
+
+
+def test_the_page_in_the_docs_is_up_to_date() -> None:
+    assert command_pages.main(["--check"]) == 0
+
+
+def test_check_tells_an_old_page_and_leaves_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    page = tmp_path / "commands.md"
+    page.write_text("old")
+    monkeypatch.setattr(command_pages, "PAGE", page)
+    assert command_pages.main(["--check"]) == 1
+    assert "out of date: python -m tools.command_pages" in capsys.readouterr().err
+    assert page.read_text() == "old"
+    assert command_pages.main([]) == 0
+    assert command_pages.main(["--check"]) == 0
+
+
+@pytest.mark.parametrize(
+    "name", [name for name in commands() if name not in ("", "gains", "config")]
+)
+def test_every_option_of_a_command_is_there(name: str) -> None:
+    everywhere = (
+        command_pages.render().split("\n## Options of every command\n")[1].split("\n## ")[0]
+    )
+    text = section(name)
+    for option in commands()[name] - {"--help"}:
+        if option.startswith("-"):
+            assert f"`{option}" in text + everywhere, option
+
+
+def test_a_choice_a_default_and_a_variable_stand_in_their_columns() -> None:
+    row = "| `--format html\\|markdown` | {} | `html` | `EDGE_IDENT_FORMAT` |"
+    meaning = "Format of the page in the folder: one HTML file, or Markdown with pictures."
+    assert row.format(meaning) in section("diagnose")
+    assert "| `--stability`, `--no-stability` |" in section("diagnose")
+    assert "```\nedge-ident identify recording.csv --column" in section("identify")

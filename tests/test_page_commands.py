@@ -1,0 +1,130 @@
+"""Every command in a block of a page runs, or a reason stands here why not.
+
+The commands of a page run in their order, in one folder, with one virtual board that stays on
+between them in place of the board that the page names.
+"""
+
+import re
+import shlex
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+import pytest
+import scipy.io
+from typer.testing import CliRunner
+
+import edge_ident
+from edge_ident.cli import app
+from tests.edge_ident.shared_board import SharedBoard
+from tests.test_docs import FENCE, PAGES, ROOT
+
+NOT_RUN: Final = {
+    r"edge-ident (train|export) ": "trains for ten minutes; tests/export does both in small",
+    r"edge-ident \w+ .*--network networks/": "has a network that training makes",
+    r"edge-ident board ": "serves until Ctrl-C; tests/test_run.py starts it",
+    r"edge-ident stop ": "needs a port; tests/edge_ident/cli/test_stop_command.py stops a board",
+    r"edge-ident ports": "opens every serial port of this machine",
+    r"edge-ident doctor": "judges clocks; tests/edge_ident/commissioning/test_doctor.py runs it",
+    r"edge-ident (gains show|stop), ": "names several commands; boards.md has each",
+    r"(\S*/)?(python3 -m venv|pip) ": "installs; the gate runs README's commands",
+    r"(\S*/)?python -m pytest": "these tests",
+    r"\. \.venv/bin/activate": "is for an interactive shell",
+    r"\S*python -m sphinx ": "tests/test_site.py builds the site",
+    r"python tools/check_packages.py ": "takes a minute and the network",
+    r"python docs/examples/": "tests/test_examples.py runs each",
+    r"python tools/(fault_schedules|session_campaign|realtime_capture).py ": "goes on for minutes",
+    r"python -m tools\.": "goes on for minutes to hours",
+    r"edge-ident diagnose monday": "stands for any recordings; docs/diagnose.md has one that runs",
+    r"podman ": "needs a container engine",
+    r"make -C |firmware_interface/\S+/firmware ": "tests/firmware_interface builds and starts it",
+}
+"""Beginning of a command, and why it does not run here."""
+_SHORT: Final = {"edge-ident profile": "edge-ident profile --device virtual --repetitions 2"}
+"""The same in seconds."""
+_COMMAND: Final = re.compile(
+    r"^(\$ )?(?=(\S*/)?(edge-ident|python3?|pip|make|podman|firmware|\.) )"
+)
+_INDENTED: Final = re.compile(r"^ {4}(\S.*)$", re.MULTILINE)
+_BOARD: Final = re.compile(r"--device (?:/dev/\S+|tcp://\S+|…|virtual)")
+_FILE: Final = re.compile(r"Write this as `([\w.]+)`")
+
+
+def commands(page: Path) -> list[str]:
+    """Command lines in the blocks of a page, without the remarks two blanks behind."""
+    text = page.read_text("utf-8")
+    lines = "\n".join((*FENCE.findall(text), *_INDENTED.findall(FENCE.sub("", text)))).splitlines()
+    parts = [part.strip() for line in lines if _COMMAND.match(line) for part in line.split("&&")]
+    return [re.split(r"\s{2,}| +# ", part)[0].removeprefix("$ ") for part in parts]
+
+
+def reason(command: str) -> str | None:
+    return next((why for known, why in NOT_RUN.items() if re.match(known, command)), None)
+
+
+WITH_COMMANDS: Final = [page for page in PAGES if page.name != "commands.md" and commands(page)]
+
+
+@pytest.fixture(scope="module")
+def stock(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Files that a page takes for granted."""
+    folder = tmp_path_factory.mktemp("stock")
+    recording = edge_ident.simulate(noise=0.02)
+    for name in ("recording.csv", "capture.npz"):
+        edge_ident.save_recording(recording, folder / name)
+    edge_ident.save_model(edge_ident.identify(recording).model, folder / "model.json")
+    axis, time_s = recording.axes["x"], recording.time_s
+    rows = zip(1e3 * time_s, 1e6 * axis.position * 6e-4, axis.effort, strict=True)
+    text = "Zeit (ms);X.ActPos [µm];X.Kraft [kN]\n"
+    text += "".join(f"{t:.1f};{x:.3f};{f:.6f}\n".replace(".", ",") for t, x, f in rows)
+    (folder / "scope.csv").write_text(text, encoding="latin-1")
+    log = {"t_s": time_s, "pos": np.degrees(axis.position), "torque_nm": axis.effort}
+    scipy.io.savemat(folder / "log.mat", log)
+    return folder
+
+
+@pytest.mark.parametrize("page", WITH_COMMANDS, ids=lambda page: str(page.relative_to(ROOT)))
+def test_every_command_of_a_page_runs(
+    page: Path, stock: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    SharedBoard(monkeypatch)
+    monkeypatch.setenv("EDGE_IDENT_DEVICE", "shared")
+    monkeypatch.setenv("EDGE_IDENT_CONFIG_FILE", str(tmp_path / "config.toml"))
+    monkeypatch.chdir(tmp_path)
+    for file in stock.iterdir():
+        (tmp_path / file.name).write_bytes(file.read_bytes())
+    write_files_of(page)
+    runnable = [command for command in commands(page) if not reason(command)]
+    for command in dict.fromkeys(map(here, runnable)):  # the same once
+        words = shlex.split(command)
+        assert words[0].endswith("edge-ident"), f"{command}: say here why it does not run"
+        result = CliRunner().invoke(app, [existing(word) for word in words[1:]])
+        assert result.exit_code == 0, f"{command}\n{result.output}\n{result.exception!r}"
+
+
+def here(command: str) -> str:
+    """A command on the board that there is, and short."""
+    return _SHORT.get(command) or _BOARD.sub("--device shared", command)
+
+
+def write_files_of(page: Path) -> None:
+    """Files whose text stands on the page."""
+    text = page.read_text("utf-8")
+    for found in _FILE.finditer(text):
+        block = FENCE.search(text, found.end())
+        assert block, found[0]
+        Path(found[1]).write_text("\n".join(block[0].splitlines()[1:-1]), encoding="utf-8")
+
+
+def existing(word: str) -> str:
+    """A path, with the date or serial number that it has here."""
+    folder, last = Path(word).parent, Path(word).name
+    if folder.name in ("edge-ident-gains", "edge-ident-runs"):
+        return str(max(folder.iterdir()))
+    return str(folder / last) if "/" in word else word
+
+
+def test_every_reason_is_needed() -> None:
+    every = [command for page in WITH_COMMANDS for command in commands(page)]
+    for known in NOT_RUN:
+        assert any(re.match(known, command) for command in every), known
