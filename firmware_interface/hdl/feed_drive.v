@@ -93,7 +93,7 @@ module feed_drive #(
         stopped_by_watchdog <= !reset && (starved || (stopped_by_watchdog && !rearm));
         lost_count <= reset ? 0 : illegal | (rearm ? 2'd0 : lost_count);
     end
-    wire stopped = !sto_n || stopped_by_sto || stopped_by_watchdog || lost_count != 0;
+    wire stopped = stopped_by_sto || stopped_by_watchdog || lost_count != 0;
 
     // ---- effort: written for both axes at once, in force a fixed time after the latch
     reg signed [15:0] effort_x, effort_z;
