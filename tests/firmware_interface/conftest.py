@@ -79,8 +79,8 @@ def _built_once(factory: pytest.TempPathFactory, name: str, build: Callable[[Pat
     return folder / name
 
 
-_THROUGH_THE_PORT: Final = ("effort", "motion", "protection", "registers", "watchdog")
-"""Files of the conformance tests that reach what an FPGA does; the others end in the same C."""
+_THROUGH_THE_PORT: Final = ("effort", "first_move", "motion", "protection", "registers", "watchdog")
+"""Files of tests that reach what an FPGA does; the others end in the same C."""
 
 
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
