@@ -31,8 +31,8 @@ settings.load_profile("seeded")
 
 _PROGRAMS: Final = {"c": "firmware", "fpga": "fpga"}
 """Fixtures that build a board."""
-_REST_SAMPLES: Final = 20
-"""Standstill that the reference firmware calls rest: `REST_SAMPLES` in drive.c."""
+_THROUGH_THE_PORT: Final = ("effort", "first_move", "motion", "protection", "registers", "watchdog")
+"""Files of tests that reach what an FPGA does; the others end in the same C."""
 
 
 @pytest.fixture(name="served")
@@ -79,10 +79,6 @@ def _built_once(factory: pytest.TempPathFactory, name: str, build: Callable[[Pat
     return folder / name
 
 
-_THROUGH_THE_PORT: Final = ("effort", "first_move", "motion", "protection", "registers", "watchdog")
-"""Files of tests that reach what an FPGA does; the others end in the same C."""
-
-
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
     """Name the kinds of boards that a conformance test runs against."""
     if "command_of_either" in metafunc.fixturenames:
@@ -102,10 +98,13 @@ def command_of_either(request: pytest.FixtureRequest) -> BoardCommand:
 
 @pytest.fixture(scope="module")
 def either_kind(command_of_either: BoardCommand) -> Iterator[Served]:
-    """A board of any kind, in a process of its own, for all tests of a file."""
+    """A board of either kind, in a process of its own, for all tests of a file.
+
+    It has looked at its encoders for 50 ms, and so knows that the axes stand.
+    """
     with serving(command_of_either()) as served:
-        with served.connected() as board:  # at power-up nobody knows yet that the axes stand
-            until_abandoned(board, lambda status: status.clock_samples > _REST_SAMPLES)
+        with served.connected() as board:
+            until_abandoned(board, lambda status: status.clock_samples > 20)
         yield served
 
 
