@@ -13,7 +13,12 @@ SOURCES = [
     for path in sorted((ROOT / package).rglob("*.py"))
     if str(path.relative_to(ROOT)) not in GENERATED
 ]
-FIRMWARE = sorted((ROOT / "firmware_interface" / "reference_firmware").rglob("*.[ch]"))
+FIRMWARE = [
+    path
+    for folder in ("reference_firmware", "hdl")
+    for kind in ("*.[chv]", "*.cpp")
+    for path in sorted((ROOT / "firmware_interface" / folder).rglob(kind))
+]
 C_FUNCTION = re.compile(r"\)\n\{\n(.*?)^\}", re.MULTILINE | re.DOTALL)
 
 

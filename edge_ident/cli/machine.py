@@ -1,5 +1,6 @@
-"""Commands that leave the machine at rest where it should be: home, stop, clear-fault."""
+"""Commands that leave the machine at rest where it should be: home, hold, stop, clear-fault."""
 
+import math
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -17,8 +18,23 @@ if TYPE_CHECKING:
 Targets = Annotated[
     list[str] | None,
     typer.Option(
-        "--to", metavar="AXIS=RAD", help="Move this axis to this position; may be repeated."
+        "--to",
+        metavar="AXIS=RAD",
+        help="Move this axis to this position, in rad or, as in x=90deg, in degrees; "
+        "may be repeated.",
     ),
+]
+Distances = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--by",
+        metavar="AXIS=RAD",
+        help="Move this axis by so much from where it stands, such as x=5deg; may be repeated.",
+    ),
+]
+Duration = Annotated[
+    float,
+    typer.Option("--seconds", min=1.0, max=600.0, metavar="NUMBER", help="How long to hold."),
 ]
 Speed = Annotated[
     float | None,
@@ -33,6 +49,7 @@ Speed = Annotated[
 def register(app: typer.Typer) -> None:
     """Add this file's commands."""
     app.command()(home)
+    app.command()(hold)
     app.command()(stop)
     app.command("clear-fault")(clear_fault)
 
@@ -42,10 +59,11 @@ def home(
     *,
     where: BoardOptions,
     to: Targets = None,
+    by: Distances = None,
     speed: Speed = None,
     results: ResultOptions,
 ) -> None:
-    """Move the axes slowly to position zero, or to the positions given with --to.
+    """Move the axes slowly to position zero, to a position (--to) or by a distance (--by).
 
     The command does not search for a reference mark. Positions of an axis that is not homed count
     from where it stood when the board was switched on. The positions are printed; with --output
@@ -53,25 +71,50 @@ def home(
 
     Example: `edge-ident home --to x=1.5 --to z=-0.5 --device /dev/ttyACM0`
     """
-    named = _parse_targets(to or [])
+    if to and by:
+        raise typer.BadParameter("give either --to or --by", param_hint="--by")
+    targets, distances = _angles(to or [], "--to"), _angles(by or [], "--by")
     with connected(where) as (board, _), shown_progress() as bars:
-        targets = named or dict.fromkeys(board.axes, 0.0)
-        done = commissioning.move_to(board, targets, bars, speed)
+        if distances:
+            done = commissioning.move_by(board, distances, bars, speed)
+        else:
+            zero = dict.fromkeys(board.axes, 0.0)
+            done = commissioning.move_to(board, targets or zero, bars, speed)
     results.deliver(report.home_document(done), "home.json")
     for axis, way in done.ways.items() if not results.json else []:
         print(f"{axis}: {way.from_rad:.4f} → {way.reached_rad:.4f} rad")
 
 
-def _parse_targets(texts: list[str]) -> dict[str, float]:
-    """Parse AXIS=RAD texts."""
-    targets = {}
+def _angles(texts: list[str], option: str) -> dict[str, float]:
+    """Parse texts of AXIS=RAD or AXIS=NUMBERdeg, in rad."""
+    angles = {}
     for text in texts:
         axis, _, number = text.partition("=")
+        degrees = number.endswith("deg")
         try:
-            targets[axis] = float(number)
+            angle = float(number.removesuffix("deg"))
         except ValueError:
-            raise typer.BadParameter(f"{text}: write AXIS=RAD", param_hint="--to") from None
-    return targets
+            raise typer.BadParameter(
+                f"{text}: write AXIS=RAD or AXIS=DEGREESdeg", param_hint=option
+            ) from None
+        angles[axis] = math.radians(angle) if degrees else angle
+    return angles
+
+
+@command
+def hold(*, where: BoardOptions, seconds: Duration = 10.0, results: ResultOptions) -> None:
+    """Hold the axes where they stand, with the effort on, to try by hand that it pushes back.
+
+    How far each axis was pushed and the largest effort are printed; with --output they are also
+    written to hold.json in that folder. The effort goes off at the end and on Ctrl-C.
+
+    Example: `edge-ident hold --seconds 20 --device /dev/ttyACM0`
+    """
+    with connected(where) as (board, _), shown_progress() as bars:
+        held = commissioning.hold(board, seconds, bars)
+    results.deliver(report.hold_document(held), "hold.json")
+    for axis, one in held.items() if not results.json else []:
+        print(f"{axis}: pushed by up to {one.pushed_rad:.4f} rad, effort {one.effort_nm:.2f} N*m")
 
 
 @command

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from edge_ident.commissioning.gain_files import back_up, load_gains
     from edge_ident.commissioning.gain_forecast import Forecaster, Forecasts, check_stable
     from edge_ident.commissioning.gain_transfer import stage_gains
-    from edge_ident.commissioning.homing import move_to
+    from edge_ident.commissioning.homing import hold, move_by, move_to
     from edge_ident.commissioning.link_checks import check_link
     from edge_ident.commissioning.ports import ask_ports
     from edge_ident.commissioning.profiling import profile_device
@@ -60,8 +60,10 @@ __all__ = [
     "check_write",
     "commission",
     "commit_staged",
+    "hold",
     "load_gains",
     "make_ready",
+    "move_by",
     "move_to",
     "parse_values",
     "profile_device",
@@ -98,8 +100,10 @@ __getattr__ = lazy_names(
         "check_write": "edge_ident.commissioning.register_access",
         "commission": "edge_ident.commissioning.run",
         "commit_staged": "edge_ident.commissioning.gain_change",
+        "hold": "edge_ident.commissioning.homing",
         "load_gains": "edge_ident.commissioning.gain_files",
         "make_ready": "edge_ident.commissioning.safety",
+        "move_by": "edge_ident.commissioning.homing",
         "move_to": "edge_ident.commissioning.homing",
         "parse_values": "edge_ident.commissioning.register_access",
         "profile_device": "edge_ident.commissioning.profiling",

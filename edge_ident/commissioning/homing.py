@@ -1,9 +1,15 @@
-"""Moves the axes to a position, slowly: a motion of no frequency, all of it lead-in."""
+"""Moves the axes to a position, slowly: a motion of no frequency, all of it lead-in.
+
+Holding them where they stand is such a motion too, without a way.
+"""
 
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
 
 from edge_ident.commissioning.approach import with_lead_in
 from edge_ident.commissioning.capture import capture_motion
@@ -80,12 +86,8 @@ def move_to(
         if max(far.values()) < board.identity.encoder_resolution_rad:
             return Homing({axis: Way(start[axis], wanted[axis], start[axis]) for axis in far}, 0.0)
         lead_in_s = max(_SHORTEST_S, *(_PEAK * far[axis] / speeds[axis] for axis in far))
-        axes = {
-            axis: Multisine((SineComponent(target, 0.0, math.pi / 2.0),))
-            for axis, target in wanted.items()
-        }
         captured_s = _CAPTURED * board.identity.sample_period_s
-        way = with_lead_in(board, Trajectory(axes, captured_s, lead_in_s))
+        way = with_lead_in(board, Trajectory(_still(wanted), captured_s, lead_in_s))
         observer.stage("way")
         legs = ", ".join(f"{axis} {start[axis]:.3f} → {wanted[axis]:.3f} rad" for axis in far)
         observer.say(f"{legs}, in {way.lead_in_s:.1f} s")
@@ -94,6 +96,87 @@ def move_to(
     reached = {axis: float(r.position[-1]) for axis, r in capture.recording.axes.items()}
     ways = {axis: Way(start[axis], wanted[axis], reached[axis]) for axis in far}
     return Homing(ways, way.lead_in_s + captured_s)
+
+
+def move_by(
+    board: Board,
+    distances: Mapping[str, float],
+    observer: Observer,
+    speed_rad_s: float | None = None,
+) -> Homing:
+    """Move axes by so much from where they stand; otherwise as `move_to`.
+
+    Parameters
+    ----------
+    board : Board
+    distances : mapping of axis name to float
+        rad, signed.
+    observer : Observer
+    speed_rad_s : float, optional
+        Largest on the way; default a fifth of the board's limit.
+
+    Raises
+    ------
+    ValueRefusedError
+        As `move_to`.
+    """
+    stands = board.status().position_rad
+    targets = {axis: stands.get(axis, 0.0) + way for axis, way in distances.items()}
+    return move_to(board, targets, observer, speed_rad_s)
+
+
+@dataclass(frozen=True)
+class Held:
+    """What happened to one axis while it was held.
+
+    Attributes
+    ----------
+    pushed_rad : float
+        Farthest that it was from where it should have stood, signed.
+    effort_nm : float
+        Largest effort, signed.
+    """
+
+    pushed_rad: float
+    effort_nm: float
+
+
+def hold(board: Board, duration_s: float, observer: Observer) -> dict[str, Held]:
+    """Hold all axes where they stand, with effort on, watched like a motion.
+
+    Parameters
+    ----------
+    board : Board
+    duration_s : float
+    observer : Observer
+
+    Returns
+    -------
+    dict of axis name to Held
+    """
+    with ready_to_move(board, observer.say):
+        stands = board.status().position_rad
+        still = Trajectory(_still(stands), duration_s, _SHORTEST_S)
+        observer.stage("hold")
+        observer.say(f"held for {duration_s:g} s: push the axes by hand")
+        records = capture_motion(board, still, observer.samples).recording.axes
+        board.finish()
+    return {
+        axis: Held(_largest(record.position - stands[axis]), _largest(record.effort))
+        for axis, record in records.items()
+    }
+
+
+def _still(positions: Mapping[str, float]) -> dict[str, Multisine]:
+    """A sine of no frequency at each position."""
+    return {
+        axis: Multisine((SineComponent(position, 0.0, math.pi / 2.0),))
+        for axis, position in positions.items()
+    }
+
+
+def _largest(values: NDArray[np.float64]) -> float:
+    return float(values[np.argmax(np.abs(values))])
 
 
 def _speed(axis: str, limits: AxisLimits, wanted_rad_s: float | None) -> float:

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from edge_ident.report.register_tables import register_lines, registers_document, values_text
     from edge_ident.report.run_documents import (
         capture_document,
+        hold_document,
         home_document,
         profile_document,
         run_document,
@@ -47,6 +48,7 @@ __all__ = [
     "gain_report_document",
     "gain_report_view",
     "gains_document",
+    "hold_document",
     "home_document",
     "identification_document",
     "import_document",
@@ -77,6 +79,7 @@ __getattr__ = lazy_names(
         "registers_document": "edge_ident.report.register_tables",
         "register_lines": "edge_ident.report.register_tables",
         "values_text": "edge_ident.report.register_tables",
+        "hold_document": "edge_ident.report.run_documents",
         "home_document": "edge_ident.report.run_documents",
         "capture_document": "edge_ident.report.run_documents",
         "GainReport": "edge_ident.report.gain_report",

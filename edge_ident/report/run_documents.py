@@ -2,13 +2,14 @@
 
 import dataclasses
 import hashlib
+from collections.abc import Mapping
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 from edge_ident.commissioning.capture import Capture
 from edge_ident.commissioning.gain_change import GainChange
-from edge_ident.commissioning.homing import Homing
+from edge_ident.commissioning.homing import Held, Homing
 from edge_ident.commissioning.profile import TARGET_MS, Profile, spread
 from edge_ident.commissioning.run import CAPTURE_FILE, Outcome
 from edge_ident.estimation.network import Network
@@ -80,6 +81,14 @@ def home_document(homing: Homing) -> dict[str, Any]:
         "schema": "edge-ident/home/1",
         "axes": {axis: dataclasses.asdict(way) for axis, way in homing.ways.items()},
         "time_s": homing.time_s,
+    }
+
+
+def hold_document(held: Mapping[str, Held]) -> dict[str, Any]:
+    """Schema edge-ident/hold/1: how far each axis was pushed, and what held it."""
+    return {
+        "schema": "edge-ident/hold/1",
+        "axes": {axis: dataclasses.asdict(one) for axis, one in held.items()},
     }
 
 

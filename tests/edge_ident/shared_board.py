@@ -7,7 +7,7 @@ import pytest
 from typer.testing import CliRunner
 
 from edge_ident.cli import app
-from edge_ident.commissioning import connect, link_checks
+from edge_ident.commissioning import connect, link_checks, stopping
 from firmware_interface.board import Board
 from firmware_interface.virtual.board import VirtualBoard
 from firmware_interface.virtual.settings import BoardSettings
@@ -18,7 +18,7 @@ class SharedBoard:
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch, settings: BoardSettings | None = None):
         self.virtual = VirtualBoard(settings)
-        for module in (connect, link_checks):
+        for module in (connect, link_checks, stopping):
             monkeypatch.setattr(module, "open_link", lambda *_, **__: self.virtual)
 
     @property

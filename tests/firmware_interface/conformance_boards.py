@@ -1,7 +1,8 @@
-"""Boards of both kinds, each in a process of its own on a pseudo-terminal, and raw frames to them.
+"""Boards of all kinds, each in a process of its own on a pseudo-terminal, and raw frames to them.
 
 The Python virtual board and the C reference firmware were written apart from each other; what
-the register map and its words mean is what both of them do.
+the register map and its words mean is what both of them do. The firmware runs on a plant, and on
+a simulated FPGA with a plant behind it.
 """
 
 import itertools
@@ -29,6 +30,7 @@ from firmware_interface.registers import REGISTERS, Fault, Result, State
 
 SPEED = 20.0
 SOURCE = Path(registers.__file__).with_name("reference_firmware")
+FPGA_SOURCE = SOURCE.with_name("hdl")
 _SERVE = """
 from firmware_interface.virtual.server import serve
 from firmware_interface.virtual.settings import BoardSettings
@@ -41,12 +43,21 @@ _REPLY_S = 2.0
 _ORDERLY_END_S = 20.0
 
 
-def build_firmware(folder: Path, target: str) -> None:
-    """Build a target of the reference firmware's Makefile, or skip the test."""
-    for tool in ("gcc", "make"):
+def build_firmware(folder: Path, *targets: str) -> None:
+    """Build targets of the reference firmware's Makefile, or skip the test."""
+    _make(SOURCE, folder, targets, ("gcc", "make"))
+
+
+def build_fpga(folder: Path, *targets: str) -> None:
+    """Build targets of the simulated FPGA's Makefile, or skip the test."""
+    _make(FPGA_SOURCE, folder, targets, ("verilator", "g++", "gcc", "make"))
+
+
+def _make(source: Path, folder: Path, targets: tuple[str, ...], tools: tuple[str, ...]) -> None:
+    for tool in tools:
         if shutil.which(tool) is None:
-            pytest.skip(f"the reference firmware needs {tool}")
-    command = ["make", "-j2", "-C", str(SOURCE), f"BUILD={folder}", target]
+            pytest.skip(f"what is built from {source.name} needs {tool}")
+    command = ["make", "-j2", "-C", str(source), f"BUILD={folder}", *targets]
     built = subprocess.run(command, capture_output=True, text=True, check=False)
     assert built.returncode == 0, built.stderr
 

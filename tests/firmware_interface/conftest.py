@@ -2,10 +2,11 @@
 
 import math
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from fcntl import LOCK_EX, flock
 from functools import partial
 from pathlib import Path
+from typing import Final
 
 import pytest
 from board_thread import Serve, served
@@ -13,6 +14,7 @@ from conformance_boards import (
     BoardCommand,
     Served,
     build_firmware,
+    build_fpga,
     c_command,
     clean_up,
     python_command,
@@ -26,6 +28,11 @@ from firmware_interface.motion import Multisine, SineComponent, Trajectory
 
 settings.register_profile("seeded", derandomize=True, deadline=None)
 settings.load_profile("seeded")
+
+_PROGRAMS: Final = {"c": "firmware", "fpga": "fpga"}
+"""Fixtures that build a board."""
+_THROUGH_THE_PORT: Final = ("effort", "first_move", "motion", "protection", "registers", "watchdog")
+"""Files of tests that reach what an FPGA does; the others end in the same C."""
 
 
 @pytest.fixture(name="served")
@@ -50,25 +57,43 @@ def short_motion() -> Trajectory:
 
 @pytest.fixture(scope="session")
 def firmware(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Folder with the programs of the reference firmware, built with the sanitizers.
+    """Folder with the programs of the reference firmware, built with the sanitizers."""
+    folder = _built_once(tmp_path_factory, "firmware", lambda to: build_firmware(to, "sanitized"))
+    return folder / "sanitized"
 
-    Workers of pytest-xdist share it: the first one builds, and make has nothing to do for others.
-    """
-    folder = tmp_path_factory.getbasetemp()
+
+@pytest.fixture(scope="session")
+def fpga(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Folder with the programs of the simulated FPGA."""
+    return _built_once(tmp_path_factory, "fpga", lambda to: build_fpga(to, "all", "checks"))
+
+
+def _built_once(factory: pytest.TempPathFactory, name: str, build: Callable[[Path], None]) -> Path:
+    """Workers of pytest-xdist share it: the first builds, and make has nothing to do for others."""
+    folder = factory.getbasetemp()
     if "PYTEST_XDIST_WORKER" in os.environ:
         folder = folder.parent
-    with (folder / "firmware.lock").open("w") as lock:
+    with (folder / f"{name}.lock").open("w") as lock:
         flock(lock, LOCK_EX)
-        build_firmware(folder / "firmware", "sanitized")
-    return folder / "firmware" / "sanitized"
+        build(folder / name)
+    return folder / name
 
 
-@pytest.fixture(scope="module", params=["python", "c"])
+def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
+    """Name the kinds of boards that a conformance test runs against."""
+    if "command_of_either" in metafunc.fixturenames:
+        kinds = ["python", "c"]
+        if metafunc.module.__name__.endswith(_THROUGH_THE_PORT):
+            kinds.append("fpga")
+        metafunc.parametrize("command_of_either", kinds, indirect=True, scope="module")
+
+
+@pytest.fixture(scope="module")
 def command_of_either(request: pytest.FixtureRequest) -> BoardCommand:
-    """Gives the command line of a board of either kind."""
+    """Gives the command line of a board of any kind."""
     if request.param == "python":
         return python_command
-    return partial(c_command, request.getfixturevalue("firmware"))
+    return partial(c_command, request.getfixturevalue(_PROGRAMS[request.param]))
 
 
 @pytest.fixture(scope="module")
@@ -94,6 +119,6 @@ def either_board(either_kind: Served) -> Iterator[Board]:
 
 @pytest.fixture
 def fresh_board(command_of_either: BoardCommand) -> Iterator[Board]:
-    """The host's verbs for a board of either kind that no other test uses."""
+    """The host's verbs for a board of any kind that no other test uses."""
     with serving(command_of_either(window_s=1.0)) as served, served.connected() as board:
         yield board

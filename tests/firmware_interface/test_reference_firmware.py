@@ -295,10 +295,17 @@ def test_every_power_up_draws_another_nonce(firmware: Path) -> None:
     assert len(nonces) == 3
 
 
-def test_a_whole_run_ends_with_new_gains(firmware: Path, tmp_path: Path) -> None:
-    """Identify, write, verify, confirm and store on the rigid plant, ten times real time."""
+@pytest.mark.parametrize("programs", ["firmware", "fpga"])
+def test_a_whole_run_ends_with_new_gains(
+    programs: str, request: pytest.FixtureRequest, tmp_path: Path
+) -> None:
+    """Identify, write, verify, confirm and store on the rigid plant, ten times real time.
+
+    Behind the simulated FPGA too: pulses, edges and a power stage lie between law and plant.
+    """
     run = [sys.executable, "-m", "edge_ident", "run", "--store"]
-    with serving([str(firmware / "firmware"), "--speed", "10"]) as served:
+    program = request.getfixturevalue(programs) / "firmware"
+    with serving([str(program), "--speed", "10"]) as served:
         command = [*run, "--device", served.url, "--json", "--output", str(tmp_path)]
         ran = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
     assert ran.returncode == 0, ran.stderr

@@ -21,3 +21,9 @@ const struct axis_settings default_axis = {
         .ripple_period = {1.0f, 1.0f, 1.0f, 1.0f},
     },
 };
+
+/* rigid-body sums of the virtual board's drive: docs/virtual_board.md */
+const struct plant default_plants[FD_AXES] = {
+    {0.42957, 0.90029, 1.40046, 0.03000, 0.0, 0.0},
+    {0.37860, 0.74970, 1.10046, 0.09992, 0.0, 0.0},
+};

@@ -17,18 +17,16 @@
 
 #include "../port.h"
 #include "default_settings.h"
-#include "plant.h"
+#include "linux_drive.h"
 
 #define SLOT_BYTES 512
 #define LARGEST_BACKLOG 100.0 /* samples: where the host is busy, board time falls behind */
 #define NAP_NS 500000
-#define CONTROL_DELAY_S 0.0005
 #define SAMPLE_S (SAMPLE_PERIOD_NS * 1e-9)
 /* the clock wraps around soon after power-up, so that every use of it is tried */
 #define CLOCK_AT_START_US (UINT32_MAX - 3000000u)
 
 static struct board_settings settings = {
-    .serial_number = 2u,
     .control_delay_ns = 500000u,
     .counts_per_turn = COUNTS_PER_TURN,
     .effort_per_count_nm = (float)EFFORT_PER_COUNT_NM,
@@ -38,21 +36,11 @@ static struct board_settings settings = {
     .confirm_window_us = 120000000u,
 };
 
-/* rigid-body sums of the virtual board's drive: docs/virtual_board.md */
-static struct plant plants[FD_AXES] = {
-    {0.42957, 0.90029, 1.40046, 0.03000, 0.0, 0.0},
-    {0.37860, 0.74970, 1.10046, 0.09992, 0.0, 0.0},
-};
-static double effort_nm[FD_AXES], effort_before_nm[FD_AXES];
 static const char *store_path;
 static unsigned char store_memory[STORE_SLOTS][SLOT_BYTES];
 static double speed;
-static double switches_rad;
-static uint16_t homed;
 static uint64_t start_us;
 static int line = -1;
-/* the emergency stop's wire, and the latch behind it that hardware would be */
-static int stop_pressed, stop_latched;
 
 /* the interrupt; what follows is shared with it, under the lock */
 static pthread_t interrupt;
@@ -78,9 +66,9 @@ const char *port_linux_open(const struct linux_options *options)
     for (unsigned axis = 0; axis < FD_AXES; axis++) {
         settings.axis[axis] = default_axis;
     }
-    homed = (uint16_t)options->homed;
-    switches_rad = options->switches_rad;
+    settings.serial_number = linux_drive_serial_number;
     settings.confirm_window_us = (uint32_t)(1e6 * options->confirm_window_s);
+    linux_drive_open(options);
     start_us = now_us();
     line = posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK);
     if (line < 0 || grantpt(line) != 0 || unlockpt(line) != 0) {
@@ -95,15 +83,6 @@ const char *port_linux_open(const struct linux_options *options)
     return tcsetattr(host_side, TCSANOW, &raw) == 0 ? ptsname(line) : NULL;
 }
 
-static void advance_plants(void)
-{
-    for (unsigned axis = 0; axis < FD_AXES; axis++) {
-        plant_advance(&plants[axis], effort_before_nm[axis], CONTROL_DELAY_S);
-        plant_advance(&plants[axis], effort_nm[axis], SAMPLE_S - CONTROL_DELAY_S);
-        effort_before_nm[axis] = effort_nm[axis];
-    }
-}
-
 /* Runs the samples that are due. */
 static void *interrupt_loop(void *unused)
 {
@@ -116,10 +95,7 @@ static void *interrupt_loop(void *unused)
         due += (double)(present_us - last_us) * 1e-6 * speed / SAMPLE_S;
         last_us = present_us;
         for (due = fmin(due, LARGEST_BACKLOG); due >= 1.0; due -= 1.0) {
-            port_lock();
-            on_sample();
-            advance_plants();
-            port_unlock();
+            linux_drive_sample(on_sample);
         }
         port_lock();
         running = !ended;
@@ -154,15 +130,6 @@ void port_linux_wait(void)
     poll(&wait, 1, 1);
 }
 
-/* Interrupts the main loop wherever that is: no lock here. */
-void port_linux_press_stop(bool pressed)
-{
-    if (pressed) {
-        __atomic_store_n(&stop_latched, 1, __ATOMIC_SEQ_CST);
-    }
-    __atomic_store_n(&stop_pressed, pressed, __ATOMIC_SEQ_CST);
-}
-
 /* ---- the port */
 
 const struct board_settings *port_settings(void)
@@ -195,60 +162,6 @@ void port_lock(void)
 void port_unlock(void)
 {
     pthread_mutex_unlock(&lock);
-}
-
-void port_read_encoders(int32_t counts[FD_AXES])
-{
-    for (unsigned axis = 0; axis < FD_AXES; axis++) {
-        const double turn = plants[axis].position_rad / 6.283185307179586;
-        counts[axis] = (int32_t)lrint(turn * COUNTS_PER_TURN);
-    }
-}
-
-void port_write_effort(const int16_t counts[FD_AXES])
-{
-    for (unsigned axis = 0; axis < FD_AXES; axis++) {
-        effort_nm[axis] = port_sto_active() ? 0.0 : EFFORT_PER_COUNT_NM * counts[axis];
-    }
-}
-
-/* Nothing here needs holding: the plant's friction does. */
-void port_release_brake(bool released)
-{
-    (void)released;
-}
-
-bool port_sto_active(void)
-{
-    return __atomic_load_n(&stop_pressed, __ATOMIC_SEQ_CST) != 0;
-}
-
-bool port_sto_latched(void)
-{
-    return __atomic_load_n(&stop_latched, __ATOMIC_SEQ_CST) != 0;
-}
-
-void port_sto_rearm(void)
-{
-    __atomic_store_n(&stop_latched, 0, __ATOMIC_SEQ_CST);
-    if (port_sto_active()) { /* pressed just now, perhaps before its latch was taken back */
-        __atomic_store_n(&stop_latched, 1, __ATOMIC_SEQ_CST);
-    }
-}
-
-uint16_t port_homed(void)
-{
-    return homed;
-}
-
-uint16_t port_limit_switches(void)
-{
-    unsigned pressed = 0;
-    for (unsigned axis = 0; axis < FD_AXES && switches_rad > 0.0; axis++) {
-        pressed |= (plants[axis].position_rad <= -switches_rad ? 1u : 0u) << 2u * axis;
-        pressed |= (plants[axis].position_rad >= switches_rad ? 2u : 0u) << 2u * axis;
-    }
-    return (uint16_t)pressed;
 }
 
 size_t port_uart_receive(uint8_t *bytes, size_t capacity)

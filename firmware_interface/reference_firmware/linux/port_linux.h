@@ -1,5 +1,5 @@
-/* The port for Linux: a pseudo-terminal for the serial line, a plant for the drive, and a thread
- * for the sample interrupt, so that whatever forgets the lock is found out here. */
+/* The port for Linux: a pseudo-terminal for the serial line and a thread for the sample interrupt,
+ * so that whatever forgets the lock is found out here. linux_drive.h is the drive behind it. */
 #ifndef PORT_LINUX_H
 #define PORT_LINUX_H
 

@@ -1,7 +1,9 @@
-"""`edge-ident home`, and what every command that moves the machine does about the effort."""
+"""`edge-ident home` and `hold`, and what every command that moves does about the effort."""
 
+import math
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from firmware_interface.registers import State
@@ -46,6 +48,36 @@ def test_home_keeps_the_speed_that_it_is_given(
     assert fastest == pytest.approx(0.4, rel=0.01)
 
 
+def test_home_moves_by_degrees_from_where_an_axis_stands(shared: SharedBoard) -> None:
+    shared.json("home", "--to", "x=60deg")
+    stood = positions(shared)
+    document = shared.json("home", "--by", "x=-5deg", "--speed", "0.1")
+    way = document["axes"]["x"]
+    assert way["from_rad"] == pytest.approx(stood["x"], abs=0.001)
+    assert way["to_rad"] == pytest.approx(stood["x"] - math.radians(5.0), abs=0.001)
+    assert document["axes"]["z"]["reached_rad"] == pytest.approx(stood["z"], abs=0.001)
+
+
+def test_hold_says_how_far_an_axis_was_pushed_and_what_held_it(
+    shared: SharedBoard, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A hand pushes x with 4 N*m: 1.4 are friction's, the spring of 30 N*m/rad has the rest."""
+    drive = shared.virtual.machine.drive
+    advance = drive.plant.advance
+
+    def pushed(before_nm: np.ndarray, effort_nm: np.ndarray) -> None:
+        push_nm = np.array([4.0 if drive.powered else 0.0, 0.0])
+        advance(before_nm + push_nm, effort_nm + push_nm)
+
+    monkeypatch.setattr(drive.plant, "advance", pushed)
+    document = shared.json("hold", "--seconds", "2")
+    x, z = document["axes"]["x"], document["axes"]["z"]
+    assert x["pushed_rad"] == pytest.approx(2.6 / 30.0, rel=0.2)
+    assert x["effort_nm"] == pytest.approx(-2.6, rel=0.2)
+    assert abs(z["pushed_rad"]) < 0.002
+    assert not shared.board.status().enabled
+
+
 def test_home_says_the_way_and_the_time_before_it_moves(shared: SharedBoard) -> None:
     _, _, errors = shared.run("home", "--to", "x=1.0")
     assert "x 0.000 → 1.000 rad" in errors
@@ -59,6 +91,10 @@ def test_home_says_the_way_and_the_time_before_it_moves(shared: SharedBoard) -> 
         (["--to", "x=nan"], 4, "outside the travel"),
         (["--to", "y=1"], 4, "no axis y"),
         (["--to", "x"], 2, "AXIS=RAD"),
+        (["--by", "x=5grad"], 2, "AXIS=RAD"),
+        (["--by", "x=600deg"], 4, "outside the travel"),
+        (["--by", "y=5deg"], 4, "no axis y"),
+        (["--by", "x=5deg", "--to", "z=1"], 2, "either --to or --by"),
         (["--speed", "4.1"], 4, "4.1 rad/s is refused"),
         (["--speed", "0"], 4, "0 rad/s is refused"),
     ],
@@ -73,7 +109,7 @@ def test_what_home_may_not_do_is_refused_before_anything_is_switched_on(
 
 
 @pytest.mark.parametrize("found_on", [False, True])
-@pytest.mark.parametrize("command", ["capture", "home"])
+@pytest.mark.parametrize("command", ["capture", "home", "hold"])
 def test_the_effort_is_left_as_it_was_found_and_its_change_is_said(
     shared: SharedBoard, command: str, found_on: bool, tmp_path: Path
 ) -> None:

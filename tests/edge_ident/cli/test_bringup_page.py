@@ -1,0 +1,65 @@
+"""The commands of docs/bringup.md, one after the other, on the virtual board."""
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from edge_ident.cli import app
+from firmware_interface.registers import State
+from tests.edge_ident.shared_board import SharedBoard
+
+PAGE = Path(__file__).parents[3] / "docs" / "bringup.md"
+SERVES = "board --pty"
+"""Ends only with Ctrl-C: the test has a board of its own."""
+TAP = "<!-- test: the stop is tapped -->"
+OF_TIME = ("BAD  board clock", "BAD  jitter", "BAD  round trip")
+"""What the doctor may say of a board whose time passes with the requests."""
+
+
+def steps() -> Iterator[str]:
+    """Command lines of the page's blocks, and the marks between the blocks, in their order."""
+    page = PAGE.read_text("utf-8")
+    parts = re.findall(r"^```\n(.*?)^```|^(<!-- test: .* -->)$", page, re.MULTILINE | re.DOTALL)
+    for block, mark in parts:
+        yield from [mark] if mark else re.findall(r"^edge-ident (.+?)(?:  .*)?$", block, re.M)
+
+
+def answer(arguments: str) -> str:
+    """What a command prints; it must end well."""
+    ran = CliRunner().invoke(app, arguments.split(), env={"EDGE_IDENT_DEVICE": "shared"})
+    if arguments == "doctor":
+        bad = [line for line in ran.stdout.splitlines() if line.startswith("BAD")]
+        assert all(line.startswith(OF_TIME) for line in bad), ran.stdout
+    else:
+        assert ran.exit_code == 0, f"edge-ident {arguments}\n{ran.stdout}{ran.stderr}"
+    return ran.stdout
+
+
+def tap_the_stop(shared: SharedBoard) -> None:
+    inputs = shared.virtual.inputs
+    inputs.press_stop()
+    inputs.release_stop()
+    assert shared.board.status().state is State.FAULT
+
+
+def test_the_page_from_its_first_command_to_its_last(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    shared = SharedBoard(monkeypatch)
+    said: dict[str, str] = {}
+    for step in steps():
+        if step == TAP:
+            tap_the_stop(shared)
+        elif step != SERVES:
+            said[step] = answer(step)
+    assert re.search(r"fault_code\b.*\bSTO$", said["registers status"], re.M)
+    assert re.search(r"timeout\b.*\b0\.8$", said["registers watchdog"], re.M)
+    # friction of 1.4 N*m and 30 N*m/rad leave the axis 0.046 rad short of 0.087
+    way = re.search(r"^x: 0\.0000 → (\S+) rad", said["home --by x=5deg --speed 0.1"], re.M)
+    assert way
+    assert float(way[1]) == pytest.approx(0.041, abs=0.01)
+    assert (tmp_path / "real" / "report.html").is_file()
