@@ -32,6 +32,7 @@ LONG = (
     "edge_ident/commissioning/test_run_again.py",
     "plant/",
     "test_plant.py",
+    "test_page_commands.py",
     "edge_ident/diagnosis/test_validation.py",
     "edge_ident/diagnosis/test_recording_checks.py",
     "edge_ident/diagnosis/prepare/test_found_shift.py",
@@ -47,6 +48,7 @@ LONG = (
     "edge_ident/model/test_supported_range.py",
     "edge_ident/model/effects/test_new_effect.py",
     "test_bad_recordings.py",
+    "test_examples.py",
     "test_threshold_sensitivity.py",
 )
 """Folders and files below this one whose tests compute for long, the longest first.

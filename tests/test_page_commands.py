@@ -23,7 +23,6 @@ NOT_RUN: Final = {
     r"edge-ident (train|export) ": "trains for ten minutes; tests/export does both in small",
     r"edge-ident \w+ .*--network networks/": "has a network that training makes",
     r"edge-ident board ": "serves until Ctrl-C; tests/test_run.py starts it",
-    r"edge-ident stop ": "needs a port; tests/edge_ident/cli/test_stop_command.py stops a board",
     r"edge-ident ports": "opens every serial port of this machine",
     r"edge-ident doctor": "judges clocks; tests/edge_ident/commissioning/test_doctor.py runs it",
     r"edge-ident (gains show|stop), ": "names several commands; boards.md has each",
@@ -31,7 +30,7 @@ NOT_RUN: Final = {
     r"(\S*/)?python -m pytest": "these tests",
     r"\. \.venv/bin/activate": "is for an interactive shell",
     r"\S*python -m sphinx ": "tests/test_site.py builds the site",
-    r"python tools/check_packages.py ": "takes a minute and the network",
+    r"python tools/check_packages.py ": "takes a minute and the network; the gate runs it",
     r"python docs/examples/": "tests/test_examples.py runs each",
     r"python tools/(fault_schedules|session_campaign|realtime_capture).py ": "goes on for minutes",
     r"python -m tools\.": "goes on for minutes to hours",
@@ -40,6 +39,8 @@ NOT_RUN: Final = {
     r"make -C |firmware_interface/\S+/firmware ": "tests/firmware_interface builds and starts it",
 }
 """Beginning of a command, and why it does not run here."""
+ELSEWHERE: Final = ("commands.md", "bringup.md")
+"""Pages without an order of commands, and one whose test does what its reader does by hand."""
 _SHORT: Final = {"edge-ident profile": "edge-ident profile --device virtual --repetitions 2"}
 """The same in seconds."""
 _COMMAND: Final = re.compile(
@@ -62,7 +63,7 @@ def reason(command: str) -> str | None:
     return next((why for known, why in NOT_RUN.items() if re.match(known, command)), None)
 
 
-WITH_COMMANDS: Final = [page for page in PAGES if page.name != "commands.md" and commands(page)]
+WITH_COMMANDS: Final = [page for page in PAGES if page.name not in ELSEWHERE and commands(page)]
 
 
 @pytest.fixture(scope="module")
