@@ -47,6 +47,8 @@ if TYPE_CHECKING:
     from edge_ident.simulation.flexible import reduced_model
     from edge_ident.simulation.simulate import simulate
     from edge_ident.support.stopwatch import Stopwatch
+    from edge_ident.fleet.result import Survey
+    from edge_ident.fleet.survey import survey
     from firmware_interface.board import Board
 
     __version__: str
@@ -78,6 +80,7 @@ __all__ = [
     "ReadOptions",
     "Recording",
     "Stopwatch",
+    "Survey",
     "Term",
     "__version__",
     "compare",
@@ -97,6 +100,7 @@ __all__ = [
     "save_recording",
     "simulate",
     "sourced_model",
+    "survey",
 ]
 
 _attribute = lazy_names(
@@ -128,6 +132,7 @@ _attribute = lazy_names(
         "ReadOptions": "edge_ident.signals.read_options",
         "Recording": "edge_ident.signals.recording",
         "Stopwatch": "edge_ident.support.stopwatch",
+        "Survey": "edge_ident.fleet.result",
         "Term": "edge_ident.model.model",
         "compare": "edge_ident.baselines.comparison",
         "comparison_methods": "edge_ident.baselines.comparison",
@@ -146,6 +151,7 @@ _attribute = lazy_names(
         "save_recording": "edge_ident.signals.recording_files",
         "simulate": "edge_ident.simulation.simulate",
         "sourced_model": "edge_ident.model.model_files",
+        "survey": "edge_ident.fleet.survey",
     },
 )
 
