@@ -32,6 +32,8 @@ if TYPE_CHECKING:
     )
     from edge_ident.estimation.network import Network, load_network
     from edge_ident.estimation.outside_support import outside_support
+    from edge_ident.fleet.result import Survey, SurveyedRecording
+    from edge_ident.fleet.survey import survey
     from edge_ident.identification.identify import identify
     from edge_ident.identification.result import AxisIdentification, Identification
     from edge_ident.model.model import AxisModel, Estimate, Model, Term
@@ -47,8 +49,6 @@ if TYPE_CHECKING:
     from edge_ident.simulation.flexible import reduced_model
     from edge_ident.simulation.simulate import simulate
     from edge_ident.support.stopwatch import Stopwatch
-    from edge_ident.fleet.result import Survey
-    from edge_ident.fleet.survey import survey
     from firmware_interface.board import Board
 
     __version__: str
@@ -81,6 +81,7 @@ __all__ = [
     "Recording",
     "Stopwatch",
     "Survey",
+    "SurveyedRecording",
     "Term",
     "__version__",
     "compare",
@@ -133,6 +134,7 @@ _attribute = lazy_names(
         "Recording": "edge_ident.signals.recording",
         "Stopwatch": "edge_ident.support.stopwatch",
         "Survey": "edge_ident.fleet.result",
+        "SurveyedRecording": "edge_ident.fleet.result",
         "Term": "edge_ident.model.model",
         "compare": "edge_ident.baselines.comparison",
         "comparison_methods": "edge_ident.baselines.comparison",

@@ -14,6 +14,13 @@ from typing import Any, Final
 
 from edge_ident.diagnosis.result import AxisDiagnosis, Cause
 from edge_ident.errors import DataError, EdgeIdentError, ModelError
+from edge_ident.fleet.result import (
+    Failed,
+    Kind,
+    SurveyedAxis,
+    SurveyedCause,
+    Value,
+)
 from edge_ident.identification.identify import identify
 from edge_ident.identification.result import AxisIdentification
 from edge_ident.model.effects import named
@@ -23,13 +30,6 @@ from edge_ident.model.model_reading import model_of
 from edge_ident.signals.read_options import ReadOptions
 from edge_ident.signals.recording_files import load_recording
 from edge_ident.support.json_text import finite
-from edge_ident.fleet.result import (
-    Failed,
-    Kind,
-    SurveyedAxis,
-    SurveyedCause,
-    Value,
-)
 
 _NORMAL_95: Final = 1.96
 """Half the width of a 95 % interval, in standard deviations."""
@@ -64,7 +64,11 @@ def analyse_content(name: str, content: bytes, options: Mapping[str, Any]) -> di
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / Path(name).name
         file.write_bytes(content)
-        return analyse(str(file), options)
+        document = analyse(str(file), options)
+        if document["failed"]:
+            cause = document["failed"]["cause"].replace(str(file), name)
+            document["failed"] |= {"cause": cause}
+        return document
 
 
 def analyse(file: str, options: Mapping[str, Any]) -> dict[str, Any]:

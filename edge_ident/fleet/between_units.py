@@ -6,12 +6,12 @@ the deviation of that unit's own interval::
 
     value_i ~ N(centre, between² + std_i²)
 
-Centre and between-unit deviation follow from the other units (Paule and Mandel 1982, DerSimonian and
-Kacker 2007), so a unit does not hide behind the spread that it makes itself. Several may stand out
-and hide each other: the most distant unit is taken out, again and again, and all up to the last
-one whose distance is significant stand out (generalized extreme Studentized deviate test, Rosner
-1983). A distance is compared with Student's t of as many degrees of freedom as the spread of the
-other units has: units of wide intervals tell little of it (Kish's effective number).
+Centre and between-unit deviation follow from the other units (Paule and Mandel 1982, DerSimonian
+and Kacker 2007), so a unit does not hide behind the spread that it makes itself. Several may stand
+out and hide each other: the most distant unit is taken out, again and again, and all up to the
+last one whose distance is significant stand out (generalized extreme Studentized deviate test,
+Rosner 1983). A distance is compared with Student's t of as many degrees of freedom as the spread of
+the other units has: units of wide intervals tell little of it (Kish's effective number).
 """
 
 from dataclasses import dataclass

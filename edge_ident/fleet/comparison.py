@@ -3,8 +3,8 @@
 - Every parameter of every axis.
 - Every effect that is a supported cause anywhere, by its share of the rms effort. Effects that a
   recording does not separate are one quantity. Where an effect was not found, its share is zero
-  within the tolerance; where it is only suspected, or the motion could not show it, the unit is left
-  out. An effect tied to time belongs to a recording and not to a unit: it is not compared.
+  within the tolerance; where it is only suspected, or the motion could not show it, the unit is
+  left out. An effect tied to time belongs to a recording and not to a unit: it is not compared.
 
 An axis that is not trusted is not compared. Several recordings of a unit become one value.
 """
@@ -15,8 +15,6 @@ from typing import Final
 import numpy as np
 
 from edge_ident.diagnosis.tolerance import TOLERANCE
-from edge_ident.model.effects import named
-from edge_ident.model.model import PARAMETERS
 from edge_ident.fleet.between_units import FEWEST_UNITS, distances, spread_of
 from edge_ident.fleet.result import (
     Comparison,
@@ -24,6 +22,8 @@ from edge_ident.fleet.result import (
     SurveyedRecording,
     UnitValue,
 )
+from edge_ident.model.effects import named
+from edge_ident.model.model import PARAMETERS
 
 Axes = Sequence[tuple[str, SurveyedAxis]]
 """One axis of several recordings, each with its unit."""

@@ -94,9 +94,7 @@ def find_recordings(
             "give the folder that holds the recordings, or choose them with --files PATTERN",
         )
     names = _unit_names(folder, taken, units)
-    found = [
-        Found(path, path.relative_to(folder).as_posix(), names[path]) for path in taken
-    ]
+    found = [Found(path, path.relative_to(folder).as_posix(), names[path]) for path in taken]
     left = tuple(path.relative_to(folder).as_posix() for path in files if path not in names)
     return found, left
 

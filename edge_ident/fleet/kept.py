@@ -11,8 +11,8 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Final
 
-from edge_ident.support.json_text import to_json, write_json
 from edge_ident.fleet.result import Failed, SurveyedAxis, SurveyedCause, SurveyedRecording, Value
+from edge_ident.support.json_text import to_json, write_json
 
 SCHEMA: Final = "edge-ident/survey-recording/1"
 FOLDER: Final = "recordings"

@@ -80,7 +80,8 @@ class _Worker:
             text=True,
             encoding="utf-8",
         )
-        assert self._process.stdin and self._process.stdout
+        assert self._process.stdin is not None
+        assert self._process.stdout is not None
         self._tasks, self.answers = self._process.stdin, self._process.stdout
         self._ended = False
         self.give(task)

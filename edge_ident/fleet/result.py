@@ -113,6 +113,14 @@ class SurveyedRecording:
     failed : Failed or None
     duration_s : float
         That the analysis took.
+
+    Examples
+    --------
+    >>> import edge_ident
+    >>> edge_ident.save_recording(edge_ident.simulate(), "machines/first.csv")
+    >>> (recording,) = edge_ident.survey("machines", jobs=1).recordings
+    >>> recording.unit, recording.axes["x"].trusted, recording.failed
+    ('first', True, None)
     """
 
     file: str
@@ -253,4 +261,3 @@ class Survey(Readable):
         from edge_ident.report.survey_tables import survey_view
 
         return survey_view(self)
-

@@ -2,11 +2,8 @@
 
 import os
 from collections.abc import Callable, Iterator
-from dataclasses import asdict
 from pathlib import Path
 
-from edge_ident.model.model import Model
-from edge_ident.signals.read_options import ReadOptions
 from edge_ident.fleet.analysis import Options, failure_of
 from edge_ident.fleet.cluster import run_on_cluster
 from edge_ident.fleet.comparison import compare_units
@@ -15,6 +12,8 @@ from edge_ident.fleet.kept import keep, key_of, load_kept, recording_of
 from edge_ident.fleet.processes import run_processes
 from edge_ident.fleet.result import Survey, SurveyedRecording
 from edge_ident.fleet.tasks import Outcome, Task
+from edge_ident.model.model import Model
+from edge_ident.signals.read_options import ReadOptions
 
 Progress = Callable[[str, int, int], None]
 

@@ -3,8 +3,8 @@
 from collections.abc import Iterable, Iterator
 from typing import Final
 
-from edge_ident.model.model import PARAMETERS
 from edge_ident.fleet.result import Survey, SurveyedAxis, SurveyedRecording
+from edge_ident.model.model import PARAMETERS
 
 Cell = str | float | bool | None
 
