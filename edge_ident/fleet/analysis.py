@@ -28,6 +28,7 @@ from edge_ident.model.model import PARAMETERS, AxisModel, Model, Term
 from edge_ident.model.model_files import model_document, values_document
 from edge_ident.model.model_reading import model_of
 from edge_ident.signals.read_options import ReadOptions
+from edge_ident.signals.recording import Recording
 from edge_ident.signals.recording_files import load_recording
 from edge_ident.support.json_text import finite
 
@@ -57,6 +58,12 @@ class Options:
         """As JSON."""
         model = None if self.model is None else model_document(self.model)
         return {"read": asdict(self.read), "model": model, "diagnose": self.diagnose}
+
+    @classmethod
+    def of(cls, document: Mapping[str, Any]) -> "Options":
+        """From JSON."""
+        model = None if document["model"] is None else model_of(document["model"], "the model")
+        return cls(ReadOptions(**document["read"]), model, document["diagnose"])
 
 
 def analyse_content(name: str, content: bytes, options: Mapping[str, Any]) -> dict[str, Any]:
@@ -112,9 +119,19 @@ def failure_of(error: Exception) -> Failed:
 
 
 def _analysed(file: Path, options: Mapping[str, Any]) -> dict[str, SurveyedAxis]:
-    recording = load_recording(file, options=ReadOptions(**options["read"]))
-    model = None if options["model"] is None else model_of(options["model"], "the model")
-    found = identify(recording, model=model, diagnose=options["diagnose"])
+    given = Options.of(options)
+    return analyse_recording(load_recording(file, options=given.read), given)
+
+
+def analyse_recording(recording: Recording, options: Options) -> dict[str, SurveyedAxis]:
+    """Identify a recording, and diagnose the axes that need it.
+
+    Raises
+    ------
+    DataError, ModelError
+        As `edge_ident.identify`.
+    """
+    found = identify(recording, model=options.model, diagnose=options.diagnose)
     return {name: _axis(axis) for name, axis in found.axes.items()}
 
 

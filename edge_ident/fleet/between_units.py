@@ -31,7 +31,9 @@ LARGEST_SHARE: Final = 0.25
 """Of the units that may stand out; the others are what units are like."""
 _LEAST_FREEDOM: Final = 0.5
 """Where one unit has all the weight, its scatter is unknown, and Student's t needs a number."""
-_HALVINGS: Final = 50
+_STEPS: Final = 100
+_CLOSE: Final = 1e-6
+"""Relative step at which a variance is found."""
 
 
 @dataclass(frozen=True)
@@ -125,22 +127,25 @@ def spread_of(values: Array, std: Array, used: NDArray[np.bool_]) -> Spread:
     Spread
         Arrays (M,).
     """
-    count = np.sum(used, axis=1)
-    low = np.zeros(len(used))
-    high = np.full(len(used), float(np.ptp(values)) ** 2 * len(values))
-    for _ in range(_HALVINGS):
-        middle = 0.5 * (low + high)
-        weight = used / (std**2 + middle[:, None])
+    freedom = np.sum(used, axis=1) - 1
+    variance = np.zeros(len(used))
+    for _ in range(_STEPS):
+        # Newton's method: the scatter falls with the variance and is convex, so from zero on each
+        # step comes closer and none goes too far
+        weight = used / (std**2 + variance[:, None])
         centre = np.sum(weight * values, axis=1) / np.sum(weight, axis=1)
-        scatter = np.sum(weight * (values - centre[:, None]) ** 2, axis=1)
-        wider = scatter > count - 1
-        low, high = np.where(wider, middle, low), np.where(wider, high, middle)
-    weight = used / (std**2 + low[:, None])
+        off = weight * (values - centre[:, None]) ** 2
+        excess, slope = np.sum(off, axis=1) - freedom, np.sum(weight * off, axis=1)
+        step = np.divide(excess, slope, out=np.zeros_like(slope), where=excess > 0.0)
+        variance += step
+        if np.all(step <= _CLOSE * variance):
+            break
+    weight = used / (std**2 + variance[:, None])
     total = np.sum(weight, axis=1)
     return Spread(
         np.sum(weight * values, axis=1) / total,
         total**-0.5,
-        np.sqrt(low),
+        np.sqrt(variance),
         total**2 / np.sum(weight**2, axis=1) - 1.0,
     )
 

@@ -6,14 +6,14 @@ folder. Where a worker is lost, the cluster's scheduler gives its task to anothe
 
 import uuid
 import warnings
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from importlib.metadata import version
 from itertools import islice
 from typing import Any, Final
 
 from edge_ident.errors import DataError, LinkError
 from edge_ident.fleet.analysis import analyse_content
-from edge_ident.fleet.tasks import Outcome, Task, ended
+from edge_ident.fleet.tasks import Outcomes, Task, ended
 
 PATIENCE_S: Final = 20
 """For the scheduler to answer, and for a first worker to appear."""
@@ -21,7 +21,7 @@ _IN_HAND: Final = 2
 """Tasks for each thread of the cluster: one runs while the next is on its way."""
 
 
-def run_on_cluster(tasks: Iterable[Task], address: str) -> Iterator[Outcome]:
+def run_on_cluster(tasks: Iterable[Task], address: str) -> Outcomes:
     """Do tasks on a cluster.
 
     Parameters
@@ -51,7 +51,7 @@ def run_on_cluster(tasks: Iterable[Task], address: str) -> Iterator[Outcome]:
         count = _IN_HAND * max(1, sum(client.nthreads().values()))
         for task in islice(waiting, count):
             given[_submit(client, task)] = task
-        ready = distributed.as_completed(list(given))
+        ready = distributed.as_completed(list(given), loop=client.loop)
         for future in ready:
             task = given.pop(future)
             following = next(waiting, None)
@@ -63,6 +63,11 @@ def run_on_cluster(tasks: Iterable[Task], address: str) -> Iterator[Outcome]:
     finally:
         client.cancel(list(given), force=True)
         client.close()
+
+
+def installed() -> str:
+    """Version of edge-ident, here or wherever it is asked."""
+    return version("edge-ident")
 
 
 def _submit(client: Any, task: Task) -> Any:
@@ -111,9 +116,9 @@ def _connected(distributed: Any, address: str) -> Any:
 
 
 def _check_version(client: Any) -> None:
-    here = version("edge-ident")
+    here = installed()
     try:
-        there = client.submit(version, "edge-ident", pure=False).result(timeout=PATIENCE_S)
+        there = client.submit(installed, pure=False).result(timeout=PATIENCE_S)
     except Exception as error:
         there = f"none ({type(error).__name__})"
     if there != here:

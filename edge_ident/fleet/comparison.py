@@ -13,6 +13,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from edge_ident.diagnosis.tolerance import TOLERANCE
 from edge_ident.fleet.between_units import FEWEST_UNITS, distances, spread_of
@@ -25,6 +26,7 @@ from edge_ident.fleet.result import (
 from edge_ident.model.effects import named
 from edge_ident.model.model import PARAMETERS
 
+Array = NDArray[np.float64]
 Axes = Sequence[tuple[str, SurveyedAxis]]
 """One axis of several recordings, each with its unit."""
 Measured = Mapping[str, list[tuple[float, float]]]
@@ -119,18 +121,28 @@ def _unit_values(measured: Measured) -> dict[str, tuple[float, float]]:
     return values
 
 
+def _if_alike(share: Array, std: Array) -> Array:
+    """Deviations that shares of an effect have in units that are all alike.
+
+    The deviation of a share grows with the share. Whether a unit differs from others that do not
+    have the effect is a question of what they may hide, and not of how well its size is known.
+    """
+    relative = np.divide(std, share, out=np.zeros_like(std), where=share > 0.0)
+    return np.maximum(_NOT_FOUND_STD, relative * np.median(share))
+
+
 def _comparison(
     axis: str, quantity: str, unit: str, values: Mapping[str, tuple[float, float]], judged: int
 ) -> Comparison:
     value, std = np.array([*values.values()]).reshape(-1, 2).T
-    found = distances(value, std, judged)
+    found = distances(value, std if unit else _if_alike(value, std), judged)
     return Comparison(
         axis=axis,
         quantity=quantity,
         of_effect=not unit,
         unit=unit,
-        centre=found and found.centre,
-        between=found and found.between,
+        centre=found.centre if found else None,
+        between=found.between if found else None,
         units={
             name: UnitValue(
                 *values[name],

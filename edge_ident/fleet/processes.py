@@ -10,14 +10,15 @@ import os
 import signal
 import subprocess
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from contextlib import suppress
 from itertools import islice
 from multiprocessing.connection import wait
 from typing import Any, Final
 
-from edge_ident.fleet.tasks import Outcome, Task, ended
+from edge_ident.fleet.tasks import Outcomes, Task, ended
 
+COMMAND: Final = (sys.executable, "-m", "edge_ident.fleet.worker")
 ONE_THREAD: Final = {
     f"{library}_NUM_THREADS": "1"
     for library in ("OMP", "OPENBLAS", "MKL", "VECLIB_MAXIMUM", "NUMEXPR")
@@ -25,7 +26,7 @@ ONE_THREAD: Final = {
 """Every worker has one thread: side by side they use all cores."""
 
 
-def run_processes(tasks: Iterable[Task], jobs: int) -> Iterator[Outcome]:
+def run_processes(tasks: Iterable[Task], jobs: int) -> Outcomes:
     """Do tasks in so many processes.
 
     Parameters
@@ -71,7 +72,7 @@ class _Worker:
 
     def __init__(self, task: Task) -> None:
         self._process = subprocess.Popen(
-            [sys.executable, "-m", "edge_ident.fleet.worker"],
+            COMMAND,
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,

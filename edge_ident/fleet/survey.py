@@ -1,7 +1,7 @@
 """The front door: identify and diagnose every recording of a folder, and compare the units."""
 
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 from edge_ident.fleet.analysis import Options, failure_of
@@ -11,7 +11,7 @@ from edge_ident.fleet.folder import Found, Units, find_recordings
 from edge_ident.fleet.kept import keep, key_of, load_kept, recording_of
 from edge_ident.fleet.processes import run_processes
 from edge_ident.fleet.result import Survey, SurveyedRecording
-from edge_ident.fleet.tasks import Outcome, Task
+from edge_ident.fleet.tasks import Outcomes, Task
 from edge_ident.model.model import Model
 from edge_ident.signals.read_options import ReadOptions
 
@@ -121,7 +121,7 @@ def survey(
     return Survey(recordings, compare_units(recordings), left_out)
 
 
-def _outcomes(tasks: list[Task], jobs: int, cluster: str | None) -> "Iterator[Outcome]":
+def _outcomes(tasks: list[Task], jobs: int, cluster: str | None) -> Outcomes:
     if cluster is not None and tasks:
         return run_on_cluster(tasks, cluster)
     return run_processes(tasks, jobs)

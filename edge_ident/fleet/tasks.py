@@ -1,6 +1,6 @@
 """What is to be done, and what came of it; the same for processes and for a cluster."""
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Generator, Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -29,8 +29,8 @@ class Task:
 
 Outcome = tuple[Task, dict[str, Any]]
 """A task, and the document of `edge_ident.fleet.analysis.analyse`."""
-Runner = Callable[[Iterable[Task]], Iterator[Outcome]]
-"""Does tasks side by side, and gives outcomes as they come. Closing it ends its workers."""
+Outcomes = Generator[Outcome, None, None]
+"""Outcomes as they come; closing it ends what works on the rest."""
 
 
 def ended(why: str) -> dict[str, Any]:
