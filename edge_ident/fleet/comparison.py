@@ -124,11 +124,11 @@ def _unit_values(measured: Measured) -> dict[str, tuple[float, float]]:
 def _if_alike(share: Array, std: Array) -> Array:
     """Deviations that shares of an effect have in units that are all alike.
 
-    The deviation of a share grows with the share. Whether a unit differs from others that do not
-    have the effect is a question of what they may hide, and not of how well its size is known.
+    They grow with the share. Whether a unit differs from others that do not have the effect is a
+    question of what they may hide, and not of how well the size of its own is known.
     """
     relative = np.divide(std, share, out=np.zeros_like(std), where=share > 0.0)
-    return np.maximum(_NOT_FOUND_STD, relative * np.median(share))
+    return np.minimum(std, np.maximum(_NOT_FOUND_STD, relative * np.median(share)))
 
 
 def _comparison(

@@ -1,8 +1,10 @@
 """The front door: identify and diagnose every recording of a folder, and compare the units."""
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from contextlib import closing
 from pathlib import Path
+from typing import Any
 
 from edge_ident.fleet.analysis import Options, failure_of
 from edge_ident.fleet.cluster import run_on_cluster
@@ -92,33 +94,39 @@ def survey(
     tasks = []
     for number, file in enumerate(files):
         on_progress("looking for results", number, len(files))
-        try:
-            sha256 = file.sha256()
-        except OSError as error:
-            done[file] = SurveyedRecording(file.name, file.unit, "", {}, failure_of(error), 0.0)
-            on_recording(done[file])
+        known = _task_or_result(file, common, kept)
+        if isinstance(known, Task):
+            tasks.append(known)
             continue
-        key = key_of(sha256, file.path.suffix, common)
-        before = kept and load_kept(kept, key)
-        if before:
-            done[file] = recording_of(before, file.name, file.unit, sha256)
-        else:
-            tasks.append(Task(file, sha256, key, common))
-    total = len(tasks)
-    on_progress("recordings", 0, total)
-    outcomes = _outcomes(tasks, jobs or _cores(), cluster)
-    try:
+        done[file] = known
+        if known.failed:
+            on_recording(known)
+    on_progress("recordings", 0, len(tasks))
+    with closing(_outcomes(tasks, jobs or _cores(), cluster)) as outcomes:
         for number, (task, document) in enumerate(outcomes, start=1):
             if kept is not None and document["failed"] is None:
                 keep(kept, task.key, document)
             found = recording_of(document, task.found.name, task.found.unit, task.sha256)
             done[task.found] = found
             on_recording(found)
-            on_progress("recordings", number, total)
-    finally:
-        outcomes.close()
+            on_progress("recordings", number, len(tasks))
     recordings = tuple(done[file] for file in files)
     return Survey(recordings, compare_units(recordings), left_out)
+
+
+def _task_or_result(
+    file: Found, options: Mapping[str, Any], kept: Path | None
+) -> Task | SurveyedRecording:
+    """What is to be done, or what is known of a file: a kept result, or that nobody can read it."""
+    try:
+        sha256 = file.sha256()
+    except OSError as error:
+        return SurveyedRecording(file.name, file.unit, "", {}, failure_of(error), 0.0)
+    key = key_of(sha256, file.path.suffix, options)
+    before = load_kept(kept, key) if kept else None
+    if before is None:
+        return Task(file, sha256, key, options)
+    return recording_of(before, file.name, file.unit, sha256)
 
 
 def _outcomes(tasks: list[Task], jobs: int, cluster: str | None) -> Outcomes:

@@ -3,8 +3,10 @@
 from collections.abc import Sequence
 
 import pytest
+from scipy import stats
 
 from edge_ident.fleet.analysis import Options, analyse_recording
+from edge_ident.fleet.between_units import FALSE_ALARM
 from edge_ident.fleet.comparison import compare_units
 from edge_ident.fleet.result import Comparison, SurveyedRecording
 from edge_ident.signals.read_options import ReadOptions
@@ -12,7 +14,7 @@ from edge_ident.signals.recording import Recording
 from tests.fleets import fleet_drives, fleet_recordings
 from tests.plant import multisine, paper
 
-UNITS = 10
+UNITS = 8
 OPTIONS = Options(ReadOptions(), None, diagnose=True)
 
 
@@ -32,23 +34,31 @@ def named(recordings: Sequence[Recording]) -> tuple[set[tuple[str, str]], tuple[
     return out, compared
 
 
-@pytest.mark.parametrize("motion", [paper, multisine])
-@pytest.mark.parametrize("seed", [1, 2])
-def test_no_unit_of_a_sound_fleet_stands_out(seed: int, motion) -> None:
-    recordings = fleet_recordings(fleet_drives(UNITS, seed), seed, motion())
-    out, compared = named(recordings)
-    assert not out
-    assert all(one.centre is not None for one in compared)
+def test_sound_fleets_are_named_no_more_often_than_promised() -> None:
+    """Of ten sound fleets, more than two are named once in 87 times where one in 20 may be."""
+    fleets = range(1, 11)
+    named_fleets = 0
+    for seed in fleets:
+        drives = fleet_drives(UNITS, seed)
+        out, compared = named(fleet_recordings(drives, seed, multisine() if seed % 2 else paper()))
+        assert all(one.centre is not None for one in compared)
+        named_fleets += bool(out)
+    assert named_fleets <= stats.binom.isf(0.0125, len(fleets), FALSE_ALARM)
 
 
-@pytest.mark.parametrize("seed", [1, 2])
-def test_a_fifth_more_friction_is_found(seed: int) -> None:
-    drives = fleet_drives(UNITS, seed, spread=0.02, first_coulomb=1.2)
-    out, compared = named(fleet_recordings(drives, seed))
-    assert out == {("unit 1", "coulomb_friction")}
-    friction = next(one for one in compared if one.quantity == "coulomb_friction")
-    assert friction.centre == pytest.approx(friction.units["unit 1"].value / 1.2, rel=0.05)
-    assert friction.between == pytest.approx(0.02 * friction.centre, rel=0.8)
+def test_a_fifth_more_friction_is_found() -> None:
+    found = []
+    for seed in (1, 2, 3):
+        drives = fleet_drives(UNITS, seed, spread=0.02, first_coulomb=1.2)
+        out, compared = named(fleet_recordings(drives, seed))
+        found.append(("unit 1", "coulomb_friction") in out)
+        friction = next(one for one in compared if one.quantity == "coulomb_friction")
+        centre, between = friction.centre, friction.between
+        assert centre is not None
+        assert between is not None
+        assert centre == pytest.approx(friction.units["unit 1"].value / 1.2, rel=0.1)
+        assert between == pytest.approx(0.02 * centre, rel=0.8)
+    assert sum(found) >= 2
 
 
 def test_an_effect_that_one_unit_alone_has_is_found() -> None:
@@ -63,6 +73,7 @@ def test_an_effect_that_one_unit_alone_has_is_found() -> None:
 
 def test_a_fault_that_all_units_have_makes_none_stand_out() -> None:
     drives = fleet_drives(UNITS, seed=2, spread=0.02)
+    without, _ = named(fleet_recordings(drives, 2))
     drives.chain.coulomb[:] *= 1.2
     out, _ = named(fleet_recordings(drives, 2))
-    assert not out
+    assert out == without
