@@ -188,6 +188,11 @@ class StandsOut:
         """Its value."""
         return self.comparison.units[self.unit]
 
+    @property
+    def deviations(self) -> float:
+        """Distance from the other units, in deviations of the difference."""
+        return abs(self.found.distance or 0.0)
+
 
 @dataclass(frozen=True, repr=False)
 class Survey(Readable):
@@ -243,7 +248,7 @@ class Survey(Readable):
             for unit, value in comparison.units.items()
             if value.stands_out
         ]
-        return tuple(sorted(found, key=lambda one: -abs(one.found.distance or 0.0)))
+        return tuple(sorted(found, key=lambda one: -one.deviations))
 
     def table(self) -> dict[str, list["Cell"]]:
         """One row for each axis of each recording, and one for each recording that failed.

@@ -90,17 +90,16 @@ def survey(
         kept.mkdir(parents=True, exist_ok=True)  # before the work, not after it
     files, left_out = find_recordings(Path(folder), units, pattern, kept)
     common = Options(options or ReadOptions(), model, diagnose).document()
-    done: dict[Found, SurveyedRecording] = {}
-    tasks = []
+    done, tasks = dict[Found, SurveyedRecording](), []
     for number, file in enumerate(files):
         on_progress("looking for results", number, len(files))
         known = _task_or_result(file, common, kept)
         if isinstance(known, Task):
             tasks.append(known)
-            continue
-        done[file] = known
-        if known.failed:
-            on_recording(known)
+        else:
+            done[file] = known
+            if known.failed:
+                on_recording(known)
     on_progress("recordings", 0, len(tasks))
     with closing(_outcomes(tasks, jobs or _cores(), cluster)) as outcomes:
         for number, (task, document) in enumerate(outcomes, start=1):
@@ -110,8 +109,8 @@ def survey(
             done[task.found] = found
             on_recording(found)
             on_progress("recordings", number, len(tasks))
-    recordings = tuple(done[file] for file in files)
-    return Survey(recordings, compare_units(recordings), left_out)
+    rows = tuple(done[file] for file in files)
+    return Survey(rows, compare_units(rows), left_out)
 
 
 def _task_or_result(

@@ -15,7 +15,12 @@ from edge_ident.files.extras import needed
 from edge_ident.fleet.between_units import FALSE_ALARM, FEWEST_UNITS
 from edge_ident.fleet.result import Survey, SurveyedAxis, SurveyedRecording
 from edge_ident.fleet.table import COLUMNS
-from edge_ident.report.survey_wording import causes_words, conclusion, difference_words
+from edge_ident.report.survey_wording import (
+    causes_words,
+    conclusion,
+    difference_words,
+    ratio_to_others,
+)
 from edge_ident.support.atomic_files import atomic_write
 from edge_ident.support.tables import FittingTable
 
@@ -37,6 +42,8 @@ def survey_document(survey: Survey) -> dict[str, Any]:
                 "quantity": one.comparison.quantity,
                 "of_effect": one.comparison.of_effect,
                 **asdict(one.found),
+                "deviations": one.deviations,
+                "ratio": ratio_to_others(one),
                 "centre": one.comparison.centre,
                 "between": one.comparison.between,
                 "parameter_unit": one.comparison.unit,
@@ -105,8 +112,7 @@ def _parts(survey: Survey) -> Iterator[RenderableType]:
         yield _overview(survey)
     yield Text(conclusion(survey), style="bold")
     for one in survey.standing_out:
-        distance = f"{abs(one.found.distance or 0.0):.1f} deviations"
-        yield Text(f"  {one.unit}: {difference_words(one)}; {distance}")
+        yield Text(f"  {one.unit}: {difference_words(one)}")
     for recording in survey.failed:
         if recording.failed:
             yield Text.from_markup(f"[red]{escape(recording.file)}[/]: no result")

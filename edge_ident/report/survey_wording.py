@@ -1,5 +1,6 @@
 """The sentences of a survey, for the terminal and the page alike."""
 
+from collections.abc import Callable
 from typing import Final
 
 from edge_ident.diagnosis.tolerance import TOLERANCE
@@ -31,20 +32,56 @@ def quantity_words(comparison: Comparison) -> str:
     return words.replace("coulomb", "Coulomb")
 
 
-def difference_words(one: StandsOut) -> str:
-    """How a unit differs from the others, as a part of a sentence."""
-    comparison, found = one.comparison, one.found
+def plain(value: float, text: str, key: str) -> str:
+    """A number as it is shown where nothing else is known of it."""
+    return text
+
+
+def difference_words(
+    one: StandsOut, shown: Callable[[float, str, str], str] = plain, kind: type[str] = str
+) -> str:
+    """How a unit differs from the others, as a part of a sentence.
+
+    Parameters
+    ----------
+    one : StandsOut
+    shown : callable
+        Gets each number, its text, and its name in the document of what stands out.
+    kind : type
+        str or Markup.
+    """
+    comparison, value = one.comparison, one.found.value
     centre = comparison.centre or 0.0
     what = f"{quantity_words(comparison)} on axis {comparison.axis}"
+    ratio = ratio_to_others(one)
+    how: list[str] = [kind("{}").format(what)]
     if comparison.of_effect:
-        shares = (f"{100 * share:.1f} %" for share in (found.value, centre))
-        return "{} takes {} of its effort, {} in the others".format(what, *shares)
-    way = "above" if found.value > centre else "below"
-    values = f"{found.value:.4g} against {centre:.4g} {comparison.unit}"
-    if centre == 0.0 or abs(found.value - centre) > abs(centre):
-        return f"{what} is far {way} that of the others ({values})"
-    percent = f"{100 * abs(found.value / centre - 1.0):.0f} %"
-    return f"{what} is {percent} {way} that of the others ({values})"
+        mine, others = (
+            shown(share, f"{100 * share:.1f}\u00a0%", key)
+            for share, key in ((value, "value"), (centre, "centre"))
+        )
+        how.append(kind(" takes {} of its effort, {} in the others").format(mine, others))
+    else:
+        if ratio is not None:
+            times = shown(ratio, f"{ratio:.2f}", "ratio")
+            how.append(kind(" is {} times that of the others").format(times))
+        mine, others = (
+            shown(number, f"{number:.4g}".replace("-", "−"), key)
+            for number, key in ((value, "value"), (centre, "centre"))
+        )
+        how.append(kind(": {} against {} {}").format(mine, others, comparison.unit))
+    deviations = shown(one.deviations, f"{one.deviations:.1f}", "deviations")
+    how.append(kind("; {} deviations away").format(deviations))
+    return kind("").join(how)
+
+
+def ratio_to_others(one: StandsOut) -> float | None:
+    """Value over that of the others; None where that says little, because they are around zero."""
+    comparison, centre = one.comparison, one.comparison.centre or 0.0
+    if comparison.of_effect or abs(centre) < 3.0 * (comparison.between or 0.0) or not centre:
+        return None
+    ratio = one.found.value / centre
+    return ratio if ratio > 0.0 else None
 
 
 def conclusion(survey: Survey) -> str:

@@ -41,7 +41,7 @@ class SurveyCard:
     ----------
     status : Status
     label, verdict : str
-    found, part, action : list of Markup or str
+    found, part, action : list of str
         How units differ, where to look, what to do next.
     picture : IntervalPicture or None
         Of the quantity that differs most.
@@ -52,7 +52,7 @@ class SurveyCard:
     verdict: str
     found: list[Markup]
     part: list[str]
-    action: list[str]
+    action: list[Markup]
     picture: IntervalPicture | None
 
 
@@ -106,11 +106,11 @@ def _card(survey: Survey) -> SurveyCard:
 
 
 def _found(place: int, one: StandsOut) -> Markup:
-    distance = abs(one.found.distance or 0.0)
-    at = ("standing_out", place, "distance")
-    return Markup("<b>{}</b>: {}, {} deviations away.").format(
-        one.unit, difference_words(one), number(distance, f"{distance:.1f}", *at)
-    )
+    def shown(value: float, text: str, key: str) -> Markup:
+        return number(value, text, "standing_out", place, key)
+
+    words = difference_words(one, shown, Markup)
+    return Markup('<b class="name">{}</b>: {}.').format(one.unit, words)
 
 
 def _parts(one: StandsOut) -> list[str]:
@@ -119,17 +119,17 @@ def _parts(one: StandsOut) -> list[str]:
     return [sentence(named(effect).advice.part) for effect in one.comparison.quantity.split("/")]
 
 
-def _action(survey: Survey) -> list[str]:
+def _action(survey: Survey) -> list[Markup]:
     names = list(dict.fromkeys(one.unit for one in survey.standing_out))
     if names:
-        files = [r.file for r in survey.recordings if r.unit == names[0]]
-        return [
-            f"Record {names[0]} again: does it still stand out?",
-            f"Read its own page: edge-ident diagnose {shlex.join(files)} --output diagnosis",
-        ]
+        files = shlex.join(r.file for r in survey.recordings if r.unit == names[0])
+        command = f"edge-ident diagnose {files} --output diagnosis"
+        again = Markup('Record <span class="name">{}</span> again. Does it still stand out?')
+        page = Markup('Read its own page: <code class="long">{}</code>')
+        return [again.format(names[0]), page.format(command)]
     if survey.failed:
-        return ["Mend the recordings without a result, and run the survey again."]
-    return ["Nothing." if survey.trusted else "See which results are not trusted."]
+        return [Markup("Mend the recordings without a result, and run the survey again.")]
+    return [Markup("Nothing.") if survey.trusted else Markup("See which results are not trusted.")]
 
 
 def _untrusted(survey: Survey) -> list[tuple[str, str, list[tuple[str, str]]]]:
