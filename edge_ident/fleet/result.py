@@ -211,7 +211,7 @@ class Survey(Readable):
     --------
     >>> import edge_ident
     >>> edge_ident.save_recording(edge_ident.simulate(), "machines/first.csv")
-    >>> found = edge_ident.fleet("machines", jobs=1)
+    >>> found = edge_ident.survey("machines", jobs=1)
     >>> [recording.unit for recording in found.recordings]
     ['first']
     >>> found.trusted, found.standing_out

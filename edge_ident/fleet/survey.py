@@ -81,7 +81,7 @@ def survey(
     --------
     >>> import edge_ident
     >>> edge_ident.save_recording(edge_ident.simulate(), "machines/first.csv")
-    >>> found = edge_ident.fleet("machines", jobs=1)
+    >>> found = edge_ident.survey("machines", jobs=1)
     >>> found.table()["verdict"]
     ['adequate', 'adequate']
     """
