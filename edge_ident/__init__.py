@@ -32,6 +32,8 @@ if TYPE_CHECKING:
     )
     from edge_ident.estimation.network import Network, load_network
     from edge_ident.estimation.outside_support import outside_support
+    from edge_ident.fleet.result import Survey, SurveyedRecording
+    from edge_ident.fleet.survey import survey
     from edge_ident.identification.identify import identify
     from edge_ident.identification.result import AxisIdentification, Identification
     from edge_ident.model.model import AxisModel, Estimate, Model, Term
@@ -78,6 +80,8 @@ __all__ = [
     "ReadOptions",
     "Recording",
     "Stopwatch",
+    "Survey",
+    "SurveyedRecording",
     "Term",
     "__version__",
     "compare",
@@ -97,6 +101,7 @@ __all__ = [
     "save_recording",
     "simulate",
     "sourced_model",
+    "survey",
 ]
 
 _attribute = lazy_names(
@@ -128,6 +133,8 @@ _attribute = lazy_names(
         "ReadOptions": "edge_ident.signals.read_options",
         "Recording": "edge_ident.signals.recording",
         "Stopwatch": "edge_ident.support.stopwatch",
+        "Survey": "edge_ident.fleet.result",
+        "SurveyedRecording": "edge_ident.fleet.result",
         "Term": "edge_ident.model.model",
         "compare": "edge_ident.baselines.comparison",
         "comparison_methods": "edge_ident.baselines.comparison",
@@ -146,6 +153,7 @@ _attribute = lazy_names(
         "save_recording": "edge_ident.signals.recording_files",
         "simulate": "edge_ident.simulation.simulate",
         "sourced_model": "edge_ident.model.model_files",
+        "survey": "edge_ident.fleet.survey",
     },
 )
 

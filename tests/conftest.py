@@ -30,6 +30,8 @@ LONG = (
     "test_synthetic_machines.py",
     "edge_ident/diagnosis/test_hidden_effects.py",
     "edge_ident/commissioning/test_run_again.py",
+    "edge_ident/fleet/test_whole_fleets.py",
+    "edge_ident/fleet/test_cluster.py",
     "plant/",
     "test_plant.py",
     "test_page_commands.py",

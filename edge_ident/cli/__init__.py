@@ -22,6 +22,7 @@ from edge_ident.cli import (
     run,
     run_report,
     simulate,
+    survey,
 )
 from edge_ident.cli.command_group import with_example
 from edge_ident.support.interrupts import INTERRUPTED, end_as_by_ctrl_c
@@ -45,6 +46,7 @@ for commands in (
     run_report,
     gains,
     diagnose,
+    survey,
     simulate,
     compare,
     board,

@@ -1,5 +1,8 @@
 """The command board: a virtual board to connect to."""
 
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -11,6 +14,14 @@ from edge_ident.cli.options import ResultOptions
 
 Pty = Annotated[
     bool, typer.Option("--pty", help="Offer the board at a pseudo-terminal, like a serial port.")
+]
+DeviceLink = Annotated[
+    Path | None,
+    typer.Option(
+        "--link",
+        metavar="PATH",
+        help="Link to the pseudo-terminal, a device name that stays the same.",
+    ),
 ]
 TcpPort = Annotated[
     int | None,
@@ -46,6 +57,7 @@ def register(app: typer.Typer) -> None:
 def board(
     *,
     pty: Pty = False,
+    link: DeviceLink = None,
     tcp: TcpPort = None,
     bind: Address = "127.0.0.1",
     speed: Speed = "1",
@@ -53,6 +65,7 @@ def board(
 ) -> None:
     """Run a virtual board with a flexible feed drive until Ctrl-C.
 
+    The board keeps its gains, faults and positions from one command to the next.
     Modbus has no authentication: anyone who can connect to the port controls the board. Only this
     computer can connect unless --bind gives another address. The name of the device is printed;
     with --output it is also written to board.json in that folder.
@@ -61,8 +74,12 @@ def board(
     """
     if pty == (tcp is not None):
         raise typer.BadParameter("give either --pty or --tcp PORT")
+    if link is not None and not pty:
+        raise typer.BadParameter("a link leads to a pseudo-terminal: give --pty, too")
 
     def ready(device: str) -> None:
+        if link is not None:
+            device = links.enter_context(_linked(link, device))
         results.deliver({"schema": "edge-ident/board/1", "device": device}, "board.json")
         if not results.json:
             print(device, flush=True)
@@ -70,7 +87,28 @@ def board(
 
     if tcp is not None:
         say("Modbus has no authentication: anyone who can connect to this port controls the board")
-    commissioning.serve(pty=pty, tcp_port=tcp, bind=bind, speed=_parse_speed(speed), on_ready=ready)
+    with ExitStack() as links:
+        commissioning.serve(
+            pty=pty, tcp_port=tcp, bind=bind, speed=_parse_speed(speed), on_ready=ready
+        )
+
+
+@contextmanager
+def _linked(link: Path, device: str) -> Iterator[str]:
+    """Point a link at a device while the body runs; a link that nothing is behind gives way.
+
+    Raises
+    ------
+    FileExistsError
+        There is a file, or the link of a board that runs.
+    """
+    if link.is_symlink() and not link.exists():
+        link.unlink()
+    link.symlink_to(device)
+    try:
+        yield str(link.absolute())
+    finally:
+        link.unlink(missing_ok=True)
 
 
 def _parse_speed(text: str) -> float | None:

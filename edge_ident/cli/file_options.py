@@ -87,18 +87,19 @@ class FileOptions:
 
     def inspect(self, file: Path) -> "edge_ident.Inspection":
         """Find out what a file's columns are."""
-        return edge_ident.inspect_recording(
-            file,
-            edge_ident.ReadOptions(
-                columns=_pairs(self.column, "--column", "CONTRACT_NAME"),
-                units=_pairs(self.unit, "--unit", "UNIT"),
-                period_s=self.period,
-                resolution=self.resolution,
-                rated_effort=self.rated_effort,
-                torque_constant=self.torque_constant,
-                delimiter=self.delimiter,
-                decimal=self.decimal,
-            ),
+        return edge_ident.inspect_recording(file, self.options())
+
+    def options(self) -> "edge_ident.ReadOptions":
+        """What is said of every file."""
+        return edge_ident.ReadOptions(
+            columns=_pairs(self.column, "--column", "CONTRACT_NAME"),
+            units=_pairs(self.unit, "--unit", "UNIT"),
+            period_s=self.period,
+            resolution=self.resolution,
+            rated_effort=self.rated_effort,
+            torque_constant=self.torque_constant,
+            delimiter=self.delimiter,
+            decimal=self.decimal,
         )
 
     def read(self, file: Path) -> "edge_ident.Recording":

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from edge_ident.report.page.markdown_page import write_markdown
     from edge_ident.report.page.provenance import Provenance
     from edge_ident.report.page.run_page import write_run_page
+    from edge_ident.report.page.survey_page import write_survey_page
     from edge_ident.report.register_tables import register_lines, registers_document, values_text
     from edge_ident.report.run_documents import (
         capture_document,
@@ -37,6 +38,7 @@ if TYPE_CHECKING:
     )
     from edge_ident.report.run_figure import run_figure
     from edge_ident.report.run_tables import outcome_view, profile_view
+    from edge_ident.report.survey_tables import survey_document, write_survey_tables
     from edge_ident.support.json_text import to_json, write_json
 
 __all__ = [
@@ -65,12 +67,15 @@ __all__ = [
     "scale_lines",
     "show",
     "simulation_document",
+    "survey_document",
     "to_json",
     "values_text",
     "write_json",
     "write_markdown",
     "write_page",
     "write_run_page",
+    "write_survey_page",
+    "write_survey_tables",
 ]
 
 __getattr__ = lazy_names(
@@ -107,5 +112,8 @@ __getattr__ = lazy_names(
         "write_markdown": "edge_ident.report.page.markdown_page",
         "write_page": "edge_ident.report.page.diagnosis_page",
         "write_run_page": "edge_ident.report.page.run_page",
+        "survey_document": "edge_ident.report.survey_tables",
+        "write_survey_page": "edge_ident.report.page.survey_page",
+        "write_survey_tables": "edge_ident.report.survey_tables",
     },
 )

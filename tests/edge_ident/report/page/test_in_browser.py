@@ -10,7 +10,7 @@ from edge_ident.report.page.provenance import Provenance
 from edge_ident.report.page.run_page import write_run_page
 from tests.browser import PROGRAM, Tab, opened
 from tests.edge_ident.diagnosis import hand_made
-from tests.edge_ident.report.page import hand_made_run
+from tests.edge_ident.report.page import hand_made_run, test_survey_page
 
 pytestmark = pytest.mark.skipif(PROGRAM is None, reason="no Chromium is installed")
 LABELS = "[...document.querySelectorAll('[data-zoom] .x-ticks text')].map(t => t.textContent)"
@@ -32,11 +32,14 @@ def pages(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     return {
         "run": write_run_page(outcome, document, folder),
         "diagnosis": write_page(found, provenance, folder / "diagnosis"),
+        "survey": test_survey_page.written(
+            test_survey_page.survey(8, friction=1.3, ripple=True, bad=True), folder / "survey"
+        ),
     }
 
 
 @pytest.mark.parametrize("width", [390, 1280])
-@pytest.mark.parametrize("kind", ["diagnosis", "run"])
+@pytest.mark.parametrize("kind", ["diagnosis", "run", "survey"])
 def test_a_page_opens_alone_and_fits_its_window(
     tab: Tab, pages: dict[str, Path], kind: str, width: int
 ) -> None:

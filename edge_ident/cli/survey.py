@@ -1,0 +1,125 @@
+"""The command survey: every recording of a folder, and which unit stands out."""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+import edge_ident
+from edge_ident import report
+from edge_ident.cli.command import UNTRUSTED, command
+from edge_ident.cli.failures import FILE
+from edge_ident.cli.file_options import FileOptions
+from edge_ident.cli.messages import detail, say
+from edge_ident.cli.options import Json, ModelFile, NoDiagnose, deliver, given_model
+from edge_ident.cli.progress import shown_progress
+
+RecordingFolder = Annotated[
+    Path, typer.Argument(metavar="FOLDER", help="Folder with recordings; subfolders count, too.")
+]
+Jobs = Annotated[
+    int | None,
+    typer.Option(
+        "--jobs",
+        "-j",
+        min=1,
+        metavar="NUMBER",
+        envvar="EDGE_IDENT_JOBS",
+        help="Recordings side by side; default: one for each core.",
+    ),
+]
+Cluster = Annotated[
+    str | None,
+    typer.Option(
+        "--cluster",
+        metavar="ADDRESS",
+        envvar="EDGE_IDENT_CLUSTER",
+        help="Dask scheduler, such as tcp://HOST:8786, whose workers do the work.",
+    ),
+]
+Units = Annotated[
+    Literal["file", "folder"],
+    typer.Option(
+        "--units", help="Whether each recording is a unit, or all recordings of one subfolder are."
+    ),
+]
+Pattern = Annotated[
+    str | None,
+    typer.Option(
+        "--files", metavar="PATTERN", help="Recordings to take, such as '*.csv'; default: all."
+    ),
+]
+SurveyFolder = Annotated[
+    Path | None,
+    typer.Option(
+        "--output",
+        "-o",
+        metavar="FOLDER",
+        envvar="EDGE_IDENT_OUTPUT",
+        help="Folder to write the results to; default: edge-ident-survey in the folder.",
+    ),
+]
+
+
+def register(app: typer.Typer) -> None:
+    """Add this file's command."""
+    app.command()(survey)
+
+
+@command
+def survey(
+    *,
+    folder: RecordingFolder,
+    units: Units = "file",
+    files: Pattern = None,
+    jobs: Jobs = None,
+    cluster: Cluster = None,
+    model: ModelFile = None,
+    no_diagnose: NoDiagnose = False,
+    reading: FileOptions,
+    output: SurveyFolder = None,
+    json: Json = False,
+) -> None:
+    """Identify and diagnose every recording of a folder, and say which unit stands out.
+
+    A table (survey.csv, survey.parquet), a page (report.html) and survey.json are written to the
+    folder given by --output. Results are kept there: the next survey does only what is missing or
+    has changed. The result is printed.
+
+    Example: `edge-ident survey recordings --jobs 4 --output comparison`
+    """
+    kept = output or folder / "edge-ident-survey"
+    with shown_progress() as bars:
+        found = edge_ident.survey(
+            folder,
+            units=units,
+            pattern=files,
+            options=reading.options(),
+            model=given_model(model),
+            diagnose=not no_diagnose,
+            jobs=jobs,
+            cluster=cluster,
+            output=kept,
+            on_progress=bars.show,
+            on_recording=_tell,
+        )
+    document = report.survey_document(found)
+    written = report.write_survey_tables(found, kept)
+    deliver(document, "survey.json", kept, json)
+    say(f"written: {report.write_survey_page(found, document, kept)}")
+    if not any(path.suffix == ".parquet" for path in written):
+        say("no survey.parquet: pip install 'edge-ident[parquet]'")
+    if not json:
+        report.show(found)
+    if not found.units:
+        raise typer.Exit(FILE)
+    if not found.trusted:
+        raise typer.Exit(UNTRUSTED)
+
+
+def _tell(recording: "edge_ident.SurveyedRecording") -> None:
+    """Say what failed, and with --verbose how long each recording took."""
+    if recording.failed:
+        say(f"{recording.file}: {recording.failed.cause}")
+    else:
+        detail(f"{recording.file}: {recording.duration_s:.2f} s")

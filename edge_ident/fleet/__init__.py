@@ -1,0 +1,1 @@
+"""Many recordings of many units, side by side: identified, diagnosed and compared."""

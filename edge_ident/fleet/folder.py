@@ -1,0 +1,118 @@
+"""The recordings of a folder, and whose they are."""
+
+import hashlib
+from collections import Counter
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final, Literal
+
+from edge_ident.errors import DataError
+
+Units = Literal["file", "folder"]
+"""What makes a unit: a recording, or all recordings of one subfolder."""
+ENDINGS: Final = (
+    ".csv", ".tsv", ".txt", ".dat", ".asc",
+    ".npz", ".mat", ".h5", ".hdf5", ".tdms", ".parquet", ".xlsx",
+)  # fmt: skip
+RESULT: Final = "survey.json"
+"""What a folder of results has in it; its tables are no recordings."""
+_CHUNK: Final = 1 << 20
+
+
+@dataclass(frozen=True)
+class Found:
+    """A file of the folder.
+
+    Attributes
+    ----------
+    path : Path
+    name : str
+        Path inside the folder, with slashes.
+    unit : str
+    """
+
+    path: Path
+    name: str
+    unit: str
+
+    def sha256(self) -> str:
+        """Hash of its content.
+
+        Raises
+        ------
+        OSError
+            It cannot be read.
+        """
+        digest = hashlib.sha256()
+        with self.path.open("rb") as file:
+            while chunk := file.read(_CHUNK):
+                digest.update(chunk)
+        return digest.hexdigest()
+
+
+def find_recordings(
+    folder: Path, units: Units, pattern: str | None, output: Path | None
+) -> tuple[list[Found], tuple[str, ...]]:
+    """Find the recordings of a folder and its subfolders, by name.
+
+    Parameters
+    ----------
+    folder : Path
+    units : {"file", "folder"}
+    pattern : str or None
+        Of the files to take, such as `*.csv`; None: by the endings that are known.
+    output : Path or None
+        Folder of results, which is left out, as every one with a `survey.json` is.
+
+    Returns
+    -------
+    list of Found
+    tuple of str
+        Names of the files that were left out.
+
+    Raises
+    ------
+    DataError
+        There is no such folder, or no recording in it.
+    """
+    if not folder.is_dir():
+        raise DataError(f"{folder}: no such folder", "give the folder that holds the recordings")
+    results = {path.parent for path in folder.rglob(RESULT)} | ({output} if output else set())
+    skipped = {path.resolve() for path in results}
+    files = [
+        path
+        for path in sorted(folder.rglob("*"))
+        if path.is_file()
+        and not any(part.startswith(".") for part in path.relative_to(folder).parts)
+        and not skipped.intersection(path.resolve().parents)
+    ]
+    taken = [path for path in files if _taken(path, pattern)]
+    if not taken:
+        which = f"that is called {pattern}" if pattern else f"ending in {', '.join(ENDINGS)}"
+        raise DataError(
+            f"{folder}: there is no recording {which}",
+            "give the folder that holds the recordings, or choose them with --files PATTERN",
+        )
+    names = _unit_names(folder, taken, units)
+    found = [Found(path, path.relative_to(folder).as_posix(), names[path]) for path in taken]
+    left = tuple(path.relative_to(folder).as_posix() for path in files if path not in names)
+    return found, left
+
+
+def _taken(path: Path, pattern: str | None) -> bool:
+    return path.match(pattern) if pattern else path.suffix.lower() in ENDINGS
+
+
+def _unit_names(folder: Path, files: list[Path], units: Units) -> dict[Path, str]:
+    """Units by subfolder; by file, without the ending where that is not needed."""
+    inside = {path: path.relative_to(folder) for path in files}
+    if units == "folder":
+        return {
+            path: (name.parent if len(name.parts) > 1 else name.with_suffix("")).as_posix()
+            for path, name in inside.items()
+        }
+    short = {path: name.with_suffix("").as_posix() for path, name in inside.items()}
+    often = Counter(short.values())
+    return {
+        path: short[path] if often[short[path]] == 1 else inside[path].as_posix() for path in files
+    }

@@ -1,0 +1,168 @@
+"""A survey as one HTML page."""
+
+import shlex
+import sys
+from dataclasses import dataclass
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any, Final
+
+from markupsafe import Markup
+
+from edge_ident.fleet.result import StandsOut, Survey
+from edge_ident.model.effects import named
+from edge_ident.report.page.card import Row, Status, Table
+from edge_ident.report.page.interval_picture import IntervalPicture, interval_picture
+from edge_ident.report.page.provenance import Provenance
+from edge_ident.report.page.rendering import write_html
+from edge_ident.report.page.wording import number, sentence
+from edge_ident.report.survey_wording import (
+    JUDGED,
+    causes_words,
+    conclusion,
+    difference_words,
+)
+
+_PARTS: Final = {
+    "inertia": "What the axis carries, and what couples the motor to it.",
+    "viscous_friction": "Grease, seals and bearings.",
+    "coulomb_friction": "Guides, covers, and the preload of nut and bearings.",
+    "offset": "What pulls at the axis: weight, its counterbalance, cables and covers.",
+}
+_MOST: Final = 5
+"""Lines of the first screen."""
+
+
+@dataclass(frozen=True)
+class SurveyCard:
+    """The first screen.
+
+    Attributes
+    ----------
+    status : Status
+    label, verdict : str
+    found, part, action : list of str
+        How units differ, where to look, what to do next.
+    picture : IntervalPicture or None
+        Of the quantity that differs most.
+    """
+
+    status: Status
+    label: str
+    verdict: str
+    found: list[Markup]
+    part: list[str]
+    action: list[Markup]
+    picture: IntervalPicture | None
+
+
+def write_survey_page(survey: Survey, document: dict[str, Any], folder: Path) -> Path:
+    """Write the page.
+
+    Parameters
+    ----------
+    survey : Survey
+    document : JSON object
+        Of schema edge-ident/survey/1.
+    folder : Path
+
+    Returns
+    -------
+    Path
+        The page.
+    """
+    axes = dict.fromkeys(comparison.axis for comparison in survey.comparisons)
+    content = {
+        "title": f"How {len(survey.units)} units compare",
+        "card": _card(survey),
+        "failed": [(recording.file, recording.failed) for recording in survey.failed],
+        "untrusted": _untrusted(survey),
+        "axes": [(f"a{n}", name, _pictures(f"a{n}", name, survey)) for n, name in enumerate(axes)],
+        "table": _table(survey),
+        "judged": JUDGED,
+        "left_out": survey.left_out,
+        "provenance": Provenance(
+            (), shlex.join([Path(sys.argv[0]).name, *sys.argv[1:]]), version("edge-ident")
+        ),
+    }
+    return write_html("survey.html.jinja", content, document, folder)
+
+
+def _card(survey: Survey) -> SurveyCard:
+    out = survey.standing_out
+    judged = any(comparison.centre is not None for comparison in survey.comparisons)
+    status: Status = "found" if out else "good" if judged else "open"
+    more = len(out) - _MOST
+    found = [_found(number, one) for number, one in enumerate(out[:_MOST])]
+    return SurveyCard(
+        status,
+        {"found": "stands out", "good": "alike", "open": "too few units"}[status],
+        conclusion(survey),
+        [*found, *([Markup("And {} more below.").format(more)] if more > 0 else [])],
+        list(dict.fromkeys(part for one in out for part in _parts(one)))[:_MOST],
+        _action(survey),
+        interval_picture("c0", out[0].comparison) if out else None,
+    )
+
+
+def _found(place: int, one: StandsOut) -> Markup:
+    def shown(value: float, text: str, key: str) -> Markup:
+        return number(value, text, "standing_out", place, key)
+
+    words = difference_words(one, shown, Markup)
+    return Markup('<b class="name">{}</b>: {}.').format(one.unit, words)
+
+
+def _parts(one: StandsOut) -> list[str]:
+    if not one.comparison.of_effect:
+        return [_PARTS[one.comparison.quantity]]
+    return [sentence(named(effect).advice.part) for effect in one.comparison.quantity.split("/")]
+
+
+def _action(survey: Survey) -> list[Markup]:
+    names = list(dict.fromkeys(one.unit for one in survey.standing_out))
+    if names:
+        files = shlex.join(r.file for r in survey.recordings if r.unit == names[0])
+        command = f"edge-ident diagnose {files} --output diagnosis"
+        again = Markup('Record <span class="name">{}</span> again. Does it still stand out?')
+        page = Markup('Read its own page: <code class="long">{}</code>')
+        return [again.format(names[0]), page.format(command)]
+    if survey.failed:
+        return [Markup("Mend the recordings without a result, and run the survey again.")]
+    return [Markup("Nothing.") if survey.trusted else Markup("See which results are not trusted.")]
+
+
+def _untrusted(survey: Survey) -> list[tuple[str, str, list[tuple[str, str]]]]:
+    """Recording, axis, and what forbids to trust it with its next step."""
+    return [
+        (recording.file, name, list(axis.warnings.values()))
+        for recording in survey.recordings
+        for name, axis in recording.axes.items()
+        if not axis.trusted
+    ]
+
+
+def _pictures(key: str, axis: str, survey: Survey) -> list[IntervalPicture]:
+    of_axis = [one for one in survey.comparisons if one.axis == axis and one.units]
+    return [interval_picture(f"{key}-{n}", one) for n, one in enumerate(of_axis)]
+
+
+def _table(survey: Survey) -> Table:
+    rows: list[Row] = [
+        (
+            recording.file,
+            name,
+            axis.verdict or "not diagnosed",
+            "yes" if axis.trusted else "no",
+            f"{axis.relative_residual:.1%}",
+            causes_words(axis, "supported"),
+            causes_words(axis, "suspected"),
+            causes_words(axis, "minor"),
+        )
+        for recording in survey.recordings
+        for name, axis in recording.axes.items()
+    ]
+    headings = (
+        "recording", "axis", "verdict", "trusted", "left over", "causes", "suspected", "minor",
+    )  # fmt: skip
+    return Table("What each recording says; shares of the rms effort", headings, rows)

@@ -1,0 +1,137 @@
+"""A survey as JSON document, as files of one table, and as tables for the terminal."""
+
+import csv
+from collections.abc import Iterator
+from dataclasses import asdict
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any, Final
+
+from rich.console import Group, RenderableType
+from rich.markup import escape
+from rich.text import Text
+
+from edge_ident.files.extras import needed
+from edge_ident.fleet.between_units import FALSE_ALARM, FEWEST_UNITS
+from edge_ident.fleet.result import Survey, SurveyedAxis, SurveyedRecording
+from edge_ident.fleet.table import COLUMNS
+from edge_ident.report.survey_wording import (
+    causes_words,
+    conclusion,
+    difference_words,
+    ratio_to_others,
+)
+from edge_ident.support.atomic_files import atomic_write
+from edge_ident.support.tables import FittingTable
+
+CSV_FILE: Final = "survey.csv"
+PARQUET_FILE: Final = "survey.parquet"
+_ARROW_TYPES: Final = {str: "string", float: "float64", bool: "bool_"}
+
+
+def survey_document(survey: Survey) -> dict[str, Any]:
+    """Schema edge-ident/survey/1."""
+    return {
+        "schema": "edge-ident/survey/1",
+        "trusted": survey.trusted,
+        "conclusion": conclusion(survey),
+        "standing_out": [
+            {
+                "unit": one.unit,
+                "axis": one.comparison.axis,
+                "quantity": one.comparison.quantity,
+                "of_effect": one.comparison.of_effect,
+                **asdict(one.found),
+                "deviations": one.deviations,
+                "ratio": ratio_to_others(one),
+                "centre": one.comparison.centre,
+                "between": one.comparison.between,
+                "parameter_unit": one.comparison.unit,
+            }
+            for one in survey.standing_out
+        ],
+        "judged": {"fewest_units": FEWEST_UNITS, "false_alarm": FALSE_ALARM},
+        "recordings": [_recording(recording) for recording in survey.recordings],
+        "comparisons": [asdict(comparison) for comparison in survey.comparisons],
+        "left_out": list(survey.left_out),
+    }
+
+
+def _recording(recording: SurveyedRecording) -> dict[str, Any]:
+    axes = {name: _axis(axis) for name, axis in recording.axes.items()}
+    return {**asdict(recording), "axes": axes}
+
+
+def _axis(axis: SurveyedAxis) -> dict[str, Any]:
+    document = asdict(axis)
+    warnings = [
+        {"code": code, "message": message, "next_step": next_step}
+        for code, (message, next_step) in axis.warnings.items()
+    ]
+    return {"parameters_from": document.pop("source"), **document, "warnings": warnings}
+
+
+def write_survey_tables(survey: Survey, folder: Path) -> list[Path]:
+    """Write the table as CSV, and as Parquet where pyarrow is installed, each whole or not at all.
+
+    Returns
+    -------
+    list of Path
+        What was written.
+    """
+    columns = survey.table()
+    with (
+        atomic_write(folder / CSV_FILE) as partial,
+        partial.open("w", newline="", encoding="utf-8") as file,
+    ):
+        writer = csv.writer(file)
+        writer.writerow(columns)
+        writer.writerows(zip(*columns.values(), strict=True))
+    if find_spec("pyarrow") is None:
+        return [folder / CSV_FILE]
+    pyarrow = needed("pyarrow", "parquet", PARQUET_FILE)
+    parquet = needed("pyarrow.parquet", "parquet", PARQUET_FILE)
+    table = pyarrow.table(
+        {
+            name: pyarrow.array(columns[name], getattr(pyarrow, _ARROW_TYPES[kind])())
+            for name, kind in COLUMNS.items()
+        }
+    )
+    with atomic_write(folder / PARQUET_FILE) as partial:
+        parquet.write_table(table, partial)
+    return [folder / CSV_FILE, folder / PARQUET_FILE]
+
+
+def survey_view(survey: Survey) -> Group:
+    """One table, what stands out, and the recordings without a result."""
+    return Group(*_parts(survey))
+
+
+def _parts(survey: Survey) -> Iterator[RenderableType]:
+    if survey.units:
+        yield _overview(survey)
+    yield Text(conclusion(survey), style="bold")
+    for one in survey.standing_out:
+        yield Text(f"  {one.unit}: {difference_words(one)}")
+    for recording in survey.failed:
+        if recording.failed:
+            yield Text.from_markup(f"[red]{escape(recording.file)}[/]: no result")
+            yield Text(f"  {recording.failed.cause}")
+            yield Text(f"  next: {recording.failed.next_step}")
+
+
+def _overview(survey: Survey) -> FittingTable:
+    table = FittingTable(title_justify="left")
+    for heading in ("unit", "axis", "inertia", "viscous", "Coulomb", "offset", "causes", ""):
+        right = heading in ("inertia", "viscous", "Coulomb", "offset")
+        table.add_column(heading, justify="right" if right else "left")
+    for recording in survey.recordings:
+        for name, axis in recording.axes.items():
+            table.add_row(
+                escape(recording.unit),
+                escape(name),
+                *(f"{of.value:.4g} ± {of.std or 0.0:.1g}" for of in axis.parameters.values()),
+                causes_words(axis, "supported") or axis.verdict or "not diagnosed",
+                "" if axis.trusted else "[red]not trusted[/]",
+            )
+    return table

@@ -1,0 +1,38 @@
+"""The command board: a device name that stays, and a board that remembers."""
+
+import json
+import sys
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from edge_ident.cli import app
+from tests.processes import running
+
+pytestmark = pytest.mark.real_time
+BOARD = [sys.executable, "-m", "edge_ident", "board", "--pty", "--speed", "10", "--link"]
+
+
+def test_a_link_leads_to_a_board_that_keeps_its_state_between_commands(tmp_path: Path) -> None:
+    link = tmp_path / "board"
+    link.symlink_to(tmp_path / "gone")  # of a board that was killed
+    with running([*BOARD, str(link)], errors=None) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline().strip() == str(link)
+        moves = []
+        for target in ("x=0.5", "x=0.2"):
+            command = ["home", "--to", target, "--device", str(link), "--json"]
+            done = CliRunner().invoke(app, command)
+            assert done.exit_code == 0, done.stderr
+            moves.append(json.loads(done.stdout)["axes"]["x"])
+        assert abs(moves[1]["from_rad"] - moves[0]["reached_rad"]) < 0.01
+    assert not link.is_symlink()
+
+
+def test_a_link_takes_no_name_that_is_in_use(tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    done = CliRunner().invoke(app, ["board", "--pty", "--link", str(tmp_path / "file")])
+    assert done.exit_code == 5
+    assert (tmp_path / "file").is_file()
+    assert CliRunner().invoke(app, ["board", "--tcp", "0", "--link", "name"]).exit_code == 2
