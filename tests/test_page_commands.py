@@ -6,6 +6,7 @@ between them in place of the board that the page names.
 
 import re
 import shlex
+import shutil
 from pathlib import Path
 from typing import Final
 
@@ -23,6 +24,7 @@ NOT_RUN: Final = {
     r"edge-ident (train|export) ": "trains for ten minutes; tests/export does both in small",
     r"edge-ident \w+ .*--network networks/": "has a network that training makes",
     r"edge-ident board ": "serves until Ctrl-C; tests/test_run.py starts it",
+    r"edge-ident survey .*--cluster ": "tests/edge_ident/fleet/test_cluster.py has a cluster",
     r"edge-ident ports": "opens every serial port of this machine",
     r"edge-ident doctor": "judges clocks; tests/edge_ident/commissioning/test_doctor.py runs it",
     r"edge-ident (gains show|stop), ": "names several commands; boards.md has each",
@@ -47,7 +49,7 @@ _COMMAND: Final = re.compile(
     r"^(\$ )?(?=(\S*/)?(edge-ident|python3?|pip|make|podman|firmware|\.) )"
 )
 _INDENTED: Final = re.compile(r"^ {4}(\S.*)$", re.MULTILINE)
-_BOARD: Final = re.compile(r"--device (?:/dev/\S+|tcp://\S+|…|virtual)")
+_BOARD: Final = re.compile(r"--device (?:/dev/\S+|\./board|tcp://\S+|…|virtual)")
 _FILE: Final = re.compile(r"Write this as `([\w.]+)`")
 
 
@@ -71,7 +73,7 @@ def stock(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Files that a page takes for granted."""
     folder = tmp_path_factory.mktemp("stock")
     recording = edge_ident.simulate(noise=0.02)
-    for name in ("recording.csv", "capture.npz"):
+    for name in ("recording.csv", "capture.npz", "recordings/monday.npz"):
         edge_ident.save_recording(recording, folder / name)
     edge_ident.save_model(edge_ident.identify(recording).model, folder / "model.json")
     axis, time_s = recording.axes["x"], recording.time_s
@@ -92,8 +94,7 @@ def test_every_command_of_a_page_runs(
     monkeypatch.setenv("EDGE_IDENT_DEVICE", "shared")
     monkeypatch.setenv("EDGE_IDENT_CONFIG_FILE", str(tmp_path / "config.toml"))
     monkeypatch.chdir(tmp_path)
-    for file in stock.iterdir():
-        (tmp_path / file.name).write_bytes(file.read_bytes())
+    shutil.copytree(stock, tmp_path, dirs_exist_ok=True)
     write_files_of(page)
     runnable = [command for command in commands(page) if not reason(command)]
     for command in dict.fromkeys(map(here, runnable)):  # the same once

@@ -12,7 +12,7 @@ from firmware_interface.registers import State
 from tests.edge_ident.shared_board import SharedBoard
 
 PAGE = Path(__file__).parents[3] / "docs" / "bringup.md"
-SERVES = "board --pty"
+SERVES = "board --pty --link ./board"
 """Ends only with Ctrl-C: the test has a board of its own."""
 TAP = "<!-- test: the stop is tapped -->"
 OF_TIME = ("BAD  board clock", "BAD  jitter", "BAD  round trip")
