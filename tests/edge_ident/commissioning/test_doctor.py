@@ -55,8 +55,10 @@ def test_a_package_that_another_distribution_has_too(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     assert doctor.own_packages().good
-    other = tmp_path / "otherware-1.0.dist-info"
-    other.mkdir()
+    other, package = tmp_path / "otherware-1.0.dist-info", tmp_path / "firmware_interface"
+    for folder in (other, package):
+        folder.mkdir()
+    (package / "__init__.py").touch()  # Python 3.12 and later passes over files that are missing
     (other / "METADATA").write_text("Metadata-Version: 2.1\nName: otherware\nVersion: 1.0\n")
     (other / "RECORD").write_text("firmware_interface/__init__.py,,\n")
     monkeypatch.syspath_prepend(tmp_path)
