@@ -214,7 +214,7 @@ def _shifted(
     unit, _ = unit_length(regressor[away])
     change, effort = (both - unit @ np.linalg.lstsq(unit, both, rcond=1e-9)[0]).T
     noise = np.linalg.norm(fitted[:2] * motion_noise(signals))
-    if np.sqrt(np.mean(change**2)) < _BEYOND_NOISE * noise:
+    if np.sqrt(np.mean(change**2)) <= _BEYOND_NOISE * noise:
         return False
     share = unbounded(change[:, None], effort)
     return bool(share.parameters[0] - _CERTAIN * share.std[0] > _SEEN)
