@@ -103,6 +103,15 @@ def test_a_tie_is_not_right_but_nothing_else_is_named() -> None:
     assert not outcome(OPEN).alone
 
 
+def test_a_delay_that_a_finding_says_is_named() -> None:
+    clocks = replace(outcome(verdict="unexplained"), findings=("effort_late",))
+    assert not clocks.right
+    delayed = replace(clocks, hidden=("time_delay",))
+    assert delayed.right
+    assert delayed.alone
+    assert not replace(delayed, causes=(OTHER,)).alone
+
+
 def test_what_is_suspected_or_minor_neither_helps_nor_harms() -> None:
     assert replace(outcome(BACKLASH), suspected=(OTHER,), minor=(OTHER,)).alone
     silent = replace(outcome(), suspected=(BACKLASH,))

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.estimation.covariance import coloured_std
-from edge_ident.estimation.least_squares import unit_length
+from edge_ident.estimation.least_squares import motion_noise, unit_length
 from edge_ident.estimation.trust import RESIDUAL_LIMIT, Finding
 from edge_ident.model.model import PARAMETERS, POSITIVE, Estimate
 from edge_ident.signals.conditioning import Signals
@@ -44,6 +44,12 @@ _STEPS_PER_PERIOD: Final = 8
 """Shifts that are tried in a cut-off period."""
 _FALLS: Final = 0.5
 """What the shift must leave of the residual: no effect of an axis, recorded in time, loses half."""
+_SEEN: Final = 0.5
+"""Share of what the shift changes away from reversals that the effort must have there: nearer to
+all than to nothing."""
+_BEYOND_NOISE: Final = 2.0
+"""That change over what encoder noise alone makes of it, rms. A loop answers its encoder's noise,
+late, and is tuned to amplify it at most twice (peak of the sensitivity; Åström and Murray)."""
 _MOST: Final = 1 << 14
 """Samples by which a shift is judged: what is left of an effort is known to a hundredth."""
 _LINE_SAMPLES: Final = 1 << 16
@@ -159,27 +165,65 @@ def _recorded_late(signals: Signals, part: NDArray[np.intp]) -> list[Finding]:
     late_s = float(shifts[best]) * period_s
     if abs(late_s) < border_s or left[best] > _FALLS * left[reach] or left[best] > RESIDUAL_LIMIT:
         return []
+    away = _away_from_reversals(signals, inside, int(shifts[best]))
+    judged = len(away) >= _FEWEST
+    if judged and not _shifted(signals, inside, away, int(shifts[best])):
+        return []
     return [
         Finding(
             "effort_late",
             f"{'later' if late_s > 0 else 'earlier'} by {abs(late_s):.2g} s the effort fits the "
             f"motion: the model then misses {left[best]:.1%} of it, now {left[reach]:.1%}. The two "
-            "columns were recorded by different clocks",
+            "columns were recorded by different clocks"
+            + ("" if judged else ", or the axis sticks where it turns"),
             f"shift the effort column by {-late_s:+.2g} s against time_s, or record both at once",
-            blocks=not _at_one_frequency(signals),
+            blocks=judged,
         )
     ]
+
+
+def _away_from_reversals(
+    signals: Signals, inside: NDArray[np.intp], shift: int
+) -> NDArray[np.intp]:
+    """Samples that are farther from any reversal or standstill than shift and filter reach.
+
+    Nearer to one, the friction of an axis that sticks and of a chain that winds up is late too.
+    """
+    velocity = signals.regressor[:, 1]
+    turning = ~signals.moving
+    turning[1:] |= velocity[1:] * velocity[:-1] <= 0.0
+    passed = np.cumsum(turning)
+    margin = abs(shift) + int(np.ceil(1.0 / (signals.cutoff_hz * signals.period_s)))
+    before = passed[np.maximum(inside - margin, 0)]
+    after = passed[np.minimum(inside + margin, len(passed) - 1)]
+    away: NDArray[np.intp] = inside[before == after]
+    return away
+
+
+def _shifted(
+    signals: Signals, inside: NDArray[np.intp], away: NDArray[np.intp], shift: int
+) -> bool:
+    """Whether the effort has, away from reversals, what the shift changes there.
+
+    The model that fits with the shift predicts that change. The part of it that the base model
+    expresses without a shift is no evidence and is left out.
+    """
+    regressor = signals.regressor
+    fitted = np.linalg.lstsq(regressor[inside], signals.effort[inside + shift], rcond=None)[0]
+    both = np.stack([regressor[away - shift] @ fitted, signals.effort[away]], axis=1)
+    unit, _ = unit_length(regressor[away])
+    change, effort = (both - unit @ np.linalg.lstsq(unit, both, rcond=1e-9)[0]).T
+    noise = np.linalg.norm(fitted[:2] * motion_noise(signals))
+    if np.sqrt(np.mean(change**2)) <= _BEYOND_NOISE * noise:
+        return False
+    share = unbounded(change[:, None], effort)
+    return bool(share.parameters[0] - _CERTAIN * share.std[0] > _SEEN)
 
 
 def _left_of(effort: Array, basis: Array) -> float:
     """What an orthonormal basis (n, R) leaves of an effort (n,), over its norm."""
     size = max(float(np.linalg.norm(effort)), _TINY)
     return float(np.linalg.norm(effort - basis @ (effort @ basis))) / size
-
-
-def _at_one_frequency(signals: Signals) -> bool:
-    """Whether friction that lags, and an axis that winds up, can pass for a shift."""
-    return _line(signals).share >= ONE_LINE
 
 
 def _reach_s(signals: Signals) -> float:

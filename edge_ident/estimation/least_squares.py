@@ -101,6 +101,12 @@ def condition_number(regressor: Array) -> float:
     return float(np.linalg.cond(unit_length(regressor)[0]))
 
 
+def motion_noise(signals: Signals) -> tuple[float, float]:
+    """Standard deviation of encoder noise in acceleration and velocity, spectra as f⁴ and f²."""
+    acceleration = signals.acceleration_noise * float(np.std(signals.regressor[:, 0]))
+    return acceleration, acceleration * np.sqrt(5.0 / 3.0) / (2.0 * np.pi * signals.cutoff_hz)
+
+
 def _encoder_noise_bias(
     signals: Signals, inverse: Array, plain: Array, samples: int, length: Array
 ) -> tuple[Array, Array]:
@@ -109,17 +115,11 @@ def _encoder_noise_bias(
     Noise of covariance S in N samples reduces the parameters β by (XᵀX)⁻¹·N·S·β. Where that is not
     small, the motion shows mostly noise: the correction is reduced, its standard deviation is not.
     """
-    deviation = np.array([*_motion_noise(signals), 0.0, 0.0])
+    deviation = np.array([*motion_noise(signals), 0.0, 0.0])
     power = samples * (deviation / length) ** 2
     bias = inverse @ (power * plain)
     share = float(np.diag(inverse) @ power)
     return bias / (1.0 + share), (_NOISE_POWER_STD + share) * np.abs(bias)
-
-
-def _motion_noise(signals: Signals) -> tuple[float, float]:
-    """Deviation of the encoder's noise in acceleration and velocity, spectra as f⁴ and f²."""
-    acceleration = signals.acceleration_noise * float(np.std(signals.regressor[:, 0]))
-    return acceleration, acceleration * np.sqrt(5.0 / 3.0) / (2.0 * np.pi * signals.cutoff_hz)
 
 
 def _reversal_bias(
@@ -136,7 +136,7 @@ def _reversal_bias(
     turns = np.flatnonzero((velocity[1:] * velocity[:-1] <= 0.0) & signals.moving[1:])
     turns = turns[(turns >= part[0]) & (turns <= part[-1])]
     lost = lowpass(velocity, 0.5 * signals.cutoff_hz, signals.period_s)[turns] - velocity[turns]
-    _, noise = _motion_noise(signals)
+    _, noise = motion_noise(signals)
     significant = 1.0 - np.minimum(1.0, (noise / np.maximum(np.abs(lost), _TINY)) ** 2)
     early_s = lost / np.maximum(np.abs(acceleration[turns]), _TINY)
     early_s = np.clip(early_s, -1.0 / signals.cutoff_hz, 1.0 / signals.cutoff_hz)

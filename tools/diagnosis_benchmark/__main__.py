@@ -17,6 +17,8 @@ What counts, and how:
 - A first cause is right when it is the hidden effect. A tie is not right: where the report calls
   another effect first and the hidden one its only inseparable alternative, a row of its own counts
   it. 'Nothing else named' and 'pairs' count it.
+- A delay of 25 ms or more may be a finding, which says by how much the two columns are apart and
+  forbids every cause. That is right, too.
 - Several terms of one effect, as two orders of a ripple, are one cause. What is suspected or minor
   is not named: it neither helps nor harms.
 - An axis is accused when it has a cause. That it has no fault is known: clean drives, and the other
@@ -33,7 +35,7 @@ What counts, and how:
     python -m tools.diagnosis_benchmark --read FILE             the tables of a former run
 
 Simulations are kept in runs/diagnosis_benchmark and used again. Seeds 1 to 99 are for development;
-the figures in docs/diagnosis.md are of seed 8123, which no development had seen.
+the figures in docs/diagnosis.md are of seeds 9241 and 10457, which no development had seen.
 """
 
 import os
@@ -59,7 +61,7 @@ from tools.diagnosis_benchmark.speed import print_speed
 from tools.diagnosis_benchmark.tables import print_tables
 
 DEVELOPMENT_SEED: Final = 1
-REPORTING_SEED: Final = 8123
+REPORTING_SEED: Final = 10457
 SPEED: Final = "speed"
 
 

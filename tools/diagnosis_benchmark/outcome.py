@@ -24,6 +24,8 @@ SHOWS: Final = 2.0
 """Variance ratio from which a fault shows outside reversals."""
 TOLERANCE: Final = 0.01
 """Share of the rms effort, orthogonal to the base model, from which a fault counts."""
+DIFFERENT_CLOCKS: Final = (("time_delay",), "effort_late")
+"""A hidden delay, and the finding that says so where it is longer than any loop bears."""
 JUDGED: Final = ("inertia", "viscous_friction", "coulomb_friction")
 """Parameters whose bias is judged; the offset may be anything."""
 
@@ -147,13 +149,20 @@ class Outcome:
         return self.counts and all(ratio >= SHOWS for ratio in self.slides_full)
 
     @property
+    def said(self) -> bool:
+        """Whether a finding says what is hidden: effort and position have different clocks."""
+        return self.hidden == DIFFERENT_CLOCKS[0] and DIFFERENT_CLOCKS[1] in self.findings
+
+    @property
     def right(self) -> bool:
-        """Whether the first cause is a hidden effect."""
-        return bool(self.causes) and self.causes[0].effect in self.hidden
+        """Whether the first cause, or a finding, is a hidden effect."""
+        return self.said or (bool(self.causes) and self.causes[0].effect in self.hidden)
 
     @property
     def met(self) -> bool:
-        """Whether the first cause, or its only inseparable alternative, is a hidden effect."""
+        """Whether that, or the first cause's only inseparable alternative, is a hidden effect."""
+        if self.said:
+            return True
         return bool(self.causes) and any(self.causes[0].meets(name) for name in self.hidden)
 
     @property
@@ -167,6 +176,8 @@ class Outcome:
 
         What is suspected or minor is not named.
         """
+        if self.said:
+            return not self.causes
         return len(self.causes) == len(self.hidden) and self.found_all
 
     @property

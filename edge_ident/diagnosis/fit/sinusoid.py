@@ -33,6 +33,10 @@ class Sinusoid:
         Whether both halves of the recording hold it.
     gain : (float, float)
         Relative reduction of the residual of each half, by the amplitude of the other half.
+    recorded : float
+        Rms that it takes off the effort above the band, less inertia where encoder noise does not
+        hide the motion, over the rms of the recorded effort. The amplitude of either half is tried
+        on the other half, so noise takes nothing off.
     of_encoder : bool
         Whether an order is rather an error of the encoder: it grows with the square of the speed,
         or is mostly inertia times a motion below the encoder's resolution.
@@ -48,6 +52,7 @@ class Sinusoid:
     share: float
     found_again: bool
     gain: tuple[float, float]
+    recorded: float = 0.0
     of_encoder: bool = False
     at_one_speed: bool = False
 

@@ -127,10 +127,11 @@ def _orders(wide: WideSignals, peaks: list[Peak]) -> list[Sinusoid]:
     moved = least_squares(filtered, base[0]).reshape(-1, 2)
     speed = rms(wide.velocity[wide.weight > 0.5])
     law = _laws_of_speed(wide, rows, effort, waves)
+    recorded = _recorded(wide, wide.above(waves), detectable(wide, mass), first=0)
     found = []
-    for k, one in enumerate(_measured(wide, peaks, rows, effort, first=3)):
+    for k, one in enumerate(_measured(wide, peaks, rows, effort)):
         if not one.found_again:
-            found.append(one)
+            found.append(replace(one, recorded=recorded[k]))
             continue
         moving = float(np.hypot(*moved[k]))
         late = one.rate * speed * _HELD * wide.period_s * mass * moving
@@ -140,6 +141,7 @@ def _orders(wide: WideSignals, peaks: list[Peak]) -> list[Sinusoid]:
         found.append(
             replace(
                 one,
+                recorded=recorded[k],
                 std=std,
                 of_encoder=doubtful or law[k] > _BETTER,
                 at_one_speed=law[k] > 1.0 / _BETTER,
@@ -182,31 +184,27 @@ def _beside(
     beside, waves = columns(wide, orders), wide.above(columns(wide, peaks))
     mass = inertia(wide, columns(wide, orders))
     rows = np.concatenate([wide.above(beside), waves])
-    found = _measured(wide, peaks, rows, detectable(wide, mass), first=len(beside))
+    effort = detectable(wide, mass)
+    found = _measured(wide, peaks, rows, effort)
+    recorded = _recorded(wide, rows, effort, first=len(beside))
     moved = mass * least_squares(waves, wide.above(wide.acceleration)).reshape(-1, 2)
     moving = np.hypot(moved[:, 0], moved[:, 1])
     return [
-        (replace(one, of_encoder=bool(hidden > _AGREES * one.amplitude)), peak)
-        for one, peak, hidden in zip(found, peaks, moving, strict=True)
+        (replace(one, recorded=taken, of_encoder=bool(hidden > _AGREES * one.amplitude)), peak)
+        for one, taken, peak, hidden in zip(found, recorded, peaks, moving, strict=True)
     ]
 
 
-def _measured(
-    wide: WideSignals, peaks: list[Peak], rows: Array, effort: Array, first: int
-) -> list[Sinusoid]:
-    """Least squares of peaks, whose rows (2 for each) begin at the first, whole and in halves."""
+def _measured(wide: WideSignals, peaks: list[Peak], rows: Array, effort: Array) -> list[Sinusoid]:
+    """Least squares of peaks, whose rows (2 for each) are the last, whole and in halves."""
+    first = len(rows) - 2 * len(peaks)
     whole = least_squares(rows, effort)[first:].reshape(-1, 2)
-    middle = int(np.searchsorted(np.cumsum(wide.weight), 0.5 * np.sum(wide.weight)))
-    parts = [(rows[:, p], effort[p]) for p in (slice(0, middle), slice(middle, None))]
-    fits = [least_squares(*part) for part in parts]
-    left = [signal - fit @ part for (part, signal), fit in zip(parts, fits, strict=True)]
+    crossed = _crossed(wide, rows, effort, first)
     scale = max(rms(wide.effort), _TINY)
     found = []
     for k, peak in enumerate(peaks):
-        at = slice(first + 2 * k, first + 2 * k + 2)
-        halves = [fit[at] for fit in fits]
-        pairs = [part[at] for part, _ in parts]
-        variance = [2.0 * peak.level / max(float(np.sum(pair**2)), _TINY) for pair in pairs]
+        halves = [half.amplitudes[k] for half in crossed]
+        variance = [2.0 * peak.level / max(half.energy[k], _TINY) for half in crossed]
         apart = float(np.hypot(*(halves[0] - halves[1])))
         amplitude = float(np.hypot(*whole[k]))
         stands_out = all(
@@ -214,7 +212,7 @@ def _measured(
             for half, v in zip(halves, variance, strict=True)
         )
         agree = apart < max(_AGREES * amplitude, 3.0 * float(np.sqrt(sum(variance))))
-        gain = [_gain(left[n], pairs[n], halves[n], halves[1 - n]) for n in range(2)]
+        gain = [1.0 - math.sqrt(half.after[k] / max(half.before[k], _TINY)) for half in crossed]
         found.append(
             Sinusoid(
                 rate=peak.rate,
@@ -230,7 +228,44 @@ def _measured(
     return found
 
 
-def _gain(left: Array, pair: Array, own: Array, other: Array) -> float:
-    """Relative reduction of a half's residual by the amplitudes (2,) of the other half."""
-    without = left + own @ pair
-    return 1.0 - rms(without - other @ pair) / max(rms(without), _TINY)
+def _recorded(wide: WideSignals, rows: Array, effort: Array, first: int) -> list[float]:
+    """Rms that the sinusoids, whose rows begin at the first, take off the recorded effort, over
+    the rms of the latter."""
+    halves = _crossed(wide, rows, effort, first)
+    taken = np.sum([half.before - half.after for half in halves], axis=0)
+    scale = max(float(np.sum(wide.weight)) * rms(wide.effort) ** 2, _TINY)
+    return [math.sqrt(max(energy, 0.0) / scale) for energy in taken.tolist()]
+
+
+@dataclass(frozen=True)
+class _Half:
+    """One half of a recording: amplitudes (P, 2) there, and energies (P,): of a sinusoid's rows,
+    and what is left without it and with the amplitudes of the other half."""
+
+    amplitudes: Array
+    energy: Array
+    before: Array
+    after: Array
+
+
+def _crossed(wide: WideSignals, rows: Array, effort: Array, first: int) -> list[_Half]:
+    """Fit each half, and try what it gives on the other one; sinusoids begin at row `first`."""
+    middle = int(np.searchsorted(np.cumsum(wide.weight), 0.5 * np.sum(wide.weight)))
+    parts = [(rows[:, p], effort[p]) for p in (slice(0, middle), slice(middle, None))]
+    fits = [least_squares(*part) for part in parts]
+    halves = []
+    for (part, signal), fit, other in zip(parts, fits, fits[::-1], strict=True):
+        left = signal - fit @ part
+        pairs = part[first:].reshape(-1, 2, part.shape[1])
+        own, tried = fit[first:].reshape(-1, 2), other[first:].reshape(-1, 2)
+        without = [left + one @ pair for one, pair in zip(own, pairs, strict=True)]
+        after = [r - one @ pair for r, one, pair in zip(without, tried, pairs, strict=True)]
+        halves.append(
+            _Half(
+                amplitudes=own,
+                energy=np.array([float(np.sum(pair**2)) for pair in pairs]),
+                before=np.array([float(r @ r) for r in without]),
+                after=np.array([float(r @ r) for r in after]),
+            )
+        )
+    return halves

@@ -96,8 +96,9 @@ def with_band_content(
         With the effects that the axis is known to have.
     """
     known = (*axis.terms, *(cause.term for cause in found.causes))
-    causes = [_cause(s) for s in _new(known, content)]
-    worth = [c for c in causes if c.share >= tolerance]
+    new = _new(known, content)
+    worth = [_cause(s) for s in new if s.recorded >= tolerance]
+    minor = [_cause(s) for s in new if s.recorded < tolerance]
     per_unit = 1.0 if found.model.position_unit == "rad" else math.tau
     lines = (
         *(_line(s, s.rate / per_unit, None) for s in content.unnamed_orders),
@@ -107,7 +108,7 @@ def with_band_content(
     verdict = found.verdict
     if worth and verdict is Verdict.ADEQUATE:
         verdict = Verdict.EXPLAINED
-    shares = [s.share for s in (*content.unnamed_orders, *content.lines)]
+    shares = [s.recorded for s in (*content.unnamed_orders, *content.lines)]
     shares += [line.share for line in content.moving]
     if any(share >= tolerance for share in shares):
         verdict = Verdict.UNEXPLAINED
@@ -115,7 +116,7 @@ def with_band_content(
         found,
         verdict=verdict,
         causes=_sorted((*found.causes, *worth)),
-        minor=_sorted((*found.minor, *(c for c in causes if c.share < tolerance))),
+        minor=_sorted((*found.minor, *minor)),
         share_in_band=content.share_in_band,
         lines=lines,
     )

@@ -5,15 +5,20 @@ import pytest
 
 from edge_ident.estimation.effort_checks import check_effort, unbounded, unphysical
 from edge_ident.estimation.least_squares import estimation_part
+from edge_ident.estimation.trust import Finding
 from edge_ident.signals.conditioning import condition
-from tests.plant import Motion, Noise, draw, draw_drives, multisine, simulate, staircase
+from tests.plant import Motion, Noise, draw, draw_drives, multisine, paper, simulate, staircase
 
 PERIOD_S = 0.0025
 
 
-def codes(time_s: np.ndarray, position: np.ndarray, effort: np.ndarray) -> list[str]:
+def findings(time_s: np.ndarray, position: np.ndarray, effort: np.ndarray) -> list[Finding]:
     signals = condition(time_s, position, effort)
-    return [found.code for found in check_effort(signals, estimation_part(signals))]
+    return check_effort(signals, estimation_part(signals))
+
+
+def codes(time_s: np.ndarray, position: np.ndarray, effort: np.ndarray) -> list[str]:
+    return [found.code for found in findings(time_s, position, effort)]
 
 
 def sound(
@@ -51,10 +56,49 @@ def test_a_spring_makes_inertia_negative_and_has_the_right_sign() -> None:
 @pytest.mark.parametrize("samples", [-40, -20, 24, 40])
 def test_an_effort_from_another_time_is_told_with_its_shift(samples: int) -> None:
     time_s, position, effort = sound()
-    signals = condition(time_s, position, np.roll(effort, samples))
-    (found,) = check_effort(signals, estimation_part(signals))
+    (found,) = findings(time_s, position, np.roll(effort, samples))
     assert found.code == "effort_late"
+    assert found.blocks
     assert float(found.next_step.split()[5]) == pytest.approx(-samples * PERIOD_S, abs=0.01)
+
+
+@pytest.mark.parametrize("motion", [multisine(4000), staircase(4000)], ids=lambda m: m.name)
+def test_a_late_effort_of_a_drive_that_reverses_blocks(motion: Motion) -> None:
+    made = simulate(draw_drives(2, 3), motion, noise=Noise(0.01), seed=3, steps_per_sample=5)
+    late = np.roll(made.effort, 20, axis=-1)
+    for drive, axis in np.ndindex(2, 2):
+        (found,) = findings(made.time_s, made.position[drive, axis], late[drive, axis])
+        assert found.code == "effort_late"
+        assert found.blocks
+
+
+def test_a_loop_that_answers_the_noise_of_its_encoder_is_not_late() -> None:
+    """On so slow a motion the noise has a good part of the acceleration."""
+    motion = paper(phase_rad=np.linspace(0.0, 2.0 * np.pi, 40))
+    made = simulate(draw_drives(40, 1), motion, noise=Noise(0.01), seed=1, steps_per_sample=5)
+    for drive, axis in np.ndindex(40, 2):
+        assert codes(made.time_s, made.position[drive, axis], made.effort[drive, axis]) == []
+
+
+def late_friction(rates: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Friction that reverses 50 ms after the motion, and nothing else that is late."""
+    time_s, position, _ = sound(rates=rates)
+    velocity = np.gradient(position, PERIOD_S)
+    noise = 0.005 * np.random.default_rng(4).standard_normal(len(time_s))
+    friction = 0.6 * np.sign(np.roll(velocity, 20)) + 0.2 * velocity
+    return time_s, position, 0.02 * np.gradient(velocity, PERIOD_S) + friction + noise
+
+
+def test_friction_that_reverses_late_is_no_late_recording() -> None:
+    assert codes(*late_friction((0.7, 1.9))) == []
+
+
+def test_where_all_is_near_a_reversal_a_shift_is_told_and_does_not_block() -> None:
+    time_s, position, effort = sound(rates=(26.0, 61.0))
+    (found,) = findings(time_s, position, np.roll(effort, 12))
+    assert found.code == "effort_late"
+    assert not found.blocks
+    assert "or the axis sticks where it turns" in found.message
 
 
 def test_a_delay_of_a_few_samples_is_no_defect_of_the_recording() -> None:

@@ -80,6 +80,7 @@ def test_a_line_in_time_is_found_with_its_amplitude(jitter: float) -> None:
     assert line.rate == pytest.approx(TURN * 37.3, abs=0.1)
     assert abs(line.amplitude - 0.06) < 4.0 * line.std
     assert line.std < 0.006
+    assert line.recorded == pytest.approx(line.share, rel=0.1)
 
 
 @pytest.mark.parametrize("jitter", [0.0, 0.3])
@@ -91,6 +92,7 @@ def test_an_order_is_found_with_its_amplitude_though_the_speed_varies(jitter: fl
     assert order.rate == pytest.approx(36.0, abs=0.02)
     assert abs(order.amplitude - 0.08) < 4.0 * order.std
     assert order.std < 0.008
+    assert order.recorded == pytest.approx(order.share, rel=0.1)
     assert not order.at_one_speed
     assert 0.0 < order.gain[0] <= order.gain[1] < 1.0
 
