@@ -44,6 +44,8 @@ _SEEN: Final = (1 / 3, 1 / 8)
 """Shares of all windows, and of either half of them, that must show the sinusoid."""
 _HARMONICS: Final = 3
 """Of an order, whose tones windows may show by turns."""
+_TRIED: Final = 100
+"""Windows from which an order is guessed; if half keep to one, some of these do."""
 _MOST: Final = 0.5
 """Share of the windows that show the sinusoid, which decides what it is."""
 _TINY: Final = float(np.finfo(float).tiny)
@@ -99,8 +101,8 @@ def _left(wide: WideSignals, peaks: list[Peak]) -> Array:
 
     A controller answers the noise of an encoder with tones that move with the speed.
     """
-    moving = columns(wide, [peak for peak in peaks if peak.full_motion])
-    left = detectable(wide, inertia(wide, moving))
+    orders = columns(wide, [peak for peak in peaks if peak.full_motion])
+    left = detectable(wide, inertia(wide, orders))
     fast = wide.position - lowpass(wide.position, wide.cutoff_hz, wide.period_s)
     ends = math.ceil(1.0 / (wide.cutoff_hz * wide.period_s))
     fast[:ends] = fast[-ends:] = 0.0
@@ -164,12 +166,23 @@ def _level(power: Array) -> Array:
 
 def _moves_alone(frequency: Array, speed: Array, width: float) -> bool:
     """Whether frequencies of successive windows go on, and are no harmonics of one order."""
-    goes_on = float(np.mean(np.abs(np.diff(frequency)) < (_LOBE + 0.5) * width))
-    numbers = np.arange(1, _HARMONICS + 1)
-    orders = np.ravel(frequency / np.maximum(np.outer(numbers, speed), _TINY))
-    apart = frequency - np.outer(orders, speed)[:, None] * numbers[:, None]
-    kept = np.mean(np.any(np.abs(apart) < width, axis=1), axis=1)
-    return goes_on > _MOST and float(np.max(kept)) < _MOST
+    goes_on = np.mean(np.abs(np.diff(frequency)) < (_LOBE + 0.5) * width)
+    return bool(goes_on > _MOST) and not any(
+        _kept(frequency, speed, order, width) >= _MOST for order in _orders(frequency, speed)
+    )
+
+
+def _orders(frequency: Array, speed: Array) -> Array:
+    """Orders of which a window may show a harmonic, for some windows spread over all."""
+    some = np.linspace(0, len(frequency) - 1, min(len(frequency), _TRIED)).astype(np.intp)
+    moving = np.maximum(speed[some], _TINY)
+    return np.ravel(frequency[some] / np.outer(np.arange(1, _HARMONICS + 1), moving))
+
+
+def _kept(frequency: Array, speed: Array, order: float, width: float) -> float:
+    """Share of the windows that show a harmonic of an order."""
+    harmonics = np.outer(np.arange(1, _HARMONICS + 1), order * speed)
+    return float(np.mean(np.any(np.abs(frequency - harmonics) < width, axis=0)))
 
 
 def _energy(above: Array, place: int) -> float:

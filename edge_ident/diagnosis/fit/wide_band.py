@@ -83,23 +83,22 @@ def above_band(recordings: Sequence[Recording], name: str, data: AxisData) -> Ba
     """
     orders: list[list[Sinusoid]] = []
     lines: list[list[Sinusoid]] = []
-    swept: list[MovingLine | None] = []
+    moving: list[MovingLine | None] = []
     for recording, segment in zip(recordings, data.segments, strict=True):
         wide = WideSignals.of(recording, name, segment)
         peaks = search(wide)
-        moving = [p for p in peaks if p.full_motion]
-        others = [p for p in peaks if not p.full_motion]
-        beside = _beside(wide, moving, others)
-        orders.append(_orders(wide, moving) + [s for s, p in beside if p.order])
+        clear = [p for p in peaks if p.full_motion]
+        beside = _beside(wide, clear, [p for p in peaks if not p.full_motion])
+        orders.append(_orders(wide, clear) + [s for s, p in beside if p.order])
         lines.append([s for s, p in beside if not p.order])
-        swept.append(moving_line(wide, peaks))
+        moving.append(moving_line(wide, peaks))
     found = merged(orders)
     return BandContent(
         share_in_band=_share_in_band(data.segments),
         orders=tuple(s for s in found if s.nameable),
         unnamed_orders=tuple(s for s in found if not s.nameable),
         lines=tuple(merged(lines)),
-        moving=tuple(line for line in swept if line is not None),
+        moving=tuple(line for line in moving if line is not None),
     )
 
 
