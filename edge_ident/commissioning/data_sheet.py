@@ -16,6 +16,7 @@ _AT_TABLE: Final = {
 }
 """Factor and unit in which a person knows these of a linear axis."""
 _RANGES: Final = AXIS_RANGES | {"acceleration_rad_s2": (1e-3, 1e9)}
+"""Of a field that is a key of the description, the same; no motion has zero acceleration."""
 
 
 @dataclass(frozen=True)

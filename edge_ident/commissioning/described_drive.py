@@ -138,9 +138,9 @@ def _acceleration(sheet: AxisSheet) -> float:
 
 def _origins(sheet: AxisSheet, limit: str) -> dict[str, str]:
     said = sheet.said
-    place = {"table": "at the table", "output": "at the gearbox output", "motor": "at the motor"}
+    encoder = with_unit(said["encoder"], "um" if sheet.encoder_at == "table" else "counts")
     found = {
-        "encoder_counts_per_turn": f"from {said['encoder']} {place[sheet.encoder_at]}",
+        "encoder_counts_per_turn": f"from {encoder} at the {sheet.encoder_at}",
         "travel_limit_rad": f"from {said['travel']} end to end",
         "speed_limit_rad_s": f"from {said['speed']}",
         "effort_limit_nm": f"from {said['torque']} of the motor times the gear ratio",

@@ -75,6 +75,8 @@ def quantity(text: str, bases: tuple[str, ...]) -> tuple[float, Unit]:
     """
     units = " or ".join(_USUAL[base] for base in bases if base)
     next_step = f"write a number with its unit, such as {units}" if units else "write a number"
+    if "," in text:
+        raise DataError(f"{text!r} has a comma", "write decimals with a point, thousands without")
     match = _NUMBER.fullmatch(text.strip())
     if match is None or not math.isfinite(float(match[1])):
         raise DataError(f"{text!r} is not a positive number", next_step)

@@ -26,6 +26,7 @@ AXIS_RANGES: Final = {
     "amplitude_rad": (1e-4, 1e5),
     "phase_rad": (-2 * math.pi, 2 * math.pi),
 }
+"""Lowest and highest value of each key of an axis."""
 TABLE_RANGES: Final = {
     "sampling": {"period_s": (1e-5, 0.1)},
     "trajectory": {
@@ -34,6 +35,7 @@ TABLE_RANGES: Final = {
         "lead_in_s": (0.1, 60.0),
     },
 }
+"""The same of the other tables."""
 _LEAD: Final = "screw_lead_m_per_rad"
 """The one key that an axis may lack: one that only turns."""
 _BOARD_KEYS: Final = {"device": str, "baud_rate": int}
