@@ -34,6 +34,11 @@ def prose(page: Path) -> str:
     return FENCE.sub("", page.read_text("utf-8"))
 
 
+def whole_lines(page: Path) -> str:
+    """The text of a page; what goes on after a backslash is one line."""
+    return re.sub(r"\\\n *", "", page.read_text("utf-8"))
+
+
 def spans(page: Path) -> list[str]:
     return _SPAN.findall(prose(page))
 
@@ -172,7 +177,7 @@ def commands_of(command: Any) -> set[str]:
 
 def named_commands(page: Path) -> Iterator[list[str]]:
     """Command lines of a page, as words: those in its blocks and those in its sentences."""
-    blocks = "\n".join(FENCE.findall(page.read_text("utf-8")))
+    blocks = "\n".join(FENCE.findall(whole_lines(page)))
     for line in blocks.splitlines():
         for part in line.split("&&"):
             if re.match(r"\s*(?:\$ )?(?:\S*/)?edge-ident ", part):

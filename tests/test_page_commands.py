@@ -18,7 +18,7 @@ from typer.testing import CliRunner
 import edge_ident
 from edge_ident.cli import app
 from tests.edge_ident.shared_board import SharedBoard
-from tests.test_docs import FENCE, PAGES, ROOT
+from tests.test_docs import FENCE, PAGES, ROOT, whole_lines
 
 NOT_RUN: Final = {
     r"edge-ident (train|export) ": "trains for ten minutes; tests/export does both in small",
@@ -55,7 +55,7 @@ _FILE: Final = re.compile(r"Write this as `([\w.]+)`")
 
 def commands(page: Path) -> list[str]:
     """Command lines in the blocks of a page, without the remarks two blanks behind."""
-    text = page.read_text("utf-8")
+    text = whole_lines(page)
     lines = "\n".join((*FENCE.findall(text), *_INDENTED.findall(FENCE.sub("", text)))).splitlines()
     parts = [part.strip() for line in lines if _COMMAND.match(line) for part in line.split("&&")]
     return [re.split(r"\s{2,}| +# ", part)[0].removeprefix("$ ") for part in parts]

@@ -14,6 +14,7 @@ from edge_ident.cli import (
     gains,
     identify,
     import_file,
+    init,
     machine,
     offline,
     profile,
@@ -37,6 +38,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 for commands in (
+    init,
     run,
     capture,
     profile,

@@ -8,6 +8,14 @@ from typing import TYPE_CHECKING
 from edge_ident.support.lazy import lazy_names
 
 if TYPE_CHECKING:
+    from edge_ident.commissioning.data_sheet import AxisSheet, Entry, fill_sheet, sheet_in_si
+    from edge_ident.commissioning.data_sheet_checks import period_doubts, sheet_doubts
+    from edge_ident.commissioning.data_sheet_entries import SHEET_ENTRIES
+    from edge_ident.commissioning.described_drive import (
+        DescribedDrive,
+        describe_drive,
+        sampling_period_s,
+    )
     from edge_ident.commissioning.doctor import check_host
     from edge_ident.commissioning.gain_change import (
         check_change,
@@ -35,6 +43,7 @@ if TYPE_CHECKING:
     from edge_ident.commissioning.run import CAPTURE_FILE, Plan, commission
     from edge_ident.commissioning.safety import make_ready
     from edge_ident.commissioning.stopping import stop_machine
+    from edge_ident.drive.writing import write_drive
     from firmware_interface.board import BoardStatus
     from firmware_interface.connection import DEFAULT_BAUD_RATE
     from firmware_interface.gains import Bank
@@ -45,8 +54,12 @@ __all__ = [
     "CAPTURE_FILE",
     "DEFAULT_BAUD_RATE",
     "REGISTERS",
+    "SHEET_ENTRIES",
+    "AxisSheet",
     "Bank",
     "BoardStatus",
+    "DescribedDrive",
+    "Entry",
     "Forecaster",
     "Forecasts",
     "Plan",
@@ -60,36 +73,47 @@ __all__ = [
     "check_write",
     "commission",
     "commit_staged",
+    "describe_drive",
+    "fill_sheet",
     "hold",
     "load_gains",
     "make_ready",
     "move_by",
     "move_to",
     "parse_values",
+    "period_doubts",
     "profile_device",
     "record_motion",
     "registers_named",
     "restore_gains",
     "roll_back_unconfirmed",
+    "sampling_period_s",
     "serve",
+    "sheet_doubts",
+    "sheet_in_si",
     "stage_gains",
     "staged_whole",
     "stop_machine",
     "wanted_gains",
+    "write_drive",
     "write_register",
 ]
 
 __getattr__ = lazy_names(
     __name__,
     {
+        "AxisSheet": "edge_ident.commissioning.data_sheet",
         "Bank": "firmware_interface.gains",
         "BoardStatus": "firmware_interface.board",
         "CAPTURE_FILE": "edge_ident.commissioning.run",
         "DEFAULT_BAUD_RATE": "firmware_interface.connection",
+        "DescribedDrive": "edge_ident.commissioning.described_drive",
+        "Entry": "edge_ident.commissioning.data_sheet",
         "Forecaster": "edge_ident.commissioning.gain_forecast",
         "Forecasts": "edge_ident.commissioning.gain_forecast",
         "Plan": "edge_ident.commissioning.run",
         "REGISTERS": "firmware_interface.registers",
+        "SHEET_ENTRIES": "edge_ident.commissioning.data_sheet_entries",
         "ask_ports": "edge_ident.commissioning.ports",
         "back_up": "edge_ident.commissioning.gain_files",
         "check_change": "edge_ident.commissioning.gain_change",
@@ -100,22 +124,29 @@ __getattr__ = lazy_names(
         "check_write": "edge_ident.commissioning.register_access",
         "commission": "edge_ident.commissioning.run",
         "commit_staged": "edge_ident.commissioning.gain_change",
+        "describe_drive": "edge_ident.commissioning.described_drive",
+        "fill_sheet": "edge_ident.commissioning.data_sheet",
         "hold": "edge_ident.commissioning.homing",
         "load_gains": "edge_ident.commissioning.gain_files",
         "make_ready": "edge_ident.commissioning.safety",
         "move_by": "edge_ident.commissioning.homing",
         "move_to": "edge_ident.commissioning.homing",
         "parse_values": "edge_ident.commissioning.register_access",
+        "period_doubts": "edge_ident.commissioning.data_sheet_checks",
         "profile_device": "edge_ident.commissioning.profiling",
         "record_motion": "edge_ident.commissioning.record",
         "registers_named": "edge_ident.commissioning.register_access",
         "restore_gains": "edge_ident.commissioning.gain_change",
         "roll_back_unconfirmed": "edge_ident.commissioning.gain_change",
+        "sampling_period_s": "edge_ident.commissioning.described_drive",
         "serve": "firmware_interface.virtual.server",
+        "sheet_doubts": "edge_ident.commissioning.data_sheet_checks",
+        "sheet_in_si": "edge_ident.commissioning.data_sheet",
         "stage_gains": "edge_ident.commissioning.gain_transfer",
         "staged_whole": "edge_ident.commissioning.gain_change",
         "stop_machine": "edge_ident.commissioning.stopping",
         "wanted_gains": "edge_ident.commissioning.gain_change",
+        "write_drive": "edge_ident.drive.writing",
         "write_register": "edge_ident.commissioning.register_access",
     },
 )

@@ -16,7 +16,7 @@ from typing import Any, Final
 from edge_ident.errors import DataError
 from firmware_interface.motion import Multisine, SineComponent, Trajectory
 
-_AXIS_RANGES: Final = {
+AXIS_RANGES: Final = {
     "gear_ratio": (1e-3, 1e4),
     "encoder_counts_per_turn": (4, 2**31),
     "screw_lead_m_per_rad": (1e-6, 1.0),
@@ -26,7 +26,8 @@ _AXIS_RANGES: Final = {
     "amplitude_rad": (1e-4, 1e5),
     "phase_rad": (-2 * math.pi, 2 * math.pi),
 }
-_TABLE_RANGES: Final = {
+"""Lowest and highest value of each key of an axis."""
+TABLE_RANGES: Final = {
     "sampling": {"period_s": (1e-5, 0.1)},
     "trajectory": {
         "angular_frequency_rad_s": (1e-3, 1e3),
@@ -34,13 +35,19 @@ _TABLE_RANGES: Final = {
         "lead_in_s": (0.1, 60.0),
     },
 }
+"""The same of the other tables."""
+_LEAD: Final = "screw_lead_m_per_rad"
+"""The one key that an axis may lack: one that only turns."""
 _BOARD_KEYS: Final = {"device": str, "baud_rate": int}
-_TABLES: Final = {"name", "axes", "board", *_TABLE_RANGES}
+_TABLES: Final = {"name", "axes", "board", *TABLE_RANGES}
 
 
 @dataclass(frozen=True)
 class DriveAxis:
     """One axis: mechanics, limits and its share of the default trajectory.
+
+    Angles, speeds and torques are those of the gearbox output. The travel limit is the largest
+    distance from zero; the lead is 0 for an axis that only turns.
 
     Examples
     --------
@@ -155,19 +162,25 @@ class _Reader:
         axes = self.data.get("axes")
         if not isinstance(axes, dict) or not axes:
             raise DataError(f"{self.source}: it describes no axis", "add a table [axes.x]")
-        values = {table: self.numbers(table, r) for table, r in _TABLE_RANGES.items()}
+        values = {table: self.numbers(table, r) for table, r in TABLE_RANGES.items()}
         drive = Drive(
             name=str(self.data.get("name", "drive")),
             sampling_period_s=values["sampling"]["period_s"],
             angular_frequency_rad_s=values["trajectory"]["angular_frequency_rad_s"],
             cycles=int(values["trajectory"]["cycles"]),
             lead_in_s=values["trajectory"]["lead_in_s"],
-            axes={name: DriveAxis(**self.numbers(f"axes.{name}", _AXIS_RANGES)) for name in axes},
+            axes={name: self.axis(f"axes.{name}") for name in axes},
             **self.board(),
         )
         for name, axis in drive.axes.items():
             self.check_motion(f"axes.{name}", axis, drive.angular_frequency_rad_s)
         return drive
+
+    def axis(self, table: str) -> DriveAxis:
+        ranges = dict(AXIS_RANGES)
+        if _LEAD not in self.table(table, set(ranges)):
+            del ranges[_LEAD]
+        return DriveAxis(**{_LEAD: 0.0, **self.numbers(table, ranges)})
 
     def numbers(self, table: str, ranges: Mapping[str, tuple[float, float]]) -> dict[str, float]:
         given = self.table(table, set(ranges))

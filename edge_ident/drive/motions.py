@@ -12,7 +12,7 @@ MOTIONS: Final[tuple[MotionName, ...]] = ("sinusoid", "multisine", "staircase")
 
 _HARMONICS: Final = (1, 3, 7, 11, 17, 23)
 """Of the description's frequency; the high ones give the acceleration that inertia needs."""
-_LIMIT_SHARE: Final = 0.7
+LIMIT_SHARE: Final = 0.7
 """Part of the speed and travel limits that a motion may use."""
 _LEVELS: Final = (0.05, 0.1, 0.2, 0.35, 0.5)
 """Speeds of the staircase as shares of the limit, each both ways."""
@@ -47,8 +47,8 @@ def _multisine(axis: DriveAxis, rate: float, shift: int) -> Multisine:
     """Sines of equal speed; Schroeder's phases keep the crest low, the shift parts the axes."""
     count = len(_HARMONICS)
     speed = min(
-        _LIMIT_SHARE * axis.speed_limit_rad_s / count,
-        _LIMIT_SHARE * axis.travel_limit_rad / sum(1.0 / (k * rate) for k in _HARMONICS),
+        LIMIT_SHARE * axis.speed_limit_rad_s / count,
+        LIMIT_SHARE * axis.travel_limit_rad / sum(1.0 / (k * rate) for k in _HARMONICS),
     )
     return Multisine(
         tuple(
@@ -61,7 +61,7 @@ def _multisine(axis: DriveAxis, rate: float, shift: int) -> Multisine:
 def _staircase(axis: DriveAxis) -> Staircase:
     """Each level forth and back for the same time, so that the axis returns."""
     top = _LEVELS[-1] * axis.speed_limit_rad_s
-    dwell_s = min(2.0, _LIMIT_SHARE * axis.travel_limit_rad / top)
+    dwell_s = min(2.0, LIMIT_SHARE * axis.travel_limit_rad / top)
     speeds = tuple(sign * level * axis.speed_limit_rad_s for level in _LEVELS for sign in (1, -1))
     return Staircase(speeds, dwell_s, acceleration_rad_s2=4.0 * top)
 

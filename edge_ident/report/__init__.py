@@ -15,6 +15,7 @@ if TYPE_CHECKING:
         identification_document,
         simulation_document,
     )
+    from edge_ident.report.drive_report import drive_document
     from edge_ident.report.gain_report import GainReport, gain_report_document, gain_report_view
     from edge_ident.report.import_report import (
         import_document,
@@ -47,6 +48,7 @@ __all__ = [
     "capture_document",
     "comparison_document",
     "diagnosis_document",
+    "drive_document",
     "gain_report_document",
     "gain_report_view",
     "gains_document",
@@ -94,6 +96,7 @@ __getattr__ = lazy_names(
         "gain_report_view": "edge_ident.report.gain_report",
         "gains_document": "edge_ident.report.documents",
         "identification_document": "edge_ident.report.documents",
+        "drive_document": "edge_ident.report.drive_report",
         "import_document": "edge_ident.report.import_report",
         "inspection_lines": "edge_ident.report.import_report",
         "recording_lines": "edge_ident.report.import_report",

@@ -14,13 +14,13 @@ from edge_ident.signals.recording import AxisRecord, Recording
 
 Array = NDArray[np.float64]
 
-_TURNS: Final = 30.0
+TURNS: Final = 30.0
 """Turns of an axis from which its angle may be one in degrees. A whole turn and a half in degrees,
 read as rad, is 86 turns."""
-_SMALL_RAD: Final = np.pi / 180.0
+SMALL_RAD: Final = np.pi / 180.0
 """Travel up to which an angle may have been converted twice, or be one in turns: one degree. An
 axis hardly leaves presliding there."""
-_LONG_M: Final = 10.0
+LONG_M: Final = 10.0
 """Travel from which metres may be millimetres: ball screws end near that length."""
 _SLOW_S: Final = 0.1
 """Sampling period from which time may be in milliseconds."""
@@ -82,7 +82,7 @@ def check_inertia(name: str, inertia: float, unit: str) -> list[ScaleQuestion]:
 def _travel(name: str, axis: AxisRecord) -> list[ScaleQuestion]:
     travel = float(np.ptp(axis.position))
     if axis.position_unit == "m":
-        if travel < _LONG_M:
+        if travel < LONG_M:
             return []
         return [
             ScaleQuestion(
@@ -93,7 +93,7 @@ def _travel(name: str, axis: AxisRecord) -> list[ScaleQuestion]:
             )
         ]
     turns = travel / (2.0 * np.pi)
-    if turns > _TURNS:
+    if turns > TURNS:
         return [
             ScaleQuestion(
                 "many_turns",
@@ -102,7 +102,7 @@ def _travel(name: str, axis: AxisRecord) -> list[ScaleQuestion]:
                 "if it is in degrees, say so: --unit NAME=deg",
             )
         ]
-    if travel > _SMALL_RAD:
+    if travel > SMALL_RAD:
         return []
     return [
         ScaleQuestion(

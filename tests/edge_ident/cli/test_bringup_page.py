@@ -10,10 +10,13 @@ from typer.testing import CliRunner
 from edge_ident.cli import app
 from firmware_interface.registers import State
 from tests.edge_ident.shared_board import SharedBoard
+from tests.test_docs import whole_lines
 
 PAGE = Path(__file__).parents[3] / "docs" / "bringup.md"
 SERVES = "board --pty --link ./board"
 """Ends only with Ctrl-C: the test has a board of its own."""
+EXPORTED = {"EDGE_IDENT_DEVICE": "shared", "EDGE_IDENT_DRIVE": "machine.toml"}
+"""By the page, with the board of the test."""
 TAP = "<!-- test: the stop is tapped -->"
 OF_TIME = ("BAD  board clock", "BAD  jitter", "BAD  round trip")
 """What the doctor may say of a board whose time passes with the requests."""
@@ -21,15 +24,15 @@ OF_TIME = ("BAD  board clock", "BAD  jitter", "BAD  round trip")
 
 def steps() -> Iterator[str]:
     """Command lines of the page's blocks, and the marks between the blocks, in their order."""
-    page = PAGE.read_text("utf-8")
-    parts = re.findall(r"^```\n(.*?)^```|^(<!-- test: .* -->)$", page, re.MULTILINE | re.DOTALL)
+    block_or_mark = re.compile(r"^```\n(.*?)^```|^(<!-- test: .* -->)$", re.M | re.S)
+    parts = block_or_mark.findall(whole_lines(PAGE))
     for block, mark in parts:
         yield from [mark] if mark else re.findall(r"^edge-ident (.+?)(?:  .*)?$", block, re.M)
 
 
 def answer(arguments: str) -> str:
     """What a command prints; it must end well."""
-    ran = CliRunner().invoke(app, arguments.split(), env={"EDGE_IDENT_DEVICE": "shared"})
+    ran = CliRunner().invoke(app, arguments.split(), env=EXPORTED)
     if arguments == "doctor":
         bad = [line for line in ran.stdout.splitlines() if line.startswith("BAD")]
         assert all(line.startswith(OF_TIME) for line in bad), ran.stdout

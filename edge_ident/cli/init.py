@@ -1,0 +1,166 @@
+"""The command init: a drive description from what data sheets say."""
+
+import re
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Annotated, Final
+
+import typer
+
+import edge_ident
+from edge_ident import commissioning, report
+from edge_ident.cli.command import command
+from edge_ident.cli.data_sheet_answers import (
+    GivenTexts,
+    OptionAnswers,
+    TerminalAnswers,
+    on_terminal,
+)
+from edge_ident.cli.messages import print_document, say
+from edge_ident.cli.options import Json
+
+_FILE: Final = Path("drive.toml")
+_AXES: Final = ("x", "z")
+"""Those of a board."""
+_Texts = list[str] | None
+
+
+def _sheet_option(name: str, unit: str, help_text: str) -> object:
+    return typer.Option(name, metavar=f"[AXIS=]{unit}", help=help_text)
+
+
+@dataclass(frozen=True, kw_only=True)
+class SheetOptions:
+    """What data sheets say of the axes; each field is named as its entry of the data sheet."""
+
+    kind: Annotated[
+        _Texts, _sheet_option("--kind", "KIND", "linear or rotary; default: linear.")
+    ] = None
+    lead: Annotated[
+        _Texts, _sheet_option("--lead", "MM", "Travel for one turn of the screw, such as 5mm.")
+    ] = None
+    gear_ratio: Annotated[
+        _Texts,
+        _sheet_option("--gear-ratio", "NUMBER", "Turns of the motor per turn of the screw."),
+    ] = None
+    encoder_at: Annotated[
+        _Texts,
+        _sheet_option("--encoder-at", "PLACE", "motor, output (of the gearbox) or table."),
+    ] = None
+    encoder: Annotated[
+        _Texts,
+        _sheet_option(
+            "--encoder",
+            "COUNTS",
+            "Counts per turn (4 per line), '2100 lines' or '17 bit'; of a linear scale the length "
+            "of a count, such as 0.5um.",
+        ),
+    ] = None
+    torque_constant: Annotated[
+        _Texts, _sheet_option("--torque-constant", "NM/A", "Torque constant of the motor.")
+    ] = None
+    torque: Annotated[
+        _Texts,
+        _sheet_option(
+            "--torque",
+            "NM",
+            "Rated torque of the motor, or its rated current, such as 3A. The axis never needs "
+            "more: lower it where gearbox or screw withstand less.",
+        ),
+    ] = None
+    travel: Annotated[
+        _Texts, _sheet_option("--travel", "MM", "Travel from end to end, such as 300mm or 90deg.")
+    ] = None
+    speed: Annotated[
+        _Texts,
+        _sheet_option(
+            "--speed", "RPM", "Top speed of the motor in rpm, or of the axis, such as 200mm/s."
+        ),
+    ] = None
+    acceleration: Annotated[
+        _Texts, _sheet_option("--acceleration", "M/S2", "Acceleration of the axis, if known.")
+    ] = None
+    rotor_inertia: Annotated[
+        _Texts, _sheet_option("--rotor-inertia", "KGCM2", "Inertia of the motor, if known.")
+    ] = None
+    load: Annotated[
+        _Texts,
+        _sheet_option("--load", "KG", "Moving mass, if known; of a rotary axis inertia in kgm2."),
+    ] = None
+    friction: Annotated[
+        _Texts,
+        _sheet_option(
+            "--friction", "NM", "Friction at the motor, or of the guides, such as 40N, if known."
+        ),
+    ] = None
+
+    def texts(self) -> dict[str, list[str]]:
+        """What was given, by the name of the entry."""
+        return {field.name: getattr(self, field.name) or [] for field in fields(self)}
+
+
+def register(app: typer.Typer) -> None:
+    """Add this file's command."""
+    app.command()(init)
+
+
+@command
+def init(
+    *,
+    file: Annotated[
+        Path, typer.Argument(metavar="[FILE]", help="Drive description (.toml) to write.")
+    ] = _FILE,
+    name: Annotated[
+        str | None, typer.Option("--name", help="Name of the drive; default: that of the file.")
+    ] = None,
+    axis: Annotated[
+        list[str] | None,
+        typer.Option("--axis", help="Name of an axis, may be repeated; default: x and z."),
+    ] = None,
+    sample_rate: Annotated[
+        str | None,
+        typer.Option("--sample-rate", metavar="HZ", help="Of the board, such as 400 or 2.5ms."),
+    ] = None,
+    sheet: SheetOptions,
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", help="Replace a file that exists already.")
+    ] = False,
+    accept_implausible: Annotated[
+        bool, typer.Option("--accept-implausible", help="Accept numbers that are questioned.")
+    ] = False,
+    json: Json = False,
+) -> None:
+    """Write a drive description from the data sheets of motor, encoder and axis.
+
+    On a terminal, what no option answers is asked. Every answer is shown in SI units, and
+    questioned if no feed drive has it. A number may have a unit; AXIS= before it says it of one
+    axis only. Nothing is written before all is answered and the file can be read. Its path is
+    printed.
+
+    Example: `edge-ident init press.toml --lead 5mm --travel x=300mm --travel z=200mm`
+    """
+    if file.exists() and not overwrite:
+        raise edge_ident.DataError(
+            f"{file} exists already", "give another name, or replace it with --overwrite"
+        )
+    given = GivenTexts(_axis_names(axis), sample_rate, sheet.texts())
+    answers = (TerminalAnswers if on_terminal() else OptionAnswers)(
+        given, accept=accept_implausible
+    )
+    made = answers.described(name or file.stem)
+    commissioning.write_drive(made.drive, file, made.origins, made.assumed)
+    say(f"use it with --drive {file}, or always: edge-ident config set drive {file.resolve()}")
+    if json:
+        print_document(report.drive_document(made, file))
+    else:
+        print(file)
+
+
+def _axis_names(given: list[str] | None) -> tuple[str, ...]:
+    names = tuple(given or _AXES)
+    for name in names:
+        if not re.fullmatch(r"[A-Za-z]\w*", name, re.ASCII) or names.count(name) > 1:
+            raise typer.BadParameter(
+                f"{name!r}: write each axis once, with letters, digits and _", param_hint="--axis"
+            )
+    return names
