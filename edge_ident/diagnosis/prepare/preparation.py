@@ -81,8 +81,9 @@ def prepare_axis(recordings: Sequence[Recording], name: str, *, timed: bool = Tr
     if np.count_nonzero(valid) < _FEWEST_SAMPLES:
         raise DataError(
             f"axis {name}: only {np.count_nonzero(valid)} independent samples lie away from "
-            "standstill and reversals",
-            "record a longer motion, or one that turns less often",
+            f"standstill and reversals, in a band up to {segments[0].cutoff_hz:.2g} Hz",
+            "record a longer motion, or one that turns less often. Of many minutes give a part, "
+            "because the band narrows with the length",
         )
     return AxisData(
         segments=segments,
