@@ -31,7 +31,7 @@ def report(
 
     Example: `edge-ident report edge-ident-runs/2026-01-31T09-15-00`
     """
-    figure = reports.run_figure(folder)
+    figure = reports.draw_run(folder)
     picture = reports.save_figure(figure, (results.output or folder) / "report.png")
     if results.json:
         print_document({"schema": "edge-ident/report/1", "figure": str(picture)})

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
         profile_document,
         run_document,
     )
-    from edge_ident.report.run_figure import run_figure
+    from edge_ident.report.run_figure import draw_run
     from edge_ident.report.run_tables import outcome_view, profile_view
     from edge_ident.report.survey_tables import survey_document, write_survey_tables
     from edge_ident.support.json_text import to_json, write_json
@@ -48,6 +48,7 @@ __all__ = [
     "capture_document",
     "comparison_document",
     "diagnosis_document",
+    "draw_run",
     "drive_document",
     "gain_report_document",
     "gain_report_view",
@@ -64,7 +65,6 @@ __all__ = [
     "register_lines",
     "registers_document",
     "run_document",
-    "run_figure",
     "save_figure",
     "scale_lines",
     "show",
@@ -105,7 +105,7 @@ __getattr__ = lazy_names(
         "profile_document": "edge_ident.report.run_documents",
         "profile_view": "edge_ident.report.run_tables",
         "run_document": "edge_ident.report.run_documents",
-        "run_figure": "edge_ident.report.run_figure",
+        "draw_run": "edge_ident.report.run_figure",
         "save_figure": "edge_ident.report.output",
         "show": "edge_ident.report.output",
         "simulation_document": "edge_ident.report.documents",

@@ -19,7 +19,7 @@ _INTERVALS: Final = 120
 """The tracking error is drawn as its maximum in each of so many intervals."""
 
 
-def run_figure(folder: Path) -> "Figure":
+def draw_run(folder: Path) -> "Figure":
     """Draw effort against model, the residual, and tracking error before and after.
 
     Parameters

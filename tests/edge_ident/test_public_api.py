@@ -68,6 +68,13 @@ def test_names_at_run_time_are_those_that_type_checkers_see(package) -> None:
         assert given is getattr(sys.modules[module], name), name
 
 
+@pytest.mark.parametrize("package", [edge_ident, commissioning, report])
+def test_no_exported_name_is_that_of_a_module(package) -> None:
+    """Importing the module would put it in the place of the name."""
+    inside = {path.stem for path in Path(package.__file__).parent.iterdir()}
+    assert not inside & set(package.__all__)
+
+
 def test_what_is_not_exported_is_not_there() -> None:
     with pytest.raises(AttributeError, match="no attribute 'regressor'"):
         edge_ident.regressor  # noqa: B018
