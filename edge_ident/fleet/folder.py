@@ -1,6 +1,5 @@
 """The recordings of a folder, and whose they are."""
 
-import hashlib
 from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,7 +15,6 @@ ENDINGS: Final = (
 )  # fmt: skip
 RESULT: Final = "survey.json"
 """What a folder of results has in it; its tables are no recordings."""
-_CHUNK: Final = 1 << 20
 
 
 @dataclass(frozen=True)
@@ -34,20 +32,6 @@ class Found:
     path: Path
     name: str
     unit: str
-
-    def sha256(self) -> str:
-        """Hash of its content.
-
-        Raises
-        ------
-        OSError
-            It cannot be read.
-        """
-        digest = hashlib.sha256()
-        with self.path.open("rb") as file:
-            while chunk := file.read(_CHUNK):
-                digest.update(chunk)
-        return digest.hexdigest()
 
 
 def find_recordings(

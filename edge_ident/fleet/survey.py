@@ -16,6 +16,7 @@ from edge_ident.fleet.result import Survey, SurveyedRecording
 from edge_ident.fleet.tasks import Outcomes, Task
 from edge_ident.model.model import Model
 from edge_ident.signals.read_options import ReadOptions
+from edge_ident.support.hashing import file_sha256
 
 Progress = Callable[[str, int, int], None]
 
@@ -118,7 +119,7 @@ def _task_or_result(
 ) -> Task | SurveyedRecording:
     """What is to be done, or what is known of a file: a kept result, or that nobody can read it."""
     try:
-        sha256 = file.sha256()
+        sha256 = file_sha256(file.path)
     except OSError as error:
         return SurveyedRecording(file.name, file.unit, "", {}, failure_of(error), 0.0)
     key = key_of(sha256, file.path.suffix, options)

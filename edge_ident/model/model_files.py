@@ -1,6 +1,5 @@
 """Model files: JSON of schema edge-ident/model/1, the same for every command's --model."""
 
-import hashlib
 import json
 import math
 from collections.abc import Sequence
@@ -13,6 +12,7 @@ from edge_ident.model.effects import named
 from edge_ident.model.model import AxisModel, Model, SourceFile, Term
 from edge_ident.model.model_reading import SCHEMA, model_of, unit_of
 from edge_ident.model.supported_range import QUANTITIES
+from edge_ident.support.hashing import file_sha256
 from edge_ident.support.json_text import finite, write_json
 
 _UNDERFLOW: Final = 1e-100
@@ -135,10 +135,7 @@ def sourced_model(model: Model, files: Sequence[str | Path], known: Model | None
     >>> edge_ident.sourced_model(model, ["drive.csv"]).recordings[0].file
     'drive.csv'
     """
-    sources = [
-        SourceFile(file.name, hashlib.sha256(file.read_bytes()).hexdigest())
-        for file in map(Path, files)
-    ]
+    sources = [SourceFile(file.name, file_sha256(file)) for file in map(Path, files)]
     older = [source for source in known.recordings if source not in sources] if known else []
     return Model(model.axes, (*sources, *older), {"edge-ident": version("edge-ident")})
 

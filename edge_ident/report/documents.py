@@ -1,7 +1,6 @@
 """Identification, gains and simulation as JSON documents (schemas edge-ident/*/1)."""
 
 import dataclasses
-import hashlib
 from collections.abc import Mapping, Sequence
 from importlib.metadata import version
 from pathlib import Path
@@ -21,6 +20,7 @@ from edge_ident.model.model import PARAMETERS, Estimate
 from edge_ident.model.model_files import values_document
 from edge_ident.signals.metrics import rms
 from edge_ident.signals.recording import Recording
+from edge_ident.support.hashing import file_sha256
 from edge_ident.support.json_text import finite
 
 
@@ -163,7 +163,7 @@ def simulation_document(
     return {
         "schema": "edge-ident/simulation/1",
         "file": str(file),
-        "sha256": hashlib.sha256(file.read_bytes()).hexdigest(),
+        "sha256": file_sha256(file),
         "model": model,
         "motion": motion,
         "seed": seed,

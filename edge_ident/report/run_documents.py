@@ -1,7 +1,6 @@
 """A run and a latency profile as JSON documents (schemas edge-ident/*/1)."""
 
 import dataclasses
-import hashlib
 from collections.abc import Mapping
 from importlib.metadata import version
 from pathlib import Path
@@ -14,6 +13,7 @@ from edge_ident.commissioning.profile import TARGET_MS, Profile, spread
 from edge_ident.commissioning.run import CAPTURE_FILE, Outcome
 from edge_ident.estimation.network import Network
 from edge_ident.report.documents import design_document, identification_document
+from edge_ident.support.hashing import file_sha256
 from firmware_interface.board import BoardIdentity
 
 
@@ -36,7 +36,7 @@ def run_document(
         "conclusion": outcome.conclusion,
         "capture": {
             "file": str(capture),
-            "sha256": hashlib.sha256(capture.read_bytes()).hexdigest(),
+            "sha256": file_sha256(capture),
             "samples": len(outcome.capture.recording.time_s),
             "pages": outcome.capture.pages,
             "tail_s": outcome.capture.tail_s,

@@ -1,12 +1,13 @@
 """Where a page comes from: recordings with hashes, version, command line."""
 
-import hashlib
 import shlex
 import sys
 from collections.abc import Iterable
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
+
+from edge_ident.support.hashing import file_sha256
 
 
 @dataclass(frozen=True)
@@ -39,4 +40,4 @@ class Provenance:
 
 
 def _hashed(file: Path) -> tuple[str, str]:
-    return file.name, hashlib.sha256(file.read_bytes()).hexdigest()
+    return file.name, file_sha256(file)
