@@ -21,6 +21,8 @@ _READERS: Final = {
     ".parquet": read_parquet,
     ".xlsx": read_xlsx,
 }
+ENDINGS: Final = (".csv", ".tsv", ".txt", ".dat", ".asc", *_READERS)
+"""Of files that hold a table: of text, then of every other format."""
 
 
 def read_table(source: Any, delimiter: str | None = None, decimal: str | None = None) -> Table:

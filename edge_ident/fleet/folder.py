@@ -6,13 +6,10 @@ from pathlib import Path
 from typing import Final, Literal
 
 from edge_ident.errors import DataError
+from edge_ident.files.reading import ENDINGS
 
 Units = Literal["file", "folder"]
 """What makes a unit: a recording, or all recordings of one subfolder."""
-ENDINGS: Final = (
-    ".csv", ".tsv", ".txt", ".dat", ".asc",
-    ".npz", ".mat", ".h5", ".hdf5", ".tdms", ".parquet", ".xlsx",
-)  # fmt: skip
 RESULT: Final = "survey.json"
 """What a folder of results has in it; its tables are no recordings."""
 

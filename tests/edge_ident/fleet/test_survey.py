@@ -10,9 +10,9 @@ from pathlib import Path
 import pytest
 
 import edge_ident
-from edge_ident.files.reading import _READERS
+from edge_ident.files.reading import ENDINGS
 from edge_ident.fleet import processes
-from edge_ident.fleet.folder import ENDINGS, Found, find_recordings
+from edge_ident.fleet.folder import Found, find_recordings
 from edge_ident.fleet.kept import FOLDER
 from edge_ident.fleet.processes import run_processes
 from edge_ident.fleet.tasks import Task
@@ -144,8 +144,12 @@ def test_several_recordings_of_a_unit_become_one_value(fleet: Path, tmp_path: Pa
     assert pooled.distance is None  # one unit is too few
 
 
-def test_every_format_that_is_read_is_taken() -> None:
-    assert set(_READERS) <= set(ENDINGS)
+def test_every_format_that_is_read_is_taken(tmp_path: Path) -> None:
+    for ending in ENDINGS:
+        (tmp_path / f"PRESS{ending.upper()}").touch()
+    found, left = find_recordings(tmp_path, "file", None, None)
+    assert len(found) == len(ENDINGS)
+    assert left == ()
 
 
 def test_results_and_hidden_files_are_no_recordings(tmp_path: Path) -> None:
