@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from edge_ident.drive.description import load_drive
 from edge_ident.drive.motions import named_trajectory
 from edge_ident.identification.identify import identify
-from edge_ident.model.model import PARAMETERS
+from edge_ident.model.model import NORMAL_95, PARAMETERS
 from edge_ident.signals.recording import AxisRecord, Recording
 from firmware_interface.motion import reference
 
@@ -33,7 +33,6 @@ JERK_TIME_S = 0.08
 """A drive changes its acceleration over about this time; the staircase's reference jumps."""
 LOWEST, HIGHEST = np.array([0.02, 0.1, 0.2, -0.5]), np.array([0.8, 2.0, 3.0, 0.5])
 """Range of the random parameters."""
-NORMAL_95 = 1.96
 
 
 @dataclass(frozen=True)

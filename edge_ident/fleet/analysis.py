@@ -24,7 +24,7 @@ from edge_ident.fleet.result import (
 from edge_ident.identification.identify import identify
 from edge_ident.identification.result import AxisIdentification
 from edge_ident.model.effects import named
-from edge_ident.model.model import PARAMETERS, AxisModel, Model, Term
+from edge_ident.model.model import NORMAL_95, PARAMETERS, AxisModel, Model, Term
 from edge_ident.model.model_files import model_document, values_document
 from edge_ident.model.model_reading import model_of
 from edge_ident.signals.read_options import ReadOptions
@@ -32,8 +32,6 @@ from edge_ident.signals.recording import Recording
 from edge_ident.signals.recording_files import load_recording
 from edge_ident.support.json_text import finite
 
-_NORMAL_95: Final = 1.96
-"""Half the width of a 95 % interval, in standard deviations."""
 _ERRORS: Final = ((DataError, "data"), (ModelError, "model"), (EdgeIdentError, "other"))
 
 
@@ -187,9 +185,9 @@ def share_std(cause: Cause) -> float:
     relative = [named(cause.term.effect).search.discrepancy, _least_relative_std(cause.term)]
     gain, low = cause.held_out_gain, cause.held_out_gain_interval[0]
     if not math.isfinite(gain) or gain <= 0.0 or not math.isfinite(low):
-        relative.append(1.0 / _NORMAL_95)
+        relative.append(1.0 / NORMAL_95)
     else:
-        relative.append((1.0 - _taken(min(low, gain)) / _taken(gain)) / _NORMAL_95)
+        relative.append((1.0 - _taken(min(low, gain)) / _taken(gain)) / NORMAL_95)
     return cause.share * max(relative)
 
 

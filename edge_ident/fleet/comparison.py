@@ -24,7 +24,7 @@ from edge_ident.fleet.result import (
     UnitValue,
 )
 from edge_ident.model.effects import named
-from edge_ident.model.model import PARAMETERS
+from edge_ident.model.model import NORMAL_95, PARAMETERS
 
 Array = NDArray[np.float64]
 Axes = Sequence[tuple[str, SurveyedAxis]]
@@ -32,7 +32,7 @@ Axes = Sequence[tuple[str, SurveyedAxis]]
 Measured = Mapping[str, list[tuple[float, float]]]
 """Values with their deviations, by unit."""
 
-_NOT_FOUND_STD: Final = TOLERANCE / 1.96
+_NOT_FOUND_STD: Final = TOLERANCE / NORMAL_95
 """Of the share of an effect that was not found: 95 % sure to be below what is worth naming."""
 
 

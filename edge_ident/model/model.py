@@ -21,10 +21,10 @@ from edge_ident.model.supported_range import SupportedRange
 PARAMETERS: Final = ("inertia", "viscous_friction", "coulomb_friction", "offset")
 POSITIVE: Final = np.array([True, True, True, False])
 """Which parameters physics requires to be positive; the offset may have either sign."""
-
-
 BASE: Final = "rigid_body"
 """Name of the base term."""
+NORMAL_95: Final = 1.96
+"""Half the width of a 95 % interval, in standard deviations."""
 
 
 @dataclass(frozen=True)

@@ -5,14 +5,12 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from edge_ident.baselines.comparison import AxisComparison, Comparison
-from edge_ident.model.model import PARAMETERS
+from edge_ident.model.model import NORMAL_95, PARAMETERS
 from edge_ident.support.drawing import new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-_INTERVAL: Final = 1.96
-"""Standard deviations to either side: 95 %."""
 _FAR: Final = 2.0
 """Times the best relative residual, above which an estimate does not set a panel's range."""
 
@@ -46,7 +44,7 @@ def _draw_parameter(panel: Any, axis: AxisComparison, index: int) -> None:
             continue
         value, std = float(row.estimate.parameters[index]), float(row.estimate.std[index])
         if low <= value <= high:
-            panel.errorbar(value, line, xerr=_INTERVAL * std, fmt="o", color="tab:blue", capsize=3)
+            panel.errorbar(value, line, xerr=NORMAL_95 * std, fmt="o", color="tab:blue", capsize=3)
             continue
         edge, side, arrow = (low, "left", "◀") if value < low else (high, "right", "▶")
         text = f"{arrow} {value:.3g}" if side == "left" else f"{value:.3g} {arrow}"
@@ -58,7 +56,7 @@ def _range(axis: AxisComparison, index: int) -> tuple[float, float]:
     answered = [(row.estimate, row.metric) for row in axis.rows if row.estimate and row.metric]
     best = min((metric.relative_residual for _, metric in answered), default=0.0)
     shown = [
-        (estimate.parameters[index], _INTERVAL * estimate.std[index])
+        (estimate.parameters[index], NORMAL_95 * estimate.std[index])
         for estimate, metric in answered
         if metric.relative_residual <= _FAR * best
     ]

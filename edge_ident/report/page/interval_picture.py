@@ -1,17 +1,15 @@
 """Values of many units with their intervals, a line each, before what units are like."""
 
 from dataclasses import dataclass, replace
-from typing import Final
 
 import numpy as np
 from markupsafe import Markup
 
 from edge_ident.fleet.result import Comparison, UnitValue
+from edge_ident.model.model import NORMAL_95
 from edge_ident.report.page.scale import Scale, around
 from edge_ident.report.page.wording import digits, minus, sentence, to_its_std, unit_text
 from edge_ident.report.survey_wording import quantity_words
-
-_NORMAL_95: Final = 1.96
 
 
 @dataclass(frozen=True)
@@ -93,14 +91,14 @@ def _in_percent(comparison: Comparison) -> Comparison:
 
 
 def _interval(of: UnitValue) -> tuple[float, float]:
-    return of.value - _NORMAL_95 * of.std, of.value + _NORMAL_95 * of.std
+    return of.value - NORMAL_95 * of.std, of.value + NORMAL_95 * of.std
 
 
 def _band(comparison: Comparison) -> tuple[float, ...]:
     """Where the true values of 95 % of such units lie; nothing with too few units."""
     if comparison.centre is None or comparison.between is None:
         return ()
-    reach = _NORMAL_95 * comparison.between
+    reach = NORMAL_95 * comparison.between
     return comparison.centre - reach, comparison.centre + reach
 
 

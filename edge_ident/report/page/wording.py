@@ -10,6 +10,7 @@ from typing import Final
 from markupsafe import Markup, escape
 
 from edge_ident.diagnosis.present.wording import listed
+from edge_ident.model.model import NORMAL_95
 
 _EFFORT_WORDS: Final = {"N": "force", "N*m": "torque", "A": "current", "V": "voltage"}
 _MILLI_BELOW: Final = 0.1
@@ -68,7 +69,7 @@ def with_interval(value: float, std: float | None) -> str:
     """A value with its 95 % interval, to the digits that the deviation leaves."""
     if not std or not math.isfinite(std) or _decimals(std) > _MOST_DECIMALS:
         return digits(value, 4)
-    ends = (value, value - 1.96 * std, value + 1.96 * std)
+    ends = (value, value - NORMAL_95 * std, value + NORMAL_95 * std)
     return "{} ({}\u00a0to\u00a0{})".format(*(minus(f"{end:.{_decimals(std)}f}") for end in ends))
 
 
