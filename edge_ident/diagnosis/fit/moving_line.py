@@ -13,13 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.fit.spectral_lines import FALSE_ALARM
-from edge_ident.diagnosis.fit.wide_search import (
-    Peak,
-    columns,
-    detectable,
-    inertia,
-    least_squares,
-)
+from edge_ident.diagnosis.fit.wide_search import Peak, columns, least_squares
 from edge_ident.diagnosis.fit.wide_signals import WIDEST, WideSignals
 from edge_ident.signals.filters import lowpass
 from edge_ident.signals.metrics import rms
@@ -73,7 +67,7 @@ class MovingLine:
     share: float
 
 
-def moving_line(wide: WideSignals, peaks: list[Peak]) -> MovingLine | None:
+def moving_line(wide: WideSignals, peaks: list[Peak], without_inertia: Array) -> MovingLine | None:
     """The strongest sinusoid of moving frequency; None where there is none.
 
     It changes from one window to the next by no more than its width, and does not keep to the
@@ -84,8 +78,10 @@ def moving_line(wide: WideSignals, peaks: list[Peak]) -> MovingLine | None:
     wide : WideSignals
     peaks : list of Peak
         Orders and lines that were found before; they are taken out.
+    without_inertia : (N,) array
+        Effort above the band, as `wide_search.detectable` gives it.
     """
-    left = _left(wide, peaks)
+    left = _left(wide, peaks, without_inertia)
     found = []
     samples = _SHORTEST
     while len(left) // samples >= _FEWEST:
@@ -96,19 +92,17 @@ def moving_line(wide: WideSignals, peaks: list[Peak]) -> MovingLine | None:
     return max(found, key=lambda one: one.share, default=None)
 
 
-def _left(wide: WideSignals, peaks: list[Peak]) -> Array:
+def _left(wide: WideSignals, peaks: list[Peak], without_inertia: Array) -> Array:
     """Effort above the band (N,) without inertia, peaks, and what follows from the position.
 
     A controller answers the noise of an encoder with tones that move with the speed.
     """
-    orders = columns(wide, [peak for peak in peaks if peak.full_motion])
-    left = detectable(wide, inertia(wide, orders))
     fast = wide.position - lowpass(wide.position, wide.cutoff_hz, wide.period_s)
     ends = math.ceil(1.0 / (wide.cutoff_hz * wide.period_s))
     fast[:ends] = fast[-ends:] = 0.0
     shifted = np.lib.stride_tricks.sliding_window_view(np.pad(fast, _MEMORY), len(fast))
     rows = np.concatenate([wide.above(columns(wide, peaks)), wide.weight * shifted])
-    return np.asarray(left - least_squares(rows, left) @ rows)
+    return np.asarray(without_inertia - least_squares(rows, without_inertia) @ rows)
 
 
 def _in_windows(wide: WideSignals, left: Array, samples: int) -> MovingLine | None:

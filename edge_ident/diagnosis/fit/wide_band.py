@@ -68,6 +68,17 @@ class BandContent:
     moving: tuple[MovingLine, ...] = ()
 
 
+@dataclass(frozen=True)
+class _Half:
+    """One half of a recording: amplitudes (P, 2) there, and energies (P,): of a sinusoid's rows,
+    and what is left without it and with the amplitudes of the other half."""
+
+    amplitudes: Array
+    energy: Array
+    before: Array
+    after: Array
+
+
 def above_band(recordings: Sequence[Recording], name: str, data: AxisData) -> BandContent:
     """Find what the effort of an axis holds above the band of the comparison.
 
@@ -88,10 +99,15 @@ def above_band(recordings: Sequence[Recording], name: str, data: AxisData) -> Ba
         wide = WideSignals.of(recording, name, segment)
         peaks = search(wide)
         clear = [p for p in peaks if p.full_motion]
-        beside = _beside(wide, clear, [p for p in peaks if not p.full_motion])
-        orders.append(_orders(wide, clear) + [s for s, p in beside if p.order])
+        waves = columns(wide, clear)
+        mass = inertia(wide, waves)
+        without_inertia = detectable(wide, mass)
+        hidden = [p for p in peaks if not p.full_motion]
+        beside = _beside(wide, hidden, waves, mass, without_inertia)
+        whole_motion = _orders(wide, clear, waves, mass, without_inertia)
+        orders.append(whole_motion + [s for s, p in beside if p.order])
         lines.append([s for s, p in beside if not p.order])
-        moving.append(moving_line(wide, peaks))
+        moving.append(moving_line(wide, peaks, without_inertia))
     found = merged(orders)
     return BandContent(
         share_in_band=_share_in_band(data.segments),
@@ -113,12 +129,12 @@ def _share_in_band(segments: Sequence[Segment]) -> float:
     return min(inside / max(whole, _TINY), 1.0)
 
 
-def _orders(wide: WideSignals, peaks: list[Peak]) -> list[Sinusoid]:
-    """Amplitudes of orders."""
+def _orders(
+    wide: WideSignals, peaks: list[Peak], waves: Array, mass: float, without_inertia: Array
+) -> list[Sinusoid]:
+    """Amplitudes of orders, whose waves are (2·P, N)."""
     if not peaks:
         return []
-    waves = columns(wide, peaks)
-    mass = inertia(wide, waves)
     base = wide.above(wide.white(wide.base))
     filtered = wide.above(wide.white(waves))
     effort = wide.above(wide.white(wide.effort)) - mass * base[0]
@@ -126,9 +142,11 @@ def _orders(wide: WideSignals, peaks: list[Peak]) -> list[Sinusoid]:
     moved = least_squares(filtered, base[0]).reshape(-1, 2)
     speed = rms(wide.velocity[wide.weight > 0.5])
     law = _laws_of_speed(wide, rows, effort, waves)
-    recorded = _recorded(wide, wide.above(waves), detectable(wide, mass), first=0)
+    halves = _crossed(wide, rows, effort, first=len(rows) - len(waves))
+    measured = _measured(wide, peaks, least_squares(rows, effort)[-len(waves) :], halves)
+    recorded = _recorded(wide, _crossed(wide, wide.above(waves), without_inertia, first=0))
     found = []
-    for k, one in enumerate(_measured(wide, peaks, rows, effort)):
+    for k, one in enumerate(measured):
         if not one.found_again:
             found.append(replace(one, recorded=recorded[k]))
             continue
@@ -175,17 +193,17 @@ def _laws_of_speed(wide: WideSignals, rows: Array, effort: Array, waves: Array) 
 
 
 def _beside(
-    wide: WideSignals, orders: list[Peak], peaks: list[Peak]
+    wide: WideSignals, peaks: list[Peak], orders: Array, mass: float, without_inertia: Array
 ) -> list[tuple[Sinusoid, Peak]]:
-    """Amplitudes of peaks at frequencies where encoder noise hides the motion, beside orders."""
+    """Amplitudes of peaks at frequencies where encoder noise hides the motion, beside the waves of
+    orders (W, N)."""
     if not peaks:
         return []
-    beside, waves = columns(wide, orders), wide.above(columns(wide, peaks))
-    mass = inertia(wide, columns(wide, orders))
-    rows = np.concatenate([wide.above(beside), waves])
-    effort = detectable(wide, mass)
-    found = _measured(wide, peaks, rows, effort)
-    recorded = _recorded(wide, rows, effort, first=len(beside))
+    waves = wide.above(columns(wide, peaks))
+    rows = np.concatenate([wide.above(orders), waves])
+    halves = _crossed(wide, rows, without_inertia, first=len(orders))
+    found = _measured(wide, peaks, least_squares(rows, without_inertia)[len(orders) :], halves)
+    recorded = _recorded(wide, halves)
     moved = mass * least_squares(waves, wide.above(wide.acceleration)).reshape(-1, 2)
     moving = np.hypot(moved[:, 0], moved[:, 1])
     return [
@@ -194,11 +212,11 @@ def _beside(
     ]
 
 
-def _measured(wide: WideSignals, peaks: list[Peak], rows: Array, effort: Array) -> list[Sinusoid]:
-    """Least squares of peaks, whose rows (2 for each) are the last, whole and in halves."""
-    first = len(rows) - 2 * len(peaks)
-    whole = least_squares(rows, effort)[first:].reshape(-1, 2)
-    crossed = _crossed(wide, rows, effort, first)
+def _measured(
+    wide: WideSignals, peaks: list[Peak], amplitudes: Array, crossed: list[_Half]
+) -> list[Sinusoid]:
+    """Sinusoids of peaks, from their amplitudes (2·P,) in the whole recording and in its halves."""
+    whole = amplitudes.reshape(-1, 2)
     scale = max(rms(wide.effort), _TINY)
     found = []
     for k, peak in enumerate(peaks):
@@ -227,24 +245,11 @@ def _measured(wide: WideSignals, peaks: list[Peak], rows: Array, effort: Array) 
     return found
 
 
-def _recorded(wide: WideSignals, rows: Array, effort: Array, first: int) -> list[float]:
-    """Rms that the sinusoids, whose rows begin at the first, take off the recorded effort, over
-    the rms of the latter."""
-    halves = _crossed(wide, rows, effort, first)
+def _recorded(wide: WideSignals, halves: list[_Half]) -> list[float]:
+    """Rms by which each sinusoid reduces the recorded effort, over the rms of the latter."""
     taken = np.sum([half.before - half.after for half in halves], axis=0)
     scale = max(float(np.sum(wide.weight)) * rms(wide.effort) ** 2, _TINY)
     return [math.sqrt(max(energy, 0.0) / scale) for energy in taken.tolist()]
-
-
-@dataclass(frozen=True)
-class _Half:
-    """One half of a recording: amplitudes (P, 2) there, and energies (P,): of a sinusoid's rows,
-    and what is left without it and with the amplitudes of the other half."""
-
-    amplitudes: Array
-    energy: Array
-    before: Array
-    after: Array
 
 
 def _crossed(wide: WideSignals, rows: Array, effort: Array, first: int) -> list[_Half]:

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from edge_ident.diagnosis.fit.moving_line import moving_line
 from edge_ident.diagnosis.fit.wide_band import BandContent, above_band
+from edge_ident.diagnosis.fit.wide_search import columns, detectable, inertia
 from edge_ident.diagnosis.fit.wide_signals import WideSignals
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.signals.recording import AxisRecord, Recording
@@ -118,7 +119,8 @@ def test_what_keeps_to_the_speed_is_no_moving_line() -> None:
     recording = recorded(9, order=(0.2, 60.0))
     data = prepare_axis([recording], "x")
     wide = WideSignals.of(recording, "x", data.segments[0])
-    assert moving_line(wide, []) is None
+    without_inertia = detectable(wide, inertia(wide, columns(wide, [])))
+    assert moving_line(wide, [], without_inertia) is None
 
 
 def test_the_rounding_of_an_encoder_is_no_order() -> None:
