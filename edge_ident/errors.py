@@ -20,15 +20,18 @@ class DataError(EdgeIdentError):
     """The recording or drive description cannot be used as it is."""
 
     exit_code = 5
+    code = "data"
 
 
 class ModelError(EdgeIdentError):
     """The network, its manifest or a model file is missing, damaged or of the wrong kind."""
 
     exit_code = 5
+    code = "model"
 
 
 class GainError(EdgeIdentError):
     """The gains are outside what the board or sound margins allow; the board is unchanged."""
 
     exit_code = 1
+    code = "gains"

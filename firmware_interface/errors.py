@@ -19,9 +19,17 @@ class EdgeIdentError(Exception):
         One line: what went wrong, with the name, number or place that shows it.
     next_step : str
         One line: what to do about it.
+
+    Attributes
+    ----------
+    exit_code : int
+        Of a command that it ends.
+    code : str
+        What failed, for scripts.
     """
 
     exit_code = 1
+    code = "other"
 
     def __init__(self, cause: str, next_step: str) -> None:
         super().__init__(cause)
@@ -33,6 +41,7 @@ class LinkError(EdgeIdentError):
     """The link is at fault: no port, no answer, a broken frame, a lost page."""
 
     exit_code = 3
+    code = "link"
 
 
 class NoReplyError(LinkError):
@@ -43,6 +52,7 @@ class BoardError(EdgeIdentError):
     """The board is at fault, or right to refuse: wrong map, wrong state, latched fault."""
 
     exit_code = 4
+    code = "board"
 
 
 class ValueRefusedError(BoardError):

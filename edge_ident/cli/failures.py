@@ -4,27 +4,13 @@ import errno
 from typing import Final, NamedTuple
 
 from edge_ident.cli.messages import print_document, say, say_always
-from edge_ident.errors import (
-    BoardError,
-    DataError,
-    EdgeIdentError,
-    GainError,
-    LinkError,
-    ModelError,
-)
+from edge_ident.errors import EdgeIdentError
 from edge_ident.support.interrupts import INTERRUPTED, interrupted
 
 USAGE: Final = 2
 FILE: Final = 5
 """A file that cannot be read, or a result that cannot be written."""
 _NO_ROOM: Final = (errno.ENOSPC, errno.EFBIG, errno.EDQUOT)
-_CODES: Final[dict[type[EdgeIdentError], str]] = {
-    LinkError: "link",
-    BoardError: "board",
-    DataError: "data",
-    ModelError: "model",
-    GainError: "gains",
-}
 
 
 class Failure(NamedTuple):
@@ -53,8 +39,7 @@ INTERRUPTION: Final = Failure(
 def failure_of(error: BaseException) -> Failure | None:
     """What to tell about an error; None for what a user cannot act on."""
     if isinstance(error, EdgeIdentError):
-        codes = (code for kind, code in _CODES.items() if isinstance(error, kind))
-        return Failure(error.exit_code, next(codes, "other"), error.cause, error.next_step)
+        return Failure(error.exit_code, error.code, error.cause, error.next_step)
     if isinstance(error, OSError):
         return Failure(FILE, "file", str(error), _remedy(error))
     if isinstance(error, KeyboardInterrupt) or interrupted():

@@ -10,10 +10,10 @@ import time
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Any
 
 from edge_ident.diagnosis.result import AxisDiagnosis, Cause
-from edge_ident.errors import DataError, EdgeIdentError, ModelError
+from edge_ident.errors import EdgeIdentError
 from edge_ident.fleet.result import (
     Failed,
     Kind,
@@ -31,8 +31,6 @@ from edge_ident.signals.read_options import ReadOptions
 from edge_ident.signals.recording import Recording
 from edge_ident.signals.recording_files import load_recording
 from edge_ident.support.json_text import finite
-
-_ERRORS: Final = ((DataError, "data"), (ModelError, "model"), (EdgeIdentError, "other"))
 
 
 @dataclass(frozen=True)
@@ -107,8 +105,7 @@ def analyse(file: str, options: Mapping[str, Any]) -> dict[str, Any]:
 def failure_of(error: Exception) -> Failed:
     """What to say of an error, whatever it is: one recording never stops the others."""
     if isinstance(error, EdgeIdentError):
-        code = next(code for kind, code in _ERRORS if isinstance(error, kind))
-        return Failed(code, error.cause, error.next_step)
+        return Failed(error.code, error.cause, error.next_step)
     if isinstance(error, OSError):
         return Failed("file", str(error), "check the path and your rights to it")
     if isinstance(error, MemoryError):
