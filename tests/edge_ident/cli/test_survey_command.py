@@ -5,7 +5,6 @@ import json
 import os
 import shutil
 import signal
-import subprocess
 import sys
 import time
 from pathlib import Path
@@ -17,6 +16,7 @@ from typer.testing import CliRunner, Result
 import edge_ident
 from edge_ident.cli import app
 from edge_ident.fleet.kept import FOLDER
+from tests.processes import running
 
 
 def run(*arguments: object) -> Result:
@@ -153,16 +153,13 @@ def test_ctrl_c_ends_the_workers_and_keeps_what_is_finished(sound: Path, tmp_pat
             edge_ident.Recording(time_s, {name: long}, "long"), folder / f"{name}.npz"
         )
     command = [sys.executable, "-m", "edge_ident", "survey", str(folder), "-j", "1"]
-    process = subprocess.Popen(
-        [*command, "-o", str(tmp_path / "out")],
-        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-    )  # fmt: skip
-    while not [*kept.glob("*.json")]:
-        assert process.poll() is None, process.communicate()
-        time.sleep(0.01)
-    workers = children(process.pid)
-    process.send_signal(signal.SIGINT)
-    _, errors = process.communicate(timeout=60)
+    with running([*command, "-o", str(tmp_path / "out")]) as process:
+        while not [*kept.glob("*.json")]:
+            assert process.poll() is None, process.communicate()
+            time.sleep(0.01)
+        workers = children(process.pid)
+        process.send_signal(signal.SIGINT)
+        _, errors = process.communicate(timeout=60)
     assert process.returncode == 130
     assert "interrupted" in errors
     assert "Traceback" not in errors
