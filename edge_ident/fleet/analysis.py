@@ -175,9 +175,9 @@ def _cause(cause: Cause, kind: Kind, axis: AxisModel) -> SurveyedCause:
 def share_std(cause: Cause) -> float:
     """Standard deviation of a cause's share of the effort, cautiously the largest of three.
 
-    The share is what the cause takes off the residual, so the lower end of the gain's interval
-    gives that of the share. The others are the model discrepancy of the effect, and the relative
-    deviation of the parameter that is known best.
+    The share is the rms of what the cause removes from the residual, so the lower end of the gain's
+    interval gives that of the share. The others are the model discrepancy of the effect, and the
+    relative deviation of the parameter that is known best.
     """
     relative = [named(cause.term.effect).search.discrepancy, _least_relative_std(cause.term)]
     gain, low = cause.held_out_gain, cause.held_out_gain_interval[0]

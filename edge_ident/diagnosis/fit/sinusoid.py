@@ -34,9 +34,9 @@ class Sinusoid:
     gain : (float, float)
         Relative reduction of the residual of each half, by the amplitude of the other half.
     recorded : float
-        Rms that it takes off the effort above the band, less inertia where encoder noise does not
-        hide the motion, over the rms of the recorded effort. The amplitude of either half is tried
-        on the other half, so noise takes nothing off.
+        Rms of what it removes from the effort above the band, less inertia where encoder noise does
+        not hide the motion, over the rms of the recorded effort. The amplitude of either half is
+        tried on the other half, so noise removes nothing.
     of_encoder : bool
         Whether an order is rather an error of the encoder: it grows with the square of the speed,
         or is mostly inertia times a motion below the encoder's resolution.

@@ -246,7 +246,7 @@ def _measured(
 
 
 def _recorded(wide: WideSignals, halves: list[_Half]) -> list[float]:
-    """Rms by which each sinusoid reduces the recorded effort, over the rms of the latter."""
+    """Rms of what each sinusoid removes from the effort, over the rms of the recorded effort."""
     taken = np.sum([half.before - half.after for half in halves], axis=0)
     scale = max(float(np.sum(wide.weight)) * rms(wide.effort) ** 2, _TINY)
     return [math.sqrt(max(energy, 0.0) / scale) for energy in taken.tolist()]
