@@ -21,7 +21,7 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 if signal.getsignal(signal.SIGHUP) is signal.SIG_IGN:
     signal.signal(signal.SIGHUP, signal.SIG_DFL)  # nohup's
 
-_REAL_TIME = ("firmware_interface", "test_link_overhead.py", "test_refusals.py", "test_run.py")
+REAL_TIME = ("firmware_interface", "test_link_overhead.py", "test_refusals.py", "test_run.py")
 """Folder and files below this one whose tests wait for boards that go by the clock."""
 
 LONG = (
@@ -75,7 +75,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Mark the tests that go by the clock; the long ones begin, so that no worker ends alone."""
     for item in items:
         place = _place(item)
-        if place.split("/")[0] in _REAL_TIME:
+        if place.split("/")[0] in REAL_TIME:
             item.add_marker(pytest.mark.real_time)
         if place.startswith(LONG):
             item.add_marker(pytest.mark.long)
