@@ -70,6 +70,20 @@ _FIRST = ("test_run.py", *LONG)
 """What begins, in this order."""
 
 
+def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
+    """Files none of whose tests are asked for are not imported: that takes seconds a process."""
+    place = collection_path.relative_to(Path(__file__).parent).as_posix()
+    asked = config.option.markexpr
+    if collection_path.suffix != ".py" or not asked:
+        return None
+    by_the_clock = place.split("/")[0] in REAL_TIME
+    if asked == "real_time":
+        return not by_the_clock and "mark.real_time" not in collection_path.read_text("utf-8")
+    return (by_the_clock and "not real_time" in asked) or (
+        place.startswith(LONG) and "not long" in asked
+    )
+
+
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Mark the tests that go by the clock; the long ones begin, so that no worker ends alone."""
