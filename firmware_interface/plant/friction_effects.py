@@ -5,8 +5,9 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from tests.plant.drives import Array, Chain, log_uniform
-from tests.plant.effect import Effect, Scales, State
+from firmware_interface.plant.drives import Array, Chain, log_uniform
+from firmware_interface.plant.effect import Effect, Scales, State
+from firmware_interface.plant.functions import Value, exp, sin
 
 
 @dataclass(frozen=True)
@@ -25,9 +26,9 @@ class Stribeck(Effect):
         share = log_uniform(rng, 0.04, 0.4, strength.shape)
         return cls(strength * scales.rigid[..., 2], scales.peak_speed * share)
 
-    def table_friction(self, state: State, direction: Array) -> Array:
+    def table_friction(self, state: State, direction: Value) -> Value:
         """Level above Coulomb friction."""
-        return self.size * np.exp(-np.square(state.velocity[2] / self.speed))
+        return self.size * exp(-((state.velocity[2] / self.speed) ** 2))
 
 
 @dataclass(frozen=True)
@@ -48,11 +49,11 @@ class Asymmetry(Effect):
         limit = 0.5 * scales.drives.chain.coulomb[2] / viscous
         return cls(strength * viscous, rng.uniform(-1, 1, strength.shape) * limit)
 
-    def table_torque(self, state: State) -> Array:
+    def table_torque(self, state: State) -> Value:
         """The viscous part."""
         return self.size * abs(state.velocity[2])
 
-    def table_friction(self, state: State, direction: Array) -> Array:
+    def table_friction(self, state: State, direction: Value) -> Value:
         """The Coulomb part."""
         return self.size * self.coulomb_per_viscous * direction
 
@@ -101,10 +102,10 @@ class PositionFriction(Effect):
         waves = rng.integers(1, 4, strength.shape) * rng.choice([-1.0, 1.0], strength.shape)
         return cls(strength * level, waves, scales.centre, scales.travel)
 
-    def table_friction(self, state: State, direction: Array) -> Array:
+    def table_friction(self, state: State, direction: Value) -> Value:
         """Level above its mean."""
         along = (state.angle[2] - self.centre) / self.travel
-        return self.size * np.sin(np.pi * self.waves * along + 0.7)
+        return self.size * sin(np.pi * self.waves * along + 0.7)
 
 
 @dataclass(frozen=True)
@@ -125,7 +126,7 @@ class NonlinearViscous(Effect):
         power = np.where(rng.random(strength.shape) < 0.5, 2.0, root)
         return cls(strength * scales.rigid[..., 1] * scales.peak_speed, power, scales.peak_speed)
 
-    def table_friction(self, state: State, direction: Array) -> Array:
+    def table_friction(self, state: State, direction: Value) -> Value:
         """All of it, as a level that speed sets."""
         return self.size * (abs(state.velocity[2]) / self.peak) ** self.power
 
@@ -143,7 +144,7 @@ class LoadFriction(Effect):
         """Size is the strength itself, a coefficient of friction."""
         return cls(strength)
 
-    def table_friction(self, state: State, direction: Array) -> Array:
+    def table_friction(self, state: State, direction: Value) -> Value:
         """Level on top of the load's own friction."""
         return self.size * abs(state.load)
 
@@ -167,10 +168,10 @@ class WarmUp(Effect):
         share = rng.uniform(0.15, 0.8, strength.shape)
         return cls(strength * scales.rigid[..., 1], share * scales.duration_s)
 
-    def _added(self, time_s: float) -> Array:
-        return self.size * np.exp(-max(time_s, 0.0) / self.fades_in_s)
+    def _added(self, time_s: float) -> Value:
+        return self.size * exp(-max(time_s, 0.0) / self.fades_in_s)
 
-    def table_torque(self, state: State) -> Array:
+    def table_torque(self, state: State) -> Value:
         """Torque of the cold grease."""
         return self._added(state.time_s) * state.velocity[2]
 

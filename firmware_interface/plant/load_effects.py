@@ -5,8 +5,9 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from tests.plant.drives import Array, Chain, log_uniform
-from tests.plant.effect import Effect, Scales, State
+from firmware_interface.plant.drives import Array, Chain, log_uniform
+from firmware_interface.plant.effect import Effect, Scales, State
+from firmware_interface.plant.functions import Value, sign, sin
 
 
 @dataclass(frozen=True)
@@ -81,11 +82,11 @@ class Ripple(Effect):
             per_turn * rng.choice([0.5, 2.0, 3.0], shape),
         )
 
-    def motor_torque(self, state: State) -> Array:
+    def motor_torque(self, state: State) -> Value:
         """Ripple at the gearbox."""
         angle = state.angle[0]
-        first = np.sin(self.per_turn * angle + self.phase_rad)
-        return self.size * (first + self.second * np.sin(self.second_per_turn * angle))
+        first = sin(self.per_turn * angle + self.phase_rad)
+        return self.size * (first + self.second * sin(self.second_per_turn * angle))
 
 
 @dataclass(frozen=True)
@@ -116,10 +117,10 @@ class PositionLoad(Effect):
         size = strength * np.minimum(scales.effort_rms, steepest)
         return cls(size, scales.centre, scales.travel, spring, radians)
 
-    def table_torque(self, state: State) -> Array:
+    def table_torque(self, state: State) -> Value:
         """Torque against the table, positive or negative."""
         along = (state.angle[2] - self.centre) / self.travel
-        pendulum = np.sin(self.per_travel * along)
+        pendulum = sin(self.per_travel * along)
         return self.size * (self.spring * along + (1 - self.spring) * pendulum)
 
 
@@ -153,11 +154,11 @@ class CrossCoupling(Effect):
             (kind == 2).astype(float),
         )
 
-    def table_torque(self, state: State) -> Array:
+    def table_torque(self, state: State) -> Value:
         """Torque against the table."""
-        speed = state.velocity[2, :, ::-1]
-        pull = self.acceleration * state.table_acceleration[:, ::-1] + self.velocity * speed
-        return self.size * (pull + self.direction * np.sign(speed))
+        speed = state.other_velocity
+        pull = self.acceleration * state.other_acceleration + self.velocity * speed
+        return self.size * (pull + self.direction * sign(speed))
 
 
 @dataclass(frozen=True)
@@ -188,14 +189,14 @@ class Payload(Effect):
             (rng.random(shape) < 0.5).astype(float),
         )
 
-    def _carried(self, time_s: float) -> Array:
+    def _carried(self, time_s: float) -> Value:
         return self.size * ((time_s >= self.changes_s) == self.taken_up)
 
-    def table_inertia(self, time_s: float) -> Array:
+    def table_inertia(self, time_s: float) -> Value:
         """Inertia of what is carried."""
         return self.inertia * self._carried(time_s)
 
-    def table_friction(self, state: State, direction: Array) -> Array:
+    def table_friction(self, state: State, direction: Value) -> Value:
         """Friction under its weight."""
         return self.coulomb * self._carried(state.time_s)
 
