@@ -5,12 +5,19 @@ from typing import Final
 from firmware_interface.errors import LinkError
 from firmware_interface.link import Link
 from firmware_interface.modbus import open_serial, open_tcp
+from firmware_interface.plant.plant import Plant
 from firmware_interface.virtual.board import VirtualBoard
 
 DEFAULT_BAUD_RATE: Final = 115200
 
 
-def open_link(url: str, *, baud_rate: int = DEFAULT_BAUD_RATE, timeout_s: float = 0.3) -> Link:
+def open_link(
+    url: str,
+    *,
+    baud_rate: int = DEFAULT_BAUD_RATE,
+    timeout_s: float = 0.3,
+    plant: Plant | None = None,
+) -> Link:
     """Open the way to a board.
 
     Parameters
@@ -22,6 +29,8 @@ def open_link(url: str, *, baud_rate: int = DEFAULT_BAUD_RATE, timeout_s: float 
         Of a serial line.
     timeout_s : float
         The board's worst reply time.
+    plant : Plant, optional
+        The drive behind a board `virtual`; by default a sound one.
 
     Raises
     ------
@@ -29,7 +38,7 @@ def open_link(url: str, *, baud_rate: int = DEFAULT_BAUD_RATE, timeout_s: float 
         No such device, no permission, connection refused, no Modbus device at the other end.
     """
     if url == "virtual":
-        return VirtualBoard()
+        return VirtualBoard(plant=plant)
     if not url.startswith("tcp://"):
         return open_serial(url, baud_rate, timeout_s)
     host, colon, port = url.removeprefix("tcp://").rpartition(":")

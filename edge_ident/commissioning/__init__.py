@@ -47,6 +47,7 @@ if TYPE_CHECKING:
     from firmware_interface.board import BoardStatus
     from firmware_interface.connection import DEFAULT_BAUD_RATE
     from firmware_interface.gains import Bank
+    from firmware_interface.plant.hiding import Fault, Hidden
     from firmware_interface.registers import REGISTERS
     from firmware_interface.virtual.server import serve
 
@@ -60,8 +61,10 @@ __all__ = [
     "BoardStatus",
     "DescribedDrive",
     "Entry",
+    "Fault",
     "Forecaster",
     "Forecasts",
+    "Hidden",
     "Plan",
     "ask_ports",
     "back_up",
@@ -111,8 +114,10 @@ __getattr__ = lazy_names(
         "BoardStatus": "firmware_interface.board",
         "DescribedDrive": "edge_ident.commissioning.described_drive",
         "Entry": "edge_ident.commissioning.data_sheet",
+        "Fault": "firmware_interface.plant.hiding",
         "Forecaster": "edge_ident.commissioning.gain_forecast",
         "Forecasts": "edge_ident.commissioning.gain_forecast",
+        "Hidden": "firmware_interface.plant.hiding",
         "Plan": "edge_ident.commissioning.run",
         "ask_ports": "edge_ident.commissioning.ports",
         "back_up": "edge_ident.commissioning.gain_files",

@@ -87,16 +87,19 @@ class Effect:
         Its magnitude in the unit that each effect names; 0 leaves an axis sound. May be negative
         where both signs are physical.
 
-    Class attributes: `name`; `span`, the faintest and the strongest relative strength;
-    `signed`, whether both signs are drawn; `one_way`, whether it can hit one axis only;
-    `in_catalogue`, whether the library knows it too; `number`, its place among the others, on
-    which the drives of a seed depend. A new effect comes last, or takes the next number.
+    Class attributes: `name`; `measure`, what a strength of 1 is; `unit`, that of `size`; `span`,
+    the faintest and the strongest strength; `signed`, whether both signs are drawn; `one_way`,
+    whether it can hit one axis only; `in_catalogue`, whether the library knows it too; `number`,
+    its place among the others, on which the drives of a seed depend. A new effect comes last, or
+    takes the next number.
 
     A subclass that has a name is known to `firmware_interface.plant.catalogue`.
     """
 
     kinds: ClassVar[dict[str, type["Effect"]]] = {}
     name: ClassVar[str]
+    measure: ClassVar[str]
+    unit: ClassVar[str]
     number: ClassVar[int] = 1000
     in_catalogue: ClassVar[bool] = True
     span: ClassVar[tuple[float, float]]

@@ -19,6 +19,8 @@ class GainDrift(Effect):
     """
 
     name: ClassVar[str] = "gain_drift"
+    measure: ClassVar[str] = "of the gain"
+    unit: ClassVar[str] = "1"
     number: ClassVar[int] = 11
     span: ClassVar[tuple[float, float]] = (0.005, 0.4)
     signed: ClassVar[bool] = True
@@ -54,6 +56,8 @@ class RecordDelay(Effect):
     """
 
     name: ClassVar[str] = "time_delay"
+    measure: ClassVar[str] = "s"
+    unit: ClassVar[str] = "s"
     number: ClassVar[int] = 13
     span: ClassVar[tuple[float, float]] = (1.5 * SAMPLE_S, 12.0 * SAMPLE_S)
     signed: ClassVar[bool] = True
@@ -82,6 +86,8 @@ class Deadband(Effect):
     """Of every command, the first `size` (N·m) makes no torque."""
 
     name: ClassVar[str] = "actuator_deadband"
+    measure: ClassVar[str] = "of the rms effort"
+    unit: ClassVar[str] = "N*m"
     number: ClassVar[int] = 16
     span: ClassVar[tuple[float, float]] = (0.01, 0.5)
 
@@ -103,6 +109,8 @@ class Saturation(Effect):
     """
 
     name: ClassVar[str] = "actuator_saturation"
+    measure: ClassVar[str] = "of the peak effort above the median"
+    unit: ClassVar[str] = "N*m"
     number: ClassVar[int] = 17
     span: ClassVar[tuple[float, float]] = (0.05, 0.6)
 
@@ -132,6 +140,8 @@ class Eccentricity(Effect):
     """The encoder's disc runs out: the shown angle is off by `size` (rad) once per turn."""
 
     name: ClassVar[str] = "encoder_eccentricity"
+    measure: ClassVar[str] = "rad"
+    unit: ClassVar[str] = "rad"
     number: ClassVar[int] = 18
     span: ClassVar[tuple[float, float]] = (5e-4, 0.1)
 

@@ -15,6 +15,8 @@ class Stribeck(Effect):
     """Dry friction is higher by `size` (N·m) at rest and falls to its level with speed."""
 
     name: ClassVar[str] = "stribeck_friction"
+    measure: ClassVar[str] = "of the Coulomb friction, at rest"
+    unit: ClassVar[str] = "N*m"
     number: ClassVar[int] = 1
     span: ClassVar[tuple[float, float]] = (0.01, 1.0)
 
@@ -36,6 +38,8 @@ class Asymmetry(Effect):
     """Viscous friction is `size` (N·m·s/rad) more forwards, less backwards; so is Coulomb's."""
 
     name: ClassVar[str] = "asymmetric_friction"
+    measure: ClassVar[str] = "of the viscous friction"
+    unit: ClassVar[str] = "N*m*s/rad"
     number: ClassVar[int] = 2
     span: ClassVar[tuple[float, float]] = (0.01, 0.8)
     signed: ClassVar[bool] = True
@@ -67,6 +71,8 @@ class Presliding(Effect):
     """The table's Coulomb friction builds up over `size` (rad) of travel, in Maxwell bristles."""
 
     name: ClassVar[str] = "presliding_hysteresis"
+    measure: ClassVar[str] = "rad"
+    unit: ClassVar[str] = "rad"
     number: ClassVar[int] = 3
     span: ClassVar[tuple[float, float]] = (5e-4, 0.15)
 
@@ -88,6 +94,8 @@ class PositionFriction(Effect):
     """
 
     name: ClassVar[str] = "position_dependent_friction"
+    measure: ClassVar[str] = "of the table's Coulomb friction"
+    unit: ClassVar[str] = "N*m"
     number: ClassVar[int] = 6
     span: ClassVar[tuple[float, float]] = (0.02, 0.9)
 
@@ -113,6 +121,8 @@ class NonlinearViscous(Effect):
     """Friction that grows with a power of speed; `size` (N·m) at the speed `peak`."""
 
     name: ClassVar[str] = "nonlinear_viscous"
+    measure: ClassVar[str] = "of the viscous torque at peak speed"
+    unit: ClassVar[str] = "N*m"
     number: ClassVar[int] = 8
     span: ClassVar[tuple[float, float]] = (0.02, 1.0)
 
@@ -136,6 +146,8 @@ class LoadFriction(Effect):
     """Dry friction of the nut: `size` (no unit) times the torque that it transmits."""
 
     name: ClassVar[str] = "load_dependent_friction"
+    measure: ClassVar[str] = "coefficient of friction"
+    unit: ClassVar[str] = "1"
     number: ClassVar[int] = 9
     span: ClassVar[tuple[float, float]] = (0.01, 0.5)
 
@@ -157,6 +169,8 @@ class WarmUp(Effect):
     """
 
     name: ClassVar[str] = "warm_up"
+    measure: ClassVar[str] = "of the viscous friction"
+    unit: ClassVar[str] = "N*m*s/rad"
     number: ClassVar[int] = 10
     span: ClassVar[tuple[float, float]] = (0.02, 1.5)
 

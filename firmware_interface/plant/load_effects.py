@@ -15,6 +15,8 @@ class Backlash(Effect):
     """Play of `size` (rad) between motor and screw, closed by impact on the stiff joint."""
 
     name: ClassVar[str] = "backlash"
+    measure: ClassVar[str] = "rad"
+    unit: ClassVar[str] = "rad"
     number: ClassVar[int] = 4
     span: ClassVar[tuple[float, float]] = (5e-4, 0.15)
 
@@ -33,6 +35,8 @@ class Compliance(Effect):
     """A worn coupling gives way by `size` (rad/(N·m)) more between motor and screw."""
 
     name: ClassVar[str] = "coupling_compliance"
+    measure: ClassVar[str] = "of the compliance that lets the load swing at 4 Hz"
+    unit: ClassVar[str] = "rad/(N*m)"
     number: ClassVar[int] = 14
     span: ClassVar[tuple[float, float]] = (0.005, 1.0)
 
@@ -61,6 +65,8 @@ class Ripple(Effect):
     """Gear mesh and cogging: sinusoids of the motor's angle, the largest of `size` (N·m)."""
 
     name: ClassVar[str] = "torque_ripple"
+    measure: ClassVar[str] = "of the rms effort"
+    unit: ClassVar[str] = "N*m"
     number: ClassVar[int] = 5
     span: ClassVar[tuple[float, float]] = (0.005, 0.4)
 
@@ -97,6 +103,8 @@ class PositionLoad(Effect):
     """
 
     name: ClassVar[str] = "position_dependent_load"
+    measure: ClassVar[str] = "of the rms effort, at the ends of the stroke"
+    unit: ClassVar[str] = "N*m"
     number: ClassVar[int] = 7
     span: ClassVar[tuple[float, float]] = (0.02, 0.7)
     signed: ClassVar[bool] = True
@@ -132,6 +140,8 @@ class CrossCoupling(Effect):
     """
 
     name: ClassVar[str] = "cross_axis_coupling"
+    measure: ClassVar[str] = "of the rms effort"
+    unit: ClassVar[str] = "N*m"
     number: ClassVar[int] = 15
     span: ClassVar[tuple[float, float]] = (0.01, 0.4)
     signed: ClassVar[bool] = True
@@ -169,6 +179,8 @@ class Payload(Effect):
     """
 
     name: ClassVar[str] = "payload_change"
+    measure: ClassVar[str] = "of the table's inertia"
+    unit: ClassVar[str] = "1"
     number: ClassVar[int] = 19
     span: ClassVar[tuple[float, float]] = (0.03, 3.0)
 

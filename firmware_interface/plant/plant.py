@@ -13,7 +13,7 @@ from firmware_interface.plant.motions import SAMPLE_S
 from firmware_interface.plant.moving_axis import MovingAxis
 from firmware_interface.plant.simulation import STEPS_PER_SAMPLE
 
-LEAD_IN_S: Final = 10.0
+LEAD_IN_S: Final = 5.0
 """A host goes to the start of its motion, and gathers speed there, before it records."""
 _REMEMBERED: Final = 64
 """Samples of effort from which the recorded one is made."""

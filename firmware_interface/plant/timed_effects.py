@@ -21,6 +21,8 @@ class TimedTorque(Effect):
         Held over each sample.
     """
 
+    measure: ClassVar[str] = "of the rms effort"
+    unit: ClassVar[str] = "N*m"
     span: ClassVar[tuple[float, float]] = (0.01, 0.5)
 
     course: Array = field(repr=False)

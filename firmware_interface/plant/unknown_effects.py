@@ -57,6 +57,8 @@ class Bumps(TimedTorque):
 class _Order(Effect):
     """`size` (N·m) times a sinusoid of the table's angle, 2 to 12 periods a turn."""
 
+    measure: ClassVar[str] = "of the rms effort"
+    unit: ClassVar[str] = "N*m"
     in_catalogue: ClassVar[bool] = False
     span: ClassVar[tuple[float, float]] = (0.01, 0.5)
 
