@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -12,9 +12,6 @@ from edge_ident.cli.command import command
 from edge_ident.cli.hiding import HideOptions
 from edge_ident.cli.messages import say
 from edge_ident.cli.options import ResultOptions
-
-if TYPE_CHECKING:
-    from edge_ident.commissioning import Hidden
 
 Pty = Annotated[
     bool, typer.Option("--pty", help="Offer the board at a pseudo-terminal, like a serial port.")
@@ -80,7 +77,7 @@ def board(
     """
     hidden = faults.hidden()
     if faults.reveal:
-        _reveal(faults, hidden, results)
+        faults.tell_alone("board", {"device": None}, hidden, results)
         return
     if pty == (tcp is not None):
         raise typer.BadParameter("give either --pty or --tcp PORT")
@@ -102,14 +99,6 @@ def board(
             pty=pty, tcp_port=tcp, bind=bind, speed=_parse_speed(speed), on_ready=ready,
             plant=hidden.plant() if hidden else None,
         )  # fmt: skip
-
-
-def _reveal(faults: HideOptions, hidden: "Hidden | None", results: ResultOptions) -> None:
-    document: dict[str, Any] = {"schema": "edge-ident/board/1", "device": None}
-    faults.add_to(document, hidden)
-    results.deliver(document, "board.json")
-    if not results.json:
-        faults.tell(hidden)
 
 
 @contextmanager

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from edge_ident import commissioning, report
+from edge_ident.cli.options import ResultOptions
 
 if TYPE_CHECKING:
     from edge_ident.commissioning import Hidden
@@ -41,8 +42,8 @@ class HideOptions:
         typer.Option("--reveal", help="Tell in the end what --hide or --hide-seed has hidden."),
     ] = False
 
-    def hidden(self) -> "Hidden | None":
-        """What is to be hidden; None: nothing."""
+    def hidden(self, *, of_machine: bool = False) -> "Hidden | None":
+        """What is to be hidden, in the machine alone where the board is another; None: nothing."""
         if not self.hide and self.hide_seed is None:
             for given, option in ((self.axis, "--axis"), (self.reveal, "--reveal")):
                 if given:
@@ -51,9 +52,11 @@ class HideOptions:
                     )
             return None
         if not self.hide:
-            return commissioning.Hidden.drawn(self.hide_seed or 0, self.axis)
+            return commissioning.Hidden.drawn(self.hide_seed or 0, self.axis, of_machine=of_machine)
         try:
-            return commissioning.Hidden.of(self.hide, self.axis or "x", self.hide_seed or 0)
+            return commissioning.Hidden.of(
+                self.hide, self.axis or "x", self.hide_seed or 0, of_machine=of_machine
+            )
         except ValueError as error:
             raise typer.BadParameter(str(error), param_hint="--hide") from error
 
@@ -61,6 +64,20 @@ class HideOptions:
         """Put the truth into a document, if it is asked for."""
         if self.reveal and hidden:
             document["hidden"] = report.fault_documents(hidden.faults)
+
+    def tell_alone(
+        self,
+        command: str,
+        document: dict[str, Any],
+        hidden: "Hidden | None",
+        results: ResultOptions,
+    ) -> None:
+        """Print the truth of a command that would serve something, and serve nothing."""
+        document = {"schema": f"edge-ident/{command}/1", **document}
+        self.add_to(document, hidden)
+        results.deliver(document, f"{command}.json")
+        if not results.json:
+            self.tell(hidden)
 
     def tell(self, hidden: "Hidden | None") -> None:
         """Print the truth, if it is asked for."""

@@ -10,8 +10,8 @@ import numpy as np
 from firmware_interface.plant.catalogue import EFFECTS, UNKNOWN
 from firmware_interface.plant.effect import Effect, Scales
 from firmware_interface.plant.feed_drive import FEED_DRIVE, feed_drive
-from firmware_interface.plant.motions import paper
-from firmware_interface.plant.plant import Plant
+from firmware_interface.plant.motions import SAMPLE_S, paper
+from firmware_interface.plant.plant import DELAY, Plant
 
 CLEAR: Final = (0.5, 0.9)
 """Ranks that are drawn, on the logarithm of an effect's span; the strongest may stop a motion."""
@@ -55,12 +55,14 @@ class Hidden:
     effects: tuple[Effect, ...]
     faults: tuple[Fault, ...]
 
-    def plant(self) -> Plant:
-        """A drive with the faults, at rest."""
-        return Plant(feed_drive(), self.effects)
+    def plant(self, sample_s: float = SAMPLE_S, delay: float = DELAY) -> Plant:
+        """A drive with the faults, at rest; see `Plant`."""
+        return Plant(feed_drive(), self.effects, sample_s, delay)
 
     @classmethod
-    def of(cls, wishes: Sequence[str], axis: str = _AXES[0], seed: int = 0) -> Self:
+    def of(
+        cls, wishes: Sequence[str], axis: str = _AXES[0], seed: int = 0, *, of_machine: bool = False
+    ) -> Self:
         """Faults by name.
 
         Parameters
@@ -70,20 +72,27 @@ class Hidden:
         axis : str
         seed : int
             Of what the size leaves open: a speed, a phase, a course in time.
+        of_machine : bool
+            What acts in the board's record alone is refused.
 
         Raises
         ------
         ValueError
             No such effect or axis, or no such size of it.
         """
+        names = [wish.partition("=")[0] for wish in wishes]
+        for name in names if of_machine else ():
+            if name in Effect.kinds and _in_record(name):
+                raise ValueError(f"{name} acts in a board's record, not in the machine")
         rng = np.random.default_rng([seed, 5])
         return cls._drawn([(*_parsed(wish), axis) for wish in wishes], rng)
 
     @classmethod
-    def drawn(cls, seed: int, axis: str | None = None) -> Self:
+    def drawn(cls, seed: int, axis: str | None = None, *, of_machine: bool = False) -> Self:
         """One effect or two of the catalogue, clearly there; on a random axis each, or on one."""
+        known = [name for name in EFFECTS if not (of_machine and _in_record(name))]
         rng = np.random.default_rng([seed, 6])
-        names = rng.choice(EFFECTS, size=rng.integers(1, 3), replace=False).tolist()
+        names = rng.choice(known, size=rng.integers(1, 3), replace=False).tolist()
         chosen = []
         for name in names:
             sign = rng.choice([-1.0, 1.0]) if _both_signs(name) else 1.0
@@ -114,9 +123,19 @@ def _fault(effect: Effect, axis: str, column: int, strength: float) -> Fault:
     return Fault(effect.name, axis, strength, effect.measure, size, effect.unit, numbers)
 
 
+def _in_record(name: str) -> bool:
+    """It acts in the effort that a board records, not in the machine."""
+    return Effect.kinds[name].recorded is not Effect.recorded
+
+
 def _both_signs(name: str) -> bool:
     """A record cannot be early: a board does not know what is to come."""
     return Effect.kinds[name].signed and name != "time_delay"
+
+
+def default_strength(name: str) -> float:
+    """Strength of an effect without a size: clearly there."""
+    return _strength(name, _TYPICAL)
 
 
 def _strength(name: str, rank: float) -> float:
@@ -133,7 +152,7 @@ def _parsed(wish: str) -> tuple[str, float]:
         known = ", ".join((*EFFECTS, *UNKNOWN))
         raise ValueError(f"there is no effect {name!r}{meant} There are: {known}")
     if not given:
-        return name, _strength(name, _TYPICAL)
+        return name, default_strength(name)
     try:
         strength = float(size)
     except ValueError:

@@ -13,6 +13,8 @@ from firmware_interface.plant.motions import SAMPLE_S
 from firmware_interface.plant.moving_axis import MovingAxis
 from firmware_interface.plant.simulation import STEPS_PER_SAMPLE
 
+DELAY: Final = 0.2
+"""Of a sample, after which a new command begins to act: 0.5 ms of 2.5."""
 LEAD_IN_S: Final = 5.0
 """A host goes to the start of its motion, and gathers speed there, before it records."""
 _REMEMBERED: Final = 64
@@ -41,7 +43,7 @@ class Plant:
         drive: Drives,
         effects: Sequence[Effect] = (),
         sample_s: float = SAMPLE_S,
-        delay: float = 0.2,
+        delay: float = DELAY,
         lead_in_s: float = LEAD_IN_S,
     ) -> None:
         chain, axes = drive.chain, range(drive.shape[1])
