@@ -20,6 +20,7 @@ from firmware_interface.plant.catalogue import EFFECTS, UNKNOWN, draw
 from firmware_interface.plant.drives import COUNT_RAD, Chain, Control, Drives, draw_drives
 from firmware_interface.plant.effect import Effect, Scales
 from firmware_interface.plant.electronics import Electronics, Noise, draw_electronics, draw_noise
+from firmware_interface.plant.hiding import Hidden
 from firmware_interface.plant.mechanism import Mechanism
 from firmware_interface.plant.motions import (
     PAPER_SAMPLES,
@@ -43,6 +44,7 @@ __all__ = [
     "Drives",
     "Effect",
     "Electronics",
+    "Hidden",
     "Mechanism",
     "Motion",
     "Noise",

@@ -1,12 +1,14 @@
 """Faults by name, size and axis, or drawn by a number, in the drive behind a virtual board."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from firmware_interface.plant import EFFECTS, UNKNOWN, Plant
 from firmware_interface.plant.effect import Effect
 from firmware_interface.plant.feed_drive import FEED_DRIVE, feed_drive
-from firmware_interface.plant.hiding import Hidden
+from firmware_interface.plant.hiding import Hidden, default_strength
 
 
 def test_the_truth_is_what_the_drive_has() -> None:
@@ -87,3 +89,23 @@ def test_what_a_size_leaves_open_is_drawn_by_the_number() -> None:
 def test_a_wish_that_cannot_be_met_says_why(wish: str, reason: str) -> None:
     with pytest.raises(ValueError, match=reason):
         Hidden.of([wish])
+
+
+def test_the_page_lists_every_effect_with_its_measure_and_sizes() -> None:
+    page = (Path(__file__).parents[2] / "docs" / "virtual_board.md").read_text("utf-8")
+    listed = [line for line in page.splitlines() if line.startswith("| `") and " to " in line]
+    expected = [
+        f"| `{name}` | {kind.measure} | {default_strength(name):.2g} "
+        f"| {kind.span[0]:.3g} to {kind.span[1]:.3g} |"
+        for name, kind in ((name, Effect.kinds[name]) for name in EFFECTS + UNKNOWN)
+    ]
+    assert listed == expected
+
+
+def test_what_a_board_records_is_not_hidden_in_a_machine_alone() -> None:
+    with pytest.raises(ValueError, match="acts in a board's record"):
+        Hidden.of(["time_delay"], of_machine=True)
+    drawn = [Hidden.drawn(seed, of_machine=True).faults for seed in range(100)]
+    assert "time_delay" not in {fault.effect for faults in drawn for fault in faults}
+    every = [Hidden.drawn(seed).faults for seed in range(100)]
+    assert "time_delay" in {fault.effect for faults in every for fault in faults}

@@ -16,24 +16,28 @@
 
 static FILE *to_plant, *from_plant;
 
-/* Read the angles of all axes, and nothing else, from the plant's next line. */
+/* The angles of all axes, and nothing else. */
+static bool parse_angles(const char *text, double shown_rad[FD_AXES])
+{
+    for (unsigned axis = 0; axis < FD_AXES; axis++) {
+        char *end;
+        shown_rad[axis] = strtod(text, &end);
+        if (end == text || !(fabs(shown_rad[axis]) <= FARTHEST_RAD)) {
+            return false;
+        }
+        text = end;
+    }
+    return strcmp(text, "\n") == 0;
+}
+
 static bool read_angles(double shown_rad[FD_AXES])
 {
     char line[LINE_BYTES];
-    char *rest = line;
     if (fgets(line, sizeof line, from_plant) == NULL) {
         fputs("the plant has ended the connection\n", stderr);
         return false;
     }
-    for (unsigned axis = 0; axis < FD_AXES; axis++) {
-        char *end;
-        shown_rad[axis] = strtod(rest, &end);
-        if (end == rest || !(fabs(shown_rad[axis]) <= FARTHEST_RAD)) {
-            break;
-        }
-        rest = end;
-    }
-    if (strcmp(rest, "\n") != 0) {
+    if (!parse_angles(line, shown_rad)) {
         fprintf(stderr, "the plant answers: %s", line);
         return false;
     }
@@ -64,7 +68,7 @@ bool plant_socket_open(const char *path, double delay_s, double shown_rad[FD_AXE
     if (!connect_to(path)) {
         return false;
     }
-    fprintf(to_plant, "plant %d %.17g %.17g %d\n", VERSION, SAMPLE_PERIOD_NS * 1e-9, delay_s,
+    fprintf(to_plant, "plant %d %.15g %.15g %d\n", VERSION, SAMPLE_PERIOD_NS * 1e-9, delay_s,
             FD_AXES);
     fflush(to_plant);
     return read_angles(shown_rad);
