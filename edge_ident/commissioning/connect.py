@@ -2,17 +2,20 @@
 
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
+from typing import TYPE_CHECKING
 
 from edge_ident.commissioning.port_notes import noted
 from edge_ident.errors import EdgeIdentError
 from firmware_interface.board import Board
 from firmware_interface.connection import DEFAULT_BAUD_RATE, open_link
-from firmware_interface.plant.plant import Plant
+
+if TYPE_CHECKING:
+    from firmware_interface.plant.plant import Plant
 
 
 @contextmanager
 def connect(
-    device: str, *, baud_rate: int = DEFAULT_BAUD_RATE, plant: Plant | None = None
+    device: str, *, baud_rate: int = DEFAULT_BAUD_RATE, plant: "Plant | None" = None
 ) -> Iterator[Board]:
     """Connect to a board for the length of a with statement.
 
