@@ -78,14 +78,16 @@ class Hidden:
         Raises
         ------
         ValueError
-            No such effect or axis, or no such size of it.
+            No such effect or axis, no such size of it, or the same effect twice.
         """
-        names = [wish.partition("=")[0] for wish in wishes]
-        for name in names if of_machine else ():
-            if name in Effect.kinds and _in_record(name):
+        chosen = [(*_parsed(wish), axis) for wish in wishes]
+        names = [name for name, _, _ in chosen]
+        for name in names:
+            if names.count(name) > 1:
+                raise ValueError(f"{name} is there twice")
+            if of_machine and _in_record(name):
                 raise ValueError(f"{name} acts in a board's record, not in the machine")
-        rng = np.random.default_rng([seed, 5])
-        return cls._drawn([(*_parsed(wish), axis) for wish in wishes], rng)
+        return cls._drawn(chosen, np.random.default_rng([seed, 5]))
 
     @classmethod
     def drawn(cls, seed: int, axis: str | None = None, *, of_machine: bool = False) -> Self:
@@ -96,7 +98,7 @@ class Hidden:
         chosen = []
         for name in names:
             sign = rng.choice([-1.0, 1.0]) if _both_signs(name) else 1.0
-            strength = sign * _strength(name, rng.uniform(*CLEAR))
+            strength = float(sign) * _strength(name, rng.uniform(*CLEAR))
             chosen.append((name, strength, axis or str(rng.choice(_AXES))))
         return cls._drawn(chosen, rng)
 
@@ -148,9 +150,9 @@ def _parsed(wish: str) -> tuple[str, float]:
     name, given, size = wish.partition("=")
     if name not in Effect.kinds:
         near = difflib.get_close_matches(name, Effect.kinds, 1)
-        meant = f"; did you mean {near[0]}?" if near else ""
+        meant = f": did you mean {near[0]}?" if near else "."
         known = ", ".join((*EFFECTS, *UNKNOWN))
-        raise ValueError(f"there is no effect {name!r}{meant} There are: {known}")
+        raise ValueError(f"there is no effect {name!r}{meant} Known are: {known}")
     if not given:
         return name, default_strength(name)
     try:

@@ -9,11 +9,11 @@ from firmware_interface.board_types import AxisLimits
 from firmware_interface.gains import AxisGains
 from firmware_interface.plant.feed_drive import COUNTS_PER_TURN, FEED_DRIVE
 from firmware_interface.plant.motions import SAMPLE_S
-from firmware_interface.plant.plant import Plant
+from firmware_interface.plant.plant import DELAY, Plant
 from firmware_interface.virtual.controller import AxisController, Setpoint
 
 SAMPLE_PERIOD_S: Final = SAMPLE_S
-CONTROL_DELAY_S: Final = 0.0005
+CONTROL_DELAY_S: Final = DELAY * SAMPLE_PERIOD_S
 EFFORT_PER_COUNT_NM: Final = 0.004
 """Torque at the gearbox output of one PWM count."""
 RAD_PER_COUNT: Final = 2.0 * math.pi / COUNTS_PER_TURN

@@ -91,6 +91,11 @@ def test_a_wish_that_cannot_be_met_says_why(wish: str, reason: str) -> None:
         Hidden.of([wish])
 
 
+def test_an_effect_is_there_once() -> None:
+    with pytest.raises(ValueError, match="backlash is there twice"):
+        Hidden.of(["backlash", "backlash=0.02"])
+
+
 def test_the_page_lists_every_effect_with_its_measure_and_sizes() -> None:
     page = (Path(__file__).parents[2] / "docs" / "virtual_board.md").read_text("utf-8")
     listed = [line for line in page.splitlines() if line.startswith("| `") and " to " in line]
