@@ -7,7 +7,7 @@ from typing import Final, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from tests.plant import EFFECTS, UNKNOWN, Motion, multisine, paper, staircase
+from firmware_interface.plant import EFFECTS, UNKNOWN, Motion, multisine, paper, staircase
 
 SINGLE: Final = "single"
 CLEAN: Final = "clean"

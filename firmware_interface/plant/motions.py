@@ -10,7 +10,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from tests.plant.drives import Array
+from firmware_interface.plant.drives import Array
 
 SAMPLE_S = 2.5e-3
 LEAD, TAIL = 800, 20
