@@ -54,7 +54,7 @@ def times_found(
     data = search.data
     space = base_space(data, start)
     wanted = own_efforts(data, model, space)
-    points = search.with_refined_points()
+    points = search.with_refined_points(model)
     counts = [0] * len(wanted)
     for done, disturbed in enumerate(_disturbed(data, noise)):
         on_run(done)
