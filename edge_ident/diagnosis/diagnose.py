@@ -287,5 +287,5 @@ def _select(data: AxisData, template: AxisModel) -> _Selected:
     start = fit(data, template, _START, ())
     search = Search.of(data, template, start)
     selection = select_forward(search, start)
-    search = search.with_samples(selection.samples)
-    return _Selected(search, start, eliminate_backward(search, selection.model))
+    supported = eliminate_backward(selection.search, selection.model)
+    return _Selected(selection.search, start, supported)

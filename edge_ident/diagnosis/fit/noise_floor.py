@@ -134,9 +134,8 @@ def _from_repetition(data: AxisData, start: FittedModel) -> NoiseFloor | None:
     columns = np.split(start.jacobian[:, : len(PARAMETERS)], ends)
     for s, column, block in zip(data.segments, columns, np.split(data.block, ends), strict=True):
         lag = _period(s)
-        if lag is None:
+        if lag is None or not len(places := _paired(s, lag)):
             continue
-        places = _paired(s, lag)
         here = s.sample_index[places]
         difference = s.effort[here + lag] - s.effort[here]
         left = _unsteady(difference, column[places], here / lag, block[places])

@@ -29,20 +29,21 @@ class Selection:
     Attributes
     ----------
     model : FittedModel
-    samples : float
-        Number of independent samples that its criterion counted. All later steps of the diagnosis
-        use the same number, so that one criterion decides throughout.
+    search : Search
+        That it ended with. All later steps of the diagnosis use it: its criterion counts the
+        independent samples, so that one criterion decides throughout.
     """
 
     model: FittedModel
-    samples: float
+    search: Search
 
 
 def select_forward(search: Search, start: FittedModel) -> Selection:
     """Add causes to a model until none is accepted.
 
     A coloured residual is worth fewer independent samples than it has. Then the selection is
-    repeated with that number.
+    repeated with that number. At the end it is repeated from the points that were refined beside
+    all the models on the way: what they make of an early choice may be better.
 
     Parameters
     ----------
@@ -54,9 +55,12 @@ def select_forward(search: Search, start: FittedModel) -> Selection:
     samples = search.criterion.samples
     independent = independent_samples(search.data, model)
     if model.terms and independent < FEWEST_INDEPENDENT.value * samples:
-        samples = independent
-        model = _better(search.with_samples(samples), start, model)
-    return Selection(model, samples)
+        search = search.with_samples(independent)
+        model = _better(search, start, model)
+    if model.terms:
+        again = _grown(search.with_refined_points(model), start)
+        model = again if search.gain(model, again) > 0.0 else model
+    return Selection(model, search)
 
 
 def select_again(search: Search, start: FittedModel, most: float) -> FittedModel:

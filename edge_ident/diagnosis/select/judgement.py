@@ -16,6 +16,7 @@ from edge_ident.diagnosis.fit.held_out import standard_deviations
 from edge_ident.diagnosis.fit.noise_floor import NoiseFloor
 from edge_ident.diagnosis.result import Cause, Refused, Verdict
 from edge_ident.diagnosis.select.acceptance import Decision, again, larger_than_rest
+from edge_ident.diagnosis.select.agreement import agreed
 from edge_ident.diagnosis.select.assessment import Assessment
 from edge_ident.diagnosis.select.backward_elimination import (
     SupportedModel,
@@ -27,7 +28,7 @@ from edge_ident.diagnosis.select.causes import causes, strongest_first
 from edge_ident.diagnosis.select.evidence import evidence_for_terms
 from edge_ident.diagnosis.select.physics import unphysical
 from edge_ident.diagnosis.select.search import Search
-from edge_ident.diagnosis.select.stability import RUNS, times_found
+from edge_ident.diagnosis.select.stability import RUNS, disturbed_runs
 from edge_ident.diagnosis.select.standstill import at_standstill, tied_to_time
 from edge_ident.diagnosis.select.thresholds import TRADED
 
@@ -99,14 +100,14 @@ def judge(
     on_run : callable
         Gets the number of disturbed runs that are done.
     """
-    assessed = Assessment.of(search, start, selected.model, floor, rules.tolerance)
-    kept = list(range(len(selected.model.terms)))
     found: Sequence[int] = []
-    doubts: dict[int, str] = {}
-    if rules.stability and kept and not blocked:
-        found = times_found(search, start, selected.model, floor.rms, on_run)
-        doubts = _not_found_again(found)
-        kept = [k for k in kept if k not in doubts]
+    if rules.stability and selected.model.terms and not blocked:
+        runs = disturbed_runs(search, start, selected.model, floor.rms, on_run)
+        selected = agreed(search, start, selected, runs)
+        found = runs.times_found(selected.model)
+    doubts = _not_found_again(found)
+    assessed = Assessment.of(search, start, selected.model, floor, rules.tolerance)
+    kept = [k for k in range(len(selected.model.terms)) if k not in doubts]
     kept, smaller = _larger_than_rest(assessed, kept)
     doubts |= smaller
     for doubt in (_traded, _at_standstill, _halves_apart):

@@ -93,15 +93,16 @@ class Search:
         """The same search, whose criterion counts another number of independent samples."""
         return replace(self, criterion=self.criterion.with_samples(samples))
 
-    def with_refined_points(self) -> Self:
+    def with_refined_points(self, model: FittedModel) -> Self:
         """The same search, whose library also has the points that it refined; it refines no more.
 
-        So a repetition on disturbed data costs products alone.
+        So a repetition costs products alone. The terms of a model are among the points.
         """
+        known = (*model.terms, *(scored.term for scored in self.cache.values()))
         refined_terms: dict[Candidate, list[FittedTerm]] = {}
-        for scored in self.cache.values():
-            if scored.term.nonlinear and scored.candidate in self.library:
-                refined_terms.setdefault(scored.candidate, []).append(scored.term)
+        for term in known:
+            if term.nonlinear and term.candidate in self.library:
+                refined_terms.setdefault(term.candidate, []).append(term)
         base, more, rows = build(self.template, self.excitation.base, ()), {}, {}
         for candidate, terms in refined_terms.items():
             more[candidate] = {

@@ -7,7 +7,7 @@ freely. The motion is undisturbed. So the regressors of the first search serve a
 """
 
 from collections.abc import Callable, Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -30,42 +30,66 @@ RUNS: Final = DISTURBED.value + DISTURBED.value
 """Disturbed runs: every second recorded effort, the others, and the copies with noise."""
 
 
-def times_found(
+@dataclass(frozen=True)
+class DisturbedRuns:
+    """What the search finds on disturbed data.
+
+    Attributes
+    ----------
+    data : AxisData
+        Undisturbed.
+    space : (n, R) array
+        Orthonormal basis of what the base model can express.
+    models : tuple of FittedModel
+        One for each run.
+    efforts : tuple of (T, n) array
+        Own effort of each term of these models.
+    """
+
+    data: AxisData
+    space: Array
+    models: tuple[FittedModel, ...]
+    efforts: tuple[Array, ...]
+
+    def times_found(self, model: FittedModel) -> list[int]:
+        """How many of the runs find each term of a model."""
+        wanted = own_efforts(self.data, model, self.space)
+        return [sum(_among(effort, seen) for seen in self.efforts) for effort in wanted]
+
+
+def disturbed_runs(
     search: Search,
     start: FittedModel,
     model: FittedModel,
     noise: float,
     on_run: Callable[[int], None] = lambda run: None,
-) -> list[int]:
-    """Count for each term of a model how many disturbed runs, of `RUNS`, lead to it again.
+) -> DisturbedRuns:
+    """Repeat a search on disturbed data, `RUNS` times.
 
     Parameters
     ----------
     search : Search
-        That found the model.
     start : FittedModel
         The base model.
     model : FittedModel
+        That the search found.
     noise : float
         Rms of the noise of the filtered effort.
     on_run : callable
         Gets the number of runs that are done.
     """
     data = search.data
-    space = base_space(data, start)
-    wanted = own_efforts(data, model, space)
-    points = search.with_refined_points()
-    counts = [0] * len(wanted)
+    points = search.with_refined_points(model)
+    models = []
     for done, disturbed in enumerate(_disturbed(data, noise)):
         on_run(done)
-        again = points.on(disturbed)
-        found = select_again(again, again.fit(start.base, ()), float(np.count_nonzero(data.valid)))
-        seen = own_efforts(data, found, space)
-        counts = [
-            count + _among(effort, seen) for count, effort in zip(counts, wanted, strict=True)
-        ]
+        run = points.on(disturbed)
+        most = float(np.count_nonzero(data.valid))
+        models.append(select_again(run, run.fit(start.base, ()), most))
     on_run(RUNS)
-    return counts
+    space = base_space(data, start)
+    efforts = tuple(own_efforts(data, found, space) for found in models)
+    return DisturbedRuns(data, space, tuple(models), efforts)
 
 
 def _disturbed(data: AxisData, noise: float) -> Iterator[AxisData]:

@@ -23,8 +23,10 @@ _SHORTEST: Final = 100
 """Samples of such a segment."""
 _CONTACT_DAMPING: Final = 0.4
 """Damping ratio of the load on a contact."""
-_CONTACT_BAND: Final = 5.0
-"""Resonance of the load on a contact over the bandwidth, where the search for it begins."""
+_LEVELS: Final = 4
+"""Contact rates that the search begins with."""
+_QUICKER: Final = 5.0
+"""Contact rates over those of the motion and of the filter, between which the levels lie."""
 
 
 class Backlash(Effect):
@@ -130,19 +132,27 @@ def _sound(values: Values, excitation: Excitation) -> bool:
 
 def _grid(excitation: Excitation) -> dict[str, Array]:
     """Gaps from what the encoder just resolves; loads with more or less friction than their share
-    of the inertia."""
+    of the inertia; contacts from soft to stiff.
+
+    On stiff contacts a load that flies free rebounds many times, and each rebound depends on all
+    those before: the error has many minima. On soft ones it has few, and the search from them finds
+    the gap.
+    """
     inertia, viscous, coulomb, offset = excitation.base
     inertia, viscous, coulomb = (max(x, 1e-9) for x in (inertia, viscous, coulomb))
-    gaps, shares = np.meshgrid(
-        np.geomspace(0.5 * excitation.resolution, 0.03 * excitation.travel, 24),
+    turning = excitation.acceleration / excitation.typical_speed
+    ends = _QUICKER * turning, _QUICKER * 2.0 * np.pi * excitation.cutoff_hz
+    gaps, shares, rates = np.meshgrid(
+        np.geomspace(0.5 * excitation.resolution, 0.1 * excitation.travel, 30),
         np.array([0.1, 0.4, 1.0, 2.5]),
+        np.geomspace(min(ends), max(ends), _LEVELS),
     )
     return {
         "gap": gaps.ravel(),
         "deceleration": shares.ravel() * coulomb / inertia,
         "damping_rate": np.full(gaps.size, 1.5 * viscous / inertia),
         "weight": np.full(gaps.size, 2.0 * offset / inertia),
-        "contact_rate": np.full(gaps.size, _CONTACT_BAND * 2.0 * np.pi * excitation.cutoff_hz),
+        "contact_rate": rates.ravel(),
     }
 
 
@@ -243,7 +253,7 @@ EFFECT: Final = Backlash(
         grid=_grid,
         physical=_physical,
         discrepancy=0.4,
-        open_ended=("deceleration",),
+        open_ended=("deceleration", "contact_rate"),
         needs_reversals=True,
         sound=_sound,
     ),

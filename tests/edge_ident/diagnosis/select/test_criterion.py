@@ -54,9 +54,8 @@ def test_a_search_never_changes(prepared: tuple[AxisData, FittedModel]) -> None:
     start = fit(data, TEMPLATE, np.zeros(4), ())
     search = Search.of(data, TEMPLATE, start)
     before = search.criterion.samples
-    selection = select_forward(search, start)
-    assert selection.samples < 0.8 * before
+    fewer = select_forward(search, start).search
+    assert fewer.criterion.samples < 0.8 * before
     assert search.criterion.samples == before == np.count_nonzero(data.valid)
-    assert search.with_samples(selection.samples).criterion.samples == selection.samples
     with pytest.raises(FrozenInstanceError):
         search.criterion.samples = 1.0  # type: ignore[misc]

@@ -1,0 +1,81 @@
+"""A model that all disturbed runs lead to, and the undisturbed data do not."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from edge_ident.diagnosis.fit.candidates import Candidate
+from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm, fit
+from edge_ident.diagnosis.prepare.preparation import prepare_axis
+from edge_ident.diagnosis.select.agreement import agreed
+from edge_ident.diagnosis.select.backward_elimination import SupportedModel
+from edge_ident.diagnosis.select.own_effort import base_space, own_efforts
+from edge_ident.diagnosis.select.search import Search
+from edge_ident.diagnosis.select.stability import DisturbedRuns
+from edge_ident.model.effects import named
+from tests.edge_ident.diagnosis.select.test_search_parts import TEMPLATE, recorded, rigid, swing
+
+PERIOD = 0.31
+
+
+@dataclass(frozen=True)
+class Rippled:
+    """An axis with a ripple, and models of it."""
+
+    search: Search
+    start: FittedModel
+
+    def model(self, period: float) -> FittedModel:
+        """With a ripple of some period."""
+        form = named("torque_ripple").search.forms[0]
+        zero = dict.fromkeys(form.linear, 0.0)
+        term = FittedTerm(Candidate("torque_ripple", form), {"period": period}, zero)
+        return self.search.fit(self.start.base, (term,))
+
+    def runs(self, *models: FittedModel) -> DisturbedRuns:
+        """Disturbed runs that found these models."""
+        data = self.search.data
+        space = base_space(data, self.start)
+        efforts = tuple(own_efforts(data, model, space) for model in models)
+        return DisturbedRuns(data, space, models, efforts)
+
+    def selected(self, period: float) -> SupportedModel:
+        """What the undisturbed data lead to."""
+        return SupportedModel(self.model(period), (), (), converged=True)
+
+
+@pytest.fixture(scope="module")
+def rippled() -> Rippled:
+    t, x, v, a = swing(seconds=12.0)
+    effort = rigid(v, a) + 0.3 * np.sin(2.0 * np.pi * x / PERIOD)
+    data = prepare_axis([recorded(t, x, effort, noise=0.05)], "x")
+    start = fit(data, TEMPLATE, np.zeros(4), ())
+    return Rippled(Search.of(data, TEMPLATE, start), start)
+
+
+def test_what_all_disturbed_runs_find_takes_the_place_of_what_none_finds(rippled: Rippled) -> None:
+    runs = rippled.runs(*[rippled.model(PERIOD)] * 4)
+    found = agreed(rippled.search, rippled.start, rippled.selected(0.47), runs)
+    (term,) = found.model.terms
+    assert term.nonlinear["period"] == pytest.approx(PERIOD, rel=0.02)
+    assert len(found.support) == 1
+
+
+def test_runs_that_disagree_replace_nothing(rippled: Rippled) -> None:
+    right, other = rippled.model(PERIOD), rippled.model(0.47)
+    selected = rippled.selected(0.22)
+    runs = rippled.runs(right, right, right, other)
+    assert agreed(rippled.search, rippled.start, selected, runs) is selected
+
+
+def test_runs_that_find_nothing_replace_nothing(rippled: Rippled) -> None:
+    selected = rippled.selected(0.47)
+    runs = rippled.runs(*[rippled.start] * 4)
+    assert agreed(rippled.search, rippled.start, selected, runs) is selected
+
+
+def test_a_model_that_is_found_again_stays(rippled: Rippled) -> None:
+    selected = rippled.selected(PERIOD)
+    runs = rippled.runs(*[rippled.model(PERIOD)] * 4)
+    assert agreed(rippled.search, rippled.start, selected, runs) is selected
