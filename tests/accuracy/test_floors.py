@@ -3,11 +3,10 @@
 The seed is neither one of development (1 to 99) nor that of the published figures (2002 for the
 diagnosis, 700,000 for the estimators), and nothing is ever tuned to it. The drives are the same
 in every run, so a figure moves only with the code. A floor of the diagnosis lies one case below
-what was measured when it was set: another machine's arithmetic may flip one case, and a slip of two
-cases, of the 11 or 13 of a motion, is seen. Each effect is hidden once.
+what was measured when it was set, because another machine's arithmetic may flip one. Each effect is
+hidden once for each motion, and all motions count together: a slip of two cases, which is seen, is
+one of 6 points.
 """
-
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,13 +14,16 @@ import pytest
 from edge_ident.estimation.network import load_network
 from firmware_interface.plant import paper
 from tools.diagnosis_benchmark import hiding
-from tools.diagnosis_benchmark.cases import SINGLE, Batch, Case
+from tools.diagnosis_benchmark.cases import MOTIONS, SINGLE, Batch, Case
 from tools.diagnosis_benchmark.outcome import SHOWS, Outcome
 from tools.diagnosis_benchmark.running import diagnose_case
 from tools.network_figures import Case as Identified
 from tools.network_figures import Setting
 
 SEED = 5077
+DRIVES = 20
+SHOWING, FIRST, EXACT = 34, 26, 26
+"""Cases in which the effect shows, and measured: first cause right, and nothing else named."""
 
 
 @pytest.fixture(scope="module")
@@ -47,42 +49,32 @@ def test_parameters_are_as_near_the_truth_as_published(
     assert np.quantile(errors, 0.95) < p95
 
 
-def diagnosed(motion: str, drives: int) -> list[Outcome]:
-    """The first drives of a batch in which the hidden effect shows."""
-    batch = Batch(SINGLE, motion, SEED, 0)
-    hiding.simulate_batch(batch)
-    shows = hiding.load_batch(batch).shows[:drives, 0] >= SHOWS
-    return [diagnose_case(Case(batch, int(row))) for row in np.flatnonzero(shows)]
+@pytest.fixture(scope="module")
+def diagnosed(tmp_path_factory: pytest.TempPathFactory) -> list[Outcome]:
+    """On each motion, the first twenty drives of a batch in which the hidden effect shows."""
+    outcomes = []
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(hiding, "FOLDER", tmp_path_factory.mktemp("batches"))
+        for motion in MOTIONS:
+            batch = Batch(SINGLE, motion, SEED, 0)
+            hiding.simulate_batch(batch)
+            shows = hiding.load_batch(batch).shows[:DRIVES, 0] >= SHOWS
+            outcomes += [diagnose_case(Case(batch, int(row))) for row in np.flatnonzero(shows)]
+    return outcomes
 
 
-@pytest.mark.parametrize(
-    ("motion", "drives", "showing", "first", "exact"),
-    [
-        # measured: 8 and 8
-        ("multisine", 20, 11, 7, 7),
-        # measured: 10 and 10
-        ("paper", 20, 13, 9, 9),
-    ],
-)
-def test_the_hidden_effect_is_the_first_cause(
-    motion: str,
-    drives: int,
-    showing: int,
-    first: int,
-    exact: int,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_the_hidden_effect_is_the_first_cause(diagnosed: list[Outcome]) -> None:
     """The first cause is the hidden effect itself: an inseparable alternative does not count.
 
     An effect that shows above the noise counts here also where it is below the tolerance: then it
     is only minor.
     """
-    monkeypatch.setattr(hiding, "FOLDER", tmp_path)
-    outcomes = diagnosed(motion, drives)
-    assert len(outcomes) == showing
-    named = [one for one in outcomes if one.causes and one.causes[0].effect in one.hidden]
-    missed = [str(one.case) for one in outcomes if one not in named]
-    assert len(named) >= first, missed
-    assert sum(one.exact for one in outcomes) >= exact, missed
-    assert not any(one.sound_causes for one in outcomes), "an axis left alone is accused"
+    assert len(diagnosed) == SHOWING
+    named = [one for one in diagnosed if one.causes and one.causes[0].effect in one.hidden]
+    missed = [str(one.case) for one in diagnosed if one not in named]
+    assert len(named) >= FIRST - 1, missed
+    assert sum(one.exact for one in diagnosed) >= EXACT - 1, missed
+
+
+def test_no_axis_is_accused_in_which_nothing_is_hidden(diagnosed: list[Outcome]) -> None:
+    assert not [str(one.case) for one in diagnosed if one.sound_causes]
