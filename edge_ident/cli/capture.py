@@ -1,13 +1,26 @@
 """The command capture: a motion and its recording."""
 
+from typing import Annotated, Any, get_args
+
 import typer
 
+import edge_ident
 from edge_ident import commissioning, report
 from edge_ident.cli.command import command
 from edge_ident.cli.options import BoardOptions, ResultOptions, deliver
 from edge_ident.cli.progress import shown_progress
 from edge_ident.cli.run import Cycles, MotionName
 from edge_ident.cli.sessions import session
+
+MotionOrFile = Annotated[
+    str,
+    typer.Option(
+        "--motion",
+        metavar="sinusoid|multisine|staircase|FILE",
+        envvar="EDGE_IDENT_MOTION",
+        help="Motion that the axes make, or a file that plan wrote.",
+    ),
+]
 
 
 def register(app: typer.Typer) -> None:
@@ -19,7 +32,7 @@ def register(app: typer.Typer) -> None:
 def capture(
     *,
     where: BoardOptions,
-    motion: MotionName = "sinusoid",
+    motion: MotionOrFile = "sinusoid",
     cycles: Cycles = None,
     results: ResultOptions,
 ) -> None:
@@ -30,11 +43,16 @@ def capture(
 
     Example: `edge-ident capture --device virtual --motion multisine --output captures/a`
     """
+    followed: Any = motion
+    if motion not in get_args(get_args(MotionName)[0]):
+        if cycles is not None:
+            raise typer.BadParameter("the motion of a file has no periods", param_hint="--cycles")
+        followed = edge_ident.load_motion(motion)
     with session(where, results.output) as opened:
         path = opened.folder / commissioning.CAPTURE_FILE
         with shown_progress() as bars:
             found = commissioning.record_motion(
-                opened.board, opened.drive, motion, cycles, path, bars
+                opened.board, opened.drive, followed, cycles, path, bars
             )
     deliver(report.capture_document(found, path), "capture.json", opened.folder, results.json)
     if not results.json:

@@ -1,0 +1,159 @@
+"""One axis of a drive: what its recordings and its diagnosis say, ready for the search."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from edge_ident.diagnosis.fit.fitting import delayed
+from edge_ident.diagnosis.fit.summary import nonzero_rms
+from edge_ident.diagnosis.prepare.axis_data import AxisData
+from edge_ident.diagnosis.prepare.preparation import prepare_axis
+from edge_ident.diagnosis.result import AxisDiagnosis
+from edge_ident.drive.description import Drive
+from edge_ident.drive.motions import MotionName, named_trajectory
+from edge_ident.errors import DataError
+from edge_ident.experiment.columns import base_columns, key, term_columns
+from edge_ident.experiment.compared import Compared, Instruments
+from edge_ident.experiment.distance import Judge, distance
+from edge_ident.experiment.limits import Allowed, Load
+from edge_ident.experiment.rivals import Rivals, Typical, rivals
+from edge_ident.experiment.search import Problem
+from edge_ident.model.model import AxisModel
+from edge_ident.model.search import Excitation
+from edge_ident.signals.metrics import rms
+from edge_ident.signals.recording import Recording
+from firmware_interface.motion import Multisine, Staircase
+
+Array = NDArray[np.float64]
+
+_USUAL: Final[tuple[MotionName, ...]] = ("multisine", "sinusoid")
+_BAND_SHARE: Final = 0.5
+"""Of the comparison's band, up to which lines are placed: what they cause is faster than they."""
+
+
+@dataclass(frozen=True)
+class AxisCase:
+    """One axis.
+
+    Attributes
+    ----------
+    problem : Problem
+        Its other axes are still at rest.
+    rivals : Rivals
+    named, sinusoid : Multisine
+        The drive's own motions.
+    before : (P,) array
+        Distances of the pairs on the recordings.
+    """
+
+    problem: Problem
+    rivals: Rivals
+    named: Multisine
+    sinusoid: Multisine
+    before: Array
+
+    def highest(self, rate_rad_s: float) -> int:
+        """Largest multiple of a frequency that the loop follows and the comparison passes."""
+        instruments = self.problem.instruments
+        band = instruments.band(instruments.motion(self.named, self.problem.duration_s))
+        passed = _BAND_SHARE * 2.0 * np.pi * band.cutoff_hz
+        return max(1, int(min(passed, self.problem.allowed.loops.bandwidth_rad_s) / rate_rad_s))
+
+
+def axis_case(
+    name: str,
+    axis: AxisDiagnosis,
+    recordings: Sequence[Recording],
+    drive: Drive,
+    allowed: Allowed,
+    duration_s: float,
+    lead_in_s: float,
+) -> AxisCase:
+    """Prepare one axis.
+
+    Raises
+    ------
+    DataError
+        The effort limit leaves nothing beyond friction.
+    """
+    data = prepare_axis(recordings, name, timed=not delayed(axis.model))
+    base = replace(axis.model, terms=axis.model.terms[:1])
+    _check_effort(name, base, allowed)
+    noise = axis.noise_floor * nonzero_rms(axis.traces.effort[axis.traces.valid])
+    instruments = Instruments.of_recordings(
+        data,
+        float(base.parameters[0]),
+        noise,
+        drive.sampling_period_s,
+        drive.axes[name].encoder_resolution_rad,
+    )
+    excitation = data.excitation(base.parameters)
+    motions = {n: named_trajectory(drive, n).axes for n in _USUAL}
+    found = rivals(axis, _typical(name, base, excitation, instruments, motions, duration_s))
+    load = Load(base.parameters, 0.0)
+    judge = Judge(excitation)
+    problem = Problem(
+        base, found.pairs, judge, instruments, allowed, load, {}, duration_s, lead_in_s
+    )
+    named, sinusoid = (_sines(of[name]) for of in motions.values())
+    others = {n: m for n, m in motions["multisine"].items() if n != name}
+    problem = replace(problem, load=problem.loaded(problem.beside(others).distances(named)))
+    return AxisCase(problem, found, named, sinusoid, _before(data, problem, noise))
+
+
+def _typical(
+    name: str,
+    base: AxisModel,
+    excitation: Excitation,
+    instruments: Instruments,
+    motions: Mapping[MotionName, Mapping[str, Multisine] | Mapping[str, Staircase]],
+    duration_s: float,
+) -> Typical:
+    """At which size untested effects are tested, along the first usual motion that shows any."""
+    for axes in motions.values():
+        moved = {n: instruments.motion(motion, duration_s) for n, motion in axes.items()}
+        own = moved.pop(name)
+        reference = instruments.compared(own, moved)
+        if reference is not None:
+            effort = rms(base_columns(reference, base).effort)
+            return Typical(base, excitation, reference, effort, next(iter(moved), None))
+    raise DataError(
+        f"axis {name}: hardly a sample of the drive's own motions would lie away from standstill "
+        "and reversals",
+        "give a longer motion with --seconds",
+    )
+
+
+def _sines(motion: Multisine | Staircase) -> Multisine:
+    assert isinstance(motion, Multisine)
+    return motion
+
+
+def _check_effort(name: str, base: AxisModel, allowed: Allowed) -> None:
+    _, _, coulomb, offset = base.parameters
+    limit = allowed.with_margin.effort_nm
+    if coulomb + abs(offset) >= limit:
+        raise DataError(
+            f"axis {name}: friction and offset take {coulomb + abs(offset):.3g} N*m, the effort "
+            f"limit less its margin is {limit:.3g} N*m",
+            "give the description of this drive with --drive",
+        )
+
+
+def _before(data: AxisData, problem: Problem, noise: float) -> Array:
+    """Distances of all pairs on the recordings."""
+    compared = Compared.of_recordings(data, noise)
+    base = base_columns(compared, problem.base)
+    usable = [t for t in problem.terms if t.source_axis is None or t.source_axis in data.other_axes]
+    columns = dict(zip(map(key, usable), term_columns(compared, problem.base, usable), strict=True))
+    return np.array(
+        [
+            distance(pair, base, columns, noise)
+            if all(key(t) in columns for t in (*pair.terms, *pair.others))
+            else 0.0
+            for pair in problem.pairs
+        ]
+    )
