@@ -12,16 +12,18 @@ from edge_ident.diagnosis.fit.summary import nonzero_rms
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.result import AxisDiagnosis
+from edge_ident.diagnosis.select.thresholds import LARGEST
 from edge_ident.drive.description import Drive
 from edge_ident.drive.motions import MotionName, named_trajectory
 from edge_ident.errors import DataError
-from edge_ident.experiment.columns import base_columns, key, term_columns
+from edge_ident.experiment.columns import Key, base_columns, key, term_columns, term_effort
 from edge_ident.experiment.compared import Compared, Instruments
 from edge_ident.experiment.distance import Judge, distance
 from edge_ident.experiment.limits import Allowed, Load
-from edge_ident.experiment.rivals import Rivals, Typical, rivals
+from edge_ident.experiment.rivals import Pair, Rivals, Typical, rivals
 from edge_ident.experiment.search import Problem
-from edge_ident.model.model import AxisModel
+from edge_ident.model.inverse import inverse_effort, obeyed
+from edge_ident.model.model import PARAMETERS, AxisModel, Term
 from edge_ident.model.search import Excitation
 from edge_ident.signals.metrics import rms
 from edge_ident.signals.recording import Recording
@@ -30,6 +32,8 @@ from firmware_interface.motion import Multisine, Staircase
 Array = NDArray[np.float64]
 
 _USUAL: Final[tuple[MotionName, ...]] = ("multisine", "sinusoid")
+_RANK: Final = 1e-6
+"""Of the base model's columns: what a motion does not show stays near zero."""
 _BAND_SHARE: Final = 0.5
 """Of the comparison's band, up to which lines are placed: what they cause is faster than they."""
 
@@ -77,11 +81,10 @@ def axis_case(
     Raises
     ------
     DataError
-        The effort limit leaves nothing beyond friction.
+        The drive's own motions are too short to show anything.
     """
     data = prepare_axis(recordings, name, timed=not delayed(axis.model))
     base = replace(axis.model, terms=axis.model.terms[:1])
-    _check_effort(name, base, allowed)
     noise = axis.noise_floor * nonzero_rms(axis.traces.effort[axis.traces.valid])
     instruments = Instruments.of_recordings(
         data,
@@ -93,15 +96,17 @@ def axis_case(
     excitation = data.excitation(base.parameters)
     motions = {n: named_trajectory(drive, n).axes for n in _USUAL}
     found = rivals(axis, _typical(name, base, excitation, instruments, motions, duration_s))
-    load = Load(base.parameters, 0.0)
+    before = Compared.of_recordings(data, noise)
+    bases = _bases(data, before, base, found.pairs)
     judge = Judge(excitation)
     problem = Problem(
-        base, found.pairs, judge, instruments, allowed, load, {}, duration_s, lead_in_s
+        base, found.pairs, judge, instruments, allowed, bases, (), (), {}, duration_s, lead_in_s
     )
+    problem = _explanations(data, problem)
     named, sinusoid = (_sines(of[name]) for of in motions.values())
     others = {n: m for n, m in motions["multisine"].items() if n != name}
-    problem = replace(problem, load=problem.loaded(problem.beside(others).distances(named)))
-    return AxisCase(problem, found, named, sinusoid, _before(data, problem, noise))
+    problem = replace(problem, loads=problem.loaded(problem.beside(others).distances(named)))
+    return AxisCase(problem, found, named, sinusoid, _before(data, problem, before))
 
 
 def _typical(
@@ -132,26 +137,66 @@ def _sines(motion: Multisine | Staircase) -> Multisine:
     return motion
 
 
-def _check_effort(name: str, base: AxisModel, allowed: Allowed) -> None:
-    _, _, coulomb, offset = base.parameters
-    limit = allowed.with_margin.effort_nm
-    if coulomb + abs(offset) >= limit:
-        raise DataError(
-            f"axis {name}: friction and offset take {coulomb + abs(offset):.3g} N*m, the effort "
-            f"limit less its margin is {limit:.3g} N*m",
-            "give the description of this drive with --drive",
-        )
+def _bases(
+    data: AxisData, before: Compared, base: AxisModel, pairs: Sequence[Pair]
+) -> dict[Key, AxisModel]:
+    """The base term beside each rival: what the recordings leave for it."""
+    columns = base_columns(before, base).columns
+    target = data.effort[data.valid]
+    found = {}
+    for pair in pairs:
+        left = target - sum(term_effort(before, base, t) for t in pair.others if _seen(t, data))
+        for rival in filter(lambda t: _seen(t, data), pair.terms):
+            beside = left - term_effort(before, base, rival)
+            values = np.linalg.lstsq(columns.T, beside, rcond=_RANK)[0][: len(PARAMETERS)]
+            own = dict(zip(PARAMETERS, values.tolist(), strict=True))
+            found[key(rival)] = replace(base, terms=(replace(base.terms[0], values=own),))
+    return found
 
 
-def _before(data: AxisData, problem: Problem, noise: float) -> Array:
+def _seen(term: Term, data: AxisData) -> bool:
+    return term.source_axis is None or term.source_axis in data.other_axes
+
+
+def _explanations(data: AxisData, problem: Problem) -> Problem:
+    """The problem with what every rival says of the effort, before a motion shows its causes.
+
+    A rival that expects far more effort along the recordings than they hold, at reversals for
+    instance, which are not compared, says nothing about limits.
+    """
+    every = [
+        (*pair.others, *own) for pair in problem.pairs for own in ((), *((t,) for t in pair.terms))
+    ]
+    different = tuple({tuple(map(key, terms)): terms for terms in every}.values()) or ((),)
+    loads, kept = [], []
+    for terms in different:
+        base = problem.bases.get(key(terms[-1]), problem.base) if terms else problem.base
+        if not terms or _credible(data, replace(base, terms=(base.terms[0], *terms))):
+            loads.append(Load(base.parameters, 0.0))
+            kept.append(terms)
+    return replace(problem, loads=tuple(loads), explanations=tuple(kept))
+
+
+def _credible(data: AxisData, axis: AxisModel) -> bool:
+    """Whether a model expects no more effort than the recordings may hold, reversals included."""
+    if not all(_seen(t, data) for t in axis.terms[1:]):
+        return True
+    return all(
+        np.max(np.abs(inverse_effort(obeyed(axis), s.motion, s.others)))
+        < LARGEST.value * np.max(np.abs(s.raw_effort))
+        for s in data.segments
+    )
+
+
+def _before(data: AxisData, problem: Problem, compared: Compared) -> Array:
     """Distances of all pairs on the recordings."""
-    compared = Compared.of_recordings(data, noise)
     base = base_columns(compared, problem.base)
-    usable = [t for t in problem.terms if t.source_axis is None or t.source_axis in data.other_axes]
-    columns = dict(zip(map(key, usable), term_columns(compared, problem.base, usable), strict=True))
+    usable = [t for t in problem.terms if _seen(t, data)]
+    beside = [(problem.bases.get(key(t), problem.base), t) for t in usable]
+    columns = dict(zip(map(key, usable), term_columns(compared, beside), strict=True))
     return np.array(
         [
-            distance(pair, base, columns, noise)
+            distance(pair, base, columns, compared.noise)
             if all(key(t) in columns for t in (*pair.terms, *pair.others))
             else 0.0
             for pair in problem.pairs

@@ -32,13 +32,13 @@ class Columns:
     effort : (n,) array
     derivatives : (P, n) array
         By its parameters that are not zero, per relative change.
-    peak : float
-        Largest effort before the filter.
+    raw : (N,) array
+        The effort before the filter.
     """
 
     effort: Array
     derivatives: Array
-    peak: float
+    raw: Array
 
 
 @dataclass(frozen=True)
@@ -50,10 +50,13 @@ class BaseColumns:
     effort : (n,) array
     columns : (4 + R, n) array
         Of the four parameters, and of a shift in time of each of R recordings.
+    raw : (4, N) array
+        Of the four parameters, before the filter.
     """
 
     effort: Array
     columns: Array
+    raw: Array
 
 
 def base_columns(compared: Compared, base: AxisModel) -> BaseColumns:
@@ -62,7 +65,7 @@ def base_columns(compared: Compared, base: AxisModel) -> BaseColumns:
     rows = compared.raw(replace(base, terms=(replace(base.terms[0], values=unit),)))
     filtered = compared.filtered(rows)
     columns = np.vstack([filtered, compared.timing(base.parameters @ rows)])
-    return BaseColumns(base.parameters @ filtered, columns)
+    return BaseColumns(base.parameters @ filtered, columns, rows)
 
 
 def key(term: Term) -> Key:
@@ -72,24 +75,26 @@ def key(term: Term) -> Key:
 
 def term_effort(compared: Compared, base: AxisModel, term: Term) -> Array:
     """Filtered effort (n,) that a term adds to the base model."""
-    added = compared.raw(replace(base, terms=(base.terms[0], term))) - compared.raw(base)
-    return compared.filtered(added)
+    return compared.filtered(_added(compared, base, term))
 
 
-def term_columns(compared: Compared, base: AxisModel, terms: Sequence[Term]) -> list[Columns]:
-    """Efforts and derivatives of terms, filtered together."""
-    without = compared.raw(base)
-    rows = [
-        np.atleast_2d(compared.raw(replace(base, terms=(base.terms[0], _moved(t))))) - without
-        for t in terms
-    ]
-    filtered = np.split(
-        compared.filtered(np.vstack(rows)), np.cumsum([len(part) for part in rows])[:-1]
-    )
+def term_columns(compared: Compared, terms: Sequence[tuple[AxisModel, Term]]) -> list[Columns]:
+    """Efforts and derivatives of terms, each on top of a base model, filtered together."""
+    if not terms:
+        return []
+    rows = [np.atleast_2d(_added(compared, base, _moved(t))) for base, t in terms]
+    ends = np.cumsum([len(part) for part in rows])[:-1]
+    filtered = np.split(compared.filtered(np.vstack(rows)), ends)
     return [
-        Columns(part[0], (part[1::2] - part[2::2]) / (2.0 * _STEP), float(np.max(np.abs(raw[0]))))
+        Columns(part[0], (part[1::2] - part[2::2]) / (2.0 * _STEP), raw[0])
         for part, raw in zip(filtered, rows, strict=True)
     ]
+
+
+def _added(compared: Compared, base: AxisModel, term: Term) -> Array:
+    """Effort (..., N) that a term adds to a base model, before the filter."""
+    together = replace(base, terms=(base.terms[0], term))
+    return np.asarray(compared.raw(together) - compared.raw(base))
 
 
 def _moved(term: Term) -> Term:

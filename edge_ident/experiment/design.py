@@ -6,7 +6,7 @@ those before it move.
 """
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Final
@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.drive.description import Drive
+from edge_ident.errors import DataError
 from edge_ident.experiment.axis_case import AxisCase
 from edge_ident.experiment.limits import Load, Use
 from edge_ident.experiment.search import Problem, search
@@ -112,14 +113,17 @@ def found(
     duration_s: float,
     lead_in_s: float,
     seed: int,
-) -> Found | None:
-    """Search with motions of one kind; None where the limits allow an axis no motion."""
+) -> Found:
+    """Search with motions of one kind.
+
+    Raises
+    ------
+    DataError
+        The limits allow an axis no motion.
+    """
     motions: dict[str, Move] = dict.fromkeys(drive.axes, kind.still)
     for name, case in cases.items():
-        usual = case.problem.sized(kind.usual(case)[0])
-        if usual is None:
-            return None
-        motions[name] = usual
+        motions[name] = case.problem.sized(kind.usual(case)[0])
     best, tried = {}, 0
     for number, (name, case) in enumerate(cases.items()):
         problem = case.problem.beside(_others(motions, name))
@@ -159,7 +163,8 @@ def _finished(
 ) -> Found:
     """Motions as large as the limits allow beside their causes, and what they separate."""
     for name, case in cases.items():
-        motions[name] = _within(case.problem.beside(_others(motions, name)), motions[name])
+        beside = case.problem.beside(_others(motions, name))
+        motions[name] = _within(name, beside, motions[name])
     distances, needed, loads, largest = {}, {}, {}, {}
     for name, case in cases.items():
         problem = case.problem.beside(_others(motions, name))
@@ -179,23 +184,27 @@ def _finished(
     return Found(trajectory, distances, needed, largest, uses, tried)
 
 
-def _within(problem: Problem, motion: Move) -> Move:
+def _within(name: str, problem: Problem, motion: Move) -> Move:
     """A motion, made smaller as long as it leaves the limits with the causes that it shows."""
     for _ in range(_MOST_SHRINKS):
-        load = problem.loaded(problem.distances(motion))
-        worst = problem.allowed.uses(motion, problem.duration_s, problem.lead_in_s, load)[1]
+        loads = problem.loaded(problem.distances(motion))
+        worst = problem.allowed.uses(motion, problem.duration_s, problem.lead_in_s, loads)[1]
         share = worst.of(problem.allowed.with_margin)
         if share <= 1.0:
-            break
+            return motion
         motion = scaled(motion, _SHRINK / share)
-    return motion
+    raise DataError(
+        f"axis {name}: friction and causes alone take more than the effort limit less its margin, "
+        f"{problem.allowed.with_margin.effort_nm:.3g} N*m",
+        "give the description of this drive with --drive",
+    )
 
 
 def _lead_in(
     drive: Drive,
     cases: Mapping[str, AxisCase],
     motions: Mapping[str, Move],
-    loads: Mapping[str, Load],
+    loads: Mapping[str, Sequence[Load]],
     longest_s: float,
 ) -> float:
     """The shortest lead-in with which no axis leaves its limits."""

@@ -123,7 +123,7 @@ def _needed(gain: float, samples: int) -> float:
 
 def _beside(columns: Columns, basis: Array) -> Columns:
     """Columns without what a basis (n, R) spans."""
-    return Columns(_left(columns.effort, basis), _left(columns.derivatives, basis), columns.peak)
+    return Columns(_left(columns.effort, basis), _left(columns.derivatives, basis), columns.raw)
 
 
 def _left(rows: Array, basis: Array) -> Array:

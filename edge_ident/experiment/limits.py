@@ -5,6 +5,7 @@ worst of all loops that the axis may have counts, and every instant may be the b
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -102,14 +103,14 @@ class Use:
 
 @dataclass(frozen=True)
 class Load:
-    """What the effort of an axis is made of.
+    """What the effort of an axis is made of, in the eyes of one explanation.
 
     Attributes
     ----------
     base : (4,) array
         Base parameters.
     added_nm : float
-        Peak effort of all its causes, those of the worst rival included.
+        What its causes add to the peak of the base model's effort; negative where they lower it.
     """
 
     base: Array
@@ -138,20 +139,26 @@ class Allowed:
         return self.limit.times(1.0 - MARGIN)
 
     def uses(
-        self, motion: Multisine | Staircase, duration_s: float, lead_in_s: float, load: Load
+        self,
+        motion: Multisine | Staircase,
+        duration_s: float,
+        lead_in_s: float,
+        loads: Sequence[Load],
     ) -> tuple[Use, Use]:
-        """What a motion asks for: as commanded, and at worst."""
+        """What a motion asks for: as commanded of the first load, and at worst of any."""
         position, velocity, acceleration = _from_rest_to_rest(motion, duration_s, lead_in_s)
         stop_s = stop_duration_s(self.stop_speed_rad_s)
         behind, rate, change = self.loops.followed(velocity, acceleration, _STEP_S)
-        commanded = _use(position, velocity, acceleration, stop_s, load.base, 0.0)
-        worst = _use(position + behind, rate, change, stop_s, load.base, load.added_nm)
-        return commanded, Use(
-            max(worst.travel_rad, commanded.travel_rad),
-            max(worst.speed_rad_s, commanded.speed_rad_s),
-            max(worst.acceleration_rad_s2, commanded.acceleration_rad_s2),
-            max(worst.effort_nm, commanded.effort_nm + load.added_nm),
-        )
+        commanded = _use(position, velocity, acceleration, stop_s, loads[:1])
+        every = [
+            np.vstack([own, followed])
+            for own, followed in (
+                (position, position + behind),
+                (velocity, rate),
+                (acceleration, change),
+            )
+        ]
+        return commanded, _use(every[0], every[1], every[2], stop_s, loads)
 
 
 def _from_rest_to_rest(
@@ -173,15 +180,19 @@ def _from_rest_to_rest(
 
 
 def _use(
-    position: Array, velocity: Array, acceleration: Array, stop_s: float, base: Array, added: float
+    position: Array, velocity: Array, acceleration: Array, stop_s: float, loads: Sequence[Load]
 ) -> Use:
-    inertia, viscous, coulomb, offset = base
-    effort = inertia * acceleration + viscous * velocity + coulomb * np.sign(velocity) + offset
+    direction = np.sign(velocity)
+    efforts = []
+    for load in loads:
+        inertia, viscous, coulomb, offset = load.base
+        effort = inertia * acceleration + viscous * velocity + coulomb * direction + offset
+        efforts.append(_most(effort) + load.added_nm)
     return Use(
         max(_most(position), _most(position + 0.5 * stop_s * velocity)),
         _most(velocity),
         _most(acceleration),
-        _most(effort) + added,
+        max(efforts),
     )
 
 

@@ -1,7 +1,7 @@
 """The front door: design the motion that separates what a diagnosis leaves open."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -91,15 +91,12 @@ def plan_motion(
     words = next(iter(allowed.values())).loops.words
     if not any(case.problem.pairs for case in cases.values()):
         return MotionPlan(None, {}, (), left_out, MARGIN, words, 0)
-    every = [
-        one
-        for kind in kinds(duration_s)
-        if (one := found(kind, drive, cases, duration_s, lead_in_s, seed)) is not None
-    ]
+    every = [found(kind, drive, cases, duration_s, lead_in_s, seed) for kind in kinds(duration_s)]
     chosen = _chosen(every)
     pairs = _pairs(cases, every, chosen)
     tried = sum(one.tried for one in every)
     if not any(pair.separated for pair in pairs):
+        pairs = tuple(replace(pair, after=0.0, error_probability=0.5) for pair in pairs)
         return MotionPlan(None, {}, pairs, left_out, MARGIN, words, tried)
     uses = {name: AxisUse(*chosen.uses[name], allowed[name].limit) for name in cases}
     return MotionPlan(chosen.trajectory, uses, pairs, left_out, MARGIN, words, tried)

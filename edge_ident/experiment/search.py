@@ -35,6 +35,9 @@ _GROWS: Final = 1.5
 _SHRINKS: Final = 0.87
 """Changes of the step after a success and after a failure: level at one success in five (Rechenberg
 1973)."""
+_LEAST_EFFORT: Final = 0.1
+"""Share of the effort limit that is tried for inertia and viscous friction, at least: the effort of
+some causes falls with the motion."""
 _ALONE: Final = 0.25
 """Share of the evaluations beside the search for a pair that was not within reach."""
 _MOST_ALONE: Final = 2
@@ -52,7 +55,12 @@ class Problem:
     judge : Judge
     instruments : Instruments
     allowed : Allowed
-    load : Load
+    bases : mapping of Key to AxisModel
+        The base term beside each rival, as the recordings show it.
+    loads : tuple of Load
+        Of each explanation that the recordings do not contradict.
+    explanations : tuple of tuple of Term
+        The causes in the eyes of each.
     others : mapping of axis name to motion
         How the other axes move.
     duration_s, lead_in_s : float
@@ -63,7 +71,9 @@ class Problem:
     judge: Judge
     instruments: Instruments
     allowed: Allowed
-    load: Load
+    bases: Mapping[Key, AxisModel]
+    loads: tuple[Load, ...]
+    explanations: tuple[tuple[Term, ...], ...]
     others: Mapping[str, Multisine | Staircase]
     duration_s: float
     lead_in_s: float
@@ -74,16 +84,18 @@ class Problem:
         every = [t for pair in self.pairs for t in (*pair.terms, *pair.others)]
         return tuple({key(t): t for t in every}.values())
 
-    def sized(self, shape: Shape) -> Multisine | Staircase | None:
-        """A shape as large as the limits allow; None where they allow nothing."""
-        inertia, viscous, coulomb, offset = self.load.base
-        moving = Load(np.array([inertia, viscous, 0.0, 0.0]), 0.0)
-        unit = self.allowed.uses(shape.motion(1.0), self.duration_s, self.lead_in_s, moving)[1]
+    def sized(self, shape: Shape) -> Multisine | Staircase:
+        """A shape as large as the limits allow beside the friction and the causes of any rival."""
         limit = self.allowed.with_margin
-        left = limit.effort_nm - coulomb - abs(offset) - self.load.added_nm
-        if left <= 0.0:
-            return None
-        return shape.motion(shape.share / unit.of(replace(limit, effort_nm=left)))
+        moving = []
+        for load in self.loads:
+            inertia, viscous, coulomb, offset = load.base
+            left = limit.effort_nm - abs(coulomb) - abs(offset) - load.added_nm
+            left = max(left, _LEAST_EFFORT * limit.effort_nm)
+            rates = np.array([inertia, viscous, 0.0, 0.0]) * limit.effort_nm / left
+            moving.append(Load(rates, 0.0))
+        unit = self.allowed.uses(shape.motion(1.0), self.duration_s, self.lead_in_s, moving)[1]
+        return shape.motion(shape.share / unit.of(limit))
 
     def beside(self, others: Mapping[str, Multisine | Staircase]) -> "Problem":
         """The same where the other axes move like this."""
@@ -104,9 +116,14 @@ class Problem:
         """Distances (P,) that all pairs need."""
         return np.array([self.judge.needed(pair, samples) for pair in self.pairs])
 
-    def loaded(self, seen: "Distances | None") -> Load:
-        """The load with the effort of the causes that a motion shows."""
-        return self.load if seen is None else replace(self.load, added_nm=seen.added_nm)
+    def loaded(self, seen: "Distances | None") -> tuple[Load, ...]:
+        """The loads with the effort of the causes that a motion shows."""
+        if seen is None:
+            return self.loads
+        return tuple(
+            replace(load, added_nm=added)
+            for load, added in zip(self.loads, seen.added_nm, strict=True)
+        )
 
     def distances(self, motion: Multisine | Staircase) -> "Distances | None":
         """How far apart a motion brings all pairs; None where hardly a sample shows it."""
@@ -114,18 +131,22 @@ class Problem:
         if compared is None:
             return None
         base, terms = base_columns(compared, self.base), self.terms
-        found = term_columns(compared, self.base, terms) if terms else []
+        found = term_columns(compared, [(self.bases.get(key(t), self.base), t) for t in terms])
         columns: dict[Key, Columns] = dict(zip(map(key, terms), found, strict=True))
-        peak = {name: one.peak for name, one in columns.items()}
-        added = (
-            sum(peak[key(t)] for t in pair.others) + max(peak[key(t)] for t in pair.terms)
-            for pair in self.pairs
-        )
         return Distances(
             np.array([distance(pair, base, columns, compared.noise) for pair in self.pairs]),
             self.needed(len(base.effort)),
-            max(added, default=0.0),
+            tuple(
+                _added(load.base @ base.raw, [columns[key(t)].raw for t in terms])
+                for load, terms in zip(self.loads, self.explanations, strict=True)
+            ),
         )
+
+
+def _added(base: Array, causes: Sequence[Array]) -> float:
+    """What causes (N,) add to the peak of a base effort (N,); negative where they lower it."""
+    together = base + sum(causes)
+    return float(np.max(np.abs(together)) - np.max(np.abs(base)))
 
 
 @dataclass(frozen=True)
@@ -135,13 +156,13 @@ class Distances:
     Attributes
     ----------
     apart, needed : (P,) arrays
-    added_nm : float
-        Peak effort of the causes.
+    added_nm : tuple of float
+        What the causes of each explanation add to the peak effort of its base model.
     """
 
     apart: Array
     needed: Array
-    added_nm: float
+    added_nm: tuple[float, ...]
 
 
 @dataclass
@@ -217,13 +238,13 @@ def search(
     return best
 
 
-_Tried = tuple[Shape, Multisine | Staircase | None, Array]
+_Tried = tuple[Shape, Multisine | Staircase, Array]
 
 
 def _evaluated(problem: Problem, shape: Shape, best: Best) -> _Tried:
     motion = problem.sized(shape)
     best.tried += 1
-    seen = None if motion is None else problem.distances(motion)
+    seen = problem.distances(motion)
     scores = np.zeros(len(problem.pairs)) if seen is None else seen.apart / seen.needed
     best.of_pairs = np.maximum(best.of_pairs, scores)
     return shape, motion, scores
@@ -231,8 +252,7 @@ def _evaluated(problem: Problem, shape: Shape, best: Best) -> _Tried:
 
 def _keep(best: Best, tried: Sequence[_Tried], counted: NDArray[np.bool_]) -> None:
     shape, motion, scores = max(tried, key=lambda one: value(one[2], counted))
-    if motion is not None:
-        best.shape, best.motion, best.scores = shape, motion, scores
+    best.shape, best.motion, best.scores = shape, motion, scores
 
 
 def _refine(

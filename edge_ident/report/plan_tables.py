@@ -118,7 +118,7 @@ def _pairs_table(plan: MotionPlan) -> FittingTable:
     for heading in ("axis", "explanation", "or"):
         table.add_column(heading)
     table.add_column("because it is")
-    for heading in ("distance on the\nrecordings", "on this\nmotion", "needed"):
+    for heading in ("distance on the\nrecordings", "on this\nmotion", "on the\nbest", "needed"):
         table.add_column(heading, justify="right")
     for pair in plan.pairs:
         table.add_row(
@@ -128,6 +128,7 @@ def _pairs_table(plan: MotionPlan) -> FittingTable:
             _WHY[pair.why],
             f"{pair.before:.1f}",
             f"{pair.after:.1f}",
+            f"{pair.best:.1f}",
             f"{pair.needed:.1f}",
         )
     return table
