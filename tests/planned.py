@@ -60,11 +60,14 @@ class Hidden:
     effects : tuple of Effect
     recordings : tuple of Recording
         One for each drive.
+    accelerations : (B,) array
+        Peaks of the simulated machines in their recordings, means over 20 ms.
     """
 
     drives: Drives
     effects: tuple[Effect, ...]
     recordings: tuple[Recording, ...]
+    accelerations: Array
 
 
 def hidden(
@@ -83,7 +86,14 @@ def hidden(
     made = simulate(
         drives, motion, effects=effects, noise=Noise(0.01), seed=seed, steps_per_sample=5
     )
-    return Hidden(drives, effects, tuple(_recording(made, k) for k in range(count)))
+    recordings = tuple(_recording(made, k) for k in range(count))
+    return Hidden(drives, effects, recordings, _accelerations(made))
+
+
+def _accelerations(made: Recordings) -> Array:
+    """Largest mean acceleration over 20 ms: a jump of dry friction is no motion."""
+    change = np.diff(made.true_velocity[:, 0], axis=-1) / SAMPLE_S
+    return np.asarray(np.max(np.abs(_mean_over(change, 8)), axis=-1))
 
 
 def _recording(made: Recordings, drive: int) -> Recording:
@@ -163,11 +173,13 @@ def fitted_term(data: AxisData, axis: AxisModel, name: str) -> tuple[Term, Term]
     return None if best is None else best[1:]
 
 
-def random_limits(recording: Recording, inertia: float, seed: int) -> Drive:
+def random_limits(found: Hidden, drive: int, seed: int) -> Drive:
     """The description of a drive of one axis with random limits that allow its recording."""
+    recording, inertia = found.recordings[drive], float(found.drives.chain.rigid_body[drive, 0, 0])
     rng = np.random.default_rng([seed, 5])
     speed = float(np.exp(rng.uniform(np.log(1.9), np.log(6.0))))
     change = float(np.exp(rng.uniform(np.log(5.0), np.log(60.0))))
+    change = max(change, 1.3 * float(found.accelerations[drive]))
     recorded = float(np.max(np.abs(recording.axes["x"].effort)))
     effort = recorded * rng.uniform(1.3, 2.0) + inertia * change * rng.uniform(0.0, 1.5)
     built_in = load_drive()
@@ -218,11 +230,10 @@ def followed(
     )
     stops = np.array([stop_duration_s(speed) for speed in stop_speeds])[:, None]
     angle, speed = made.true_angle[:, 0], made.true_velocity[:, 0]
-    change = np.diff(speed, axis=-1) / SAMPLE_S
     return made, Peaks(
         np.max(np.maximum(np.abs(angle), np.abs(angle + 0.5 * stops * speed)), axis=-1),
         np.max(np.abs(speed), axis=-1),
-        np.max(np.abs(_mean_over(change, 8)), axis=-1),
+        _accelerations(made),
         np.max(np.abs(made.true_command[:, 0]), axis=-1),
     )
 

@@ -22,7 +22,8 @@ from edge_ident.experiment.distance import Judge, distance
 from edge_ident.experiment.limits import Allowed, Load
 from edge_ident.experiment.rivals import Pair, Rivals, Typical, rivals
 from edge_ident.experiment.search import Problem
-from edge_ident.model.inverse import inverse_effort, obeyed
+from edge_ident.model.effects import named
+from edge_ident.model.inverse import along_motion, inverse_effort, obeyed
 from edge_ident.model.model import PARAMETERS, AxisModel, Term
 from edge_ident.model.search import Excitation
 from edge_ident.signals.metrics import rms
@@ -34,6 +35,8 @@ Array = NDArray[np.float64]
 _USUAL: Final[tuple[MotionName, ...]] = ("multisine", "sinusoid")
 _RANK: Final = 1e-6
 """Of the base model's columns: what a motion does not show stays near zero."""
+_LEAST_ARRIVES: Final = 0.01
+"""Of the effort; a drive of which less arrives does not move."""
 _BAND_SHARE: Final = 0.5
 """Of the comparison's band, up to which lines are placed: what they cause is faster than they."""
 
@@ -172,20 +175,34 @@ def _explanations(data: AxisData, problem: Problem) -> Problem:
     for terms in different:
         base = problem.bases.get(key(terms[-1]), problem.base) if terms else problem.base
         if not terms or _credible(data, replace(base, terms=(base.terms[0], *terms))):
-            loads.append(Load(base.parameters, 0.0))
+            loads.append(Load(base.parameters, arrives=_arrives(terms, problem)))
             kept.append(terms)
     return replace(problem, loads=tuple(loads), explanations=tuple(kept))
+
+
+def _arrives(terms: Sequence[Term], problem: Problem) -> float:
+    """Share of the effort limit that the actuator gives, in the eyes of causes."""
+    limit = problem.allowed.with_margin.effort_nm
+    return float(np.clip(_given(terms, limit) / limit, _LEAST_ARRIVES, 1.0))
+
+
+def _given(terms: Sequence[Term], command: float) -> float:
+    """What the actuator makes of a command."""
+    effort = np.array([command])
+    for t in terms:
+        effort = named(t.effect).torque(effort, np.zeros(1), along_motion(t))
+    return float(effort[0])
 
 
 def _credible(data: AxisData, axis: AxisModel) -> bool:
     """Whether a model expects no more effort than the recordings may hold, reversals included."""
     if not all(_seen(t, data) for t in axis.terms[1:]):
         return True
-    return all(
-        np.max(np.abs(inverse_effort(obeyed(axis), s.motion, s.others)))
-        < LARGEST.value * np.max(np.abs(s.raw_effort))
-        for s in data.segments
-    )
+    for s in data.segments:
+        needed = np.max(np.abs(inverse_effort(obeyed(axis), s.motion, s.others)))
+        if not needed < LARGEST.value * _given(axis.terms, float(np.max(np.abs(s.raw_effort)))):
+            return False
+    return True
 
 
 def _before(data: AxisData, problem: Problem, compared: Compared) -> Array:

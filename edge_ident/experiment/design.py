@@ -20,16 +20,23 @@ from edge_ident.experiment.axis_case import AxisCase
 from edge_ident.experiment.limits import Load, Use
 from edge_ident.experiment.search import Problem, search
 from edge_ident.experiment.shapes import Shape, SineShape, StairShape, scaled
+from edge_ident.model.effects import named
 from firmware_interface.motion import Multisine, SineComponent, Staircase, Trajectory
 
 Array = NDArray[np.float64]
 Move = Multisine | Staircase
 
-_EVALUATIONS: Final = {"multisine": 70, "staircase": 24}
-"""Motions that are compared for an axis of few causes: half a second on one core."""
-_FEW: Final = 6
-"""Terms up to which that many are compared; with more, fewer."""
-_FEWEST_EVALUATIONS: Final = 12
+_BUDGET: Final = 1200.0
+"""What a search may cost, about in ms of one core. The number of motions follows from it and not
+from a clock, so that the same input gives the same motion."""
+_PER_MOTION: Final = 5.0
+_PER_TERM: Final = 0.7
+_PER_MEMORY: Final = 4.0
+"""For a term that is integrated along the motion."""
+_USUAL_S: Final = 22.0
+"""Duration for which these hold."""
+_SHARES: Final = {"multisine": 0.75, "staircase": 0.25}
+_FEWEST_EVALUATIONS: Final = 8
 _SHRINK: Final = 0.98
 _MOST_SHRINKS: Final = 12
 _LENGTHEN: Final = 1.25
@@ -125,6 +132,7 @@ def found(
     for name, case in cases.items():
         motions[name] = case.problem.sized(kind.usual(case)[0])
     best, tried = {}, 0
+    searched_axes = sum(bool(case.problem.pairs) for case in cases.values())
     for number, (name, case) in enumerate(cases.items()):
         problem = case.problem.beside(_others(motions, name))
         if not problem.pairs:
@@ -135,7 +143,7 @@ def found(
             partial(kind.drawn, case),
             kind.usual(case),
             rng,
-            _evaluations(problem, kind.name),
+            _evaluations(problem, kind.name, searched_axes),
         )
         best[name] = searched.of_pairs
         tried += searched.tried
@@ -143,9 +151,12 @@ def found(
     return _finished(drive, cases, motions, duration_s, lead_in_s, best, tried)
 
 
-def _evaluations(problem: Problem, kind: str) -> int:
-    share = min(1.0, _FEW / max(len(problem.terms), 1))
-    return max(_FEWEST_EVALUATIONS, round(share * _EVALUATIONS[kind]))
+def _evaluations(problem: Problem, kind: str, axes: int) -> int:
+    """How many motions may be compared for each of so many axes."""
+    integrated = sum(named(t.effect).memory_size > 0 for t in problem.terms)
+    cost = _PER_MOTION + _PER_TERM * len(problem.terms) + _PER_MEMORY * integrated
+    cost *= problem.duration_s / _USUAL_S
+    return max(_FEWEST_EVALUATIONS, round(_SHARES[kind] * _BUDGET / (axes * cost)))
 
 
 def _others(motions: Mapping[str, Move], name: str) -> dict[str, Move]:

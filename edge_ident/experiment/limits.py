@@ -6,7 +6,7 @@ worst of all loops that the axis may have counts, and every instant may be the b
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -111,10 +111,18 @@ class Load:
         Base parameters.
     added_nm : float
         What its causes add to the peak of the base model's effort; negative where they lower it.
+    arrives : float
+        Share of the largest command that the actuator gives.
     """
 
     base: Array
-    added_nm: float
+    added_nm: float = 0.0
+    arrives: float = 1.0
+
+    @property
+    def moving(self) -> "Load":
+        """Inertia and viscous friction alone."""
+        return replace(self, base=self.base * [1.0, 1.0, 0.0, 0.0], added_nm=0.0)
 
 
 @dataclass(frozen=True)
@@ -187,7 +195,7 @@ def _use(
     for load in loads:
         inertia, viscous, coulomb, offset = load.base
         effort = inertia * acceleration + viscous * velocity + coulomb * direction + offset
-        efforts.append(_most(effort) + load.added_nm)
+        efforts.append((_most(effort) + load.added_nm) / load.arrives)
     return Use(
         max(_most(position), _most(position + 0.5 * stop_s * velocity)),
         _most(velocity),

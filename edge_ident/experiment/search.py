@@ -20,6 +20,7 @@ from edge_ident.experiment.limits import Allowed, Load
 from edge_ident.experiment.rivals import Pair
 from edge_ident.experiment.shapes import Shape
 from edge_ident.model.effect import Motion
+from edge_ident.model.effects import named
 from edge_ident.model.model import AxisModel, Term
 from firmware_interface.motion import Multisine, Staircase
 
@@ -39,7 +40,7 @@ _LEAST_EFFORT: Final = 0.1
 """Share of the effort limit that is tried for inertia and viscous friction, at least: the effort of
 some causes falls with the motion."""
 _ALONE: Final = 0.25
-"""Share of the evaluations beside the search for a pair that was not within reach."""
+"""Share of the evaluations for pairs that are not separated yet, each by itself."""
 _MOST_ALONE: Final = 2
 
 
@@ -89,11 +90,10 @@ class Problem:
         limit = self.allowed.with_margin
         moving = []
         for load in self.loads:
-            inertia, viscous, coulomb, offset = load.base
-            left = limit.effort_nm - abs(coulomb) - abs(offset) - load.added_nm
-            left = max(left, _LEAST_EFFORT * limit.effort_nm)
-            rates = np.array([inertia, viscous, 0.0, 0.0]) * limit.effort_nm / left
-            moving.append(Load(rates, 0.0))
+            given = load.arrives * limit.effort_nm
+            left = given - abs(load.base[2]) - abs(load.base[3]) - load.added_nm
+            left = max(left, _LEAST_EFFORT * given)
+            moving.append(replace(load.moving, arrives=load.arrives * left / given))
         unit = self.allowed.uses(shape.motion(1.0), self.duration_s, self.lead_in_s, moving)[1]
         return shape.motion(shape.share / unit.of(limit))
 
@@ -137,10 +137,15 @@ class Problem:
             np.array([distance(pair, base, columns, compared.noise) for pair in self.pairs]),
             self.needed(len(base.effort)),
             tuple(
-                _added(load.base @ base.raw, [columns[key(t)].raw for t in terms])
+                _added(load.base @ base.raw, [columns[key(t)].raw for t in terms if not acts(t)])
                 for load, terms in zip(self.loads, self.explanations, strict=True)
             ),
         )
+
+
+def acts(term: Term) -> bool:
+    """Whether an effect lies in the actuator: it changes what arrives, and not what is needed."""
+    return named(term.effect).overrides("torque")
 
 
 def _added(base: Array, causes: Sequence[Array]) -> float:
@@ -222,13 +227,16 @@ def search(
     tried = [_evaluated(problem, s, best) for s in (*known, *(draw(rng) for _ in range(drawn)))]
     counted = best.of_pairs >= _WITHIN_REACH
     _keep(best, tried, counted)
-    _refine(problem, best, counted, rng, evaluations - best.tried)
+    alone_each = int(_ALONE * evaluations)
+    _refine(problem, best, counted, rng, evaluations - best.tried - alone_each)
     hard = np.flatnonzero(best.of_pairs < 1.0)[:_MOST_ALONE]
+    if not len(hard):
+        _refine(problem, best, counted, rng, alone_each)
     for place in hard:
         alone = np.arange(len(problem.pairs)) == place
         other = Best(len(problem.pairs))
         _keep(other, tried, alone)
-        _refine(problem, other, alone, rng, int(_ALONE * evaluations))
+        _refine(problem, other, alone, rng, alone_each // len(hard))
         best.of_pairs = np.maximum(best.of_pairs, other.of_pairs)
         best.tried += other.tried
         if other.motion is not None and value(other.scores, counted | alone) > value(
