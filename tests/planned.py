@@ -46,6 +46,8 @@ Array = NDArray[np.float64]
 
 _TEMPLATE = AxisModel((Term(BASE, dict.fromkeys(PARAMETERS, 0.0)),))
 _SETTLING_S = 1.0
+_MOTION, _JOLT = 40, 8
+"""Samples over which accelerations are averaged."""
 _LEAST = 0.1
 """Effort of an alternative, of the cause's, below which it is none."""
 
@@ -87,13 +89,13 @@ def hidden(
         drives, motion, effects=effects, noise=Noise(0.01), seed=seed, steps_per_sample=5
     )
     recordings = tuple(_recording(made, k) for k in range(count))
-    return Hidden(drives, effects, recordings, _accelerations(made))
+    return Hidden(drives, effects, recordings, _accelerations(made, _JOLT))
 
 
-def _accelerations(made: Recordings) -> Array:
-    """Largest mean acceleration over 20 ms: a jump of dry friction is no motion."""
+def _accelerations(made: Recordings, samples: int) -> Array:
+    """Largest mean acceleration over some samples."""
     change = np.diff(made.true_velocity[:, 0], axis=-1) / SAMPLE_S
-    return np.asarray(np.max(np.abs(_mean_over(change, 8)), axis=-1))
+    return np.asarray(np.max(np.abs(_mean_over(change, samples)), axis=-1))
 
 
 def _recording(made: Recordings, drive: int) -> Recording:
@@ -202,13 +204,16 @@ class Peaks:
     travel : array
         With the way to a stop.
     speed, acceleration, effort : array
-        Accelerations are means over 20 ms: a jump of dry friction is no motion.
+        Accelerations are means over 100 ms.
+    jolt : array
+        The same over 20 ms: what friction, play and their compensation do at a reversal.
     """
 
     travel: Array
     speed: Array
     acceleration: Array
     effort: Array
+    jolt: Array
 
 
 def followed(
@@ -233,8 +238,9 @@ def followed(
     return made, Peaks(
         np.max(np.maximum(np.abs(angle), np.abs(angle + 0.5 * stops * speed)), axis=-1),
         np.max(np.abs(speed), axis=-1),
-        _accelerations(made),
+        _accelerations(made, _MOTION),
         np.max(np.abs(made.true_command[:, 0]), axis=-1),
+        _accelerations(made, _JOLT),
     )
 
 

@@ -26,7 +26,9 @@ _LIMITS = {
     "speed": "speed_limit_rad_s",
     "acceleration": "acceleration_limit_rad_s2",
     "effort": "effort_limit_nm",
+    "jolt": "acceleration_limit_rad_s2",
 }
+"""What is compared with which limit; `tests.planned.Peaks` says how it is measured."""
 
 
 @dataclass(frozen=True)
@@ -66,7 +68,7 @@ def lasting() -> list[str]:
     ]
 
 
-def designed(effect: str, count: int, seed: int) -> Iterator[Designed]:
+def designed(effect: str, count: int, seed: int, budget: float = 1.0) -> Iterator[Designed]:
     """Plans for drives that hide an effect, and what their machines make of them."""
     found = hidden(effect, count, seed)
     alternatives = [name for name in named(effect).search.alternatives if name in lasting()]
@@ -75,7 +77,7 @@ def designed(effect: str, count: int, seed: int) -> Iterator[Designed]:
         diagnosis = diagnosed(recording, effect, *alternatives)
         drive = random_limits(found, number, 1000 * seed + number)
         started_s = time.process_time()
-        plan = plan_motion(diagnosis, [recording], drive)
+        plan = plan_motion(diagnosis, [recording], drive, budget=budget)
         planned.append((drive, plan, time.process_time() - started_s))
     peaks = _peaks(found, [(drive, plan) for drive, plan, _ in planned])
     for number, (drive, plan, seconds) in enumerate(planned):
@@ -101,12 +103,13 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--drives", type=int, default=200)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--budget", type=float, default=1.0, help="length of the search")
     given = parser.parse_args()
     effects, done = lasting(), list[Designed]()
     for batch in range(-(-given.drives // _BATCH)):
         effect = effects[batch % len(effects)]
         count = min(_BATCH, given.drives - len(done))
-        done += designed(effect, count, given.seed + batch)
+        done += designed(effect, count, given.seed + batch, given.budget)
         print(f"{effect}: {_line(done[-count:])}", flush=True)
     print(f"all: {_line(done)}")
 

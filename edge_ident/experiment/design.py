@@ -120,6 +120,7 @@ def found(
     duration_s: float,
     lead_in_s: float,
     seed: int,
+    budget: float,
 ) -> Found:
     """Search with motions of one kind.
 
@@ -143,7 +144,7 @@ def found(
             partial(kind.drawn, case),
             kind.usual(case),
             rng,
-            _evaluations(problem, kind.name, searched_axes),
+            round(budget * _evaluations(problem, kind.name, searched_axes)),
         )
         best[name] = searched.of_pairs
         tried += searched.tried

@@ -112,7 +112,9 @@ def distance(pair: Pair, base: BaseColumns, columns: Mapping[Key, Columns], nois
 
 
 def _distance(apart: float, allowed: float, base: BaseColumns) -> float:
-    return math.sqrt(len(base.effort) * apart / allowed)
+    found = math.sqrt(len(base.effort) * apart / allowed)
+    # a prediction that is no number separates nothing
+    return found if math.isfinite(found) else 0.0
 
 
 def _needed(gain: float, samples: int) -> float:
