@@ -45,12 +45,15 @@ class Use:
     travel_rad : float
         Distance from zero; of a motion, with the way to a stop.
     speed_rad_s, acceleration_rad_s2, effort_nm : float
+    following_rad : float
+        Distance from the reference; a limit of a board alone.
     """
 
     travel_rad: float
     speed_rad_s: float
     acceleration_rad_s2: float
     effort_nm: float
+    following_rad: float
 
     @classmethod
     def of_drive(cls, axis: DriveAxis) -> "Use":
@@ -60,13 +63,18 @@ class Use:
             axis.speed_limit_rad_s,
             axis.acceleration_limit_rad_s2,
             axis.effort_limit_nm,
+            math.inf,
         )
 
     @classmethod
     def of_board(cls, limits: AxisLimits) -> "Use":
         """The limits that a board enforces."""
         return cls(
-            limits.travel_rad, limits.speed_rad_s, limits.acceleration_rad_s2, limits.effort_nm
+            limits.travel_rad,
+            limits.speed_rad_s,
+            limits.acceleration_rad_s2,
+            limits.effort_nm,
+            limits.following_error_rad,
         )
 
     def smaller(self, other: "Use") -> "Use":
@@ -76,6 +84,7 @@ class Use:
             min(self.speed_rad_s, other.speed_rad_s),
             min(self.acceleration_rad_s2, other.acceleration_rad_s2),
             min(self.effort_nm, other.effort_nm),
+            min(self.following_rad, other.following_rad),
         )
 
     def times(self, share: float) -> "Use":
@@ -85,6 +94,7 @@ class Use:
             share * self.speed_rad_s,
             share * self.acceleration_rad_s2,
             share * self.effort_nm,
+            share * self.following_rad,
         )
 
     def within(self, other: "Use") -> bool:
@@ -98,6 +108,7 @@ class Use:
             self.speed_rad_s / limit.speed_rad_s,
             self.acceleration_rad_s2 / limit.acceleration_rad_s2,
             self.effort_nm / max(limit.effort_nm, _TINY),
+            self.following_rad / limit.following_rad,
         )
 
 
@@ -118,6 +129,11 @@ class Load:
     base: Array
     added_nm: float = 0.0
     arrives: float = 1.0
+
+    @property
+    def static_nm(self) -> float:
+        """What friction, offset and causes take, at most, at any speed."""
+        return max(float(abs(self.base[2]) + abs(self.base[3])) + self.added_nm, 0.0)
 
     @property
     def moving(self) -> "Load":
@@ -158,15 +174,15 @@ class Allowed:
         stop_s = stop_duration_s(self.stop_speed_rad_s)
         behind, rate, change = self.loops.followed(velocity, acceleration, _STEP_S)
         commanded = _use(position, velocity, acceleration, stop_s, loads[:1])
-        every = [
-            np.vstack([own, followed])
-            for own, followed in (
-                (position, position + behind),
-                (velocity, rate),
-                (acceleration, change),
-            )
-        ]
-        return commanded, _use(every[0], every[1], every[2], stop_s, loads)
+        worst = _use(
+            np.vstack([position, position + behind]),
+            np.vstack([velocity, rate]),
+            np.vstack([acceleration, change]),
+            stop_s,
+            loads,
+        )
+        given_way = max(load.static_nm for load in loads) / self.loops.stiffness
+        return commanded, replace(worst, following_rad=_most(behind) + given_way)
 
 
 def _from_rest_to_rest(
@@ -201,6 +217,7 @@ def _use(
         _most(velocity),
         _most(acceleration),
         max(efforts),
+        0.0,
     )
 
 

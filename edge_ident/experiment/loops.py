@@ -41,12 +41,15 @@ class Loops:
         Position over reference, at complex frequencies s in rad/s.
     bandwidth_rad_s : float
         Up to which all of them follow.
+    stiffness : float
+        Effort per distance from the reference; infinite where it is not known.
     words : str
         Which loops these are.
     """
 
     responses: tuple[Callable[[Complex], Complex], ...]
     bandwidth_rad_s: float
+    stiffness: float
     words: str
 
     @classmethod
@@ -57,7 +60,9 @@ class Loops:
             f"{_NATURAL_RAD_S[-1]:.0f} rad/s with a damping ratio of {_DAMPING_RATIO:.2g} are "
             "allowed for"
         )
-        return cls(tuple(map(_second_order, _NATURAL_RAD_S.tolist())), _UNKNOWN_RAD_S, words)
+        return cls(
+            tuple(map(_second_order, _NATURAL_RAD_S.tolist())), _UNKNOWN_RAD_S, math.inf, words
+        )
 
     @classmethod
     def known(cls, gains: AxisGains, inertia: float, viscous: float, delay_s: float) -> "Loops":
@@ -66,7 +71,7 @@ class Loops:
         omega = np.geomspace(0.5, 500.0, 400)
         below = np.abs(response(np.asarray(1j * omega, dtype=np.complex128))) < _FOLLOWED
         end = float(omega[np.argmax(below)]) if np.any(below) else float(omega[-1])
-        return cls((response,), end, "the loop is that of the gains in force")
+        return cls((response,), end, gains.proportional, "the loop is that of the gains in force")
 
     def followed(self, velocity: Array, acceleration: Array, period_s: float) -> Array:
         """What all L loops make of a reference (N,) that begins and ends at rest.

@@ -91,8 +91,7 @@ class Problem:
         moving = []
         for load in self.loads:
             given = load.arrives * limit.effort_nm
-            left = given - abs(load.base[2]) - abs(load.base[3]) - load.added_nm
-            left = max(left, _LEAST_EFFORT * given)
+            left = max(given - load.static_nm, _LEAST_EFFORT * given)
             moving.append(replace(load.moving, arrives=load.arrives * left / given))
         unit = self.allowed.uses(shape.motion(1.0), self.duration_s, self.lead_in_s, moving)[1]
         return shape.motion(shape.share / unit.of(limit))

@@ -1,5 +1,6 @@
 """A designed motion as JSON document, and as tables for the terminal."""
 
+import math
 from collections.abc import Iterator
 from dataclasses import asdict
 from pathlib import Path
@@ -171,7 +172,10 @@ def _limits_table(plan: MotionPlan) -> FittingTable:
             ("speed (rad/s)", "speed_rad_s"),
             ("acceleration (rad/s²)", "acceleration_rad_s2"),
             ("effort (N·m)", "effort_nm"),
+            ("distance from the reference (rad)", "following_rad"),
         ):
+            if field == "following_rad" and not math.isfinite(use.limit.following_rad):
+                continue
             cells = (getattr(of, field) for of in (use.reference, use.worst, use.limit))
             table.add_row(name, label, *(f"{value:.3g}" for value in cells))
     return table

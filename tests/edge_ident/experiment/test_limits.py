@@ -18,7 +18,7 @@ from tests.edge_ident.experiment.problems import one_axis, rival_pair
 from tests.planned import followed, hidden, random_limits
 from tools.planned_motions import designed
 
-LIMIT = Use(9.0, 4.0, 60.0, 12.0)
+LIMIT = Use(9.0, 4.0, 60.0, 12.0, math.inf)
 LOAD = Load(np.array([0.4, 0.9, 1.2, 0.1]))
 
 
@@ -45,6 +45,21 @@ def test_a_sine_at_resonance_overshoots_as_the_loop_says() -> None:
     assert worst.acceleration_rad_s2 / commanded.acceleration_rad_s2 == pytest.approx(
         expected, rel=0.02
     )
+
+
+def test_how_far_a_soft_loop_falls_behind() -> None:
+    """Without feed-forward a sine of amplitude A lags by |1 - T|·A, and friction by F/stiffness."""
+    gains = pd(10.0, 0.7, 0.4)
+    loops = Loops.known(gains, inertia=0.4, viscous=0.9, delay_s=0.0)
+    amplitude, rate = 0.3, 3.0
+    motion = Multisine((SineComponent(amplitude, rate, 0.0),))
+    _, worst = Allowed(LIMIT, loops, 0.0).uses(motion, 20.0, 8.0, [LOAD])
+    s = 1j * rate
+    behind = (0.4 * s**2 + 0.9 * s) / (
+        0.4 * s**2 + (0.9 + gains.derivative) * s + gains.proportional
+    )
+    expected = amplitude * abs(behind) + (1.2 + 0.1) / gains.proportional
+    assert worst.following_rad == pytest.approx(expected, rel=0.02)
 
 
 def test_a_stiff_loop_with_feedforward_follows() -> None:

@@ -104,7 +104,7 @@ INSEPARABLE = {
             deceleration=5.0,
             damping_rate=3.0,
             weight=0.1,
-        ),  # fmt: skip
+        ),
         None,
     ),
     "a limit that the drive never reaches": (term("actuator_saturation", limit=50.0), None),
