@@ -171,12 +171,14 @@ def _explanations(data: AxisData, problem: Problem) -> Problem:
         (*pair.others, *own) for pair in problem.pairs for own in ((), *((t,) for t in pair.terms))
     ]
     different = tuple({tuple(map(key, terms)): terms for terms in every}.values()) or ((),)
-    loads, kept = [], []
+    loads, kept = list[Load](), list[tuple[Term, ...]]()
     for terms in different:
         base = problem.bases.get(key(terms[-1]), problem.base) if terms else problem.base
         if not terms or _credible(data, replace(base, terms=(base.terms[0], *terms))):
             loads.append(Load(base.parameters, arrives=_arrives(terms, problem)))
             kept.append(terms)
+    if not loads:
+        loads, kept = [Load(problem.base.parameters)], [()]
     return replace(problem, loads=tuple(loads), explanations=tuple(kept))
 
 

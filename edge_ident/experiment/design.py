@@ -138,7 +138,7 @@ def found(
         problem = case.problem.beside(_others(motions, name))
         if not problem.pairs:
             continue
-        rng = np.random.default_rng([seed, number, len(kind.name)])
+        rng = np.random.default_rng([seed, number, list(_SHARES).index(kind.name)])
         searched = search(
             problem,
             partial(kind.drawn, case),
@@ -206,8 +206,8 @@ def _within(name: str, problem: Problem, motion: Move) -> Move:
             return motion
         motion = scaled(motion, _SHRINK / share)
     raise DataError(
-        f"axis {name}: friction and causes alone take more than the effort limit less its margin, "
-        f"{problem.allowed.with_margin.effort_nm:.3g} N*m",
+        f"axis {name}: friction and causes alone take {worst.effort_nm:.3g} N*m, the effort limit "
+        f"less its margin is {problem.allowed.with_margin.effort_nm:.3g} N*m",
         "give the description of this drive with --drive",
     )
 

@@ -61,7 +61,7 @@ def plan_motion(
     seed : int
         Of the search: the same for the same input.
     budget : float
-        Length of the search; at 1 it takes one to two seconds on a core of 2020.
+        Length of the search; at 1 it takes one to two seconds.
 
     Returns
     -------

@@ -85,7 +85,7 @@ class AxisUse:
     Attributes
     ----------
     reference : Use
-        Of the motion as it is commanded; the effort is that of the base model.
+        Of the motion as it is commanded.
     worst : Use
         With the overshoot of the loop, and with the effort of all causes.
     limit : Use

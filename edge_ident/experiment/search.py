@@ -1,8 +1,8 @@
 """The search for the motion of one axis: random shapes, and changes of the best of them.
 
-The smallest distance of all pairs, over what each pair needs, is to be largest (maximin). A pair
-that no drawn motion brings near what it needs does not count in it: it would decide alone, and not
-be separated for that. Such pairs are searched for once more, each by itself, so that the result
+As many pairs as possible are to be separated; then the smallest distance of all pairs, over what
+each needs, is to be largest (maximin). A pair that no drawn motion brings near what it needs does
+not count in it: it would decide alone, and not be separated for that. Such pairs are searched for once more, each by itself, so that the result
 can say how far apart the best motion brings them. The search is the same for the same input.
 """
 
