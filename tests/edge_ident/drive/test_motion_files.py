@@ -48,7 +48,7 @@ CASES = {
         ),
         "all of one kind",
     ),
-    "an axis that is a list": (damaged(lambda d: d.update(axes=[1])), "next|list"),
+    "an axis that is a list": (damaged(lambda d: d.update(axes=[1])), "list"),
 }
 
 
