@@ -20,7 +20,7 @@ from edge_ident.experiment.result import MotionPlan
 from edge_ident.model.effects import catalogue, named
 from tests.planned import Hidden, Peaks, diagnosed, followed, hidden, random_limits
 
-_BATCH = 25
+_BATCH = 84
 _LIMITS = {
     "travel": "travel_limit_rad",
     "speed": "speed_limit_rad_s",

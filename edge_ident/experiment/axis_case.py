@@ -16,6 +16,7 @@ from edge_ident.diagnosis.select.thresholds import LARGEST
 from edge_ident.drive.description import Drive
 from edge_ident.drive.motions import MotionName, named_trajectory
 from edge_ident.errors import DataError
+from edge_ident.estimation.least_squares import unit_length
 from edge_ident.experiment.columns import Key, base_columns, key, term_columns, term_effort
 from edge_ident.experiment.compared import Compared, Instruments
 from edge_ident.experiment.distance import Judge, distance
@@ -33,8 +34,8 @@ from firmware_interface.motion import Multisine, Staircase
 Array = NDArray[np.float64]
 
 _USUAL: Final[tuple[MotionName, ...]] = ("multisine", "sinusoid")
-_RANK: Final = 1e-6
-"""Of the base model's columns: what a motion does not show stays near zero."""
+_RANK: Final = 0.03
+"""Of the base model's columns: what the recordings hardly show stays as the diagnosis has it."""
 _LEAST_ARRIVES: Final = 0.01
 """Of the effort; a drive of which less arrives does not move."""
 _BAND_SHARE: Final = 0.5
@@ -144,14 +145,16 @@ def _bases(
     data: AxisData, before: Compared, base: AxisModel, pairs: Sequence[Pair]
 ) -> dict[Key, AxisModel]:
     """The base term beside each rival: what the recordings leave for it."""
-    columns = base_columns(before, base).columns
-    target = data.effort[data.valid]
+    shown = base_columns(before, base)
+    columns, length = unit_length(shown.columns.T)
+    target = data.effort[data.valid] - shown.effort
     found = {}
     for pair in pairs:
         left = target - sum(term_effort(before, base, t) for t in pair.others if _seen(t, data))
         for rival in filter(lambda t: _seen(t, data), pair.terms):
             beside = left - term_effort(before, base, rival)
-            values = np.linalg.lstsq(columns.T, beside, rcond=_RANK)[0][: len(PARAMETERS)]
+            change = np.linalg.lstsq(columns, beside, rcond=_RANK)[0] / length
+            values = base.parameters + change[: len(PARAMETERS)]
             own = dict(zip(PARAMETERS, values.tolist(), strict=True))
             found[key(rival)] = replace(base, terms=(replace(base.terms[0], values=own),))
     return found
