@@ -2,8 +2,9 @@
 
 As many pairs as possible are to be separated; then the smallest distance of all pairs, over what
 each needs, is to be largest (maximin). A pair that no drawn motion brings near what it needs does
-not count in it: it would decide alone, and not be separated for that. Such pairs are searched for once more, each by itself, so that the result
-can say how far apart the best motion brings them. The search is the same for the same input.
+not count in it: it would decide alone, and not be separated for that. Such pairs are searched for
+once more, each by itself, so that the result can say how far apart the best motion brings them. The
+search is the same for the same input.
 """
 
 from collections.abc import Callable, Mapping, Sequence

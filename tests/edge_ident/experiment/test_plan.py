@@ -59,13 +59,16 @@ def test_the_same_input_gives_the_same_motion() -> None:
     assert one.pairs == two.pairs
 
 
-def test_a_longer_motion_separates_more() -> None:
-    recording, diagnosis = rival_pair("asymmetric_friction", "nonlinear_viscous")
-    short, long = (
-        plan_motion(diagnosis, [recording], one_axis(), duration_s=s).pairs[0].best
-        for s in (15.0, 40.0)
-    )
-    assert long > 1.2 * short
+def test_twice_the_time_separates_more_by_the_root_of_two() -> None:
+    """Independent samples add up in squares."""
+    problem = case_of(*rival_pair("asymmetric_friction", "nonlinear_viscous")).problem
+    rate = 2.0 * math.pi / problem.duration_s
+    motion = problem.sized(SineShape.drawn(np.random.default_rng(3), rate, 12))
+    longer = replace(problem, duration_s=2.0 * problem.duration_s)
+    once, twice = (one.distances(motion) for one in (problem, longer))
+    assert once is not None
+    assert twice is not None
+    assert twice.apart / once.apart == pytest.approx(math.sqrt(2.0), rel=0.1)
 
 
 RIPPLE = term("torque_ripple", cosine=0.05, sine=0.02, period=0.9)
