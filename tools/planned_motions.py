@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from edge_ident.drive.description import Drive
+from edge_ident.errors import DataError
 from edge_ident.experiment.plan import plan_motion
 from edge_ident.experiment.result import MotionPlan
 from edge_ident.model.effects import catalogue, named
@@ -29,6 +30,10 @@ _LIMITS = {
     "jolt": "acceleration_limit_rad_s2",
 }
 """What is compared with which limit; `tests.planned.Peaks` says how it is measured."""
+
+
+_NONE = MotionPlan(None, {}, (), (), 0.0, "", 0)
+"""Of a drive whose limits allow no motion."""
 
 
 @dataclass(frozen=True)
@@ -77,7 +82,11 @@ def designed(effect: str, count: int, seed: int, budget: float = 1.0) -> Iterato
         diagnosis = diagnosed(recording, effect, *alternatives)
         drive = random_limits(found, number, 1000 * seed + number)
         started_s = time.process_time()
-        plan = plan_motion(diagnosis, [recording], drive, budget=budget)
+        try:
+            plan = plan_motion(diagnosis, [recording], drive, budget=budget)
+        except DataError as error:
+            print(f"{effect}, drive {number}: {error}", flush=True)
+            plan = _NONE
         planned.append((drive, plan, time.process_time() - started_s))
     peaks = _peaks(found, [(drive, plan) for drive, plan, _ in planned])
     for number, (drive, plan, seconds) in enumerate(planned):

@@ -12,7 +12,6 @@ from edge_ident.diagnosis.fit.summary import nonzero_rms
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.result import AxisDiagnosis
-from edge_ident.diagnosis.select.thresholds import LARGEST
 from edge_ident.drive.description import Drive
 from edge_ident.drive.motions import MotionName, named_trajectory
 from edge_ident.errors import DataError
@@ -36,6 +35,9 @@ Array = NDArray[np.float64]
 _USUAL: Final[tuple[MotionName, ...]] = ("multisine", "sinusoid")
 _RANK: Final = 0.03
 """Of the base model's columns: what the recordings hardly show stays as the diagnosis has it."""
+_CREDIBLE: Final = 1.1
+"""Effort along the recordings, of their peak, from which a rival is contradicted by them: its fit
+leaves a tenth at most, and reversals are not fitted."""
 _LEAST_ARRIVES: Final = 0.01
 """Of the effort; a drive of which less arrives does not move."""
 _BAND_SHARE: Final = 0.5
@@ -205,7 +207,7 @@ def _credible(data: AxisData, axis: AxisModel) -> bool:
         return True
     for s in data.segments:
         needed = np.max(np.abs(inverse_effort(obeyed(axis), s.motion, s.others)))
-        if not needed < LARGEST.value * _given(axis.terms, float(np.max(np.abs(s.raw_effort)))):
+        if not needed < _CREDIBLE * _given(axis.terms, float(np.max(np.abs(s.raw_effort)))):
             return False
     return True
 
