@@ -1,16 +1,24 @@
 """From a device's name to an open link."""
 
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from firmware_interface.errors import LinkError
 from firmware_interface.link import Link
 from firmware_interface.modbus import open_serial, open_tcp
-from firmware_interface.virtual.board import VirtualBoard
+
+if TYPE_CHECKING:
+    from firmware_interface.plant.plant import Plant
 
 DEFAULT_BAUD_RATE: Final = 115200
 
 
-def open_link(url: str, *, baud_rate: int = DEFAULT_BAUD_RATE, timeout_s: float = 0.3) -> Link:
+def open_link(
+    url: str,
+    *,
+    baud_rate: int = DEFAULT_BAUD_RATE,
+    timeout_s: float = 0.3,
+    plant: "Plant | None" = None,
+) -> Link:
     """Open the way to a board.
 
     Parameters
@@ -22,6 +30,8 @@ def open_link(url: str, *, baud_rate: int = DEFAULT_BAUD_RATE, timeout_s: float 
         Of a serial line.
     timeout_s : float
         The board's worst reply time.
+    plant : Plant, optional
+        The drive behind a board `virtual`; by default a sound one.
 
     Raises
     ------
@@ -29,7 +39,10 @@ def open_link(url: str, *, baud_rate: int = DEFAULT_BAUD_RATE, timeout_s: float 
         No such device, no permission, connection refused, no Modbus device at the other end.
     """
     if url == "virtual":
-        return VirtualBoard()
+        # a host of a real board need not wait until a simulated drive has loaded
+        from firmware_interface.virtual.board import VirtualBoard
+
+        return VirtualBoard(plant=plant)
     if not url.startswith("tcp://"):
         return open_serial(url, baud_rate, timeout_s)
     host, colon, port = url.removeprefix("tcp://").rpartition(":")

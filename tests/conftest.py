@@ -21,7 +21,7 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 if signal.getsignal(signal.SIGHUP) is signal.SIG_IGN:
     signal.signal(signal.SIGHUP, signal.SIG_DFL)  # nohup's
 
-_REAL_TIME = ("firmware_interface", "test_link_overhead.py", "test_refusals.py", "test_run.py")
+REAL_TIME = ("firmware_interface", "test_link_overhead.py", "test_refusals.py", "test_run.py")
 """Folder and files below this one whose tests wait for boards that go by the clock."""
 
 LONG = (
@@ -29,36 +29,59 @@ LONG = (
     "edge_ident/diagnosis/test_real_machines.py",
     "test_synthetic_machines.py",
     "edge_ident/diagnosis/test_hidden_effects.py",
-    "edge_ident/commissioning/test_run_again.py",
-    "edge_ident/fleet/test_whole_fleets.py",
-    "edge_ident/fleet/test_cluster.py",
+    "test_page_commands.py",
+    "edge_ident/commissioning/",
+    "edge_ident/fleet/",
     "plant/",
     "test_plant.py",
-    "test_page_commands.py",
-    "edge_ident/diagnosis/test_validation.py",
-    "edge_ident/diagnosis/test_recording_checks.py",
-    "edge_ident/diagnosis/prepare/test_found_shift.py",
-    "edge_ident/diagnosis/select/",
-    "edge_ident/diagnosis/fit/",
-    "edge_ident/simulation/",
-    "edge_ident/commissioning/test_commissioning.py",
-    "edge_ident/commissioning/test_gain_forecast.py",
-    "edge_ident/control/test_gain_compensation.py",
+    "edge_ident/cli/test_survey_command.py",
+    "edge_ident/cli/test_entry.py",
+    "edge_ident/diagnosis/",
     "edge_ident/estimation/test_compensation.py",
-    "edge_ident/estimation/test_effort_checks.py",
-    "edge_ident/estimation/test_least_squares.py",
     "edge_ident/model/test_supported_range.py",
-    "edge_ident/model/effects/test_new_effect.py",
-    "test_bad_recordings.py",
+    "edge_ident/cli/test_terminal.py",
     "test_examples.py",
+    "edge_ident/estimation/test_effort_checks.py",
+    "edge_ident/cli/test_bringup_page.py",
+    "edge_ident/cli/test_stop_command.py",
+    "edge_ident/cli/test_board_gains_command.py",
+    "edge_ident/simulation/",
+    "edge_ident/cli/test_model_option.py",
+    "test_bad_recordings.py",
+    "edge_ident/cli/test_home_command.py",
+    "edge_ident/model/effects/test_new_effect.py",
+    "edge_ident/estimation/test_least_squares.py",
+    "edge_ident/cli/test_init_command.py",
+    "edge_ident/report/",
+    "edge_ident/identification/test_adequacy.py",
     "test_threshold_sensitivity.py",
+    "edge_ident/identification/test_long_recordings.py",
+    "edge_ident/control/",
+    "test_command_pages.py",
+    "edge_ident/baselines/",
+    "edge_ident/cli/test_capture_command.py",
 )
 """Folders and files below this one whose tests compute for long, the longest first.
 
-The gate runs them once, without training.
+The gate runs them once, without training. The others run with each Python: files, the public API,
+effects and models, networks, registers and settings, pages.
 """
 _FIRST = ("test_run.py", *LONG)
 """What begins, in this order."""
+
+
+def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
+    """Files none of whose tests are asked for are not imported: that takes seconds a process."""
+    place = collection_path.relative_to(Path(__file__).parent).as_posix()
+    asked = config.option.markexpr
+    if collection_path.suffix != ".py" or not asked:
+        return None
+    by_the_clock = place.split("/")[0] in REAL_TIME
+    if asked == "real_time":
+        return not by_the_clock and "mark.real_time" not in collection_path.read_text("utf-8")
+    return (by_the_clock and "not real_time" in asked) or (
+        place.startswith(LONG) and "not long" in asked
+    )
 
 
 @pytest.hookimpl(tryfirst=True)
@@ -66,7 +89,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Mark the tests that go by the clock; the long ones begin, so that no worker ends alone."""
     for item in items:
         place = _place(item)
-        if place.split("/")[0] in _REAL_TIME:
+        if place.split("/")[0] in REAL_TIME:
             item.add_marker(pytest.mark.real_time)
         if place.startswith(LONG):
             item.add_marker(pytest.mark.long)

@@ -9,8 +9,16 @@ from numpy.typing import NDArray
 
 from edge_ident.signals.recording import AxisRecord, Recording
 from edge_ident.signals.recording_files import save_recording
-from tests.plant import Motion, Noise, Recordings, draw, draw_drives, multisine, simulate
-from tests.plant.drives import Control, Drives
+from firmware_interface.plant import (
+    Motion,
+    Noise,
+    Recordings,
+    draw,
+    draw_drives,
+    multisine,
+    simulate,
+)
+from firmware_interface.plant.drives import Control, Drives
 
 _VARIED = ("inertia", "viscous", "coulomb", "offset")
 

@@ -27,7 +27,7 @@ from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Term
 from edge_ident.signals.metrics import rms
 from edge_ident.signals.recording import AxisRecord, Recording
 from firmware_interface.motion import Trajectory, reference, stop_duration_s, stopping_reference
-from tests.plant import (
+from firmware_interface.plant import (
     SAMPLE_S,
     Drives,
     Effect,
@@ -40,7 +40,7 @@ from tests.plant import (
     paper,
     simulate,
 )
-from tests.plant.motions import LEAD, TAIL
+from firmware_interface.plant.motions import LEAD, TAIL
 
 Array = NDArray[np.float64]
 

@@ -15,8 +15,16 @@ from numpy.typing import NDArray
 
 from edge_ident.signals.recording import AxisRecord, Recording
 from edge_ident.signals.recording_files import save_recording
-from tests.plant import SAMPLE_S, Motion, Noise, Recordings, draw, draw_drives, simulate
-from tests.plant.motions import LEAD, TAIL
+from firmware_interface.plant import (
+    SAMPLE_S,
+    Motion,
+    Noise,
+    Recordings,
+    draw,
+    draw_drives,
+    simulate,
+)
+from firmware_interface.plant.motions import LEAD, TAIL
 
 LEAD_M_PER_RAD = 0.004 / (2.0 * np.pi)
 LAP_S = 4.8

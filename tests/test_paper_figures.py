@@ -16,8 +16,8 @@ from edge_ident.errors import DataError, ModelError
 from edge_ident.estimation.network import BUILT_IN
 from edge_ident.signals.recording import AxisRecord, Recording
 from export.configuration import PAPER
+from firmware_interface.plant import Recordings
 from tests.edge_ident.stand_ins import COLUMNS, MOTION, SCALES, START, StandIn, nothing, reader
-from tests.plant import Recordings
 from tools import paper
 from tools.paper_figures import convolutions, drives, images, kernels, losses, plane
 from tools.paper_figures.page import Section, Sources, update

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from tests.plant import (
+from firmware_interface.plant import (
     COUNT_RAD,
     SAMPLE_S,
     Chain,
@@ -25,8 +25,8 @@ from tests.plant import (
     simulate,
     staircase,
 )
+from firmware_interface.plant.drives import Array
 from tests.plant.balance import averaged, balance
-from tests.plant.drives import Array
 
 IDEAL = Electronics(count_rad=0.0, effort_step_nm=0.0)
 

@@ -15,8 +15,8 @@ import pytest
 from edge_ident.signals.recording_files import load_recording
 from firmware_interface.board import Board
 from firmware_interface.connection import open_link
+from firmware_interface.plant.feed_drive import FEED_DRIVE
 from firmware_interface.registers import State
-from firmware_interface.virtual.feed_drive import FEED_DRIVE, reduced_truth
 from firmware_interface.virtual.settings import CONSERVATIVE_GAINS
 from tests.boards import served_board
 from tests.processes import running
@@ -41,7 +41,7 @@ def virtual_run(tmp_path_factory: pytest.TempPathFactory) -> tuple[dict, Path]:
 @pytest.mark.parametrize("axis", ["x", "z"])
 def test_parameters_agree_with_the_plants_truth(virtual_run: tuple[dict, Path], axis: str) -> None:
     found = virtual_run[0]["identification"]["axes"][axis]
-    truth = reduced_truth(FEED_DRIVE[axis])
+    truth = FEED_DRIVE[axis]
     parameters = found["parameters"]
     assert found["trusted"]
     for name in ("viscous_friction", "coulomb_friction"):
@@ -144,7 +144,7 @@ def test_other_motions_and_cycles(tmp_path: Path) -> None:
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     axis = json.loads(done.stdout)["identification"]["axes"]["x"]
-    truth = reduced_truth(FEED_DRIVE["x"])
+    truth = FEED_DRIVE["x"]
     assert axis["estimators"]["cnn"] is None
     assert "no network was trained for that motion" in axis["cnn_reason"]
     assert axis["parameters"]["inertia"]["value"] == pytest.approx(truth.inertia, rel=0.02)

@@ -3,8 +3,8 @@
 python -m tools.example_recordings            the recordings, then their pages
 python -m tools.example_recordings --pages    the pages alone, after a change of their look
 
-The machines are those of the independent plant in tests/plant, which shares no formula with
-edge-ident. What is hidden stands here and in the README beside each recording.
+The machines are those of the independent plant, firmware_interface.plant, which shares no formula
+with edge_ident. What is hidden stands here and in the README beside each recording.
 """
 
 import subprocess
@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.cli.command import UNTRUSTED
-from tests.plant import (
+from firmware_interface.plant import (
     Chain,
     Control,
     Drives,
@@ -31,8 +31,8 @@ from tests.plant import (
     multisine,
     simulate,
 )
-from tests.plant.friction_effects import Stribeck
-from tests.plant.load_effects import PositionLoad, Ripple
+from firmware_interface.plant.friction_effects import Stribeck
+from firmware_interface.plant.load_effects import PositionLoad, Ripple
 
 Array = NDArray[np.float64]
 

@@ -1,10 +1,10 @@
 """How far `identify` is off on drives of a simulation that it does not know, and what it says.
 
-The cases are those of `tools.diagnosis_benchmark`: two-axis flexible drives (`tests.plant`) in
-closed loop, one axis with one hidden effect, the other sound, or both sound. An answer is wrong
-where a parameter is off by more than 5 % and by more than 3 of its standard deviations. Left out
-are parameters that the motion cannot show: even an estimator that knows the effect, and lacks only
-its size, would miss them by more than 5 % in three standard deviations.
+The cases are those of `tools.diagnosis_benchmark`: flexible drives of two axes in closed loop
+(`firmware_interface.plant`), one axis with one hidden effect, the other sound, or both sound. An
+answer is wrong where a parameter is off by more than 5 % and by more than 3 of its standard
+deviations. Left out are parameters that the motion cannot show: even an estimator that knows the
+effect, and lacks only its size, would miss them by more than 5 % in three standard deviations.
 
     python -m tools.identification_accuracy --drives 2
     python -m tools.identification_accuracy --motion paper --no-diagnose
@@ -37,7 +37,7 @@ from edge_ident.errors import EdgeIdentError
 from edge_ident.estimation.network import load_network
 from edge_ident.identification.identify import identify
 from edge_ident.identification.result import AxisIdentification
-from tests.plant import EFFECTS
+from firmware_interface.plant import EFFECTS
 from tools.diagnosis_benchmark.cases import CLEAN, MOTIONS, SINGLE, Case, plan
 from tools.diagnosis_benchmark.hiding import AXES, FOLDER, load_batch, simulate_batch
 from tools.diagnosis_benchmark.outcome import mean_parameters

@@ -1,8 +1,8 @@
 r"""Accuracy of the network on drives of an independent simulation, which training never used.
 
-Flexible two-axis drives (`tests.plant`) in closed loop, encoder of 8400 counts, through the signal
-chain of `identify`: the network alone, least squares, and random search with as many tries as the
-loop may have passes.
+Flexible drives (`firmware_interface.plant`) in closed loop, encoder of 8400 counts, through the
+signal chain of `identify`: the network alone, least squares, and random search with as many tries
+as the loop may have passes.
 
     python tools/network_figures.py clean                    1,000 axes, 2 % effort noise
     python tools/network_figures.py effects                  one hidden effect each, by effect
@@ -38,7 +38,7 @@ from edge_ident.signals.conditioning import condition
 from edge_ident.signals.metrics import Metric, compare
 from edge_ident.signals.recording import AxisRecord, Recording
 from edge_ident.signals.recording_files import save_recording
-from tests.plant import EFFECTS, Motion, Noise, draw, draw_drives, paper, simulate
+from firmware_interface.plant import EFFECTS, Motion, Noise, draw, draw_drives, paper, simulate
 
 Array = NDArray[np.float64]
 

@@ -30,7 +30,7 @@ import numpy as np
 from edge_ident.diagnosis import diagnose as engine
 from edge_ident.diagnosis.result import Diagnosis, Verdict
 from edge_ident.diagnosis.select.thresholds import thresholds
-from tests.plant import EFFECTS
+from firmware_interface.plant import EFFECTS
 from tools.diagnosis_benchmark.cases import CLEAN, PAIRS, SINGLE, UNKNOWN_KIND, Batch, Case
 from tools.diagnosis_benchmark.exchanging import changed_threshold, remembering
 from tools.diagnosis_benchmark.hiding import FOLDER, load_batch

@@ -9,6 +9,7 @@ import typer
 
 from edge_ident import commissioning
 from edge_ident.cli.command import command
+from edge_ident.cli.hiding import HideOptions
 from edge_ident.cli.messages import say
 from edge_ident.cli.options import ResultOptions
 
@@ -61,6 +62,7 @@ def board(
     tcp: TcpPort = None,
     bind: Address = "127.0.0.1",
     speed: Speed = "1",
+    faults: HideOptions,
     results: ResultOptions,
 ) -> None:
     """Run a virtual board with a flexible feed drive until Ctrl-C.
@@ -68,10 +70,15 @@ def board(
     The board keeps its gains, faults and positions from one command to the next.
     Modbus has no authentication: anyone who can connect to the port controls the board. Only this
     computer can connect unless --bind gives another address. The name of the device is printed;
-    with --output it is also written to board.json in that folder.
+    with --output it is also written to board.json in that folder. What --hide or --hide-seed hides
+    in the drive is not told; the same options with --reveal print it, without a board.
 
     Example: `edge-ident board --pty --speed 10`
     """
+    hidden = faults.hidden()
+    if faults.reveal:
+        faults.tell_alone("board", {"device": None}, hidden, results)
+        return
     if pty == (tcp is not None):
         raise typer.BadParameter("give either --pty or --tcp PORT")
     if link is not None and not pty:
@@ -89,8 +96,9 @@ def board(
         say("Modbus has no authentication: anyone who can connect to this port controls the board")
     with ExitStack() as links:
         commissioning.serve(
-            pty=pty, tcp_port=tcp, bind=bind, speed=_parse_speed(speed), on_ready=ready
-        )
+            pty=pty, tcp_port=tcp, bind=bind, speed=_parse_speed(speed), on_ready=ready,
+            plant=hidden.plant() if hidden else None,
+        )  # fmt: skip
 
 
 @contextmanager

@@ -7,6 +7,7 @@ import typer
 import edge_ident
 from edge_ident import commissioning, report
 from edge_ident.cli.command import command
+from edge_ident.cli.hiding import HideOptions
 from edge_ident.cli.options import BoardOptions, ResultOptions, deliver
 from edge_ident.cli.progress import shown_progress
 from edge_ident.cli.run import Cycles, MotionName
@@ -34,6 +35,7 @@ def capture(
     where: BoardOptions,
     motion: MotionOrFile = "sinusoid",
     cycles: Cycles = None,
+    faults: HideOptions,
     results: ResultOptions,
 ) -> None:
     """Move the axes and record the motion; no gains are written.
@@ -48,12 +50,16 @@ def capture(
         if cycles is not None:
             raise typer.BadParameter("the motion of a file has no periods", param_hint="--cycles")
         followed = edge_ident.load_motion(motion)
-    with session(where, results.output) as opened:
+    hidden = faults.hidden()
+    with session(where, results.output, hidden) as opened:
         path = opened.folder / commissioning.CAPTURE_FILE
         with shown_progress() as bars:
             found = commissioning.record_motion(
                 opened.board, opened.drive, followed, cycles, path, bars
             )
-    deliver(report.capture_document(found, path), "capture.json", opened.folder, results.json)
+    document = report.capture_document(found, path)
+    faults.add_to(document, hidden)
+    deliver(document, "capture.json", opened.folder, results.json)
     if not results.json:
         print(path)
+        faults.tell(hidden)

@@ -7,6 +7,7 @@ import typer
 
 from edge_ident import commissioning, report
 from edge_ident.cli.command import UNTRUSTED, command
+from edge_ident.cli.hiding import HideOptions
 from edge_ident.cli.messages import say
 from edge_ident.cli.options import (
     Bandwidth,
@@ -68,6 +69,7 @@ def run(
     model: ModelFile = None,
     seed: Seed = 0,
     no_diagnose: NoDiagnose = False,
+    faults: HideOptions,
     results: ResultOptions,
 ) -> None:
     """Move the axes, identify the drive, design gains, write them, and verify them by a motion.
@@ -78,7 +80,7 @@ def run(
 
     Example: `edge-ident run --device /dev/ttyACM0 --dry-run`
     """
-    known = given_model(model)
+    known, hidden = given_model(model), faults.hidden()
     plan = commissioning.Plan(
         motion,
         cycles,
@@ -89,7 +91,7 @@ def run(
         known,
         not no_diagnose,
     )
-    with session(where, results.output) as opened:
+    with session(where, results.output, hidden) as opened:
         board, folder, loaded = opened.board, opened.folder, network.load()
         with shown_progress() as bars:
             outcome = commissioning.commission(board, opened.drive, loaded, plan, folder, bars)
@@ -97,9 +99,11 @@ def run(
     capture = folder / commissioning.CAPTURE_FILE
     save_result_model(outcome.identification.model, [capture], folder, known)
     page = report.write_run_page(outcome, document, folder)
+    faults.add_to(document, hidden)
     deliver(document, "report.json", folder, results.json)
     results.show(report.outcome_view(outcome))
     if not results.json:
+        faults.tell(hidden)
         say(f"written: {page}")
     if not outcome.trusted:
         raise typer.Exit(UNTRUSTED)

@@ -17,6 +17,7 @@ from edge_ident.cli.settings import read_settings
 
 if TYPE_CHECKING:
     from edge_ident import Board, Drive
+    from edge_ident.commissioning import Hidden
 
 
 @dataclass(frozen=True)
@@ -62,17 +63,30 @@ def located(options: BoardOptions) -> Address:
 
 
 @contextmanager
-def connected(options: BoardOptions) -> Iterator[tuple["Board", "Drive"]]:
-    """Connect to the board that the options name, and give its drive's description."""
+def connected(
+    options: BoardOptions, hidden: "Hidden | None" = None
+) -> Iterator[tuple["Board", "Drive"]]:
+    """Connect to the board that the options name, and give its drive's description.
+
+    Faults can be hidden in the drive behind a virtual board.
+    """
     address = located(options)
-    with edge_ident.connect(address.device, baud_rate=address.baud_rate) as board:
+    if hidden and address.device != "virtual":
+        raise typer.BadParameter(
+            "faults are hidden in the drive behind --device virtual, or by edge-ident board",
+            param_hint="--hide",
+        )
+    plant = hidden.plant() if hidden else None
+    with edge_ident.connect(address.device, baud_rate=address.baud_rate, plant=plant) as board:
         yield board, address.drive
 
 
 @contextmanager
-def session(options: BoardOptions, output: Path | None) -> Iterator[Session]:
+def session(
+    options: BoardOptions, output: Path | None, hidden: "Hidden | None" = None
+) -> Iterator[Session]:
     """Connect to a board, with a folder for results and a log in it."""
-    with connected(options) as (board, drive):
+    with connected(options, hidden) as (board, drive):
         folder = output or Path("edge-ident-runs") / datetime.now().strftime("%Y-%m-%dT%H-%M-%S")
         folder.mkdir(parents=True, exist_ok=True)
         with _log_file(folder / "log.txt"):

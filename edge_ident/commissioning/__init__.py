@@ -47,6 +47,8 @@ if TYPE_CHECKING:
     from firmware_interface.board import BoardStatus
     from firmware_interface.connection import DEFAULT_BAUD_RATE
     from firmware_interface.gains import Bank
+    from firmware_interface.plant.hiding import Fault, Hidden
+    from firmware_interface.plant.plant_socket import serve_plant
     from firmware_interface.registers import REGISTERS
     from firmware_interface.virtual.server import serve
 
@@ -60,8 +62,10 @@ __all__ = [
     "BoardStatus",
     "DescribedDrive",
     "Entry",
+    "Fault",
     "Forecaster",
     "Forecasts",
+    "Hidden",
     "Plan",
     "ask_ports",
     "back_up",
@@ -89,6 +93,7 @@ __all__ = [
     "roll_back_unconfirmed",
     "sampling_period_s",
     "serve",
+    "serve_plant",
     "sheet_doubts",
     "sheet_in_si",
     "stage_gains",
@@ -111,8 +116,10 @@ __getattr__ = lazy_names(
         "BoardStatus": "firmware_interface.board",
         "DescribedDrive": "edge_ident.commissioning.described_drive",
         "Entry": "edge_ident.commissioning.data_sheet",
+        "Fault": "firmware_interface.plant.hiding",
         "Forecaster": "edge_ident.commissioning.gain_forecast",
         "Forecasts": "edge_ident.commissioning.gain_forecast",
+        "Hidden": "firmware_interface.plant.hiding",
         "Plan": "edge_ident.commissioning.run",
         "ask_ports": "edge_ident.commissioning.ports",
         "back_up": "edge_ident.commissioning.gain_files",
@@ -140,6 +147,7 @@ __getattr__ = lazy_names(
         "roll_back_unconfirmed": "edge_ident.commissioning.gain_change",
         "sampling_period_s": "edge_ident.commissioning.described_drive",
         "serve": "firmware_interface.virtual.server",
+        "serve_plant": "firmware_interface.plant.plant_socket",
         "sheet_doubts": "edge_ident.commissioning.data_sheet_checks",
         "sheet_in_si": "edge_ident.commissioning.data_sheet",
         "stage_gains": "edge_ident.commissioning.gain_transfer",

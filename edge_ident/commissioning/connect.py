@@ -2,15 +2,21 @@
 
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
+from typing import TYPE_CHECKING
 
 from edge_ident.commissioning.port_notes import noted
 from edge_ident.errors import EdgeIdentError
 from firmware_interface.board import Board
 from firmware_interface.connection import DEFAULT_BAUD_RATE, open_link
 
+if TYPE_CHECKING:
+    from firmware_interface.plant.plant import Plant
+
 
 @contextmanager
-def connect(device: str, *, baud_rate: int = DEFAULT_BAUD_RATE) -> Iterator[Board]:
+def connect(
+    device: str, *, baud_rate: int = DEFAULT_BAUD_RATE, plant: "Plant | None" = None
+) -> Iterator[Board]:
     """Connect to a board for the length of a with statement.
 
     Parameters
@@ -20,6 +26,8 @@ def connect(device: str, *, baud_rate: int = DEFAULT_BAUD_RATE) -> Iterator[Boar
         in this process, with the built-in drive behind it.
     baud_rate : int
         Of a serial line.
+    plant : firmware_interface.plant.Plant, optional
+        The drive behind a board `virtual`; by default the built-in one, with nothing wrong.
 
     Yields
     ------
@@ -41,7 +49,7 @@ def connect(device: str, *, baud_rate: int = DEFAULT_BAUD_RATE) -> Iterator[Boar
     'IDLE'
     """
     with ExitStack() as ending:
-        link = open_link(device, baud_rate=baud_rate)
+        link = open_link(device, baud_rate=baud_rate, plant=plant)
         ending.callback(link.close)
         ending.enter_context(noted(device))
         board = Board.connect(link)

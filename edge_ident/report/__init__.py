@@ -16,6 +16,7 @@ if TYPE_CHECKING:
         simulation_document,
     )
     from edge_ident.report.drive_report import drive_document
+    from edge_ident.report.fault_report import fault_documents, fault_lines
     from edge_ident.report.gain_report import GainReport, gain_report_document, gain_report_view
     from edge_ident.report.import_report import (
         import_document,
@@ -51,6 +52,8 @@ __all__ = [
     "diagnosis_document",
     "draw_run",
     "drive_document",
+    "fault_documents",
+    "fault_lines",
     "gain_report_document",
     "gain_report_view",
     "gains_document",
@@ -93,6 +96,8 @@ __getattr__ = lazy_names(
         "diagnosis_document": "edge_ident.diagnosis.present.document",
         "draw_run": "edge_ident.report.run_figure",
         "drive_document": "edge_ident.report.drive_report",
+        "fault_documents": "edge_ident.report.fault_report",
+        "fault_lines": "edge_ident.report.fault_report",
         "gain_report_document": "edge_ident.report.gain_report",
         "gain_report_view": "edge_ident.report.gain_report",
         "gains_document": "edge_ident.report.documents",

@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.model.model import BASE, AxisModel, Model, Term
-from firmware_interface.virtual.feed_drive import FEED_DRIVE, axis_matrices, reduced_truth
-from firmware_interface.virtual.plant import Plant
+from firmware_interface.plant.feed_drive import FEED_DRIVE, feed_drive
+from firmware_interface.plant.plant import Plant
 
 Array = NDArray[np.float64]
 
@@ -17,7 +17,7 @@ DELAY_SHARE: Final = 0.2
 
 
 class FlexibleMachine:
-    """One drive, stepped exactly; its control delay is `DELAY_SHARE` of the sampling period.
+    """The virtual board's drive; its control delay is `DELAY_SHARE` of the sampling period.
 
     Parameters
     ----------
@@ -25,18 +25,17 @@ class FlexibleMachine:
     """
 
     def __init__(self, period_s: float) -> None:
-        models = [axis_matrices(mechanics) for mechanics in FEED_DRIVE.values()]
-        self._plant = Plant(models, DELAY_SHARE * period_s, round(1.0 / DELAY_SHARE))
+        self._plant = Plant(feed_drive(), sample_s=period_s, delay=DELAY_SHARE)
 
     @property
     def position(self) -> Array:
         """At the gearbox output, (A, 1)."""
-        return self._plant.output_rad[:, None]
+        return np.array(self._plant.output_rad)[:, None]
 
     @property
     def velocity(self) -> Array:
         """At the gearbox output, (A, 1)."""
-        return self._plant.output_rad_s[:, None]
+        return np.array(self._plant.output_rad_s)[:, None]
 
     @property
     def reading(self) -> Array:
@@ -48,7 +47,7 @@ class FlexibleMachine:
 
     def advance(self, before: Array, command: Array) -> None:
         """Let a sample pass."""
-        self._plant.advance(before[:, 0], command[:, 0])
+        self._plant.advance(command[:, 0].tolist())
 
     def recorded(self, command: Array, time_s: Array) -> Array:
         """The board records what it commands."""
@@ -65,8 +64,5 @@ def reduced_model() -> Model:
     [0.43, 0.9, 1.4, 0.03]
     """
     return Model(
-        {
-            name: AxisModel((Term(BASE, asdict(reduced_truth(mechanics))),))
-            for name, mechanics in FEED_DRIVE.items()
-        }
+        {name: AxisModel((Term(BASE, asdict(body)),)) for name, body in FEED_DRIVE.items()}
     )

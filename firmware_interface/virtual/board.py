@@ -5,13 +5,13 @@ from typing import Final
 
 from firmware_interface.codec import decode_integer
 from firmware_interface.errors import BoardError, BusyError, ValueRefusedError
+from firmware_interface.plant.feed_drive import feed_drive
+from firmware_interface.plant.plant import Plant
 from firmware_interface.registers import REGISTERS, Fault, State
 from firmware_interface.virtual.clock import Clock, RequestClock
 from firmware_interface.virtual.commands import Commands
-from firmware_interface.virtual.drive import machine_at_rest
 from firmware_interface.virtual.inputs import Inputs
 from firmware_interface.virtual.machine import Machine
-from firmware_interface.virtual.plant import Plant
 from firmware_interface.virtual.register_file import RegisterFile
 from firmware_interface.virtual.session import FREE
 from firmware_interface.virtual.settings import BoardSettings
@@ -32,6 +32,8 @@ class VirtualBoard:
     settings : BoardSettings, optional
     clock : Clock, optional
         By default requests let board time pass.
+    plant : Plant, optional
+        The drive behind the board; by default a sound one.
 
     Attributes
     ----------
@@ -41,11 +43,16 @@ class VirtualBoard:
         For whoever wants to look inside.
     """
 
-    def __init__(self, settings: BoardSettings | None = None, clock: Clock | None = None) -> None:
+    def __init__(
+        self,
+        settings: BoardSettings | None = None,
+        clock: Clock | None = None,
+        plant: Plant | None = None,
+    ) -> None:
         self._clock = clock or RequestClock()
         settings = settings or BoardSettings()
         self.inputs = Inputs(settings.homed, settings.switches_rad)
-        self._power_up(settings, machine_at_rest())
+        self._power_up(settings, plant or Plant(feed_drive()))
 
     def read(self, address: int, count: int) -> list[int]:
         """Words of consecutive registers."""

@@ -5,29 +5,21 @@ from collections import deque
 from collections.abc import Mapping, Sequence
 from typing import Final, NamedTuple
 
-import numpy as np
-
 from firmware_interface.board_types import AxisLimits
 from firmware_interface.gains import AxisGains
+from firmware_interface.plant.feed_drive import COUNTS_PER_TURN, FEED_DRIVE
+from firmware_interface.plant.motions import SAMPLE_S
+from firmware_interface.plant.plant import DELAY, Plant
 from firmware_interface.virtual.controller import AxisController, Setpoint
-from firmware_interface.virtual.feed_drive import COUNTS_PER_TURN, FEED_DRIVE, axis_matrices
-from firmware_interface.virtual.plant import Plant
 
-SAMPLE_PERIOD_S: Final = 0.0025
-CONTROL_DELAY_S: Final = 0.0005
+SAMPLE_PERIOD_S: Final = SAMPLE_S
+CONTROL_DELAY_S: Final = DELAY * SAMPLE_PERIOD_S
 EFFORT_PER_COUNT_NM: Final = 0.004
 """Torque at the gearbox output of one PWM count."""
 RAD_PER_COUNT: Final = 2.0 * math.pi / COUNTS_PER_TURN
 """Encoder resolution at the gearbox output."""
-_SUBSTEPS: Final = 5
 _REST_SAMPLES: Final = 20
 _REST_COUNTS: Final = 2
-
-
-def machine_at_rest() -> Plant:
-    """The feed drive's mechanics, standing at zero."""
-    models = [axis_matrices(mechanics) for mechanics in FEED_DRIVE.values()]
-    return Plant(models, CONTROL_DELAY_S, _SUBSTEPS)
 
 
 class DriveSample(NamedTuple):
@@ -70,9 +62,8 @@ class Drive:
             AxisController(gains[axis], SAMPLE_PERIOD_S, limits[axis].effort_nm)
             for axis in FEED_DRIVE
         ]
-        self._effort_nm = np.zeros(len(FEED_DRIVE))
         self._positions: deque[list[int]] = deque(maxlen=_REST_SAMPLES)
-        standing = [round(angle / RAD_PER_COUNT) for angle in plant.output_rad.tolist()]
+        standing = [round(angle / RAD_PER_COUNT) for angle in plant.shown_rad]
         self._zero = [0 if homed >> n & 1 else count for n, count in enumerate(standing)]
         self.powered = False
 
@@ -123,17 +114,18 @@ class Drive:
         positions = self._read_encoders()
         self._positions.append(positions)
         counts = self._efforts(setpoints, positions) if self.powered else [0] * len(positions)
-        effort = np.array(counts) * EFFORT_PER_COUNT_NM
-        self.plant.advance(self._effort_nm, effort)
-        self._effort_nm = effort
+        effort = [count * EFFORT_PER_COUNT_NM for count in counts]
+        recorded = self.plant.recorded_nm(effort)
+        self.plant.advance(effort)
         errors = [
             round(s.position_rad / RAD_PER_COUNT) - p
             for s, p in zip(setpoints, positions, strict=True)
         ]
-        return DriveSample(positions, counts, errors)
+        in_record = [round(nm / EFFORT_PER_COUNT_NM) for nm in recorded]
+        return DriveSample(positions, in_record, errors)
 
     def _read_encoders(self) -> list[int]:
-        angles = self.plant.output_rad.tolist()
+        angles = self.plant.shown_rad
         return [round(a / RAD_PER_COUNT) - zero for a, zero in zip(angles, self._zero, strict=True)]
 
     def _efforts(self, setpoints: Sequence[Setpoint], positions: list[int]) -> list[int]:

@@ -9,12 +9,12 @@ from typing import Final
 
 from firmware_interface.board_types import AxisLimits
 from firmware_interface.motion import Trajectory
+from firmware_interface.plant.plant import Plant
 from firmware_interface.registers import AXES, Fault, Result, State, WatchdogAction
 from firmware_interface.virtual.capture_ring import CaptureRing
 from firmware_interface.virtual.drive import SAMPLE_PERIOD_S, Drive, DriveSample
 from firmware_interface.virtual.gain_banks import GainBanks
 from firmware_interface.virtual.inputs import Inputs
-from firmware_interface.virtual.plant import Plant
 from firmware_interface.virtual.protection import violated
 from firmware_interface.virtual.register_file import RegisterFile
 from firmware_interface.virtual.self_test import settings_sound
@@ -189,7 +189,7 @@ class Machine:
 
     def _look_around(self) -> None:
         """Switches, emergency stop and watchdog, before anything is moved."""
-        self.inputs.feel(self.drive.plant.output_rad.tolist())
+        self.inputs.feel(self.drive.plant.output_rad)
         if self.inputs.sto_latched and self.fault is not Fault.STO:
             self._latch(Fault.STO)
             self.coast()

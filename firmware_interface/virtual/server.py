@@ -13,6 +13,7 @@ from typing import Any, Final
 from firmware_interface.errors import LinkError
 from firmware_interface.link import Link
 from firmware_interface.modbus_server import RtuSession, TcpSession
+from firmware_interface.plant.plant import Plant
 from firmware_interface.virtual.board import VirtualBoard
 from firmware_interface.virtual.clock import RequestClock, WallClock
 from firmware_interface.virtual.settings import BoardSettings
@@ -35,6 +36,7 @@ def serve(
     bind: str = LOOPBACK,
     speed: float | None = 1.0,
     settings: BoardSettings | None = None,
+    plant: Plant | None = None,
 ) -> None:
     """Serve a new board until Ctrl-C or SIGTERM; SIGUSR1 pulls its wired stop, SIGUSR2 releases it.
 
@@ -52,6 +54,8 @@ def serve(
     speed : float or None
         Board time per wall time; None lets every request advance it, as fast as it can.
     settings : BoardSettings, optional
+    plant : Plant, optional
+        The drive behind the board; by default a sound one.
 
     Raises
     ------
@@ -60,7 +64,7 @@ def serve(
     """
     if pty == (tcp_port is not None):
         raise ValueError("choose one of pty and tcp_port")
-    board = VirtualBoard(settings, RequestClock() if speed is None else WallClock(speed))
+    board = VirtualBoard(settings, RequestClock() if speed is None else WallClock(speed), plant)
     if tcp_port is None:
         serving = serve_pty(board, board.idle, on_ready)
     else:

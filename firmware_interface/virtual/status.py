@@ -3,6 +3,7 @@
 import secrets
 
 from firmware_interface.codec import encode_axis_gains
+from firmware_interface.plant.feed_drive import COUNTS_PER_TURN
 from firmware_interface.registers import (
     AXES,
     FLOAT_TEST,
@@ -18,7 +19,6 @@ from firmware_interface.virtual.drive import (
     EFFORT_PER_COUNT_NM,
     SAMPLE_PERIOD_S,
 )
-from firmware_interface.virtual.feed_drive import COUNTS_PER_TURN
 from firmware_interface.virtual.machine import Machine
 from firmware_interface.virtual.register_file import RegisterFile
 from firmware_interface.virtual.settings import BoardSettings

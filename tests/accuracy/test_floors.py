@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from edge_ident.estimation.network import load_network
-from tests.plant import paper
+from firmware_interface.plant import paper
 from tools.diagnosis_benchmark import hiding
 from tools.diagnosis_benchmark.cases import SINGLE, Batch, Case
 from tools.diagnosis_benchmark.outcome import SHOWS, Outcome

@@ -5,7 +5,7 @@ import pytest
 
 from edge_ident.identification.identify import identify
 from edge_ident.signals.recording import AxisRecord, Recording
-from tests.plant import Noise, draw, draw_drives, multisine, simulate
+from firmware_interface.plant import Noise, draw, draw_drives, multisine, simulate
 from tools.identification_accuracy import Answer, can_show, judge
 
 HIDDEN = ("stribeck_friction", "torque_ripple", "position_dependent_friction", "gain_drift")

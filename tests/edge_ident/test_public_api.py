@@ -155,7 +155,6 @@ def test_what_a_file_names_cannot_become_markup() -> None:
 
 
 def test_results_draw_themselves(found: edge_ident.Identification) -> None:
-    pytest.importorskip("matplotlib")
     recording = edge_ident.simulate()
     diagnosis = edge_ident.diagnose([recording])
     designs = edge_ident.design_gains(found.model)

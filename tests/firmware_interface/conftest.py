@@ -11,6 +11,7 @@ from typing import Final
 import pytest
 from board_thread import Serve, served
 from conformance_boards import (
+    FPGA_SPEED,
     BoardCommand,
     Served,
     build_firmware,
@@ -93,7 +94,8 @@ def command_of_either(request: pytest.FixtureRequest) -> BoardCommand:
     """Gives the command line of a board of any kind."""
     if request.param == "python":
         return python_command
-    return partial(c_command, request.getfixturevalue(_PROGRAMS[request.param]))
+    command = partial(c_command, request.getfixturevalue(_PROGRAMS[request.param]))
+    return partial(command, speed=FPGA_SPEED) if request.param == "fpga" else command
 
 
 @pytest.fixture(scope="module")

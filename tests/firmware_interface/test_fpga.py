@@ -8,7 +8,15 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from conformance_boards import FPGA_SOURCE, c_command, serving, start, until, until_fault
+from conformance_boards import (
+    FPGA_SOURCE,
+    FPGA_SPEED,
+    c_command,
+    serving,
+    start,
+    until,
+    until_fault,
+)
 
 from firmware_interface.motion import Multisine, SineComponent, Trajectory
 from firmware_interface.registers import Fault, State
@@ -54,7 +62,7 @@ def test_no_tool_complains_about_the_sources(tmp_path: Path) -> None:
 
 
 def test_the_wired_stop_ends_a_motion_and_latches(fpga: Path) -> None:
-    with serving(c_command(fpga)) as served, served.connected() as board:
+    with serving(c_command(fpga, speed=FPGA_SPEED)) as served, served.connected() as board:
         start(board, Trajectory({"x": SINE, "z": SINE}, 60.0, 1.0))
         served.press_stop(True)
         assert until_fault(board) is Fault.STO

@@ -29,8 +29,8 @@ from firmware_interface.codec import encode
 from firmware_interface.errors import BoardError
 from firmware_interface.gains import AxisGains
 from firmware_interface.motion import Multisine, SineComponent, Trajectory
+from firmware_interface.plant.feed_drive import FEED_DRIVE
 from firmware_interface.registers import REGISTERS, Fault, Opcode, State
-from firmware_interface.virtual.feed_drive import FEED_DRIVE, reduced_truth
 
 SLOT_BYTES = 512
 
@@ -315,7 +315,7 @@ def test_a_whole_run_ends_with_new_gains(
     for axis, mechanics in FEED_DRIVE.items():
         found, truth = (
             document["identification"]["axes"][axis]["parameters"],
-            reduced_truth(mechanics),
+            mechanics,
         )
         assert found["inertia"]["value"] == pytest.approx(truth.inertia, rel=0.01)
         assert found["coulomb_friction"]["value"] == pytest.approx(truth.coulomb_friction, rel=0.01)

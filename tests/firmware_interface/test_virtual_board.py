@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from itertools import islice
 
+import numpy as np
 import pytest
 from board_bench import NEW, OLD, Bench, long_motion
 
@@ -39,7 +40,7 @@ def test_the_board_stops_by_itself_when_the_host_is_gone(action: WatchdogAction)
     bench.wait(3.0)
     machine = bench.virtual.machine
     assert (machine.state, machine.fault) == (State.FAULT, Fault.WATCHDOG)
-    assert max(abs(machine.drive.plant.output_rad_s)) < 1e-3
+    assert np.max(np.abs(machine.drive.plant.output_rad_s)) < 1e-3
     with pytest.raises(BoardError, match="the host that started the motion fell silent"):
         list(bench.board.capture_pages())
 
@@ -92,7 +93,7 @@ def test_the_board_enforces_its_limits_during_the_motion(
     machine = bench.virtual.machine
     assert machine.state is State.FAULT
     assert machine.fault_sample > 0
-    assert max(abs(machine.drive.plant.output_rad_s)) < 1e-3
+    assert np.max(np.abs(machine.drive.plant.output_rad_s)) < 1e-3
 
 
 def test_effort_is_clipped_at_its_limit(short_motion: Trajectory) -> None:
@@ -111,7 +112,7 @@ def test_quick_stop_decelerates_instead_of_dropping_the_effort() -> None:
     machine = bench.virtual.machine
     assert machine.state is State.IDLE
     assert machine.drive.powered
-    assert max(abs(machine.drive.plant.output_rad_s)) < 1e-3
+    assert np.max(np.abs(machine.drive.plant.output_rad_s)) < 1e-3
 
 
 def test_unconfirmed_gains_are_rolled_back_when_the_window_ends() -> None:

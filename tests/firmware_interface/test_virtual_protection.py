@@ -46,7 +46,7 @@ def test_gains_that_are_no_numbers_switch_the_effort_off_at_once() -> None:
     machine = bench.virtual.machine
     assert (machine.state, machine.fault) == (State.FAULT, Fault.NOT_FINITE)
     assert not machine.enabled
-    assert not drive._effort_nm.any()
+    assert not any(drive.plant.torque_nm)
 
 
 def test_setpoints_that_are_no_numbers_hold_the_axes_and_switch_the_effort_off() -> None:
@@ -74,8 +74,7 @@ def test_no_axis_that_moves_is_enabled() -> None:
     bench.wait(0.1)
     bench.board.claim()
     plant = bench.virtual.machine.drive.plant
-    half = len(plant.state) // 2
-    plant._state[half : half + 5] = 2.0  # rad/s, all that turns with one axis
+    plant._axes[0].velocity = (2.0, 2.0, 2.0)  # rad/s, all that turns with one axis
     bench.wait(0.02)
     assert bench.command(Opcode.ENABLE, 500) is Result.NOT_AT_REST
     assert not bench.virtual.machine.enabled

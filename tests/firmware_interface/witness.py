@@ -53,14 +53,14 @@ class EffortWatch:
     def _look(self, enabled: bool, setpoints: Sequence[Setpoint], measured: DriveSample) -> None:
         if not all(setpoint.finite for setpoint in setpoints):
             self.wrong.append(f"setpoint {setpoints}")
-        effort_nm = self._drive._effort_nm
-        if not (np.abs(effort_nm) <= _LARGEST_EFFORT_NM).all():
+        effort_nm = self._drive.plant.torque_nm
+        if not all(abs(effort) <= _LARGEST_EFFORT_NM for effort in effort_nm):
             self.wrong.append(f"effort {effort_nm}")
-        if not enabled and (effort_nm.any() or any(measured.effort)):
+        if not enabled and (any(effort_nm) or any(measured.effort)):
             self.wrong.append(f"effort {effort_nm} while not enabled")
         if not enabled and self._setpoints.moving:
             self.wrong.append("a motion while not enabled")
-        if not np.isfinite(self._drive.plant.state).all():
+        if not np.isfinite(self._drive.plant.output_rad_s).all():
             self.wrong.append("a plant beyond numbers")
 
 

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tests.plant.drives import Array
-from tests.plant.motions import SAMPLE_S
-from tests.plant.simulation import Recordings
+from firmware_interface.plant.drives import Array
+from firmware_interface.plant.motions import SAMPLE_S
+from firmware_interface.plant.simulation import Recordings
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.plant import (
+from firmware_interface.plant import (
     EFFECTS,
     SAMPLE_S,
     UNKNOWN,
@@ -19,10 +19,10 @@ from tests.plant import (
     draw_drives,
     simulate,
 )
+from firmware_interface.plant.drives import Array
+from firmware_interface.plant.electric_effects import RecordDelay
+from firmware_interface.plant.motions import LEAD, TAIL
 from tests.plant.balance import Balance, averaged, balance
-from tests.plant.drives import Array
-from tests.plant.electric_effects import RecordDelay
-from tests.plant.motions import LEAD, TAIL
 
 IDEAL = Electronics(count_rad=0.0, effort_step_nm=0.0)
 DRIVES = draw_drives(6, 31)

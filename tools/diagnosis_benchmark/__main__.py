@@ -1,11 +1,11 @@
 """How often `diagnose` identifies an effect in a drive of a simulation that it does not know.
 
-Two-axis flexible drives (`tests.plant`) run in closed loop. Every drive has a board of its own:
-8400 counts a turn at the gearbox output or at the motor, a command that is held over the sampling
-period and acts 0 to 1 period after its stamp, and effort noise of 0.5 to 4 %. The recording does
-not state the timing, as a CSV file does not. One axis has the effect, the other has none. Every
-drive has a multisine, or a phase of the paper's motion, of its own. A hidden delay is 1.5 samples
-or more, counted from a record in step.
+Two-axis flexible drives (`firmware_interface.plant`) run in closed loop. Every drive has a board of
+its own: 8400 counts a turn at the gearbox output or at the motor, a command that is held over the
+sampling period and acts 0 to 1 period after its stamp, and effort noise of 0.5 to 4 %. The
+recording does not state the timing, as a CSV file does not. One axis has the effect, the other has
+none. Every drive has a multisine, or a phase of the paper's motion, of its own. A hidden delay is
+1.5 samples or more, counted from a record in step.
 
 What counts, and how:
 
@@ -51,7 +51,7 @@ from typing import Final
 
 from rich.console import Console
 
-from tests.plant import EFFECTS
+from firmware_interface.plant import EFFECTS
 from tools.diagnosis_benchmark.cases import DRAWN, KINDS, MOTIONS, Case, plan
 from tools.diagnosis_benchmark.hiding import FOLDER
 from tools.diagnosis_benchmark.looking import print_case

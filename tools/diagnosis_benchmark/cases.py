@@ -1,12 +1,13 @@
 """What is hidden where: batches of drives, reproducible from their names alone."""
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Final, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tests.plant import EFFECTS, UNKNOWN, Motion, multisine, paper, staircase
+from firmware_interface.plant import EFFECTS, UNKNOWN, Motion, multisine, paper, staircase
 
 SINGLE: Final = "single"
 CLEAN: Final = "clean"
@@ -77,16 +78,7 @@ class Batch:
     @property
     def reference(self) -> Motion:
         """A phase of the paper's motion, or a multisine, of its own for every drive."""
-        rng = np.random.default_rng([self.plant_seed, 6])
-        if self.motion == "paper":
-            return paper(phase_rad=rng.uniform(0, 2 * np.pi, BATCH_DRIVES))
-        if self.motion == "staircase":
-            return staircase()
-        moves = [multisine(seed=int(seed)) for seed in rng.integers(0, 2**31, BATCH_DRIVES)]
-        parts = ("position", "velocity", "acceleration")
-        return Motion(
-            "multisine", *(np.concatenate([getattr(m, part) for m in moves], 1) for part in parts)
-        )
+        return _reference(self.motion, self.plant_seed)
 
     @property
     def full_size(self) -> Self:
@@ -138,3 +130,15 @@ def plan(
             if set(hidden) <= set(effects) or kind == UNKNOWN_KIND:
                 cases.append(Case(batch, row))
     return cases
+
+
+@lru_cache(maxsize=1)
+def _reference(motion: str, seed: int) -> Motion:
+    rng = np.random.default_rng([seed, 6])
+    if motion == "paper":
+        return paper(phase_rad=rng.uniform(0, 2 * np.pi, BATCH_DRIVES))
+    if motion == "staircase":
+        return staircase()
+    moves = [multisine(seed=int(one)) for one in rng.integers(0, 2**31, BATCH_DRIVES)]
+    parts = ("position", "velocity", "acceleration")
+    return Motion(motion, *(np.concatenate([getattr(m, part) for m in moves], 1) for part in parts))

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.signals.recording import AxisRecord, Recording
-from tests.plant import (
+from firmware_interface.plant import (
     EFFECTS,
     UNKNOWN,
     Effect,
@@ -24,7 +24,7 @@ from tests.plant import (
     draw_noise,
     simulate,
 )
-from tests.plant.electric_effects import RecordDelay
+from firmware_interface.plant.electric_effects import RecordDelay
 from tools.diagnosis_benchmark.cases import BATCH_DRIVES, DRAWN, Batch, Case
 from tools.diagnosis_benchmark.measuring import (
     ABOVE_BAND,

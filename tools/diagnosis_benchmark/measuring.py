@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from edge_ident.signals.conditioning import choose_cutoff, filtered_regressor
 from edge_ident.signals.filters import lowpass
-from tests.plant import COUNT_RAD, SAMPLE_S, Recordings
+from firmware_interface.plant import COUNT_RAD, SAMPLE_S, Recordings
 
 Array = NDArray[np.float64]
 

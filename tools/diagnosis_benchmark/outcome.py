@@ -13,7 +13,7 @@ from edge_ident.diagnosis.result import Cause, Diagnosis, Verdict
 from edge_ident.model.effect import Motion
 from edge_ident.model.effects import named
 from edge_ident.model.model import PARAMETERS, AxisModel
-from tests.plant import SAMPLE_S
+from firmware_interface.plant import SAMPLE_S
 from tools.diagnosis_benchmark.cases import Case
 from tools.diagnosis_benchmark.hiding import AXES, load_batch
 from tools.diagnosis_benchmark.measuring import ABOVE_BAND

@@ -8,7 +8,7 @@ from rich.console import Console
 
 from edge_ident.diagnosis import diagnose as engine
 from edge_ident.signals.recording import AxisRecord, Recording
-from tests.plant import Noise, draw, draw_drives, multisine, simulate
+from firmware_interface.plant import Noise, draw, draw_drives, multisine, simulate
 from tools.diagnosis_benchmark.hiding import AXES
 
 SAMPLES: Final = 17_600

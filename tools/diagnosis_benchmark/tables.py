@@ -8,7 +8,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from tests.plant import EFFECTS, UNKNOWN
+from firmware_interface.plant import EFFECTS, UNKNOWN
 from tools.diagnosis_benchmark.cases import CLEAN, MOTIONS, PAIRS, SINGLE, UNKNOWN_KIND
 from tools.diagnosis_benchmark.outcome import JUDGED, Outcome
 from tools.interval_coverage import wilson

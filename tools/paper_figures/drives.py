@@ -21,7 +21,7 @@ from edge_ident.model.model import PARAMETERS
 from edge_ident.signals.dct import POINTS
 from edge_ident.signals.metrics import Metric, compare
 from edge_ident.signals.recording import AxisRecord, Recording
-from tests.plant import Drives, Noise, Recordings, draw_drives, paper, simulate
+from firmware_interface.plant import Drives, Noise, Recordings, draw_drives, paper, simulate
 from tools.paper_figures.page import Section, Sources, percent, table
 
 Array = NDArray[np.float64]

@@ -2,7 +2,7 @@
 
 import shlex
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
@@ -19,7 +19,7 @@ class Provenance:
     files : tuple of (name, sha256)
         The recordings.
     command : str
-        As it was typed.
+        As it was typed, but for what was hidden in a virtual drive.
     version : str
         Of edge-ident.
     validation : (name, sha256) or None
@@ -34,9 +34,20 @@ class Provenance:
     @classmethod
     def of(cls, files: Iterable[Path], validation: Path | None = None) -> "Provenance":
         """Provenance of what this process makes of some recordings."""
-        typed = shlex.join([Path(sys.argv[0]).name, *sys.argv[1:]])
+        typed = shlex.join([Path(sys.argv[0]).name, *_discreet(sys.argv[1:])])
         judged = _hashed(validation) if validation else None
         return cls(tuple(map(_hashed, files)), typed, version("edge-ident"), judged)
+
+
+def _discreet(words: Sequence[str]) -> list[str]:
+    """Words of a command line without what they hide in a virtual drive."""
+    told, secret = [], False
+    for word in words:
+        option, given, _ = word.partition("=")
+        hides = option in ("--hide", "--hide-seed")
+        told.append("..." if secret else f"{option}=..." if hides and given else word)
+        secret = hides and not given
+    return told
 
 
 def _hashed(file: Path) -> tuple[str, str]:

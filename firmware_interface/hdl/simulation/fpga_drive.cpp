@@ -87,6 +87,10 @@ static void before_cycle()
 
 void linux_drive_open(const struct linux_options *options)
 {
+    if (options->plant != nullptr) {
+        std::fputs("behind the FPGA is a plant of its own: no --plant\n", stderr);
+        std::exit(EXIT_FAILURE);
+    }
     for (unsigned n = 0; n < FD_AXES; n++) {
         axes[n].plant = default_plants[n];
     }

@@ -17,7 +17,7 @@ void fpga_cycle()
     if (fpga_before_cycle != nullptr) {
         fpga_before_cycle();
     }
-    if (fpga_stop_pulse.exchange(false)) {
+    if (fpga_stop_pulse && fpga_stop_pulse.exchange(false)) { // to look is quicker than to exchange
         fpga_model.sto_n = 0;
         fpga_model.eval();
     }

@@ -59,17 +59,27 @@ static int usable(const struct linux_options *options)
         && options->switches_rad >= 0.0;
 }
 
+/* Where the text of an option goes; null where it is none. */
+static const char **text_of(const char *name, struct linux_options *options)
+{
+    if (strcmp(name, "--store") == 0) {
+        return &options->store;
+    }
+    return strcmp(name, "--plant") == 0 ? &options->plant : NULL;
+}
+
 /* Options come in pairs of name and value. */
 static int parse(int count, char **words, struct linux_options *options)
 {
     for (int n = 1; n < count; n += 2) {
         double *number = number_of(words[n], options);
+        const char **text = text_of(words[n], options);
         char *end;
         if (n + 1 == count) {
             return 0;
         }
-        if (strcmp(words[n], "--store") == 0) {
-            options->store = words[n + 1];
+        if (text != NULL) {
+            *text = words[n + 1];
             continue;
         }
         if (number == NULL) {
@@ -89,7 +99,7 @@ int main(int count, char **words)
     if (!parse(count, words, &options)) {
         fprintf(stderr,
                 "usage: %s [--speed FACTOR] [--store FILE] [--confirm-window SECONDS]"
-                " [--homed BITS] [--switches RAD]\n",
+                " [--homed BITS] [--switches RAD] [--plant SOCKET]\n",
                 words[0]);
         return 2;
     }

@@ -1,17 +1,21 @@
 #include "linux_drive.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "../port.h"
 #include "default_settings.h"
+#include "plant_socket.h"
 
 #define CONTROL_DELAY_S 0.0005
 #define SAMPLE_S (SAMPLE_PERIOD_NS * 1e-9)
 
 const uint32_t linux_drive_serial_number = 2u;
 
-static struct plant plants[FD_AXES];
+static struct plant plants[FD_AXES]; /* unless the plant is another process's */
+static bool remote;
+static double shown_rad[FD_AXES]; /* by the encoders */
 static double effort_nm[FD_AXES], effort_before_nm[FD_AXES];
 static double switches_rad;
 static uint16_t homed;
@@ -23,6 +27,10 @@ void linux_drive_open(const struct linux_options *options)
     memcpy(plants, default_plants, sizeof plants);
     homed = (uint16_t)options->homed;
     switches_rad = options->switches_rad;
+    remote = options->plant != NULL;
+    if (remote && !plant_socket_open(options->plant, CONTROL_DELAY_S, shown_rad)) {
+        exit(EXIT_FAILURE);
+    }
 }
 
 static void advance_plants(void)
@@ -31,6 +39,7 @@ static void advance_plants(void)
         plant_advance(&plants[axis], effort_before_nm[axis], CONTROL_DELAY_S);
         plant_advance(&plants[axis], effort_nm[axis], SAMPLE_S - CONTROL_DELAY_S);
         effort_before_nm[axis] = effort_nm[axis];
+        shown_rad[axis] = plants[axis].position_rad;
     }
 }
 
@@ -38,7 +47,11 @@ void linux_drive_sample(void (*on_sample)(void))
 {
     port_lock();
     on_sample();
-    advance_plants();
+    if (!remote) {
+        advance_plants();
+    } else if (!plant_socket_advance(effort_nm, shown_rad)) {
+        exit(EXIT_FAILURE); /* there is nothing left to control */
+    }
     port_unlock();
 }
 
@@ -56,7 +69,7 @@ void port_linux_press_stop(bool pressed)
 void port_read_encoders(int32_t counts[FD_AXES])
 {
     for (unsigned axis = 0; axis < FD_AXES; axis++) {
-        const double turn = plants[axis].position_rad / 6.283185307179586;
+        const double turn = shown_rad[axis] / 6.283185307179586;
         counts[axis] = (int32_t)lrint(turn * COUNTS_PER_TURN);
     }
 }
@@ -101,8 +114,8 @@ uint16_t port_limit_switches(void)
 {
     unsigned pressed = 0;
     for (unsigned axis = 0; axis < FD_AXES && switches_rad > 0.0; axis++) {
-        pressed |= (plants[axis].position_rad <= -switches_rad ? 1u : 0u) << 2u * axis;
-        pressed |= (plants[axis].position_rad >= switches_rad ? 2u : 0u) << 2u * axis;
+        pressed |= (shown_rad[axis] <= -switches_rad ? 1u : 0u) << 2u * axis;
+        pressed |= (shown_rad[axis] >= switches_rad ? 2u : 0u) << 2u * axis;
     }
     return (uint16_t)pressed;
 }

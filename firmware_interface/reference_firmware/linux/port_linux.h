@@ -10,6 +10,7 @@ struct linux_options {
     const char *store; /* file for permanent memory, or none */
     double confirm_window_s;
     double homed; /* bit n: axis n */
+    const char *plant; /* socket of a plant in another process, or none */
     double switches_rad; /* limit switches this far from zero, both ways; 0: none */
 };
 

@@ -45,8 +45,9 @@ def complete(shell: str, line: str) -> str:
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
 def test_completion_finds_commands_and_options(shell: str) -> None:
-    assert "identify" in complete(shell, "edge-ident id")
-    assert "diagnose" not in complete(shell, "edge-ident id")
+    begun = complete(shell, "edge-ident id")
+    assert "identify" in begun
+    assert "diagnose" not in begun
     assert "--network" in complete(shell, "edge-ident identify --net")
     assert "rollback" in complete(shell, "edge-ident gains ro")
 

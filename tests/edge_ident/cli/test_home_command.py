@@ -3,7 +3,6 @@
 import math
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from firmware_interface.registers import State
@@ -65,9 +64,9 @@ def test_hold_says_how_far_an_axis_was_pushed_and_what_held_it(
     drive = shared.virtual.machine.drive
     advance = drive.plant.advance
 
-    def pushed(before_nm: np.ndarray, effort_nm: np.ndarray) -> None:
-        push_nm = np.array([4.0 if drive.powered else 0.0, 0.0])
-        advance(before_nm + push_nm, effort_nm + push_nm)
+    def pushed(effort_nm: list[float]) -> None:
+        push_nm = 4.0 if drive.powered else 0.0
+        advance([effort_nm[0] + push_nm, effort_nm[1]])
 
     monkeypatch.setattr(drive.plant, "advance", pushed)
     document = shared.json("hold", "--seconds", "2")

@@ -10,6 +10,7 @@ import time
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 from typer.testing import CliRunner, Result
 
@@ -55,17 +56,15 @@ def test_a_sound_folder_gives_table_page_and_document(sound: Path, tmp_path: Pat
 
 
 def test_the_table_is_the_same_as_parquet(sound: Path, tmp_path: Path) -> None:
-    pandas = pytest.importorskip("pandas")
-    pytest.importorskip("pyarrow")
     (tmp_path / "in").mkdir()
     shutil.copy(sound / "press-1.csv", tmp_path / "in")
     (tmp_path / "in" / "bad.csv").write_text("nothing\n", encoding="utf-8")
     assert run(tmp_path / "in", "-o", tmp_path / "out", "-q", "-j", 1).exit_code == 1
-    text = pandas.read_csv(tmp_path / "out" / "survey.csv")
-    binary = pandas.read_parquet(tmp_path / "out" / "survey.parquet")
+    text = pd.read_csv(tmp_path / "out" / "survey.csv")
+    binary = pd.read_parquet(tmp_path / "out" / "survey.parquet")
     assert list(text.columns) == list(binary.columns)
     assert binary["inertia"].dtype == float
-    pandas.testing.assert_series_equal(text["inertia"], binary["inertia"])
+    pd.testing.assert_series_equal(text["inertia"], binary["inertia"])
     assert list(text["error_code"].dropna()) == list(binary["error_code"].dropna()) == ["data"]
 
 

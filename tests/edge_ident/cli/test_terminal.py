@@ -20,7 +20,7 @@ from edge_ident.support.tables import FittingTable
 
 KERNELS = Path("/sys/kernel")
 """On Linux a folder of the kernel's own, in which not even root makes one."""
-MOTION = ("simulate", "--model", "reduced", "--cycles", "1")
+MOTION = ("simulate", "--cycles", "1")
 
 
 def run(*arguments: object, **environment: str) -> Result:
@@ -30,7 +30,7 @@ def run(*arguments: object, **environment: str) -> Result:
 @pytest.fixture(scope="module")
 def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("recordings") / "rec.npz"
-    edge_ident.save_recording(edge_ident.simulate(edge_ident.reduced_model(), "sinusoid"), path)
+    edge_ident.save_recording(edge_ident.simulate(motion="sinusoid"), path)
     return path
 
 
@@ -121,7 +121,7 @@ def test_quiet_leaves_the_result_and_errors(recording: Path, tmp_path: Path) -> 
 def test_verbose_tells_what_took_how_long(tmp_path: Path) -> None:
     for arguments in (("--verbose", *MOTION), (*MOTION, "-v")):
         done = run(*arguments, "-o", tmp_path / "v.csv")
-        assert re.search(r"^simulating reduced: \d+\.\d\d s$", done.stderr, re.MULTILINE)
+        assert re.search(r"^simulating full: \d+\.\d\d s$", done.stderr, re.MULTILINE)
         assert re.search(r"^done in \d+\.\d\d s$", done.stderr, re.MULTILINE)
     assert run("-q", *MOTION, "-v", "-o", tmp_path / "v.csv").exit_code == 2
 

@@ -13,8 +13,8 @@ from edge_ident.commissioning.run import Outcome, Plan, commission
 from edge_ident.drive.description import load_drive
 from edge_ident.identification.result import ParameterSource
 from firmware_interface.board import Board
+from firmware_interface.plant.feed_drive import FEED_DRIVE
 from firmware_interface.virtual.board import VirtualBoard
-from firmware_interface.virtual.feed_drive import FEED_DRIVE, reduced_truth
 from firmware_interface.virtual.settings import CONSERVATIVE_GAINS
 
 Lacking = Callable[[np.ndarray, np.ndarray], np.ndarray]
@@ -77,9 +77,7 @@ def test_what_the_base_model_lacks_is_said_and_the_gains_have_it(
     found = outcome.identification.axes["x"]
     assert outcome.trusted, found.findings
     assert found.source is ParameterSource.EXTENDED_MODEL
-    assert found.estimate.parameters[2] == pytest.approx(
-        reduced_truth(FEED_DRIVE["x"]).coulomb_friction, rel=0.03
-    )
+    assert found.estimate.parameters[2] == pytest.approx(FEED_DRIVE["x"].coulomb_friction, rel=0.03)
     assert abs(found.least_squares.parameters[2] - found.estimate.parameters[2]) > 0.05
     assert outcome.designs["x"].gains.stribeck_feedforward == pytest.approx(0.5, rel=0.1)
     assert "diagnosis" in listener.stages

@@ -18,7 +18,7 @@ from edge_ident.diagnosis.diagnose import diagnose
 from edge_ident.diagnosis.result import AxisDiagnosis, Verdict
 from edge_ident.signals.conditioning import choose_cutoff
 from edge_ident.signals.recording import AxisRecord, Recording
-from tests.plant import (
+from firmware_interface.plant import (
     EFFECTS,
     SAMPLE_S,
     UNKNOWN,

@@ -12,9 +12,18 @@ from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Term
 from edge_ident.signals.motion_lines import Line, driven, motion_lines, strongest_line
 from edge_ident.signals.recording import AxisRecord, Recording
 from edge_ident.signals.recording_files import load_recording
+from firmware_interface.plant import (
+    EFFECTS,
+    Motion,
+    Noise,
+    draw,
+    draw_drives,
+    multisine,
+    paper,
+    simulate,
+)
+from firmware_interface.plant import staircase as stairs
 from tests.measured import MeasuredData
-from tests.plant import EFFECTS, Motion, Noise, draw, draw_drives, multisine, paper, simulate
-from tests.plant import staircase as stairs
 
 GAIN = 0.09
 """Of the speed loop, A·s/rad."""

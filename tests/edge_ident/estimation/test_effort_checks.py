@@ -7,7 +7,16 @@ from edge_ident.estimation.effort_checks import check_effort, unbounded, unphysi
 from edge_ident.estimation.least_squares import estimation_part
 from edge_ident.estimation.trust import Finding
 from edge_ident.signals.conditioning import condition
-from tests.plant import Motion, Noise, draw, draw_drives, multisine, paper, simulate, staircase
+from firmware_interface.plant import (
+    Motion,
+    Noise,
+    draw,
+    draw_drives,
+    multisine,
+    paper,
+    simulate,
+    staircase,
+)
 
 PERIOD_S = 0.0025
 

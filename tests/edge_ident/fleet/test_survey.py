@@ -6,6 +6,7 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
+import pandas as pd
 import pytest
 
 import edge_ident
@@ -117,12 +118,11 @@ def test_a_file_that_cannot_be_read_is_a_row(tmp_path: Path) -> None:
 
 
 def test_recordings_of_several_formats_and_of_subfolders(fleet: Path, tmp_path: Path) -> None:
-    pandas = pytest.importorskip("pandas")
     recording = edge_ident.load_recording(fleet / "unit-02.npz")
     for day in ("monday", "tuesday"):
         (tmp_path / day).mkdir()
         edge_ident.save_recording(recording, tmp_path / day / "press.csv")
-    columns = pandas.read_csv(tmp_path / "monday" / "press.csv", comment="#")
+    columns = pd.read_csv(tmp_path / "monday" / "press.csv", comment="#")
     columns.to_parquet(tmp_path / "monday" / "lathe.parquet")
     found = edge_ident.survey(tmp_path, jobs=2)
     assert found.trusted

@@ -11,8 +11,8 @@ from edge_ident.fleet.comparison import compare_units
 from edge_ident.fleet.result import Comparison, SurveyedRecording
 from edge_ident.signals.read_options import ReadOptions
 from edge_ident.signals.recording import Recording
+from firmware_interface.plant import multisine, paper
 from tests.fleets import fleet_drives, fleet_recordings
-from tests.plant import multisine, paper
 
 UNITS = 8
 OPTIONS = Options(ReadOptions(), None, diagnose=True)

@@ -13,7 +13,7 @@ from edge_ident.identification.identify import identify
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Model, Term
 from edge_ident.model.model_files import load_model, save_model
 from edge_ident.signals.recording_files import load_recording
-from firmware_interface.virtual.feed_drive import FEED_DRIVE, reduced_truth
+from firmware_interface.plant.feed_drive import FEED_DRIVE
 
 
 def run(*arguments: str | Path) -> dict:
@@ -53,7 +53,7 @@ def test_the_built_in_drive_on_the_papers_motion_is_identified_again(
     assert document["sha256"] == hashlib.sha256(file.read_bytes()).hexdigest()
     found = identify(load_recording(file), None)
     for name, axis in found.axes.items():
-        truth = reduced_truth(FEED_DRIVE[name])
+        truth = FEED_DRIVE[name]
         estimate = axis.estimate
         assert estimate.parameters[0] == pytest.approx(truth.inertia, rel=0.03)
         assert estimate.parameters[1] == pytest.approx(truth.viscous_friction, rel=0.01)

@@ -14,7 +14,7 @@ from edge_ident.model.inverse import inverse_effort
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Term
 from edge_ident.model.model_reading import unit_of
 from edge_ident.model.strengths import scale_of
-from tests.plant import EFFECTS
+from firmware_interface.plant import EFFECTS
 
 DRIVES = 60
 NAMES = sorted(catalogue())

@@ -24,11 +24,11 @@ from edge_ident.model.model_files import load_model, save_model
 from edge_ident.signals.recording import AxisRecord, Recording
 from edge_ident.simulation.references import recorded_references
 from edge_ident.simulation.scenario import Scenario, record
+from firmware_interface.plant import Drives, Electronics, draw, draw_drives, multisine, simulate
+from firmware_interface.plant.catalogue import names_of
+from firmware_interface.plant.effect import Effect as PlantEffect
+from firmware_interface.plant.effect import Scales, State
 from tests.edge_ident.diagnosis.select.test_search_parts import recorded, rigid, swing
-from tests.plant import Drives, Electronics, draw, draw_drives, multisine, simulate
-from tests.plant.catalogue import names_of
-from tests.plant.effect import Effect as PlantEffect
-from tests.plant.effect import Scales, State
 from tools import effect_pages
 
 NAME = "magnetic_brake"

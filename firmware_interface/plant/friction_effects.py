@@ -5,8 +5,9 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from tests.plant.drives import Array, Chain, log_uniform
-from tests.plant.effect import Effect, Scales, State
+from firmware_interface.plant.drives import Array, Chain, log_uniform
+from firmware_interface.plant.effect import Effect, Scales, State
+from firmware_interface.plant.functions import Value, exp, sin
 
 
 @dataclass(frozen=True)
@@ -14,6 +15,8 @@ class Stribeck(Effect):
     """Dry friction is higher by `size` (N·m) at rest and falls to its level with speed."""
 
     name: ClassVar[str] = "stribeck_friction"
+    measure: ClassVar[str] = "of the Coulomb friction, at rest"
+    unit: ClassVar[str] = "N*m"
     number: ClassVar[int] = 1
     span: ClassVar[tuple[float, float]] = (0.01, 1.0)
 
@@ -25,9 +28,9 @@ class Stribeck(Effect):
         share = log_uniform(rng, 0.04, 0.4, strength.shape)
         return cls(strength * scales.rigid[..., 2], scales.peak_speed * share)
 
-    def table_friction(self, state: State, direction: Array) -> Array:
+    def table_friction(self, state: State, direction: Value) -> Value:
         """Level above Coulomb friction."""
-        return self.size * np.exp(-np.square(state.velocity[2] / self.speed))
+        return self.size * exp(-((state.velocity[2] / self.speed) ** 2))
 
 
 @dataclass(frozen=True)
@@ -35,6 +38,8 @@ class Asymmetry(Effect):
     """Viscous friction is `size` (N·m·s/rad) more forwards, less backwards; so is Coulomb's."""
 
     name: ClassVar[str] = "asymmetric_friction"
+    measure: ClassVar[str] = "of the viscous friction"
+    unit: ClassVar[str] = "N*m*s/rad"
     number: ClassVar[int] = 2
     span: ClassVar[tuple[float, float]] = (0.01, 0.8)
     signed: ClassVar[bool] = True
@@ -48,11 +53,11 @@ class Asymmetry(Effect):
         limit = 0.5 * scales.drives.chain.coulomb[2] / viscous
         return cls(strength * viscous, rng.uniform(-1, 1, strength.shape) * limit)
 
-    def table_torque(self, state: State) -> Array:
+    def table_torque(self, state: State) -> Value:
         """The viscous part."""
         return self.size * abs(state.velocity[2])
 
-    def table_friction(self, state: State, direction: Array) -> Array:
+    def table_friction(self, state: State, direction: Value) -> Value:
         """The Coulomb part."""
         return self.size * self.coulomb_per_viscous * direction
 
@@ -66,6 +71,8 @@ class Presliding(Effect):
     """The table's Coulomb friction builds up over `size` (rad) of travel, in Maxwell bristles."""
 
     name: ClassVar[str] = "presliding_hysteresis"
+    measure: ClassVar[str] = "rad"
+    unit: ClassVar[str] = "rad"
     number: ClassVar[int] = 3
     span: ClassVar[tuple[float, float]] = (5e-4, 0.15)
 
@@ -87,6 +94,8 @@ class PositionFriction(Effect):
     """
 
     name: ClassVar[str] = "position_dependent_friction"
+    measure: ClassVar[str] = "of the table's Coulomb friction"
+    unit: ClassVar[str] = "N*m"
     number: ClassVar[int] = 6
     span: ClassVar[tuple[float, float]] = (0.02, 0.9)
 
@@ -101,10 +110,10 @@ class PositionFriction(Effect):
         waves = rng.integers(1, 4, strength.shape) * rng.choice([-1.0, 1.0], strength.shape)
         return cls(strength * level, waves, scales.centre, scales.travel)
 
-    def table_friction(self, state: State, direction: Array) -> Array:
+    def table_friction(self, state: State, direction: Value) -> Value:
         """Level above its mean."""
         along = (state.angle[2] - self.centre) / self.travel
-        return self.size * np.sin(np.pi * self.waves * along + 0.7)
+        return self.size * sin(np.pi * self.waves * along + 0.7)
 
 
 @dataclass(frozen=True)
@@ -112,6 +121,8 @@ class NonlinearViscous(Effect):
     """Friction that grows with a power of speed; `size` (N·m) at the speed `peak`."""
 
     name: ClassVar[str] = "nonlinear_viscous"
+    measure: ClassVar[str] = "of the viscous torque at peak speed"
+    unit: ClassVar[str] = "N*m"
     number: ClassVar[int] = 8
     span: ClassVar[tuple[float, float]] = (0.02, 1.0)
 
@@ -125,7 +136,7 @@ class NonlinearViscous(Effect):
         power = np.where(rng.random(strength.shape) < 0.5, 2.0, root)
         return cls(strength * scales.rigid[..., 1] * scales.peak_speed, power, scales.peak_speed)
 
-    def table_friction(self, state: State, direction: Array) -> Array:
+    def table_friction(self, state: State, direction: Value) -> Value:
         """All of it, as a level that speed sets."""
         return self.size * (abs(state.velocity[2]) / self.peak) ** self.power
 
@@ -135,6 +146,8 @@ class LoadFriction(Effect):
     """Dry friction of the nut: `size` (no unit) times the torque that it transmits."""
 
     name: ClassVar[str] = "load_dependent_friction"
+    measure: ClassVar[str] = "coefficient of friction"
+    unit: ClassVar[str] = "1"
     number: ClassVar[int] = 9
     span: ClassVar[tuple[float, float]] = (0.01, 0.5)
 
@@ -143,7 +156,7 @@ class LoadFriction(Effect):
         """Size is the strength itself, a coefficient of friction."""
         return cls(strength)
 
-    def table_friction(self, state: State, direction: Array) -> Array:
+    def table_friction(self, state: State, direction: Value) -> Value:
         """Level on top of the load's own friction."""
         return self.size * abs(state.load)
 
@@ -156,6 +169,8 @@ class WarmUp(Effect):
     """
 
     name: ClassVar[str] = "warm_up"
+    measure: ClassVar[str] = "of the viscous friction"
+    unit: ClassVar[str] = "N*m*s/rad"
     number: ClassVar[int] = 10
     span: ClassVar[tuple[float, float]] = (0.02, 1.5)
 
@@ -167,10 +182,10 @@ class WarmUp(Effect):
         share = rng.uniform(0.15, 0.8, strength.shape)
         return cls(strength * scales.rigid[..., 1], share * scales.duration_s)
 
-    def _added(self, time_s: float) -> Array:
-        return self.size * np.exp(-max(time_s, 0.0) / self.fades_in_s)
+    def _added(self, time_s: float) -> Value:
+        return self.size * exp(-max(time_s, 0.0) / self.fades_in_s)
 
-    def table_torque(self, state: State) -> Array:
+    def table_torque(self, state: State) -> Value:
         """Torque of the cold grease."""
         return self._added(state.time_s) * state.velocity[2]
 

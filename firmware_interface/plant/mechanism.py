@@ -11,11 +11,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from tests.plant.drives import Array, Chain
-from tests.plant.effect import Effect
+from firmware_interface.plant.drives import Array, Chain
+from firmware_interface.plant.effect import Effect
 
 # Maxwell elements per bristle friction; their reaches are even from 0 to twice the mean
-_ELEMENTS = 8
+ELEMENTS = 8
 
 
 def overriding(effects: Sequence[Effect], hook: str) -> list[Effect]:
@@ -52,9 +52,9 @@ class Mechanism:
         """Reach, stiffness and root of each element, (elements, B, A); drawn out at the start."""
         reach = self._chain.bristle_reach_rad
         soft = reach > 0
-        level = np.where(soft, self._coulomb[2], 0.0) / _ELEMENTS
+        level = np.where(soft, self._coulomb[2], 0.0) / ELEMENTS
         self._coulomb[2][soft] = 0.0
-        share = (2 * np.arange(_ELEMENTS) + 1)[:, None, None] / _ELEMENTS
+        share = (2 * np.arange(ELEMENTS) + 1)[:, None, None] / ELEMENTS
         reach = share * np.where(soft, reach, 1.0)
         return reach, level / reach, self.angle[2] - np.sign(self.velocity[2]) * reach
 
@@ -63,6 +63,16 @@ class Mechanism:
         self._keep = (1 - drag) / (1 + drag)
         self._push = self._step_s / (inertia * (1 + drag))
         self._hold = self._push * self._coulomb
+
+    @property
+    def other_velocity(self) -> Array:
+        """Of the other axis's table, (B, A)."""
+        return self.velocity[2, :, ::-1]
+
+    @property
+    def other_acceleration(self) -> Array:
+        """Of the other axis's table, (B, A)."""
+        return self.table_acceleration[:, ::-1]
 
     def at(self, time_s: float) -> None:
         """Tell the time, once per sample."""

@@ -1,23 +1,35 @@
 """What an effect may do to a drive, and the scales that its size is drawn on."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import ClassVar, Protocol, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tests.plant.drives import Array, Chain, Drives
-from tests.plant.motions import Motion
+from firmware_interface.plant.drives import Array, Chain, Drives
+from firmware_interface.plant.functions import Value
+from firmware_interface.plant.motions import Motion
 
 
 class State(Protocol):
-    """What an effect may look at while the drive moves; arrays are (masses, B, A) or (B, A)."""
+    """What an effect may look at while the drive moves.
+
+    Of a batch, `angle` and `velocity` are (masses, B, A) and the others (B, A); of one axis, they
+    are a tuple and numbers.
+    """
 
     time_s: float
-    angle: Array
-    velocity: Array
-    load: Array  # torque from the screw to the table
-    table_acceleration: Array
+    angle: Value
+    velocity: Value
+    load: Value  # torque from the screw to the table
+
+    @property
+    def other_velocity(self) -> Value:
+        """Of the other axis's table."""
+
+    @property
+    def other_acceleration(self) -> Value:
+        """Of the other axis's table."""
 
 
 @dataclass(frozen=True)
@@ -75,16 +87,19 @@ class Effect:
         Its magnitude in the unit that each effect names; 0 leaves an axis sound. May be negative
         where both signs are physical.
 
-    Class attributes: `name`; `span`, the faintest and the strongest relative strength;
-    `signed`, whether both signs are drawn; `one_way`, whether it can hit one axis only;
-    `in_catalogue`, whether the library knows it too; `number`, its place among the others, on
-    which the drives of a seed depend. A new effect comes last, or takes the next number.
+    Class attributes: `name`; `measure`, what a strength of 1 is; `unit`, that of `size`; `span`,
+    the faintest and the strongest strength; `signed`, whether both signs are drawn; `one_way`,
+    whether it can hit one axis only; `in_catalogue`, whether the library knows it too; `number`,
+    its place among the others, on which the drives of a seed depend. A new effect comes last, or
+    takes the next number.
 
-    A subclass that has a name is known to `tests.plant.catalogue`.
+    A subclass that has a name is known to `firmware_interface.plant.catalogue`.
     """
 
     kinds: ClassVar[dict[str, type["Effect"]]] = {}
     name: ClassVar[str]
+    measure: ClassVar[str]
+    unit: ClassVar[str]
     number: ClassVar[int] = 1000
     in_catalogue: ClassVar[bool] = True
     span: ClassVar[tuple[float, float]]
@@ -107,42 +122,52 @@ class Effect:
         """The same fault, larger or smaller."""
         return replace(self, size=factor * self.size)
 
+    def of_axis(self, drive: int, axis: int) -> Self:
+        """The same for one axis, in plain numbers; it acts by the same formulas."""
+        single = {
+            item.name: value[..., drive, axis].tolist()
+            for item in fields(self)
+            if isinstance(value := getattr(self, item.name), np.ndarray)
+        }
+        return replace(self, **single)
+
     @property
     def hit(self) -> NDArray[np.bool_]:
         """Which axes have it, (B, A)."""
         return np.asarray(self.size != 0)
 
-    # How it acts; a drive without the effect does what is written here.
+    # How it acts; a drive without the effect does what is written here. What returns a Value is
+    # called for a batch and for one axis (`of_axis`).
     def chain(self, chain: Chain) -> Chain:
         """Change the mechanics."""
         return chain
 
-    def motor_torque(self, state: State) -> Array:
-        """Torque against the motor, (B, A)."""
+    def motor_torque(self, state: State) -> Value:
+        """Torque against the motor."""
         raise NotImplementedError
 
-    def table_torque(self, state: State) -> Array:
-        """Torque against the table, (B, A)."""
+    def table_torque(self, state: State) -> Value:
+        """Torque against the table."""
         raise NotImplementedError
 
-    def table_friction(self, state: State, direction: Array) -> Array:
-        """Added level of dry friction at the table, (B, A); `direction` is ±1 or 0."""
+    def table_friction(self, state: State, direction: Value) -> Value:
+        """Added level of dry friction at the table; `direction` is ±1 or 0."""
         raise NotImplementedError
 
-    def table_inertia(self, time_s: float) -> Array:
-        """Added inertia of the table, (B, A)."""
+    def table_inertia(self, time_s: float) -> Value:
+        """Added inertia of the table."""
         raise NotImplementedError
 
-    def applied(self, command: Array, time_s: float) -> Array:
+    def applied(self, command: Value, time_s: float) -> Value:
         """Torque that the motor makes of a command."""
         raise NotImplementedError
 
-    def encoder(self, angle: Array) -> Array:
+    def encoder(self, angle: Value) -> Value:
         """Angle that the encoder shows."""
         raise NotImplementedError
 
-    def recorded(self, command: Array, angle: Array) -> Array:
-        """Effort that is recorded of the commands; both (LEAD + N + TAIL, B, A)."""
+    def recorded(self, command: Array, time_s: Array) -> Array:
+        """Effort that is recorded of the commands (T, B, A) at the stamps (T,)."""
         raise NotImplementedError
 
     def truth(self, rigid: Array, scales: Scales) -> Array:

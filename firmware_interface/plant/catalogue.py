@@ -6,13 +6,13 @@ from pathlib import Path
 
 import numpy as np
 
-from tests.plant.drives import Array, Drives
-from tests.plant.effect import Effect, Scales
-from tests.plant.motions import Motion
+from firmware_interface.plant.drives import Array, Drives
+from firmware_interface.plant.effect import Effect, Scales
+from firmware_interface.plant.motions import Motion
 
 for _file in sorted(Path(__file__).parent.glob("*_effects.py")):
     if not _file.stem.startswith("test_"):
-        importlib.import_module(f"tests.plant.{_file.stem}")
+        importlib.import_module(f"firmware_interface.plant.{_file.stem}")
 
 
 def names_of(*, in_catalogue: bool) -> tuple[str, ...]:

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tests.plant.drives import COUNT_RAD, Array, log_uniform
-from tests.plant.motions import LEAD, SAMPLE_S
-from tests.plant.timed_effects import lagged
+from firmware_interface.plant.drives import COUNT_RAD, Array, log_uniform
+from firmware_interface.plant.motions import LEAD, SAMPLE_S
+from firmware_interface.plant.timed_effects import lagged
 
 _DELAYS = np.arange(11) / 10
 """Periods until a command acts; half a period more is its middle."""

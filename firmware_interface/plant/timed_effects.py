@@ -5,9 +5,10 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from tests.plant.drives import Array, log_uniform
-from tests.plant.effect import Effect, Scales, State
-from tests.plant.motions import LEAD, SAMPLE_S
+from firmware_interface.plant.drives import Array, log_uniform
+from firmware_interface.plant.effect import Effect, Scales, State
+from firmware_interface.plant.functions import Value
+from firmware_interface.plant.motions import LEAD, SAMPLE_S
 
 
 @dataclass(frozen=True)
@@ -20,6 +21,8 @@ class TimedTorque(Effect):
         Held over each sample.
     """
 
+    measure: ClassVar[str] = "of the rms effort"
+    unit: ClassVar[str] = "N*m"
     span: ClassVar[tuple[float, float]] = (0.01, 0.5)
 
     course: Array = field(repr=False)
@@ -35,9 +38,13 @@ class TimedTorque(Effect):
         """Course of unit size over the times (T, 1, 1)."""
         raise NotImplementedError
 
-    def table_torque(self, state: State) -> Array:
+    def table_torque(self, state: State) -> Value:
         """Torque against the table."""
-        return np.asarray(self.size * self.course[LEAD + round(state.time_s / SAMPLE_S)])
+        return self.size * self.course[self.row(state.time_s)]
+
+    def row(self, time_s: float) -> int:
+        """Row of the course; after its end it comes again from the recording's start."""
+        return row_at(time_s, len(self.course))
 
 
 @dataclass(frozen=True)
@@ -47,6 +54,10 @@ class OffsetDrift(TimedTorque):
     name: ClassVar[str] = "offset_drift"
     number: ClassVar[int] = 12
     signed: ClassVar[bool] = True
+
+    def row(self, time_s: float) -> int:
+        """Row of the course; what has crept stays."""
+        return min(max(LEAD + round(time_s / SAMPLE_S), 0), len(self.course) - 1)
 
     @staticmethod
     def shape(time_s: Array, rng: np.random.Generator, shape: tuple[int, ...]) -> Array:
@@ -129,6 +140,12 @@ class RandomSteps(TimedTorque):
         levels = rng.uniform(-1, 1, (len(time_s), *shape))
         course = np.take_along_axis(levels, np.maximum.accumulate(row, axis=0), axis=0)
         return np.asarray(course - course[LEAD:].mean(axis=0))
+
+
+def row_at(time_s: float, rows: int) -> int:
+    """Row of a course (LEAD + N + TAIL, ...) at a time; beyond its ends it repeats N + TAIL."""
+    row = round(time_s / SAMPLE_S)
+    return LEAD + (row if -LEAD <= row < rows - LEAD else row % (rows - LEAD))
 
 
 def lagged(course: Array, keep: Array) -> Array:

@@ -5,11 +5,12 @@ and goes on for `TAIL` samples after it.
 """
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tests.plant.drives import Array
+from firmware_interface.plant.drives import Array
 
 SAMPLE_S = 2.5e-3
 LEAD, TAIL = 800, 20
@@ -76,16 +77,32 @@ def multisine(samples: int = 8000, seed: int = 0, period_s: float = 10.0) -> Mot
     order = np.arange(1, round(2.5 * period_s) + 1)
     rate = 2 * np.pi * order / period_s
     phase = rng.uniform(0, 2 * np.pi, (2, len(order)))
-    whole_period = np.linspace(0, period_s, 2000)[:, None, None] * rate + phase
-    peak = abs((order**-0.5 * np.cos(whole_period)).sum(-1)).max(axis=0)
-    scale = 2.0 / peak[:, None] * order**-0.5
-    angle = rate * _clock(samples)[..., None] + phase
-    return Motion(
-        "multisine",
-        (scale / rate * np.sin(angle)).sum(-1),
-        (scale * np.cos(angle)).sum(-1),
-        (-scale * rate * np.sin(angle)).sum(-1),
-    )
+    wave = order**-0.5 * np.exp(1j * phase)
+    peak = abs(_sums(_over_a_period(period_s), wave)).max(axis=0)
+    speed = 2.0 / peak[:, None] * wave
+    parts = np.concatenate([speed / (1j * rate), speed, 1j * rate * speed])
+    return Motion("multisine", *np.split(_sums(_waves(samples, period_s), parts)[:, None], 3, -1))
+
+
+def _sums(waves: Array, amplitude: NDArray[np.complex128]) -> Array:
+    """Sums (T, A) of cosines and sines (T, 2·K) with complex amplitudes (A, K)."""
+    return np.asarray(waves @ np.concatenate([amplitude.real, -amplitude.imag], axis=1).T)
+
+
+@cache
+def _waves(samples: int, period_s: float) -> Array:
+    """Cosine and sine of each order of a multisine at each sample."""
+    return _harmonics(_clock(samples)[:, 0] / period_s, period_s)
+
+
+@cache
+def _over_a_period(period_s: float) -> Array:
+    return _harmonics(np.linspace(0, 1, 2000)[:, None], period_s)
+
+
+def _harmonics(turns: Array, period_s: float) -> Array:
+    angle = 2 * np.pi * turns * np.arange(1, round(2.5 * period_s) + 1)
+    return np.concatenate([np.cos(angle), np.sin(angle)], axis=1)
 
 
 def staircase(samples: int = 8000, levels: int = 5, top_speed: float = 2.0) -> Motion:

@@ -5,8 +5,9 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from tests.plant.drives import Array, Chain, log_uniform
-from tests.plant.effect import Effect, Scales, State
+from firmware_interface.plant.drives import Array, Chain, log_uniform
+from firmware_interface.plant.effect import Effect, Scales, State
+from firmware_interface.plant.functions import Value, sign, sin
 
 
 @dataclass(frozen=True)
@@ -14,6 +15,8 @@ class Backlash(Effect):
     """Play of `size` (rad) between motor and screw, closed by impact on the stiff joint."""
 
     name: ClassVar[str] = "backlash"
+    measure: ClassVar[str] = "rad"
+    unit: ClassVar[str] = "rad"
     number: ClassVar[int] = 4
     span: ClassVar[tuple[float, float]] = (5e-4, 0.15)
 
@@ -32,6 +35,8 @@ class Compliance(Effect):
     """A worn coupling gives way by `size` (rad/(N·m)) more between motor and screw."""
 
     name: ClassVar[str] = "coupling_compliance"
+    measure: ClassVar[str] = "of the compliance that lets the load swing at 4 Hz"
+    unit: ClassVar[str] = "rad/(N*m)"
     number: ClassVar[int] = 14
     span: ClassVar[tuple[float, float]] = (0.005, 1.0)
 
@@ -60,6 +65,8 @@ class Ripple(Effect):
     """Gear mesh and cogging: sinusoids of the motor's angle, the largest of `size` (N·m)."""
 
     name: ClassVar[str] = "torque_ripple"
+    measure: ClassVar[str] = "of the rms effort"
+    unit: ClassVar[str] = "N*m"
     number: ClassVar[int] = 5
     span: ClassVar[tuple[float, float]] = (0.005, 0.4)
 
@@ -81,11 +88,11 @@ class Ripple(Effect):
             per_turn * rng.choice([0.5, 2.0, 3.0], shape),
         )
 
-    def motor_torque(self, state: State) -> Array:
+    def motor_torque(self, state: State) -> Value:
         """Ripple at the gearbox."""
         angle = state.angle[0]
-        first = np.sin(self.per_turn * angle + self.phase_rad)
-        return self.size * (first + self.second * np.sin(self.second_per_turn * angle))
+        first = sin(self.per_turn * angle + self.phase_rad)
+        return self.size * (first + self.second * sin(self.second_per_turn * angle))
 
 
 @dataclass(frozen=True)
@@ -96,6 +103,8 @@ class PositionLoad(Effect):
     """
 
     name: ClassVar[str] = "position_dependent_load"
+    measure: ClassVar[str] = "of the rms effort, at the ends of the stroke"
+    unit: ClassVar[str] = "N*m"
     number: ClassVar[int] = 7
     span: ClassVar[tuple[float, float]] = (0.02, 0.7)
     signed: ClassVar[bool] = True
@@ -116,10 +125,10 @@ class PositionLoad(Effect):
         size = strength * np.minimum(scales.effort_rms, steepest)
         return cls(size, scales.centre, scales.travel, spring, radians)
 
-    def table_torque(self, state: State) -> Array:
+    def table_torque(self, state: State) -> Value:
         """Torque against the table, positive or negative."""
         along = (state.angle[2] - self.centre) / self.travel
-        pendulum = np.sin(self.per_travel * along)
+        pendulum = sin(self.per_travel * along)
         return self.size * (self.spring * along + (1 - self.spring) * pendulum)
 
 
@@ -131,6 +140,8 @@ class CrossCoupling(Effect):
     """
 
     name: ClassVar[str] = "cross_axis_coupling"
+    measure: ClassVar[str] = "of the rms effort"
+    unit: ClassVar[str] = "N*m"
     number: ClassVar[int] = 15
     span: ClassVar[tuple[float, float]] = (0.01, 0.4)
     signed: ClassVar[bool] = True
@@ -153,11 +164,11 @@ class CrossCoupling(Effect):
             (kind == 2).astype(float),
         )
 
-    def table_torque(self, state: State) -> Array:
+    def table_torque(self, state: State) -> Value:
         """Torque against the table."""
-        speed = state.velocity[2, :, ::-1]
-        pull = self.acceleration * state.table_acceleration[:, ::-1] + self.velocity * speed
-        return self.size * (pull + self.direction * np.sign(speed))
+        speed = state.other_velocity
+        pull = self.acceleration * state.other_acceleration + self.velocity * speed
+        return self.size * (pull + self.direction * sign(speed))
 
 
 @dataclass(frozen=True)
@@ -168,6 +179,8 @@ class Payload(Effect):
     """
 
     name: ClassVar[str] = "payload_change"
+    measure: ClassVar[str] = "of the table's inertia"
+    unit: ClassVar[str] = "1"
     number: ClassVar[int] = 19
     span: ClassVar[tuple[float, float]] = (0.03, 3.0)
 
@@ -188,14 +201,14 @@ class Payload(Effect):
             (rng.random(shape) < 0.5).astype(float),
         )
 
-    def _carried(self, time_s: float) -> Array:
+    def _carried(self, time_s: float) -> Value:
         return self.size * ((time_s >= self.changes_s) == self.taken_up)
 
-    def table_inertia(self, time_s: float) -> Array:
+    def table_inertia(self, time_s: float) -> Value:
         """Inertia of what is carried."""
         return self.inertia * self._carried(time_s)
 
-    def table_friction(self, state: State, direction: Array) -> Array:
+    def table_friction(self, state: State, direction: Value) -> Value:
         """Friction under its weight."""
         return self.coulomb * self._carried(state.time_s)
 

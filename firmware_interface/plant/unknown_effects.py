@@ -9,10 +9,11 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from tests.plant.drives import Array, log_uniform
-from tests.plant.effect import Effect, Scales, State
-from tests.plant.motions import LEAD, SAMPLE_S
-from tests.plant.timed_effects import TimedTorque, lagged
+from firmware_interface.plant.drives import Array, log_uniform
+from firmware_interface.plant.effect import Effect, Scales, State
+from firmware_interface.plant.functions import Value, sin
+from firmware_interface.plant.motions import LEAD, SAMPLE_S
+from firmware_interface.plant.timed_effects import TimedTorque, lagged, row_at
 
 
 @dataclass(frozen=True)
@@ -56,6 +57,8 @@ class Bumps(TimedTorque):
 class _Order(Effect):
     """`size` (N·m) times a sinusoid of the table's angle, 2 to 12 periods a turn."""
 
+    measure: ClassVar[str] = "of the rms effort"
+    unit: ClassVar[str] = "N*m"
     in_catalogue: ClassVar[bool] = False
     span: ClassVar[tuple[float, float]] = (0.01, 0.5)
 
@@ -79,10 +82,10 @@ class _Order(Effect):
         """What becomes of white noise of variance one."""
         raise NotImplementedError
 
-    def _now(self, state: State) -> Array:
-        return np.asarray(self.course[LEAD + round(state.time_s / SAMPLE_S)])
+    def _now(self, state: State) -> Value:
+        return self.course[row_at(state.time_s, len(self.course))]
 
-    def _turned(self, state: State) -> Array:
+    def _turned(self, state: State) -> Value:
         return self.per_turn * state.angle[2] + self.phase_rad
 
 
@@ -100,9 +103,9 @@ class FadingOrder(_Order):
         course = lagged(noise, keep)
         return np.asarray(course / course[LEAD:].std(axis=0))
 
-    def table_torque(self, state: State) -> Array:
+    def table_torque(self, state: State) -> Value:
         """As large at every speed."""
-        return np.asarray(self.size * self._now(state) * np.sin(self._turned(state)))
+        return self.size * self._now(state) * sin(self._turned(state))
 
 
 @dataclass(frozen=True)
@@ -115,11 +118,11 @@ class SlippingOrder(_Order):
     @staticmethod
     def wandering(noise: Array) -> Array:
         """Phase, rad."""
-        return np.cumsum(noise, axis=0) * np.sqrt(SAMPLE_S)
+        return np.asarray(np.cumsum(noise, axis=0) * np.sqrt(SAMPLE_S))
 
-    def table_torque(self, state: State) -> Array:
+    def table_torque(self, state: State) -> Value:
         """As large at every speed."""
-        return np.asarray(self.size * np.sin(self._turned(state) + self._now(state)))
+        return self.size * sin(self._turned(state) + self._now(state))
 
 
 @dataclass(frozen=True)
@@ -130,13 +133,14 @@ class Hum(TimedTorque):
     number: ClassVar[int] = 8
     in_catalogue: ClassVar[bool] = False
 
-    def table_torque(self, state: State) -> Array:
+    def table_torque(self, state: State) -> Value:
         """None: it is no torque."""
-        return np.zeros(self.size.shape)
+        return 0.0 * self.size
 
-    def recorded(self, command: Array, angle: Array) -> Array:
+    def recorded(self, command: Array, time_s: Array) -> Array:
         """Command with the line on it."""
-        return np.asarray(command + self.size * self.course)
+        rows = [self.row(stamp) for stamp in time_s.tolist()]
+        return np.asarray(command + self.size * self.course[rows])
 
     @staticmethod
     def shape(time_s: Array, rng: np.random.Generator, shape: tuple[int, ...]) -> Array:

@@ -5,11 +5,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tests.plant.drives import Array, Control, Drives
-from tests.plant.effect import Effect, Scales
-from tests.plant.electronics import Electronics, Noise
-from tests.plant.mechanism import Mechanism, overriding
-from tests.plant.motions import SAMPLE_S, Motion
+from firmware_interface.plant.drives import Array, Control, Drives
+from firmware_interface.plant.effect import Effect, Scales
+from firmware_interface.plant.electronics import Electronics, Noise
+from firmware_interface.plant.mechanism import Mechanism, overriding
+from firmware_interface.plant.motions import SAMPLE_S, Motion
 
 # Found by convergence (tests/test_plant.py): finer steps change efforts by less than the noise.
 STEPS_PER_SAMPLE = 10
@@ -80,7 +80,7 @@ def simulate(
     command, angle, velocity = _run(drives, motion, effects, electronics, steps_per_sample)
     recorded = command
     for effect in overriding(effects, "recorded"):
-        recorded = effect.recorded(recorded, angle)
+        recorded = effect.recorded(recorded, motion.clock_s)
     noisy = recorded if noise is None else recorded + noise.added_to(recorded, seed)
     shown = angle
     for effect in overriding(effects, "encoder"):

@@ -5,9 +5,10 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from tests.plant.drives import COUNT_RAD, Array
-from tests.plant.effect import Effect, Scales
-from tests.plant.motions import SAMPLE_S
+from firmware_interface.plant.drives import COUNT_RAD, Array
+from firmware_interface.plant.effect import Effect, Scales
+from firmware_interface.plant.functions import Value, clip, expm1, sin
+from firmware_interface.plant.motions import SAMPLE_S
 
 
 @dataclass(frozen=True)
@@ -18,6 +19,8 @@ class GainDrift(Effect):
     """
 
     name: ClassVar[str] = "gain_drift"
+    measure: ClassVar[str] = "of the gain"
+    unit: ClassVar[str] = "1"
     number: ClassVar[int] = 11
     span: ClassVar[tuple[float, float]] = (0.005, 0.4)
     signed: ClassVar[bool] = True
@@ -30,19 +33,19 @@ class GainDrift(Effect):
         """Size is the strength itself."""
         return cls(strength, rng.uniform(0.01, 4.0, strength.shape), scales.duration_s)
 
-    def gain(self, time_s: float) -> Array:
-        """Torque per commanded torque, (B, A)."""
+    def gain(self, time_s: float) -> Value:
+        """Torque per commanded torque."""
         part = min(max(time_s / self.duration_s, 0.0), 1.0)
-        return 1 - self.size * np.expm1(-self.bend * part) / np.expm1(-self.bend)
+        return 1 - self.size * expm1(-self.bend * part) / expm1(-self.bend)
 
-    def applied(self, command: Array, time_s: float) -> Array:
+    def applied(self, command: Value, time_s: float) -> Value:
         """Torque of a warm amplifier."""
         return command * self.gain(time_s)
 
     def truth(self, rigid: Array, scales: Scales) -> Array:
         """Everything over the gain, on average."""
         times = np.linspace(0, self.duration_s, 201)
-        return rigid * np.mean([1 / self.gain(t) for t in times], axis=0)[..., None]
+        return np.asarray(rigid * np.mean([1 / self.gain(t) for t in times], axis=0)[..., None])
 
 
 @dataclass(frozen=True)
@@ -53,6 +56,8 @@ class RecordDelay(Effect):
     """
 
     name: ClassVar[str] = "time_delay"
+    measure: ClassVar[str] = "s"
+    unit: ClassVar[str] = "s"
     number: ClassVar[int] = 13
     span: ClassVar[tuple[float, float]] = (1.5 * SAMPLE_S, 12.0 * SAMPLE_S)
     signed: ClassVar[bool] = True
@@ -66,14 +71,14 @@ class RecordDelay(Effect):
         """The same, counted from a record that is in step, on a board with this shift."""
         return replace(self, size=np.where(self.hit, self.size + effort_shift_s, 0.0))
 
-    def recorded(self, command: Array, angle: Array) -> Array:
+    def recorded(self, command: Array, time_s: Array) -> Array:
         """Mean torque over one period, as long ago: exact, as the torque is held in between."""
         late = self.size / SAMPLE_S
         whole = np.floor(late).astype(int)
         row = np.arange(len(command))[:, None, None]
         newer = np.take_along_axis(command, np.clip(row - whole, 0, len(command) - 1), axis=0)
         older = np.take_along_axis(command, np.clip(row - whole - 1, 0, len(command) - 1), axis=0)
-        return newer + (late - whole) * (older - newer)
+        return np.asarray(newer + (late - whole) * (older - newer))
 
 
 @dataclass(frozen=True)
@@ -81,6 +86,8 @@ class Deadband(Effect):
     """Of every command, the first `size` (N·m) makes no torque."""
 
     name: ClassVar[str] = "actuator_deadband"
+    measure: ClassVar[str] = "of the rms effort"
+    unit: ClassVar[str] = "N*m"
     number: ClassVar[int] = 16
     span: ClassVar[tuple[float, float]] = (0.01, 0.5)
 
@@ -89,9 +96,9 @@ class Deadband(Effect):
         """Size in shares of the effort's rms."""
         return cls(strength * scales.effort_rms)
 
-    def applied(self, command: Array, time_s: float) -> Array:
+    def applied(self, command: Value, time_s: float) -> Value:
         """What gets through."""
-        return command - np.minimum(np.maximum(command, -self.size), self.size)
+        return command - clip(command, self.size)
 
 
 @dataclass(frozen=True)
@@ -102,6 +109,8 @@ class Saturation(Effect):
     """
 
     name: ClassVar[str] = "actuator_saturation"
+    measure: ClassVar[str] = "of the peak effort above the median"
+    unit: ClassVar[str] = "N*m"
     number: ClassVar[int] = 17
     span: ClassVar[tuple[float, float]] = (0.05, 0.6)
 
@@ -117,14 +126,13 @@ class Saturation(Effect):
         return cls(strength * (peak - scales.effort_median), peak)
 
     @property
-    def limit(self) -> Array:
-        """Largest torque, (B, A); infinite on a sound axis."""
+    def limit(self) -> Value:
+        """Largest torque; infinite on a sound axis."""
         return np.where(self.hit, self.peak - self.size, np.inf)
 
-    def applied(self, command: Array, time_s: float) -> Array:
+    def applied(self, command: Value, time_s: float) -> Value:
         """What the current limit leaves."""
-        limit = self.limit
-        return np.minimum(np.maximum(command, -limit), limit)
+        return clip(command, self.limit)
 
 
 @dataclass(frozen=True)
@@ -132,6 +140,8 @@ class Eccentricity(Effect):
     """The encoder's disc runs out: the shown angle is off by `size` (rad) once per turn."""
 
     name: ClassVar[str] = "encoder_eccentricity"
+    measure: ClassVar[str] = "rad"
+    unit: ClassVar[str] = "rad"
     number: ClassVar[int] = 18
     span: ClassVar[tuple[float, float]] = (5e-4, 0.1)
 
@@ -142,6 +152,6 @@ class Eccentricity(Effect):
         """Size is the strength itself, in rad."""
         return cls(strength, rng.uniform(0, 2 * np.pi, strength.shape))
 
-    def encoder(self, angle: Array) -> Array:
+    def encoder(self, angle: Value) -> Value:
         """Angle with the disc's error."""
-        return angle + self.size * np.sin(angle + self.phase_rad)
+        return angle + self.size * sin(angle + self.phase_rad)

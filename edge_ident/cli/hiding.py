@@ -1,0 +1,86 @@
+"""Options that hide faults in the drive behind a virtual board, and tell afterwards which."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import typer
+
+from edge_ident import commissioning, report
+from edge_ident.cli.options import ResultOptions
+
+if TYPE_CHECKING:
+    from edge_ident.commissioning import Hidden
+
+
+@dataclass(frozen=True)
+class HideOptions:
+    """What is wrong with the drive behind a virtual board."""
+
+    hide: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--hide",
+            metavar="NAME[=SIZE]",
+            help="Hide a fault in the virtual drive; can be repeated.",
+        ),
+    ] = None
+    axis: Annotated[
+        Literal["x", "z"] | None,
+        typer.Option("--axis", help="Axis of the faults; default: x, and drawn with --hide-seed."),
+    ] = None
+    hide_seed: Annotated[
+        int | None,
+        typer.Option(
+            "--hide-seed",
+            metavar="NUMBER",
+            min=0,
+            help="Hide one or two faults that this number draws; with --hide, draw their details.",
+        ),
+    ] = None
+    reveal: Annotated[
+        bool,
+        typer.Option("--reveal", help="Tell in the end what --hide or --hide-seed has hidden."),
+    ] = False
+
+    def hidden(self, *, of_machine: bool = False) -> "Hidden | None":
+        """What is to be hidden, in the machine alone where the board is another; None: nothing."""
+        if not self.hide and self.hide_seed is None:
+            for given, option in ((self.axis, "--axis"), (self.reveal, "--reveal")):
+                if given:
+                    raise typer.BadParameter(
+                        "nothing is hidden: give --hide or --hide-seed, too", param_hint=option
+                    )
+            return None
+        if not self.hide:
+            return commissioning.Hidden.drawn(self.hide_seed or 0, self.axis, of_machine=of_machine)
+        try:
+            return commissioning.Hidden.of(
+                self.hide, self.axis or "x", self.hide_seed or 0, of_machine=of_machine
+            )
+        except ValueError as error:
+            raise typer.BadParameter(str(error), param_hint="--hide") from error
+
+    def add_to(self, document: dict[str, Any], hidden: "Hidden | None") -> None:
+        """Put the truth into a document, if it is asked for."""
+        if self.reveal and hidden:
+            document["hidden"] = report.fault_documents(hidden.faults)
+
+    def tell_alone(
+        self,
+        command: str,
+        document: dict[str, Any],
+        hidden: "Hidden | None",
+        results: ResultOptions,
+    ) -> None:
+        """Print the truth of a command that would serve something, and serve nothing."""
+        document = {"schema": f"edge-ident/{command}/1", **document}
+        self.add_to(document, hidden)
+        results.deliver(document, f"{command}.json")
+        if not results.json:
+            self.tell(hidden)
+
+    def tell(self, hidden: "Hidden | None") -> None:
+        """Print the truth, if it is asked for."""
+        if self.reveal and hidden:
+            for line in report.fault_lines(hidden.faults):
+                print(line)

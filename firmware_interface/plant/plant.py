@@ -1,0 +1,126 @@
+"""One drive behind a board: a command per sample goes in, what the encoders show comes out."""
+
+from collections import deque
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+
+from firmware_interface.plant.drives import Drives
+from firmware_interface.plant.effect import Effect
+from firmware_interface.plant.mechanism import overriding
+from firmware_interface.plant.motions import SAMPLE_S
+from firmware_interface.plant.moving_axis import MovingAxis
+from firmware_interface.plant.simulation import STEPS_PER_SAMPLE
+
+DELAY: Final = 0.2
+"""Of a sample, after which a new command begins to act: 0.5 ms of 2.5."""
+LEAD_IN_S: Final = 5.0
+"""A host goes to the start of its motion, and gathers speed there, before it records."""
+_REMEMBERED: Final = 64
+"""Samples of effort from which the recorded one is made."""
+
+
+class Plant:
+    """A drive that stands at zero, with its effects.
+
+    Parameters
+    ----------
+    drive : Drives
+        One.
+    effects : sequence of Effect
+        Drawn for it.
+    sample_s : float
+        Time that passes in a sample.
+    delay : float
+        Share of a sample after which a new command begins to act.
+    lead_in_s : float
+        From the first effort to zero on the clock of the effects.
+    """
+
+    def __init__(
+        self,
+        drive: Drives,
+        effects: Sequence[Effect] = (),
+        sample_s: float = SAMPLE_S,
+        delay: float = DELAY,
+        lead_in_s: float = LEAD_IN_S,
+    ) -> None:
+        chain, axes = drive.chain, range(drive.shape[1])
+        for effect in effects:
+            chain = effect.chain(chain)
+        own = [[e.of_axis(0, axis) for e in effects if e.hit[0, axis]] for axis in axes]
+        step_s = sample_s / STEPS_PER_SAMPLE
+        self._axes = [MovingAxis(chain, axis, own[axis], step_s) for axis in axes]
+        self._encoders = [[e.encoder for e in overriding(some, "encoder")] for some in own]
+        self._amplifiers = [[e.applied for e in overriding(some, "applied")] for some in own]
+        self._recorders = [e.recorded for e in overriding(effects, "recorded")]
+        self._commands = deque([[0.0] * len(axes)] * _REMEMBERED, _REMEMBERED)
+        self._sample_s = sample_s
+        self._late = round(delay * STEPS_PER_SAMPLE)
+        self._torque = [0.0] * len(axes)
+        self._time_s = -lead_in_s
+        self._begun = False
+
+    @property
+    def output_rad(self) -> list[float]:
+        """Gearbox output angle of each axis."""
+        return [axis.angle[0] for axis in self._axes]
+
+    @property
+    def output_rad_s(self) -> list[float]:
+        """Gearbox output speed of each axis."""
+        return [axis.velocity[0] for axis in self._axes]
+
+    @property
+    def torque_nm(self) -> list[float]:
+        """What the motor of each axis makes of the last command."""
+        return list(self._torque)
+
+    @property
+    def shown_rad(self) -> list[float]:
+        """What the encoders show, before they count it."""
+        shown = self.output_rad
+        for axis, encoders in enumerate(self._encoders):
+            for encoder in encoders:
+                shown[axis] = encoder(shown[axis])
+        return shown
+
+    def advance(self, command: Sequence[float]) -> None:
+        """Let one sample pass: the command before it acts until the new one comes, N·m."""
+        self._begun = self._begun or any(command)
+        self._commands.append(list(command))
+        acting = [self._applied(axis, float(torque)) for axis, torque in enumerate(command)]
+        for moving in self._axes:
+            moving.at(self._time_s)
+        self._steps(self._torque, self._late)
+        self._steps(acting, STEPS_PER_SAMPLE - self._late)
+        self._torque = acting
+        if self._begun:
+            self._time_s += self._sample_s
+
+    def recorded_nm(self, command: Sequence[float]) -> list[float]:
+        """Effort that stands in the record for a command about to be given."""
+        if not self._recorders:
+            return list(command)
+        efforts = np.array([*self._commands, command])[:, None, :]
+        stamps = self._time_s + self._sample_s * np.arange(1.0 - len(efforts), 1.0)
+        for recorder in self._recorders:
+            efforts = recorder(efforts, stamps)
+        last: list[float] = efforts[-1, 0].tolist()
+        return last
+
+    def _applied(self, axis: int, torque: float) -> float:
+        for made_of in self._amplifiers[axis]:
+            torque = float(made_of(torque, self._time_s))
+        return torque
+
+    def _steps(self, torque: Sequence[float], count: int) -> None:
+        pairs = list(zip(self._axes, reversed(self._axes), torque, strict=True))
+        for _ in range(count):
+            # an axis sees the other as it was before the step, whichever goes first
+            for axis, other, _given in pairs:
+                axis.other_velocity = other.velocity[2]
+                axis.other_acceleration = other.acceleration
+            for axis, _other, given in pairs:
+                axis.advance(given)
