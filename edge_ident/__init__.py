@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from edge_ident.diagnosis.result import AxisDiagnosis, Diagnosis
     from edge_ident.diagnosis.tolerance import TOLERANCE
     from edge_ident.drive.description import Drive, DriveAxis, load_drive
+    from edge_ident.drive.motion_files import load_motion, save_motion
     from edge_ident.errors import (
         BoardError,
         DataError,
@@ -32,6 +33,8 @@ if TYPE_CHECKING:
     )
     from edge_ident.estimation.network import Network, load_network
     from edge_ident.estimation.outside_support import outside_support
+    from edge_ident.experiment.plan import plan_motion
+    from edge_ident.experiment.result import MotionPlan
     from edge_ident.fleet.result import Survey, SurveyedRecording
     from edge_ident.fleet.survey import survey
     from edge_ident.identification.identify import identify
@@ -50,6 +53,7 @@ if TYPE_CHECKING:
     from edge_ident.simulation.simulate import simulate
     from edge_ident.support.stopwatch import Stopwatch
     from firmware_interface.board import Board
+    from firmware_interface.motion import Trajectory
 
     __version__: str
 
@@ -76,6 +80,7 @@ __all__ = [
     "LinkError",
     "Model",
     "ModelError",
+    "MotionPlan",
     "Network",
     "ReadOptions",
     "Recording",
@@ -83,6 +88,7 @@ __all__ = [
     "Survey",
     "SurveyedRecording",
     "Term",
+    "Trajectory",
     "__version__",
     "compare",
     "comparison_methods",
@@ -93,11 +99,14 @@ __all__ = [
     "inspect_recording",
     "load_drive",
     "load_model",
+    "load_motion",
     "load_network",
     "load_recording",
     "outside_support",
+    "plan_motion",
     "reduced_model",
     "save_model",
+    "save_motion",
     "save_recording",
     "simulate",
     "sourced_model",
@@ -129,6 +138,7 @@ _attribute = lazy_names(
         "LinkError": "edge_ident.errors",
         "Model": "edge_ident.model.model",
         "ModelError": "edge_ident.errors",
+        "MotionPlan": "edge_ident.experiment.result",
         "Network": "edge_ident.estimation.network",
         "ReadOptions": "edge_ident.signals.read_options",
         "Recording": "edge_ident.signals.recording",
@@ -136,6 +146,7 @@ _attribute = lazy_names(
         "Survey": "edge_ident.fleet.result",
         "SurveyedRecording": "edge_ident.fleet.result",
         "Term": "edge_ident.model.model",
+        "Trajectory": "firmware_interface.motion",
         "compare": "edge_ident.baselines.comparison",
         "comparison_methods": "edge_ident.baselines.comparison",
         "connect": "edge_ident.commissioning.connect",
@@ -145,11 +156,14 @@ _attribute = lazy_names(
         "inspect_recording": "edge_ident.signals.recording_files",
         "load_drive": "edge_ident.drive.description",
         "load_model": "edge_ident.model.model_files",
+        "load_motion": "edge_ident.drive.motion_files",
         "load_network": "edge_ident.estimation.network",
         "load_recording": "edge_ident.signals.recording_files",
         "outside_support": "edge_ident.estimation.outside_support",
+        "plan_motion": "edge_ident.experiment.plan",
         "reduced_model": "edge_ident.simulation.flexible",
         "save_model": "edge_ident.model.model_files",
+        "save_motion": "edge_ident.drive.motion_files",
         "save_recording": "edge_ident.signals.recording_files",
         "simulate": "edge_ident.simulation.simulate",
         "sourced_model": "edge_ident.model.model_files",

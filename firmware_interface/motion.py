@@ -69,6 +69,13 @@ class Trajectory:
         Captured time.
     lead_in_s : float
         Time between start and capture.
+
+    Examples
+    --------
+    >>> import edge_ident
+    >>> trajectory = edge_ident.load_drive().trajectory(cycles=2)
+    >>> round(trajectory.duration_s, 1), trajectory.lead_in_s
+    (43.7, 5.0)
     """
 
     axes: Mapping[str, Multisine] | Mapping[str, Staircase]

@@ -1,7 +1,10 @@
 """The command capture: a motion and its recording."""
 
+from typing import Annotated, Any, get_args
+
 import typer
 
+import edge_ident
 from edge_ident import commissioning, report
 from edge_ident.cli.command import command
 from edge_ident.cli.hiding import HideOptions
@@ -9,6 +12,16 @@ from edge_ident.cli.options import BoardOptions, ResultOptions, deliver
 from edge_ident.cli.progress import shown_progress
 from edge_ident.cli.run import Cycles, MotionName
 from edge_ident.cli.sessions import session
+
+MotionOrFile = Annotated[
+    str,
+    typer.Option(
+        "--motion",
+        metavar="sinusoid|multisine|staircase|FILE",
+        envvar="EDGE_IDENT_MOTION",
+        help="Motion that the axes make, or a file that plan wrote.",
+    ),
+]
 
 
 def register(app: typer.Typer) -> None:
@@ -20,7 +33,7 @@ def register(app: typer.Typer) -> None:
 def capture(
     *,
     where: BoardOptions,
-    motion: MotionName = "sinusoid",
+    motion: MotionOrFile = "sinusoid",
     cycles: Cycles = None,
     faults: HideOptions,
     results: ResultOptions,
@@ -32,12 +45,17 @@ def capture(
 
     Example: `edge-ident capture --device virtual --motion multisine --output captures/a`
     """
+    followed: Any = motion
+    if motion not in get_args(get_args(MotionName)[0]):
+        if cycles is not None:
+            raise typer.BadParameter("the motion of a file has no periods", param_hint="--cycles")
+        followed = edge_ident.load_motion(motion)
     hidden = faults.hidden()
     with session(where, results.output, hidden) as opened:
         path = opened.folder / commissioning.CAPTURE_FILE
         with shown_progress() as bars:
             found = commissioning.record_motion(
-                opened.board, opened.drive, motion, cycles, path, bars
+                opened.board, opened.drive, followed, cycles, path, bars
             )
     document = report.capture_document(found, path)
     faults.add_to(document, hidden)

@@ -17,7 +17,9 @@ from edge_ident.cli.progress import shown_progress
 if TYPE_CHECKING:
     from typing import Literal
 
-    Motion = Literal["sinusoid", "multisine", "staircase"] | edge_ident.Recording
+    Motion = (
+        Literal["sinusoid", "multisine", "staircase"] | edge_ident.Recording | edge_ident.Trajectory
+    )
 
 _NAMED_MOTIONS: Final[dict[str, "Literal['sinusoid', 'multisine', 'staircase']"]] = {
     "sinusoid": "sinusoid",
@@ -54,7 +56,8 @@ class MotionOptions(FileOptions):
             "--motion",
             metavar="sinusoid|multisine|staircase|FILE",
             envvar="EDGE_IDENT_MOTION",
-            help="Named motion, or a recording: its motion is followed at its own sampling rate.",
+            help="Named motion, a motion that plan wrote (.json), or a recording: its motion is "
+            "followed at its own sampling rate.",
         ),
     ] = "sinusoid"
     cycles: Annotated[
@@ -68,12 +71,13 @@ class MotionOptions(FileOptions):
     ] = None
 
     def load(self) -> "Motion":
-        """Return the name of the motion, or the recording that holds it."""
+        """Return the name of the motion, or what the file holds."""
         if self.cycles is not None and self.motion not in ("sinusoid", "multisine", "paper"):
             raise typer.BadParameter(f"{self.motion} has no periods", param_hint="--cycles")
         if self.motion in _NAMED_MOTIONS:
             return _NAMED_MOTIONS[self.motion]
-        return self.read(Path(self.motion))
+        path = Path(self.motion)
+        return edge_ident.load_motion(path) if path.suffix == ".json" else self.read(path)
 
 
 @dataclass(frozen=True)

@@ -86,6 +86,7 @@ def describe_drive(name: str, period_s: float, sheets: Mapping[str, AxisSheet]) 
             effort_limit_nm=_rounded(sheet.effort_limit_nm),
             amplitude_rad=_rounded(amplitude),
             phase_rad=_rounded((0.5 * math.pi * index) % (2.0 * math.pi)),
+            acceleration_limit_rad_s2=_rounded(sheet.acceleration_rad_s2 or math.inf),
         )
         origins |= {f"axes.{axis}.{key}": text for key, text in _origins(sheet, limit).items()}
     drive = replace(built_in, name=name, sampling_period_s=period_s, axes=axes)

@@ -1,4 +1,4 @@
-"""Record one named motion, and nothing else."""
+"""Record one motion, and nothing else."""
 
 from pathlib import Path
 
@@ -7,14 +7,16 @@ from edge_ident.commissioning.observer import Observer
 from edge_ident.commissioning.safety import ready_to_move
 from edge_ident.drive.description import Drive
 from edge_ident.drive.motions import MotionName, named_trajectory
+from edge_ident.errors import DataError
 from edge_ident.signals.data_checks import check_recording
 from firmware_interface.board import Board
+from firmware_interface.motion import Trajectory
 
 
 def record_motion(
     board: Board,
     drive: Drive,
-    motion: MotionName,
+    motion: MotionName | Trajectory,
     cycles: int | None,
     file: Path,
     observer: Observer,
@@ -26,9 +28,9 @@ def record_motion(
     board : Board
         Connected.
     drive : Drive
-    motion : {"sinusoid", "multisine", "staircase"}
+    motion : {"sinusoid", "multisine", "staircase"} or Trajectory
     cycles : int or None
-        Periods of the motion; None takes the drive description's.
+        Periods of a named motion; None takes the drive description's.
     file : Path
         For the recording, which is written before it is checked.
     observer : Observer
@@ -41,10 +43,30 @@ def record_motion(
         Board and drive description differ, or the recording cannot be used.
     """
     check_drive(board, drive)
-    trajectory = named_trajectory(drive, motion, cycles)
+    if isinstance(motion, Trajectory):
+        check_axes(motion, board)
+        trajectory, stage = motion, "motion"
+    else:
+        trajectory, stage = named_trajectory(drive, motion, cycles), motion
     with ready_to_move(board, observer.say):
-        observer.stage(motion)
+        observer.stage(stage)
         found = capture_motion(board, trajectory, observer.samples, file, observer.say)
         board.finish()
     check_recording(found.recording)
     return found
+
+
+def check_axes(trajectory: Trajectory, board: Board) -> None:
+    """Make sure that a motion is one of the board's axes.
+
+    Raises
+    ------
+    DataError
+        It names other axes.
+    """
+    if set(trajectory.axes) != set(board.axes):
+        raise DataError(
+            f"the motion is one of axes {', '.join(trajectory.axes)}, the board has "
+            f"{', '.join(board.axes)}",
+            "design the motion with the description of this drive: edge-ident plan --drive FILE",
+        )

@@ -56,12 +56,15 @@ class Alternative:
         One sentence with the numbers.
     experiment : str
         The motion that distinguishes the two.
+    term : Term or None
+        It with the values that it has in the place of the cause; None where it was not fitted.
     """
 
     effect: str
     separable: bool
     evidence: str
     experiment: str
+    term: Term | None = None
 
 
 @dataclass(frozen=True)

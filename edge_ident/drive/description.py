@@ -22,6 +22,7 @@ AXIS_RANGES: Final = {
     "screw_lead_m_per_rad": (1e-6, 1.0),
     "travel_limit_rad": (1e-3, 1e5),
     "speed_limit_rad_s": (1e-4, 1e4),
+    "acceleration_limit_rad_s2": (1e-3, 1e9),
     "effort_limit_nm": (1e-4, 1e5),
     "amplitude_rad": (1e-4, 1e5),
     "phase_rad": (-2 * math.pi, 2 * math.pi),
@@ -36,8 +37,8 @@ TABLE_RANGES: Final = {
     },
 }
 """The same of the other tables."""
-_LEAD: Final = "screw_lead_m_per_rad"
-"""The one key that an axis may lack: one that only turns."""
+OPTIONAL: Final = {"screw_lead_m_per_rad": 0.0, "acceleration_limit_rad_s2": math.inf}
+"""Keys that an axis may lack, and what that means: it only turns; its effort is the only limit."""
 _BOARD_KEYS: Final = {"device": str, "baud_rate": int}
 _TABLES: Final = {"name", "axes", "board", *TABLE_RANGES}
 
@@ -47,7 +48,8 @@ class DriveAxis:
     """One axis: mechanics, limits and its share of the default trajectory.
 
     Angles, speeds and torques are those of the gearbox output. The travel limit is the largest
-    distance from zero; the lead is 0 for an axis that only turns.
+    distance from zero; the lead is 0 for an axis that only turns, and the limit of acceleration is
+    infinite where the effort alone bounds it.
 
     Examples
     --------
@@ -64,6 +66,7 @@ class DriveAxis:
     effort_limit_nm: float
     amplitude_rad: float
     phase_rad: float
+    acceleration_limit_rad_s2: float = math.inf
 
     @property
     def encoder_resolution_rad(self) -> float:
@@ -177,10 +180,9 @@ class _Reader:
         return drive
 
     def axis(self, table: str) -> DriveAxis:
-        ranges = dict(AXIS_RANGES)
-        if _LEAD not in self.table(table, set(ranges)):
-            del ranges[_LEAD]
-        return DriveAxis(**{_LEAD: 0.0, **self.numbers(table, ranges)})
+        given = self.table(table, set(AXIS_RANGES))
+        ranges = {k: r for k, r in AXIS_RANGES.items() if k in given or k not in OPTIONAL}
+        return DriveAxis(**{**OPTIONAL, **self.numbers(table, ranges)})
 
     def numbers(self, table: str, ranges: Mapping[str, tuple[float, float]]) -> dict[str, float]:
         given = self.table(table, set(ranges))

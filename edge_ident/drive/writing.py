@@ -6,7 +6,7 @@ from dataclasses import fields
 from pathlib import Path
 from typing import Final
 
-from edge_ident.drive.description import Drive, DriveAxis, load_drive
+from edge_ident.drive.description import OPTIONAL, Drive, DriveAxis, load_drive
 from edge_ident.support.atomic_files import atomic_write
 
 _MEANING: Final = {
@@ -19,6 +19,7 @@ _MEANING: Final = {
     "screw_lead_m_per_rad": "m/rad, travel per angle of the gearbox output",
     "travel_limit_rad": "rad, either way from zero, the middle of the travel",
     "speed_limit_rad_s": "rad/s at the gearbox output",
+    "acceleration_limit_rad_s2": "rad/s^2 at the gearbox output",
     "effort_limit_nm": "N*m at the gearbox output",
     "amplitude_rad": "rad, of the sine",
     "phase_rad": "rad, of the sine at its beginning",
@@ -69,8 +70,7 @@ def drive_text(drive: Drive, origins: Mapping[str, str], notes: Sequence[str] = 
     lines += _table("trajectory", {key: getattr(drive, key) for key in keys}, origins)
     for name, axis in drive.axes.items():
         values = {field.name: getattr(axis, field.name) for field in fields(DriveAxis)}
-        if not axis.screw_lead_m_per_rad:
-            del values["screw_lead_m_per_rad"]
+        values = {k: v for k, v in values.items() if k not in OPTIONAL or v != OPTIONAL[k]}
         lines += _table(f"axes.{name}", values, origins)
     return "\n".join(lines) + "\n" + _TAIL
 

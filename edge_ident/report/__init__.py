@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from edge_ident.report.page.provenance import Provenance
     from edge_ident.report.page.run_page import write_run_page
     from edge_ident.report.page.survey_page import write_survey_page
+    from edge_ident.report.plan_tables import plan_document, plan_next_step
     from edge_ident.report.register_tables import register_lines, registers_document, values_text
     from edge_ident.report.run_documents import (
         capture_document,
@@ -62,6 +63,8 @@ __all__ = [
     "import_document",
     "inspection_lines",
     "outcome_view",
+    "plan_document",
+    "plan_next_step",
     "profile_document",
     "profile_view",
     "recording_lines",
@@ -104,6 +107,8 @@ __getattr__ = lazy_names(
         "import_document": "edge_ident.report.import_report",
         "inspection_lines": "edge_ident.report.import_report",
         "outcome_view": "edge_ident.report.run_tables",
+        "plan_document": "edge_ident.report.plan_tables",
+        "plan_next_step": "edge_ident.report.plan_tables",
         "profile_document": "edge_ident.report.run_documents",
         "profile_view": "edge_ident.report.run_tables",
         "recording_lines": "edge_ident.report.import_report",

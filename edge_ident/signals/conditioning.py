@@ -23,11 +23,11 @@ SAMPLES_PER_CUTOFF_PERIOD: Final = 2.5
 _MOST_SAMPLES: Final = 1 << 19
 """Samples that are estimated from: beyond, noise moves parameters far less than model error does.
 """
-_SAMPLED_PER_PERIOD: Final = 20
+SAMPLED_PER_PERIOD: Final = 20
 """Gautier's rule: sample at least 100 times faster than the dynamics, filter at 5 times."""
-_FEWEST_CUTOFF_PERIODS: Final = 10.0
+FEWEST_CUTOFF_PERIODS: Final = 10.0
 """In a record; a motion without acceleration would ask for none."""
-_ACCELERATION_NOISE_SHARE: Final = 0.05
+ACCELERATION_NOISE_SHARE: Final = 0.05
 """Encoder noise allowed in the acceleration; its square biases the inertia, by 0.25 %."""
 _TINY: Final = float(np.finfo(float).tiny)
 _DECAY_PERIODS: Final = 1.5
@@ -208,13 +208,13 @@ def choose_cutoff(position: Array, period_s: float, noise: float | None = None) 
     float
         In Hz.
     """
-    ceiling_hz = 1.0 / (_SAMPLED_PER_PERIOD * period_s)
-    floor_hz = _FEWEST_CUTOFF_PERIODS / (period_s * len(position))
+    ceiling_hz = 1.0 / (SAMPLED_PER_PERIOD * period_s)
+    floor_hz = FEWEST_CUTOFF_PERIODS / (period_s * len(position))
     noise = position_noise(position) if noise is None else noise
     cutoff_hz = ceiling_hz
     for _ in range(8):  # the rms acceleration itself depends, weakly, on the cut-off
         stds = [np.std(differentiate(part, cutoff_hz, period_s)[2]) for part in parts_of(position)]
-        allowed = _ACCELERATION_NOISE_SHARE * float(np.sqrt(np.mean(np.square(stds))))
+        allowed = ACCELERATION_NOISE_SHARE * float(np.sqrt(np.mean(np.square(stds))))
         excess = acceleration_noise(noise, cutoff_hz, period_s) / max(allowed, _TINY)
         wanted_hz = cutoff_hz * float(max(excess, _TINY) ** -0.4)
         wanted_hz = max(floor_hz, min(ceiling_hz, wanted_hz))

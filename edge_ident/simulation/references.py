@@ -15,7 +15,7 @@ from edge_ident.signals.conditioning import choose_cutoff
 from edge_ident.signals.filters import differentiate
 from edge_ident.signals.recording import Recording
 from edge_ident.signals.resampling import EvenGrid
-from firmware_interface.motion import reference
+from firmware_interface.motion import Trajectory, reference
 
 Array = NDArray[np.float64]
 
@@ -79,7 +79,30 @@ def named_references(
         drive,
         axes={axis: replace(model, phase_rad=0.5 * math.pi * i) for i, axis in enumerate(axes)},
     )
-    trajectory = named_trajectory(drive, name, cycles)
+    return designed_references(axes, named_trajectory(drive, name, cycles))
+
+
+def designed_references(axes: Mapping[str, str], trajectory: Trajectory) -> References:
+    """A motion in angles for the axes of a model; an axis in m moves by the built-in screw's lead.
+
+    Parameters
+    ----------
+    axes : mapping of axis name to position unit, "rad" or "m"
+    trajectory : Trajectory
+
+    Raises
+    ------
+    DataError
+        The motion lacks an axis.
+    """
+    missing = [name for name in axes if name not in trajectory.axes]
+    if missing:
+        raise DataError(
+            f"the motion has axes {', '.join(trajectory.axes)}, the model has {', '.join(axes)}",
+            "give a motion, or a model, of the same axes",
+        )
+    drive = load_drive()
+    model = next(iter(drive.axes.values()))
     period_s = drive.sampling_period_s
     first, last = (round(t / period_s) for t in (-trajectory.lead_in_s, trajectory.duration_s))
     time_s = period_s * np.arange(first, last, dtype=np.float64)

@@ -6,13 +6,18 @@ from edge_ident.drive.motions import MotionName
 from edge_ident.model.model import Model
 from edge_ident.signals.recording import Recording
 from edge_ident.simulation.flexible import reduced_model
-from edge_ident.simulation.references import named_references, recorded_references
+from edge_ident.simulation.references import (
+    designed_references,
+    named_references,
+    recorded_references,
+)
 from edge_ident.simulation.scenario import Scenario, record
+from firmware_interface.motion import Trajectory
 
 
 def simulate(
     model: Model | None = None,
-    motion: MotionName | Recording = "sinusoid",
+    motion: MotionName | Recording | Trajectory = "sinusoid",
     *,
     cycles: int | None = None,
     encoder_counts: float | None = None,
@@ -28,7 +33,7 @@ def simulate(
     ----------
     model : Model, optional
         Without one, the built-in drive with everything in it that bends.
-    motion : {"sinusoid", "multisine", "staircase"} or Recording
+    motion : {"sinusoid", "multisine", "staircase"}, Recording or Trajectory
         The motion of a recording is followed at its own sampling.
     cycles : int, optional
         Periods of a sinusoid or multisine; default from the built-in drive.
@@ -52,7 +57,7 @@ def simulate(
     Raises
     ------
     DataError
-        The recording lacks an axis of the model, or has it in another unit.
+        The motion lacks an axis of the model, or has it in another unit.
     ModelError
         The model cannot be simulated, or does not follow the motion.
     GainError
@@ -71,6 +76,8 @@ def simulate(
     units = {name: axis.position_unit for name, axis in followed.axes.items()}
     if isinstance(motion, Recording):
         references = recorded_references(motion, units)
+    elif isinstance(motion, Trajectory):
+        references = designed_references(units, motion)
     else:
         references = named_references(units, motion, cycles)
     scenario = Scenario(references, encoder_counts, effort_resolution, noise, stiff, seed)

@@ -37,9 +37,9 @@ from edge_ident.signals.recording import Recording
 
 Array = NDArray[np.float64]
 
-_MOST_SAMPLES: Final = 1500
+MOST_SAMPLES: Final = 1500
 """Independent samples in a recording; a wider band adds little information and much time."""
-_FEWEST_SAMPLES: Final = 40
+FEWEST_SAMPLES: Final = 40
 """Twice the parameters of the base model and a few causes."""
 _REGRESSOR_RATE: Final = 6.0
 """Samples per period of the motion's cut-off at which regressors are computed."""
@@ -78,7 +78,7 @@ def prepare_axis(recordings: Sequence[Recording], name: str, *, timed: bool = Tr
     found = in_time([_segment(recording, name) for recording in recordings], move=timed)
     segments = found.segments
     valid = np.concatenate([s.valid for s in segments])
-    if np.count_nonzero(valid) < _FEWEST_SAMPLES:
+    if np.count_nonzero(valid) < FEWEST_SAMPLES:
         raise DataError(
             f"axis {name}: only {np.count_nonzero(valid)} independent samples lie away from "
             f"standstill and reversals, in a band up to {segments[0].cutoff_hz:.2g} Hz",
@@ -140,7 +140,7 @@ def _band(raw: Sampled, noise: float, widest_hz: float) -> tuple[Band, float]:
     deviation = white_noise(raw.effort, raw.position, widest_hz, raw.period_s)
     density = 2.0 * raw.period_s * deviation**2
     band = comparison_band(raw.position, raw.effort, noise, density, widest_hz, raw.period_s)
-    most_hz = _MOST_SAMPLES / (SAMPLES_PER_CUTOFF_PERIOD * raw.period_s * len(raw.time_s))
+    most_hz = MOST_SAMPLES / (SAMPLES_PER_CUTOFF_PERIOD * raw.period_s * len(raw.time_s))
     return replace(band, cutoff_hz=min(band.cutoff_hz, most_hz)), density
 
 

@@ -8,7 +8,7 @@ from typing import Any
 from edge_ident.diagnosis.measures import ModelFit, Validation
 from edge_ident.diagnosis.present.explained_variance import explained_variance
 from edge_ident.diagnosis.present.wording import external_vibrations
-from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Diagnosis
+from edge_ident.diagnosis.result import Alternative, AxisDiagnosis, Cause, Diagnosis
 from edge_ident.model.model import PARAMETERS, AxisModel, base_axis
 from edge_ident.model.model_files import values_document
 from edge_ident.support.json_text import finite
@@ -76,10 +76,21 @@ def _cause(cause: Cause, axis: AxisModel) -> dict[str, Any]:
         "held_out_gain": finite(cause.held_out_gain),
         "held_out_gain_interval": [finite(end) for end in cause.held_out_gain_interval],
         "share": cause.share,
-        "rivals": [asdict(alternative) for alternative in cause.alternatives],
+        "rivals": [_alternative(alternative, axis) for alternative in cause.alternatives],
         "evidence": cause.evidence,
         "decision": cause.decision,
         "shown_in": list(cause.shown_in),
+    }
+
+
+def _alternative(alternative: Alternative, axis: AxisModel) -> dict[str, Any]:
+    found = alternative.term
+    return {
+        "effect": alternative.effect,
+        "separable": alternative.separable,
+        "evidence": alternative.evidence,
+        "experiment": alternative.experiment,
+        "parameters": None if found is None else values_document(found, axis),
     }
 
 

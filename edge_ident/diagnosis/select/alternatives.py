@@ -1,11 +1,10 @@
 """Comparison of a cause with its alternatives: every other effect in its place."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
 
-from edge_ident.diagnosis.fit.candidates import Candidate
 from edge_ident.diagnosis.fit.external_vibrations import VIBRATION
 from edge_ident.diagnosis.fit.fitting import FittedModel
 from edge_ident.diagnosis.fit.scoring import ScoredCandidate
@@ -46,9 +45,7 @@ def compare_alternatives(search: Search, model: FittedModel, index: int) -> Comp
         (s, search.fit(rest.base, (*rest.terms, s.term))) for s in scored[: MOST_ALTERNATIVES.value]
     ]
     found = [
-        _fitted_alternative(search, model, s.candidate, other)
-        for s, other in models
-        if s.candidate != VIBRATION
+        _fitted_alternative(search, model, other) for s, other in models if s.candidate != VIBRATION
     ]
     decisions = [
         (decide(model.terms, other.terms, Evidence(search.gain(model, other))), other)
@@ -64,16 +61,17 @@ def compare_alternatives(search: Search, model: FittedModel, index: int) -> Comp
     return ComparedAlternatives(_first_of_each(found), best if accepted else None, decision)
 
 
-def _fitted_alternative(
-    search: Search, model: FittedModel, candidate: Candidate, other: FittedModel
-) -> Alternative:
+def _fitted_alternative(search: Search, model: FittedModel, other: FittedModel) -> Alternative:
+    """The alternative is the last term of the other model."""
+    added = other.terms[-1].model_term
+    term = replace(added, values={name: float(np.asarray(v)) for name, v in added.values.items()})
     apart = separable(search.gain(other, model))
     larger = np.sqrt(other.error / max(model.error, _TINY)) - 1.0
     if apart:
         evidence = f"in its place the residual is {larger:.1%} larger"
     else:
         evidence = f"in its place the residual is as small ({larger:+.1%})"
-    return Alternative(candidate.effect, apart, evidence, named(candidate.effect).search.experiment)
+    return Alternative(term.effect, apart, evidence, named(term.effect).search.experiment, term)
 
 
 def _scored_alternative(

@@ -20,7 +20,7 @@ def test_a_written_description_is_read_back_to_the_last_bit(tmp_path: Path) -> N
     assert "# - a note" in text
     assert re.search(r"\[axes\.z\][^[]*effort_limit_nm = 12 +# N\*m .*; 0\.0914 Nm", text)
     numbers = [line for line in text.splitlines() if re.match(r"\w+ = [\d.e+-]+", line)]
-    assert len(numbers) == 4 + 2 * 8
+    assert len(numbers) == 4 + 2 * 9
     assert all("  # " in line or " # " in line for line in numbers)
 
 

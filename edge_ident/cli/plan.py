@@ -1,0 +1,81 @@
+"""The command plan: the motion that separates causes."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+import edge_ident
+from edge_ident import report
+from edge_ident.cli.command import UNTRUSTED, command
+from edge_ident.cli.diagnose import RecordingFiles
+from edge_ident.cli.file_options import FileOptions
+from edge_ident.cli.messages import print_document, say
+from edge_ident.cli.options import DriveFile, Json, ModelFile, Seed, given_model
+from edge_ident.cli.progress import shown_progress
+
+MotionOutput = Annotated[
+    Path | None,
+    typer.Option(
+        "--output",
+        "-o",
+        metavar="FILE",
+        help="File to write the motion to, for capture --motion FILE.",
+    ),
+]
+Seconds = Annotated[
+    float | None,
+    typer.Option(
+        "--seconds",
+        min=1.0,
+        max=600.0,
+        metavar="NUMBER",
+        envvar="EDGE_IDENT_SECONDS",
+        help="Duration of the motion; default: as in the drive description.",
+    ),
+]
+
+
+def register(app: typer.Typer) -> None:
+    """Add this file's command."""
+    app.command()(plan)
+
+
+@command
+def plan(
+    *,
+    files: RecordingFiles,
+    drive: DriveFile = None,
+    model: ModelFile = None,
+    seconds: Seconds = None,
+    seed: Seed = 0,
+    reading: FileOptions,
+    output: MotionOutput = None,
+    json: Json = False,
+) -> None:
+    """Design the motion that separates the causes which recordings do not tell apart.
+
+    The recordings are diagnosed first. The motion stays inside the limits of the drive description,
+    overshoot included. It is printed, with what it separates; with --output, it is written to that
+    file.
+
+    Example: `edge-ident plan recording.csv --drive press.toml --output motion.json`
+    """
+    limits = edge_ident.load_drive(drive)
+    recordings = [reading.read(file) for file in files]
+    with shown_progress() as bars:
+        diagnosis = edge_ident.diagnose(recordings, model=given_model(model), on_progress=bars.show)
+        bars.stage("designing the motion")
+        found = edge_ident.plan_motion(diagnosis, recordings, limits, duration_s=seconds, seed=seed)
+    written = output if found.trajectory is not None else None
+    if found.trajectory is not None and output is not None:
+        edge_ident.save_motion(found.trajectory, output)
+        say(f"written: {output}; run it with: edge-ident capture --motion {output}")
+    if json:
+        print_document(report.plan_document(found, written))
+    else:
+        report.show(found)
+    if found.trajectory is None:
+        say("next:  " + report.plan_next_step(found))
+    if found.pairs and not all(pair.separated for pair in found.pairs):
+        raise typer.Exit(UNTRUSTED)

@@ -1,0 +1,228 @@
+"""One axis of a drive: what its recordings and its diagnosis say, ready for the search."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from edge_ident.diagnosis.fit.fitting import delayed
+from edge_ident.diagnosis.fit.summary import nonzero_rms
+from edge_ident.diagnosis.prepare.axis_data import AxisData
+from edge_ident.diagnosis.prepare.preparation import prepare_axis
+from edge_ident.diagnosis.result import AxisDiagnosis
+from edge_ident.drive.description import Drive
+from edge_ident.drive.motions import MotionName, named_trajectory
+from edge_ident.errors import DataError
+from edge_ident.estimation.least_squares import unit_length
+from edge_ident.experiment.columns import Key, base_columns, key, term_columns, term_effort
+from edge_ident.experiment.compared import Compared, Instruments
+from edge_ident.experiment.distance import Judge, distance
+from edge_ident.experiment.limits import Allowed, Load
+from edge_ident.experiment.rivals import Pair, Rivals, Typical, rivals
+from edge_ident.experiment.search import Problem
+from edge_ident.model.effects import named
+from edge_ident.model.inverse import along_motion, inverse_effort, obeyed
+from edge_ident.model.model import PARAMETERS, AxisModel, Term
+from edge_ident.model.search import Excitation
+from edge_ident.signals.metrics import rms
+from edge_ident.signals.recording import Recording
+from firmware_interface.motion import Multisine, Staircase
+
+Array = NDArray[np.float64]
+
+_USUAL: Final[tuple[MotionName, ...]] = ("multisine", "sinusoid")
+_RANK: Final = 0.03
+"""Of the base model's columns: what the recordings hardly show stays as the diagnosis has it."""
+_CREDIBLE: Final = 1.1
+"""Effort along the recordings, of their peak, from which a rival is contradicted by them: its fit
+leaves a tenth at most, and reversals are not fitted."""
+_LEAST_ARRIVES: Final = 0.01
+"""Of the effort; a drive of which less arrives does not move."""
+_BAND_SHARE: Final = 0.5
+"""Of the comparison's band, up to which lines are placed: what they cause is faster than they."""
+
+
+@dataclass(frozen=True)
+class AxisCase:
+    """One axis.
+
+    Attributes
+    ----------
+    problem : Problem
+        Its other axes are still at rest.
+    rivals : Rivals
+    named, sinusoid : Multisine
+        The drive's own motions.
+    before : (P,) array
+        Distances of the pairs on the recordings.
+    """
+
+    problem: Problem
+    rivals: Rivals
+    named: Multisine
+    sinusoid: Multisine
+    before: Array
+
+    def highest(self, rate_rad_s: float) -> int:
+        """Largest multiple of a frequency that the loop follows and the comparison passes."""
+        instruments = self.problem.instruments
+        band = instruments.band(instruments.motion(self.named, self.problem.duration_s))
+        passed = _BAND_SHARE * 2.0 * np.pi * band.cutoff_hz
+        return max(1, int(min(passed, self.problem.allowed.loops.bandwidth_rad_s) / rate_rad_s))
+
+
+def axis_case(
+    name: str,
+    axis: AxisDiagnosis,
+    recordings: Sequence[Recording],
+    drive: Drive,
+    allowed: Allowed,
+    duration_s: float,
+    lead_in_s: float,
+) -> AxisCase:
+    """Prepare one axis.
+
+    Raises
+    ------
+    DataError
+        The drive's own motions are too short to show anything.
+    """
+    data = prepare_axis(recordings, name, timed=not delayed(axis.model))
+    base = replace(axis.model, terms=axis.model.terms[:1])
+    noise = axis.noise_floor * nonzero_rms(axis.traces.effort[axis.traces.valid])
+    instruments = Instruments.of_recordings(
+        data,
+        float(base.parameters[0]),
+        noise,
+        drive.sampling_period_s,
+        drive.axes[name].encoder_resolution_rad,
+    )
+    excitation = data.excitation(base.parameters)
+    motions = {n: named_trajectory(drive, n).axes for n in _USUAL}
+    found = rivals(axis, _typical(name, base, excitation, instruments, motions, duration_s))
+    before = Compared.of_recordings(data, noise)
+    bases = _bases(data, before, base, found.pairs)
+    judge = Judge(excitation)
+    problem = Problem(
+        base, found.pairs, judge, instruments, allowed, bases, (), (), {}, duration_s, lead_in_s
+    )
+    problem = _explanations(data, problem)
+    named, sinusoid = (_sines(of[name]) for of in motions.values())
+    others = {n: m for n, m in motions["multisine"].items() if n != name}
+    problem = replace(problem, loads=problem.loaded(problem.beside(others).distances(named)))
+    return AxisCase(problem, found, named, sinusoid, _before(data, problem, before))
+
+
+def _typical(
+    name: str,
+    base: AxisModel,
+    excitation: Excitation,
+    instruments: Instruments,
+    motions: Mapping[MotionName, Mapping[str, Multisine] | Mapping[str, Staircase]],
+    duration_s: float,
+) -> Typical:
+    """At which size untested effects are tested, along the first usual motion that shows any."""
+    for axes in motions.values():
+        moved = {n: instruments.motion(motion, duration_s) for n, motion in axes.items()}
+        own = moved.pop(name)
+        reference = instruments.compared(own, moved)
+        if reference is not None:
+            effort = rms(base_columns(reference, base).effort)
+            return Typical(base, excitation, reference, effort, next(iter(moved), None))
+    raise DataError(
+        f"axis {name}: hardly a sample of the drive's own motions would lie away from standstill "
+        "and reversals",
+        "give a longer motion with --seconds",
+    )
+
+
+def _sines(motion: Multisine | Staircase) -> Multisine:
+    assert isinstance(motion, Multisine)
+    return motion
+
+
+def _bases(
+    data: AxisData, before: Compared, base: AxisModel, pairs: Sequence[Pair]
+) -> dict[Key, AxisModel]:
+    """The base term beside each rival: what the recordings leave for it."""
+    shown = base_columns(before, base)
+    columns, length = unit_length(shown.columns.T)
+    target = data.effort[data.valid] - shown.effort
+    found = {}
+    for pair in pairs:
+        left = target - sum(term_effort(before, base, t) for t in pair.others if _seen(t, data))
+        for rival in filter(lambda t: _seen(t, data), pair.terms):
+            beside = left - term_effort(before, base, rival)
+            change = np.linalg.lstsq(columns, beside, rcond=_RANK)[0] / length
+            values = base.parameters + change[: len(PARAMETERS)]
+            own = dict(zip(PARAMETERS, values.tolist(), strict=True))
+            found[key(rival)] = replace(base, terms=(replace(base.terms[0], values=own),))
+    return found
+
+
+def _seen(term: Term, data: AxisData) -> bool:
+    return term.source_axis is None or term.source_axis in data.other_axes
+
+
+def _explanations(data: AxisData, problem: Problem) -> Problem:
+    """The problem with what every rival says of the effort, before a motion shows its causes.
+
+    A rival that expects far more effort along the recordings than they hold, at reversals for
+    instance, which are not compared, says nothing about limits.
+    """
+    every = [
+        (*pair.others, *own) for pair in problem.pairs for own in ((), *((t,) for t in pair.terms))
+    ]
+    different = tuple({tuple(map(key, terms)): terms for terms in every}.values()) or ((),)
+    loads, kept = list[Load](), list[tuple[Term, ...]]()
+    for terms in different:
+        base = problem.bases.get(key(terms[-1]), problem.base) if terms else problem.base
+        if not terms or _credible(data, replace(base, terms=(base.terms[0], *terms))):
+            loads.append(Load(base.parameters, arrives=_arrives(terms, problem)))
+            kept.append(terms)
+    if not loads:
+        loads, kept = [Load(problem.base.parameters)], [()]
+    return replace(problem, loads=tuple(loads), explanations=tuple(kept))
+
+
+def _arrives(terms: Sequence[Term], problem: Problem) -> float:
+    """Share of the effort limit that the actuator gives, in the eyes of causes."""
+    limit = problem.allowed.with_margin.effort_nm
+    return float(np.clip(_given(terms, limit) / limit, _LEAST_ARRIVES, 1.0))
+
+
+def _given(terms: Sequence[Term], command: float) -> float:
+    """What the actuator makes of a command."""
+    effort = np.array([command])
+    for t in terms:
+        effort = named(t.effect).torque(effort, np.zeros(1), along_motion(t))
+    return float(effort[0])
+
+
+def _credible(data: AxisData, axis: AxisModel) -> bool:
+    """Whether a model expects no more effort than the recordings may hold, reversals included."""
+    if not all(_seen(t, data) for t in axis.terms[1:]):
+        return True
+    for s in data.segments:
+        needed = np.max(np.abs(inverse_effort(obeyed(axis), s.motion, s.others)))
+        if not needed < _CREDIBLE * _given(axis.terms, float(np.max(np.abs(s.raw_effort)))):
+            return False
+    return True
+
+
+def _before(data: AxisData, problem: Problem, compared: Compared) -> Array:
+    """Distances of all pairs on the recordings."""
+    base = base_columns(compared, problem.base)
+    usable = [t for t in problem.terms if _seen(t, data)]
+    beside = [(problem.bases.get(key(t), problem.base), t) for t in usable]
+    columns = dict(zip(map(key, usable), term_columns(compared, beside), strict=True))
+    return np.array(
+        [
+            distance(pair, base, columns, compared.noise)
+            if all(key(t) in columns for t in (*pair.terms, *pair.others))
+            else 0.0
+            for pair in problem.pairs
+        ]
+    )

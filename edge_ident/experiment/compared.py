@@ -1,0 +1,175 @@
+"""The samples that a diagnosis would compare: of recordings, or of a motion that is still planned.
+
+A planned motion goes through the same steps as a recording (`edge_ident.diagnosis.prepare`):
+direction weights, the filter of the comparison, decimation, and the masks of reversals, run-in and
+aliasing. So what hides an effect in a recording hides it in the plan, too.
+"""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from edge_ident.diagnosis.prepare.axis_data import AxisData
+from edge_ident.diagnosis.prepare.bandwidth import Band, balanced_band
+from edge_ident.diagnosis.prepare.masks import (
+    LEAST_WEIGHT,
+    SMEAR_PERIODS,
+    aliasing_mask,
+    direction_unknown,
+    direction_weight,
+    run_in,
+)
+from edge_ident.diagnosis.prepare.preparation import FEWEST_SAMPLES, MOST_SAMPLES
+from edge_ident.model.effect import Motion
+from edge_ident.model.inverse import inverse_effort
+from edge_ident.model.model import AxisModel
+from edge_ident.signals.conditioning import (
+    ACCELERATION_NOISE_SHARE,
+    FEWEST_CUTOFF_PERIODS,
+    SAMPLED_PER_PERIOD,
+    SAMPLES_PER_CUTOFF_PERIOD,
+    acceleration_noise,
+    decimated,
+)
+from firmware_interface.motion import Multisine, Staircase, reference
+
+Array = NDArray[np.float64]
+
+STEP_S: Final = 0.02
+"""Of the samples of a planned motion. Its lines and what they cause lie below 10 Hz, and it has no
+noise that could alias."""
+_TINY: Final = float(np.finfo(float).tiny)
+
+
+@dataclass(frozen=True)
+class Compared:
+    """What predictions are compared at.
+
+    Attributes
+    ----------
+    raw : callable
+        Efforts (N,) or (D, N) that a model predicts, before the filter.
+    filtered : callable
+        The same (..., N), filtered, at the n compared samples.
+    timing : callable
+        What shifts in time change about an effort (N,) there, (R, n) for R recordings.
+    noise : float
+        Noise floor.
+    """
+
+    raw: Callable[[AxisModel], Array]
+    filtered: Callable[[Array], Array]
+    timing: Callable[[Array], Array]
+    noise: float
+
+    @classmethod
+    def of_recordings(cls, data: AxisData, noise: float) -> "Compared":
+        """The valid samples of recordings; their efforts are predicted filtered."""
+
+        def predicted(axis: AxisModel) -> Array:
+            return data.predicted(axis)
+
+        def valid(efforts: Array) -> Array:
+            return np.asarray(efforts[..., data.valid])
+
+        def shifted(effort: Array) -> Array:
+            return valid(data.timing_columns.T)
+
+        return cls(predicted, valid, shifted, noise)
+
+
+@dataclass(frozen=True)
+class Instruments:
+    """How the recording of a motion would be taken and compared.
+
+    Attributes
+    ----------
+    inertia : float
+        Turns encoder noise into effort.
+    density : float
+        Power density of the effort noise, per Hz.
+    position_noise : float
+        Standard deviation of the encoder noise.
+    count : float
+        Encoder resolution.
+    sampling_s : float
+    floor_ratio : float
+        Noise floor of the recordings over what the three numbers above make of it.
+    """
+
+    inertia: float
+    density: float
+    position_noise: float
+    count: float
+    sampling_s: float
+    floor_ratio: float = 1.0
+
+    @classmethod
+    def of_recordings(
+        cls, data: AxisData, inertia: float, floor: float, sampling_s: float, count: float
+    ) -> "Instruments":
+        """The noise of recordings; `floor` is their noise floor."""
+        density = max(s.effort_noise**2 / s.band.cutoff_hz for s in data.segments)
+        noise = max(s.position_noise for s in data.segments)
+        plain = cls(inertia, density, noise, count, sampling_s)
+        expected = max(plain.floor(s.band) for s in data.segments)
+        return replace(plain, floor_ratio=floor / max(expected, _TINY))
+
+    def band(self, motion: Motion) -> Band:
+        """The band in which a motion would be compared, from its acceleration and the noise."""
+        allowed = ACCELERATION_NOISE_SHARE * float(np.std(motion.acceleration))
+        at_one_hz = acceleration_noise(self.position_noise, 1.0, self.sampling_s)
+        duration_s = float(motion.time_s[-1])
+        ceiling_hz = 1.0 / (SAMPLED_PER_PERIOD * self.sampling_s)
+        widest_hz = (allowed / max(at_one_hz, _TINY)) ** 0.4  # that noise grows as f^2.5
+        widest_hz = min(max(widest_hz, FEWEST_CUTOFF_PERIODS / duration_s), ceiling_hz)
+        band = balanced_band(
+            self.inertia, self.position_noise, self.density, widest_hz, self.sampling_s
+        )
+        most_hz = MOST_SAMPLES / (SAMPLES_PER_CUTOFF_PERIOD * duration_s)
+        return replace(band, cutoff_hz=min(band.cutoff_hz, most_hz))
+
+    def floor(self, band: Band) -> float:
+        """Noise floor in a band."""
+        frequency_hz = np.linspace(0.0, 3.0 * band.cutoff_hz, 301)
+        above = self.inertia * (2.0 * np.pi * frequency_hz) ** 2 * self.position_noise
+        both = self.density + 2.0 * self.sampling_s * above**2
+        power = float(np.trapezoid(both * band.power(frequency_hz), frequency_hz))
+        return self.floor_ratio * math.sqrt(power)
+
+    def motion(self, motion: Multisine | Staircase, duration_s: float) -> Motion:
+        """The captured part of a motion, exactly as it is commanded."""
+        times = np.arange(0.0, duration_s, STEP_S)
+        wanted = reference(motion, times, 1.0, 0.0)
+        return Motion.known(
+            times, wanted.position_rad, wanted.velocity_rad_s, wanted.acceleration_rad_s2
+        )
+
+    def compared(self, motion: Motion, others: Mapping[str, Motion]) -> Compared | None:
+        """The samples of a planned motion; None where hardly any shows the axis in motion."""
+        band, period_s = self.band(motion), float(motion.time_s[1] - motion.time_s[0])
+        unknown = direction_unknown(motion.position, self.position_noise, band.cutoff_hz, period_s)
+        weight = direction_weight(unknown, band.cutoff_hz, period_s)
+        smear = int(np.ceil(SMEAR_PERIODS / (band.cutoff_hz * period_s)))
+        aliased = aliasing_mask(motion, self.count, band.cutoff_hz, period_s, smear)
+        index = decimated(len(weight), band.cutoff_hz, period_s)
+        passed = band.lowpass(weight, period_s)
+        usable = (passed[index] > LEAST_WEIGHT) & ~aliased[index]
+        index = index[usable & (index >= run_in(motion.position))]
+        if len(index) < FEWEST_SAMPLES:
+            return None
+
+        def predicted(axis: AxisModel) -> Array:
+            return inverse_effort(axis, motion, others)
+
+        def filtered(efforts: Array) -> Array:
+            return np.asarray(band.lowpass(weight * efforts, period_s)[..., index])
+
+        def shifted(effort: Array) -> Array:
+            return filtered(np.gradient(effort)[None])
+
+        return Compared(predicted, filtered, shifted, self.floor(band))

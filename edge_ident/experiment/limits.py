@@ -1,0 +1,225 @@
+"""What a motion asks of an axis, and what the axis allows.
+
+A motion is followed from rest to rest: the lead-in, what is recorded, and the way to a stop. The
+worst of all loops that the axis may have counts, and every instant may be the beginning of a stop.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from edge_ident.drive.description import DriveAxis
+from edge_ident.experiment.loops import Loops
+from firmware_interface.board_types import AxisLimits
+from firmware_interface.motion import (
+    STOP_TIME_S,
+    Multisine,
+    Staircase,
+    reference,
+    stop_duration_s,
+    stopping_reference,
+)
+
+Array = NDArray[np.float64]
+
+MARGIN: Final = 0.1
+"""Share of each limit that a motion stays away from it, overshoot included. It is for what a linear
+loop does not show: friction that lets go, parts that bend, noise that the controller answers."""
+_STEP_S: Final = 0.02
+"""Of the looks at a motion: thirty in a period of the fastest line."""
+_SETTLING_S: Final = 3.0
+"""In which the slowest loop comes to rest."""
+_TINY: Final = float(np.finfo(float).tiny)
+
+
+@dataclass(frozen=True)
+class Use:
+    """Largest absolute values: of a motion, or those that an axis allows.
+
+    Attributes
+    ----------
+    travel_rad : float
+        Distance from zero; of a motion, with the way to a stop.
+    speed_rad_s, acceleration_rad_s2, effort_nm : float
+    following_rad : float
+        Distance from the reference; a limit of a board alone.
+    """
+
+    travel_rad: float
+    speed_rad_s: float
+    acceleration_rad_s2: float
+    effort_nm: float
+    following_rad: float
+
+    @classmethod
+    def of_drive(cls, axis: DriveAxis) -> "Use":
+        """The limits of a drive description."""
+        return cls(
+            axis.travel_limit_rad,
+            axis.speed_limit_rad_s,
+            axis.acceleration_limit_rad_s2,
+            axis.effort_limit_nm,
+            math.inf,
+        )
+
+    @classmethod
+    def of_board(cls, limits: AxisLimits) -> "Use":
+        """The limits that a board enforces."""
+        return cls(
+            limits.travel_rad,
+            limits.speed_rad_s,
+            limits.acceleration_rad_s2,
+            limits.effort_nm,
+            limits.following_error_rad,
+        )
+
+    def smaller(self, other: "Use") -> "Use":
+        """The smaller of each of two limits."""
+        return Use(
+            min(self.travel_rad, other.travel_rad),
+            min(self.speed_rad_s, other.speed_rad_s),
+            min(self.acceleration_rad_s2, other.acceleration_rad_s2),
+            min(self.effort_nm, other.effort_nm),
+            min(self.following_rad, other.following_rad),
+        )
+
+    def times(self, share: float) -> "Use":
+        """All of them, scaled."""
+        return Use(
+            share * self.travel_rad,
+            share * self.speed_rad_s,
+            share * self.acceleration_rad_s2,
+            share * self.effort_nm,
+            share * self.following_rad,
+        )
+
+    def within(self, other: "Use") -> bool:
+        """Whether none is larger than another's."""
+        return self.of(other) <= 1.0
+
+    def of(self, limit: "Use") -> float:
+        """The largest share of a limit."""
+        return max(
+            self.travel_rad / limit.travel_rad,
+            self.speed_rad_s / limit.speed_rad_s,
+            self.acceleration_rad_s2 / limit.acceleration_rad_s2,
+            self.effort_nm / max(limit.effort_nm, _TINY),
+            self.following_rad / limit.following_rad,
+        )
+
+
+@dataclass(frozen=True)
+class Load:
+    """What the effort of an axis is made of, in the eyes of one explanation.
+
+    Attributes
+    ----------
+    base : (4,) array
+        Base parameters.
+    added_nm : float
+        What its causes add to the peak of the base model's effort; negative where they lower it.
+    arrives : float
+        Share of the largest command that the actuator gives.
+    """
+
+    base: Array
+    added_nm: float = 0.0
+    arrives: float = 1.0
+
+    @property
+    def static_nm(self) -> float:
+        """What friction, offset and causes take, at most, at any speed."""
+        return max(float(abs(self.base[2]) + abs(self.base[3])) + self.added_nm, 0.0)
+
+    @property
+    def moving(self) -> "Load":
+        """Inertia and viscous friction alone."""
+        return replace(self, base=self.base * [1.0, 1.0, 0.0, 0.0], added_nm=0.0)
+
+
+@dataclass(frozen=True)
+class Allowed:
+    """What one axis may be asked for.
+
+    Attributes
+    ----------
+    limit : Use
+    loops : Loops
+    stop_speed_rad_s : float
+        Fastest that any axis may be: all stop in the same time.
+    """
+
+    limit: Use
+    loops: Loops
+    stop_speed_rad_s: float
+
+    @property
+    def with_margin(self) -> Use:
+        """The limits less the margin."""
+        return self.limit.times(1.0 - MARGIN)
+
+    def uses(
+        self,
+        motion: Multisine | Staircase,
+        duration_s: float,
+        lead_in_s: float,
+        loads: Sequence[Load],
+    ) -> tuple[Use, Use]:
+        """What a motion asks for: as commanded of the first load, and at worst of any."""
+        position, velocity, acceleration = _from_rest_to_rest(motion, duration_s, lead_in_s)
+        stop_s = stop_duration_s(self.stop_speed_rad_s)
+        behind, rate, change = self.loops.followed(velocity, acceleration, _STEP_S)
+        commanded = _use(position, velocity, acceleration, stop_s, loads[:1])
+        worst = _use(
+            np.vstack([position, position + behind]),
+            np.vstack([velocity, rate]),
+            np.vstack([acceleration, change]),
+            stop_s,
+            loads,
+        )
+        given_way = max(load.static_nm for load in loads) / self.loops.stiffness
+        return commanded, replace(worst, following_rad=_most(behind) + given_way)
+
+
+def _from_rest_to_rest(
+    motion: Multisine | Staircase, duration_s: float, lead_in_s: float
+) -> tuple[Array, Array, Array]:
+    """Position, velocity and acceleration (N,) from the lead-in until all has settled."""
+    times = np.arange(-math.floor(lead_in_s / _STEP_S), math.ceil(duration_s / _STEP_S)) * _STEP_S
+    moving = reference(motion, times, lead_in_s, 0.0)
+    end_s = max(stop_duration_s(float(moving.velocity_rad_s[-1])), STOP_TIME_S)
+    after = np.arange(1, math.ceil((end_s + _SETTLING_S) / _STEP_S)) * _STEP_S
+    stop = stopping_reference(
+        float(moving.position_rad[-1]), float(moving.velocity_rad_s[-1]), after, end_s
+    )
+    return (
+        np.concatenate([moving.position_rad, stop.position_rad]),
+        np.concatenate([moving.velocity_rad_s, stop.velocity_rad_s]),
+        np.concatenate([moving.acceleration_rad_s2, stop.acceleration_rad_s2]),
+    )
+
+
+def _use(
+    position: Array, velocity: Array, acceleration: Array, stop_s: float, loads: Sequence[Load]
+) -> Use:
+    direction = np.sign(velocity)
+    efforts = []
+    for load in loads:
+        inertia, viscous, coulomb, offset = load.base
+        effort = inertia * acceleration + viscous * velocity + coulomb * direction + offset
+        efforts.append((_most(effort) + load.added_nm) / load.arrives)
+    return Use(
+        max(_most(position), _most(position + 0.5 * stop_s * velocity)),
+        _most(velocity),
+        _most(acceleration),
+        max(efforts),
+        0.0,
+    )
+
+
+def _most(values: Array) -> float:
+    return float(np.max(np.abs(values)))

@@ -1,0 +1,187 @@
+"""The front door: design the motion that separates what a diagnosis leaves open."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from edge_ident.diagnosis.result import AxisDiagnosis, Diagnosis
+from edge_ident.drive.description import Drive, load_drive
+from edge_ident.errors import DataError
+from edge_ident.experiment.axis_case import AxisCase, axis_case
+from edge_ident.experiment.design import Found, found, kinds
+from edge_ident.experiment.distance import error_probability
+from edge_ident.experiment.limits import MARGIN, Allowed, Use
+from edge_ident.experiment.loops import Loops
+from edge_ident.experiment.result import AxisUse, MotionPlan, PlannedPair
+from edge_ident.signals.recording import Recording
+from firmware_interface.board_types import AxisLimits
+from firmware_interface.gains import AxisGains
+
+
+@dataclass(frozen=True)
+class BoardSide:
+    """What a board knows, and no drive description: its limits, the gains in force, its delay.
+
+    Attributes
+    ----------
+    limits : mapping of axis name to AxisLimits
+    gains : mapping of axis name to AxisGains
+    control_delay_s : float
+    """
+
+    limits: Mapping[str, AxisLimits]
+    gains: Mapping[str, AxisGains]
+    control_delay_s: float
+
+
+def plan_motion(
+    diagnosis: Diagnosis,
+    recordings: Sequence[Recording],
+    drive: Drive | None = None,
+    *,
+    board: BoardSide | None = None,
+    duration_s: float | None = None,
+    seed: int = 0,
+    budget: float = 1.0,
+) -> MotionPlan:
+    """Design the motion that separates the causes that a diagnosis cannot tell apart.
+
+    Parameters
+    ----------
+    diagnosis : Diagnosis
+    recordings : sequence of Recording
+        Those of the diagnosis.
+    drive : Drive, optional
+        Its limits are kept; without one, the built-in feed drive's.
+    board : BoardSide, optional
+        The board's own limits are kept too, and its loop is the one that may overshoot.
+    duration_s : float, optional
+        Of the recorded motion; default from the drive description.
+    seed : int
+        Of the search: the same for the same input.
+    budget : float
+        Length of the search; at 1 it takes one to two seconds.
+
+    Returns
+    -------
+    MotionPlan
+
+    Raises
+    ------
+    DataError
+        The drive description has other axes or units than the recordings, or its effort limit
+        leaves nothing beyond friction.
+
+    Examples
+    --------
+    >>> import edge_ident
+    >>> recording = edge_ident.simulate()
+    >>> plan = edge_ident.plan_motion(edge_ident.diagnose([recording]), [recording])
+    >>> sorted({pair.first for pair in plan.pairs if pair.separated})
+    ['actuator_deadband', 'load_dependent_friction']
+    """
+    drive = load_drive() if drive is None else drive
+    _check_axes(diagnosis, drive)
+    duration_s = drive.trajectory().duration_s if duration_s is None else duration_s
+    allowed = _allowed(diagnosis, drive, board)
+    lead_in_s = _longest_lead_in_s(drive, allowed)
+    cases = {
+        name: axis_case(name, axis, recordings, drive, allowed[name], duration_s, lead_in_s)
+        for name, axis in diagnosis.axes.items()
+    }
+    left_out = tuple(left for name, case in cases.items() for left in case.rivals.reported(name))
+    words = next(iter(allowed.values())).loops.words
+    if not any(case.problem.pairs for case in cases.values()):
+        return MotionPlan(None, {}, (), left_out, MARGIN, words, 0)
+    every = [
+        found(kind, drive, cases, duration_s, lead_in_s, seed, budget) for kind in kinds(duration_s)
+    ]
+    chosen = _chosen(every)
+    pairs = _pairs(cases, every, chosen)
+    tried = sum(one.tried for one in every)
+    if not any(pair.separated for pair in pairs):
+        pairs = tuple(replace(pair, after=0.0, error_probability=0.5) for pair in pairs)
+        return MotionPlan(None, {}, pairs, left_out, MARGIN, words, tried)
+    uses = {name: AxisUse(*chosen.uses[name], allowed[name].limit) for name in cases}
+    return MotionPlan(chosen.trajectory, uses, pairs, left_out, MARGIN, words, tried)
+
+
+def _allowed(diagnosis: Diagnosis, drive: Drive, board: BoardSide | None) -> dict[str, Allowed]:
+    """What each axis may be asked for."""
+    limits = {name: Use.of_drive(axis) for name, axis in drive.axes.items()}
+    if board is not None:
+        limits = {n: use.smaller(Use.of_board(board.limits[n])) for n, use in limits.items()}
+    fastest = max(use.speed_rad_s for use in limits.values())
+    return {
+        name: Allowed(limits[name], _loops(name, axis, board), fastest)
+        for name, axis in diagnosis.axes.items()
+    }
+
+
+def _loops(name: str, axis: AxisDiagnosis, board: BoardSide | None) -> Loops:
+    if board is None:
+        return Loops.unknown()
+    inertia, viscous, _, _ = axis.extended.estimate.parameters.tolist()
+    return Loops.known(board.gains[name], inertia, viscous, board.control_delay_s)
+
+
+def _longest_lead_in_s(drive: Drive, allowed: Mapping[str, Allowed]) -> float:
+    """A lead-in that moves at no more than half of the speed limits, from rest in the middle.
+
+    The quintic that blends it in moves at 15/8 of its mean speed.
+    """
+    slowest = max(
+        1.875 * one.limit.travel_rad / (0.5 * one.limit.speed_rad_s) for one in allowed.values()
+    )
+    return max(drive.lead_in_s, slowest)
+
+
+def _chosen(every: Sequence[Found]) -> Found:
+    """The better kind: pairs within nobody's reach do not count."""
+    reachable = {
+        name: np.max([one.best[name] / one.needed[name] for one in every], axis=0) >= 1.0
+        for name in every[0].distances
+    }
+    return max(every, key=lambda one: one.value(reachable))
+
+
+def _pairs(
+    cases: Mapping[str, AxisCase], every: Sequence[Found], chosen: Found
+) -> tuple[PlannedPair, ...]:
+    found = []
+    for name, apart in chosen.distances.items():
+        case = cases[name]
+        best = np.max([one.best[name] for one in every], axis=0)
+        for k, pair in enumerate(case.problem.pairs):
+            found.append(
+                PlannedPair(
+                    axis=name,
+                    first=pair.first.effect,
+                    second=None if pair.second is None else pair.second.effect,
+                    why=pair.why,
+                    before=float(case.before[k]),
+                    after=float(apart[k]),
+                    best=float(best[k]),
+                    needed=float(chosen.needed[name][k]),
+                    error_probability=error_probability(float(apart[k])),
+                )
+            )
+    return tuple(found)
+
+
+def _check_axes(diagnosis: Diagnosis, drive: Drive) -> None:
+    """Raise DataError where limits and recordings cannot be compared."""
+    for name, axis in diagnosis.axes.items():
+        if name not in drive.axes:
+            raise DataError(
+                f"the drive description has axes {', '.join(drive.axes)}, the recordings {name}",
+                "give the description of this drive with --drive, or rename columns with --column",
+            )
+        units = (axis.model.position_unit, axis.model.effort_unit)
+        if units != ("rad", "N*m"):
+            raise DataError(
+                f"axis {name} was recorded in {units[0]} and {units[1]}, the limits of a drive "
+                "description are in rad and N*m",
+                "convert the recording with --unit, --resolution or --torque-constant",
+            )

@@ -1,0 +1,203 @@
+"""Rivals: explanations of one axis that its recordings do not tell apart.
+
+A cause and its inseparable alternatives are rivals of each other. A suspected cause is a rival of
+its absence, and so is an effect that the recordings could not have shown. The latter has no fitted
+size. It is taken at the size from which the diagnosis calls it not testable.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from itertools import combinations
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from edge_ident.diagnosis.fit.candidates import Candidate, grid, term
+from edge_ident.diagnosis.result import AxisDiagnosis, Cause
+from edge_ident.diagnosis.select.thresholds import NOT_TESTABLE
+from edge_ident.experiment.columns import term_effort
+from edge_ident.experiment.compared import Compared
+from edge_ident.experiment.result import LeftOut, Why
+from edge_ident.model.effects import named
+from edge_ident.model.model import AxisModel, Term
+from edge_ident.model.search import Excitation, Form
+from edge_ident.signals.metrics import rms
+
+Array = NDArray[np.float64]
+
+_SMALL: Final = 1e-6
+"""Amplitude at which all effects are nearly linear."""
+_TIED: Final = "it belongs to the time of its recording: repeat the recording"
+
+
+@dataclass(frozen=True)
+class Pair:
+    """Two explanations beside the terms that both have.
+
+    Attributes
+    ----------
+    first : Term
+    second : Term or None
+        None for the absence of the first.
+    others : tuple of Term
+        Accepted causes, and effects that the axis is known to have.
+    why : Why
+    """
+
+    first: Term
+    second: Term | None
+    others: tuple[Term, ...]
+    why: Why
+
+    @property
+    def terms(self) -> tuple[Term, ...]:
+        """Its own one or two."""
+        return (self.first,) if self.second is None else (self.first, self.second)
+
+
+@dataclass(frozen=True)
+class Rivals:
+    """All pairs of one axis, and what no motion can test.
+
+    Attributes
+    ----------
+    pairs : tuple of Pair
+    left_out : mapping of effect to reason
+    """
+
+    pairs: tuple[Pair, ...]
+    left_out: Mapping[str, str]
+
+    def reported(self, axis: str) -> tuple[LeftOut, ...]:
+        """What was left out, for the result."""
+        return tuple(LeftOut(axis, effect, reason) for effect, reason in self.left_out.items())
+
+
+@dataclass(frozen=True)
+class Typical:
+    """At which size an effect is tested that no recording has shown.
+
+    Attributes
+    ----------
+    base : AxisModel
+        The base term alone.
+    excitation : Excitation
+    reference : Compared
+        A lively motion, along which the effect has this size.
+    effort : float
+        Rms of the base model's effort along it.
+    source : str or None
+        Another axis that moves.
+    """
+
+    base: AxisModel
+    excitation: Excitation
+    reference: Compared
+    effort: float
+    source: str | None
+
+    def term_of(self, name: str) -> Term | None:
+        """The effect with typical nonlinear parameters; None where this motion shows none of it."""
+        for form in named(name).search.forms:
+            if form.coupled and self.source is None:
+                continue
+            if form.rotary and self.base.position_unit != "rad":
+                continue
+            return self._sized(Candidate(name, form, self.source if form.coupled else None))
+        return None
+
+    def _sized(self, candidate: Candidate) -> Term | None:
+        """All linear parameters contribute alike, as the diagnosis tests for it."""
+        points = grid(candidate, self.excitation)
+        middle = {name: float(np.sort(values)[len(values) // 2]) for name, values in points.items()}
+        if not candidate.form.linear:
+            return term(candidate, middle, {})
+        lengths = {
+            name: self._length(term(candidate, middle, {name: _SMALL}))
+            for name in candidate.form.linear
+        }
+        if min(lengths.values()) <= np.finfo(float).eps * self.effort:
+            return None
+        linear = {name: _SMALL / length for name, length in lengths.items()}
+        together = self._length(term(candidate, middle, {n: _SMALL * v for n, v in linear.items()}))
+        scale = NOT_TESTABLE.value * self.effort * _SMALL / together
+        bounds = named(candidate.effect).bounds
+        sized = {n: float(np.clip(scale * v, *bounds[n])) for n, v in linear.items()}
+        return term(candidate, middle, sized)
+
+    def _length(self, small: Term) -> float:
+        return rms(term_effort(self.reference, self.base, small))
+
+
+def rivals(axis: AxisDiagnosis, typical: Typical) -> Rivals:
+    """What the diagnosis of an axis leaves open."""
+    left_out: dict[str, str] = {}
+    pairs: list[Pair] = []
+    for cause in axis.causes:
+        others = _without(axis.model.terms[1:], cause.term)
+        pairs += _apart(cause, others, left_out)
+    known = axis.model.terms[1:]
+    for cause in axis.suspected:
+        if named(cause.term.effect).tied_to_time:
+            left_out[cause.term.effect] = _TIED
+            continue
+        pairs += _apart(cause, known, left_out)
+        pairs.append(Pair(cause.term, None, known, Why.SUSPECTED))
+    seen = {t.effect for pair in pairs for t in pair.terms}
+    for missing in axis.not_testable:
+        if missing.effect in seen:
+            continue
+        if named(missing.effect).tied_to_time:
+            left_out[missing.effect] = _TIED
+            continue
+        found = typical.term_of(missing.effect)
+        if found is None:
+            left_out[missing.effect] = "no motion of this drive alone shows it"
+        else:
+            pairs.append(Pair(found, None, known, Why.UNTESTED))
+    return Rivals(tuple(pairs), left_out)
+
+
+def _apart(cause: Cause, others: tuple[Term, ...], left_out: dict[str, str]) -> Iterator[Pair]:
+    """Pairs of a cause and its inseparable alternatives.
+
+    What is tied to time does not come back with the motion: there its absence is the rival.
+    """
+    found = [a.term for a in cause.alternatives if not a.separable and a.term is not None]
+    if not found:
+        return
+    lasting = [t for t in (cause.term, *found) if not named(t.effect).tied_to_time]
+    if not lasting:
+        left_out[cause.term.effect] = _TIED
+    if len(lasting) <= len(found):
+        yield from (Pair(t, None, others, Why.ALTERNATIVE) for t in lasting)
+    for first, second in combinations(lasting, 2):
+        yield Pair(first, second, others, Why.ALTERNATIVE)
+
+
+def _without(terms: tuple[Term, ...], left: Term) -> tuple[Term, ...]:
+    """Terms but the one of this effect that is nearest in its values."""
+    same = [t for t in terms if (t.effect, t.source_axis) == (left.effect, left.source_axis)]
+    if not same:
+        return terms
+    nearest = min(same, key=lambda t: _difference(t, left))
+    return tuple(t for t in terms if t is not nearest)
+
+
+def _difference(one: Term, other: Term) -> float:
+    names = other.values.keys() & one.values.keys()
+    return float(sum(abs(float(one.values[n]) - float(other.values[n])) for n in names))
+
+
+def form_of(found: Term) -> Form:
+    """The simplest form of its effect that has all nonzero parameters of a term."""
+    nonzero = {name for name, value in found.values.items() if float(value) != 0.0}
+    forms = [
+        form
+        for form in named(found.effect).search.forms
+        if nonzero <= {*form.linear, *form.nonlinear}
+        and form.coupled == (found.source_axis is not None)
+    ]
+    every = named(found.effect).search.forms
+    return min(forms or every, key=lambda form: len(form.linear) + len(form.nonlinear))

@@ -1,0 +1,282 @@
+"""The search for the motion of one axis: random shapes, and changes of the best of them.
+
+As many pairs as possible are to be separated; then the smallest distance of all pairs, over what
+each needs, is to be largest (maximin). A pair that no drawn motion brings near what it needs does
+not count in it: it would decide alone, and not be separated for that. Such pairs are searched for
+once more, each by itself, so that the result can say how far apart the best motion brings them. The
+search is the same for the same input.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from edge_ident.experiment.columns import Columns, Key, base_columns, key, term_columns
+from edge_ident.experiment.compared import Compared, Instruments
+from edge_ident.experiment.distance import Judge, distance
+from edge_ident.experiment.limits import Allowed, Load
+from edge_ident.experiment.rivals import Pair
+from edge_ident.experiment.shapes import Shape
+from edge_ident.model.effect import Motion
+from edge_ident.model.effects import named
+from edge_ident.model.model import AxisModel, Term
+from firmware_interface.motion import Multisine, Staircase
+
+Array = NDArray[np.float64]
+
+_DRAWN: Final = 0.5
+"""Share of the evaluations that draw new shapes; the others change the best."""
+_WITHIN_REACH: Final = 0.5
+"""Distance over what is needed, from which changes may still separate a pair."""
+_STEP: Final = 0.4
+"""First relative change of amplitudes."""
+_GROWS: Final = 1.5
+_SHRINKS: Final = 0.87
+"""Changes of the step after a success and after a failure: level at one success in five (Rechenberg
+1973)."""
+_LEAST_EFFORT: Final = 0.1
+"""Share of the effort limit that is tried for inertia and viscous friction, at least: the effort of
+some causes falls with the motion."""
+_ALONE: Final = 0.25
+"""Share of the evaluations for pairs that are not separated yet, each by itself."""
+_MOST_ALONE: Final = 2
+
+
+@dataclass(frozen=True)
+class Problem:
+    """What the motion of one axis is designed for.
+
+    Attributes
+    ----------
+    base : AxisModel
+        The base term alone.
+    pairs : tuple of Pair
+    judge : Judge
+    instruments : Instruments
+    allowed : Allowed
+    bases : mapping of Key to AxisModel
+        The base term beside each rival, as the recordings show it.
+    loads : tuple of Load
+        Of each explanation that the recordings do not contradict.
+    explanations : tuple of tuple of Term
+        The causes in the eyes of each.
+    others : mapping of axis name to motion
+        How the other axes move.
+    duration_s, lead_in_s : float
+    """
+
+    base: AxisModel
+    pairs: tuple[Pair, ...]
+    judge: Judge
+    instruments: Instruments
+    allowed: Allowed
+    bases: Mapping[Key, AxisModel]
+    loads: tuple[Load, ...]
+    explanations: tuple[tuple[Term, ...], ...]
+    others: Mapping[str, Multisine | Staircase]
+    duration_s: float
+    lead_in_s: float
+
+    @property
+    def terms(self) -> tuple[Term, ...]:
+        """All different terms."""
+        every = [t for pair in self.pairs for t in (*pair.terms, *pair.others)]
+        return tuple({key(t): t for t in every}.values())
+
+    def sized(self, shape: Shape) -> Multisine | Staircase:
+        """A shape as large as the limits allow beside the friction and the causes of any rival."""
+        limit = self.allowed.with_margin
+        moving = []
+        for load in self.loads:
+            given = load.arrives * limit.effort_nm
+            left = max(given - load.static_nm, _LEAST_EFFORT * given)
+            moving.append(replace(load.moving, arrives=load.arrives * left / given))
+        unit = self.allowed.uses(shape.motion(1.0), self.duration_s, self.lead_in_s, moving)[1]
+        return shape.motion(shape.share / unit.of(limit))
+
+    def beside(self, others: Mapping[str, Multisine | Staircase]) -> "Problem":
+        """The same where the other axes move like this."""
+        return replace(self, others=others)
+
+    def compared(self, motion: Multisine | Staircase) -> Compared | None:
+        """The samples of a motion; None where hardly one shows the axis in motion."""
+        sources = {t.source_axis for t in self.terms}
+        others: dict[str, Motion] = {
+            name: self.instruments.motion(other, self.duration_s)
+            for name, other in self.others.items()
+            if name in sources
+        }
+        moved = self.instruments.motion(motion, self.duration_s)
+        return self.instruments.compared(moved, others)
+
+    def needed(self, samples: int = 100) -> Array:
+        """Distances (P,) that all pairs need."""
+        return np.array([self.judge.needed(pair, samples) for pair in self.pairs])
+
+    def loaded(self, seen: "Distances | None") -> tuple[Load, ...]:
+        """The loads with the effort of the causes that a motion shows."""
+        if seen is None:
+            return self.loads
+        return tuple(
+            replace(load, added_nm=added)
+            for load, added in zip(self.loads, seen.added_nm, strict=True)
+        )
+
+    def distances(self, motion: Multisine | Staircase) -> "Distances | None":
+        """How far apart a motion brings all pairs; None where hardly a sample shows it."""
+        compared = self.compared(motion)
+        if compared is None:
+            return None
+        base, terms = base_columns(compared, self.base), self.terms
+        found = term_columns(compared, [(self.bases.get(key(t), self.base), t) for t in terms])
+        columns: dict[Key, Columns] = dict(zip(map(key, terms), found, strict=True))
+        return Distances(
+            np.array([distance(pair, base, columns, compared.noise) for pair in self.pairs]),
+            self.needed(len(base.effort)),
+            tuple(
+                _added(load.base @ base.raw, [columns[key(t)].raw for t in terms if not acts(t)])
+                for load, terms in zip(self.loads, self.explanations, strict=True)
+            ),
+        )
+
+
+def acts(term: Term) -> bool:
+    """Whether an effect lies in the actuator: it changes what arrives, and not what is needed."""
+    return named(term.effect).overrides("torque")
+
+
+def _added(base: Array, causes: Sequence[Array]) -> float:
+    """What causes (N,) add to the peak of a base effort (N,); negative where they lower it."""
+    together = base + sum(causes)
+    return float(np.max(np.abs(together)) - np.max(np.abs(base)))
+
+
+@dataclass(frozen=True)
+class Distances:
+    """How far apart a motion brings the pairs of an axis.
+
+    Attributes
+    ----------
+    apart, needed : (P,) arrays
+    added_nm : tuple of float
+        What the causes of each explanation add to the peak effort of its base model.
+    """
+
+    apart: Array
+    needed: Array
+    added_nm: tuple[float, ...]
+
+
+@dataclass
+class Best:
+    """What a search has found so far.
+
+    Attributes
+    ----------
+    shape : Shape or None
+    motion : Multisine or Staircase or None
+    scores : (P,) array
+        Of that motion.
+    of_pairs : (P,) array
+        The largest of all motions, pair by pair.
+    tried : int
+    """
+
+    pairs: int
+    shape: Shape | None = None
+    motion: Multisine | Staircase | None = None
+    scores: Array = field(init=False)
+    of_pairs: Array = field(init=False)
+    tried: int = 0
+
+    def __post_init__(self) -> None:
+        self.scores = np.zeros(self.pairs)
+        self.of_pairs = np.zeros(self.pairs)
+
+
+def value(scores: Array, counted: NDArray[np.bool_]) -> tuple[int, float]:
+    """What is to be largest: the separated pairs, then the smallest distance of those counted."""
+    smallest = float(np.min(scores[counted])) if np.any(counted) else float(np.max(scores))
+    return int(np.count_nonzero(scores >= 1.0)), smallest
+
+
+def search(
+    problem: Problem,
+    draw: Callable[[np.random.Generator], Shape],
+    known: Sequence[Shape],
+    rng: np.random.Generator,
+    evaluations: int,
+) -> Best:
+    """Search for the motion of one axis.
+
+    Parameters
+    ----------
+    problem : Problem
+    draw : callable
+        Draws a shape.
+    known : sequence of Shape
+        Usual motions; they are tried first.
+    rng : Generator
+    evaluations : int
+    """
+    best = Best(len(problem.pairs))
+    drawn = max(int(_DRAWN * evaluations) - len(known), 1)
+    tried = [_evaluated(problem, s, best) for s in (*known, *(draw(rng) for _ in range(drawn)))]
+    counted = best.of_pairs >= _WITHIN_REACH
+    _keep(best, tried, counted)
+    alone_each = int(_ALONE * evaluations)
+    _refine(problem, best, counted, rng, evaluations - best.tried - alone_each)
+    hard = np.flatnonzero(best.of_pairs < 1.0)[:_MOST_ALONE]
+    if not len(hard):
+        _refine(problem, best, counted, rng, alone_each)
+    for place in hard:
+        alone = np.arange(len(problem.pairs)) == place
+        other = Best(len(problem.pairs))
+        _keep(other, tried, alone)
+        _refine(problem, other, alone, rng, alone_each // len(hard))
+        best.of_pairs = np.maximum(best.of_pairs, other.of_pairs)
+        best.tried += other.tried
+        if other.motion is not None and value(other.scores, counted | alone) > value(
+            best.scores, counted | alone
+        ):
+            best.shape, best.motion, best.scores = other.shape, other.motion, other.scores
+    return best
+
+
+_Tried = tuple[Shape, Multisine | Staircase, Array]
+
+
+def _evaluated(problem: Problem, shape: Shape, best: Best) -> _Tried:
+    motion = problem.sized(shape)
+    best.tried += 1
+    seen = problem.distances(motion)
+    scores = np.zeros(len(problem.pairs)) if seen is None else seen.apart / seen.needed
+    best.of_pairs = np.maximum(best.of_pairs, scores)
+    return shape, motion, scores
+
+
+def _keep(best: Best, tried: Sequence[_Tried], counted: NDArray[np.bool_]) -> None:
+    shape, motion, scores = max(tried, key=lambda one: value(one[2], counted))
+    best.shape, best.motion, best.scores = shape, motion, scores
+
+
+def _refine(
+    problem: Problem,
+    best: Best,
+    counted: NDArray[np.bool_],
+    rng: np.random.Generator,
+    evaluations: int,
+) -> None:
+    """Change the best shape; what is better takes its place."""
+    step = _STEP
+    for _ in range(evaluations if best.shape is not None else 0):
+        assert best.shape is not None
+        one = _evaluated(problem, best.shape.changed(rng, step), best)
+        better = value(one[2], counted) > value(best.scores, counted)
+        step *= _GROWS if better else _SHRINKS
+        step = min(max(step, 0.02), 1.0)
+        if better:
+            _keep(best, [one], counted)

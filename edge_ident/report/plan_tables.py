@@ -1,0 +1,185 @@
+"""A designed motion as JSON document, and as tables for the terminal."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from rich.box import SIMPLE_HEAD
+from rich.console import Group, RenderableType
+from rich.text import Text
+
+from edge_ident.diagnosis.present.wording import spoken
+from edge_ident.drive.motion_files import motion_document
+from edge_ident.experiment.result import AxisUse, MotionPlan, PlannedPair, Why
+from edge_ident.support.json_text import finite
+from edge_ident.support.tables import FittingTable
+from firmware_interface.motion import Multisine, Staircase
+
+
+def plan_document(plan: MotionPlan, file: Path | None) -> dict[str, Any]:
+    """Schema edge-ident/plan/1.
+
+    Parameters
+    ----------
+    plan : MotionPlan
+    file : Path or None
+        Where the motion was written.
+    """
+    return {
+        "schema": "edge-ident/plan/1",
+        "conclusion": conclusion(plan),
+        "motion": None if plan.trajectory is None else motion_document(plan.trajectory),
+        "motion_file": None if file is None else str(file),
+        "axes": {name: _uses(use) for name, use in plan.axes.items()},
+        "pairs": [
+            {**asdict(pair), "separated": pair.separated, "separable": pair.separable}
+            for pair in plan.pairs
+        ],
+        "left_out": [asdict(left) for left in plan.left_out],
+        "margin": plan.margin,
+        "loops": plan.loops,
+        "tried": plan.tried,
+    }
+
+
+def _uses(use: AxisUse) -> dict[str, dict[str, float | None]]:
+    return {
+        name: {quantity: finite(value) for quantity, value in of.items()}
+        for name, of in asdict(use).items()
+    }
+
+
+def conclusion(plan: MotionPlan) -> str:
+    """What the plan comes to, in one sentence."""
+    if not plan.pairs:
+        return "there is nothing to separate"
+    separated = sum(pair.separated for pair in plan.pairs)
+    if not separated:
+        return "no motion inside the limits separates any of the pairs"
+    every = len(plan.pairs)
+    if separated == every:
+        return "the motion separates " + ("the pair" if every == 1 else f"all {every} pairs")
+    return f"the motion separates {separated} of {every} pairs"
+
+
+def plan_next_step(plan: MotionPlan) -> str:
+    """What to do where there is no motion."""
+    if not plan.pairs:
+        return "nothing to do: one explanation is left for what the recordings show"
+    return "allow the drive more in its description (--drive), or a longer motion (--seconds)"
+
+
+def plan_view(plan: MotionPlan) -> Group:
+    """What is to be separated, the motion of each axis, and what it asks of the drive."""
+    return Group(*_parts(plan))
+
+
+def _parts(plan: MotionPlan) -> Iterator[RenderableType]:
+    yield Text(conclusion(plan), style="bold")
+    if plan.pairs:
+        yield _pairs_table(plan)
+    for pair in plan.inseparable:
+        yield Text(f"  axis {pair.axis}: {inseparable_sentence(pair)}")
+    for left in plan.left_out:
+        yield Text(f"  axis {left.axis}: {spoken(left.effect)} is left out: {left.reason}")
+    if plan.trajectory is None:
+        return
+    yield _motion_table(plan)
+    yield _limits_table(plan)
+    yield Text(
+        f"  every limit less {plan.margin:.0%} is kept with the overshoot of the loop; {plan.loops}"
+    )
+
+
+def inseparable_sentence(pair: PlannedPair) -> str:
+    """That no motion separates a pair, with the number that shows it."""
+    rivals = (
+        f"whether there is {spoken(pair.first)}"
+        if pair.second is None
+        else f"{spoken(pair.first)} and {spoken(pair.second)}"
+    )
+    verb = "show" if pair.second is None else "separate"
+    return (
+        f"no motion inside the limits can {verb} {rivals}: the best reaches a distance of "
+        f"{pair.best:.2g}, needed is {pair.needed:.2g}"
+    )
+
+
+_WHY = {
+    Why.ALTERNATIVE: "one of both",
+    Why.SUSPECTED: "only suspected",
+    Why.UNTESTED: "not testable so far",
+}
+
+
+def _pairs_table(plan: MotionPlan) -> FittingTable:
+    table = _table()
+    for heading in ("axis", "explanation", "or"):
+        table.add_column(heading)
+    table.add_column("because it is")
+    for heading in ("distance on the\nrecordings", "on this\nmotion", "on the\nbest", "needed"):
+        table.add_column(heading, justify="right")
+    for pair in plan.pairs:
+        table.add_row(
+            pair.axis,
+            spoken(pair.first),
+            "not there" if pair.second is None else spoken(pair.second),
+            _WHY[pair.why],
+            f"{pair.before:.1f}",
+            f"{pair.after:.1f}",
+            f"{pair.best:.1f}",
+            f"{pair.needed:.1f}",
+        )
+    return table
+
+
+def _motion_table(plan: MotionPlan) -> FittingTable:
+    assert plan.trajectory is not None
+    table = _table()
+    table.add_column("axis")
+    table.add_column(f"motion, {plan.trajectory.duration_s:.1f} s")
+    for name, motion in plan.trajectory.axes.items():
+        table.add_row(name, "\n".join(_lines(motion)))
+    return table
+
+
+def _lines(motion: Multisine | Staircase) -> Iterator[str]:
+    if isinstance(motion, Staircase):
+        speeds = ", ".join(f"{speed:.3g}" for speed in motion.speeds_rad_s)
+        yield f"speeds of {speeds} rad/s"
+        yield (
+            f"{motion.dwell_s:.3g} s at each, {motion.acceleration_rad_s2:.3g} rad/s² between them"
+        )
+        return
+    for sine in sorted(motion.components, key=lambda s: s.angular_frequency_rad_s):
+        yield (
+            f"{sine.amplitude_rad:.4g} rad at {sine.angular_frequency_rad_s:.4g} rad/s, phase "
+            f"{sine.phase_rad:+.3f} rad"
+        )
+
+
+def _limits_table(plan: MotionPlan) -> FittingTable:
+    table = _table()
+    table.add_column("axis")
+    table.add_column("peak")
+    for heading in ("as commanded", "with overshoot", "limit"):
+        table.add_column(heading, justify="right")
+    for name, use in plan.axes.items():
+        for label, field in (
+            ("distance from zero, stop included (rad)", "travel_rad"),
+            ("speed (rad/s)", "speed_rad_s"),
+            ("acceleration (rad/s²)", "acceleration_rad_s2"),
+            ("effort (N·m)", "effort_nm"),
+            ("distance from the reference (rad)", "following_rad"),
+        ):
+            if field == "following_rad" and not math.isfinite(use.limit.following_rad):
+                continue
+            cells = (getattr(of, field) for of in (use.reference, use.worst, use.limit))
+            table.add_row(name, label, *(f"{value:.3g}" for value in cells))
+    return table
+
+
+def _table() -> FittingTable:
+    return FittingTable(box=SIMPLE_HEAD, padding=(0, 2, 0, 0), pad_edge=False)
