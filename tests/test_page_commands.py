@@ -38,6 +38,7 @@ NOT_RUN: Final = {
     r"python docs/examples/": "tests/test_examples.py runs each",
     r"python tools/(fault_schedules|session_campaign|realtime_capture).py ": "goes on for minutes",
     r"python -m tools\.": "goes on for minutes to hours",
+    r"edge-ident diagnose recording\.csv second": "here, the recording is of another drive",
     r"edge-ident diagnose monday": "stands for any recordings; docs/diagnose.md has one that runs",
     r"podman ": "needs a container engine",
     r"make -C |firmware_interface/\S+/firmware ": "tests/firmware_interface builds and starts it",

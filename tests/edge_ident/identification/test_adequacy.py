@@ -64,7 +64,7 @@ def test_the_answer_is_the_estimate_that_expects_the_smaller_error() -> None:
     """In closed loop the controller answers the rounding of the encoder. Away from reversals, and
     in a band in which this answer does not dominate, it does less than half the harm."""
     truth = reduced_model().axes["x"].parameters
-    found = identify(simulate(motion="multisine", stiff=True), None)
+    found = identify(simulate(motion="multisine"), None)
     axis = found.axes["x"]
     assert axis.source is ParameterSource.WHITENED
     assert axis.estimate is axis.whitened
