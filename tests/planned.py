@@ -106,7 +106,7 @@ def _recording(made: Recordings, drive: int) -> Recording:
 def diagnosed(recording: Recording, cause: str, *alternatives: str) -> Diagnosis:
     """A cause with inseparable alternatives, each fitted alone.
 
-    An alternative that explains next to nothing is left out; where none is left, the cause is only
+    An alternative that explains hardly anything is left out; where none is left, the cause is only
     suspected.
     """
     data = prepare_axis([recording], "x")

@@ -6,7 +6,7 @@ worst of all loops that the axis may have counts, and every instant may be the b
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import astuple, dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -79,23 +79,11 @@ class Use:
 
     def smaller(self, other: "Use") -> "Use":
         """The smaller of each of two limits."""
-        return Use(
-            min(self.travel_rad, other.travel_rad),
-            min(self.speed_rad_s, other.speed_rad_s),
-            min(self.acceleration_rad_s2, other.acceleration_rad_s2),
-            min(self.effort_nm, other.effort_nm),
-            min(self.following_rad, other.following_rad),
-        )
+        return Use(*map(min, astuple(self), astuple(other)))
 
     def times(self, share: float) -> "Use":
         """All of them, scaled."""
-        return Use(
-            share * self.travel_rad,
-            share * self.speed_rad_s,
-            share * self.acceleration_rad_s2,
-            share * self.effort_nm,
-            share * self.following_rad,
-        )
+        return Use(*(share * value for value in astuple(self)))
 
     def within(self, other: "Use") -> bool:
         """Whether none is larger than another's."""

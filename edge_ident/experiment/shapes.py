@@ -148,16 +148,18 @@ class StairShape:
         count = int(rng.integers(2, MAXIMUM_LEVELS // 2 + 1))
         lowest = float(_SLOWEST ** rng.random())
         levels = np.geomspace(lowest, 1.0, count)
-        slot_s = duration_s / (2 * count)
-        ramp_s = 0.5 * slot_s * rng.uniform(0.05, 0.6)
-        return cls(levels, slot_s - 2.0 * ramp_s * float(np.mean(levels)), ramp_s)
+        return cls._filling(duration_s, levels, 0.5 * rng.uniform(0.05, 0.6))
 
     @classmethod
     def usual(cls, duration_s: float) -> "StairShape":
         """Five levels, from a tenth to the fastest."""
-        levels = np.geomspace(0.1, 1.0, 5)
+        return cls._filling(duration_s, np.geomspace(0.1, 1.0, 5), 0.1)
+
+    @classmethod
+    def _filling(cls, duration_s: float, levels: Array, ramp: float) -> "StairShape":
+        """Levels that fill a recording; the longest ramp takes a share of a level's time."""
         slot_s = duration_s / (2 * len(levels))
-        ramp_s = 0.1 * slot_s
+        ramp_s = ramp * slot_s
         return cls(levels, slot_s - 2.0 * ramp_s * float(np.mean(levels)), ramp_s)
 
     def motion(self, size: float) -> Staircase:

@@ -120,8 +120,7 @@ class Vibration(TimedTorque):
     @staticmethod
     def shape(time_s: Array, rng: np.random.Generator, shape: tuple[int, ...]) -> Array:
         """A sinusoid in time, heard from everywhere."""
-        rate = 2 * np.pi * log_uniform(rng, 0.7, 5.0, shape)
-        return np.sin(rate * time_s + rng.uniform(0, 2 * np.pi, shape))
+        return sinusoid(time_s, rng, 0.7, 5.0, shape)
 
 
 @dataclass(frozen=True)
@@ -146,6 +145,14 @@ def row_at(time_s: float, rows: int) -> int:
     """Row of a course (LEAD + N + TAIL, ...) at a time; beyond its ends it repeats N + TAIL."""
     row = round(time_s / SAMPLE_S)
     return LEAD + (row if -LEAD <= row < rows - LEAD else row % (rows - LEAD))
+
+
+def sinusoid(
+    time_s: Array, rng: np.random.Generator, low_hz: float, high_hz: float, shape: tuple[int, ...]
+) -> Array:
+    """A sinusoid in time, of a frequency and phase of every axis's own."""
+    rate = 2 * np.pi * log_uniform(rng, low_hz, high_hz, shape)
+    return np.sin(rate * time_s + rng.uniform(0, 2 * np.pi, shape))
 
 
 def lagged(course: Array, keep: Array) -> Array:

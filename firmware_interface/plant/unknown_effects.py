@@ -13,7 +13,7 @@ from firmware_interface.plant.drives import Array, log_uniform
 from firmware_interface.plant.effect import Effect, Scales, State
 from firmware_interface.plant.functions import Value, sin
 from firmware_interface.plant.motions import LEAD, SAMPLE_S
-from firmware_interface.plant.timed_effects import TimedTorque, lagged, row_at
+from firmware_interface.plant.timed_effects import TimedTorque, lagged, row_at, sinusoid
 
 
 @dataclass(frozen=True)
@@ -145,8 +145,7 @@ class Hum(TimedTorque):
     @staticmethod
     def shape(time_s: Array, rng: np.random.Generator, shape: tuple[int, ...]) -> Array:
         """A sinusoid in time."""
-        rate = 2 * np.pi * log_uniform(rng, 15.0, 90.0, shape)
-        return np.sin(rate * time_s + rng.uniform(0, 2 * np.pi, shape))
+        return sinusoid(time_s, rng, 15.0, 90.0, shape)
 
 
 @dataclass(frozen=True)
