@@ -1,0 +1,98 @@
+"""A network in C: its files, and whether it fits the chip."""
+
+import hashlib
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from edge_ident.errors import ModelError
+from edge_ident.estimation.manifest import read_content
+from edge_ident.estimation.network import BUILT_IN, load_network
+from edge_ident.support.atomic_files import atomic_write
+from export.c_source.graph import NEXT_STEP
+from export.c_source.layout import lay_out
+from export.c_source.reading import read_layers
+from export.c_source.rendering import Sizes, render, sizes_of
+
+MEMORY_LIMIT_BYTES: Final = 100_000
+"""Of working memory, the image included: the RAM of a microcontroller with 128 KiB, and its stack."""
+CONSTANTS_LIMIT_BYTES: Final = 400 * 1024
+"""Leaves a fifth of a flash memory of 512 KiB to the program."""
+
+
+@dataclass(frozen=True)
+class CSource:
+    """A network in C.
+
+    Attributes
+    ----------
+    name : str
+        Of the files, and the beginning of all names in the header.
+    sha256 : str
+        Of the ONNX network.
+    sizes : Sizes
+    files : mapping of file name to text
+    """
+
+    name: str
+    sha256: str
+    sizes: Sizes
+    files: dict[str, str]
+
+
+def export_c(folder: Path, network: Path | None = None) -> CSource:
+    """Write NAME.h, NAME.c and NAME_weights.h, with the name of the network's file.
+
+    Parameters
+    ----------
+    folder : Path
+    network : Path, optional
+        `NAME_int8.onnx` with its manifest beside it; default: the network of the package.
+
+    Raises
+    ------
+    ModelError
+        The network fails its checks, is no int8 network of edge-ident, or is too large.
+    """
+    path = network or BUILT_IN.with_name(f"{BUILT_IN.stem}_int8.onnx")
+    if load_network(path=path).variant != "int8":
+        raise ModelError(f"{path}: is not an int8 network", NEXT_STEP)
+    source = c_source(read_content(path), path.name)
+    for name, text in source.files.items():
+        with atomic_write(folder / name) as partial:
+            partial.write_text(text, encoding="ascii", newline="\n")
+    return source
+
+
+def c_source(content: bytes, file: str) -> CSource:
+    """A network in C; the same bytes give the same text.
+
+    Parameters
+    ----------
+    content : bytes
+        Of the ONNX network.
+    file : str
+        Its name, which the header states.
+
+    Raises
+    ------
+    ModelError
+        If it is no int8 network of edge-ident, or too large.
+    """
+    layers = lay_out(read_layers(content))
+    sizes = sizes_of(layers)
+    _require(sizes.constants_bytes, CONSTANTS_LIMIT_BYTES, "constants")
+    _require(sizes.memory_bytes + sizes.image_bytes, MEMORY_LIMIT_BYTES, "memory")
+    name = re.sub(r"\W", "_", Path(file).stem, flags=re.ASCII)
+    name = f"network_{name}" if name[:1].isdigit() else name
+    digest = hashlib.sha256(content).hexdigest()
+    return CSource(name, digest, sizes, render(layers, name, file, digest))
+
+
+def _require(size_bytes: int, limit_bytes: int, what: str) -> None:
+    if size_bytes > limit_bytes:
+        raise ModelError(
+            f"the network takes {size_bytes} bytes of {what} (limit {limit_bytes})",
+            "give a network of the size that edge-ident train makes",
+        )
