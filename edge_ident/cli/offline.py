@@ -1,7 +1,7 @@
-"""Commands that need a checkout and torch: train, export."""
+"""Commands that need a checkout: train, export."""
 
 import importlib
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Annotated, Any, Final
 
@@ -9,12 +9,14 @@ import typer
 
 from edge_ident.cli.command import command
 from edge_ident.cli.file_options import FileOptions
-from edge_ident.cli.messages import print_document
+from edge_ident.cli.messages import print_document, say
 from edge_ident.cli.options import Json, ModelFile, given_model
 from edge_ident.cli.progress import Progress, shown_progress
 from edge_ident.errors import ModelError
 
 CHECKPOINT: Final = "checkpoint.pt"
+DEFAULT_RUN: Final = Path("runs/feed_drive")
+TRAIN_EXTRA: Final = "-e '.[train]'"
 
 CheckpointFolder = Annotated[
     Path,
@@ -44,7 +46,12 @@ Accelerator = Annotated[
         help="Torch device such as cpu or cuda; default: a GPU if there is one.",
     ),
 ]
-Checkpoint = Annotated[Path, typer.Argument(metavar="FILE", help="Checkpoint written by train.")]
+Checkpoint = Annotated[
+    Path | None,
+    typer.Argument(
+        metavar="FILE", help=f"Checkpoint written by train; default: {DEFAULT_RUN / CHECKPOINT}."
+    ),
+]
 NetworkFolder = Annotated[
     Path,
     typer.Option(
@@ -53,6 +60,23 @@ NetworkFolder = Annotated[
         metavar="FOLDER",
         envvar="EDGE_IDENT_OUTPUT",
         help="Folder to write the networks and their manifest to.",
+    ),
+]
+CFolder = Annotated[
+    Path | None,
+    typer.Option(
+        "--c",
+        metavar="FOLDER",
+        help="Write an int8 network to this folder as C99, instead of converting a checkpoint.",
+    ),
+]
+NetworkForC = Annotated[
+    Path | None,
+    typer.Option(
+        "--network",
+        metavar="FILE",
+        help="With --c: int8 network (.onnx) with its manifest in the same folder; default: the "
+        "built-in network.",
     ),
 ]
 
@@ -106,7 +130,7 @@ def register(app: typer.Typer) -> None:
 @command
 def train(
     *,
-    output: CheckpointFolder = Path("runs/feed_drive"),
+    output: CheckpointFolder = DEFAULT_RUN,
     configuration: Configuration = "improved",
     motion: TrainedMotion,
     resume: Annotated[
@@ -154,28 +178,66 @@ def _shown_on(bars: Progress) -> Any:
 @command
 def export(
     *,
-    checkpoint: Checkpoint = Path("runs/feed_drive/checkpoint.pt"),
+    checkpoint: Checkpoint = None,
     output: NetworkFolder = Path("networks"),
+    c: CFolder = None,
+    network: NetworkForC = None,
     json: Json = False,
 ) -> None:
-    """Convert a checkpoint to ONNX networks, fp32 and int8, check them, and write a manifest.
+    """Convert a checkpoint to ONNX networks, or write an int8 network as C for a microcontroller.
 
-    The files are written to the folder given by --output (default: networks). The path of the
-    manifest is printed. The network that comes with edge-ident is not replaced.
+    The networks, fp32 and int8, are checked and written to the folder given by --output (default:
+    networks), with a manifest. The path of the manifest is printed. The network that comes with
+    edge-ident is not replaced.
+
+    With --c, an int8 network is written as C99: a header, whose path is printed, and two files
+    more. This needs onnx, but not torch.
 
     Example: `edge-ident export runs/mine/checkpoint.pt --output networks`
+
+    Example: `edge-ident export --c firmware/network`
     """
+    if c is not None:
+        if checkpoint is not None:
+            raise typer.BadParameter(
+                "export the checkpoint first, then give its int8 network with --network",
+                param_hint="--c",
+            )
+        _export_c(c, network, json)
+        return
+    if network is not None:
+        raise typer.BadParameter("goes with --c only", param_hint="--network")
     exporter = _offline("export.onnx_export")
     with shown_progress() as bars:
-        manifest = exporter.export(checkpoint, output, bars.stage)
+        manifest = exporter.export(checkpoint or DEFAULT_RUN / CHECKPOINT, output, bars.stage)
     if json:
         print_document({"schema": "edge-ident/export/1", "manifest": str(manifest)})
     else:
         print(manifest)
 
 
-def _offline(module: str) -> Any:
-    """Load a module of the `export` package.
+def _export_c(folder: Path, network: Path | None, json: bool) -> None:
+    source = _offline("export.c_source.source", "onnx").export_c(folder, network)
+    sizes = source.sizes
+    if json:
+        print_document(
+            {
+                "schema": "edge-ident/c-source/1",
+                "files": [str(folder / name) for name in source.files],
+                "network_sha256": source.sha256,
+                **asdict(sizes),
+            }
+        )
+    else:
+        say(
+            f"{sizes.constants_bytes} bytes of constants, {sizes.memory_bytes} of memory and "
+            f"{sizes.image_bytes} for the image"
+        )
+        print(folder / f"{source.name}.h")
+
+
+def _offline(module: str, packages: str = TRAIN_EXTRA) -> Any:
+    """Load a module of the `export` package, which needs those packages.
 
     Raises
     ------
@@ -188,9 +250,8 @@ def _offline(module: str) -> Any:
         if (error.name or "").split(".")[0] == "export":
             raise ModelError(
                 "training and export are not part of the installed package",
-                "clone the project and install it with: pip install -e '.[train]'",
+                f"clone the project and install it with: pip install {TRAIN_EXTRA}",
             ) from error
         raise ModelError(
-            f"training and export need {error.name}",
-            "install it with: pip install -e '.[train]'",
+            f"training and export need {error.name}", f"install it with: pip install {packages}"
         ) from error

@@ -6,7 +6,6 @@ from typing import Any, Final
 
 import numpy as np
 import onnx
-from google.protobuf.message import DecodeError
 from numpy.typing import NDArray
 from onnx import helper, numpy_helper
 
@@ -68,12 +67,9 @@ def read_chain(content: bytes) -> tuple[tuple[int, ...], tuple[Operator, ...]]:
     Raises
     ------
     ModelError
-        The file is no ONNX network, or its graph is no chain of known operators.
+        The graph is no chain of known operators.
     """
-    try:
-        graph = onnx.load_model_from_string(content).graph
-    except DecodeError as error:
-        raise refused("the file is not an ONNX network") from error
+    graph = onnx.load_from_string(content).graph
     constants = _constants(graph)
     if len(graph.input) != 1 or len(graph.output) != 1:
         raise refused(f"it has {len(graph.input)} inputs and {len(graph.output)} outputs")
@@ -118,9 +114,11 @@ def _chain(graph: onnx.GraphProto, constants: Mapping[str, Constant]) -> Iterato
         if node.op_type not in _OPERATORS or node.domain:
             raise refused(f"it has the operator {node.op_type}")
         takes, *others = node.input
-        if takes != at or len(node.output) != 1 or not constants.keys() >= set(filter(None, others)):
-            raise refused(f"{node.op_type} {node.name} does not take what the one before puts out")
-        found = tuple(constants[name] for name in others if name)
+        if takes != at or len(node.output) != 1 or not constants.keys() >= set(others):
+            raise refused(
+                f"{node.op_type} {node.name} takes more than what the one before puts out"
+            )
+        found = tuple(constants[name] for name in others)
         yield Operator(node.op_type, node.name, _attributes(node), found)
         at = node.output[0]
     if at != graph.output[0].name:

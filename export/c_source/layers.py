@@ -22,7 +22,7 @@ class Quantization:
     def levels(self, values: NDArray[np.float32]) -> NDArray[np.int8]:
         """As QuantizeLinear: the quotient rounded half to even, and limited."""
         levels = np.rint(values / self.scale) + self.zero_point
-        return np.clip(levels, LOWEST, HIGHEST).astype(np.int8)
+        return np.asarray(np.clip(levels, LOWEST, HIGHEST), dtype=np.int8)
 
     def values(self, levels: NDArray[np.int8]) -> NDArray[np.float32]:
         """As DequantizeLinear."""

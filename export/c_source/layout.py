@@ -94,6 +94,7 @@ def _parts(layer: Layer) -> Iterator[tuple[str, NDArray[np.generic]]]:
 def _scales_of_sums(layer: Layer) -> tuple[NDArray[np.uint32], NDArray[np.uint8]]:
     """From sums to levels of the output: mantissa / 2^shift is the float that onnxruntime takes."""
     assert layer.input is not None
+    assert layer.weight_scales is not None
     assert layer.output is not None
     scales = layer.input.scale * layer.weight_scales / layer.output.scale
     fractions, exponents = np.frexp(scales)

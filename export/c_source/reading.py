@@ -109,7 +109,7 @@ def _checked(layer: Layer, weights: Constant, bias: Constant | None) -> Layer:
         wanted = layer.input.scale * scales
         if bias.scales is None or not np.allclose(bias.scales, wanted, _SCALE_TOLERANCE, 0.0):
             raise refused(f"{bias.name} is not quantized as the sums that it is added to")
-    span = max(HIGHEST - layer.input.zero_point, layer.input.zero_point - LOWEST)
+    span = abs(layer.input.zero_point) - LOWEST  # the zero point's share is added for itself
     largest = np.abs(layer.weights.astype(np.int64)).reshape(len(scales), -1).sum(axis=1) * span
     if bias is not None:
         largest += np.abs(bias.values.astype(np.int64))

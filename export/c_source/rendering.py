@@ -60,9 +60,7 @@ def sizes_of(layers: Sequence[SourceLayer]) -> Sizes:
     )
 
 
-def render(
-    layers: Sequence[SourceLayer], name: str, file: str, sha256: str
-) -> dict[str, str]:
+def render(layers: Sequence[SourceLayer], name: str, file: str, sha256: str) -> dict[str, str]:
     """The files of a network by their names.
 
     Parameters
@@ -107,10 +105,9 @@ def render(
 
 
 def _memory(layers: Sequence[SourceLayer]) -> Iterator[_Field]:
-    *inner, last = layers
     for source in layers:
         yield from _converted(source)
-        if source is not last:
+        if source is not layers[-1]:
             kind = "int8_t" if source.layer.output else "float"
             yield _Field(kind, source.name, math.prod(source.layer.output_shape))
 

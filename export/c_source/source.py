@@ -16,7 +16,7 @@ from export.c_source.reading import read_layers
 from export.c_source.rendering import Sizes, render, sizes_of
 
 MEMORY_LIMIT_BYTES: Final = 100_000
-"""Of working memory, the image included: the RAM of a microcontroller with 128 KiB, and its stack."""
+"""Of working memory, the image included: leaves a quarter of 128 KiB to the program."""
 CONSTANTS_LIMIT_BYTES: Final = 400 * 1024
 """Leaves a fifth of a flash memory of 512 KiB to the program."""
 

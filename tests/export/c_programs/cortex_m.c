@@ -1,13 +1,13 @@
 /* Runs a network on a Cortex-M in QEMU, without a library. Prints for each image its answer as bits,
  * then the instructions and the stack that one call took.
  *
- * golden.h, which the test writes, names the network: RUN, MEMORY, IMAGES and the images.
+ * network.h, which the test writes, names it: RUN, MEMORY, IMAGES and the images.
  */
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
-#include "golden.h"
+#include "network.h"
 
 #define REGISTER(address) (*(volatile uint32_t *)(address))
 #define STACK_TOP 0x20400000u
@@ -64,13 +64,13 @@ __attribute__((noinline)) static void run(size_t image)
     for (size_t i = 0; i < 8; i++) {
         print(valid ? "answer " : "invalid ", bits(answer[i / 4][i % 4]));
     }
-    print("instructions ", (begin - end & 0xffffffu) * NANOSECONDS_PER_TICK);
+    print("instructions ", ((begin - end) & 0xffffffu) * NANOSECONDS_PER_TICK);
 }
 
 void reset(void);
 void reset(void)
 {
-    REGISTER(0xe000ed88) |= 15u << 20;  /* the floating-point unit */
+    REGISTER(0xe000ed88) |= 15u << 20; /* the floating-point unit */
     __asm__ volatile("dsb\nisb");
     REGISTER(0xe000e014) = 0xffffffu; /* SysTick counts down */
     REGISTER(0xe000e018) = 0u;
