@@ -21,6 +21,7 @@ from tests.edge_ident.shared_board import SharedBoard
 from tests.test_docs import FENCE, PAGES, ROOT, whole_lines
 
 NOT_RUN: Final = {
+    r"edge-ident export --c ": "needs onnx; tests/export/test_c_source.py runs it",
     r"edge-ident (train|export) ": "trains for ten minutes; tests/export does both in small",
     r"edge-ident \w+ .*--network networks/": "has a network that training makes",
     r"edge-ident (run|capture) .*--hide ": "tests/edge_ident/cli/test_hide_options.py hides",

@@ -305,7 +305,7 @@ def test_a_network_that_is_too_large_is_refused(monkeypatch: pytest.MonkeyPatch)
             dense_1_weight=np.ones((100, 120), np.float32),
         )
 
-    with pytest.raises(ModelError, match=r"takes 4\d{5} bytes of constants \(limit 409600\)"):
+    with pytest.raises(ModelError, match=r"takes 4\d{5} bytes of constants \(limit 425984\)"):
         c_source(changed(more_units), INT8.name)
     monkeypatch.setattr(c_source_module, "MEMORY_LIMIT_BYTES", 50_000)
     with pytest.raises(ModelError, match=r"bytes of memory \(limit 50000\)"):
