@@ -12,9 +12,11 @@ from onnx import helper, numpy_helper
 from edge_ident.errors import ModelError
 
 NEXT_STEP: Final = "give an int8 network made by edge-ident export"
-_OPERATORS: Final = {
-    "Conv", "MaxPool", "Relu", "QuantizeLinear", "DequantizeLinear", "Reshape", "Gemm", "Sigmoid",
+_CONSTANTS: Final = {
+    "Conv": 1, "MaxPool": 0, "Relu": 0, "QuantizeLinear": 2, "DequantizeLinear": 2, "Reshape": 1,
+    "Gemm": 1, "Sigmoid": 0,
 }  # fmt: skip
+"""Known operators, and how many constants each takes at least."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +46,7 @@ class Operator:
     constants: tuple[Constant, ...]
 
     def require(self, **wanted: Any) -> None:
-        """Refuse attributes that differ from those; one that is missing has its default.
+        """Refuse attributes that differ from those, which are the defaults of missing ones.
 
         Raises
         ------
@@ -111,7 +113,7 @@ def _chain(graph: onnx.GraphProto, constants: Mapping[str, Constant]) -> Iterato
     for node in graph.node:
         if node.output[0] in constants:
             continue
-        if node.op_type not in _OPERATORS or node.domain:
+        if node.op_type not in _CONSTANTS or node.domain:
             raise refused(f"it has the operator {node.op_type}")
         takes, *others = node.input
         if takes != at or len(node.output) != 1 or not constants.keys() >= set(others):
@@ -119,6 +121,8 @@ def _chain(graph: onnx.GraphProto, constants: Mapping[str, Constant]) -> Iterato
                 f"{node.op_type} {node.name} takes more than what the one before puts out"
             )
         found = tuple(constants[name] for name in others)
+        if len(found) < _CONSTANTS[node.op_type]:
+            raise refused(f"{node.op_type} {node.name} has {len(found)} constants")
         yield Operator(node.op_type, node.name, _attributes(node), found)
         at = node.output[0]
     if at != graph.output[0].name:

@@ -117,9 +117,9 @@ def _float_parts(layer: Layer) -> Iterator[tuple[str, NDArray[np.generic]]]:
     yield "weights", weights[maps]
     if layer.bias is not None:
         yield "bias", bias[maps]
-    yield "maps", np.array(maps, np.uint8)
+    yield "maps", np.array(maps, np.uint16)
     if any(index < len(weights) for index in mirrored):
-        yield "mirrored_maps", np.array(mirrored, np.uint8)
+        yield "mirrored_maps", np.array(mirrored, np.uint16)
 
 
 def _mirrored(kernels: NDArray[np.float32]) -> tuple[list[int], list[int]]:

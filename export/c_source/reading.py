@@ -82,8 +82,8 @@ def _product(operator: Operator, tensor: _Tensor) -> Layer:
         fits = fits and all(np.less_equal(values.shape[2:], tensor.shape[1:]))
     else:
         operator.require(alpha=1.0, beta=1.0, transA=0)
-        values = values if operator.attributes.get("transB", 0) else values.T
         fits = values.ndim == 2 and tensor.shape == values.shape[1:] and not bias
+        fits = fits and operator.attributes.get("transB") == 1
     if not fits:
         raise refused(f"{weights.name} does not fit what it multiplies")
     layer = Layer(
@@ -166,7 +166,8 @@ class _Following:
             kernel_shape=size, strides=size, pads=[0] * 4, dilations=[1, 1], ceil_mode=0,
             auto_pad=b"NOTSET",
         )  # fmt: skip
-        if not self.layer.convolution or self.layer.pooled or len(self.shape) != 3:
+        once = self.layer.convolution and not self.layer.pooled and len(self.shape) == 3
+        if not once or "strides" not in operator.attributes:  # whose default is 1
             self._refuse(operator)
         self.layer = replace(self.layer, pooled=True)
         self.shape = self.layer.output_shape
@@ -222,8 +223,8 @@ class _Following:
 
 
 def _quantization(operator: Operator) -> Quantization:
-    scale, *zero_point = operator.constants
-    zero = zero_point[0].values if zero_point else np.uint8(0)
+    scale, zero_point = operator.constants
+    zero = zero_point.values
     if scale.values.size != 1 or scale.values.dtype != np.float32 or zero.dtype != np.int8:
         raise refused(f"{operator.kind} {operator.name} does not have one scale and int8 levels")
     if not 0.0 < scale.values.item() < np.inf:

@@ -87,7 +87,8 @@ def c_source(content: bytes, file: str) -> CSource:
     name = re.sub(r"\W", "_", Path(file).stem, flags=re.ASCII)
     name = f"network_{name}" if name[:1].isdigit() else name
     digest = hashlib.sha256(content).hexdigest()
-    return CSource(name, digest, sizes, render(layers, name, file, digest))
+    shown = file.encode("ascii", "backslashreplace").decode()
+    return CSource(name, digest, sizes, render(layers, name, shown, digest))
 
 
 def _require(size_bytes: int, limit_bytes: int, what: str) -> None:
