@@ -2,10 +2,12 @@
 
 import shutil
 import subprocess
+from collections.abc import Callable
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
+import onnx
 import pytest
 from numpy.typing import NDArray
 
@@ -52,3 +54,18 @@ def built(folder: Path, source: CSource, program: str, compiler: str, *options: 
     command = [compiler, *options, "-I", folder, "-o", target, *network, PROGRAMS / program]
     subprocess.run(list(map(str, command)), check=True)
     return target
+
+
+def changed(change: Callable[[Any], None]) -> bytes:
+    """The network of the package with another graph."""
+    model = onnx.load(INT8)
+    change(model.graph)
+    return bytes(model.SerializeToString())
+
+
+def replace_constants(graph: Any, **values: Any) -> None:
+    """Other numbers; dots of their names are underscores here."""
+    for item in graph.initializer:
+        name = item.name.replace(".", "_")
+        if name in values:
+            item.CopyFrom(onnx.numpy_helper.from_array(values[name], item.name))
