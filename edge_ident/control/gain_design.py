@@ -17,10 +17,10 @@ from typing import Final
 
 from edge_ident.control.compensation import (
     Unused,
+    Used,
+    compensated,
     loop_delay_s,
     plant_of,
-    unused_effects,
-    with_feedforward,
 )
 from edge_ident.control.position_loop import LoopHardware, margins_of, quantization_effort_nm
 from edge_ident.errors import GainError
@@ -54,8 +54,10 @@ class GainDesign:
         Smallest over the interval of the inertia.
     quantization_effort_nm : float
         Rms effort caused by encoder quantization.
+    used : tuple of Used
+        Effects of the model that the gains use, and what became of them.
     unused : tuple of Unused
-        Effects of the model that the gains make no use of.
+        Effects of the model that the gains make no use of, and why.
 
     Examples
     --------
@@ -70,6 +72,7 @@ class GainDesign:
     phase_margin_rad: float
     gain_margin: float
     quantization_effort_nm: float
+    used: tuple[Used, ...] = ()
     unused: tuple[Unused, ...] = ()
 
     @property
@@ -113,8 +116,8 @@ def design(
                 f"choose a lower one: {math.degrees(PHASE_MARGIN_RAD):.0f}° and {GAIN_MARGIN} "
                 "are needed",
             )
-        return wanted
-    return _highest_acceptable(axis, hardware)
+        return _with_effects(wanted, axis, hardware)
+    return _with_effects(_highest_acceptable(axis, hardware), axis, hardware)
 
 
 def _check_physical(axis: AxisModel) -> None:
@@ -172,13 +175,25 @@ def _place(axis: AxisModel, hardware: LoopHardware, bandwidth: float) -> GainDes
     )
     phase_margin_rad, gain_margin = worst_margins(gains, axis, hardware)
     return GainDesign(
-        gains=with_feedforward(gains, axis),
+        gains=gains,
         bandwidth_rad_s=bandwidth,
         phase_margin_rad=phase_margin_rad,
         gain_margin=gain_margin,
         quantization_effort_nm=quantization_effort_nm(gains, hardware),
-        unused=unused_effects(axis),
     )
+
+
+def _with_effects(found: GainDesign, axis: AxisModel, hardware: LoopHardware) -> GainDesign:
+    """The design with what the effects of the model add to its gains."""
+    better = compensated(
+        found.gains,
+        axis,
+        hardware,
+        bandwidth_rad_s=found.bandwidth_rad_s,
+        gain_margin=GAIN_MARGIN,
+        quantization_effort_nm=found.quantization_effort_nm,
+    )
+    return replace(found, gains=better.gains, used=better.used, unused=better.unused)
 
 
 def worst_margins(gains: AxisGains, axis: AxisModel, hardware: LoopHardware) -> tuple[float, float]:

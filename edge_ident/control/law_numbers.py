@@ -1,0 +1,84 @@
+"""Numbers of the board's law that follow from the loop, not from the effect that they serve.
+
+**Fade speeds.** Feed-forward over position arrives late by the time τ from the sample to the middle
+of the period in which its effort acts. At the speed v a wave of period p is then late by the phase
+φ = 2π·v·τ/p. Taken off in full, it leaves 2·sin(φ/2) of itself, which beyond 60° is more than there
+was. So a wave acts whole up to 30°, and not at all from 60° on. A table is taken for a wave whose
+slope is as large: rms slope over rms value about the mean, for 2π/p.
+
+**Play** is crossed while the reference moves over a distance. A loop with both poles at the
+bandwidth ω follows within T = 2/ω. Nor can the motor cross the gap g faster than its effort E
+allows, T = √(4·J·g/E). A reference that turns back with the acceleration a moves a·T²/2 meanwhile.
+
+**The inverse of a deadband** is smoothed over two standard deviations of the effort that the
+encoder's quantization causes: below, nobody knows the effort's sign. A width that is wrong by δ
+raises the loop's gain at small efforts by 1 + δ/smoothing, which may take half of the gain margin,
+in decibels.
+"""
+
+import math
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+_WHOLE_UP_TO_RAD: Final = math.pi / 6.0
+"""Phase by which a wave may be late and still act whole; at twice that it no longer acts."""
+_NOISE_STD: Final = 2.0
+
+
+def wave_fade_speed(period_rad: float, late_s: float) -> float:
+    """Speed up to which a wave over position is fed forward whole."""
+    return _WHOLE_UP_TO_RAD * period_rad / (2.0 * math.pi * late_s)
+
+
+def table_fade_speed(table: Array, step_rad: float, late_s: float) -> float:
+    """The same for a table (K,); infinite where it is level."""
+    slope = np.diff(table) / step_rad
+    swing = float(np.std(table))
+    if not slope.any() or not swing:
+        return math.inf
+    return _WHOLE_UP_TO_RAD * swing / (float(np.sqrt(np.mean(slope**2))) * late_s)
+
+
+def backlash_distance(
+    gap_rad: float,
+    inertia: float,
+    bandwidth_rad_s: float,
+    acceleration_rad_s2: float,
+    effort_nm: float,
+) -> float:
+    """Distance of the reference over which play is made up for.
+
+    Parameters
+    ----------
+    gap_rad : float
+    inertia : float
+        Of the axis.
+    bandwidth_rad_s : float
+    acceleration_rad_s2 : float
+        Of the reference, where it turns back.
+    effort_nm : float
+        That is left for it.
+    """
+    time_squared = max((2.0 / bandwidth_rad_s) ** 2, 4.0 * inertia * gap_rad / effort_nm)
+    return 0.5 * acceleration_rad_s2 * time_squared
+
+
+def deadband_smoothing(
+    width_doubt_nm: float, quantization_effort_nm: float, gain_margin: float
+) -> float:
+    """Effort over which the inverse of a deadband changes its sign.
+
+    Parameters
+    ----------
+    width_doubt_nm : float
+        By which its width may be wrong.
+    quantization_effort_nm : float
+        Rms.
+    gain_margin : float
+        Of the loop, as a factor.
+    """
+    return max(_NOISE_STD * quantization_effort_nm, width_doubt_nm / (math.sqrt(gain_margin) - 1.0))
