@@ -116,7 +116,8 @@ def decode_gains(words: Sequence[int]) -> dict[str, AxisGains]:
 
 def encode_axis_gains(gains: AxisGains) -> list[int]:
     """Words of one axis in a gain bank."""
-    return bytes_to_words(struct.pack(f">{GAIN_WORDS // 2}f", *gains.numbers().values()))
+    numbers = list(gains.numbers().values())[: GAIN_WORDS // 2]
+    return bytes_to_words(struct.pack(f">{GAIN_WORDS // 2}f", *numbers))
 
 
 def decode_axis_gains(words: Sequence[int]) -> AxisGains:
