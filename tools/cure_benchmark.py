@@ -17,7 +17,7 @@ import json
 import statistics
 import sys
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Final
 
@@ -30,9 +30,9 @@ from edge_ident.drive.description import load_drive
 from edge_ident.drive.motions import named_trajectory
 from edge_ident.errors import EdgeIdentError
 from edge_ident.identification.identify import identify
-from edge_ident.model.model import AxisModel, base_axis
+from edge_ident.model.model import base_axis
 from edge_ident.signals.recording import AxisRecord, Recording
-from firmware_interface.gains import OFF, AxisGains
+from firmware_interface.gains import AxisGains
 from firmware_interface.motion import Multisine, Reference, SineComponent, reference
 from firmware_interface.plant import COUNT_RAD, EFFECTS, Drives, Effect, Plant, draw, draw_drives
 from firmware_interface.plant import Motion as PlantMotion
@@ -40,6 +40,7 @@ from firmware_interface.plant.hiding import CLEAR
 from firmware_interface.plant.motions import LEAD, SAMPLE_S, TAIL
 from firmware_interface.plant.plant import DELAY
 from firmware_interface.virtual.controller import AxisController, Setpoint
+from firmware_interface.virtual.settings import CONSERVATIVE_GAINS
 
 Array = NDArray[np.float64]
 
@@ -147,8 +148,9 @@ def measured(effect: str, seed: int) -> Row:
     judged = _other_motions(motions, trajectory.duration_s, rng)
     hardware = LoopHardware(SAMPLE_S, DELAY * SAMPLE_S, COUNT_RAD, _EFFORT_LIMIT_NM)
     old = LoopHardware(SAMPLE_S, DELAY * SAMPLE_S, COUNT_RAD, _EFFORT_LIMIT_NM, None, 3)
-    base = {name: axis.base.estimate if axis.base else axis.estimate for name, axis in found.axes.items()}
-    rigid = {name: design(base_axis(estimate), hardware) for name, estimate in base.items()}
+    rigid = {
+        name: design(base_axis(axis.least_squares), hardware) for name, axis in found.axes.items()
+    }
     cured = {name: design(axis.model, hardware) for name, axis in found.axes.items()}
     before = {name: design(axis.model, old) for name, axis in found.axes.items()}
     errors = [
@@ -167,3 +169,135 @@ def measured(effect: str, seed: int) -> Row:
         tuple(f"{u.effect}: {u.sentence}" for u in own.used),
         tuple(f"{u.effect}: {u.reason}" for u in own.unused),
     )
+
+
+def _machine(
+    effect: str, motions: Mapping[str, Multisine], duration_s: float, rng: np.random.Generator
+) -> Machine:
+    """A random drive with an effect that is clearly there, on one random axis."""
+    seed = int(rng.integers(2**31))
+    drives = draw_drives(1, seed)
+    scale = _plant_motion(motions, duration_s)
+    rank = rng.uniform(*CLEAR)
+    effects = draw([effect], drives, scale, seed, strength=rank, one_axis=True)
+    hit = int(np.argmax(effects[0].hit[0]))
+    return Machine(drives, effects, AXES[hit])
+
+
+def _plant_motion(motions: Mapping[str, Multisine], duration_s: float) -> PlantMotion:
+    """A motion as the plant takes it, for the scales of its effects."""
+    times = np.arange(-LEAD, round(duration_s / SAMPLE_S) + TAIL) * SAMPLE_S
+    ways = [reference(motions[axis], times, LEAD * SAMPLE_S, 0.0) for axis in AXES]
+    columns = (
+        np.stack([getattr(way, name) for way in ways], axis=-1)[:, None]
+        for name in ("position_rad", "velocity_rad_s", "acceleration_rad_s2")
+    )
+    return PlantMotion("benchmark", *columns)
+
+
+def _own_gains(machine: Machine) -> dict[str, AxisGains]:
+    """The drive's own feedback, without feed-forward."""
+    control = machine.drives.control
+    return {
+        axis: replace(
+            CONSERVATIVE_GAINS,
+            proportional=float(control.position_gain[0, i]),
+            derivative=float(control.velocity_gain[0, i]),
+            velocity_filter_s=float(control.filter_s[0, i]),
+        )
+        for i, axis in enumerate(AXES)
+    }
+
+
+def _other_motions(
+    motions: Mapping[str, Multisine], duration_s: float, rng: np.random.Generator
+) -> dict[str, Multisine]:
+    """Eight sinusoids of equal speed and random frequency, inside the range of the motions."""
+    found = {}
+    for axis, motion in motions.items():
+        rates = 2.0 * np.pi * np.exp(rng.uniform(np.log(0.05), np.log(_HIGHEST_HZ), 8))
+        phases = rng.uniform(0.0, 2.0 * np.pi, 8)
+        unit = Multisine(
+            tuple(
+                SineComponent(1.0 / rate, rate, phase)
+                for rate, phase in zip(rates.tolist(), phases.tolist(), strict=True)
+            )
+        )
+        room = _extremes(motion, duration_s) / _extremes(unit, _DURATION_S)
+        share = _INSIDE * float(np.min(room))
+        parts = (
+            replace(part, amplitude_rad=share * part.amplitude_rad) for part in unit.components
+        )
+        found[axis] = Multisine(tuple(parts))
+    return found
+
+
+def _extremes(motion: Multisine, duration_s: float) -> Array:
+    """Highest and lowest position, and largest speed and acceleration."""
+    way = reference(motion, np.arange(0.0, duration_s, SAMPLE_S), 1.0, 0.0)
+    return np.array(
+        [
+            way.position_rad.max(),
+            -way.position_rad.min(),
+            np.abs(way.velocity_rad_s).max(),
+            np.abs(way.acceleration_rad_s2).max(),
+        ]
+    )
+
+
+def _setpoint(way: Reference, k: int) -> Setpoint:
+    return Setpoint(
+        float(way.position_rad[k]), float(way.velocity_rad_s[k]), float(way.acceleration_rad_s2[k])
+    )
+
+
+def _gains(designs: Mapping[str, GainDesign]) -> dict[str, AxisGains]:
+    return {axis: found.gains for axis, found in designs.items()}
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Measure, and print a line per machine and the medians."""
+    options = _options(arguments)
+    rows: dict[str, list[Row]] = {}
+    for effect in options.effects:
+        for seed in range(options.seed, options.seed + options.machines):
+            try:
+                row = measured(effect, seed)
+            except EdgeIdentError as error:
+                print(f"{effect} {seed}: {error}", flush=True)
+                continue
+            rows.setdefault(effect, []).append(row)
+            print(_line(row), flush=True)
+            if options.rows is not None:
+                with options.rows.open("a", encoding="utf-8") as file:
+                    file.write(json.dumps({**asdict(row), "ratio": row.ratio}) + "\n")
+    print(f"\n{'effect':30} machines  named  median ratio")
+    for effect, some in rows.items():
+        named = sum(effect in row.found for row in some)
+        ratio = statistics.median(row.ratio for row in some)
+        print(f"{effect:30} {len(some):8} {named:6} {ratio:13.2f}")
+    return 0
+
+
+def _line(row: Row) -> str:
+    return (
+        f"{row.effect} {row.seed}: {row.rigid_mrad:.3g} mrad, with map 3 {row.map3_mrad:.3g}, "
+        f"cured {row.cured_mrad:.3g} ({row.ratio:.2f} times smaller); found "
+        f"{', '.join(row.found) or 'nothing'}; {'; '.join((*row.used, *row.unused))}"
+        f"{'' if row.trusted else '; not trusted'}"
+    )
+
+
+def _options(arguments: Sequence[str]) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--effects", nargs="+", choices=EFFECTS, default=EFFECTS)
+    parser.add_argument("--machines", type=int, default=3, help="of each effect")
+    parser.add_argument("--seed", type=int, default=1, help="of the first machine")
+    parser.add_argument("--rows", type=Path, help="file that a line of JSON is added to for each")
+    return parser.parse_args(arguments)
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
