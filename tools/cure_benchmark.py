@@ -7,7 +7,8 @@ Each machine is a random feed drive of the independent plant with one effect on 
 there. It makes one multisine in its own loop, without feed-forward. `identify` finds its model from
 that recording, diagnosis included. Two sets of gains are designed: from the base model alone, and
 from the model with what the diagnosis found. With each, the machine makes another multisine, of
-other frequencies, inside the range of the first. The error is the distance of the table from its
+other frequencies, inside the range of the first and right after it: what warms is warm by then. The
+error is the distance of the table from its
 reference, rms after the lead-in; with an encoder on the motor, the board does not see it. The ratio
 says how many times smaller the effects of the model make it.
 """
@@ -30,7 +31,8 @@ from edge_ident.drive.description import load_drive
 from edge_ident.drive.motions import named_trajectory
 from edge_ident.errors import EdgeIdentError
 from edge_ident.identification.identify import identify
-from edge_ident.model.model import base_axis
+from edge_ident.identification.result import AxisIdentification
+from edge_ident.model.model import AxisModel, base_axis
 from edge_ident.signals.recording import AxisRecord, Recording
 from firmware_interface.gains import AxisGains
 from firmware_interface.motion import Multisine, Reference, SineComponent, reference
@@ -66,12 +68,17 @@ class Machine:
     axis: str
 
     def follow(
-        self, banks: Mapping[str, AxisGains], motions: Mapping[str, Multisine], duration_s: float
+        self,
+        banks: Mapping[str, AxisGains],
+        motions: Mapping[str, Multisine],
+        duration_s: float,
+        begins_s: float = -_LEAD_IN_S,
     ) -> "Followed":
-        """Move from rest, in the loop of a board."""
-        plant = Plant(self.drives, self.effects, lead_in_s=_LEAD_IN_S)
+        """Move from rest, in the loop of a board; the effects' clock begins at a time."""
+        plant = Plant(self.drives, self.effects, lead_in_s=-begins_s)
         laws = [AxisController(banks[axis], SAMPLE_S, _EFFORT_LIMIT_NM) for axis in AXES]
-        times = np.arange(-round(_LEAD_IN_S / SAMPLE_S), round(duration_s / SAMPLE_S)) * SAMPLE_S
+        first, last = -round(_LEAD_IN_S / SAMPLE_S), round(duration_s / SAMPLE_S)
+        times = np.arange(first, last, dtype=np.float64) * SAMPLE_S
         ways = [reference(motions[axis], times, _LEAD_IN_S, 0.0) for axis in AXES]
         rows = []
         for k in range(len(times)):
@@ -118,15 +125,21 @@ class Followed:
 
 @dataclass(frozen=True)
 class Row:
-    """One machine."""
+    """One machine.
+
+    Attributes
+    ----------
+    errors_mrad : tuple of three floats
+        With gains of the base model, of a board of register map 3, and of one of map 4.
+    bandwidths_rad_s : tuple of two floats
+        Of the base model's gains, and of the cured ones.
+    """
 
     effect: str
     seed: int
     trusted: bool
     found: tuple[str, ...]
-    rigid_mrad: float
-    map3_mrad: float
-    cured_mrad: float
+    errors_mrad: tuple[float, ...]
     bandwidths_rad_s: tuple[float, float]
     used: tuple[str, ...]
     unused: tuple[str, ...]
@@ -134,29 +147,28 @@ class Row:
     @property
     def ratio(self) -> float:
         """How many times smaller the error became."""
-        return self.rigid_mrad / self.cured_mrad
+        return self.errors_mrad[0] / self.errors_mrad[-1]
 
 
 def measured(effect: str, seed: int) -> Row:
     """Hide an effect in a machine, identify it, and judge the gains."""
     rng = np.random.default_rng([seed, EFFECTS.index(effect)])
     trajectory = named_trajectory(load_drive(), "multisine", 1)
-    motions = dict(trajectory.axes)
-    machine = _machine(effect, motions, trajectory.duration_s, rng)
-    recording = machine.follow(_own_gains(machine), motions, trajectory.duration_s).recording(rng)
+    after_s = trajectory.duration_s
+    motions = {name: way for name, way in trajectory.axes.items() if isinstance(way, Multisine)}
+    machine = _machine(effect, motions, after_s, rng)
+    recording = machine.follow(_own_gains(machine), motions, after_s).recording(rng)
     found = identify(recording)
-    judged = _other_motions(motions, trajectory.duration_s, rng)
+    judged = _other_motions(motions, after_s, rng)
     hardware = LoopHardware(SAMPLE_S, DELAY * SAMPLE_S, COUNT_RAD, _EFFORT_LIMIT_NM)
     old = LoopHardware(SAMPLE_S, DELAY * SAMPLE_S, COUNT_RAD, _EFFORT_LIMIT_NM, None, 3)
-    rigid = {
-        name: design(base_axis(axis.least_squares), hardware) for name, axis in found.axes.items()
-    }
+    rigid = {name: design(_base(axis), hardware) for name, axis in found.axes.items()}
     cured = {name: design(axis.model, hardware) for name, axis in found.axes.items()}
     before = {name: design(axis.model, old) for name, axis in found.axes.items()}
-    errors = [
-        1e3 * machine.follow(_gains(some), judged, _DURATION_S).error_rad(machine.axis)
+    errors = tuple(
+        1e3 * machine.follow(_gains(some), judged, _DURATION_S, after_s).error_rad(machine.axis)
         for some in (rigid, before, cured)
-    ]
+    )
     own = cured[machine.axis]
     terms = found.axes[machine.axis].model.terms[1:]
     return Row(
@@ -164,11 +176,16 @@ def measured(effect: str, seed: int) -> Row:
         seed,
         found.trusted,
         tuple(term.effect for term in terms),
-        *errors,
+        errors,
         (rigid[machine.axis].bandwidth_rad_s, own.bandwidth_rad_s),
         tuple(f"{u.effect}: {u.sentence}" for u in own.used),
         tuple(f"{u.effect}: {u.reason}" for u in own.unused),
     )
+
+
+def _base(axis: AxisIdentification) -> AxisModel:
+    """The base model alone, of the same recording."""
+    return base_axis(axis.least_squares, supported=axis.model.terms[0].supported)
 
 
 def _machine(
@@ -280,9 +297,10 @@ def main(arguments: Sequence[str]) -> int:
 
 
 def _line(row: Row) -> str:
+    rigid, before, cured = row.errors_mrad
     return (
-        f"{row.effect} {row.seed}: {row.rigid_mrad:.3g} mrad, with map 3 {row.map3_mrad:.3g}, "
-        f"cured {row.cured_mrad:.3g} ({row.ratio:.2f} times smaller); found "
+        f"{row.effect} {row.seed}: {rigid:.3g} mrad, with map 3 {before:.3g}, "
+        f"cured {cured:.3g} ({row.ratio:.2f} times smaller); found "
         f"{', '.join(row.found) or 'nothing'}; {'; '.join((*row.used, *row.unused))}"
         f"{'' if row.trusted else '; not trusted'}"
     )

@@ -108,7 +108,6 @@ def compensated(
     axis: AxisModel,
     hardware: LoopHardware,
     *,
-    bandwidth_rad_s: float,
     gain_margin: float,
     quantization_effort_nm: float,
 ) -> Compensated:
@@ -120,15 +119,13 @@ def compensated(
         Of the base model.
     axis : AxisModel
     hardware : LoopHardware
-    bandwidth_rad_s, gain_margin, quantization_effort_nm : float
+    gain_margin, quantization_effort_nm : float
         Of the loop with these gains.
     """
     late_s = hardware.control_delay_s + 0.5 * hardware.sample_period_s + loop_delay_s(axis)
     limited = replace(hardware, effort_limit_nm=_effort_limit(axis, hardware))
     reach = EffortRange.of(axis)
-    placement = Placement(
-        axis, limited, late_s, bandwidth_rad_s, gain_margin, quantization_effort_nm, reach
-    )
+    placement = Placement(axis, limited, late_s, gain_margin, quantization_effort_nm, reach)
     used: list[Used] = []
     unused: list[Unused] = []
     for term in _largest_first(axis):
@@ -228,7 +225,7 @@ def _room(
     sentence = f"feed-forward stays below {limit:.3g} {axis.effort_unit.replace('*', '·')}"
     if reach is None:
         return sentence
-    left = max(limit - reach.largest_nm(gains), 0.0) / gains.inertia_feedforward
+    left = max(limit - reach.largest_nm(gains), 0.0) / float(axis.parameters[0])
     return (
         f"{sentence}; motions fit that accelerate by up to {left:.3g} {axis.position_unit}/s² at "
         f"any speed up to {reach.top_speed:.3g} {axis.position_unit}/s"

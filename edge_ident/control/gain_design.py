@@ -5,8 +5,14 @@ the bandwidth. The bandwidth is the highest one at which the loop keeps its phas
 over the interval of the inertia, and at which encoder quantization stays a small part of the
 effort limit. The loop includes sampling, hold, velocity filter and the board's measured delay.
 There is no integral action: constant loads are fed forward, and an integrator hunts around Coulomb
-friction at rest. The model's effects go into feed-forward and margins as
-`edge_ident.control.compensation` says.
+friction at rest.
+
+Feed-forward leaves no error at constant acceleration a. The velocity that the law measures is late
+by the filter and by half a sample of the difference. So feedback itself contributes
+derivative·a·(velocity_filter + period/2), and feed-forward leaves that out. Effort acts late by the
+delay and half a sample, so feed-forward of friction adds viscous_friction·a times as much.
+
+The model's effects go into feed-forward and margins as `edge_ident.control.compensation` says.
 Sources: Åström and Murray, Feedback Systems, ch. 10 (margins); Ellis, Control System Design Guide
 (feed-forward and quantization).
 """
@@ -38,7 +44,9 @@ _INTERVAL: Final = 2.0
 _RESOLUTION: Final = 1.02
 """Ratio to which the bandwidth is narrowed down."""
 _SMOOTHING_COUNTS_PER_SAMPLE: Final = 0.1
-"""Coulomb feed-forward is smoothed below the speed of one count in ten samples."""
+"""Coulomb feed-forward is smoothed below the speed of one count in ten samples. Where the supported
+acceleration is known, it need not be smoothed beyond the speed that this gives in a sample: a
+reference that turns back passes zero within one."""
 
 
 @dataclass(frozen=True)
@@ -160,17 +168,19 @@ def _acceptable(candidate: GainDesign, hardware: LoopHardware) -> bool:
 
 def _place(axis: AxisModel, hardware: LoopHardware, bandwidth: float) -> GainDesign:
     inertia, viscous, coulomb, offset = (float(value) for value in axis.parameters)
+    derivative = max(2.0 * inertia * bandwidth - viscous, 0.0)
+    filter_s = 1.0 / (_FILTER_RATIO * bandwidth)
+    half_s = 0.5 * hardware.sample_period_s
+    fed_back = derivative * (filter_s + half_s) - viscous * (hardware.control_delay_s + half_s)
     gains = AxisGains(
         proportional=inertia * bandwidth**2,
-        derivative=max(2.0 * inertia * bandwidth - viscous, 0.0),
+        derivative=derivative,
         integral=0.0,
-        velocity_filter_s=1.0 / (_FILTER_RATIO * bandwidth),
-        inertia_feedforward=inertia,
+        velocity_filter_s=filter_s,
+        inertia_feedforward=max(inertia - fed_back, 0.0),
         viscous_feedforward=viscous,
         coulomb_feedforward=coulomb,
-        coulomb_smoothing_rad_s=_SMOOTHING_COUNTS_PER_SAMPLE
-        * hardware.encoder_resolution_rad
-        / hardware.sample_period_s,
+        coulomb_smoothing_rad_s=_coulomb_smoothing(axis, hardware),
         offset_feedforward=offset,
     )
     phase_margin_rad, gain_margin = worst_margins(gains, axis, hardware)
@@ -183,13 +193,21 @@ def _place(axis: AxisModel, hardware: LoopHardware, bandwidth: float) -> GainDes
     )
 
 
+def _coulomb_smoothing(axis: AxisModel, hardware: LoopHardware) -> float:
+    """Speed below which the feed-forward of dry friction changes its sign."""
+    period_s, supported = hardware.sample_period_s, axis.terms[0].supported
+    seen = _SMOOTHING_COUNTS_PER_SAMPLE * hardware.encoder_resolution_rad / period_s
+    if supported is None or not any(supported.acceleration):
+        return seen
+    return min(seen, period_s * max(abs(a) for a in supported.acceleration))
+
+
 def _with_effects(found: GainDesign, axis: AxisModel, hardware: LoopHardware) -> GainDesign:
     """The design with what the effects of the model add to its gains."""
     better = compensated(
         found.gains,
         axis,
         hardware,
-        bandwidth_rad_s=found.bandwidth_rad_s,
         gain_margin=GAIN_MARGIN,
         quantization_effort_nm=found.quantization_effort_nm,
     )

@@ -6,9 +6,10 @@ of the period in which its effort acts. At the speed v a wave of period p is the
 was. So a wave acts whole up to 30°, and not at all from 60° on. A table is taken for a wave whose
 slope is as large: rms slope over rms value about the mean, for 2π/p.
 
-**Play** is crossed while the reference moves over a distance. A loop with both poles at the
-bandwidth ω follows within T = 2/ω. Nor can the motor cross the gap g faster than its effort E
-allows, T = √(4·J·g/E). A reference that turns back with the acceleration a moves a·T²/2 meanwhile.
+**Play** is crossed while the reference moves over a distance. The motor cannot cross the gap g
+faster than the effort E that is left allows, in the time T = √(4·J·g/E). A reference that turns back with
+the acceleration a moves a·T²/2 meanwhile. The loop smooths what is faster than itself, and the
+motor without this meets the load at √(2·a·g), which is no softer.
 
 **The inverse of a deadband** is smoothed over two standard deviations of the effort that the
 encoder's quantization causes: below, nobody knows the effort's sign. A width that is wrong by δ
@@ -44,11 +45,7 @@ def table_fade_speed(table: Array, step_rad: float, late_s: float) -> float:
 
 
 def backlash_distance(
-    gap_rad: float,
-    inertia: float,
-    bandwidth_rad_s: float,
-    acceleration_rad_s2: float,
-    effort_nm: float,
+    gap_rad: float, inertia: float, acceleration_rad_s2: float, effort_nm: float
 ) -> float:
     """Distance of the reference over which play is made up for.
 
@@ -57,14 +54,12 @@ def backlash_distance(
     gap_rad : float
     inertia : float
         Of the axis.
-    bandwidth_rad_s : float
     acceleration_rad_s2 : float
-        Of the reference, where it turns back.
+        Of the reference, where it turns back; the largest.
     effort_nm : float
         That is left for it.
     """
-    time_squared = max((2.0 / bandwidth_rad_s) ** 2, 4.0 * inertia * gap_rad / effort_nm)
-    return 0.5 * acceleration_rad_s2 * time_squared
+    return 2.0 * acceleration_rad_s2 * inertia * gap_rad / effort_nm
 
 
 def deadband_smoothing(

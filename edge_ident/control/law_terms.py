@@ -62,7 +62,7 @@ class Placement:
     hardware : LoopHardware
     late_s : float
         From a sample to the middle of the period in which its effort acts.
-    bandwidth_rad_s, gain_margin, quantization_effort_nm : float
+    gain_margin, quantization_effort_nm : float
         Of the loop.
     range : EffortRange or None
     """
@@ -70,7 +70,6 @@ class Placement:
     axis: AxisModel
     hardware: LoopHardware
     late_s: float
-    bandwidth_rad_s: float
     gain_margin: float
     quantization_effort_nm: float
     range: EffortRange | None
@@ -216,8 +215,8 @@ class Placement:
         if left <= 0.0:
             return "feed-forward leaves no effort to cross the gap with"
         gap, acceleration = 2.0 * gains.backlash_offset_rad, self.range.top_acceleration
-        inertia = gains.inertia_feedforward
-        distance = backlash_distance(gap, inertia, self.bandwidth_rad_s, acceleration, left)
+        inertia = float(self.axis.parameters[0])
+        distance = backlash_distance(gap, inertia, acceleration, left)
         spread = replace(gains, backlash_distance_rad=distance)
         return Placed(spread, f", spread over {distance:.2g} {self.axis.position_unit}")
 
