@@ -59,8 +59,8 @@ POSITIVE: Final = frozenset(
     }
 )
 """Numbers that divide, and so may not be zero."""
-MOST: Final = {"transmission_loss": 0.9, "transmitted_friction": 1.0}
-"""Shares, and the largest maximum that a board may set for them."""
+MOST_LOSS: Final = 0.9
+"""No board may set a larger maximum for `transmission_loss`: all of it would divide by zero."""
 _TERMS: Final = {
     "stribeck": ("stribeck_feedforward",),
     "viscous_difference": ("viscous_difference_feedforward",),
@@ -241,8 +241,9 @@ GAIN_FIELDS: Final[Mapping[int, tuple[str, ...]]] = {
     4: tuple(field.name for field in fields(AxisGains)),
 }
 """Fields of `AxisGains` that a board knows, by the version of its register map."""
-_OFF: Final = AxisGains.of_numbers([0.0] * 9).numbers()
-_ALWAYS: Final = frozenset(name for name in GAIN_FIELDS[3] if name in _OFF)
+OFF: Final = AxisGains.of_numbers([0.0] * 9).numbers()
+"""What each number is by default, zero where it has none: a term that is off."""
+_ALWAYS: Final = frozenset(name for name in GAIN_FIELDS[3] if name in OFF)
 
 
 def numbers_in_use(banks: Sequence[AxisGains]) -> list[str]:
@@ -253,6 +254,6 @@ def numbers_in_use(banks: Sequence[AxisGains]) -> list[str]:
     numbers = [bank.numbers() for bank in banks]
     return [
         name
-        for name, default in _OFF.items()
+        for name, default in OFF.items()
         if name in _ALWAYS or any(bank[name] != default for bank in numbers)
     ]

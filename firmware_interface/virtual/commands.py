@@ -148,7 +148,7 @@ class Commands:
             return Result.NOT_ENABLED
         if machine.state is not State.ARMED or machine.check is None:
             return Result.WRONG_STATE
-        if argument != self._settings.map_crc:
+        if argument != self._settings.claimed_crc:
             return Result.WRONG_ARGUMENT
         machine.follow(machine.check.trajectory)
         return Result.DONE
