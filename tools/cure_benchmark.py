@@ -163,8 +163,10 @@ def measured(effect: str, seed: int) -> Row:
     hardware = LoopHardware(SAMPLE_S, DELAY * SAMPLE_S, COUNT_RAD, _EFFORT_LIMIT_NM)
     old = LoopHardware(SAMPLE_S, DELAY * SAMPLE_S, COUNT_RAD, _EFFORT_LIMIT_NM, None, 3)
     rigid = {name: design(_base(axis), hardware) for name, axis in found.axes.items()}
-    cured = {name: design(axis.model, hardware) for name, axis in found.axes.items()}
-    before = {name: design(axis.model, old) for name, axis in found.axes.items()}
+    before, cured = (
+        {name: design(axis.model, some, at_s=axis.end_s) for name, axis in found.axes.items()}
+        for some in (old, hardware)
+    )
     errors = tuple(
         1e3 * machine.follow(_gains(some), judged, _DURATION_S, after_s).error_rad(machine.axis)
         for some in (rigid, before, cured)

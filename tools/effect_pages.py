@@ -98,6 +98,8 @@ def _compensation(effect: Effect) -> str:
         used.append("the margins bear its resonance")
     if compensation.loop_delay:
         used.append("the margins bear its delay")
+    if compensation.at_end:
+        used.append("they fit the machine as it was at the end of the recording")
     if compensation.limit:
         used.append("feed-forward stays below its limit, and the design says what motion fits")
     if compensation.note:

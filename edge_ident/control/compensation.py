@@ -1,6 +1,6 @@
 """How controller gains use the effects of a model, and which effects they leave to feedback.
 
-Each effect states its own use (`edge_ident.model.compensation`). There are five:
+Each effect states its own use (`edge_ident.model.compensation`). There are six:
 
 - Feed-forward at the reference's motion, where the board's law has a field for the parameter
   (`firmware_interface.gains`). Where terms outnumber a field's places, the largest are taken.
@@ -12,6 +12,8 @@ Each effect states its own use (`edge_ident.model.compensation`). There are five
   and the loop waits for it too. A positive delay means that the record of the effort is late. That
   alone does not slow the loop, but the loop's clock may then be wrong as well. So the sign does not
   matter.
+- Base parameters that change in time. Gains have those of the end of the recording, which is what
+  is known of the machine as it is now.
 - A limit of the actuator, which feed-forward has to stay below.
 
 Every other effect is left to feedback and reported. So is a term that the board's law has no field
@@ -107,9 +109,8 @@ def compensated(
     gains: AxisGains,
     axis: AxisModel,
     hardware: LoopHardware,
-    *,
     gain_margin: float,
-    quantization_effort_nm: float,
+    at_s: float | None,
 ) -> Compensated:
     """Gains with what the board's law feeds forward of the axis's effects.
 
@@ -119,18 +120,20 @@ def compensated(
         Of the base model.
     axis : AxisModel
     hardware : LoopHardware
-    gain_margin, quantization_effort_nm : float
-        Of the loop with these gains.
+    gain_margin : float
+        That the loop keeps.
+    at_s : float or None
+        Time of the recording whose base parameters the gains have, where that is known.
     """
     late_s = hardware.control_delay_s + 0.5 * hardware.sample_period_s + loop_delay_s(axis)
     limited = replace(hardware, effort_limit_nm=_effort_limit(axis, hardware))
     reach = EffortRange.of(axis)
-    placement = Placement(axis, limited, late_s, gain_margin, quantization_effort_nm, reach)
+    placement = Placement(axis, limited, late_s, gain_margin, reach)
     used: list[Used] = []
     unused: list[Unused] = []
     for term in _largest_first(axis):
         number = sum(earlier.effect == term.effect for earlier in used)
-        found = _not_fed(term, hardware) or placement.placed(gains, term, number)
+        found = _not_fed(term, hardware, at_s) or placement.placed(gains, term, number)
         if isinstance(found, Placed):
             found = _beyond(found.gains, gains, limited, reach) or found
         if isinstance(found, str):
@@ -160,11 +163,13 @@ def _is_borne(compensation: Compensation) -> bool:
     return bool(compensation.resonance or compensation.loop_delay or compensation.limit)
 
 
-def _not_fed(term: Term, hardware: LoopHardware) -> str:
+def _not_fed(term: Term, hardware: LoopHardware, at_s: float | None) -> str:
     """Why no board, or not this one, has fields for a term; empty where it has."""
     compensation = named(term.effect).compensation
     if compensation.without:
         return compensation.without
+    if compensation.at_end:
+        return "" if at_s is not None else "nobody says for which time of the recording gains are"
     needed = _SAMPLED.get(compensation.over, tuple(compensation.feedforward.values()))
     for gain in needed:
         if gain not in hardware.law:

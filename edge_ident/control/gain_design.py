@@ -30,6 +30,7 @@ from edge_ident.control.compensation import (
 )
 from edge_ident.control.position_loop import LoopHardware, margins_of, quantization_effort_nm
 from edge_ident.errors import GainError
+from edge_ident.model.base_in_time import base_at
 from edge_ident.model.model import AxisModel
 from firmware_interface.gains import AxisGains
 
@@ -95,7 +96,10 @@ class GainDesign:
 
 
 def design(
-    axis: AxisModel, hardware: LoopHardware, bandwidth_rad_s: float | None = None
+    axis: AxisModel,
+    hardware: LoopHardware,
+    bandwidth_rad_s: float | None = None,
+    at_s: float | None = None,
 ) -> GainDesign:
     """Design the gains of one axis.
 
@@ -106,6 +110,10 @@ def design(
     hardware : LoopHardware
     bandwidth_rad_s : float, optional
         Without it, the highest that keeps the margins.
+    at_s : float, optional
+        Time of the recording that the gains are to fit, from its first sample on; its end, where
+        they are for the machine as it is now. Without it, effects that change base parameters in
+        time are left out.
 
     Raises
     ------
@@ -113,6 +121,8 @@ def design(
         Unphysical parameters, an inertia known too poorly, or a wanted bandwidth that does not
         keep the margins.
     """
+    if at_s is not None:
+        axis = base_at(axis, at_s)
     _check_physical(axis)
     if bandwidth_rad_s is not None:
         wanted = _place(axis, hardware, bandwidth_rad_s)
@@ -124,8 +134,8 @@ def design(
                 f"choose a lower one: {math.degrees(PHASE_MARGIN_RAD):.0f}° and {GAIN_MARGIN} "
                 "are needed",
             )
-        return _with_effects(wanted, axis, hardware)
-    return _with_effects(_highest_acceptable(axis, hardware), axis, hardware)
+        return _with_effects(wanted, axis, hardware, at_s)
+    return _with_effects(_highest_acceptable(axis, hardware), axis, hardware, at_s)
 
 
 def _check_physical(axis: AxisModel) -> None:
@@ -202,14 +212,16 @@ def _coulomb_smoothing(axis: AxisModel, hardware: LoopHardware) -> float:
     return min(seen, period_s * max(abs(a) for a in supported.acceleration))
 
 
-def _with_effects(found: GainDesign, axis: AxisModel, hardware: LoopHardware) -> GainDesign:
+def _with_effects(
+    found: GainDesign, axis: AxisModel, hardware: LoopHardware, at_s: float | None
+) -> GainDesign:
     """The design with what the effects of the model add to its gains."""
     better = compensated(
         found.gains,
         axis,
         hardware,
-        gain_margin=GAIN_MARGIN,
-        quantization_effort_nm=found.quantization_effort_nm,
+        GAIN_MARGIN,
+        at_s,
     )
     return replace(found, gains=better.gains, used=better.used, unused=better.unused)
 

@@ -7,13 +7,13 @@ was. So a wave acts whole up to 30°, and not at all from 60° on. A table is ta
 slope is as large: rms slope over rms value about the mean, for 2π/p.
 
 **Play** is crossed while the reference moves over a distance. The motor cannot cross the gap g
-faster than the effort E that is left allows, in the time T = √(4·J·g/E). A reference that turns back with
-the acceleration a moves a·T²/2 meanwhile. The loop smooths what is faster than itself, and the
-motor without this meets the load at √(2·a·g), which is no softer.
+faster than the effort E that is left allows, in the time T = √(4·J·g/E). A reference that turns
+back with the acceleration a moves a·T²/2 meanwhile. The loop smooths what is faster than itself,
+and the motor without this meets the load at √(2·a·g), which is no softer.
 
-**The inverse of a deadband** is smoothed over two standard deviations of the effort that the
-encoder's quantization causes: below, nobody knows the effort's sign. A width that is wrong by δ
-raises the loop's gain at small efforts by 1 + δ/smoothing, which may take half of the gain margin,
+**The inverse of a deadband** leaves the loop as it was designed, whatever the noise: the actuator
+takes off again what it adds. Only a width that is wrong by δ acts, like a relay. Smoothed, it
+raises the loop's gain at small efforts by 1 + δ/smoothing. That may take half of the gain margin,
 in decibels.
 """
 
@@ -27,7 +27,6 @@ Array = NDArray[np.float64]
 
 _WHOLE_UP_TO_RAD: Final = math.pi / 6.0
 """Phase by which a wave may be late and still act whole; at twice that it no longer acts."""
-_NOISE_STD: Final = 2.0
 
 
 def wave_fade_speed(period_rad: float, late_s: float) -> float:
@@ -62,18 +61,14 @@ def backlash_distance(
     return 2.0 * acceleration_rad_s2 * inertia * gap_rad / effort_nm
 
 
-def deadband_smoothing(
-    width_doubt_nm: float, quantization_effort_nm: float, gain_margin: float
-) -> float:
+def deadband_smoothing(width_doubt_nm: float, gain_margin: float) -> float:
     """Effort over which the inverse of a deadband changes its sign.
 
     Parameters
     ----------
     width_doubt_nm : float
         By which its width may be wrong.
-    quantization_effort_nm : float
-        Rms.
     gain_margin : float
         Of the loop, as a factor.
     """
-    return max(_NOISE_STD * quantization_effort_nm, width_doubt_nm / (math.sqrt(gain_margin) - 1.0))
+    return width_doubt_nm / (math.sqrt(gain_margin) - 1.0)

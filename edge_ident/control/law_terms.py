@@ -62,8 +62,8 @@ class Placement:
     hardware : LoopHardware
     late_s : float
         From a sample to the middle of the period in which its effort acts.
-    gain_margin, quantization_effort_nm : float
-        Of the loop.
+    gain_margin : float
+        That the loop keeps.
     range : EffortRange or None
     """
 
@@ -71,7 +71,6 @@ class Placement:
     hardware: LoopHardware
     late_s: float
     gain_margin: float
-    quantization_effort_nm: float
     range: EffortRange | None
 
     def placed(self, gains: AxisGains, term: Term, number: int) -> Placed | str:
@@ -84,6 +83,8 @@ class Placement:
         number : int
             Terms of the same effect that the gains have already.
         """
+        if named(term.effect).compensation.at_end:
+            return Placed(gains, "the gains fit the machine as it was at the end of the recording")
         over = named(term.effect).compensation.over
         if over and term.supported is None:
             return _NO_RANGE
@@ -202,9 +203,10 @@ class Placement:
         if "deadband_inverse" in taken:
             width, std = gains.deadband_inverse, term.std.get("width", 0.0)
             doubt = math.hypot(_DOUBT_STD * std, named(term.effect).search.discrepancy * width)
-            smoothing = deadband_smoothing(doubt, self.quantization_effort_nm, self.gain_margin)
+            smoothing = deadband_smoothing(doubt, self.gain_margin)
             smoothed = replace(gains, deadband_smoothing=smoothing)
-            return Placed(smoothed, f", smoothed over {smoothing:.3g} {self.axis.effort_unit}")
+            unit = self.axis.effort_unit.replace("*", "·")
+            return Placed(smoothed, f", smoothed over {smoothing:.2g} {unit}")
         return Placed(gains, "")
 
     def _spread(self, gains: AxisGains) -> Placed | str:

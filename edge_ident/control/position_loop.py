@@ -72,6 +72,7 @@ class LoopHardware:
             identity.encoder_resolution_rad,
             limits.effort_nm,
             limits.gain_maximum,
+            identity.map_version,
         )
 
 

@@ -22,8 +22,10 @@ Array = NDArray[np.float64]
 
 _PER_CELL: Final = 16
 """Samples of the effort between two entries."""
-_ENOUGH: Final = _PER_CELL / 4
-"""Weight of samples, of the sixteen of an inner entry, from which one can be told."""
+_ENOUGH: Final = 1.0
+"""Weight of samples, of the sixteen of an inner entry, from which one can be told: that of an end of
+which a third of the cell is supported."""
+_ROUNDING: Final = 1e-9
 LARGEST_REST: Final = 0.5
 """Share of a term's rms that its table may leave; a table that leaves more is too coarse for it."""
 
@@ -92,8 +94,11 @@ def _fitted(at: Array, level: Array, nodes: Array) -> tuple[Array, Array, Array]
         return entries, level, level
     place = (at - nodes[0]) / (nodes[1] - nodes[0])
     hats = np.maximum(1.0 - np.abs(place[:, None] - np.arange(len(nodes))), 0.0)
-    reached = np.flatnonzero(hats.sum(axis=0) >= _ENOUGH)
-    entries[reached] = np.linalg.lstsq(hats[:, reached], level, rcond=None)[0]
+    reached = hats.sum(axis=0) >= _ENOUGH
+    inside = hats @ reached > 1.0 - _ROUNDING  # between entries that can be told
+    if np.any(inside):
+        known = hats[np.ix_(inside, reached)]
+        entries[reached] = np.linalg.lstsq(known, level[inside], rcond=None)[0]
     return entries, level - hats @ entries, level
 
 

@@ -33,6 +33,9 @@ class Compensation:
         Inertia, rate (rad/s) and damping ratio of a sprung load, which the loop's margins bear.
     loop_delay : str
         A time (s) of either sign, whose size the loop's margins bear.
+    at_end : bool
+        The effect changes base parameters in time. Gains fit their values at the end of the
+        recording.
     limit : str
         The most effort that the actuator gives: feed-forward has to stay below it.
     objection : callable
@@ -50,6 +53,7 @@ class Compensation:
     over: Over = ""
     resonance: tuple[str, ...] = ()
     loop_delay: str = ""
+    at_end: bool = False
     limit: str = ""
     objection: Callable[[Mapping[str, float]], str] = _none
     note: str = ""
@@ -58,9 +62,8 @@ class Compensation:
     @property
     def used(self) -> bool:
         """Whether gains use the effect at all."""
-        return bool(
-            self.feedforward or self.over or self.resonance or self.loop_delay or self.limit
-        )
+        fed = self.feedforward or self.over or self.at_end
+        return bool(fed or self.resonance or self.loop_delay or self.limit)
 
     @property
     def parameters(self) -> frozenset[str]:

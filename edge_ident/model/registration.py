@@ -211,6 +211,8 @@ def _compensation(effect: Effect) -> Iterator[str]:
         yield f"its feed-forward is multiplied by {name}, which is no base parameter"
     if len(compensation.resonance) not in (0, 3):
         yield "its resonance must name an inertia, a rate and a damping ratio"
+    if compensation.at_end and not effect.changes_base:
+        yield "its compensation follows base parameters in time, and it changes none"
     if compensation.over and not _depends_only(effect, compensation.over):
         yield f"its effort depends on more than {compensation.over} and direction"
 

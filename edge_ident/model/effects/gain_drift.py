@@ -85,7 +85,5 @@ EFFECT: Final = GainDrift(
         shares_friction=True,
     ),
     draw=_draw,
-    compensation=Compensation(
-        without="gains fit the start of the recording, and no law knows how long ago it was"
-    ),
+    compensation=Compensation(at_end=True),
 )

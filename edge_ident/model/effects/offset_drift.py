@@ -89,7 +89,5 @@ EFFECT: Final = OffsetDrift(
         open_ended=("time_constant",),
     ),
     draw=_draw,
-    compensation=Compensation(
-        without="gains fit the start of the recording, and no law knows how long ago it was"
-    ),
+    compensation=Compensation(at_end=True),
 )

@@ -79,7 +79,5 @@ EFFECT: Final = PayloadChange(
         essential=("inertia",),
     ),
     draw=_draw,
-    compensation=Compensation(
-        without="each payload needs gains of its own, from a recording with it alone"
-    ),
+    compensation=Compensation(at_end=True),
 )

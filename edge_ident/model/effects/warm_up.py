@@ -67,7 +67,5 @@ EFFECT: Final = WarmUp(
         shares_friction=True,
     ),
     draw=_draw,
-    compensation=Compensation(
-        without="gains fit the warm machine, and no law knows how cold it is"
-    ),
+    compensation=Compensation(at_end=True),
 )
