@@ -14,6 +14,7 @@ from edge_ident.commissioning.gain_change import (
     put_in_force,
 )
 from edge_ident.commissioning.gain_files import save_backup
+from edge_ident.commissioning.motor_way import unseen_load
 from edge_ident.commissioning.observer import Observer
 from edge_ident.commissioning.safety import make_ready, ready_to_move
 from edge_ident.control.gain_design import GainDesign, design
@@ -150,6 +151,8 @@ def commission(
         if stored:
             board.store()
     conclusion = _conclude(found, change, stored)
+    if change is not None and change.verification is not None:
+        conclusion += unseen_load(designs)
     log.info(conclusion)
     return Outcome(
         capture, found, designs, gains_before, change, stored, conclusion, watch.timing_ms()

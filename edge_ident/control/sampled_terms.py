@@ -23,8 +23,8 @@ Array = NDArray[np.float64]
 _PER_CELL: Final = 16
 """Samples of the effort between two entries."""
 _ENOUGH: Final = 1.0
-"""Weight of samples, of the sixteen of an inner entry, from which one can be told: that of an end of
-which a third of the cell is supported."""
+"""Weight of samples, of the sixteen of an inner entry, from which one can be told: an end of which
+a third of the cell is supported."""
 _ROUNDING: Final = 1e-9
 LARGEST_REST: Final = 0.5
 """Share of a term's rms that its table may leave; a table that leaves more is too coarse for it."""

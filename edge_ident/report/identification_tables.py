@@ -78,19 +78,24 @@ def _value(estimate: Estimate, index: int) -> str:
 
 
 def designs_view(designs: Mapping[str, GainDesign]) -> Group:
-    """Bandwidth, margins and gains, a column per axis; below, the effects that no gain uses."""
+    """Bandwidth, margins and gains, a column per axis; below, what became of each effect."""
     table = FittingTable(title="gains", title_justify="left")
     table.add_column("")
     for name in designs:
         table.add_column(escape(f"axis {name}"), justify="right")
     for label, values in _gain_rows(list(designs.values())):
         table.add_row(label, *values)
+    used = (
+        Text(f"  axis {name}: {used.effect}: {used.sentence}")
+        for name, design in designs.items()
+        for used in design.used
+    )
     unused = (
         Text(f"  axis {name}: {unused.effect} is not used: {unused.reason}")
         for name, design in designs.items()
         for unused in design.unused
     )
-    return Group(table, *unused)
+    return Group(table, *used, *unused)
 
 
 def _gain_rows(designs: list[GainDesign]) -> Iterator[tuple[str, list[str]]]:
