@@ -16,7 +16,8 @@ Each effect states its own use (`edge_ident.model.compensation`). There are six:
   is known of the machine as it is now.
 - A limit of the actuator, which feed-forward has to stay below.
 
-Every other effect is left to feedback and reported. So is a term that the board's law has no field
+Every other effect is left to feedback and reported; of its effort, feed-forward of the base model
+takes what it can (`edge_ident.control.left_out`). So is a term that the board's law has no field
 for, that is beyond the board's largest gains, or with which feed-forward at constant speed would
 exceed the effort limit somewhere in the supported range. Acceleration is not counted there: how
 much of it a motion takes is the motion's choice, and the board refuses a motion whose feed-forward
@@ -30,6 +31,7 @@ from typing import Final
 
 from edge_ident.control.effort_range import EffortRange
 from edge_ident.control.law_terms import Placed, Placement
+from edge_ident.control.left_out import gains_without
 from edge_ident.control.position_loop import LoopHardware, Plant, SprungLoad
 from edge_ident.model.compensation import Compensation
 from edge_ident.model.effects import named
@@ -130,19 +132,20 @@ def compensated(
     reach = EffortRange.of(axis)
     placement = Placement(axis, limited, late_s, gain_margin, reach)
     used: list[Used] = []
-    unused: list[Unused] = []
+    left_out: list[tuple[Term, Unused]] = []
     for term in _largest_first(axis):
         number = sum(earlier.effect == term.effect for earlier in used)
         found = _not_fed(term, hardware, at_s) or placement.placed(gains, term, number)
         if isinstance(found, Placed):
             found = _beyond(found.gains, gains, limited, reach) or found
         if isinstance(found, str):
-            unused.append(Unused(term.effect, found))
+            left_out.append((term, Unused(term.effect, found)))
         else:
             gains = found.gains
             used.append(Used(term.effect, found.sentence))
-    borne = (Used(term.effect, sentence) for term, sentence in _borne(axis, gains, limited, reach))
-    return Compensated(gains, (*used, *borne), tuple(unused))
+    gains = gains_without(gains, axis, [term for term, _ in left_out])
+    used += [Used(term.effect, sentence) for term, sentence in _borne(axis, gains, limited, reach)]
+    return Compensated(gains, tuple(used), tuple(unused for _, unused in left_out))
 
 
 def _largest_first(axis: AxisModel) -> list[Term]:

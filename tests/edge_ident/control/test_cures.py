@@ -207,6 +207,7 @@ def test_a_board_of_map_3_has_what_its_law_has_and_says_what_it_lacks() -> None:
     )
     assert set(reasons) == set(effects) - {used.effect for used in found.used}
     plain = design(axis(), old).gains
+    assert found.gains.viscous_feedforward > plain.viscous_feedforward  # of what is left out
     new = {name for name in vars(plain) if getattr(found.gains, name) != getattr(plain, name)}
     assert new <= old.law
 
@@ -294,3 +295,20 @@ def test_gains_of_the_law_are_all_numbers_that_a_board_takes() -> None:
     model = axis(*(term(name, values) for name, values in effects.items()))
     gains: AxisGains = design(model, HARDWARE).gains
     assert all(math.isfinite(value) for value in gains.numbers().values())
+
+
+def test_what_is_left_out_goes_to_the_base_model_as_far_as_it_can() -> None:
+    """A drag that is viscous friction by another name."""
+    almost = {"level": 0.4, "exponent": 1.001}
+    found = design(axis(term("nonlinear_viscous", almost)), replace(HARDWARE, map_version=3)).gains
+    plain = design(axis(), HARDWARE).gains
+    assert found.viscous_feedforward == pytest.approx(0.9 + 0.4, rel=1e-3)
+    assert found.coulomb_feedforward == pytest.approx(plain.coulomb_feedforward, abs=1e-3)
+    assert found.proportional == plain.proportional
+
+
+def test_a_weight_that_is_left_out_is_an_offset_in_the_mean() -> None:
+    load = {**WAVES, "cosine": 0.0, "sine": 0.0, "stiffness": 0.2}
+    old = replace(HARDWARE, map_version=3)
+    found = design(axis(term("position_dependent_load", load)), old).gains
+    assert found.offset_feedforward == pytest.approx(0.3 + 0.2 * 1.0, rel=0.02)  # at mid-range
