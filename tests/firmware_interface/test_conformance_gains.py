@@ -8,8 +8,15 @@ from board_bench import NEW, long_motion
 from conformance_boards import ask, put_gains, refused_value, start, until, until_abandoned
 
 from firmware_interface.board import Board
+from firmware_interface.codec import crc32, encode
 from firmware_interface.errors import BoardError
-from firmware_interface.gain_words import addresses, bank_spans, span_of, staged_writes
+from firmware_interface.gain_words import (
+    addresses,
+    bank_spans,
+    encode_gains,
+    span_of,
+    staged_writes,
+)
 from firmware_interface.gains import AxisGains
 from firmware_interface.registers import STORE_SIGNATURE, Opcode, Result, State
 
@@ -174,6 +181,38 @@ def test_gains_change_only_in_idle(either_board: Board, state: State) -> None:
     for opcode in (Opcode.COMMIT, Opcode.CONFIRM, Opcode.ROLL_BACK, Opcode.STORE):
         assert ask(either_board, opcode, STORE_SIGNATURE) is Result.WRONG_STATE
     assert either_board.active_gains() == old
+
+
+@pytest.mark.parametrize("done", [0, 1, 48, 49, 50, 139, 140, 141, 231, 232])
+def test_a_bank_that_was_staged_in_part_is_never_committed(either_board: Board, done: int) -> None:
+    """Value by value: until the last one and the CRC are there, neither CRC means what is there."""
+    old = either_board.active_gains()
+    either_board.stage_gains(old)
+    before = crc32(encode_gains(old))
+    after, places = encode_gains(NEW), WORDS[:464]
+    for n in range(0, 2 * done, 2):
+        either_board._link.write(places[n], after[n : n + 2])
+    assert ask(either_board, Opcode.COMMIT, crc32(after)) is Result.GAIN_CRC
+    if done > 0:
+        assert not either_board.status().staged_crc_ok
+        assert ask(either_board, Opcode.COMMIT, before) is Result.GAIN_CRC
+    assert either_board.active_gains() == old
+    either_board._link.write(WORDS[464], encode("shadow.crc", crc32(after)))
+    whole = done == len(after) // 2
+    wanted = Result.DONE if whole else Result.GAIN_CRC
+    assert ask(either_board, Opcode.COMMIT, crc32(after)) is wanted
+    assert either_board.active_gains() == (NEW if whole else old)
+
+
+def test_the_active_bank_has_a_crc_of_its_own(either_board: Board) -> None:
+    """So that what takes several transfers to read is known to be of one bank."""
+    assert either_board.register_values("active.crc") == (
+        crc32(encode_gains(either_board.active_gains())),
+    )
+    commit(either_board)
+    assert either_board.register_values("active.crc") == (crc32(encode_gains(NEW)),)
+    either_board.roll_back()
+    assert either_board.register_values("active.crc") != (crc32(encode_gains(NEW)),)
 
 
 def test_the_shadow_bank_may_be_written_at_any_time(either_board: Board) -> None:
