@@ -137,7 +137,11 @@ class Commands:
         if trajectory is None:
             return Result.BAD_TRAJECTORY
         machine.check = TrajectoryCheck(
-            trajectory, machine.rest_rad, self._settings.limits, machine.banks.active
+            trajectory,
+            machine.rest_rad,
+            self._settings.limits,
+            machine.banks.active,
+            machine.drive.memories,
         )
         machine.state = State.CHECKING
         return Result.PENDING

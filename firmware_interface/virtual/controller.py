@@ -34,6 +34,8 @@ class AxisController:
     Attributes
     ----------
     gains : AxisGains
+    memory : Memory
+        What the law remembers of the reference.
     finite : bool
         Since the last reset every effort was a number before it was clipped; one that was not
         became 0.
@@ -60,7 +62,7 @@ class AxisController:
 
     def _hold_reference(self, position_rad: float) -> None:
         self._reference_rad = position_rad
-        self._memory = NOTHING
+        self.memory = NOTHING
 
     def effort_nm(
         self, setpoint: Setpoint, position_rad: float, other: Setpoint | None = None
@@ -72,15 +74,15 @@ class AxisController:
         self._velocity_rad_s += (
             period / (gains.velocity_filter_s + period) * (difference - self._velocity_rad_s)
         )
-        self._memory = self._memory.after(gains, setpoint.position_rad - self._reference_rad)
+        self.memory = self.memory.after(gains, setpoint.position_rad - self._reference_rad)
         self._reference_rad = setpoint.position_rad
-        error = setpoint.position_rad + self._memory.backlash_rad - position_rad
+        error = setpoint.position_rad + self.memory.backlash_rad - position_rad
         self._integral_nm = self._clip(self._integral_nm + gains.integral * error * period)
         effort_nm = (
             gains.proportional * error
             + gains.derivative * (setpoint.velocity_rad_s - self._velocity_rad_s)
             + self._integral_nm
-            + feedforward_nm(gains, setpoint, other=other, memory=self._memory)
+            + feedforward_nm(gains, setpoint, other=other, memory=self.memory)
         )
         return self._clip(deadband_nm(gains, effort_nm))
 

@@ -7,6 +7,7 @@ from typing import Final, NamedTuple
 
 from firmware_interface.board_types import AxisLimits
 from firmware_interface.gains import AxisGains
+from firmware_interface.law_memory import Memory
 from firmware_interface.plant.feed_drive import COUNTS_PER_TURN, FEED_DRIVE
 from firmware_interface.plant.motions import SAMPLE_S
 from firmware_interface.plant.plant import DELAY, Plant
@@ -93,6 +94,11 @@ class Drive:
     def finite(self) -> bool:
         """Every effort since power_on was a number."""
         return all(controller.finite for controller in self._controllers)
+
+    @property
+    def memories(self) -> list[Memory]:
+        """What the laws remember of their references, by axis."""
+        return [controller.memory for controller in self._controllers]
 
     def set_gains(self, gains: Mapping[str, AxisGains]) -> None:
         """Exchange the gains of all axes between two samples; they are held where they stand."""

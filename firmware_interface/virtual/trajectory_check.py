@@ -15,7 +15,7 @@ from firmware_interface.board_types import AxisLimits
 from firmware_interface.codec import decode_trajectory
 from firmware_interface.control_law import exact_effort_nm
 from firmware_interface.gains import AxisGains
-from firmware_interface.law_memory import NOTHING
+from firmware_interface.law_memory import Memory
 from firmware_interface.motion import (
     Array,
     Multisine,
@@ -115,6 +115,8 @@ class TrajectoryCheck:
         Where it starts, by axis.
     limits, gains : mapping
         By axis; the gains in force give the feed-forward effort.
+    memories : sequence of Memory
+        What the laws remember there, by axis.
 
     Attributes
     ----------
@@ -131,13 +133,14 @@ class TrajectoryCheck:
         rest_rad: Sequence[float],
         limits: Mapping[str, AxisLimits],
         gains: Mapping[str, AxisGains],
+        memories: Sequence[Memory],
     ) -> None:
         self.trajectory = trajectory
         self._rest_rad = rest_rad
         self._last_rad = list(rest_rad)
         self._limits = [limits[axis] for axis in trajectory.axes]
         self._gains = [gains[axis] for axis in trajectory.axes]
-        self._memories = [NOTHING for _ in trajectory.axes]
+        self._memories = list(memories)
         self._next = -round(trajectory.lead_in_s / SAMPLE_PERIOD_S)
         self._end = round(trajectory.duration_s / SAMPLE_PERIOD_S)
         self.passed = all(
