@@ -90,11 +90,21 @@ def _compensation(effect: Effect) -> str:
     used = []
     if compensation.feedforward:
         used.append("feed-forward of " + ", ".join(f"`{p}`" for p in compensation.feedforward))
+    if compensation.over == "speed":
+        used.append("a curve over speed, each way, sampled from the effect where it was supported")
+    if compensation.over == "position":
+        used.append("a table over position, sampled from the effect where it was supported")
     if compensation.resonance:
         used.append("the margins bear its resonance")
     if compensation.loop_delay:
         used.append("the margins bear its delay")
-    return "; ".join(used) or "do not use it; feedback remains"
+    if compensation.at_end:
+        used.append("they fit the machine as it was at the end of the recording")
+    if compensation.limit:
+        used.append("feed-forward stays below its limit, and the design says what motion fits")
+    if compensation.note:
+        used.append(compensation.note)
+    return "; ".join(used) or f"do not use it: {compensation.without}"
 
 
 def _range(parameter: Parameter) -> str:

@@ -83,7 +83,8 @@ def design(
         results.deliver(report.gains_document(found, {}), "gains.json")
         raise typer.Exit(UNTRUSTED)
     designs = edge_ident.design_gains(
-        found.model, described, bandwidth_rad_s=bandwidth, control_delay_s=control_delay
-    )
+        found.model, described, bandwidth_rad_s=bandwidth, control_delay_s=control_delay,
+        at_s=max(axis.end_s for axis in found.axes.values()),
+    )  # fmt: skip
     results.deliver(report.gains_document(found, designs.axes), "gains.json")
     results.show(designs)

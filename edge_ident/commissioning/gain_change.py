@@ -18,6 +18,7 @@ from pathlib import Path
 from edge_ident.commissioning.capture import Capture, capture_motion, check_drive
 from edge_ident.commissioning.gain_files import GainFile
 from edge_ident.commissioning.gain_transfer import check_factor, check_gains, write_gains
+from edge_ident.commissioning.motor_way import of_motor
 from edge_ident.commissioning.observer import Observer
 from edge_ident.commissioning.safety import ready_to_move
 from edge_ident.commissioning.verification import (
@@ -128,7 +129,9 @@ def put_in_force(
         log.info("no improvement is possible: nothing is written")
         return GainChange(confirmed=False, unchanged=True)
     after = _in_force(board, wanted, before.one_cycle, observer, file, watch)
-    verification = compare_motions(recording, after.recording, count_rad)
+    verification = compare_motions(
+        of_motor(recording, active), of_motor(after.recording, wanted), count_rad
+    )
     keep = verification.verdict != "worse"
     _confirm_or_roll_back(board, keep=keep)
     return GainChange(keep, False, verification, after.tracking_rms_rad)

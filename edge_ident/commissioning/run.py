@@ -14,6 +14,7 @@ from edge_ident.commissioning.gain_change import (
     put_in_force,
 )
 from edge_ident.commissioning.gain_files import save_backup
+from edge_ident.commissioning.motor_way import unseen_load
 from edge_ident.commissioning.observer import Observer
 from edge_ident.commissioning.safety import make_ready, ready_to_move
 from edge_ident.control.gain_design import GainDesign, design
@@ -150,6 +151,8 @@ def commission(
         if stored:
             board.store()
     conclusion = _conclude(found, change, stored)
+    if change is not None and change.verification is not None:
+        conclusion += unseen_load(designs)
     log.info(conclusion)
     return Outcome(
         capture, found, designs, gains_before, change, stored, conclusion, watch.timing_ms()
@@ -204,10 +207,15 @@ def _progress_on(observer: Observer, board: Board) -> Callable[[str, int, int], 
 def board_designs(
     board: Board, found: Identification, bandwidth_rad_s: float | None = None
 ) -> dict[str, GainDesign]:
-    """Gains of every axis, for this board's sampling, delay, encoder and effort limit."""
+    """Gains of every axis, for this board's sampling, delay, encoder, limits and control law."""
     identity, limits = board.identity, board.limits()
     return {
-        name: design(axis.model, LoopHardware.of_board(identity, limits[name]), bandwidth_rad_s)
+        name: design(
+            axis.model,
+            LoopHardware.of_board(identity, limits[name]),
+            bandwidth_rad_s,
+            at_s=axis.end_s,
+        )
         for name, axis in found.axes.items()
     }
 

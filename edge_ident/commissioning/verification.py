@@ -33,7 +33,8 @@ from edge_ident.errors import BoardError
 from edge_ident.signals.metrics import rms
 from edge_ident.signals.recording import AxisRecord, Recording
 from firmware_interface.board import Board
-from firmware_interface.gains import FEEDBACK, AxisGains, Bank, feedforward_nm
+from firmware_interface.control_law import feedforward_nm
+from firmware_interface.gains import FEEDBACK, AxisGains, Bank
 from firmware_interface.motion import Reference, Trajectory, reference
 
 Array = NDArray[np.float64]

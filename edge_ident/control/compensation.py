@@ -1,33 +1,70 @@
 """How controller gains use the effects of a model, and which effects they leave to feedback.
 
-Each effect states its own use (`edge_ident.model.compensation`). There are three:
+Each effect states its own use (`edge_ident.model.compensation`). There are six:
 
 - Feed-forward at the reference's motion, where the board's law has a field for the parameter
   (`firmware_interface.gains`). Where terms outnumber a field's places, the largest are taken.
+- A curve over speed or a table over position, sampled from the effect's own physics
+  (`edge_ident.control.sampled_terms`) in the range in which the term was supported.
 - A resonance, which the loop's margins bear.
 - A delay of the recorded effort. The margins bear its size on top of the delay that the board
   measures. A negative delay means that the motion is late: an actuator or an encoder takes time,
   and the loop waits for it too. A positive delay means that the record of the effort is late. That
   alone does not slow the loop, but the loop's clock may then be wrong as well. So the sign does not
   matter.
+- Base parameters that change in time. Gains have those of the end of the recording, which is what
+  is known of the machine as it is now.
+- A limit of the actuator, which feed-forward has to stay below.
 
-Every other effect is left to feedback, and reported.
+Every other effect is left to feedback and reported; of its effort, feed-forward of the base model
+takes what it can (`edge_ident.control.left_out`). So is a term that the board's law has no field
+for, that is beyond the board's largest gains, or with which feed-forward at constant speed would
+exceed the effort limit somewhere in the supported range. Acceleration is not counted there: how
+much of it a motion takes is the motion's choice, and the board refuses a motion whose feed-forward
+asks for too much.
 """
 
 import math
-from dataclasses import dataclass, fields, replace
-from typing import Any, Final
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import Final
 
-from edge_ident.control.position_loop import Plant, SprungLoad
+from edge_ident.control.effort_range import EffortRange
+from edge_ident.control.law_terms import Placed, Placement
+from edge_ident.control.left_out import gains_without
+from edge_ident.control.position_loop import LoopHardware, Plant, SprungLoad
+from edge_ident.model.compensation import Compensation
 from edge_ident.model.effects import named
 from edge_ident.model.model import AxisModel, Term
 from firmware_interface.gains import AxisGains
 
-_PLACES: Final = {
-    field.name: len(field.default) if isinstance(field.default, tuple) else 1
-    for field in fields(AxisGains)
+_FIELDS: Final = {
+    "friction_forward": "curve of friction over speed",
+    "load_table": "table over position",
+    "presliding_feedforward": "friction that builds up with the distance",
+    "backlash_offset_rad": "term for play",
+    "deadband_inverse": "inverse of a deadband",
+    "cross_inertia_feedforward": "term for the other axis",
+    "transmission_loss": "term for the losses of a transmission",
 }
-"""Terms that each field of the board's law takes."""
+"""What a board's law lacks where it lacks a field, in words."""
+_SAMPLED: Final = {"speed": ("friction_forward",), "position": ("load_table",)}
+"""Fields that take what is sampled."""
+
+
+@dataclass(frozen=True)
+class Used:
+    """An effect of the model that the gains use.
+
+    Attributes
+    ----------
+    effect : str
+    sentence : str
+        What became of it; a part of a sentence.
+    """
+
+    effect: str
+    sentence: str
 
 
 @dataclass(frozen=True)
@@ -36,6 +73,22 @@ class Unused:
 
     effect: str
     reason: str
+
+
+@dataclass(frozen=True)
+class Compensated:
+    """Gains that use the effects of a model.
+
+    Attributes
+    ----------
+    gains : AxisGains
+    used : tuple of Used
+    unused : tuple of Unused
+    """
+
+    gains: AxisGains
+    used: tuple[Used, ...]
+    unused: tuple[Unused, ...]
 
 
 def plant_of(axis: AxisModel) -> Plant:
@@ -54,48 +107,134 @@ def loop_delay_s(axis: AxisModel) -> float:
     return abs(sum(float(term.values[name]) for term, name in delays if name))
 
 
-def with_feedforward(gains: AxisGains, axis: AxisModel) -> AxisGains:
-    """Gains with what the law feeds forward of the axis's effects."""
-    for effect in {term.effect: None for term in axis.terms}:
-        terms = _fed_forward(axis, effect)
-        for parameter, gain in named(effect).compensation.feedforward.items():
-            values = [float(term.values[parameter]) for term in terms]
-            placed: Any = _placed(getattr(gains, gain), values)
-            gains = replace(gains, **{gain: placed})
-    return gains
+def compensated(
+    gains: AxisGains,
+    axis: AxisModel,
+    hardware: LoopHardware,
+    gain_margin: float,
+    at_s: float | None,
+) -> Compensated:
+    """Gains with what the board's law feeds forward of the axis's effects.
+
+    Parameters
+    ----------
+    gains : AxisGains
+        Of the base model.
+    axis : AxisModel
+    hardware : LoopHardware
+    gain_margin : float
+        That the loop keeps.
+    at_s : float or None
+        Time of the recording whose base parameters the gains have, where that is known.
+    """
+    late_s = hardware.control_delay_s + 0.5 * hardware.sample_period_s + loop_delay_s(axis)
+    limited = replace(hardware, effort_limit_nm=_effort_limit(axis, hardware))
+    reach = EffortRange.of(axis)
+    placement = Placement(axis, limited, late_s, gain_margin, reach)
+    used: list[Used] = []
+    left_out: list[tuple[Term, Unused]] = []
+    for term in _largest_first(axis):
+        number = sum(earlier.effect == term.effect for earlier in used)
+        found = _not_fed(term, hardware, at_s) or placement.placed(gains, term, number)
+        if isinstance(found, Placed):
+            found = _beyond(found.gains, gains, limited, reach) or found
+        if isinstance(found, str):
+            left_out.append((term, Unused(term.effect, found)))
+        else:
+            gains = found.gains
+            used.append(Used(term.effect, found.sentence))
+    gains = gains_without(gains, axis, [term for term, _ in left_out])
+    used += [Used(term.effect, sentence) for term, sentence in _borne(axis, gains, limited, reach)]
+    return Compensated(gains, tuple(used), tuple(unused for _, unused in left_out))
 
 
-def unused_effects(axis: AxisModel) -> tuple[Unused, ...]:
-    """Effects that gains make no use of, with the reason."""
-    found = []
-    for term in axis.terms[1:]:
-        compensation = named(term.effect).compensation
-        if not compensation.used:
-            found.append(Unused(term.effect, "the control law of the board has no term for it"))
-        elif compensation.feedforward and term not in _fed_forward(axis, term.effect):
-            places = _places(term.effect)
-            found.append(Unused(term.effect, f"the board takes {places}, and this one is smaller"))
-    return tuple(found)
+def _largest_first(axis: AxisModel) -> list[Term]:
+    """Terms that are to be fed forward or left out: those of one effect by size, the largest
+    first, and else in the order of the model."""
+    terms = [term for term in axis.terms[1:] if not _is_borne(named(term.effect).compensation)]
+    order = list(dict.fromkeys(term.effect for term in terms))
+    return sorted(terms, key=lambda term: (order.index(term.effect), -_size(term)))
 
 
-def _fed_forward(axis: AxisModel, effect: str) -> list[Term]:
-    """The largest terms of one effect, as many as the board's law takes."""
-    linear = named(effect).search.linear
-    terms = [term for term in axis.terms if term.effect == effect]
-    terms.sort(key=lambda term: _size(term, linear), reverse=True)
-    return terms[: _places(effect)]
-
-
-def _size(term: Term, linear: frozenset[str]) -> float:
+def _size(term: Term) -> float:
+    linear = named(term.effect).search.linear
     return math.hypot(*(float(value) for name, value in term.values.items() if name in linear))
 
 
-def _places(effect: str) -> int:
-    return min(
-        (_PLACES[gain] for gain in named(effect).compensation.feedforward.values()), default=0
+def _is_borne(compensation: Compensation) -> bool:
+    """Whether the design bears the effect, without a number of the law for it."""
+    return bool(compensation.resonance or compensation.loop_delay or compensation.limit)
+
+
+def _not_fed(term: Term, hardware: LoopHardware, at_s: float | None) -> str:
+    """Why no board, or not this one, has fields for a term; empty where it has."""
+    compensation = named(term.effect).compensation
+    if compensation.without:
+        return compensation.without
+    if compensation.at_end:
+        return "" if at_s is not None else "nobody says for which time of the recording gains are"
+    needed = _SAMPLED.get(compensation.over, tuple(compensation.feedforward.values()))
+    for gain in needed:
+        if gain not in hardware.law:
+            return f"the board's register map {hardware.map_version} has no {_FIELDS[gain]}"
+    return ""
+
+
+def _beyond(
+    wanted: AxisGains, present: AxisGains, hardware: LoopHardware, reach: EffortRange | None
+) -> str:
+    """Why a board takes no such gains; empty where it does.
+
+    The gains that are present are not judged: those of the base model are checked elsewhere.
+    """
+    if hardware.gain_maximum is not None:
+        largest, before = hardware.gain_maximum.numbers(), present.numbers()
+        for name, value in wanted.numbers().items():
+            if value != before[name] and abs(value) > largest[name]:
+                return f"its {name} would be {value:.3g}, and the board takes {largest[name]:.3g}"
+    if reach is not None:
+        most = reach.largest_nm(wanted)
+        if most > max(hardware.effort_limit_nm, reach.largest_nm(present)):
+            return (
+                f"with it, constant speed could take {most:.3g} N·m of the "
+                f"{hardware.effort_limit_nm:.3g} N·m that there are"
+            )
+    return ""
+
+
+def _effort_limit(axis: AxisModel, hardware: LoopHardware) -> float:
+    """Of the board, or of an actuator that gives less."""
+    limits = ((term, named(term.effect).compensation.limit) for term in axis.terms)
+    given = (float(term.values[name]) for term, name in limits if name)
+    return min(hardware.effort_limit_nm, *given, math.inf)
+
+
+def _borne(
+    axis: AxisModel, gains: AxisGains, hardware: LoopHardware, reach: EffortRange | None
+) -> Iterator[tuple[Term, str]]:
+    """Terms that the design bears, and how."""
+    for term in axis.terms[1:]:
+        compensation = named(term.effect).compensation
+        if compensation.resonance:
+            rate_hz = float(term.values[compensation.resonance[1]]) / (2.0 * math.pi)
+            yield term, f"the margins bear its resonance at {rate_hz:.3g} Hz"
+        elif compensation.loop_delay:
+            late_ms = 1e3 * abs(float(term.values[compensation.loop_delay]))
+            yield term, f"the margins bear its {late_ms:.3g} ms"
+        elif compensation.limit:
+            yield term, _room(gains, hardware, reach, axis)
+
+
+def _room(
+    gains: AxisGains, hardware: LoopHardware, reach: EffortRange | None, axis: AxisModel
+) -> str:
+    """Which motion fits below the limit of an actuator."""
+    limit = hardware.effort_limit_nm
+    sentence = f"feed-forward stays below {limit:.3g} {axis.effort_unit.replace('*', '·')}"
+    if reach is None:
+        return sentence
+    left = max(limit - reach.largest_nm(gains), 0.0) / float(axis.parameters[0])
+    return (
+        f"{sentence}; motions fit that accelerate by up to {left:.3g} {axis.position_unit}/s² at "
+        f"any speed up to {reach.top_speed:.3g} {axis.position_unit}/s"
     )
-
-
-def _placed(present: float | tuple[float, ...], values: list[float]) -> float | tuple[float, ...]:
-    """A field of the gains with values in its first places."""
-    return (*values, *present[len(values) :]) if isinstance(present, tuple) else values[0]

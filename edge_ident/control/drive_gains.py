@@ -83,6 +83,7 @@ def design_gains(
     *,
     bandwidth_rad_s: float | None = None,
     control_delay_s: float = CONTROL_DELAY_S,
+    at_s: float | None = None,
 ) -> GainDesigns:
     """Design the controller gains of every axis of a model; nothing is written to a board.
 
@@ -97,6 +98,9 @@ def design_gains(
         Of the closed loop; without it, the highest that keeps the margins.
     control_delay_s : float
         Time from the encoder latch to the new effort.
+    at_s : float, optional
+        Time of the model's recording that the gains are to fit: its end, for the machine as it is
+        now. Without it, effects that change base parameters in time are left out.
 
     Returns
     -------
@@ -121,7 +125,7 @@ def design_gains(
     designs, loops = {}, {}
     for name, axis in model.axes.items():
         hardware = _hardware(described, name, control_delay_s)
-        designs[name] = design(axis, hardware, bandwidth_rad_s)
+        designs[name] = design(axis, hardware, bandwidth_rad_s, at_s)
         loops[name] = _open_loop(designs[name], axis, hardware)
     return GainDesigns(designs, loops)
 

@@ -5,8 +5,14 @@ the bandwidth. The bandwidth is the highest one at which the loop keeps its phas
 over the interval of the inertia, and at which encoder quantization stays a small part of the
 effort limit. The loop includes sampling, hold, velocity filter and the board's measured delay.
 There is no integral action: constant loads are fed forward, and an integrator hunts around Coulomb
-friction at rest. The model's effects go into feed-forward and margins as
-`edge_ident.control.compensation` says.
+friction at rest.
+
+Feed-forward leaves no error at constant acceleration a. The velocity that the law measures is late
+by the filter and by half a sample of the difference. So feedback itself contributes
+derivative·a·(velocity_filter + period/2), and feed-forward leaves that out. Effort acts late by the
+delay and half a sample, so feed-forward of friction adds viscous_friction·a times as much.
+
+The model's effects go into feed-forward and margins as `edge_ident.control.compensation` says.
 Sources: Åström and Murray, Feedback Systems, ch. 10 (margins); Ellis, Control System Design Guide
 (feed-forward and quantization).
 """
@@ -17,13 +23,14 @@ from typing import Final
 
 from edge_ident.control.compensation import (
     Unused,
+    Used,
+    compensated,
     loop_delay_s,
     plant_of,
-    unused_effects,
-    with_feedforward,
 )
 from edge_ident.control.position_loop import LoopHardware, margins_of, quantization_effort_nm
 from edge_ident.errors import GainError
+from edge_ident.model.base_in_time import base_at
 from edge_ident.model.model import AxisModel
 from firmware_interface.gains import AxisGains
 
@@ -38,7 +45,9 @@ _INTERVAL: Final = 2.0
 _RESOLUTION: Final = 1.02
 """Ratio to which the bandwidth is narrowed down."""
 _SMOOTHING_COUNTS_PER_SAMPLE: Final = 0.1
-"""Coulomb feed-forward is smoothed below the speed of one count in ten samples."""
+"""Coulomb feed-forward is smoothed below the speed of one count in ten samples. Where the supported
+acceleration is known, it need not be smoothed beyond the speed that this gives in a sample: a
+reference that turns back passes zero within one."""
 
 
 @dataclass(frozen=True)
@@ -54,8 +63,10 @@ class GainDesign:
         Smallest over the interval of the inertia.
     quantization_effort_nm : float
         Rms effort caused by encoder quantization.
+    used : tuple of Used
+        Effects of the model that the gains use, and what became of them.
     unused : tuple of Unused
-        Effects of the model that the gains make no use of.
+        Effects of the model that the gains make no use of, and why.
 
     Examples
     --------
@@ -70,6 +81,7 @@ class GainDesign:
     phase_margin_rad: float
     gain_margin: float
     quantization_effort_nm: float
+    used: tuple[Used, ...] = ()
     unused: tuple[Unused, ...] = ()
 
     @property
@@ -84,7 +96,10 @@ class GainDesign:
 
 
 def design(
-    axis: AxisModel, hardware: LoopHardware, bandwidth_rad_s: float | None = None
+    axis: AxisModel,
+    hardware: LoopHardware,
+    bandwidth_rad_s: float | None = None,
+    at_s: float | None = None,
 ) -> GainDesign:
     """Design the gains of one axis.
 
@@ -95,6 +110,10 @@ def design(
     hardware : LoopHardware
     bandwidth_rad_s : float, optional
         Without it, the highest that keeps the margins.
+    at_s : float, optional
+        Time of the recording that the gains are to fit, from its first sample on; its end, where
+        they are for the machine as it is now. Without it, effects that change base parameters in
+        time are left out.
 
     Raises
     ------
@@ -102,6 +121,8 @@ def design(
         Unphysical parameters, an inertia known too poorly, or a wanted bandwidth that does not
         keep the margins.
     """
+    if at_s is not None:
+        axis = base_at(axis, at_s)
     _check_physical(axis)
     if bandwidth_rad_s is not None:
         wanted = _place(axis, hardware, bandwidth_rad_s)
@@ -113,8 +134,8 @@ def design(
                 f"choose a lower one: {math.degrees(PHASE_MARGIN_RAD):.0f}° and {GAIN_MARGIN} "
                 "are needed",
             )
-        return wanted
-    return _highest_acceptable(axis, hardware)
+        return _with_effects(wanted, axis, hardware, at_s)
+    return _with_effects(_highest_acceptable(axis, hardware), axis, hardware, at_s)
 
 
 def _check_physical(axis: AxisModel) -> None:
@@ -157,28 +178,52 @@ def _acceptable(candidate: GainDesign, hardware: LoopHardware) -> bool:
 
 def _place(axis: AxisModel, hardware: LoopHardware, bandwidth: float) -> GainDesign:
     inertia, viscous, coulomb, offset = (float(value) for value in axis.parameters)
+    derivative = max(2.0 * inertia * bandwidth - viscous, 0.0)
+    filter_s = 1.0 / (_FILTER_RATIO * bandwidth)
+    half_s = 0.5 * hardware.sample_period_s
+    fed_back = derivative * (filter_s + half_s) - viscous * (hardware.control_delay_s + half_s)
     gains = AxisGains(
         proportional=inertia * bandwidth**2,
-        derivative=max(2.0 * inertia * bandwidth - viscous, 0.0),
+        derivative=derivative,
         integral=0.0,
-        velocity_filter_s=1.0 / (_FILTER_RATIO * bandwidth),
-        inertia_feedforward=inertia,
+        velocity_filter_s=filter_s,
+        inertia_feedforward=max(inertia - fed_back, 0.0),
         viscous_feedforward=viscous,
         coulomb_feedforward=coulomb,
-        coulomb_smoothing_rad_s=_SMOOTHING_COUNTS_PER_SAMPLE
-        * hardware.encoder_resolution_rad
-        / hardware.sample_period_s,
+        coulomb_smoothing_rad_s=_coulomb_smoothing(axis, hardware),
         offset_feedforward=offset,
     )
     phase_margin_rad, gain_margin = worst_margins(gains, axis, hardware)
     return GainDesign(
-        gains=with_feedforward(gains, axis),
+        gains=gains,
         bandwidth_rad_s=bandwidth,
         phase_margin_rad=phase_margin_rad,
         gain_margin=gain_margin,
         quantization_effort_nm=quantization_effort_nm(gains, hardware),
-        unused=unused_effects(axis),
     )
+
+
+def _coulomb_smoothing(axis: AxisModel, hardware: LoopHardware) -> float:
+    """Speed below which the feed-forward of dry friction changes its sign."""
+    period_s, supported = hardware.sample_period_s, axis.terms[0].supported
+    seen = _SMOOTHING_COUNTS_PER_SAMPLE * hardware.encoder_resolution_rad / period_s
+    if supported is None or not any(supported.acceleration):
+        return seen
+    return min(seen, period_s * max(abs(a) for a in supported.acceleration))
+
+
+def _with_effects(
+    found: GainDesign, axis: AxisModel, hardware: LoopHardware, at_s: float | None
+) -> GainDesign:
+    """The design with what the effects of the model add to its gains."""
+    better = compensated(
+        found.gains,
+        axis,
+        hardware,
+        GAIN_MARGIN,
+        at_s,
+    )
+    return replace(found, gains=better.gains, used=better.used, unused=better.unused)
 
 
 def worst_margins(gains: AxisGains, axis: AxisModel, hardware: LoopHardware) -> tuple[float, float]:

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firmware_interface.board_types import AxisLimits, BoardIdentity
-from firmware_interface.gains import AxisGains
+from firmware_interface.gains import GAIN_FIELDS, AxisGains
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -45,12 +45,23 @@ class LoopHardware:
         The delay is measured by the board, encoder latch to effort.
     encoder_resolution_rad : float
     effort_limit_nm : float
+    gain_maximum : AxisGains or None
+        Largest value of each number of the law; None where nobody says it.
+    map_version : int
+        Of the board's register map, which decides what its law has.
     """
 
     sample_period_s: float
     control_delay_s: float
     encoder_resolution_rad: float
     effort_limit_nm: float
+    gain_maximum: AxisGains | None = None
+    map_version: int = max(GAIN_FIELDS)
+
+    @property
+    def law(self) -> frozenset[str]:
+        """Fields of `AxisGains` that the board's law has."""
+        return frozenset(GAIN_FIELDS[self.map_version])
 
     @classmethod
     def of_board(cls, identity: BoardIdentity, limits: AxisLimits) -> "LoopHardware":
@@ -60,6 +71,8 @@ class LoopHardware:
             identity.control_delay_s,
             identity.encoder_resolution_rad,
             limits.effort_nm,
+            limits.gain_maximum,
+            identity.map_version,
         )
 
 

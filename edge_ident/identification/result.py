@@ -119,6 +119,11 @@ class AxisIdentification:
     trace: EffortTrace = field(repr=False)
 
     @property
+    def end_s(self) -> float:
+        """End of what was estimated from, from the start of the recording."""
+        return float(self.trace.time_s[-1])
+
+    @property
     def compensated_effects(self) -> tuple[str, ...]:
         """Names of the effects that the effort is compensated for."""
         return effect_names(self.model)

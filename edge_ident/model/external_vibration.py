@@ -9,6 +9,7 @@ from typing import Final
 
 import numpy as np
 
+from edge_ident.model.compensation import Compensation
 from edge_ident.model.effect import Array, Effect, Motion, Parameter, Values
 from edge_ident.model.search import Form, SearchSpec
 from edge_ident.model.waves import wave
@@ -40,4 +41,5 @@ EXTERNAL_VIBRATION: Final = ExternalVibration(
         signature="follows the clock, whatever the motion",
         repeats=True,
     ),
+    compensation=Compensation(without="it follows the clock, not the axis; find what shakes it"),
 )

@@ -4,12 +4,13 @@ The rest of the project relies on these rules and does not check them again.
 """
 
 from collections.abc import Callable, Collection, Iterator
-from dataclasses import fields
+from dataclasses import fields, replace
 from typing import Final
 
 import numpy as np
 
 from edge_ident.errors import ModelError
+from edge_ident.model.compensation import Over
 from edge_ident.model.effect import Array, Effect, Motion
 from edge_ident.model.model import PARAMETERS
 from edge_ident.model.search import Excitation, Form
@@ -164,16 +165,20 @@ def _linearity(effect: Effect) -> Iterator[str]:
 def _is_linear(effect: Effect, form: Form) -> bool:
     """Whether the efforts of all linear parameters together, at twice their size, are twice the sum
     of their efforts alone."""
-    motion = _probe_motion()
-    values = {
-        p.name: np.full(1, 0.0 if p.default is None else p.default) for p in effect.parameters
-    }
-    values |= dict.fromkeys(effect.search.linear, np.zeros(1))
-    values |= {name: grid[:1] for name, grid in effect.search.grid(_PROBE).items()}
+    motion, values = _probe_motion(), _probe_values(effect)
     alone = [effect.resistance(motion, {**values, name: np.ones(1)}) for name in form.linear]
     twice = effect.resistance(motion, {**values, **dict.fromkeys(form.linear, np.full(1, 2.0))})
     size = np.max(np.abs(alone))
     return bool(size > 0.0 and np.max(np.abs(twice - 2.0 * sum(alone))) <= _LINEAR * size)
+
+
+def _probe_values(effect: Effect) -> dict[str, Array]:
+    """Of its parameters: the linear ones zero, the nonlinear ones the first of the grid."""
+    values = {
+        p.name: np.full(1, 0.0 if p.default is None else p.default) for p in effect.parameters
+    }
+    values |= dict.fromkeys(effect.search.linear, np.zeros(1))
+    return values | {name: grid[:1] for name, grid in effect.search.grid(_PROBE).items()}
 
 
 def _probe_motion() -> Motion:
@@ -189,16 +194,43 @@ def _probe_motion() -> Motion:
 
 
 def _compensation(effect: Effect) -> Iterator[str]:
-    """Gains use parameters that there are; feed-forward ranks terms by their linear parameters."""
+    """Gains use parameters that there are, or a reason says why they use none. Feed-forward ranks
+    terms by their linear parameters."""
     compensation = effect.compensation
+    if compensation.used == bool(compensation.without):
+        yield "its compensation must say what gains do about it, or why they do nothing"
     for name in sorted(compensation.parameters - set(effect.bounds)):
         yield f"its compensation names {name}, which is no parameter"
-    if compensation.feedforward and not set(compensation.feedforward) & effect.search.linear:
-        yield "its feed-forward uses no linear parameter, by which terms could be ranked"
-    for gain in sorted(set(compensation.feedforward.values()) - _GAINS):
+    if compensation.feedforward and not effect.search.linear:
+        yield "its feed-forward has no linear parameter, by which terms could be ranked"
+    fed = {*compensation.feedforward.values(), *compensation.takes_over.values()}
+    for gain in sorted(fed - _GAINS):
         yield f"its feed-forward names {gain}, which is no gain of the board's law"
+    factors = {factor for factor in compensation.times.values() if isinstance(factor, str)}
+    for name in sorted(factors - set(PARAMETERS)):
+        yield f"its feed-forward is multiplied by {name}, which is no base parameter"
     if len(compensation.resonance) not in (0, 3):
         yield "its resonance must name an inertia, a rate and a damping ratio"
+    if compensation.at_end and not effect.changes_base:
+        yield "its compensation follows base parameters in time, and it changes none"
+    if compensation.over and not _depends_only(effect, compensation.over):
+        yield f"its effort depends on more than {compensation.over} and direction"
+
+
+def _depends_only(effect: Effect, over: Over) -> bool:
+    """Whether the effort stays, along a motion that keeps the speed, or the position, alone."""
+    if effect.memory_size or not effect.additive:
+        return False
+    motion, values = replace(_probe_motion(), source=None), _probe_values(effect)
+    values |= dict.fromkeys(effect.search.linear, np.ones(1))
+    other = replace(motion, time_s=motion.time_s + 3.0, acceleration=-2.0 * motion.acceleration)
+    if over == "speed":
+        other = replace(other, position=0.4 - 2.0 * motion.position)
+    else:
+        other = replace(other, velocity=1.7 * motion.velocity)
+    effort = effect.resistance(motion, values)
+    change = effect.resistance(other, values) - effort
+    return bool(np.max(np.abs(change)) <= _LINEAR * np.max(np.abs(effort)))
 
 
 def _advice(effect: Effect) -> Iterator[str]:

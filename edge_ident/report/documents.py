@@ -144,6 +144,7 @@ def design_document(design: GainDesign) -> dict[str, Any]:
         "phase_margin_deg": design.phase_margin_deg,
         "gain_margin": finite(design.gain_margin),
         "quantization_effort_nm": design.quantization_effort_nm,
+        "used": [dataclasses.asdict(used) for used in design.used],
         "not_used": [dataclasses.asdict(unused) for unused in design.unused],
     }
 

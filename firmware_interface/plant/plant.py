@@ -73,6 +73,11 @@ class Plant:
         return [axis.velocity[0] for axis in self._axes]
 
     @property
+    def table_rad(self) -> list[float]:
+        """Angle of each axis's table, which no encoder of this drive shows."""
+        return [axis.angle[2] for axis in self._axes]
+
+    @property
     def torque_nm(self) -> list[float]:
         """What the motor of each axis makes of the last command."""
         return list(self._torque)

@@ -11,6 +11,7 @@ from typing import Final
 import numpy as np
 
 from edge_ident.model.advice import Advice
+from edge_ident.model.compensation import Compensation
 from edge_ident.model.effect import Array, Effect, Parameter, Values
 from edge_ident.model.search import Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
@@ -59,4 +60,5 @@ EFFECT: Final = ActuatorDeadband(
         discrepancy=0.1,
     ),
     draw=_draw,
+    compensation=Compensation(feedforward={"width": "deadband_inverse"}),
 )

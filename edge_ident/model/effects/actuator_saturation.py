@@ -12,6 +12,7 @@ from typing import Final
 import numpy as np
 
 from edge_ident.model.advice import Advice
+from edge_ident.model.compensation import Compensation
 from edge_ident.model.effect import Array, Effect, Parameter, Values
 from edge_ident.model.search import Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
@@ -64,4 +65,5 @@ EFFECT: Final = ActuatorSaturation(
         discrepancy=0.1,
     ),
     draw=_draw,
+    compensation=Compensation(limit="limit"),
 )

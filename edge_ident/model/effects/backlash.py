@@ -7,12 +7,14 @@ sides. The load rebounds from them, and the rebound decides what the drive feels
 Source: Nordin and Gutman, Automatica 38 (2002) 1633 (dead zone with spring and damper).
 """
 
+from collections.abc import Mapping
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.model.advice import Advice
+from edge_ident.model.compensation import Compensation
 from edge_ident.model.effect import Array, Effect, Motion, Parameter, Values
 from edge_ident.model.search import SOUND_RESONANCE_HZ, Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
@@ -228,6 +230,13 @@ def _contact(at: Motion, values: Values) -> Array:
     return np.where(pull * depth > 0.0, values["load_inertia"] * pull, 0.0)
 
 
+def _one_sided(values: Mapping[str, float]) -> str:
+    """A load that rests on one contact whichever way it moves has no play to make up for."""
+    if abs(values["weight"]) >= values["deceleration"]:
+        return "its weight keeps the load on one side of the gap"
+    return ""
+
+
 EFFECT: Final = Backlash(
     advice=Advice(
         in_words="there is free play: the motor turns a little before the load follows",
@@ -258,4 +267,13 @@ EFFECT: Final = Backlash(
         sound=_sound,
     ),
     draw=_draw,
+    compensation=Compensation(
+        feedforward={"gap": "backlash_offset_rad"},
+        times={"gap": 0.5},
+        objection=_one_sided,
+        note=(
+            "so that the load follows, the motor leads by half the gap; an encoder on the motor "
+            "cannot show whether the load does"
+        ),
+    ),
 )

@@ -6,11 +6,13 @@ accelerates, guides out of square and a shared cable chain.
 Source: off-diagonal elements of a multi-body inertia matrix; skewed guides.
 """
 
+from collections.abc import Mapping
 from typing import Final
 
 import numpy as np
 
 from edge_ident.model.advice import Advice
+from edge_ident.model.compensation import Compensation
 from edge_ident.model.effect import Array, Effect, Motion, Parameter, Values
 from edge_ident.model.search import Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
@@ -60,6 +62,13 @@ def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
     }
 
 
+def _by_angle(values: Mapping[str, float]) -> str:
+    """What depends on the angle between the axes may turn the sign of the rest."""
+    if values["inertia_cosine"] or values["centrifugal_sine"]:
+        return "it depends on the angle between the axes, which the board's law does not know"
+    return ""
+
+
 EFFECT: Final = CrossAxisCoupling(
     advice=Advice(
         in_words="another axis pushes on this one",
@@ -82,4 +91,12 @@ EFFECT: Final = CrossAxisCoupling(
         discrepancy=0.1,
     ),
     draw=_draw,
+    compensation=Compensation(
+        feedforward={
+            "inertia": "cross_inertia_feedforward",
+            "viscous_friction": "cross_viscous_feedforward",
+            "coulomb_friction": "cross_coulomb_feedforward",
+        },
+        objection=_by_angle,
+    ),
 )

@@ -9,6 +9,7 @@ from typing import Final
 import numpy as np
 
 from edge_ident.model.advice import Advice
+from edge_ident.model.compensation import Compensation
 from edge_ident.model.effect import Array, Effect, Motion, Parameter, Values
 from edge_ident.model.search import Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
@@ -86,4 +87,7 @@ EFFECT: Final = DisturbanceEvent(
         repeats=True,
     ),
     draw=_draw,
+    compensation=Compensation(
+        without="it happened once, and no controller knows when it happens again"
+    ),
 )

@@ -11,6 +11,7 @@ from typing import Final
 import numpy as np
 
 from edge_ident.model.advice import Advice
+from edge_ident.model.compensation import Compensation
 from edge_ident.model.effect import Array, Effect, Motion, Parameter, Values
 from edge_ident.model.search import Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
@@ -97,4 +98,9 @@ EFFECT: Final = EncoderEccentricity(
         physical=_physical,
     ),
     draw=_draw,
+    compensation=Compensation(
+        without=(
+            "feedback follows the reading, error included; it goes when the encoder is centred"
+        )
+    ),
 )

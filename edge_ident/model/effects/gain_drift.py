@@ -12,6 +12,7 @@ from typing import Final
 import numpy as np
 
 from edge_ident.model.advice import Advice
+from edge_ident.model.compensation import Compensation
 from edge_ident.model.effect import Array, Effect, Parameter, Values
 from edge_ident.model.effects.offset_drift import TIME_CONSTANT, effective_time_s, time_constants
 from edge_ident.model.model import PARAMETERS
@@ -84,4 +85,5 @@ EFFECT: Final = GainDrift(
         shares_friction=True,
     ),
     draw=_draw,
+    compensation=Compensation(at_end=True),
 )

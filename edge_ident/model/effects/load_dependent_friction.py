@@ -13,6 +13,7 @@ from typing import Final
 import numpy as np
 
 from edge_ident.model.advice import Advice
+from edge_ident.model.compensation import Compensation
 from edge_ident.model.effect import Array, Effect, Motion, Parameter, Values
 from edge_ident.model.search import Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
@@ -83,4 +84,12 @@ EFFECT: Final = LoadDependentFriction(
         shares_friction=True,
     ),
     draw=_draw,
+    compensation=Compensation(
+        feedforward={
+            "share": "transmission_loss",
+            "guided": "transmitted_friction",
+            "moved": "transmitted_inertia",
+        },
+        times={"moved": "inertia"},
+    ),
 )

@@ -11,6 +11,7 @@ from typing import Final
 import numpy as np
 
 from edge_ident.model.advice import Advice
+from edge_ident.model.compensation import Compensation
 from edge_ident.model.effect import Array, Effect, Motion, Parameter, Values
 from edge_ident.model.search import Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
@@ -67,4 +68,5 @@ EFFECT: Final = NonlinearViscous(
         shares_friction=True,
     ),
     draw=_draw,
+    compensation=Compensation(over="speed"),
 )

@@ -11,6 +11,7 @@ from typing import Final
 import numpy as np
 
 from edge_ident.model.advice import Advice
+from edge_ident.model.compensation import Compensation
 from edge_ident.model.effect import Array, Effect, Motion, Parameter, Values
 from edge_ident.model.search import Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
@@ -88,4 +89,5 @@ EFFECT: Final = OffsetDrift(
         open_ended=("time_constant",),
     ),
     draw=_draw,
+    compensation=Compensation(at_end=True),
 )

@@ -10,6 +10,7 @@ from typing import Final
 import numpy as np
 
 from edge_ident.model.advice import Advice
+from edge_ident.model.compensation import Compensation
 from edge_ident.model.effect import Array, Effect, Motion, Parameter, Values
 from edge_ident.model.search import Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
@@ -78,4 +79,5 @@ EFFECT: Final = PayloadChange(
         essential=("inertia",),
     ),
     draw=_draw,
+    compensation=Compensation(at_end=True),
 )

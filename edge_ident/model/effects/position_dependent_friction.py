@@ -12,6 +12,7 @@ from typing import Final
 import numpy as np
 
 from edge_ident.model.advice import Advice
+from edge_ident.model.compensation import Compensation
 from edge_ident.model.effect import Array, Effect, Motion, Parameter, Values
 from edge_ident.model.search import Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
@@ -75,4 +76,5 @@ EFFECT: Final = PositionDependentFriction(
         shares_friction=True,
     ),
     draw=_draw,
+    compensation=Compensation(over="position"),
 )

@@ -13,6 +13,7 @@ from typing import Final
 import numpy as np
 
 from edge_ident.model.advice import Advice
+from edge_ident.model.compensation import Compensation
 from edge_ident.model.effect import Array, Effect, Motion, Parameter, Values
 from edge_ident.model.search import Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
@@ -107,4 +108,5 @@ EFFECT: Final = PositionDependentLoad(
         grid=_grid,
     ),
     draw=_draw,
+    compensation=Compensation(over="position"),
 )

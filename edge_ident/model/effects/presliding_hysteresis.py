@@ -13,6 +13,7 @@ from typing import Final
 import numpy as np
 
 from edge_ident.model.advice import Advice
+from edge_ident.model.compensation import Compensation
 from edge_ident.model.effect import Array, Effect, Motion, Parameter, Values
 from edge_ident.model.search import SOUND_RESONANCE_HZ, Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
@@ -118,4 +119,9 @@ EFFECT: Final = PreslidingHysteresis(
         sound=_sound,
     ),
     draw=_draw,
+    compensation=Compensation(
+        feedforward={"level": "presliding_feedforward", "distance": "presliding_distance_rad"},
+        takes_over={"level": "coulomb_feedforward"},
+        note="its level leaves the Coulomb feed-forward",
+    ),
 )

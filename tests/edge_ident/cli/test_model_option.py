@@ -73,18 +73,19 @@ def test_identify_says_what_it_assumed_and_hands_it_on(
     assert [again["parameters"][name]["value"] for name in PARAMETERS] == pytest.approx(values)
 
 
-def test_gains_feed_the_ripple_forward_and_name_what_they_do_not_use(
+def test_gains_feed_the_ripple_forward_and_say_what_became_of_the_drift(
     file: Path, model_file: Path
 ) -> None:
     assert answer("gains", file, "--no-diagnose", exit_code=1)["axes"] == {}
     found = answer("gains", file, "--model", model_file)["axes"]["x"]
-    assert found["not_used"][0]["effect"] == "offset_drift"
+    assert [used["effect"] for used in found["used"]] == ["torque_ripple", "offset_drift"]
+    assert found["not_used"] == []
     assert found["gains"]["ripple_sine"] == [0.4, 0.0, 0.0, 0.0]
     assert found["gains"]["ripple_period_rad"][0] == pytest.approx(PERIOD_RAD)
     shown = CliRunner().invoke(app, ["gains", str(file), "--model", str(model_file)])
     assert "compensated effects: torque_ripple, offset_drift" in shown.stdout
     assert "ripple 1" in shown.stdout
-    assert "offset_drift is not used" in shown.stdout
+    assert "offset_drift: the gains fit the machine as it was at the end" in shown.stdout
 
 
 def test_what_nobody_knew_is_found_reported_and_fed_forward(file: Path) -> None:

@@ -52,8 +52,37 @@ def test_margins_quantization_and_poles_are_as_promised() -> None:
     gains = found.gains
     closed = [PARAMETERS[0], PARAMETERS[1] + gains.derivative, gains.proportional]
     np.testing.assert_allclose(np.abs(np.roots(closed)), found.bandwidth_rad_s, rtol=1e-6)
-    assert gains.inertia_feedforward == PARAMETERS[0]
     assert gains.coulomb_feedforward == PARAMETERS[2]
+
+
+def test_nothing_is_left_of_a_constant_acceleration() -> None:
+    """The sampled law on the continuous axis, half a sample and the delay late."""
+    gains, period = design(axis(), HARDWARE).gains, HARDWARE.sample_period_s
+    inertia, viscous = PARAMETERS[:2]
+    steps = 20
+    late = round(HARDWARE.control_delay_s / period * steps)
+    position = speed = filtered = last = effort = 0.0
+    errors = []
+    for k in range(800):
+        time = k * period
+        difference = (position - last) / period
+        filtered += period / (gains.velocity_filter_s + period) * (difference - filtered)
+        last = position
+        errors.append(2.0 * time**2 / 2.0 - position)
+        following = (
+            gains.proportional * errors[-1]
+            + gains.derivative * (2.0 * time - filtered)
+            + gains.inertia_feedforward * 2.0
+            + gains.viscous_feedforward * 2.0 * time
+        )
+        for step in range(steps):
+            acting = effort if step < late else following
+            speed += (acting - viscous * speed) / inertia * period / steps
+            position += speed * period / steps
+        effort = following
+    print(errors[-1])
+    # feed-forward of the whole inertia leaves 3 mrad
+    assert abs(errors[-1]) < 5e-5
 
 
 def test_gain_margin_is_where_a_simulated_loop_turns_unstable() -> None:

@@ -2,7 +2,7 @@
 
 import sys
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import ClassVar
 
@@ -21,9 +21,12 @@ from edge_ident.model.effects import catalogue, named
 from edge_ident.model.inverse import inverse_effort
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Model, Term
 from edge_ident.model.model_files import load_model, save_model
+from edge_ident.model.supported_range import SupportedRange
 from edge_ident.signals.recording import AxisRecord, Recording
 from edge_ident.simulation.references import recorded_references
 from edge_ident.simulation.scenario import Scenario, record
+from firmware_interface.control_law import feedforward_nm
+from firmware_interface.motion import Reference
 from firmware_interface.plant import Drives, Electronics, draw, draw_drives, multisine, simulate
 from firmware_interface.plant.catalogue import names_of
 from firmware_interface.plant.effect import Effect as PlantEffect
@@ -41,6 +44,7 @@ Source: Smythe, Trans. AIEE 61 (1942) 681.
 import numpy as np
 
 from edge_ident.model.advice import Advice
+from edge_ident.model.compensation import Compensation
 from edge_ident.model.effect import Effect, Parameter
 from edge_ident.model.search import Form, SearchSpec
 
@@ -72,10 +76,13 @@ EFFECT = MagneticBrake(
         "level": draws.strength() * scale.effort,
         "speed": draws.uniform(0.1, 0.8) * scale.speed,
     },
+    compensation=Compensation(over="speed"),
 )
 '''
+HARDWARE = LoopHardware(0.0025, 0.0005, 7.5e-4, 12.0)
 TRUTH = (0.43, 0.9, 1.4, 0.1)
 BRAKE = Term(NAME, {"level": 1.5, "speed": 0.6})
+RANGE = SupportedRange((-1.3, 1.3), (-2.4, 2.4), (-7.0, 7.0), (-9.0, 9.0))
 
 
 @pytest.fixture
@@ -139,8 +146,25 @@ def test_it_is_simulated_and_compensated_and_its_gains_are_reported() -> None:
     assert knowing.compensated_effects == (NAME,)
     assert knowing.estimate.parameters[1] == pytest.approx(TRUTH[1], rel=0.02)
     assert abs(ignorant.estimate.parameters[1] - TRUTH[1]) > 0.1 * TRUTH[1]
-    gains = design(knowing.model, LoopHardware(0.0025, 0.0005, 7.5e-4, 12.0))
-    assert [unused.effect for unused in gains.unused] == [NAME]
+    (unused,) = design(knowing.model, HARDWARE).unused
+    assert unused.reason == "the model does not say in which range it is supported"
+
+
+@pytest.mark.usefixtures("brake")
+def test_gains_cure_it_by_its_declaration_alone() -> None:
+    knowing, ignorant = (
+        design(model(*terms).axes["x"], HARDWARE)
+        for terms in ((replace(BRAKE, supported=RANGE),), ())
+    )
+    assert [used.effect for used in knowing.used] == [NAME]
+    speed = np.linspace(-2.4, 2.4, 49)
+    still = np.zeros(49)
+    added = [
+        feedforward_nm(found.gains, Reference(still, speed, still), np)
+        for found in (knowing, ignorant)
+    ]
+    drag = 1.5 * speed * 0.6 / (speed**2 + 0.6**2)
+    np.testing.assert_allclose(added[0] - added[1], drag, atol=0.01)
 
 
 @pytest.mark.usefixtures("brake")
@@ -185,8 +209,9 @@ BROKEN = {
     "def load(": ("def reading(", "reading and not true_motion"),
     "def load(self, at, values)": ("def loads(self, at, values)", "overrides no hook"),
     '{"speed": excitation': ('{"rate": excitation', "names rate, which is no parameter"),
-    "    draw=lambda": ("    compensation=C(feedforward={'level': 'brake'}),\n    draw=lambda",
-                       "names brake, which is no gain"),
+    'over="speed"': ("feedforward={'level': 'brake'}", "names brake, which is no gain"),
+    '"speed"),': ('"position"),', "depends on more than position"),
+    '    compensation=Compensation(over="speed"),\n': ("", "or why they do nothing"),
     "    parameters = (": ("    memory_size = 2\n    parameters = (", "does not override rates"),
     '"magnets near the axis"': ('""', "its advice lacks"),
     "EFFECT = ": ("EFFECTS = ", "holds no EFFECT"),
@@ -196,9 +221,7 @@ BROKEN = {
 @pytest.mark.parametrize("part", BROKEN)
 def test_a_file_that_breaks_a_rule_is_refused(folder: Path, part: str) -> None:
     instead, message = BROKEN[part]
-    imported = "from edge_ident.model.compensation import Compensation as C\nimport numpy as np"
-    broken = FILE.replace(part, instead).replace("import numpy as np", imported)
-    (folder / f"{NAME}.py").write_text(broken, encoding="utf-8")
+    (folder / f"{NAME}.py").write_text(FILE.replace(part, instead), encoding="utf-8")
     with pytest.raises(ModelError, match=message) as caught:
         named(NAME)
     assert caught.value.next_step == f"mend edge_ident/model/effects/{NAME}.py"

@@ -1,0 +1,257 @@
+"""One term of a model in the fields of the board's law."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, replace
+from typing import Any, Final
+
+import numpy as np
+
+from edge_ident.control.effort_range import EffortRange
+from edge_ident.control.law_numbers import (
+    backlash_distance,
+    deadband_smoothing,
+    table_fade_speed,
+    wave_fade_speed,
+)
+from edge_ident.control.position_loop import LoopHardware
+from edge_ident.control.sampled_terms import (
+    LARGEST_REST,
+    Sampled,
+    sampled_over_position,
+    sampled_over_speed,
+)
+from edge_ident.model.compensation import Compensation
+from edge_ident.model.effects import named
+from edge_ident.model.model import AxisModel, Term
+from edge_ident.model.model_reading import unit_of
+from firmware_interface.gains import FRICTION_ENTRIES, TABLE_ENTRIES, AxisGains
+
+_PLACES: Final = {
+    field.name: len(field.default) if isinstance(field.default, tuple) else 1
+    for field in fields(AxisGains)
+}
+"""Terms that each field of the board's law takes."""
+_DOUBT_STD: Final = 2.0
+"""Standard deviations by which a width is in doubt."""
+_NO_RANGE: Final = "the model does not say in which range it is supported"
+
+
+@dataclass(frozen=True)
+class Placed:
+    """Gains with one term more.
+
+    Attributes
+    ----------
+    gains : AxisGains
+    sentence : str
+        What became of the term; a part of a sentence.
+    """
+
+    gains: AxisGains
+    sentence: str
+
+
+@dataclass(frozen=True)
+class Placement:
+    """What decides how terms of an axis enter the law.
+
+    Attributes
+    ----------
+    axis : AxisModel
+    hardware : LoopHardware
+    late_s : float
+        From a sample to the middle of the period in which its effort acts.
+    gain_margin : float
+        That the loop keeps.
+    range : EffortRange or None
+    """
+
+    axis: AxisModel
+    hardware: LoopHardware
+    late_s: float
+    gain_margin: float
+    range: EffortRange | None
+
+    def placed(self, gains: AxisGains, term: Term, number: int) -> Placed | str:
+        """Gains with a term, or the reason why they cannot have it.
+
+        Parameters
+        ----------
+        gains : AxisGains
+        term : Term
+        number : int
+            Terms of the same effect that the gains have already.
+        """
+        if named(term.effect).compensation.at_end:
+            return Placed(gains, "the gains fit the machine as it was at the end of the recording")
+        over = named(term.effect).compensation.over
+        if over and term.supported is None:
+            return _NO_RANGE
+        if over == "speed":
+            return self._in_curve(gains, term)
+        if over == "position":
+            return self._in_tables(gains, term)
+        return self._in_fields(gains, term, number)
+
+    # ---- a curve and tables
+
+    def _in_curve(self, gains: AxisGains, term: Term) -> Placed | str:
+        assert self.range is not None
+        top = self.range.top_speed
+        found = sampled_over_speed(term, top)
+        if found.rest > LARGEST_REST:
+            return _too_coarse(found, FRICTION_ENTRIES)
+        present = np.array([gains.friction_forward, gains.friction_backward])
+        forward, backward = (present + found.entries).tolist()
+        changed = replace(
+            gains,
+            friction_top_speed_rad_s=top,
+            friction_forward=tuple(forward),
+            friction_backward=tuple(backward),
+        )
+        unit = self.axis.position_unit
+        return Placed(
+            changed,
+            f"friction curve of {FRICTION_ENTRIES} entries each way up to {top:.3g} {unit}/s"
+            + _leaves(found),
+        )
+
+    def _in_tables(self, gains: AxisGains, term: Term) -> Placed | str:
+        if named(term.effect).has_source(term.source_axis):
+            return "it depends on another axis's position, and the board's tables on one alone"
+        start, step = self._grid()
+        found = sampled_over_position(term, start, step)
+        if found.rest > LARGEST_REST:
+            return _too_coarse(found, TABLE_ENTRIES)
+        present = np.array([gains.load_table, gains.local_friction_table])
+        tables = present + found.entries
+        load, friction = tables.tolist()
+        fade = min(table_fade_speed(table, step, self.late_s) for table in tables)
+        changed = replace(
+            gains,
+            table_start_rad=start,
+            table_step_rad=step,
+            load_table=tuple(load),
+            local_friction_table=tuple(friction),
+            table_fade_speed_rad_s=self._fade(fade, "table_fade_speed_rad_s"),
+        )
+        assert term.supported is not None
+        low, high = term.supported.position
+        along = f"from {low:.3g} to {high:.3g} {self.axis.position_unit}"
+        return Placed(changed, f"table of {TABLE_ENTRIES} entries {along}{_leaves(found)}")
+
+    def _grid(self) -> tuple[float, float]:
+        """First entry and step of both tables, over the ranges of all terms that enter them."""
+        ranges = [
+            term.supported.position
+            for term in self.axis.terms
+            if named(term.effect).compensation.over == "position" and term.supported is not None
+        ]
+        start = min(low for low, _ in ranges)
+        return start, (max(high for _, high in ranges) - start) / (TABLE_ENTRIES - 1)
+
+    # ---- fields that take parameters
+
+    def _in_fields(self, gains: AxisGains, term: Term, number: int) -> Placed | str:
+        effect = named(term.effect)
+        compensation = effect.compensation
+        if number >= places(term.effect):
+            return f"the board takes {places(term.effect)}, and this one is smaller"
+        values = {name: float(value) for name, value in effect.complete(term.values).items()}
+        if objection := compensation.objection(values):
+            return objection
+        fed = {p: values[p] * self._factor(compensation, p) for p in compensation.feedforward}
+        for parameter, gain in compensation.feedforward.items():
+            gains = _with(gains, gain, number, fed[parameter])
+        for parameter, gain in compensation.takes_over.items():
+            left = max(getattr(gains, gain) - values[parameter], 0.0)
+            gains = _with(gains, gain, number, left)
+        tuned = self._tuned(gains, term, number)
+        if isinstance(tuned, str):
+            return tuned
+        sentence = f"fed forward with {self._listed(term, values)}{tuned.sentence}"
+        note = f"; {compensation.note}" if compensation.note else ""
+        return Placed(tuned.gains, sentence + note)
+
+    def _factor(self, compensation: Compensation, parameter: str) -> float:
+        factor = compensation.times.get(parameter, 1.0)
+        if isinstance(factor, str):
+            return float(self.axis.terms[0].values[factor])
+        return factor
+
+    def _listed(self, term: Term, values: Mapping[str, float]) -> str:
+        effect, axis = named(term.effect), self.axis
+        return ", ".join(
+            f"{p.name} {values[p.name]:.3g} "
+            + unit_of(p, axis.position_unit, axis.effort_unit).replace("*", "·")
+            for p in effect.parameters
+            if p.name in effect.compensation.feedforward
+        ).replace(" 1,", ",")
+
+    def _tuned(self, gains: AxisGains, term: Term, number: int) -> Placed | str:
+        """Gains with the numbers that the loop decides, for the fields that a term has taken."""
+        taken = set(named(term.effect).compensation.feedforward.values())
+        if "ripple_period_rad" in taken and "ripple_fade_speed_rad_s" in self.hardware.law:
+            name = "ripple_fade_speed_rad_s"
+            speed = wave_fade_speed(gains.ripple_period_rad[number], self.late_s)
+            kept = self._fade(speed, name, number)
+            unit = self.axis.position_unit
+            return Placed(_with(gains, name, number, kept), f", whole up to {kept:.3g} {unit}/s")
+        if "backlash_offset_rad" in taken:
+            return self._spread(gains)
+        if "deadband_inverse" in taken:
+            width, std = gains.deadband_inverse, term.std.get("width", 0.0)
+            doubt = math.hypot(_DOUBT_STD * std, named(term.effect).search.discrepancy * width)
+            smoothing = deadband_smoothing(doubt, self.gain_margin)
+            smoothed = replace(gains, deadband_smoothing=smoothing)
+            unit = self.axis.effort_unit.replace("*", "·")
+            return Placed(smoothed, f", smoothed over {smoothing:.2g} {unit}")
+        return Placed(gains, "")
+
+    def _spread(self, gains: AxisGains) -> Placed | str:
+        """Play, made up for over a distance."""
+        if self.range is None:
+            return _NO_RANGE
+        left = self.hardware.effort_limit_nm - self.range.largest_nm(gains)
+        if left <= 0.0:
+            return "feed-forward leaves no effort to cross the gap with"
+        gap, acceleration = 2.0 * gains.backlash_offset_rad, self.range.top_acceleration
+        inertia = float(self.axis.parameters[0])
+        distance = backlash_distance(gap, inertia, acceleration, left)
+        spread = replace(gains, backlash_distance_rad=distance)
+        return Placed(spread, f", spread over {distance:.2g} {self.axis.position_unit}")
+
+    def _fade(self, speed: float, gain: str, number: int = 0) -> float:
+        """A fade speed: at most the speed that was supported, and what the board takes."""
+        most = [speed]
+        if self.range is not None:
+            most.append(self.range.top_speed)
+        if (largest := self.hardware.gain_maximum) is not None:
+            bound = getattr(largest, gain)
+            most.append(bound[number] if isinstance(bound, tuple) else bound)
+        return min(most)
+
+
+def places(effect: str) -> int:
+    """Terms of an effect that the board's law takes."""
+    return min(
+        (_PLACES[gain] for gain in named(effect).compensation.feedforward.values()), default=0
+    )
+
+
+def _with(gains: AxisGains, gain: str, number: int, value: float) -> AxisGains:
+    """Gains with another number in a field, or in one place of it."""
+    present: Any = getattr(gains, gain)
+    if isinstance(present, tuple):
+        value = (*present[:number], value, *present[number + 1 :])  # type: ignore[assignment]
+    changed: Any = {gain: value}
+    return replace(gains, **changed)
+
+
+def _leaves(found: Sampled) -> str:
+    return f", which leaves {found.rest:.0%} of it"
+
+
+def _too_coarse(found: Sampled, entries: int) -> str:
+    return f"{entries} entries over the supported range leave {found.rest:.0%} of it"
