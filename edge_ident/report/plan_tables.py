@@ -12,7 +12,8 @@ from rich.text import Text
 
 from edge_ident.diagnosis.present.wording import spoken
 from edge_ident.drive.motion_files import motion_document
-from edge_ident.experiment.result import AxisUse, MotionPlan, PlannedPair, Why
+from edge_ident.experiment.announcement import inseparable_sentence
+from edge_ident.experiment.result import AxisUse, MotionPlan, Why
 from edge_ident.support.json_text import finite
 from edge_ident.support.tables import FittingTable
 from firmware_interface.motion import Multisine, Staircase
@@ -90,20 +91,6 @@ def _parts(plan: MotionPlan) -> Iterator[RenderableType]:
     yield _limits_table(plan)
     yield Text(
         f"  every limit less {plan.margin:.0%} is kept with the overshoot of the loop; {plan.loops}"
-    )
-
-
-def inseparable_sentence(pair: PlannedPair) -> str:
-    """That no motion separates a pair, with the number that shows it."""
-    rivals = (
-        f"whether there is {spoken(pair.first)}"
-        if pair.second is None
-        else f"{spoken(pair.first)} and {spoken(pair.second)}"
-    )
-    verb = "show" if pair.second is None else "separate"
-    return (
-        f"no motion inside the limits can {verb} {rivals}: the best reaches a distance of "
-        f"{pair.best:.2g}, needed is {pair.needed:.2g}"
     )
 
 

@@ -7,7 +7,8 @@ from typing import Any
 import edge_ident
 from edge_ident.commissioning.capture import Capture
 from edge_ident.commissioning.gain_change import GainChange
-from edge_ident.commissioning.run import CAPTURE_FILE, VERIFICATION_FILE, Outcome
+from edge_ident.commissioning.identification_motions import CAPTURE_FILE
+from edge_ident.commissioning.run import VERIFICATION_FILE, Outcome
 from edge_ident.commissioning.verification import Tracking, Verification
 from edge_ident.report.run_documents import run_document
 from edge_ident.signals.recording import Recording
