@@ -108,7 +108,7 @@ def _further(study: Study, motions: list[IdentificationMotion]) -> str:
     made = IdentificationMotion(
         capture_file(number), trajectory, capture, motions[-1].found, plan, {}
     )
-    motions.append(_judged(study, motions, made, plan))
+    motions.append(judged(study, motions, made, plan))
     return ""
 
 
@@ -151,7 +151,7 @@ def _asked(
     }
 
 
-def _judged(
+def judged(
     study: Study,
     earlier: Sequence[IdentificationMotion],
     made: IdentificationMotion,

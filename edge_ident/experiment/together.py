@@ -68,21 +68,22 @@ def diagnose_together(
     DataError
         An axis hardly moves.
     """
-    found = {}
-    for name in names:
-        together = _diagnosed(recordings, name, recordings[0], model, on_progress)
+
+    def judged(name: str) -> AxisDiagnosis:
         earlier = before.get(name)
-        if (
-            earlier is not None
-            and together.verdict is Verdict.UNEXPLAINED
-            and tied_to_time(earlier)
-        ):
-            alone = _diagnosed(recordings[-1:], name, recordings[0], model, on_progress)
-            if _changed(together, earlier, alone):
-                pairs = [pair for pair in plan.pairs if pair.axis == name and pair.separated]
-                together = _settled(earlier, alone, pairs, recordings[-1].source)
-        found[name] = together
-    return found
+        together = _diagnosed(recordings, name, recordings[0], model, on_progress)
+        together = _without_own_lines(together, earlier, recordings[-1])
+        if earlier is None or together.verdict is not Verdict.UNEXPLAINED:
+            return together
+        if not tied_to_time(earlier):
+            return together
+        alone = _diagnosed(recordings[-1:], name, recordings[0], model, on_progress)
+        if not _changed(together, earlier, alone):
+            return together
+        pairs = [pair for pair in plan.pairs if pair.axis == name and pair.separated]
+        return _settled(earlier, alone, pairs, recordings[-1].source)
+
+    return {name: judged(name) for name in names}
 
 
 def _diagnosed(

@@ -33,7 +33,7 @@ def plan_document(plan: MotionPlan, file: Path | None) -> dict[str, Any]:
         "conclusion": conclusion(plan),
         "motion": None if plan.trajectory is None else motion_document(plan.trajectory),
         "motion_file": None if file is None else str(file),
-        "axes": {name: _uses(use) for name, use in plan.axes.items()},
+        "axes": {name: uses_document(use) for name, use in plan.axes.items()},
         "pairs": [
             {**asdict(pair), "separated": pair.separated, "separable": pair.separable}
             for pair in plan.pairs
@@ -45,7 +45,8 @@ def plan_document(plan: MotionPlan, file: Path | None) -> dict[str, Any]:
     }
 
 
-def _uses(use: AxisUse) -> dict[str, dict[str, float | None]]:
+def uses_document(use: AxisUse) -> dict[str, dict[str, float | None]]:
+    """What a motion asks of an axis; infinite limits are null."""
     return {
         name: {quantity: finite(value) for quantity, value in of.items()}
         for name, of in asdict(use).items()
