@@ -60,6 +60,7 @@ _RIGID: Final = {
     "coulomb_smoothing_rad_s",
     "offset_feedforward",
 }
+_DIVISORS: Final = ("stribeck_speed", "ripple_period")
 _FAULTS: Final = {"single": 1, "pair": 2, "sound": 0}
 _ARMS: Final = ("run", "one", "multisine", "staircase", "random")
 Row = dict[str, Any]
@@ -84,13 +85,18 @@ def plant(kind: str, seed: int) -> tuple[Plant, list[Row]]:
 
 
 def above_tolerance(seed: int) -> bool:
-    """Whether the base model leaves enough of the sinusoid with each fault alone."""
+    """Whether the base model leaves enough of the sinusoid with each fault alone.
+
+    A fault that is so strong that the board stops the motion does not count.
+    """
     hidden = Hidden.drawn(seed)
     for effect, fault in zip(hidden.effects, hidden.faults, strict=True):
-        alone = Hidden((effect,), (fault,))
-        with studied(alone.plant(), 1) as study:
-            capture = captured(study, named_trajectory(study.drive, "sinusoid"), 1)
-            study.board.finish()
+        try:
+            with studied(Hidden((effect,), (fault,)).plant(), 1) as study:
+                capture = captured(study, named_trajectory(study.drive, "sinusoid"), 1)
+                study.board.finish()
+        except EdgeIdentError:
+            return False
         axis = identify(capture.recording, diagnose=False).axes[fault.axis]
         if axis.adequacy.relative_residual < TOLERANCE:
             return False
@@ -179,9 +185,11 @@ def _chosen(arm: str, study: Study, first: Trajectory, number: int) -> Trajector
 
 def _compensated(gains: AxisGains) -> list[str]:
     """Gains beyond those of a rigid body that do something."""
-    plain = AxisGains(*[0.0] * 9).numbers()
-    numbers = gains.numbers()
-    return [name for name in numbers if name not in _RIGID and numbers[name] != plain[name]]
+    return [
+        name
+        for name, value in gains.numbers().items()
+        if value and name not in _RIGID and not name.startswith(_DIVISORS)
+    ]
 
 
 def _said(found: Identification) -> Row:
@@ -223,19 +231,11 @@ def cases(
     while count:
         counts = kind == "sound" or (
             len(Hidden.drawn(seed).faults) == _FAULTS[kind]
-            and (known[seed] if seed in known else _counts(seed))
+            and (known[seed] if seed in known else above_tolerance(seed))
         )
         count -= counts
         yield seed, counts
         seed += 1
-
-
-def _counts(seed: int) -> bool:
-    """Strong faults stop the board before anything is recorded."""
-    try:
-        return above_tolerance(seed)
-    except EdgeIdentError:
-        return False
 
 
 def main() -> None:
@@ -273,13 +273,15 @@ def _write(file: Any, row: Row) -> None:
 
 def _line(row: Row) -> str:
     truth = ", ".join(f"{f['effect']} {f['axis']} {f['strength']:.3g}" for f in row["faults"])
-    said = "; ".join(
-        f"{axis} {of['verdict']}: {', '.join(of['causes'])}"
-        + (f" or {of['rivals']}" if of["rivals"] else "")
-        for axis, of in row["axes"].items()
-    )
+    said = [f"{axis} {_named(of)}" for axis, of in row["axes"].items()] or [row["error"]]
+    spent = f"{row.get('motions', 0)} motions, {row['processor_s']} s"
     mark = "right" if row["right"] else "WRONG"
-    return f"{row['seed']} {row['arm']} {mark} [{truth}] {said} {row.get('error', '')} ({row.get('motions')} motions, {row['processor_s']} s)"
+    return f"{row['seed']} {row['arm']} {mark} [{truth}] {'; '.join(said)} ({spent})"
+
+
+def _named(of: Row) -> str:
+    text = f"{of['verdict']}: {', '.join(of['causes'])}"
+    return f"{text} or {', '.join(of['rivals'])}" if of["rivals"] else text
 
 
 def table(rows: Any) -> str:

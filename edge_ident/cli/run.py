@@ -134,8 +134,7 @@ def run(
         with shown_progress() as bars:
             outcome = commissioning.commission(board, opened.drive, loaded, plan, folder, bars)
     document = report.run_document(outcome, board.identity, loaded, folder)
-    captures = [folder / made.file for made in outcome.separation.motions]
-    save_result_model(outcome.identification.model, captures, folder, known)
+    save_result_model(outcome.identification.model, outcome.captures(folder), folder, known)
     page = report.write_run_page(outcome, document, folder)
     faults.add_to(document, hidden)
     deliver(document, "report.json", folder, results.json)

@@ -124,6 +124,10 @@ class Outcome:
     timing_ms: Mapping[str, float]
     separation: Separation
 
+    def captures(self, folder: Path) -> list[Path]:
+        """Files of the identification motions."""
+        return [folder / made.file for made in self.separation.motions]
+
     @property
     def confirmed(self) -> bool:
         """Whether new gains are in force to stay."""
@@ -180,16 +184,9 @@ def commission(
     conclusion = _conclude(found, change, stored)
     log.info(conclusion)
     return Outcome(
-        capture,
-        found,
-        designs,
-        gains_before,
-        change,
-        stored,
-        conclusion,
-        watch.timing_ms(),
+        capture, found, designs, gains_before, change, stored, conclusion, watch.timing_ms(),
         separation,
-    )
+    )  # fmt: skip
 
 
 def _first_motion(study: Study, trajectory: Trajectory) -> IdentificationMotion:

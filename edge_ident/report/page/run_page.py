@@ -77,7 +77,7 @@ def write_run_page(outcome: Outcome, document: dict[str, Any], folder: Path) -> 
     for n, name in enumerate(axes):
         chart = tracking_chart(f"c{n}", name, before, after) or details[n].charts[0]
         cards.append(run_card(name, outcome, replace(chart, key=f"c{n}")))
-    recordings = [folder / made.file for made in outcome.separation.motions]
+    recordings = outcome.captures(folder)
     recordings += [folder / VERIFICATION_FILE] if verified else []
     content = {
         "title": "What the run found and did",
