@@ -50,7 +50,6 @@ from firmware_interface.gains import FEEDBACK, AxisGains
 from firmware_interface.motion import Multisine, Trajectory
 from firmware_interface.plant import Hidden, Plant, draw_drives
 
-_MOST: Final = 3
 _NO_PLAN: Final = MotionPlan(None, {}, (), (), 0.0, "", 0)
 _RIGID: Final = {
     *FEEDBACK,
@@ -70,9 +69,7 @@ class Quiet:
     """Nobody watches."""
 
     def stage(self, title: str) -> None: ...
-
     def samples(self, in_hand: int, expected: int) -> None: ...
-
     def say(self, message: str) -> None: ...
 
 
@@ -136,7 +133,7 @@ def _decides(behind: Plant, most: int) -> Row:
         outcome = commission(board, load_drive(), None, plan, Path(folder), Quiet())
     compensated = [_compensated(design.gains) for design in outcome.designs.values()]
     return {
-        **_said(outcome.identification),
+        "axes": _axes(outcome.identification),
         "motions": len(outcome.separation.motions),
         "seconds": round(sum(made.duration_s for made in outcome.separation.motions), 1),
         "ended": outcome.separation.ended,
@@ -157,11 +154,10 @@ def _told(behind: Plant, arm: str, motions: int) -> Row:
             trajectory = _chosen(arm, study, first, number)
             capture = captured(study, trajectory, number)
             study.board.finish()
-            name = capture_file(number)
-            last = IdentificationMotion(name, trajectory, capture, made[-1].found)
+            last = IdentificationMotion(capture_file(number), trajectory, capture, made[-1].found)
             made.append(judged(study, made, last, _NO_PLAN))
     seconds = round(sum(one.duration_s for one in made), 1)
-    return {**_said(made[-1].found), "motions": motions, "seconds": seconds}
+    return {"axes": _axes(made[-1].found), "motions": motions, "seconds": seconds}
 
 
 def _chosen(arm: str, study: Study, first: Trajectory, number: int) -> Trajectory:
@@ -192,8 +188,8 @@ def _compensated(gains: AxisGains) -> list[str]:
     ]
 
 
-def _said(found: Identification) -> Row:
-    return {"axes": {name: _axis(axis) for name, axis in found.axes.items()}}
+def _axes(found: Identification) -> Row:
+    return {name: _axis(axis) for name, axis in found.axes.items()}
 
 
 def _axis(axis: AxisIdentification) -> Row:
@@ -210,7 +206,7 @@ def _axis(axis: AxisIdentification) -> Row:
 
 def _scored(row: Row) -> dict[str, bool]:
     """Whether exactly the truth is named, comes first on its axis, and has no rival left."""
-    axes: Mapping[str, Row] = row["axes"]
+    axes: dict[str, Row] = row["axes"]
     truth = {(fault["axis"], fault["effect"]) for fault in row["faults"]}
     named = {(axis, effect) for axis, of in axes.items() for effect in of["causes"]}
     first = [axes.get(axis, {}).get("causes", [])[:1] for axis, _ in truth]
@@ -259,7 +255,7 @@ def main() -> None:
             for arm in given.arms.split(",") if counts else ():
                 if (seed, arm) not in done:
                     own = done.get((seed, "run"), {"motions": 1}).get("motions", 1)
-                    motions = {"run": _MOST, "one": 1}.get(arm, own)
+                    motions = {"run": Plan().most_motions, "one": 1}.get(arm, own)
                     done[seed, arm] = run(given.kind, seed, arm, motions)
                     _write(file, done[seed, arm])
                     print(_line(done[seed, arm]), flush=True)

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Final
 
 from edge_ident.commissioning.capture import Capture, capture_motion
+from edge_ident.commissioning.homing import move_to
 from edge_ident.commissioning.observer import Observer
 from edge_ident.diagnosis.result import AxisDiagnosis
 from edge_ident.drive.description import Drive
@@ -20,7 +21,7 @@ from edge_ident.signals.data_checks import check_recording
 from edge_ident.signals.recording import Recording
 from edge_ident.support.stopwatch import Stopwatch
 from firmware_interface.board import Board
-from firmware_interface.motion import Trajectory
+from firmware_interface.motion import Staircase, Trajectory
 
 log = logging.getLogger(__name__)
 
@@ -54,7 +55,7 @@ class Study:
     most_motions : int
         Identification motions in all.
     most_s : float
-        Their duration in all, lead-ins included.
+        Their duration in all, as designed, lead-ins included.
     """
 
     board: Board
@@ -112,7 +113,12 @@ def duration_s(trajectory: Trajectory) -> float:
 
 
 def captured(study: Study, trajectory: Trajectory, number: int) -> Capture:
-    """An identification motion, saved as soon as its last sample arrives."""
+    """An identification motion, saved as soon as its last sample arrives.
+
+    A staircase begins where the axes stand. One that was designed counts from zero.
+    """
+    if number > 1 and any(isinstance(of, Staircase) for of in trajectory.axes.values()):
+        move_to(study.board, dict.fromkeys(study.board.axes, 0.0), study.observer)
     study.observer.stage("identification motion" + (f" {number}" if number > 1 else ""))
     file = study.folder / capture_file(number)
     with study.watch.stage("motion"):
