@@ -22,6 +22,8 @@ from edge_ident.model.effects import catalogue, named
 from tests.planned import Hidden, Peaks, diagnosed, followed, hidden, random_limits
 
 _BATCH = 84
+_SHOWN = 8
+"""Exceedances that a line shows, the largest first."""
 _LIMITS = {
     "travel": "travel_limit_rad",
     "speed": "speed_limit_rad_s",
@@ -129,8 +131,9 @@ def _line(done: list[Designed]) -> str:
     text = f"{len(moved)} of {len(done)} drives have a motion"
     for name in _LIMITS if moved else ():
         shares = np.array([one.shares[name] for one in moved])
-        over = np.count_nonzero(shares > 1.0)
-        text += f"; {name}: {over} exceed, largest {np.max(shares):.2f}"
+        over = ", ".join(f"{share:.2f}" for share in sorted(shares[shares > 1.0])[::-1][:_SHOWN])
+        text += f"; {name}: {np.count_nonzero(shares > 1.0)} exceed{over and f' ({over})'}, "
+        text += f"largest {np.max(shares):.2f}"
     return f"{text}; {np.mean(seconds):.2f} s each, longest {np.max(seconds):.2f} s"
 
 

@@ -1,5 +1,6 @@
 """The command run: the whole job on a board."""
 
+import math
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
@@ -41,6 +42,41 @@ Cycles = Annotated[
 
 
 @dataclass(frozen=True)
+class MotionOptions:
+    """How the axes move, and how far a run may go to find out what is wrong."""
+
+    motion: MotionName = "sinusoid"
+    cycles: Cycles = None
+    most_motions: Annotated[
+        int,
+        typer.Option(
+            "--most-motions",
+            min=1,
+            max=9,
+            metavar="NUMBER",
+            envvar="EDGE_IDENT_MOST_MOTIONS",
+            help="Largest number of identification motions. After the first one, motions are "
+            "designed that separate the causes which a diagnosis leaves open.",
+        ),
+    ] = 3
+    most_seconds: Annotated[
+        float | None,
+        typer.Option(
+            "--most-seconds",
+            min=1.0,
+            metavar="NUMBER",
+            envvar="EDGE_IDENT_MOST_SECONDS",
+            help="Longest duration of all identification motions together; default: no limit.",
+        ),
+    ] = None
+
+    @property
+    def most_s(self) -> float:
+        """Duration of all identification motions."""
+        return math.inf if self.most_seconds is None else self.most_seconds
+
+
+@dataclass(frozen=True)
 class GainOptions:
     """How gains are designed and whether they are kept."""
 
@@ -62,8 +98,7 @@ def register(app: typer.Typer) -> None:
 def run(
     *,
     where: BoardOptions,
-    motion: MotionName = "sinusoid",
-    cycles: Cycles = None,
+    motions: MotionOptions,
     gains: GainOptions,
     network: NetworkOptions,
     model: ModelFile = None,
@@ -74,6 +109,7 @@ def run(
 ) -> None:
     """Move the axes, identify the drive, design gains, write them, and verify them by a motion.
 
+    Where a diagnosis leaves several explanations, further motions are designed, announced and made.
     The gains are read back after writing. They are confirmed if the tracking error falls;
     otherwise the old gains are restored. The results are printed and written to the folder given
     by --output (default: edge-ident-runs/DATE-AND-TIME).
@@ -82,22 +118,23 @@ def run(
     """
     known, hidden = given_model(model), faults.hidden()
     plan = commissioning.Plan(
-        motion,
-        cycles,
+        motions.motion,
+        motions.cycles,
         gains.bandwidth,
         not gains.dry_run,
         gains.store,
         seed,
         known,
         not no_diagnose,
+        motions.most_motions,
+        motions.most_s,
     )
     with session(where, results.output, hidden) as opened:
         board, folder, loaded = opened.board, opened.folder, network.load()
         with shown_progress() as bars:
             outcome = commissioning.commission(board, opened.drive, loaded, plan, folder, bars)
     document = report.run_document(outcome, board.identity, loaded, folder)
-    capture = folder / commissioning.CAPTURE_FILE
-    save_result_model(outcome.identification.model, [capture], folder, known)
+    save_result_model(outcome.identification.model, outcome.captures(folder), folder, known)
     page = report.write_run_page(outcome, document, folder)
     faults.add_to(document, hidden)
     deliver(document, "report.json", folder, results.json)

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from edge_ident.commissioning.gain_forecast import Forecaster, Forecasts, check_stable
     from edge_ident.commissioning.gain_transfer import stage_gains
     from edge_ident.commissioning.homing import hold, move_by, move_to
+    from edge_ident.commissioning.identification_motions import CAPTURE_FILE
     from edge_ident.commissioning.link_checks import check_link
     from edge_ident.commissioning.ports import ask_ports
     from edge_ident.commissioning.profiling import profile_device
@@ -41,7 +42,7 @@ if TYPE_CHECKING:
         registers_of,
         write_register,
     )
-    from edge_ident.commissioning.run import CAPTURE_FILE, Plan, commission
+    from edge_ident.commissioning.run import Plan, commission
     from edge_ident.commissioning.safety import make_ready
     from edge_ident.commissioning.stopping import stop_machine
     from edge_ident.drive.writing import write_drive
@@ -110,7 +111,7 @@ __all__ = [
 __getattr__ = lazy_names(
     __name__,
     {
-        "CAPTURE_FILE": "edge_ident.commissioning.run",
+        "CAPTURE_FILE": "edge_ident.commissioning.identification_motions",
         "DEFAULT_BAUD_RATE": "firmware_interface.connection",
         "MAP_VERSION": "firmware_interface.registers",
         "REGISTERS": "firmware_interface.registers",

@@ -1,12 +1,13 @@
 """The whole job on a board: move, identify, design, write, verify, confirm or roll back."""
 
 import logging
-from collections.abc import Callable, Mapping
+import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from edge_ident.commissioning.capture import Capture, capture_motion, check_drive
+from edge_ident.commissioning.capture import Capture, check_drive
 from edge_ident.commissioning.gain_change import (
     GainChange,
     MotionBefore,
@@ -15,17 +16,23 @@ from edge_ident.commissioning.gain_change import (
 )
 from edge_ident.commissioning.gain_files import save_backup
 from edge_ident.commissioning.motor_way import unseen_load
+from edge_ident.commissioning.identification_motions import (
+    CAPTURE_FILE,
+    IdentificationMotion,
+    Study,
+    captured,
+    identified,
+)
 from edge_ident.commissioning.observer import Observer
 from edge_ident.commissioning.safety import make_ready, ready_to_move
+from edge_ident.commissioning.separation import Separation, separate
 from edge_ident.control.gain_design import GainDesign, design
 from edge_ident.control.position_loop import LoopHardware
 from edge_ident.drive.description import Drive
 from edge_ident.drive.motions import MotionName, named_trajectory
 from edge_ident.estimation.network import Network
-from edge_ident.identification.identify import identify
 from edge_ident.identification.result import Identification
 from edge_ident.model.model import Model
-from edge_ident.signals.data_checks import check_recording
 from edge_ident.support.stopwatch import Stopwatch
 from firmware_interface.board import Board
 from firmware_interface.gains import Bank
@@ -33,7 +40,6 @@ from firmware_interface.motion import Trajectory
 
 log = logging.getLogger(__name__)
 
-CAPTURE_FILE: Final = "capture.npz"
 VERIFICATION_FILE: Final = "verification.npz"
 BACKUP_FILE: Final = "gains_before.json"
 
@@ -58,6 +64,11 @@ class Plan:
         Effects that are known of the drive.
     diagnose : bool
         Whether an axis whose base model is not enough is diagnosed.
+    most_motions : int
+        Identification motions in all: where a diagnosis leaves several explanations, others are
+        designed that separate them.
+    most_s : float
+        Duration of these motions in all, lead-ins included.
     """
 
     motion: MotionName = "sinusoid"
@@ -68,6 +79,17 @@ class Plan:
     seed: int = 0
     model: Model | None = None
     diagnose: bool = True
+    most_motions: int = 3
+    most_s: float = math.inf
+
+    def study(
+        self, board: Board, drive: Drive, network: Network | None, folder: Path, observer: Observer
+    ) -> Study:
+        """What is to be identified of a drive."""
+        return Study(
+            board, drive, folder, observer, Stopwatch(), network, self.model, self.seed,
+            self.diagnose, self.most_motions, self.most_s,
+        )  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -87,7 +109,10 @@ class Outcome:
         One sentence.
     timing_ms : mapping of stage to milliseconds
         `last_sample_to_verified` runs from the last page in hand to gains committed and read back,
-        the stop included.
+        the stop included. `separation` is the time of further motions, and of what designs and
+        judges them.
+    separation : Separation
+        All identification motions, the first included.
     """
 
     capture: Capture
@@ -98,6 +123,11 @@ class Outcome:
     stored: bool
     conclusion: str
     timing_ms: Mapping[str, float]
+    separation: Separation
+
+    def captures(self, folder: Path) -> list[Path]:
+        """Files of the identification motions."""
+        return [folder / made.file for made in self.separation.motions]
 
     @property
     def confirmed(self) -> bool:
@@ -133,17 +163,19 @@ def commission(
     LinkError, BoardError, DataError, ModelError, GainError
     """
     check_drive(board, drive)
-    watch = Stopwatch()
+    study = plan.study(board, drive, network, folder, observer)
+    watch = study.watch
     trajectory = named_trajectory(drive, plan.motion, plan.cycles)
     make_ready(board)
     gains_before = board.active_gains()
     # before the effort goes on: whatever happens from there, the backup is there
     save_backup(gains_before, board.identity, folder / BACKUP_FILE)
     with ready_to_move(board, observer.say):
-        capture = _captured(board, trajectory, folder, observer, watch)
+        first = _first_motion(study, trajectory)
+        with watch.stage("separation"):
+            separation = separate(study, first)
+        capture, found = first.capture, separation.found
         with watch.stage("last_sample_to_verified"):
-            board.finish()
-            found = _identified(board, capture, network, plan, observer)
             designs = board_designs(board, found, plan.bandwidth_rad_s) if found.trusted else {}
         before = MotionBefore(capture, trajectory, named_trajectory(drive, plan.motion, 1))
         change = _change(board, designs, gains_before, before, plan, folder, observer, watch)
@@ -155,53 +187,18 @@ def commission(
         conclusion += unseen_load(designs)
     log.info(conclusion)
     return Outcome(
-        capture, found, designs, gains_before, change, stored, conclusion, watch.timing_ms()
-    )
+        capture, found, designs, gains_before, change, stored, conclusion, watch.timing_ms(),
+        separation,
+    )  # fmt: skip
 
 
-def _captured(
-    board: Board, trajectory: Trajectory, folder: Path, observer: Observer, watch: Stopwatch
-) -> Capture:
-    """The identification motion, saved as soon as its last sample arrives."""
-    observer.stage("identification motion")
-    file = folder / CAPTURE_FILE
-    with watch.stage("motion"):
-        return capture_motion(board, trajectory, observer.samples, file, observer.say)
-
-
-def _identified(
-    board: Board, capture: Capture, network: Network | None, plan: Plan, observer: Observer
-) -> Identification:
-    """Identify what was captured, and say what a diagnosis found."""
-    observer.stage("identification")
-    check_recording(capture.recording)
-    found = identify(
-        capture.recording,
-        network,
-        model=plan.model,
-        seed=plan.seed,
-        diagnose=plan.diagnose,
-        on_progress=_progress_on(observer, board),
-    )
-    for name, axis in found.axes.items():
-        if axis.diagnosis is not None:
-            observer.say(f"axis {name}: {axis.diagnosis_sentence}")
-            log.info("axis %s: %s", name, axis.diagnosis_sentence)
-    return found
-
-
-def _progress_on(observer: Observer, board: Board) -> Callable[[str, int, int], None]:
-    """What a diagnosis calls with its progress; it takes longer than a hold lasts."""
-    shown: list[str] = []
-
-    def show(stage: str, done: int, total: int) -> None:
-        if stage not in shown:
-            shown.append(stage)
-            observer.stage(stage)
-        observer.samples(done, total)
-        board.heartbeat()
-
-    return show
+def _first_motion(study: Study, trajectory: Trajectory) -> IdentificationMotion:
+    """The motion that the user asked for, identified."""
+    capture = captured(study, trajectory, 1)
+    with study.watch.stage("last_sample_to_verified"):
+        study.board.finish()
+        found = identified(study, capture.recording)
+    return IdentificationMotion(CAPTURE_FILE, trajectory, capture, found)
 
 
 def board_designs(

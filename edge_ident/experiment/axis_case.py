@@ -36,8 +36,8 @@ _USUAL: Final[tuple[MotionName, ...]] = ("multisine", "sinusoid")
 _RANK: Final = 0.03
 """Of the base model's columns: what the recordings hardly show stays as the diagnosis has it."""
 _CREDIBLE: Final = 1.1
-"""Effort along the recordings, of their peak, from which a rival is contradicted by them: its fit
-leaves a tenth at most, and reversals are not fitted."""
+"""Effort along the recordings, of their peak, beyond which they contradict a rival: its fit leaves
+a tenth at most, and reversals are not fitted."""
 _LEAST_ARRIVES: Final = 0.01
 """Of the effort; a drive of which less arrives does not move."""
 _BAND_SHARE: Final = 0.5
@@ -167,24 +167,19 @@ def _seen(term: Term, data: AxisData) -> bool:
 
 
 def _explanations(data: AxisData, problem: Problem) -> Problem:
-    """The problem with what every rival says of the effort, before a motion shows its causes.
-
-    A rival that expects far more effort along the recordings than they hold, at reversals for
-    instance, which are not compared, says nothing about limits.
-    """
+    """The problem with what every rival says of the effort, before a motion shows its causes."""
     every = [
         (*pair.others, *own) for pair in problem.pairs for own in ((), *((t,) for t in pair.terms))
     ]
     different = tuple({tuple(map(key, terms)): terms for terms in every}.values()) or ((),)
-    loads, kept = list[Load](), list[tuple[Term, ...]]()
-    for terms in different:
-        base = problem.bases.get(key(terms[-1]), problem.base) if terms else problem.base
-        if not terms or _credible(data, replace(base, terms=(base.terms[0], *terms))):
-            loads.append(Load(base.parameters, arrives=_arrives(terms, problem)))
-            kept.append(terms)
-    if not loads:
-        loads, kept = [Load(problem.base.parameters)], [()]
-    return replace(problem, loads=tuple(loads), explanations=tuple(kept))
+    loads = tuple(_load(data, problem, terms) for terms in different)
+    return replace(problem, loads=loads, explanations=different)
+
+
+def _load(data: AxisData, problem: Problem, terms: tuple[Term, ...]) -> Load:
+    base = problem.bases.get(key(terms[-1]), problem.base) if terms else problem.base
+    excess_nm = _excess(data, replace(base, terms=(base.terms[0], *terms))) if terms else 0.0
+    return Load(base.parameters, arrives=_arrives(terms, problem), excess_nm=excess_nm)
 
 
 def _arrives(terms: Sequence[Term], problem: Problem) -> float:
@@ -201,15 +196,20 @@ def _given(terms: Sequence[Term], command: float) -> float:
     return float(effort[0])
 
 
-def _credible(data: AxisData, axis: AxisModel) -> bool:
-    """Whether a model expects no more effort than the recordings may hold, reversals included."""
+def _excess(data: AxisData, axis: AxisModel) -> float:
+    """Effort that a model expects beyond what the recordings may hold, reversals included.
+
+    Friction and play that switch in an instant are smooth in no formula, so a model may expect
+    peaks at reversals, which are not fitted, that the machine never had.
+    """
     if not all(_seen(t, data) for t in axis.terms[1:]):
-        return True
+        return 0.0
+    beyond = [0.0]
     for s in data.segments:
-        needed = np.max(np.abs(inverse_effort(obeyed(axis), s.motion, s.others)))
-        if not needed < _CREDIBLE * _given(axis.terms, float(np.max(np.abs(s.raw_effort)))):
-            return False
-    return True
+        needed = float(np.max(np.abs(inverse_effort(obeyed(axis), s.motion, s.others))))
+        held = _given(axis.terms, float(np.max(np.abs(s.raw_effort))))
+        beyond.append(needed - _CREDIBLE * held)
+    return max(beyond) if np.all(np.isfinite(beyond)) else np.inf
 
 
 def _before(data: AxisData, problem: Problem, compared: Compared) -> Array:

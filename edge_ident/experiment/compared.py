@@ -21,6 +21,7 @@ from edge_ident.diagnosis.prepare.masks import (
     aliasing_mask,
     direction_unknown,
     direction_weight,
+    reversals,
     run_in,
 )
 from edge_ident.diagnosis.prepare.preparation import FEWEST_SAMPLES, MOST_SAMPLES
@@ -152,7 +153,9 @@ class Instruments:
     def compared(self, motion: Motion, others: Mapping[str, Motion]) -> Compared | None:
         """The samples of a planned motion; None where hardly any shows the axis in motion."""
         band, period_s = self.band(motion), float(motion.time_s[1] - motion.time_s[0])
-        unknown = direction_unknown(motion.position, self.position_noise, band.cutoff_hz, period_s)
+        unknown = direction_unknown(
+            motion.position, reversals(motion), self.position_noise, band.cutoff_hz, period_s
+        )
         weight = direction_weight(unknown, band.cutoff_hz, period_s)
         smear = int(np.ceil(SMEAR_PERIODS / (band.cutoff_hz * period_s)))
         aliased = aliasing_mask(motion, self.count, band.cutoff_hz, period_s, smear)

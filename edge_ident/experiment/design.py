@@ -121,8 +121,9 @@ def found(
     lead_in_s: float,
     seed: int,
     budget: float,
+    on_tried: Callable[[], None],
 ) -> Found:
-    """Search with motions of one kind.
+    """Search with motions of one kind; `on_tried` is called with every motion that is compared.
 
     Raises
     ------
@@ -133,7 +134,6 @@ def found(
     for name, case in cases.items():
         motions[name] = case.problem.sized(kind.usual(case)[0])
     best, tried = {}, 0
-    searched_axes = sum(bool(case.problem.pairs) for case in cases.values())
     for number, (name, case) in enumerate(cases.items()):
         problem = case.problem.beside(_others(motions, name))
         if not problem.pairs:
@@ -144,7 +144,8 @@ def found(
             partial(kind.drawn, case),
             kind.usual(case),
             rng,
-            round(budget * _evaluations(problem, kind.name, searched_axes)),
+            _evaluations(problem, kind.name, cases, budget),
+            on_tried,
         )
         best[name] = searched.of_pairs
         tried += searched.tried
@@ -152,12 +153,19 @@ def found(
     return _finished(drive, cases, motions, duration_s, lead_in_s, best, tried)
 
 
-def _evaluations(problem: Problem, kind: str, axes: int) -> int:
-    """How many motions may be compared for each of so many axes."""
+def evaluations(kind: Kind, cases: Mapping[str, AxisCase], budget: float) -> int:
+    """How many motions of one kind are compared, about."""
+    problems = [case.problem for case in cases.values() if case.problem.pairs]
+    return sum(_evaluations(problem, kind.name, cases, budget) for problem in problems)
+
+
+def _evaluations(problem: Problem, kind: str, cases: Mapping[str, AxisCase], budget: float) -> int:
+    """How many motions may be compared for one axis."""
+    axes = sum(bool(case.problem.pairs) for case in cases.values())
     integrated = sum(named(t.effect).memory_size > 0 for t in problem.terms)
     cost = _PER_MOTION + _PER_TERM * len(problem.terms) + _PER_MEMORY * integrated
     cost *= problem.duration_s / _USUAL_S
-    return max(_FEWEST_EVALUATIONS, round(_SHARES[kind] * _BUDGET / (axes * cost)))
+    return round(budget * max(_FEWEST_EVALUATIONS, round(_SHARES[kind] * _BUDGET / (axes * cost))))
 
 
 def _others(motions: Mapping[str, Move], name: str) -> dict[str, Move]:

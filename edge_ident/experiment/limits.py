@@ -112,11 +112,19 @@ class Load:
         What its causes add to the peak of the base model's effort; negative where they lower it.
     arrives : float
         Share of the largest command that the actuator gives.
+    excess_nm : float
+        What the explanation expects along the recordings beyond what they may hold.
     """
 
     base: Array
     added_nm: float = 0.0
     arrives: float = 1.0
+    excess_nm: float = 0.0
+
+    def with_causes(self, added_nm: float) -> "Load":
+        """The same beside what its causes add, less the excess that the recordings contradict."""
+        left_nm = max(added_nm - self.excess_nm, min(added_nm, 0.0))
+        return replace(self, added_nm=left_nm if math.isfinite(left_nm) else 0.0)
 
     @property
     def static_nm(self) -> float:

@@ -1,7 +1,9 @@
 """The front door: design the motion that separates what a diagnosis leaves open."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import count
+from typing import Final
 
 import numpy as np
 
@@ -9,7 +11,7 @@ from edge_ident.diagnosis.result import AxisDiagnosis, Diagnosis
 from edge_ident.drive.description import Drive, load_drive
 from edge_ident.errors import DataError
 from edge_ident.experiment.axis_case import AxisCase, axis_case
-from edge_ident.experiment.design import Found, found, kinds
+from edge_ident.experiment.design import Found, evaluations, found, kinds
 from edge_ident.experiment.distance import error_probability
 from edge_ident.experiment.limits import MARGIN, Allowed, Use
 from edge_ident.experiment.loops import Loops
@@ -17,6 +19,11 @@ from edge_ident.experiment.result import AxisUse, MotionPlan, PlannedPair
 from edge_ident.signals.recording import Recording
 from firmware_interface.board_types import AxisLimits
 from firmware_interface.gains import AxisGains
+
+Progress = Callable[[str, int, int], None]
+
+_TOLD_EVERY: Final = 10
+"""Motions, a tenth of a second: whoever is told has a board to hold."""
 
 
 @dataclass(frozen=True)
@@ -44,6 +51,7 @@ def plan_motion(
     duration_s: float | None = None,
     seed: int = 0,
     budget: float = 1.0,
+    on_progress: Progress = lambda stage, done, of: None,
 ) -> MotionPlan:
     """Design the motion that separates the causes that a diagnosis cannot tell apart.
 
@@ -62,6 +70,8 @@ def plan_motion(
         Of the search: the same for the same input.
     budget : float
         Length of the search; at 1 it takes one to two seconds.
+    on_progress : callable
+        Gets the stage, the number of motions compared and about how many there will be.
 
     Returns
     -------
@@ -94,8 +104,10 @@ def plan_motion(
     words = next(iter(allowed.values())).loops.words
     if not any(case.problem.pairs for case in cases.values()):
         return MotionPlan(None, {}, (), left_out, MARGIN, words, 0)
+    searches = kinds(duration_s)
+    told = _told(on_progress, sum(evaluations(kind, cases, budget) for kind in searches))
     every = [
-        found(kind, drive, cases, duration_s, lead_in_s, seed, budget) for kind in kinds(duration_s)
+        found(kind, drive, cases, duration_s, lead_in_s, seed, budget, told) for kind in searches
     ]
     chosen = _chosen(every)
     pairs = _pairs(cases, every, chosen)
@@ -105,6 +117,18 @@ def plan_motion(
         return MotionPlan(None, {}, pairs, left_out, MARGIN, words, tried)
     uses = {name: AxisUse(*chosen.uses[name], allowed[name].limit) for name in cases}
     return MotionPlan(chosen.trajectory, uses, pairs, left_out, MARGIN, words, tried)
+
+
+def _told(on_progress: Progress, of: int) -> Callable[[], None]:
+    """Count the motions that are compared, and tell now and then."""
+    tried = count(1)
+
+    def tell() -> None:
+        done = next(tried)
+        if done % _TOLD_EVERY == 0:
+            on_progress("design of a motion", min(done, of), of)
+
+    return tell
 
 
 def _allowed(diagnosis: Diagnosis, drive: Drive, board: BoardSide | None) -> dict[str, Allowed]:

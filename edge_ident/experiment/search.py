@@ -60,7 +60,7 @@ class Problem:
     bases : mapping of Key to AxisModel
         The base term beside each rival, as the recordings show it.
     loads : tuple of Load
-        Of each explanation that the recordings do not contradict.
+        Of each explanation.
     explanations : tuple of tuple of Term
         The causes in the eyes of each.
     others : mapping of axis name to motion
@@ -121,8 +121,7 @@ class Problem:
         if seen is None:
             return self.loads
         return tuple(
-            replace(load, added_nm=added)
-            for load, added in zip(self.loads, seen.added_nm, strict=True)
+            load.with_causes(added) for load, added in zip(self.loads, seen.added_nm, strict=True)
         )
 
     def distances(self, motion: Multisine | Staircase) -> "Distances | None":
@@ -176,6 +175,8 @@ class Best:
 
     Attributes
     ----------
+    pairs : int
+    on_tried : callable
     shape : Shape or None
     motion : Multisine or Staircase or None
     scores : (P,) array
@@ -186,6 +187,7 @@ class Best:
     """
 
     pairs: int
+    on_tried: Callable[[], None]
     shape: Shape | None = None
     motion: Multisine | Staircase | None = None
     scores: Array = field(init=False)
@@ -209,6 +211,7 @@ def search(
     known: Sequence[Shape],
     rng: np.random.Generator,
     evaluations: int,
+    on_tried: Callable[[], None],
 ) -> Best:
     """Search for the motion of one axis.
 
@@ -221,8 +224,10 @@ def search(
         Usual motions; they are tried first.
     rng : Generator
     evaluations : int
+    on_tried : callable
+        Called with every motion that is compared.
     """
-    best = Best(len(problem.pairs))
+    best = Best(len(problem.pairs), on_tried)
     drawn = max(int(_DRAWN * evaluations) - len(known), 1)
     tried = [_evaluated(problem, s, best) for s in (*known, *(draw(rng) for _ in range(drawn)))]
     counted = best.of_pairs >= _WITHIN_REACH
@@ -234,7 +239,7 @@ def search(
         _refine(problem, best, counted, rng, alone_each)
     for place in hard:
         alone = np.arange(len(problem.pairs)) == place
-        other = Best(len(problem.pairs))
+        other = Best(len(problem.pairs), on_tried)
         _keep(other, tried, alone)
         _refine(problem, other, alone, rng, alone_each // len(hard))
         best.of_pairs = np.maximum(best.of_pairs, other.of_pairs)
@@ -252,6 +257,7 @@ _Tried = tuple[Shape, Multisine | Staircase, Array]
 def _evaluated(problem: Problem, shape: Shape, best: Best) -> _Tried:
     motion = problem.sized(shape)
     best.tried += 1
+    best.on_tried()
     seen = problem.distances(motion)
     scores = np.zeros(len(problem.pairs)) if seen is None else seen.apart / seen.needed
     best.of_pairs = np.maximum(best.of_pairs, scores)

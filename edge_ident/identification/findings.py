@@ -15,9 +15,10 @@ def describe_model(adequacy: Adequacy, outcome: AxisDiagnosis | str | None) -> l
     adequacy : Adequacy
         Of the base model.
     outcome : AxisDiagnosis, str or None
-        Of the diagnosis where the base model is not adequate, or why there was none.
+        Of the diagnosis where the base model is not adequate, here or in another recording, or why
+        there was none.
     """
-    if adequacy.adequate:
+    if adequacy.adequate and outcome is None:
         return []
     if isinstance(outcome, str):
         return [

@@ -4,7 +4,7 @@ Network and least squares estimate side by side. Whether the base model is adequ
 where it is not, the axis is diagnosed, and the parameters of the extended model are the answer.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Final
 
 import numpy as np
@@ -45,6 +45,7 @@ def identify(
     model: Model | None = None,
     seed: int = 0,
     diagnose: bool = True,
+    diagnosed: Mapping[str, AxisDiagnosis] | None = None,
     on_progress: Progress = lambda stage, done, of: None,
     stopwatch: Stopwatch | None = None,
 ) -> Identification:
@@ -61,6 +62,8 @@ def identify(
         Of the network's random starting points.
     diagnose : bool
         Whether axes whose base model is inadequate are diagnosed; this takes seconds.
+    diagnosed : mapping of axis name to AxisDiagnosis, optional
+        Diagnoses that are there already, of this recording with others of the same machine.
     on_progress : callable
         Gets the stage of the diagnosis, the number of axes done and the number of axes.
     stopwatch : Stopwatch, optional
@@ -93,8 +96,9 @@ def identify(
         needed = at_needed_rate(recording)
     axes = {}
     for name in recording.axes:  # one at a time: the signals of a long recording are large
-        question, outcome = _look(needed, name, network, model, seed, watch), None
-        if diagnose and not question.adequacy.adequate:
+        question = _look(needed, name, network, model, seed, watch)
+        outcome: AxisDiagnosis | str | None = (diagnosed or {}).get(name)
+        if diagnose and outcome is None and not question.adequacy.adequate:
             with watch.stage("diagnosis"):
                 outcome = _diagnosed(recording, name, model, on_progress)
         with watch.stage("estimate"):

@@ -12,7 +12,8 @@ from rich.text import Text
 
 from edge_ident.diagnosis.present.wording import spoken
 from edge_ident.drive.motion_files import motion_document
-from edge_ident.experiment.result import AxisUse, MotionPlan, PlannedPair, Why
+from edge_ident.experiment.announcement import inseparable_sentence
+from edge_ident.experiment.result import AxisUse, MotionPlan, Why
 from edge_ident.support.json_text import finite
 from edge_ident.support.tables import FittingTable
 from firmware_interface.motion import Multisine, Staircase
@@ -32,7 +33,7 @@ def plan_document(plan: MotionPlan, file: Path | None) -> dict[str, Any]:
         "conclusion": conclusion(plan),
         "motion": None if plan.trajectory is None else motion_document(plan.trajectory),
         "motion_file": None if file is None else str(file),
-        "axes": {name: _uses(use) for name, use in plan.axes.items()},
+        "axes": {name: uses_document(use) for name, use in plan.axes.items()},
         "pairs": [
             {**asdict(pair), "separated": pair.separated, "separable": pair.separable}
             for pair in plan.pairs
@@ -44,7 +45,8 @@ def plan_document(plan: MotionPlan, file: Path | None) -> dict[str, Any]:
     }
 
 
-def _uses(use: AxisUse) -> dict[str, dict[str, float | None]]:
+def uses_document(use: AxisUse) -> dict[str, dict[str, float | None]]:
+    """What a motion asks of an axis; infinite limits are null."""
     return {
         name: {quantity: finite(value) for quantity, value in of.items()}
         for name, of in asdict(use).items()
@@ -90,20 +92,6 @@ def _parts(plan: MotionPlan) -> Iterator[RenderableType]:
     yield _limits_table(plan)
     yield Text(
         f"  every limit less {plan.margin:.0%} is kept with the overshoot of the loop; {plan.loops}"
-    )
-
-
-def inseparable_sentence(pair: PlannedPair) -> str:
-    """That no motion separates a pair, with the number that shows it."""
-    rivals = (
-        f"whether there is {spoken(pair.first)}"
-        if pair.second is None
-        else f"{spoken(pair.first)} and {spoken(pair.second)}"
-    )
-    verb = "show" if pair.second is None else "separate"
-    return (
-        f"no motion inside the limits can {verb} {rivals}: the best reaches a distance of "
-        f"{pair.best:.2g}, needed is {pair.needed:.2g}"
     )
 
 

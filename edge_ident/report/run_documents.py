@@ -9,10 +9,12 @@ from typing import Any
 from edge_ident.commissioning.capture import Capture
 from edge_ident.commissioning.gain_change import GainChange
 from edge_ident.commissioning.homing import Held, Homing
+from edge_ident.commissioning.identification_motions import CAPTURE_FILE
 from edge_ident.commissioning.profile import TARGET_MS, Profile, spread
-from edge_ident.commissioning.run import CAPTURE_FILE, Outcome
+from edge_ident.commissioning.run import Outcome
 from edge_ident.estimation.network import Network
 from edge_ident.report.documents import design_document, identification_document
+from edge_ident.report.run_motions import motions_document
 from edge_ident.support.hashing import file_sha256
 from firmware_interface.board import BoardIdentity
 
@@ -41,6 +43,8 @@ def run_document(
             "pages": outcome.capture.pages,
             "tail_s": outcome.capture.tail_s,
         },
+        "motions": motions_document(outcome.separation.motions, folder),
+        "motions_ended": outcome.separation.ended,
         "network_sha256": network.sha256,
         "board": dataclasses.asdict(identity),
         "version": version("edge-ident"),

@@ -7,23 +7,39 @@ from rich.text import Text
 
 from edge_ident.commissioning.profile import TARGET_MS, Profile, ProfileRun, spread
 from edge_ident.commissioning.run import Outcome
+from edge_ident.commissioning.separation import Separation
 from edge_ident.commissioning.verification import Verification
 from edge_ident.report.identification_tables import designs_view, identification_view
+from edge_ident.report.run_motions import kind, what_for, what_it_ruled_out, what_it_showed
 from edge_ident.support.tables import FittingTable
 
 
 def outcome_view(outcome: Outcome) -> Group:
-    """Identification, gains, tracking error before and after, and the conclusion."""
+    """Identification, motions, gains, tracking error before and after, and the conclusion."""
     return Group(*_outcome_parts(outcome))
 
 
 def _outcome_parts(outcome: Outcome) -> Iterator[RenderableType]:
     yield identification_view(outcome.identification)
+    if outcome.separation.ended:
+        yield _motions_table(outcome.separation)
     if outcome.designs:
         yield designs_view(outcome.designs)
     if outcome.change and outcome.change.verification:
         yield _tracking_table(outcome.change.verification)
     yield Text(outcome.conclusion)
+
+
+def _motions_table(separation: Separation) -> FittingTable:
+    """How it was found out."""
+    table = FittingTable(title="how it was found out", title_justify="left")
+    for heading in ("motion", "what it was for", "what is known then", "ruled out"):
+        table.add_column(heading)
+    for made in separation.motions:
+        cells = (what_for(made), what_it_showed(made), what_it_ruled_out(made))
+        table.add_row(f"{made.file}\n{kind(made)}", *cells)
+    table.caption, table.caption_justify = separation.ended, "left"
+    return table
 
 
 def _tracking_table(verification: Verification) -> FittingTable:

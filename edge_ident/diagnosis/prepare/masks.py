@@ -102,22 +102,27 @@ def aliasing_mask(
     return widened(tones, smear)
 
 
-def direction_unknown(position: Array, noise: float, cutoff_hz: float, period_s: float) -> Mask:
+def direction_unknown(
+    position: Array, turns: NDArray[np.intp], noise: float, cutoff_hz: float, period_s: float
+) -> Mask:
     """Samples (N,) at which the encoder does not resolve the direction of motion.
 
     These are the samples within the encoder noise of a turning point, and standstills of at least
     half a cut-off period. Until the axis has moved on, its friction may be anything between the
-    friction of both directions.
+    friction of both directions. An axis that comes to rest and moves on as before has no turning
+    point beyond the noise. It shows in the smooth velocity, which changes its sign there.
 
     Parameters
     ----------
     position : (N,) array
         As measured.
+    turns : array of int
+        Samples at which the smooth velocity changes its sign.
     noise : float
         Standard deviation of the encoder noise.
     """
     turning = np.zeros(len(position), dtype=np.bool_)
-    for turn in _turning_points(position, TURN_NOISE * noise):
+    for turn in (*_turning_points(position, TURN_NOISE * noise), *turns.tolist()):
         away = np.abs(position - position[turn]) > TURN_NOISE * noise
         before, after = np.flatnonzero(away[:turn]), np.flatnonzero(away[turn:])
         first = before[-1] + 1 if len(before) else 0

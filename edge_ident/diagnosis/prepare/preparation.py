@@ -104,7 +104,7 @@ def _segment(recording: Recording, name: str) -> Segment:
     stride = max(1, int(1.0 / (_REGRESSOR_RATE * motion_hz * raw.period_s)))
     period_s = stride * raw.period_s
     motions, replicas = raw.motions(motion_hz, stride)
-    known, weight = _direction_weights(raw, noise, band, stride)
+    known, weight = _direction_weights(raw, motions[name], noise, band, stride)
     sample_index = _sample_index(known, weight, band, motions[name], raw, stride)
     narrow = raw.motion(raw.position, band.cutoff_hz, stride)
     turns, valid, far = _masks(narrow, known, count, band, period_s, sample_index)
@@ -144,13 +144,17 @@ def _band(raw: Sampled, noise: float, widest_hz: float) -> tuple[Band, float]:
     return replace(band, cutoff_hz=min(band.cutoff_hz, most_hz)), density
 
 
-def _direction_weights(raw: Sampled, noise: float, band: Band, stride: int) -> tuple[Array, Array]:
+def _direction_weights(
+    raw: Sampled, motion: Motion, noise: float, band: Band, stride: int
+) -> tuple[Array, Array]:
     """Weights from 0, where anything is unknown, to 1: every stride-th sample, and all.
 
     Both are the same smooth curve. A coarser one on the effort than on its regressor is a
     difference that changes with the speed, as a shift does.
     """
-    unknown = direction_unknown(raw.position, noise, band.cutoff_hz, raw.period_s) | raw.unknown
+    turns = stride * reversals(motion)
+    unknown = direction_unknown(raw.position, turns, noise, band.cutoff_hz, raw.period_s)
+    unknown |= raw.unknown
     weight = direction_weight(unknown, band.cutoff_hz, raw.period_s)
     return weight[::stride], weight
 

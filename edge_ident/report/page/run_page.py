@@ -4,7 +4,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from edge_ident.commissioning.run import BACKUP_FILE, CAPTURE_FILE, VERIFICATION_FILE, Outcome
+from edge_ident.commissioning.identification_motions import CAPTURE_FILE
+from edge_ident.commissioning.run import BACKUP_FILE, VERIFICATION_FILE, Outcome
 from edge_ident.identification.result import AxisIdentification, ParameterSource
 from edge_ident.model.model import PARAMETERS
 from edge_ident.report.page.card import Row, Table
@@ -13,6 +14,7 @@ from edge_ident.report.page.provenance import Provenance
 from edge_ident.report.page.rendering import write_html
 from edge_ident.report.page.run_card import run_card
 from edge_ident.report.page.run_charts import identified_charts, tracking_chart
+from edge_ident.report.page.run_found_out import found_out, peaks_table
 from edge_ident.report.page.wording import (
     digits,
     gain_label,
@@ -76,13 +78,18 @@ def write_run_page(outcome: Outcome, document: dict[str, Any], folder: Path) -> 
     for n, name in enumerate(axes):
         chart = tracking_chart(f"c{n}", name, before, after) or details[n].charts[0]
         cards.append(run_card(name, outcome, replace(chart, key=f"c{n}")))
-    recordings = [folder / CAPTURE_FILE, *([folder / VERIFICATION_FILE] if verified else [])]
+    recordings = outcome.captures(folder)
+    recordings += [folder / VERIFICATION_FILE] if verified else []
     content = {
         "title": "What the run found and did",
         "conclusion": sentence(outcome.conclusion),
         "cards": cards,
         "details": details,
+        "motions": found_out(outcome.separation),
+        "ended": sentence(outcome.separation.ended) if outcome.separation.ended else "",
+        "peaks": peaks_table(outcome.separation),
         "gains": _gains(outcome),
+        "worth": _worth(outcome),
         "times": _times(outcome),
         "provenance": Provenance.of(recordings),
         "origin": [
@@ -179,6 +186,17 @@ def _gains(outcome: Outcome) -> Table | None:
         cells = [f"{getattr(d, attribute):.3g}" if n % 2 else "" for n, d in enumerate(designs)]
         rows.append((label, *cells))
     return Table("All gains (rad, N·m, s)", ("", *headings), rows)
+
+
+def _worth(outcome: Outcome) -> Table | None:
+    """How far each axis is from its path, with the old gains and with the new ones."""
+    if outcome.change is None or outcome.change.verification is None:
+        return None
+    rows: list[Row] = [
+        (name, *(f"{1e3 * rad:.3g} mrad" for rad in (t.before_rad, t.after_rad)), t.verdict)
+        for name, t in outcome.change.verification.axes.items()
+    ]
+    return Table("Tracking error, rms", ("axis", "old gains", "new gains", "verdict"), rows)
 
 
 def _times(outcome: Outcome) -> Table:

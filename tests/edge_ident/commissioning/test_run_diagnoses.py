@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from edge_ident.commissioning import run as commissioning
+from edge_ident.commissioning import identification_motions
 from edge_ident.commissioning.capture import Capture
 from edge_ident.commissioning.run import Outcome, Plan, commission
 from edge_ident.drive.description import load_drive
@@ -53,7 +53,7 @@ def run(
     board: Board, folder: Path, lacking: Lacking, monkeypatch: pytest.MonkeyPatch, **plan: object
 ) -> tuple[Outcome, Listener]:
     """A run whose board measures an effort beyond that of its drive on axis x."""
-    capture_motion = commissioning.capture_motion
+    capture_motion = identification_motions.capture_motion
 
     def with_more(*arguments: object) -> Capture:
         made = capture_motion(*arguments)  # type: ignore[arg-type]
@@ -64,9 +64,9 @@ def run(
         more = replace(x, effort=x.effort + lacking(recording.time_s, smooth))
         return replace(made, recording=replace(recording, axes={**recording.axes, "x": more}))
 
-    monkeypatch.setattr(commissioning, "capture_motion", with_more)
+    monkeypatch.setattr(identification_motions, "capture_motion", with_more)
     listener = Listener()
-    wanted = Plan(**{"motion": "multisine", **plan})  # type: ignore[arg-type]
+    wanted = Plan(**{"motion": "multisine", "most_motions": 1, **plan})  # type: ignore[arg-type]
     return commission(board, load_drive(), None, wanted, folder, listener), listener
 
 

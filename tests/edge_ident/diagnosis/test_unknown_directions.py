@@ -30,11 +30,23 @@ def test_turning_points_and_standstills_are_undecided_and_slow_creep_is_not() ->
     creep = parabola[-1] + 30.0 * COUNT * np.arange(1, 1601) * PERIOD_S
     stop = np.full(1600, creep[-1])
     position = counted(np.concatenate([parabola, creep, stop]))
-    unknown = direction_unknown(position, NOISE, CUTOFF_HZ, PERIOD_S)
+    unknown = direction_unknown(position, np.array([400]), NOISE, CUTOFF_HZ, PERIOD_S)
     near = np.abs(position - position[400]) <= 8.0 * NOISE
     assert np.array_equal(np.flatnonzero(unknown[:800]), np.flatnonzero(near[:800]))
     assert not unknown[830:2360].any(), "30 counts a second"
     assert unknown[2400:3990].all()
+
+
+def test_a_short_rest_before_the_axis_moves_on_as_before_is_undecided() -> None:
+    """It returns from nowhere, and it rests for less than half a cut-off period."""
+    time = PERIOD_S * np.arange(-400, 400)
+    position = counted(0.25 * time**3)
+    unknown = direction_unknown(position, np.array([400]), NOISE, CUTOFF_HZ, PERIOD_S)
+    near = np.abs(position - position[400]) <= 8.0 * NOISE
+    assert unknown[near].all()
+    assert not unknown[np.abs(position) > 0.01].any()
+    away = direction_unknown(position + time, np.array([], int), NOISE, CUTOFF_HZ, PERIOD_S)
+    assert not away.any()
 
 
 def test_what_is_unknown_fades_out_and_in() -> None:

@@ -7,8 +7,11 @@ from typing import Any
 import edge_ident
 from edge_ident.commissioning.capture import Capture
 from edge_ident.commissioning.gain_change import GainChange
-from edge_ident.commissioning.run import CAPTURE_FILE, VERIFICATION_FILE, Outcome
+from edge_ident.commissioning.identification_motions import CAPTURE_FILE, IdentificationMotion
+from edge_ident.commissioning.run import VERIFICATION_FILE, Outcome
+from edge_ident.commissioning.separation import Separation
 from edge_ident.commissioning.verification import Tracking, Verification
+from edge_ident.drive.description import load_drive
 from edge_ident.report.run_documents import run_document
 from edge_ident.signals.recording import Recording
 from edge_ident.signals.recording_files import save_recording
@@ -49,8 +52,10 @@ def run(folder: Path, *, confirmed: bool = True) -> tuple[Outcome, dict[str, Any
     if confirmed:
         save_recording(closer(recording), folder / VERIFICATION_FILE)
         change = GainChange(True, False, Verification(dict.fromkeys(designs, TRACKING)), {})
+    capture = Capture(recording, 20, 0.1, {})
+    first = IdentificationMotion(CAPTURE_FILE, load_drive().trajectory(), capture, found)
     outcome = Outcome(
-        capture=Capture(recording, 20, 0.1, {}),
+        capture=capture,
         identification=found,
         designs=designs,
         gains_before=soft,
@@ -58,5 +63,6 @@ def run(folder: Path, *, confirmed: bool = True) -> tuple[Outcome, dict[str, Any
         stored=False,
         conclusion="new gains confirmed" if confirmed else "dry run: nothing was written",
         timing_ms={"motion": 21855.0, "last_sample_to_verified": 31.4},
+        separation=Separation((first,)),
     )
     return outcome, run_document(outcome, BOARD, edge_ident.load_network(), folder)

@@ -1,0 +1,163 @@
+"""The motions that a run identifies from: captured, saved, and identified."""
+
+import logging
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from math import inf
+from pathlib import Path
+from typing import Final
+
+from edge_ident.commissioning.capture import Capture, capture_motion
+from edge_ident.commissioning.homing import move_to
+from edge_ident.commissioning.observer import Observer
+from edge_ident.diagnosis.result import AxisDiagnosis
+from edge_ident.drive.description import Drive
+from edge_ident.estimation.network import Network
+from edge_ident.experiment.result import MotionPlan
+from edge_ident.identification.identify import identify
+from edge_ident.identification.result import Identification
+from edge_ident.model.model import Model
+from edge_ident.signals.data_checks import check_recording
+from edge_ident.signals.recording import Recording
+from edge_ident.support.stopwatch import Stopwatch
+from firmware_interface.board import Board
+from firmware_interface.motion import Staircase, Trajectory
+
+log = logging.getLogger(__name__)
+
+CAPTURE_FILE: Final = "capture.npz"
+
+
+def capture_file(number: int) -> str:
+    """Name of the file of an identification motion; the first is number 1."""
+    return CAPTURE_FILE if number == 1 else CAPTURE_FILE.replace(".", f"_{number}.")
+
+
+@dataclass(frozen=True)
+class Study:
+    """What is identified, with what, and how far it may go.
+
+    Attributes
+    ----------
+    board : Board
+        At rest, enabled, within `edge_ident.commissioning.safety.left_safe`.
+    drive : Drive
+    folder : Path
+        For the captures.
+    observer : Observer
+    watch : Stopwatch
+    network : Network or None
+    model : Model or None
+        Effects that are known of the drive.
+    seed : int
+    diagnose : bool
+        Whether an axis whose base model is not enough is diagnosed.
+    most_motions : int
+        Identification motions in all.
+    most_s : float
+        Their duration in all, as designed, lead-ins included.
+    """
+
+    board: Board
+    drive: Drive
+    folder: Path
+    observer: Observer
+    watch: Stopwatch
+    network: Network | None = None
+    model: Model | None = None
+    seed: int = 0
+    diagnose: bool = True
+    most_motions: int = 1
+    most_s: float = inf
+
+
+@dataclass(frozen=True)
+class IdentificationMotion:
+    """A motion, and what is known of the machine once it is recorded.
+
+    Attributes
+    ----------
+    file : str
+        Name of its capture in the folder of the run.
+    trajectory : Trajectory
+    capture : Capture
+    found : Identification
+        From this motion and those before it.
+    plan : MotionPlan or None
+        What it was designed for; None for the first.
+    ruled_out : mapping of axis name to tuple of str
+        Effects that were possible causes before it, and are not any more.
+    """
+
+    file: str
+    trajectory: Trajectory
+    capture: Capture
+    found: Identification
+    plan: MotionPlan | None = None
+    ruled_out: Mapping[str, tuple[str, ...]] | None = None
+
+    @property
+    def recording(self) -> Recording:
+        """Under the name of its file."""
+        return replace(self.capture.recording, source=self.file)
+
+    @property
+    def duration_s(self) -> float:
+        """With the lead-in."""
+        return duration_s(self.trajectory)
+
+
+def duration_s(trajectory: Trajectory) -> float:
+    """How long a motion takes, lead-in included."""
+    return trajectory.lead_in_s + trajectory.duration_s
+
+
+def captured(study: Study, trajectory: Trajectory, number: int) -> Capture:
+    """An identification motion, saved as soon as its last sample arrives.
+
+    A staircase begins where the axes stand. One that was designed counts from zero.
+    """
+    if number > 1 and any(isinstance(of, Staircase) for of in trajectory.axes.values()):
+        move_to(study.board, dict.fromkeys(study.board.axes, 0.0), study.observer)
+    study.observer.stage("identification motion" + (f" {number}" if number > 1 else ""))
+    file = study.folder / capture_file(number)
+    with study.watch.stage("motion"):
+        return capture_motion(
+            study.board, trajectory, study.observer.samples, file, study.observer.say
+        )
+
+
+def identified(
+    study: Study, recording: Recording, diagnosed: Mapping[str, AxisDiagnosis] | None = None
+) -> Identification:
+    """Identify what was captured, and say what a diagnosis found."""
+    study.observer.stage("identification")
+    check_recording(recording)
+    found = identify(
+        recording,
+        study.network,
+        model=study.model,
+        seed=study.seed,
+        diagnose=study.diagnose,
+        diagnosed=diagnosed,
+        on_progress=progress_on(study),
+    )
+    for name, axis in found.axes.items():
+        if axis.diagnosis is not None:
+            study.observer.say(f"axis {name}: {axis.diagnosis_sentence}")
+            log.info("axis %s: %s", name, axis.diagnosis_sentence)
+    return found
+
+
+def progress_on(study: Study) -> Callable[[str, int, int], None]:
+    """What is called with the progress of what takes longer than a hold lasts."""
+    shown: list[str] = []
+
+    def show(stage: str, done: int, total: int) -> None:
+        if stage not in shown:
+            shown.append(stage)
+            study.observer.stage(stage)
+        study.observer.samples(done, total)
+        study.board.heartbeat()
+
+    return show

@@ -1,0 +1,96 @@
+"""Which explanations of an axis are still open, and what a further motion rules out.
+
+A diagnosis is open where a cause has an alternative that the recordings do not separate from it, or
+where a cause is only suspected. An effect that the motion could not have shown is a question only
+where structure is left in the band of the comparison: what is explained needs no other effect, and
+lines above the band come from none that is missing there.
+"""
+
+from collections.abc import Iterable
+from dataclasses import replace
+
+import numpy as np
+
+from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Verdict
+from edge_ident.diagnosis.tolerance import TOLERANCE
+from edge_ident.model.effects import named
+
+
+def is_open(axis: AxisDiagnosis) -> bool:
+    """Whether more than one explanation is left for an axis."""
+    asked = questions(axis)
+    rivals = any(_inseparable(cause) for cause in asked.causes)
+    return rivals or bool(asked.suspected) or bool(asked.not_testable)
+
+
+def questions(axis: AxisDiagnosis) -> AxisDiagnosis:
+    """The diagnosis of an axis with nothing but what a further motion is to settle."""
+    if axis.verdict is Verdict.ADEQUATE:
+        return without_causes(axis)
+    return axis if structure_in_band(axis) else replace(axis, not_testable=())
+
+
+def without_causes(axis: AxisDiagnosis) -> AxisDiagnosis:
+    """The diagnosis of an axis whose base model is enough."""
+    base = replace(axis.model, terms=axis.model.terms[:1])
+    return replace(axis, causes=(), suspected=(), minor=(), not_testable=(), model=base)
+
+
+def explanations(axis: AxisDiagnosis) -> frozenset[str]:
+    """Effects that may be the cause of what an axis shows."""
+    asked = questions(axis)
+    found = {cause.term.effect for cause in (*axis.causes, *axis.minor, *asked.suspected)}
+    found |= {
+        effect for cause in (*asked.causes, *asked.suspected) for effect in _inseparable(cause)
+    }
+    return frozenset(found | {missing.effect for missing in asked.not_testable})
+
+
+def structure_in_band(axis: AxisDiagnosis) -> bool:
+    """Whether an axis is unexplained by what its residual holds in the band of the comparison: more
+    than `edge_ident.diagnosis.select.acceptance.structure_left` takes for noise."""
+    enough = float(np.hypot(axis.noise_floor, TOLERANCE))
+    return axis.verdict is Verdict.UNEXPLAINED and axis.extended.fitted > enough
+
+
+def tied_to_time(axis: AxisDiagnosis) -> bool:
+    """Whether a cause of an axis, or an alternative, belongs to the time of its recording."""
+    effects = [c.term.effect for c in axis.causes]
+    effects += [effect for cause in axis.causes for effect in _inseparable(cause)]
+    return any(named(effect).tied_to_time for effect in effects)
+
+
+def without(axis: AxisDiagnosis, gone: Iterable[str], evidence: str) -> AxisDiagnosis:
+    """The diagnosis of an axis after a motion that would have shown some effects, and did not.
+
+    Parameters
+    ----------
+    axis : AxisDiagnosis
+    gone : iterable of str
+        Effects; a supported cause stays.
+    evidence : str
+        What says so, in one sentence.
+    """
+    gone = frozenset(gone)
+    return replace(
+        axis,
+        causes=tuple(_less(cause, gone, evidence) for cause in axis.causes),
+        suspected=tuple(
+            _less(cause, gone, evidence)
+            for cause in axis.suspected
+            if cause.term.effect not in gone
+        ),
+        not_testable=tuple(m for m in axis.not_testable if m.effect not in gone),
+    )
+
+
+def _less(cause: Cause, gone: frozenset[str], evidence: str) -> Cause:
+    alternatives = tuple(
+        replace(a, separable=True, evidence=evidence) if a.effect in gone else a
+        for a in cause.alternatives
+    )
+    return replace(cause, alternatives=alternatives)
+
+
+def _inseparable(cause: Cause) -> list[str]:
+    return [a.effect for a in cause.alternatives if not a.separable]

@@ -1,0 +1,246 @@
+"""Motions that an open diagnosis asks for: how many are made, why they end, what is left of them.
+
+The diagnoses are made by hand, and so is the motion that is designed: what a diagnosis finds and
+how a motion is designed have tests of their own. The last test has neither.
+"""
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from interrupted_link import InterruptedLink
+
+from edge_ident.commissioning import identification_motions, separation
+from edge_ident.commissioning.run import Outcome, Plan, commission
+from edge_ident.diagnosis.result import AxisDiagnosis, Verdict
+from edge_ident.drive.description import Drive, load_drive
+from edge_ident.errors import BoardError
+from edge_ident.experiment import plan as planning
+from edge_ident.experiment import together
+from edge_ident.experiment.limits import Use
+from edge_ident.experiment.result import AxisUse, LeftOut, MotionPlan, PlannedPair, Why
+from edge_ident.identification.identify import identify
+from edge_ident.signals.recording_files import load_recording
+from firmware_interface.board import Board
+from firmware_interface.link import Link
+from firmware_interface.motion import Trajectory
+from firmware_interface.plant import Hidden
+from firmware_interface.registers import Fault, State
+from firmware_interface.virtual.board import VirtualBoard
+from firmware_interface.virtual.settings import CONSERVATIVE_GAINS
+from tests.edge_ident.diagnosis import hand_made
+
+OPEN = hand_made.axis(Verdict.EXPLAINED, hand_made.friction_by_direction())
+RIVAL = "nonlinear_viscous"
+PAIR = PlannedPair("x", "asymmetric_friction", RIVAL, Why.ALTERNATIVE, 0.4, 31.0, 31.0, 7.4, 0.0)
+
+
+def closed() -> AxisDiagnosis:
+    cause = replace(hand_made.friction_by_direction(), alternatives=())
+    return hand_made.axis(Verdict.EXPLAINED, cause)
+
+
+class Listener:
+    """Remembers what the person at the machine reads, and stops it at a stage."""
+
+    def __init__(self, stop_at: str = "") -> None:
+        self.said: list[str] = []
+        self._stage, self._stop_at = "", stop_at
+
+    def stage(self, title: str) -> None:
+        self._stage = title
+
+    def samples(self, in_hand: int, expected: int) -> None:
+        if self._stage == self._stop_at and in_hand > 400:
+            raise KeyboardInterrupt
+
+    def say(self, message: str) -> None:
+        self.said.append(message)
+
+
+def brief() -> Drive:
+    """The built-in drive on a quarter of its default motion, in a quarter of the time."""
+    drive = load_drive()
+    axes = {n: replace(a, amplitude_rad=0.25 * a.amplitude_rad) for n, a in drive.axes.items()}
+    return replace(
+        drive,
+        angular_frequency_rad_s=4.0 * drive.angular_frequency_rad_s,
+        lead_in_s=2.0,
+        axes=axes,
+    )
+
+
+def designed(trajectory: Trajectory | None, pair: PlannedPair = PAIR) -> MotionPlan:
+    use = Use(1.6, 1.8, 2.1, 3.0, 0.1)
+    uses = {axis: AxisUse(use, use, use.times(2.0)) for axis in ("x", "z")}
+    return MotionPlan(trajectory, uses, (pair,), (), 0.1, "the loop", 100)
+
+
+@pytest.fixture
+def script(monkeypatch: pytest.MonkeyPatch) -> dict[str, object]:
+    """What the diagnosis finds after the first and the further motions, and what is designed."""
+    said: dict[str, object] = {
+        "after": closed(),
+        "plan": designed(brief().trajectory()),
+    }
+    adequate = hand_made.axis(Verdict.ADEQUATE)
+
+    def found(recording, network, *, diagnosed, **_):  # type: ignore[no-untyped-def]
+        first = {"x": OPEN, "z": adequate}
+        plain = identify(recording, network, diagnose=False)
+        axes = {
+            name: replace(axis, diagnosis=(diagnosed or first).get(name))
+            for name, axis in plain.axes.items()
+        }
+        return replace(plain, axes=axes)
+
+    monkeypatch.setattr(identification_motions, "identify", found)
+    monkeypatch.setattr(planning, "plan_motion", lambda *_, **__: said["plan"])
+    monkeypatch.setattr(
+        together, "diagnose_together", lambda *_, **__: {"x": said["after"], "z": adequate}
+    )
+    return said
+
+
+def run(link: Link, folder: Path, listener: Listener | None = None, **plan: object) -> Outcome:
+    board = Board.connect(link)
+    try:
+        wanted = Plan(**{"write": False, **plan})  # type: ignore[arg-type]
+        return commission(board, brief(), None, wanted, folder, listener or Listener())
+    finally:
+        board.close()
+
+
+def assert_old_gains(virtual: VirtualBoard) -> None:
+    old = CONSERVATIVE_GAINS.numbers()
+    board = Board.connect(virtual)
+    assert board.active_gains()["x"].numbers() == pytest.approx(old, rel=1e-6)
+    assert not board.status().unconfirmed
+
+
+def test_a_second_motion_leaves_one_cause(script: dict[str, object], tmp_path: Path) -> None:
+    listener = Listener()
+    outcome = run(VirtualBoard(), tmp_path, listener)
+    first, second = outcome.separation.motions
+    assert (first.file, second.file) == ("capture.npz", "capture_2.npz")
+    assert second.ruled_out == {"x": (RIVAL,), "z": ()}
+    assert outcome.separation.ended == "one explanation is left"
+    assert outcome.identification is second.found
+    samples = [len(load_recording(tmp_path / made.file).time_s) for made in (first, second)]
+    assert samples == [2185, 2185]
+    [asked] = [line for line in listener.said if "to be settled" in line]
+    assert "asymmetric friction or nonlinear viscous (distance 31, needed 7.4)" in asked
+    assert any("speed 1.8 of 3.6 rad/s" in line for line in listener.said)
+
+
+def test_one_motion_is_the_limit_where_one_is_allowed(
+    script: dict[str, object], tmp_path: Path
+) -> None:
+    outcome = run(VirtualBoard(), tmp_path, most_motions=1)
+    assert len(outcome.separation.motions) == 1
+    assert outcome.separation.ended.endswith("after the one motion that was allowed")
+
+
+def test_motions_end_when_they_are_used_up(script: dict[str, object], tmp_path: Path) -> None:
+    script["after"] = OPEN
+    outcome = run(VirtualBoard(), tmp_path)
+    files = [made.file for made in outcome.separation.motions]
+    assert files == ["capture.npz", "capture_2.npz", "capture_3.npz"]
+    assert outcome.separation.ended.endswith("after the 3 that were allowed")
+
+
+def test_a_motion_that_takes_too_long_is_not_made(
+    script: dict[str, object], tmp_path: Path
+) -> None:
+    outcome = run(VirtualBoard(), tmp_path, most_s=12.0)
+    assert len(outcome.separation.motions) == 1
+    assert outcome.separation.ended.endswith("would take 7 s, 5 s of 12 s are left")
+    assert not (tmp_path / "capture_2.npz").exists()
+
+
+def test_that_no_motion_can_separate_them_is_said_with_the_number(
+    script: dict[str, object], tmp_path: Path
+) -> None:
+    plan = designed(None, replace(PAIR, after=0.0, best=3.1))
+    left = LeftOut("x", "gain_drift", "it belongs to the time of its recording")
+    script["plan"] = replace(plan, left_out=(left,))
+    outcome = run(VirtualBoard(), tmp_path)
+    assert len(outcome.separation.motions) == 1
+    assert (
+        "axis x, no motion inside the limits can separate asymmetric friction and nonlinear "
+        "viscous: the best reaches a distance of 3.1, needed is 7.4" in outcome.separation.ended
+    )
+    assert "gain drift: it belongs to the time" in outcome.separation.ended
+
+
+def test_ctrl_c_in_the_second_motion_leaves_a_machine_at_rest_and_the_first_capture(
+    script: dict[str, object], tmp_path: Path
+) -> None:
+    virtual = VirtualBoard()
+    with pytest.raises(KeyboardInterrupt):
+        run(virtual, tmp_path, Listener("identification motion 2"), write=True)
+    status = Board.connect(virtual).status()
+    assert status.state is State.IDLE
+    assert not status.enabled
+    assert_old_gains(virtual)
+    assert len(load_recording(tmp_path / "capture.npz").time_s) == 2185
+    assert len(load_recording(tmp_path / "capture_2_partial.npz").time_s) > 400
+
+
+def test_ctrl_c_while_a_motion_is_designed_leaves_a_machine_at_rest(
+    script: dict[str, object], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupted(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(planning, "plan_motion", interrupted)
+    virtual = VirtualBoard()
+    with pytest.raises(KeyboardInterrupt):
+        run(virtual, tmp_path)
+    status = Board.connect(virtual).status()
+    assert (status.state, status.enabled) == (State.IDLE, False)
+    assert len(load_recording(tmp_path / "capture.npz").time_s) == 2185
+
+
+def test_a_fault_in_the_second_motion_leaves_the_gains_and_the_first_capture(
+    script: dict[str, object], tmp_path: Path
+) -> None:
+    class StopsIt(InterruptedLink):
+        """Somebody presses the emergency stop."""
+
+        def _look(self, address: int, words: list[int]) -> None:
+            machine = self.virtual.machine
+            if self.starts == 2 and machine.capture.samples > 1000:
+                self.virtual.inputs.press_stop()
+
+    virtual = VirtualBoard()
+    with pytest.raises(BoardError, match="STO"):
+        run(StopsIt(virtual, "draining", KeyboardInterrupt), tmp_path, write=True)
+    assert virtual.machine.fault is Fault.STO
+    assert_old_gains(virtual)
+    assert len(load_recording(tmp_path / "capture.npz").time_s) == 2185
+
+
+def test_a_sound_machine_makes_one_motion(tmp_path: Path) -> None:
+    outcome = run(VirtualBoard(), tmp_path)
+    assert [made.file for made in outcome.separation.motions] == ["capture.npz"]
+    assert outcome.separation.ended == ""
+
+
+def test_two_causes_that_look_alike_on_the_first_motion_become_one(tmp_path: Path) -> None:
+    """Friction that bends with speed, or depends on the position: a cosine shows both alike."""
+    hidden = Hidden.of(["nonlinear_viscous"], "z")
+    board = Board.connect(VirtualBoard(plant=hidden.plant()))
+    wanted = Plan(write=False)
+    outcome = commission(board, load_drive(), None, wanted, tmp_path, Listener())
+    first, second = outcome.separation.motions
+    before, after = (made.found.axes["z"].diagnosis for made in (first, second))
+    assert before is not None
+    assert after is not None
+    assert [a.effect for a in before.causes[0].alternatives if not a.separable]
+    assert [cause.term.effect for cause in after.causes] == ["nonlinear_viscous"]
+    assert all(a.separable for a in after.causes[0].alternatives)
+    assert second.ruled_out is not None
+    assert "position_dependent_friction" in second.ruled_out["z"]
+    assert outcome.identification.axes["z"].trusted
+    assert separation.diagnoses(outcome.identification).keys() == {"z"}
