@@ -15,7 +15,6 @@ from edge_ident.commissioning.gain_change import (
     put_in_force,
 )
 from edge_ident.commissioning.gain_files import save_backup
-from edge_ident.commissioning.motor_way import unseen_load
 from edge_ident.commissioning.identification_motions import (
     CAPTURE_FILE,
     IdentificationMotion,
@@ -23,6 +22,7 @@ from edge_ident.commissioning.identification_motions import (
     captured,
     identified,
 )
+from edge_ident.commissioning.motor_way import unseen_load
 from edge_ident.commissioning.observer import Observer
 from edge_ident.commissioning.safety import make_ready, ready_to_move
 from edge_ident.commissioning.separation import Separation, separate
