@@ -19,14 +19,17 @@ def read_active(read: ReadWords, version: int) -> dict[str, AxisGains]:
 
     Raises
     ------
+    BoardError
+        A number is not finite.
     LinkError
         They do not match their CRC, however often they are read.
     """
     has_crc = REGISTERS["active.crc"].since <= version
     for _ in range(_TRIES):
         words, crc = _read_bank(read, "active", version, has_crc)
+        gains = checked_gains("active", decode_gains(words, version))
         if crc in (None, crc32(words)):
-            return checked_gains("active", decode_gains(words, version))
+            return gains
     raise LinkError(
         "the gains in force change while they are read, or replies are mixed up",
         "make sure that no other host talks to the board, check the cable, then try again",

@@ -99,21 +99,22 @@ static bool holds(const struct record *record, const struct fd_gain_bank gains[F
 
 bool gain_store_save(const struct fd_gain_bank gains[FD_AXES])
 {
-    struct record record, back;
+    struct record record;
+    const uint32_t sequence = writes + 1u; /* the counter outlives a memory that lost its records */
     const unsigned last = newest(&record);
     if (last != STORE_SLOTS && holds(&record, gains)) {
         return true;
     }
     const unsigned slot = last == STORE_SLOTS ? 0u : (last + 1u) % STORE_SLOTS;
-    record.sequence = writes + 1u; /* the counter outlives a memory that lost its records */
+    record.sequence = sequence;
     record.map_crc = FD_MAP_CRC;
     memcpy(record.gains, gains, sizeof record.gains);
     record.crc = crc_of(&record, offsetof(struct record, crc));
-    if (!port_store_write(slot, &record, sizeof record) || !read_slot(slot, &back)
-        || back.sequence != record.sequence) {
+    if (!port_store_write(slot, &record, sizeof record) || !read_slot(slot, &record)
+        || record.sequence != sequence) {
         return false;
     }
-    writes = record.sequence;
+    writes = sequence;
     return true;
 }
 
