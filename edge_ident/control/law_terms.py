@@ -35,6 +35,7 @@ _PLACES: Final = {
 _DOUBT_STD: Final = 2.0
 """Standard deviations by which a width is in doubt."""
 _NO_RANGE: Final = "the model does not say in which range it is supported"
+_NO_MOTION: Final = "the range in which it is supported has no width"
 
 
 @dataclass(frozen=True)
@@ -64,14 +65,14 @@ class Placement:
         From a sample to the middle of the period in which its effort acts.
     gain_margin : float
         That the loop keeps.
-    range : EffortRange or None
+    reach : EffortRange or None
     """
 
     axis: AxisModel
     hardware: LoopHardware
     late_s: float
     gain_margin: float
-    range: EffortRange | None
+    reach: EffortRange | None
 
     def placed(self, gains: AxisGains, term: Term, number: int) -> Placed | str:
         """Gains with a term, or the reason why they cannot have it.
@@ -97,8 +98,10 @@ class Placement:
     # ---- a curve and tables
 
     def _in_curve(self, gains: AxisGains, term: Term) -> Placed | str:
-        assert self.range is not None
-        top = self.range.top_speed
+        assert self.reach is not None
+        top = self.reach.top_speed
+        if not top:
+            return _NO_MOTION
         found = sampled_over_speed(term, top)
         if found.rest > LARGEST_REST:
             return _too_coarse(found, FRICTION_ENTRIES)
@@ -121,6 +124,8 @@ class Placement:
         if named(term.effect).has_source(term.source_axis):
             return "it depends on another axis's position, and the board's tables on one alone"
         start, step = self._grid()
+        if not step:
+            return _NO_MOTION
         found = sampled_over_position(term, start, step)
         if found.rest > LARGEST_REST:
             return _too_coarse(found, TABLE_ENTRIES)
@@ -182,16 +187,17 @@ class Placement:
 
     def _listed(self, term: Term, values: Mapping[str, float]) -> str:
         effect, axis = named(term.effect), self.axis
-        return ", ".join(
-            f"{p.name} {values[p.name]:.3g} "
-            + unit_of(p, axis.position_unit, axis.effort_unit).replace("*", "·")
-            for p in effect.parameters
-            if p.name in effect.compensation.feedforward
-        ).replace(" 1,", ",")
+        listed = []
+        for parameter in effect.parameters:
+            if parameter.name in effect.compensation.feedforward:
+                unit = unit_of(parameter, axis.position_unit, axis.effort_unit).replace("*", "·")
+                number = f"{parameter.name} {values[parameter.name]:.3g}"
+                listed.append(number if unit == "1" else f"{number} {unit}")
+        return ", ".join(listed)
 
     def _tuned(self, gains: AxisGains, term: Term, number: int) -> Placed | str:
         """Gains with the numbers that the loop decides, for the fields that a term has taken."""
-        taken = set(named(term.effect).compensation.feedforward.values())
+        taken = {g: p for p, g in named(term.effect).compensation.feedforward.items()}
         if "ripple_period_rad" in taken and "ripple_fade_speed_rad_s" in self.hardware.law:
             name = "ripple_fade_speed_rad_s"
             speed = wave_fade_speed(gains.ripple_period_rad[number], self.late_s)
@@ -201,8 +207,9 @@ class Placement:
         if "backlash_offset_rad" in taken:
             return self._spread(gains)
         if "deadband_inverse" in taken:
-            width, std = gains.deadband_inverse, term.std.get("width", 0.0)
-            doubt = math.hypot(_DOUBT_STD * std, named(term.effect).search.discrepancy * width)
+            std = term.std.get(taken["deadband_inverse"], 0.0)
+            apart = named(term.effect).search.discrepancy * gains.deadband_inverse
+            doubt = math.hypot(_DOUBT_STD * std, apart)
             smoothing = deadband_smoothing(doubt, self.gain_margin)
             smoothed = replace(gains, deadband_smoothing=smoothing)
             unit = self.axis.effort_unit.replace("*", "·")
@@ -211,12 +218,12 @@ class Placement:
 
     def _spread(self, gains: AxisGains) -> Placed | str:
         """Play, made up for over a distance."""
-        if self.range is None:
+        if self.reach is None:
             return _NO_RANGE
-        left = self.hardware.effort_limit_nm - self.range.largest_nm(gains)
+        left = self.hardware.effort_limit_nm - self.reach.largest_nm(gains)
         if left <= 0.0:
             return "feed-forward leaves no effort to cross the gap with"
-        gap, acceleration = 2.0 * gains.backlash_offset_rad, self.range.top_acceleration
+        gap, acceleration = 2.0 * gains.backlash_offset_rad, self.reach.top_acceleration
         inertia = float(self.axis.parameters[0])
         distance = backlash_distance(gap, inertia, acceleration, left)
         spread = replace(gains, backlash_distance_rad=distance)
@@ -225,8 +232,8 @@ class Placement:
     def _fade(self, speed: float, gain: str, number: int = 0) -> float:
         """A fade speed: at most the speed that was supported, and what the board takes."""
         most = [speed]
-        if self.range is not None:
-            most.append(self.range.top_speed)
+        if self.reach is not None:
+            most.append(self.reach.top_speed)
         if (largest := self.hardware.gain_maximum) is not None:
             bound = getattr(largest, gain)
             most.append(bound[number] if isinstance(bound, tuple) else bound)
