@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from edge_ident.errors import BoardError
 from firmware_interface.board import AxisLimits, Board
-from firmware_interface.control_law import feedforward_nm
+from firmware_interface.control_law import exact_effort_nm
 from firmware_interface.gains import AxisGains
 from firmware_interface.motion import (
     Multisine,
@@ -60,9 +60,10 @@ def with_lead_in(board: Board, trajectory: Trajectory) -> Trajectory:
         However long it takes, the motion cannot be reached from there.
     """
     rest, limits, gains = board.status().position_rad, board.limits(), board.active_gains()
+    captured = _captured(trajectory, rest)
     allowed = {
-        axis: _allowed(motion, trajectory, rest[axis], limits[axis], gains[axis])
-        for axis, motion in trajectory.axes.items()
+        axis: _allowed(_use(axis, captured, None, gains[axis]), rest[axis], limits[axis])
+        for axis in trajectory.axes
     }
     longest_s = _MOST_SAMPLES * board.identity.sample_period_s
     lead_in_s = trajectory.lead_in_s
@@ -88,31 +89,36 @@ def _fits(
     ways = {axis: reference(motion, times, lead_in_s, rest[axis]) for axis, motion in axes.items()}
     fastest = np.max([np.abs(way.velocity_rad_s) for way in ways.values()], axis=0)
     stop_s = np.array([stop_duration_s(speed) for speed in fastest.tolist()])
-    return all(_within(_use(way, stop_s, gains[axis]), allowed[axis]) for axis, way in ways.items())
+    return all(_within(_use(axis, ways, stop_s, gains[axis]), allowed[axis]) for axis in axes)
 
 
-def _use(way: Reference, stop_s: Array | float, gains: AxisGains) -> _Use:
-    end = way.position_rad + way.velocity_rad_s * stop_s / 2.0
+def _captured(trajectory: Trajectory, rest: Mapping[str, float]) -> dict[str, Reference]:
+    """The motion itself, by axis."""
+    count = max(int(trajectory.duration_s * _LOOKS_PER_S), 2)
+    times = np.linspace(0.0, trajectory.duration_s, count)
+    return {
+        axis: reference(motion, times, trajectory.lead_in_s, rest[axis])
+        for axis, motion in trajectory.axes.items()
+    }
+
+
+def _use(axis: str, ways: Mapping[str, Reference], stop_s: Array | None, gains: AxisGains) -> _Use:
+    """Of one axis; None stops from its own top speed."""
+    way, other = ways[axis], next((way for name, way in ways.items() if name != axis), None)
+    speed = _most(way.velocity_rad_s)
+    end = way.position_rad + way.velocity_rad_s / 2.0 * (
+        stop_duration_s(speed) if stop_s is None else stop_s
+    )
     return _Use(
         max(_most(way.position_rad), _most(end)),
-        _most(way.velocity_rad_s),
+        speed,
         _most(way.acceleration_rad_s2),
-        _most(feedforward_nm(gains, way, np)),
+        _most(exact_effort_nm(gains, way, other)[0]),
     )
 
 
-def _allowed(
-    motion: Multisine | Staircase,
-    trajectory: Trajectory,
-    rest_rad: float,
-    limits: AxisLimits,
-    gains: AxisGains,
-) -> _Use:
+def _allowed(own: _Use, rest_rad: float, limits: AxisLimits) -> _Use:
     """What the way may ask for: a share of each limit, or what the captured motion does."""
-    count = max(int(trajectory.duration_s * _LOOKS_PER_S), 2)
-    times = np.linspace(0.0, trajectory.duration_s, count)
-    captured = reference(motion, times, trajectory.lead_in_s, rest_rad)
-    own = _use(captured, stop_duration_s(_most(captured.velocity_rad_s)), gains)
     return _Use(
         min(
             max(_SHARE * limits.travel_rad, _ROUNDING * max(own.position_rad, abs(rest_rad))),

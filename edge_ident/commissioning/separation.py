@@ -67,7 +67,7 @@ def separate(study: Study, first: IdentificationMotion) -> Separation:
         A motion did not get to its end.
     """
     motions = [first]
-    while any(map(is_open, diagnoses(motions[-1].found).values())):
+    while any(map(is_open, _left(motions).values())):
         if len(motions) >= study.most_motions:
             return Separation(tuple(motions), _used_up(len(motions)))
         try:
@@ -76,7 +76,31 @@ def separate(study: Study, first: IdentificationMotion) -> Separation:
             ended = f"no further motion: {error.cause}"
         if ended:
             return Separation(tuple(motions), ended)
-    return Separation(tuple(motions), "one explanation is left" if len(motions) > 1 else "")
+    return Separation(tuple(motions), _settled(motions))
+
+
+def _left(motions: Sequence[IdentificationMotion]) -> dict[str, AxisDiagnosis]:
+    """What is to be settled on each axis whose base model was not enough."""
+    pairs = [pair for made in motions if made.plan is not None for pair in made.plan.pairs]
+    asked: dict[str, set[frozenset[str]]] = {}
+    for pair in pairs:
+        if pair.separated:
+            effects = frozenset({pair.first} if pair.second is None else {pair.first, pair.second})
+            asked.setdefault(pair.axis, set()).add(effects)
+    return {
+        name: questions(axis, asked.get(name, ()))
+        for name, axis in diagnoses(motions[-1].found).items()
+    }
+
+
+def _settled(motions: Sequence[IdentificationMotion]) -> str:
+    """What there is to say where no motion is to be made any more."""
+    still = [
+        name for name, axis in diagnoses(motions[-1].found).items() if is_open(questions(axis))
+    ]
+    if still:
+        return f"axis {', '.join(still)}: what is left stayed open on a motion that was made for it"
+    return "one explanation is left" if len(motions) > 1 else ""
 
 
 def _used_up(motions: int) -> str:
@@ -120,7 +144,7 @@ def _designed(study: Study, motions: Sequence[IdentificationMotion]) -> MotionPl
     side = BoardSide(board.limits(), board.active_gains(), board.identity.control_delay_s)
     recordings = [motion.recording for motion in motions]
     return plan_motion(
-        Diagnosis(_asked(study, motions[-1].found, recordings), (), {}),
+        Diagnosis(_asked(study, motions, recordings), (), {}),
         recordings,
         study.drive,
         board=side,
@@ -130,7 +154,7 @@ def _designed(study: Study, motions: Sequence[IdentificationMotion]) -> MotionPl
 
 
 def _asked(
-    study: Study, found: Identification, recordings: Sequence[Recording]
+    study: Study, motions: Sequence[IdentificationMotion], recordings: Sequence[Recording]
 ) -> dict[str, AxisDiagnosis]:
     """What is to be settled on each axis; an adequate one moves along, and nothing is asked of it.
 
@@ -138,7 +162,7 @@ def _asked(
     """
     from edge_ident.diagnosis.diagnose import diagnose
 
-    open_axes = {name: questions(axis) for name, axis in diagnoses(found).items()}
+    open_axes, found = _left(motions), motions[-1].found
     others = [name for name in found.axes if name not in open_axes]
     if not others:
         return open_axes

@@ -6,7 +6,7 @@ where structure is left in the band of the comparison: what is explained needs n
 lines above the band come from none that is missing there.
 """
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import replace
 
 import numpy as np
@@ -15,19 +15,46 @@ from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Verdict
 from edge_ident.diagnosis.tolerance import TOLERANCE
 from edge_ident.model.effects import named
 
+Question = frozenset[str]
+"""Two effects, one of which is there; or one, where it is whether it is there at all."""
+
 
 def is_open(axis: AxisDiagnosis) -> bool:
     """Whether more than one explanation is left for an axis."""
-    asked = questions(axis)
-    rivals = any(_inseparable(cause) for cause in asked.causes)
-    return rivals or bool(asked.suspected) or bool(asked.not_testable)
+    rivals = any(_inseparable(cause) for cause in axis.causes)
+    return rivals or bool(axis.suspected) or bool(axis.not_testable)
 
 
-def questions(axis: AxisDiagnosis) -> AxisDiagnosis:
-    """The diagnosis of an axis with nothing but what a further motion is to settle."""
+def questions(axis: AxisDiagnosis, asked: Collection[Question] = ()) -> AxisDiagnosis:
+    """The diagnosis of an axis with nothing but what a further motion is to settle.
+
+    Parameters
+    ----------
+    axis : AxisDiagnosis
+    asked : collection of Question
+        Those that a motion was made for already. One that stays open is not asked twice.
+    """
     if axis.verdict is Verdict.ADEQUATE:
         return without_causes(axis)
-    return axis if structure_in_band(axis) else replace(axis, not_testable=())
+    untested = axis.not_testable if structure_in_band(axis) else ()
+    return replace(
+        axis,
+        causes=tuple(_unasked(cause, asked) for cause in axis.causes),
+        suspected=tuple(
+            _unasked(c, asked) for c in axis.suspected if frozenset({c.term.effect}) not in asked
+        ),
+        not_testable=tuple(m for m in untested if frozenset({m.effect}) not in asked),
+    )
+
+
+def _unasked(cause: Cause, asked: Collection[Question]) -> Cause:
+    own = cause.term.effect
+    gone = {
+        effect
+        for effect in _inseparable(cause)
+        if any(question in asked for question in (frozenset({own, effect}), frozenset({effect})))
+    }
+    return _less(cause, frozenset(gone), "a motion was made for it")
 
 
 def without_causes(axis: AxisDiagnosis) -> AxisDiagnosis:
