@@ -22,6 +22,7 @@ from fault_line import FaultyLine, Sender
 from fault_proxy import FaultProxy
 from pty_bench import connected_board
 
+from edge_ident.commissioning.gain_files import load_gains
 from firmware_interface.board import Board, BoardStatus
 from firmware_interface.gain_words import addresses, bank_spans, decode_gains
 from firmware_interface.gains import AxisGains
@@ -191,12 +192,7 @@ class Site:
 
     def gains_before(self) -> Gains:
         """What the last run found and backed up."""
-        axes = json.loads((self.output / "gains_before.json").read_text("utf-8"))["axes"]
-        tables = ("ripple_cosine", "ripple_sine", "ripple_period_rad")
-        return {
-            axis: AxisGains(**values | {name: tuple(values[name]) for name in tables})
-            for axis, values in axes.items()
-        }
+        return dict(load_gains(self.output / "gains_before.json").gains)
 
 
 @contextmanager
