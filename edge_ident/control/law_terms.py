@@ -164,7 +164,8 @@ class Placement:
         if number >= places(term.effect):
             return f"the board takes {places(term.effect)}, and this one is smaller"
         values = {name: float(value) for name, value in effect.complete(term.values).items()}
-        if objection := compensation.objection(values):
+        top_speed = 0.0 if self.reach is None else self.reach.top_speed
+        if objection := compensation.objection(values, top_speed):
             return objection
         fed = {p: values[p] * self._factor(compensation, p) for p in compensation.feedforward}
         for parameter, gain in compensation.feedforward.items():

@@ -7,7 +7,7 @@ from typing import Literal
 Over = Literal["", "speed", "position"]
 
 
-def _none(values: Mapping[str, float]) -> str:
+def _none(values: Mapping[str, float], top_speed: float) -> str:
     return ""
 
 
@@ -39,8 +39,8 @@ class Compensation:
     limit : str
         The most effort that the actuator gives: feed-forward has to stay below it.
     objection : callable
-        From the values of a term to the reason why gains must leave it alone; empty where they
-        need not.
+        From the values of a term and the top speed that is supported to the reason why gains must
+        leave it alone; empty where they need not.
     note : str
         What else a person should know where gains use it; a part of a sentence.
     without : str
@@ -55,7 +55,7 @@ class Compensation:
     loop_delay: str = ""
     at_end: bool = False
     limit: str = ""
-    objection: Callable[[Mapping[str, float]], str] = _none
+    objection: Callable[[Mapping[str, float], float], str] = _none
     note: str = ""
     without: str = ""
 

@@ -230,9 +230,11 @@ def _contact(at: Motion, values: Values) -> Array:
     return np.where(pull * depth > 0.0, values["load_inertia"] * pull, 0.0)
 
 
-def _one_sided(values: Mapping[str, float]) -> str:
-    """A load that rests on one contact whichever way it moves has no play to make up for."""
-    if abs(values["weight"]) >= values["deceleration"]:
+def _one_sided(values: Mapping[str, float], top_speed: float) -> str:
+    """A load that rests on one contact whichever way it moves has no play to make up for. Half the
+    top speed counts: most of a motion is faster."""
+    friction = values["deceleration"] + 0.5 * values["damping_rate"] * top_speed
+    if abs(values["weight"]) >= friction:
         return "its weight keeps the load on one side of the gap"
     return ""
 

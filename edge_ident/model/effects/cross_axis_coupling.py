@@ -62,7 +62,7 @@ def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
     }
 
 
-def _by_angle(values: Mapping[str, float]) -> str:
+def _by_angle(values: Mapping[str, float], top_speed: float) -> str:
     """What depends on the angle between the axes may turn the sign of the rest."""
     if values["inertia_cosine"] or values["centrifugal_sine"]:
         return "it depends on the angle between the axes, which the board's law does not know"

@@ -112,6 +112,8 @@ def test_a_load_that_its_weight_holds_on_one_side_has_no_play_to_make_up_for() -
     found = design(axis(term("backlash", {**BACKLASH, "weight": -2.5})), HARDWARE)
     assert found.gains.backlash_offset_rad == 0.0
     assert found.unused[0].reason == "its weight keeps the load on one side of the gap"
+    viscous = {**BACKLASH, "weight": -2.5, "damping_rate": 1.0}  # 1 rad/s² more at 1 rad/s
+    assert design(axis(term("backlash", viscous)), HARDWARE).gains.backlash_offset_rad == 0.01
 
 
 def test_the_inverse_gives_what_the_deadband_takes_and_never_more() -> None:
