@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from edge_ident.commissioning.capture import Capture
-from edge_ident.commissioning.gain_change import GainChange
+from edge_ident.commissioning.gain_outcome import GainChange
 from edge_ident.commissioning.homing import Held, Homing
 from edge_ident.commissioning.profile import TARGET_MS, Profile, spread
 from edge_ident.commissioning.run import CAPTURE_FILE, Outcome
