@@ -11,10 +11,12 @@ from pathlib import Path
 from typing import Self
 
 from edge_ident.commissioning.capture import Capture, capture_motion
+from edge_ident.commissioning.drawn_loads import Grounds
 from edge_ident.commissioning.gain_outcome import GainChange
 from edge_ident.commissioning.gain_transfer import write_gains
 from edge_ident.commissioning.observer import Observer
 from edge_ident.commissioning.promise import Errors, Promise, promised
+from edge_ident.commissioning.recorded_motion import Moved
 from edge_ident.commissioning.second_motion import (
     NamedMotion,
     confirm_window_s,
@@ -22,7 +24,6 @@ from edge_ident.commissioning.second_motion import (
     second_motion,
     within_limits,
 )
-from edge_ident.commissioning.tracking_forecast import Grounds, Moved
 from edge_ident.commissioning.verification import (
     Verification,
     compare_motions,

@@ -21,7 +21,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.commissioning.tracking_forecast import Drawn, Grounds, Moved, drawn_errors
+from edge_ident.commissioning.drawn_loads import Grounds
+from edge_ident.commissioning.recorded_motion import Moved
+from edge_ident.commissioning.tracking_forecast import Drawn, drawn_errors
 from edge_ident.control.position_loop import LoopHardware
 from edge_ident.signals.metrics import rms
 from firmware_interface.gains import Bank

@@ -10,8 +10,8 @@ import numpy as np
 from rich.console import Group, RenderableType
 from rich.text import Text
 
-from edge_ident.commissioning.gain_outcome import GainChange
 from edge_ident.commissioning.gain_forecast import Forecast, Forecasts
+from edge_ident.commissioning.gain_outcome import GainChange
 from edge_ident.commissioning.gain_transfer import change_factor
 from edge_ident.support.json_text import finite
 from edge_ident.support.tables import FittingTable

@@ -29,7 +29,7 @@ from firmware_interface.motion import Reference
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
-_REPETITIONS: Final = 8
+_REPETITIONS: Final = 12
 _CLOSING_S: Final = 0.5
 """In which the end of a path leads back to its begin: a loop forgets within that."""
 _LOWEST_RAD_S: Final = 1e-3
@@ -45,10 +45,13 @@ class Path:
         (N,) arrays.
     period_s : float
         Between its samples; the law's own may be shorter.
+    begin : int
+        Samples of the way into the motion, of which the error is not asked.
     """
 
     way: Reference
     period_s: float
+    begin: int = 0
 
 
 @dataclass(frozen=True)
@@ -74,7 +77,7 @@ class Loads:
 
 
 def tracking_errors(path: Path, loads: Loads, gains: AxisGains, hardware: LoopHardware) -> Array:
-    """Reference less position, (D, N).
+    """Reference less position, (D, N), from the begin of the motion on.
 
     The loop must be stable, which nothing here checks.
 
@@ -100,13 +103,21 @@ def tracking_errors(path: Path, loads: Loads, gains: AxisGains, hardware: LoopHa
     )
     linear = compliance * (spectra.of_rows(needed) - given)
     turning = np.max(np.abs(way.velocity_rad_s)) * loads.turning[:, None]
-    error, velocity = np.zeros_like(linear), np.broadcast_to(way.velocity_rad_s, needed.shape)
-    for repetition in range(_REPETITIONS):
-        friction = coulomb * np.tanh(velocity / turning)
-        found = linear + compliance * spectra.of_rows(friction)
-        error = found if repetition == 0 else 0.5 * (error + found)
-        velocity = way.velocity_rad_s - spectra.back(s * error)
-    return spectra.back(error + compliance * law * spectra.of_rows(loads.noise))
+    # velocity(friction) = free - mobility · friction, and friction = coulomb · sign(velocity)
+    mobility = s * compliance
+    free = spectra.of_rows(np.broadcast_to(way.velocity_rad_s, needed.shape)) - s * linear
+    step = 1.0 / (gains.derivative + viscous)
+    state = np.broadcast_to(way.velocity_rad_s, needed.shape)
+    friction: Array = np.zeros(())
+    for _ in range(_REPETITIONS):
+        follows = spectra.back(
+            (mobility * spectra.of_rows(state) + step * free) / (mobility + step)
+        )
+        friction = _friction(2.0 * follows - state, step, coulomb, turning)
+        state = follows - step * friction
+    error = linear + compliance * spectra.of_rows(friction)
+    whole = spectra.back(error + compliance * law * spectra.of_rows(loads.noise))
+    return whole[..., path.begin :]
 
 
 @dataclass(frozen=True)
@@ -142,6 +153,11 @@ class _Spectra:
         """Signals (..., N) of spectra (..., K)."""
         found = np.fft.irfft(spectra, self.samples + self.arc)[..., : self.samples]
         return np.asarray(found, dtype=np.float64)
+
+
+def _friction(pushed: Array, step: Array, coulomb: Array, turning: Array) -> Array:
+    """Friction f of the speed v that obeys v + step · f = pushed."""
+    return np.clip(coulomb * pushed / (turning + step * coulomb), -coulomb, coulomb)
 
 
 def _fed_forward(gains: AxisGains, way: Reference, spectra: _Spectra, period_s: float) -> Array:
