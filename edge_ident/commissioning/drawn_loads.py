@@ -21,14 +21,16 @@ from edge_ident.model.effects import named
 from edge_ident.model.inverse import inverse_effort
 from edge_ident.model.model import AxisModel, Model, Term
 from edge_ident.signals.filters import lowpass
+from edge_ident.signals.metrics import rms
 from edge_ident.simulation.loop_response import Loads
+from firmware_interface.motion import Reference
 
 Array = NDArray[np.float64]
 
 DRAWS: Final = 19
 """A twentieth equal draw lies between the smallest and the largest in 18 of 20 cases."""
-_TURNING: Final = (0.0005, 0.01)
-"""Share of the top speed below which friction turns round."""
+_AT_ONCE: Final = 0.0005
+"""Share of the top speed below which friction turns round, if it does so at once."""
 _LEAST_SHARE: Final = 0.1
 """Of an inertia or friction that a draw leaves: they are positive."""
 
@@ -97,10 +99,9 @@ def drawn_loads(
         made = _effects(drawn, moved.motions(signals.cutoff_hz), name)
         left = left - lowpass(made, signals.cutoff_hz, signals.period_s)
         wanted = _effects(drawn, moved.wanted_motions(), name)[..., moved.begin % every :: every]
-    # an axis that stands takes any effort up to its friction: nothing is known of it there
-    unexplained = _mixed(np.where(signals.moving, left, 0.0)[..., ::every], rng)
+    unexplained = _mixed(left[..., ::every], signals.moving[::every], rng)
     unexplained = np.pad(unexplained, ((0, 0), (moved.begin // every, 0)))
-    turning = _TURNING[0] * (_TURNING[1] / _TURNING[0]) ** rng.uniform(size=DRAWS)
+    turning = _turning(moved.ways[name], hardware, rng)
     # fewer samples span a narrower band, in which the noise must have the same density
     count = hardware.encoder_resolution_rad / math.sqrt(every)
     noise = count * rng.uniform(-0.5, 0.5, unexplained.shape)
@@ -145,12 +146,27 @@ def _effects(axis: AxisModel, motions: Mapping[str, Motion], name: str) -> Array
     return inverse_effort(axis, motions[name], others) - inverse_effort(base, motions[name])
 
 
-def _mixed(left: Array, rng: np.random.Generator) -> Array:
-    """Part of what was seen, and part of other noise of the same spectrum, (DRAWS, N)."""
-    mean = left.mean(axis=-1, keepdims=True)
-    spectrum = np.fft.rfft(left - mean)
-    other = np.fft.irfft(
-        spectrum * np.exp(2j * np.pi * rng.uniform(size=spectrum.shape)), left.shape[-1]
-    )
+def _mixed(left: Array, moving: NDArray[np.bool_], rng: np.random.Generator) -> Array:
+    """Part of what was seen, and part of other noise of the same spectrum, (DRAWS, N).
+
+    An axis that stands takes any effort up to its friction, so nothing was seen there.
+    """
+    share = max(float(np.mean(moving)), 1.0 / len(moving))
+    mean = np.sum(left * moving, axis=-1, keepdims=True) / (share * len(moving))
+    seen = np.where(moving, left - mean, 0.0)
+    spectrum = np.fft.rfft(seen) / math.sqrt(share)
+    turned = spectrum * np.exp(2j * np.pi * rng.uniform(size=spectrum.shape))
+    other = np.fft.irfft(turned, left.shape[-1])
     part = rng.uniform(0.0, 0.5 * np.pi, (len(left), 1))
-    return np.asarray(mean + np.cos(part) * (left - mean) + np.sin(part) * other)
+    return np.asarray(mean + np.where(moving, np.cos(part) * seen + np.sin(part) * other, other))
+
+
+def _turning(way: Reference, hardware: LoopHardware, rng: np.random.Generator) -> Array:
+    """Speeds (DRAWS,) below which friction turns round.
+
+    From at once to that after one encoder count with the motion's rms acceleration: how it goes
+    within a count, no encoder shows.
+    """
+    at_once = _AT_ONCE * float(np.max(np.abs(way.velocity_rad_s)))
+    within = math.sqrt(2.0 * rms(way.acceleration_rad_s2) * hardware.encoder_resolution_rad)
+    return np.asarray(at_once * max(within / at_once, 1.0) ** rng.uniform(size=DRAWS))

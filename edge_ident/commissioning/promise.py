@@ -3,8 +3,9 @@
 Of every axis and motion: the tracking error now, as measured and as forecast, and the error that
 the new gains will have, with its 90 % interval. The draws come from
 `edge_ident.commissioning.tracking_forecast`. What the forecast of 'now' misses is known, for 'now'
-has been measured: the forecast of 'after' is corrected by the same factor, and its interval is as
-much wider.
+has been measured. The forecast of 'after' is corrected by the same factor as far as both errors
+have the same course over time, and its interval is as much wider: gains much like those in force
+err alike, quite different ones do not.
 
 A promise is worth a write if on some axis and motion the rms error falls by `WORTH` and by more
 than the forecast of 'now' was off, and on none it would certainly grow. It is kept if no measured
@@ -70,15 +71,24 @@ class Expected:
     high_rad: float
 
     @classmethod
-    def of(cls, drawn: Array, factor: float = 1.0) -> "Expected":
-        """From draws, corrected by a factor of which the interval is as much wider."""
+    def of(cls, drawn: Array, factor: float = 1.0, read_rad: float = 0.0) -> "Expected":
+        """From draws, corrected by a factor of which the interval is as much wider.
+
+        Parameters
+        ----------
+        drawn : (DRAWS,) array
+        factor : float
+        read_rad : float
+            To how much it is read; half of that is added at both ends.
+        """
         middle = float(np.median(drawn))
         if not (math.isfinite(middle) and middle > 0.0):
             return cls(middle, 0.0, math.inf)
         ends = np.log([max(float(np.min(drawn)), _TINY) / middle, float(np.max(drawn)) / middle])
         low, high = np.hypot(ends, math.log(factor))
         corrected = factor * middle
-        return cls(corrected, corrected * math.exp(-low), corrected * math.exp(high))
+        below, above = corrected * math.exp(-low), corrected * math.exp(high)
+        return cls(corrected, max(below - 0.5 * read_rad, 0.0), above + 0.5 * read_rad)
 
     def limit_rad(self, judged: int) -> float:
         """What a right forecast exceeds in one of 20 cases where so many errors are judged."""
@@ -125,12 +135,15 @@ class Promised:
     @classmethod
     def of(cls, error: Array, now: Drawn, after: Drawn, count_rad: float) -> "Promised":
         """From the error measured now (N,), and the draws of now and after."""
-        measured = Errors.of(error)
+        measured, alike = Errors.of(error), now.alike(after)
         expected = [
-            (Expected.of(of_now), Expected.of(of_after, _missed(found, of_now)))
-            for found, of_now, of_after in (
-                (measured.rms_rad, now.rms_rad, after.rms_rad),
-                (measured.peak_rad, now.peak_rad, after.peak_rad),
+            (
+                Expected.of(of_now, 1.0, read_rad),
+                Expected.of(of_after, _missed(found, of_now) ** alike, read_rad),
+            )
+            for found, of_now, of_after, read_rad in (
+                (measured.rms_rad, now.rms_rad, after.rms_rad, 0.0),
+                (measured.peak_rad, now.peak_rad, after.peak_rad, count_rad),  # in whole counts
             )
         ]
         now_forecast, then = (ExpectedErrors(*both) for both in zip(*expected, strict=True))

@@ -8,7 +8,7 @@ They differ in all that is not known:
 - the base parameters and those of the effects, within their deviations, which hold the fit's noise
   and the spread between the regimes of the motion;
 - the time by which effort and position are apart in the record, within its deviation;
-- how friction turns round, which no encoder resolves: at once, or over a fiftieth of the top speed;
+- how friction turns round, which no encoder resolves: at once, or over a whole count;
 - whether what is unexplained belongs to the place in the motion and comes back, or is new each
   time: each drive has a mixture of what was seen and of other noise with the same spectrum;
 - where the encoder's counts lie.
@@ -51,10 +51,19 @@ class Drawn:
     ----------
     rms_rad, peak_rad : (DRAWS,) arrays
         Infinite for a loop that would be unstable.
+    course_rad : (N,) array
+        Mean error over time, at the samples that the forecast looked at.
     """
 
     rms_rad: Array
     peak_rad: Array
+    course_rad: Array
+
+    def alike(self, other: "Drawn") -> float:
+        """How far both errors have the same course: their correlation, 0 to 1."""
+        product = float(np.mean(self.course_rad * other.course_rad))
+        size = math.sqrt(np.mean(self.course_rad**2) * np.mean(other.course_rad**2))
+        return max(product / max(size, _TINY), 0.0)
 
 
 def drawn_errors(
@@ -80,10 +89,8 @@ def drawn_errors(
     found: tuple[dict[str, Drawn], ...] = tuple({} for _ in banks)
     for name, of in hardware.items():
         every = _every([bank[name] for bank in banks], grounds.model.axes[name], of)
-        begin = moved.begin
-        path = Path(
-            _thinned(moved.ways[name], begin, every), every * of.sample_period_s, begin // every
-        )
+        way = _thinned(moved.ways[name], moved.begin, every)
+        path = Path(way, every * of.sample_period_s, moved.begin // every)
         loads = drawn_loads(name, moved, grounds, of, every)
         for drawn, bank in zip(found, banks, strict=True):
             drawn[name] = _drawn(path, loads, bank[name], of, grounds.model.axes[name])
@@ -99,10 +106,8 @@ def _every(gains: Sequence[AxisGains], axis: AxisModel, hardware: LoopHardware) 
 
 def _thinned(way: Reference, begin: int, every: int) -> Reference:
     """Every so many samples, the first of the recording among them."""
-    part = slice(begin % every, None, every)
-    return Reference(
-        way.position_rad[part], way.velocity_rad_s[part], way.acceleration_rad_s2[part]
-    )
+    rows = (way.position_rad, way.velocity_rad_s, way.acceleration_rad_s2)
+    return Reference(*(row[begin % every :: every] for row in rows))
 
 
 def _drawn(
@@ -110,9 +115,11 @@ def _drawn(
 ) -> Drawn:
     phase_margin, gain_margin = worst_margins(gains, axis, hardware)
     if phase_margin <= 0.0 or gain_margin <= 1.0:
-        return Drawn(np.full(DRAWS, np.inf), np.full(DRAWS, np.inf))
+        runs_away = np.full(DRAWS, np.inf)
+        return Drawn(runs_away, runs_away, np.zeros(len(path.way.position_rad) - path.begin))
     errors = tracking_errors(path, loads, gains, hardware)
     wanted = path.way.position_rad[path.begin :]
     if count := hardware.encoder_resolution_rad:
         errors = count * (np.round(wanted / count) - np.round((wanted - errors) / count))
-    return Drawn(np.sqrt(np.mean(errors**2, axis=-1)), np.max(np.abs(errors), axis=-1))
+    rms, peak = np.sqrt(np.mean(errors**2, axis=-1)), np.max(np.abs(errors), axis=-1)
+    return Drawn(rms, peak, np.mean(errors, axis=0))

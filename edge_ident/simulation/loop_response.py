@@ -65,7 +65,7 @@ class Loads:
     beside : (D, N) array
         Effort beyond the base model's.
     turning : (D,) array
-        Share of the path's top speed over which dry friction turns round.
+        Speed below which dry friction turns round, in proportion to the speed.
     noise : (D, N) array
         What the encoder reads too much.
     """
@@ -102,7 +102,6 @@ def tracking_errors(path: Path, loads: Loads, gains: AxisGains, hardware: LoopHa
         _fed_forward(gains, way, spectra, hardware.sample_period_s)
     )
     linear = compliance * (spectra.of_rows(needed) - given)
-    turning = np.max(np.abs(way.velocity_rad_s)) * loads.turning[:, None]
     # velocity(friction) = free - mobility · friction, and friction = coulomb · sign(velocity)
     mobility = s * compliance
     free = spectra.of_rows(np.broadcast_to(way.velocity_rad_s, needed.shape)) - s * linear
@@ -110,10 +109,9 @@ def tracking_errors(path: Path, loads: Loads, gains: AxisGains, hardware: LoopHa
     state = np.broadcast_to(way.velocity_rad_s, needed.shape)
     friction: Array = np.zeros(())
     for _ in range(_REPETITIONS):
-        follows = spectra.back(
-            (mobility * spectra.of_rows(state) + step * free) / (mobility + step)
-        )
-        friction = _friction(2.0 * follows - state, step, coulomb, turning)
+        both = mobility * spectra.of_rows(state) + step * free
+        follows = spectra.back(both / (mobility + step))
+        friction = _friction(2.0 * follows - state, step, coulomb, loads.turning[:, None])
         state = follows - step * friction
     error = linear + compliance * spectra.of_rows(friction)
     whole = spectra.back(error + compliance * law * spectra.of_rows(loads.noise))
