@@ -136,7 +136,7 @@ def judged_machine(seed: int, *, tuned: bool, effects: int = 1) -> JudgedMachine
         gains = {axis: _designed(known[n]) for n, axis in enumerate(AXES)}
     plant = _WatchedPlant(drives, hidden)
     board = Board.connect(VirtualBoard(BoardSettings(gains=gains), plant=plant))
-    return JudgedMachine(board, _brief(), names, base, plant)
+    return JudgedMachine(board, brief_drive(), names, base, plant)
 
 
 def third_motion(drive: Drive, seed: int) -> Trajectory:
@@ -164,7 +164,8 @@ def worse_by(before: Mapping[str, float], after: Mapping[str, float]) -> float:
     return max(after[a] / (before[a] + 0.05 * COUNT_RAD) for a in before) - 1.0
 
 
-def _brief() -> Drive:
+def brief_drive() -> Drive:
+    """The built-in drive with short motions."""
     drive = load_drive()
     return replace(
         drive,

@@ -185,9 +185,17 @@ class Promised:
         """
         if self.measured is None:
             return None
-        rms_limit = self.after.rms.limit_rad(judged) + COUNTS * self.count_rad
-        peak_limit = self.after.peak.limit_rad(judged) + self.count_rad
-        return self.measured.rms_rad <= rms_limit and self.measured.peak_rad <= peak_limit
+        return self.measured.rms_rad <= self.rms_limit_rad(
+            judged
+        ) and self.measured.peak_rad <= self.peak_limit_rad(judged)
+
+    def rms_limit_rad(self, judged: int) -> float:
+        """Largest rms error that keeps the promise; `judged` as in `kept`."""
+        return self.after.rms.limit_rad(judged) + COUNTS * self.count_rad
+
+    def peak_limit_rad(self, judged: int) -> float:
+        """The same of the peak."""
+        return self.after.peak.limit_rad(judged)
 
 
 @dataclass(frozen=True)

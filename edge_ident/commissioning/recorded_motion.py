@@ -1,13 +1,15 @@
 """A motion that was recorded, together with where its axes should have been."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from edge_ident.errors import DataError
 from edge_ident.model.effect import Motion
+from edge_ident.signals.conditioning import choose_cutoff
 from edge_ident.signals.filters import differentiate
 from edge_ident.signals.recording import AxisRecord, Recording
 from firmware_interface.motion import Multisine, Reference, Staircase, Trajectory, reference
@@ -52,16 +54,30 @@ class Moved:
         return cls(record, ways, begin)
 
     @classmethod
-    def of(cls, recording: Recording, cutoff_hz: float) -> "Moved":
-        """A recording whose trajectory is not known: its reference, filtered."""
-        period_s = _period_s(recording)
-        return cls(
-            recording,
-            {
-                name: Reference(*differentiate(_wanted(axis), cutoff_hz, period_s))
-                for name, axis in recording.axes.items()
-            },
-        )
+    def of(cls, recording: Recording, axes: Sequence[str]) -> "Moved":
+        """A recording whose trajectory is not known: its references, filtered.
+
+        Raises
+        ------
+        DataError
+            The recording lacks an axis.
+        """
+        ways = {}
+        for name in axes:
+            if name not in recording.axes:
+                raise DataError(
+                    f"{recording.source}: it has axes {', '.join(recording.axes)}, not {name}",
+                    "give a recording of this drive, or rename columns with --column",
+                )
+            axis, period_s = recording.axes[name], _period_s(recording)
+            cutoff_hz = choose_cutoff(axis.position, period_s)
+            ways[name] = Reference(*differentiate(_wanted(axis), cutoff_hz, period_s))
+        return cls(recording, ways)
+
+    @property
+    def period_s(self) -> float:
+        """Between samples."""
+        return _period_s(self.recording)
 
     def errors(self, name: str) -> Array:
         """Reference less position as recorded, (N,)."""
