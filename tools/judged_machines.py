@@ -77,6 +77,8 @@ class JudgedMachine:
         Effects that the machine has.
     base : (A, 4) array
         True base parameters.
+    zero_rad : (A,) array
+        What the encoders showed when the board was switched on.
     """
 
     board: Board
@@ -84,6 +86,7 @@ class JudgedMachine:
     hidden: tuple[str, ...]
     base: Array
     plant: _WatchedPlant
+    zero_rad: Array
 
     @property
     def hardware(self) -> dict[str, LoopHardware]:
@@ -97,13 +100,12 @@ class JudgedMachine:
         self.plant.true.clear()
         capture = capture_motion(self.board, trajectory, lambda done, of: None)
         self.board.finish()
-        recorded = np.stack([axis.position for axis in capture.recording.axes.values()])
-        counts, shown = (
-            np.round(recorded.T / COUNT_RAD),
-            np.round(np.array(self.plant.shown) / COUNT_RAD),
-        )
-        begin = _place(counts, shown)
-        true = np.array(self.plant.true)[begin : begin + len(counts)]
+        recorded = np.stack([axis.position for axis in capture.recording.axes.values()], axis=-1)
+        counts = np.round(recorded / COUNT_RAD)
+        shown = np.round(np.array(self.plant.shown) / COUNT_RAD)
+        zero = np.round(self.zero_rad / COUNT_RAD)
+        begin = _place(counts + zero, shown)
+        true = np.array(self.plant.true)[begin : begin + len(counts)] - zero * COUNT_RAD
         time_s = capture.recording.time_s
         return capture, {
             name: float(np.sqrt(np.mean((way.position_rad - true[:, n]) ** 2)))
@@ -135,8 +137,9 @@ def judged_machine(seed: int, *, tuned: bool, effects: int = 1) -> JudgedMachine
         known = base * (1.0 + 0.03 * rng.normal(size=base.shape))
         gains = {axis: _designed(known[n]) for n, axis in enumerate(AXES)}
     plant = _WatchedPlant(drives, hidden)
+    zero_rad = np.array(plant.shown_rad)
     board = Board.connect(VirtualBoard(BoardSettings(gains=gains), plant=plant))
-    return JudgedMachine(board, brief_drive(), names, base, plant)
+    return JudgedMachine(board, brief_drive(), names, base, plant, zero_rad)
 
 
 def third_motion(drive: Drive, seed: int) -> Trajectory:

@@ -1,12 +1,12 @@
-"""What a wrong diagnosis costs: gains from wrong models, tried on machines of the independent plant.
+"""What a wrong diagnosis costs: gains from wrong models, tried on the independent plant's machines.
 
     python tools/wrong_diagnosis.py --runs 500 --seed 5000
 
 Each machine has a hidden effect, and soft gains or gains that are tuned. The model that its gains
-are designed from is wrong: another effect with values drawn at random, the values' signs turned, or
-wrong base parameters. The trial of the gains is that of `run`, with its forecast, its two motions and
-its verdict. Counted are confirmed gains with which the machine truly follows worse by more than 2 %
-on one of these motions, and apart from them on a third motion, which nobody was told of.
+are designed from is wrong: another effect with values drawn at random, the values' signs turned,
+or wrong base parameters. The trial of the gains is that of `run`: forecast, two motions, verdict.
+Counted are confirmed gains with which the machine truly follows worse by more than 2 % on one of
+these motions, and apart from them on a third motion, which nobody was told of.
 """
 
 import argparse
@@ -166,8 +166,8 @@ def _print(runs: list[Run], spent_s: float) -> None:
         kept = [run for run in of_kind if run.end == "confirmed"]
         better = np.median([run.judged for run in kept]) if kept else float("nan")
         print(
-            f"{kind:32} {len(of_kind):4d} runs, {len(kept):4d} confirmed (median growth of the worst "
-            f"error {better:+.0%}), worse on a judging motion "
+            f"{kind:32} {len(of_kind):4d} runs, {len(kept):4d} confirmed (median growth of the "
+            f"worst error {better:+.0%}), worse on a judging motion "
             f"{sum(run.judged > _WORSE for run in kept)}, on the third motion "
             f"{sum(run.third > _WORSE for run in kept)}",
             flush=True,

@@ -195,7 +195,7 @@ class Promised:
 
     def peak_limit_rad(self, judged: int) -> float:
         """The same of the peak."""
-        return self.after.peak.limit_rad(judged)
+        return self.after.peak.limit_rad(judged) + self.count_rad
 
 
 @dataclass(frozen=True)
