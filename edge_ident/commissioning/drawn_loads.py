@@ -21,16 +21,12 @@ from edge_ident.model.effects import named
 from edge_ident.model.inverse import inverse_effort
 from edge_ident.model.model import AxisModel, Model, Term
 from edge_ident.signals.filters import lowpass
-from edge_ident.signals.metrics import rms
 from edge_ident.simulation.loop_response import Loads
-from firmware_interface.motion import Reference
 
 Array = NDArray[np.float64]
 
 DRAWS: Final = 19
 """A twentieth equal draw lies between the smallest and the largest in 18 of 20 cases."""
-_AT_ONCE: Final = 0.0005
-"""Share of the top speed below which friction turns round, if it does so at once."""
 _LEAST_SHARE: Final = 0.1
 """Of an inertia or friction that a draw leaves: they are positive."""
 
@@ -101,7 +97,8 @@ def drawn_loads(
         wanted = _effects(drawn, moved.wanted_motions(), name)[..., moved.begin % every :: every]
     unexplained = _mixed(left[..., ::every], signals.moving[::every], rng)
     unexplained = np.pad(unexplained, ((0, 0), (moved.begin // every, 0)))
-    turning = _turning(moved.ways[name], hardware, rng)
+    # how friction turns round within a count, no encoder shows
+    turning = hardware.encoder_resolution_rad * rng.uniform(size=DRAWS)
     # fewer samples span a narrower band, in which the noise must have the same density
     count = hardware.encoder_resolution_rad / math.sqrt(every)
     noise = count * rng.uniform(-0.5, 0.5, unexplained.shape)
@@ -159,14 +156,3 @@ def _mixed(left: Array, moving: NDArray[np.bool_], rng: np.random.Generator) -> 
     other = np.fft.irfft(turned, left.shape[-1])
     part = rng.uniform(0.0, 0.5 * np.pi, (len(left), 1))
     return np.asarray(mean + np.where(moving, np.cos(part) * seen + np.sin(part) * other, other))
-
-
-def _turning(way: Reference, hardware: LoopHardware, rng: np.random.Generator) -> Array:
-    """Speeds (DRAWS,) below which friction turns round.
-
-    From at once to that after one encoder count with the motion's rms acceleration: how it goes
-    within a count, no encoder shows.
-    """
-    at_once = _AT_ONCE * float(np.max(np.abs(way.velocity_rad_s)))
-    within = math.sqrt(2.0 * rms(way.acceleration_rad_s2) * hardware.encoder_resolution_rad)
-    return np.asarray(at_once * max(within / at_once, 1.0) ** rng.uniform(size=DRAWS))

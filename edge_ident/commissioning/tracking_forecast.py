@@ -8,7 +8,7 @@ They differ in all that is not known:
 - the base parameters and those of the effects, within their deviations, which hold the fit's noise
   and the spread between the regimes of the motion;
 - the time by which effort and position are apart in the record, within its deviation;
-- how friction turns round, which no encoder resolves: at once, or over a whole count;
+- how friction turns round, which no encoder resolves: at once, or within a whole count;
 - whether what is unexplained belongs to the place in the motion and comes back, or is new each
   time: each drive has a mixture of what was seen and of other noise with the same spectrum;
 - where the encoder's counts lie.

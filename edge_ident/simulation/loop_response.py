@@ -30,6 +30,8 @@ Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 _REPETITIONS: Final = 12
+_AT_ONCE: Final = 0.0005
+"""Share of the top speed in which friction turns round at once; a jump converges badly."""
 _CLOSING_S: Final = 0.5
 """In which the end of a path leads back to its begin: a loop forgets within that."""
 _LOWEST_RAD_S: Final = 1e-3
@@ -65,7 +67,7 @@ class Loads:
     beside : (D, N) array
         Effort beyond the base model's.
     turning : (D,) array
-        Speed below which dry friction turns round, in proportion to the speed.
+        Distance in which dry friction turns round after a reversal: it then acts through a spring.
     noise : (D, N) array
         What the encoder reads too much.
     """
@@ -102,8 +104,10 @@ def tracking_errors(path: Path, loads: Loads, gains: AxisGains, hardware: LoopHa
         _fed_forward(gains, way, spectra, hardware.sample_period_s)
     )
     linear = compliance * (spectra.of_rows(needed) - given)
+    at_once = _AT_ONCE * float(np.max(np.abs(way.velocity_rad_s)))
     # velocity(friction) = free - mobility · friction, and friction = coulomb · sign(velocity)
-    mobility = s * compliance
+    spring = loads.turning[:, None] / (2.0 * coulomb)
+    mobility = s * (compliance + spring)
     free = spectra.of_rows(np.broadcast_to(way.velocity_rad_s, needed.shape)) - s * linear
     step = 1.0 / (gains.derivative + viscous)
     state = np.broadcast_to(way.velocity_rad_s, needed.shape)
@@ -111,7 +115,7 @@ def tracking_errors(path: Path, loads: Loads, gains: AxisGains, hardware: LoopHa
     for _ in range(_REPETITIONS):
         both = mobility * spectra.of_rows(state) + step * free
         follows = spectra.back(both / (mobility + step))
-        friction = _friction(2.0 * follows - state, step, coulomb, loads.turning[:, None])
+        friction = _friction(2.0 * follows - state, step, coulomb, at_once)
         state = follows - step * friction
     error = linear + compliance * spectra.of_rows(friction)
     whole = spectra.back(error + compliance * law * spectra.of_rows(loads.noise))
@@ -153,7 +157,7 @@ class _Spectra:
         return np.asarray(found, dtype=np.float64)
 
 
-def _friction(pushed: Array, step: Array, coulomb: Array, turning: Array) -> Array:
+def _friction(pushed: Array, step: Array, coulomb: Array, turning: float) -> Array:
     """Friction f of the speed v that obeys v + step · f = pushed."""
     return np.clip(coulomb * pushed / (turning + step * coulomb), -coulomb, coulomb)
 
