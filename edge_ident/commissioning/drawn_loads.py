@@ -27,6 +27,8 @@ Array = NDArray[np.float64]
 
 DRAWS: Final = 19
 """A twentieth equal draw lies between the smallest and the largest in 18 of 20 cases."""
+_AT_ONCE: Final = 0.01
+"""Encoder counts within which friction turns round at once, as far as a loop feels it."""
 _LEAST_SHARE: Final = 0.1
 """Of an inertia or friction that a draw leaves: they are positive."""
 
@@ -97,8 +99,8 @@ def drawn_loads(
         wanted = _effects(drawn, moved.wanted_motions(), name)[..., moved.begin % every :: every]
     unexplained = _mixed(left[..., ::every], signals.moving[::every], rng)
     unexplained = np.pad(unexplained, ((0, 0), (moved.begin // every, 0)))
-    # how friction turns round within a count, no encoder shows
-    turning = hardware.encoder_resolution_rad * rng.uniform(size=DRAWS)
+    # no encoder shows how friction turns round within a count: a length of unknown order
+    turning = hardware.encoder_resolution_rad * _AT_ONCE ** rng.uniform(size=DRAWS)
     # fewer samples span a narrower band, in which the noise must have the same density
     count = hardware.encoder_resolution_rad / math.sqrt(every)
     noise = count * rng.uniform(-0.5, 0.5, unexplained.shape)

@@ -6,7 +6,7 @@ from typing import Any
 
 import edge_ident
 from edge_ident.commissioning.capture import Capture
-from edge_ident.commissioning.gain_change import GainChange
+from edge_ident.commissioning.gain_outcome import GainChange
 from edge_ident.commissioning.run import CAPTURE_FILE, VERIFICATION_FILE, Outcome
 from edge_ident.commissioning.verification import Tracking, Verification
 from edge_ident.report.run_documents import run_document
