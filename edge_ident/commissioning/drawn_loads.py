@@ -97,7 +97,10 @@ def drawn_loads(
         made = _effects(drawn, moved.motions(signals.cutoff_hz), name)
         left = left - lowpass(made, signals.cutoff_hz, signals.period_s)
         wanted = _effects(drawn, moved.wanted_motions(), name)[..., moved.begin % every :: every]
-    unexplained = _mixed(left[..., ::every], signals.moving[::every], rng)
+    # slower than a count in half a period of the filter, the direction of friction is not known
+    slow = 2.0 * signals.cutoff_hz * hardware.encoder_resolution_rad
+    known = signals.moving & (np.abs(signals.regressor[:, 1]) > slow)
+    unexplained = _mixed(left[..., ::every], known[::every], rng)
     unexplained = np.pad(unexplained, ((0, 0), (moved.begin // every, 0)))
     # no encoder shows how friction turns round within a count: a length of unknown order
     turning = hardware.encoder_resolution_rad * _AT_ONCE ** rng.uniform(size=DRAWS)

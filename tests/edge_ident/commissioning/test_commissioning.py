@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
 from promised import promise_a_share
 
 from edge_ident.commissioning import gain_transfer
