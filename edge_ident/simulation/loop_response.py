@@ -11,7 +11,7 @@ repetition, each halfway between the last error and the next. It turns round ove
 the path's top speed, for a sharper turn lets the repetition chatter.
 
 A stepped simulation (`edge_ident.simulation.loop`) knows more: an axis that sticks for long,
-clipped effort, effects whose course depends on the error. It takes fifty times as long.
+clipped effort, effects whose course depends on the error. It takes far longer.
 Source: Franklin, Powell and Workman, Digital Control of Dynamic Systems, ch. 4.
 """
 
