@@ -6,13 +6,14 @@ response of the closed loop to the effort that the path needs and the law does n
     error = axis / (1 + axis·law) · (effort needed - effort fed forward + law · encoder noise)
 
 with the sampled law and the continuous axis as in `edge_ident.control.position_loop`. Dry friction
-depends on the direction in which the axis goes, which depends on the error: it is found by
-repetition, each halfway between the last error and the next. It turns round over a small share of
-the path's top speed, for a sharper turn lets the repetition chatter.
+depends on the direction in which the axis goes, and that depends on the error. Both are found
+together, sticking included, by splitting: in turn, the speed that the linear loop has under a
+friction, and the friction that belongs to a speed.
 
-A stepped simulation (`edge_ident.simulation.loop`) knows more: an axis that sticks for long,
-clipped effort, effects whose course depends on the error. It takes far longer.
-Source: Franklin, Powell and Workman, Digital Control of Dynamic Systems, ch. 4.
+A stepped simulation (`edge_ident.simulation.loop`) knows more: clipped effort, and effects whose
+course depends on the error. It takes far longer.
+Sources: Franklin, Powell and Workman, Digital Control of Dynamic Systems, ch. 4; Lions and Mercier,
+Splitting algorithms for the sum of two nonlinear operators, SIAM J. Numer. Anal. 16 (1979).
 """
 
 from dataclasses import dataclass, replace
