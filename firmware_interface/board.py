@@ -9,6 +9,7 @@ from contextlib import suppress
 from typing import Final, Self
 
 from firmware_interface.board_checks import check_map
+from firmware_interface.board_gains import check_terms, read_active, read_staged
 from firmware_interface.board_session import Session
 from firmware_interface.board_types import (
     AxisLimits,
@@ -20,23 +21,21 @@ from firmware_interface.board_types import (
 )
 from firmware_interface.capture_pages import fetch_pages, read_page
 from firmware_interface.codec import (
-    GAIN_WORDS,
     crc32,
     decode,
     decode_array,
     encode,
-    encode_gains,
     encode_trajectory,
     trajectory_words,
 )
 from firmware_interface.errors import BoardError, EdgeIdentError
+from firmware_interface.gain_words import staged_writes
 from firmware_interface.gains import AxisGains
 from firmware_interface.link import Link
+from firmware_interface.map_versions import MAP_CRCS
 from firmware_interface.motion import Trajectory
-from firmware_interface.received import received_gains
 from firmware_interface.registers import (
     AXES,
-    MAP_CRC,
     REGISTERS,
     STORE_SIGNATURE,
     Opcode,
@@ -44,8 +43,6 @@ from firmware_interface.registers import (
 )
 
 __all__ = ["AxisLimits", "Board", "BoardIdentity", "BoardStatus", "CapturePage"]
-
-_BANK_WORDS: Final = REGISTERS["shadow.crc"].address - REGISTERS["shadow.x.proportional"].address
 
 
 class Board:
@@ -70,7 +67,7 @@ class Board:
 
     @classmethod
     def connect(cls, link: Link) -> Self:
-        """Check that the board speaks this register map; nothing is written.
+        """Check that the board speaks a register map that this host knows; nothing is written.
 
         Raises
         ------
@@ -96,7 +93,8 @@ class Board:
 
     def limits(self) -> Mapping[str, AxisLimits]:
         """What the board enforces, by axis."""
-        return {axis: read_limits(self._session.read, axis) for axis in self.axes}
+        read, version = self._session.read, self.identity.map_version
+        return {axis: read_limits(read, axis, version) for axis in self.axes}
 
     def register_values(self, name: str) -> tuple[float, ...]:
         """Values of a register as they stand there, valid or not."""
@@ -180,7 +178,7 @@ class Board:
         register = REGISTERS["watchdog.timeout"]
         words = self._session.read(register.address, register.words)
         self._session.beat_every(decode(register.name, words))
-        self._session.command(Opcode.START, MAP_CRC)
+        self._session.command(Opcode.START, MAP_CRCS[self.identity.map_version])
 
     def capture_pages(self) -> Iterator[CapturePage]:
         """Fetch the capture of the motion just started, while it runs, to its last sample.
@@ -228,23 +226,34 @@ class Board:
     # ---- gains
 
     def active_gains(self) -> dict[str, AxisGains]:
-        """Gains in force, by axis."""
-        return self._gains("active", self._bank("active", _BANK_WORDS))
+        """Gains in force, by axis.
+
+        Raises
+        ------
+        LinkError
+            They do not match their CRC, however often they are read.
+        """
+        return read_active(self._session.read, self.identity.map_version)
 
     def staged_gains(self) -> dict[str, AxisGains]:
         """Gains in the shadow bank, by axis; `commit` then means these."""
-        # with its CRC: of another length than the active bank, neither passes for the other
-        words = self._bank("shadow", _BANK_WORDS + REGISTERS["shadow.crc"].words)
-        gains = self._gains("shadow", words)
-        self._staged_crc = crc32(words[:_BANK_WORDS])
+        gains, self._staged_crc = read_staged(self._session.read, self.identity.map_version)
         return gains
 
     def stage_gains(self, gains: Mapping[str, AxisGains]) -> None:
-        """Write the shadow bank with its CRC, read back and compared; not in force yet."""
-        words = encode_gains(gains)
-        crc = crc32(words)
+        """Write the shadow bank with its CRC, read back and compared; not in force yet.
+
+        Raises
+        ------
+        BoardError
+            The board's law, of an older map, lacks a term that the gains use; nothing is written.
+        """
+        version = self.identity.map_version
+        check_terms(gains, self.identity)
+        writes, crc = staged_writes(gains, version)
         self._session.hold()
-        self._session.write_verified(_bank_address("shadow"), words + encode("shadow.crc", crc))
+        for address, words in writes:
+            self._session.write_verified(address, words)
         self._staged_crc = crc
 
     def commit(self) -> None:
@@ -267,18 +276,3 @@ class Board:
     def store(self) -> None:
         """Write the confirmed gains to permanent memory."""
         self._session.command(Opcode.STORE, STORE_SIGNATURE)
-
-    # ---- inside
-
-    def _bank(self, group: str, count: int) -> list[int]:
-        return self._session.read(_bank_address(group), count)
-
-    def _gains(self, group: str, words: list[int]) -> dict[str, AxisGains]:
-        return {
-            axis: received_gains(f"{group}.{axis}", words[n * GAIN_WORDS : (n + 1) * GAIN_WORDS])
-            for n, axis in enumerate(AXES)
-        }
-
-
-def _bank_address(group: str) -> int:
-    return REGISTERS[f"{group}.{AXES[0]}.proportional"].address

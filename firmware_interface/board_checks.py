@@ -10,12 +10,11 @@ from firmware_interface.board_types import BoardStatus
 from firmware_interface.codec import decode
 from firmware_interface.errors import BoardError, LinkError
 from firmware_interface.link import Link
+from firmware_interface.map_versions import MAP_CRCS
 from firmware_interface.registers import (
     FAULT_TEXTS,
     FLOAT_TEST,
     MAGIC,
-    MAP_CRC,
-    MAP_VERSION,
     PAGE_SAMPLES,
     REGISTERS,
     RESULT_TEXTS,
@@ -29,7 +28,7 @@ _CLOCK_RANGE: Final = 2**32
 
 
 def check_map(link: Link) -> None:
-    """Make sure that the board speaks this register map, before anything is written to it."""
+    """Make sure that the board speaks a register map that this host knows; nothing is written."""
 
     def value(name: str) -> float:
         register = REGISTERS[f"identity.{name}"]
@@ -41,10 +40,10 @@ def check_map(link: Link) -> None:
             f"(magic {int(value('magic')):#010x})",
             "check which port or address belongs to the board",
         )
-    if value("map_version") != MAP_VERSION or value("map_crc") != MAP_CRC:
+    if MAP_CRCS.get(int(value("map_version"))) != value("map_crc"):
         raise BoardError(
             f"the board speaks register map {value('map_version'):.0f} with CRC "
-            f"{int(value('map_crc')):#010x}, this host {MAP_VERSION} with {MAP_CRC:#010x}",
+            f"{int(value('map_crc')):#010x}, this host {_known_maps()}",
             "install the same release on board and host",
         )
     if value("float_test") != np.float32(FLOAT_TEST):
@@ -52,6 +51,11 @@ def check_map(link: Link) -> None:
             f"the float test value reads {value('float_test')!r}, not {FLOAT_TEST}",
             "switch off word swapping in the gateway between host and board",
         )
+
+
+def _known_maps() -> str:
+    newest_first = sorted(MAP_CRCS.items(), reverse=True)
+    return " or ".join(f"{version} with {crc:#010x}" for version, crc in newest_first)
 
 
 def fault_error(status: BoardStatus) -> BoardError:

@@ -6,11 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from firmware_interface.codec import GAIN_WORDS, RawPage, decode_integer
+from firmware_interface.codec import RawPage, decode_integer
 from firmware_interface.errors import LinkError
-from firmware_interface.gains import AxisGains
-from firmware_interface.received import received, received_gains, received_integer
-from firmware_interface.registers import AXES, MAGIC, REGISTERS, Fault, Result, State
+from firmware_interface.gain_words import addresses, bank_spans, decode_gains, read_spans
+from firmware_interface.gains import GAIN_FIELDS, AxisGains
+from firmware_interface.received import checked_gains, received, received_integer
+from firmware_interface.registers import AXES, MAGIC, MAP_VERSION, REGISTERS, Fault, Result, State
 
 Array = NDArray[np.float64]
 ReadWords = Callable[[int, int], list[int]]
@@ -30,6 +31,8 @@ class BoardIdentity:
         Encoder counts per turn of the gearbox output.
     effort_per_count_nm : float
         Torque at the gearbox output of one PWM count.
+    map_version : int
+        Of the register map that the board speaks.
     """
 
     firmware_version: str
@@ -39,6 +42,12 @@ class BoardIdentity:
     control_delay_s: float
     counts_per_turn: int
     effort_per_count_nm: float
+    map_version: int = MAP_VERSION
+
+    @property
+    def gain_fields(self) -> tuple[str, ...]:
+        """Fields of `AxisGains` that the board's control law has; it takes no others."""
+        return GAIN_FIELDS[self.map_version]
 
     @property
     def encoder_resolution_rad(self) -> float:
@@ -163,6 +172,7 @@ def read_identity(read: ReadWords) -> BoardIdentity:
         control_delay_s=value("control_delay"),
         counts_per_turn=int(value("counts_per_turn")),
         effort_per_count_nm=value("effort_per_count"),
+        map_version=int(value("map_version")),
     )
 
 
@@ -219,11 +229,14 @@ def _named_bits(bits: int, names: Sequence[str]) -> tuple[str, ...]:
     return tuple(name for n, name in enumerate(names) if bits >> n & 1)
 
 
-def read_limits(read: ReadWords, axis: str) -> AxisLimits:
-    """One transfer."""
-    base = REGISTERS[f"limits.{axis}.travel"].address
-    maxima = REGISTERS[f"gain_maximum.{axis}.proportional"].address - base
-    words = read(base, maxima + GAIN_WORDS)
+def read_limits(read: ReadWords, axis: str, version: int = MAP_VERSION) -> AxisLimits:
+    """Limits of an axis, from a board of this version of the map."""
+    first, last = (REGISTERS[f"limits.{axis}.{name}"] for name in ("travel", "acceleration"))
+    base, maxima = first.address, bank_spans("gain_maximum", version, (axis,))
+    own = (base, last.address + last.words - base)
+    found = read_spans(read, [own, *maxima])
+    words = [found[address] for address in addresses([own])]
+    bank = decode_gains([found[address] for address in addresses(maxima)], version, (axis,))
 
     def value(name: str) -> float:
         return received(f"limits.{axis}.{name}", words, base)
@@ -235,7 +248,7 @@ def read_limits(read: ReadWords, axis: str) -> AxisLimits:
         effort_nm=value("effort"),
         following_error_rad=value("following_error"),
         gain_step=value("gain_step"),
-        gain_maximum=received_gains(f"gain_maximum.{axis}", words[maxima:]),
+        gain_maximum=checked_gains("gain_maximum", bank)[axis],
     )
 
 

@@ -1,15 +1,14 @@
-"""Values to Modbus words and back. All scaling of the project is in this file."""
+"""Values to Modbus words and back, gain banks apart. All scaling of the project is in here."""
 
 import struct
 import zlib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import astuple, dataclass
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from firmware_interface.gains import AxisGains
 from firmware_interface.motion import (
     MAXIMUM_COMPONENTS,
     MAXIMUM_LEVELS,
@@ -29,8 +28,6 @@ from firmware_interface.registers import (
 Counts = NDArray[np.int64]
 
 _FORMATS: Final = {"u16": "H", "i16": "h", "u32": "I", "i32": "i", "f32": "f"}
-GAIN_WORDS: Final = sum(r.words for r in REGISTERS.values() if r.name.startswith("active.x."))
-"""Words of one axis in a gain bank."""
 _PAGE_HEADER: Final = struct.Struct(">IIH")
 _SAMPLE: Final = np.dtype([("position", ">i4"), ("effort", ">i2"), ("following_error", ">i2")])
 
@@ -96,32 +93,6 @@ def words_to_bytes(words: Sequence[int]) -> bytes:
 def crc32(words: Sequence[int]) -> int:
     """CRC-32 (zlib's) of the words' bytes, big-endian."""
     return zlib.crc32(words_to_bytes(words))
-
-
-# ---- gain banks
-
-
-def encode_gains(gains: Mapping[str, AxisGains]) -> list[int]:
-    """Words of a gain bank, all axes in the map's order, without CRC."""
-    return [word for axis in AXES for word in encode_axis_gains(gains[axis])]
-
-
-def decode_gains(words: Sequence[int]) -> dict[str, AxisGains]:
-    """Gains of all axes from a bank's words."""
-    return {
-        axis: decode_axis_gains(words[n * GAIN_WORDS : (n + 1) * GAIN_WORDS])
-        for n, axis in enumerate(AXES)
-    }
-
-
-def encode_axis_gains(gains: AxisGains) -> list[int]:
-    """Words of one axis in a gain bank."""
-    return bytes_to_words(struct.pack(f">{GAIN_WORDS // 2}f", *gains.numbers().values()))
-
-
-def decode_axis_gains(words: Sequence[int]) -> AxisGains:
-    """Gains from the words of one axis."""
-    return AxisGains.of_numbers(struct.unpack(f">{GAIN_WORDS // 2}f", words_to_bytes(words)))
 
 
 # ---- capture pages

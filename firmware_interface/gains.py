@@ -1,49 +1,48 @@
-"""The board's control law and its gains.
+"""The numbers of the board's control law: the gains of an axis, and what a bank of them may hold.
 
-With e = reference - position, all at the gearbox output::
-
-    effort = proportional * e
-           + derivative * (reference velocity - filtered velocity)
-           + integral * sum(e) * period
-           + inertia_feedforward * reference acceleration
-           + viscous_feedforward * reference velocity
-           + viscous_difference_feedforward * |reference velocity|
-           + (coulomb_feedforward
-              + stribeck_feedforward * exp(-(reference velocity / stribeck_speed)^2))
-             * tanh(reference velocity / coulomb_smoothing)
-           + offset_feedforward
-           + sum over k of ripple_cosine[k] * cos(2 pi * reference / ripple_period[k])
-                         + ripple_sine[k]   * sin(2 pi * reference / ripple_period[k])
-
-The reference of the ripple table is the same position, counted from the encoder's zero, as the
-one that e is made of. The sum of the errors takes in the present one; what it contributes is kept
-within the effort limit, and so is the effort.
-
-The filtered velocity is the backward difference of the measured position, passed through a
-first-order filter of time constant velocity_filter::
-
-    w[k] = w[k-1] + period / (velocity_filter + period) * (difference[k] - w[k-1])
+What the numbers do stands in `firmware_interface.control_law`.
 
 A bank is accepted if every number n with its largest value N (the gain_maximum registers) obeys
 |n| <= N and |n - active n| <= gain_step * N; if those in `POSITIVE` are above zero; and if all
-but those in `SIGNED` are not below it.
+but those in `SIGNED` are not below it. The entries of a table count as numbers of their own.
 """
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
-from types import ModuleType
+from functools import cached_property
 from typing import Any, Final, Self
+
+import numpy as np
 
 RIPPLES: Final = 4
 """Entries of the ripple table."""
+FRICTION_ENTRIES: Final = 12
+"""Entries of each friction curve over speed."""
+TABLE_ENTRIES: Final = 24
+"""Entries of each table over position."""
 FEEDBACK: Final = ("proportional", "derivative", "integral", "velocity_filter_s")
 """Numbers that decide whether the loop is stable."""
+
+
+def _entries(name: str, count: int) -> tuple[str, ...]:
+    """Names of a table's numbers."""
+    return tuple(f"{name}[{k}]" for k in range(count))
+
+
 SIGNED: Final = frozenset(
     {
         "offset_feedforward",
         "viscous_difference_feedforward",
-        *(f"ripple_{part}[{k}]" for part in ("cosine", "sine") for k in range(RIPPLES)),
+        *_entries("ripple_cosine", RIPPLES),
+        *_entries("ripple_sine", RIPPLES),
+        *_entries("friction_forward", FRICTION_ENTRIES),
+        *_entries("friction_backward", FRICTION_ENTRIES),
+        "table_start_rad",
+        *_entries("load_table", TABLE_ENTRIES),
+        *_entries("local_friction_table", TABLE_ENTRIES),
+        "cross_inertia_feedforward",
+        "cross_viscous_feedforward",
+        "cross_coulomb_feedforward",
     }
 )
 """Numbers that may be negative."""
@@ -51,15 +50,42 @@ POSITIVE: Final = frozenset(
     {
         "coulomb_smoothing_rad_s",
         "stribeck_speed_rad_s",
-        *(f"ripple_period_rad[{k}]" for k in range(RIPPLES)),
+        *_entries("ripple_period_rad", RIPPLES),
+        "friction_top_speed_rad_s",
+        "table_step_rad",
+        "presliding_distance_rad",
+        "backlash_distance_rad",
+        "deadband_smoothing",
     }
 )
 """Numbers that divide, and so may not be zero."""
+MOST_LOSS: Final = 0.9
+"""No board may set a larger maximum for `transmission_loss`: all of it would divide by zero."""
+_TERMS: Final = {
+    "stribeck": ("stribeck_feedforward",),
+    "viscous_difference": ("viscous_difference_feedforward",),
+    "ripple": ("ripple_cosine", "ripple_sine"),
+    "ripple_fade": ("ripple_fade_speed_rad_s",),
+    "friction_curve": ("friction_forward", "friction_backward"),
+    "load_table": ("load_table",),
+    "local_friction_table": ("local_friction_table",),
+    "table_fade": ("table_fade_speed_rad_s",),
+    "presliding": ("presliding_feedforward",),
+    "backlash": ("backlash_offset_rad",),
+    "deadband": ("deadband_inverse",),
+    "cross": (
+        "cross_inertia_feedforward",
+        "cross_viscous_feedforward",
+        "cross_coulomb_feedforward",
+    ),
+    "transmission": ("transmission_loss",),
+}
+"""Terms of the law that are off where all of these numbers are zero."""
 
 
 @dataclass(frozen=True)
 class AxisGains:
-    """Gains of one axis.
+    """Gains of one axis; the defaults switch a term off.
 
     Attributes
     ----------
@@ -91,6 +117,41 @@ class AxisGains:
         N*m; an entry with both zero is off.
     ripple_period_rad : tuple of `RIPPLES` floats
         rad, positive.
+    friction_top_speed_rad_s : float
+        rad/s, positive: end of the friction curves.
+    friction_forward, friction_backward : tuple of `FRICTION_ENTRIES` floats
+        N*m, friction beyond Coulomb's and Stribeck's at speeds that grow with the square of the
+        entry's number up to the top speed.
+    table_start_rad : float
+        rad, position of the first entry of both tables over position.
+    table_step_rad : float
+        rad, positive: from one entry to the next.
+    load_table, local_friction_table : tuple of `TABLE_ENTRIES` floats
+        N*m: load, and friction beyond Coulomb's.
+    table_fade_speed_rad_s : float
+        rad/s, up to which both tables act whole; at twice it they are gone. 0: at every speed.
+    ripple_fade_speed_rad_s : tuple of `RIPPLES` floats
+        The same for each ripple.
+    presliding_feedforward : float
+        N*m, friction that builds up over a distance after each reversal.
+    presliding_distance_rad : float
+        rad, positive.
+    backlash_offset_rad : float
+        rad, half the gap.
+    backlash_distance_rad : float
+        rad, positive: over which the reference crosses the gap.
+    deadband_inverse : float
+        N*m that the actuator swallows.
+    deadband_smoothing : float
+        N*m, positive: effort over which the inverse changes sign.
+    cross_inertia_feedforward, cross_viscous_feedforward, cross_coulomb_feedforward : float
+        kg*m^2, N*m*s/rad, N*m: effort of this axis for the motion of the other one.
+    transmission_loss : float
+        Share of the transmitted effort that is lost, at most 0.9.
+    transmitted_inertia : float
+        kg*m^2, part of the inertia beyond the transmission.
+    transmitted_friction : float
+        Share of viscous and Coulomb friction beyond the transmission.
     """
 
     proportional: float
@@ -108,6 +169,45 @@ class AxisGains:
     ripple_cosine: tuple[float, ...] = (0.0,) * RIPPLES
     ripple_sine: tuple[float, ...] = (0.0,) * RIPPLES
     ripple_period_rad: tuple[float, ...] = (1.0,) * RIPPLES
+    friction_top_speed_rad_s: float = 1.0
+    friction_forward: tuple[float, ...] = (0.0,) * FRICTION_ENTRIES
+    friction_backward: tuple[float, ...] = (0.0,) * FRICTION_ENTRIES
+    table_start_rad: float = 0.0
+    table_step_rad: float = 1.0
+    load_table: tuple[float, ...] = (0.0,) * TABLE_ENTRIES
+    local_friction_table: tuple[float, ...] = (0.0,) * TABLE_ENTRIES
+    table_fade_speed_rad_s: float = 0.0
+    ripple_fade_speed_rad_s: tuple[float, ...] = (0.0,) * RIPPLES
+    presliding_feedforward: float = 0.0
+    presliding_distance_rad: float = 1.0
+    backlash_offset_rad: float = 0.0
+    backlash_distance_rad: float = 1.0
+    deadband_inverse: float = 0.0
+    deadband_smoothing: float = 1.0
+    cross_inertia_feedforward: float = 0.0
+    cross_viscous_feedforward: float = 0.0
+    cross_coulomb_feedforward: float = 0.0
+    transmission_loss: float = 0.0
+    transmitted_inertia: float = 0.0
+    transmitted_friction: float = 0.0
+
+    @cached_property
+    def terms(self) -> frozenset[str]:
+        """Terms of the law that these gains switch on, of those that can be off."""
+        return frozenset(
+            term
+            for term, names in _TERMS.items()
+            if any(np.any(getattr(self, name)) for name in names)
+        )
+
+    @cached_property
+    def ripples(self) -> tuple[int, ...]:
+        """Entries of the ripple table that are on."""
+        return tuple(
+            k
+            for k in range(RIPPLES)
+            if np.any(self.ripple_cosine[k]) or np.any(self.ripple_sine[k])
+        )
 
     def numbers(self) -> dict[str, float]:
         """Every number by name, in the order of a gain bank; entry k of a table is `name[k]`."""
@@ -122,42 +222,38 @@ class AxisGains:
 
     @classmethod
     def of_numbers(cls, numbers: Sequence[float]) -> Self:
-        """Gains from their numbers in the order of a gain bank."""
-        single = len(numbers) - 3 * RIPPLES
-        tables = (tuple(numbers[n : n + RIPPLES]) for n in range(single, len(numbers), RIPPLES))
-        return cls(*numbers[:single], *tables)  # type: ignore[arg-type]
+        """Gains from their numbers in the order of a gain bank; what is not there is off."""
+        values: dict[str, Any] = {}
+        left = list(numbers)
+        for field in fields(cls):
+            if not left:
+                break
+            count = len(field.default) if isinstance(field.default, tuple) else 0
+            values[field.name] = tuple(left[:count]) if count else left[0]
+            del left[: count or 1]
+        return cls(**values)
 
 
 Bank = Mapping[str, AxisGains]
 """Gains of all axes, by name."""
+GAIN_FIELDS: Final[Mapping[int, tuple[str, ...]]] = {
+    3: tuple(field.name for field in fields(AxisGains))[:15],
+    4: tuple(field.name for field in fields(AxisGains)),
+}
+"""Fields of `AxisGains` that a board knows, by the version of its register map."""
+OFF: Final = AxisGains.of_numbers([0.0] * 9).numbers()
+"""What each number is by default, zero where it has none: a term that is off."""
+_ALWAYS: Final = frozenset(name for name in GAIN_FIELDS[3] if name in OFF)
 
 
-def feedforward_nm(gains: AxisGains, setpoint: Any, functions: ModuleType = math) -> Any:
-    """What the reference alone asks for.
+def numbers_in_use(banks: Sequence[AxisGains]) -> list[str]:
+    """Names of the numbers that tell what gains do.
 
-    Parameters
-    ----------
-    gains : AxisGains
-    setpoint : Setpoint or Reference
-        A finite one, or a stretch of them.
-    functions : module
-        `math`, or numpy for a stretch.
+    Those of the first terms, and of the others those that a bank does not leave at their default.
     """
-    velocity = setpoint.velocity_rad_s
-    slowness = velocity / gains.stribeck_speed_rad_s
-    bump = functions.exp(-slowness * slowness)
-    effort = (
-        gains.inertia_feedforward * setpoint.acceleration_rad_s2
-        + gains.viscous_feedforward * velocity
-        + gains.viscous_difference_feedforward * abs(velocity)
-        + (gains.coulomb_feedforward + gains.stribeck_feedforward * bump)
-        * functions.tanh(velocity / gains.coulomb_smoothing_rad_s)
-        + gains.offset_feedforward
-    )
-    for cosine, sine, period in zip(
-        gains.ripple_cosine, gains.ripple_sine, gains.ripple_period_rad, strict=True
-    ):
-        if cosine or sine:
-            angle = 2.0 * math.pi * setpoint.position_rad / period
-            effort = effort + cosine * functions.cos(angle) + sine * functions.sin(angle)
-    return effort
+    numbers = [bank.numbers() for bank in banks]
+    return [
+        name
+        for name, default in OFF.items()
+        if name in _ALWAYS or any(bank[name] != default for bank in numbers)
+    ]

@@ -14,6 +14,8 @@ from firmware_interface.register import Register
 from firmware_interface.register_map import Enumeration, RegisterMap, load_map
 
 _PACKAGE: Final = Path(__file__).parent
+_FIRST_MAP: Final = 3
+"""Oldest map that a host still drives a board of."""
 _NOTE: Final = "Generated from registers.toml by firmware_interface/generate.py; do not edit."
 _C_TYPES: Final = {
     "u16": "uint16_t",
@@ -200,16 +202,16 @@ def _header_layout(source: RegisterMap) -> Iterator[str]:
     yield "/* Fails to compile where a condition does not hold (C99 has no _Static_assert). */"
     yield "#define FD_ASSERT(name, condition) typedef char fd_assert_##name[(condition) ? 1 : -1]"
     yield ""
-    yield "/* One axis of a gain bank. */"
+    yield "/* One axis of a gain bank; in the map those of map 4 stand in another place. */"
     yield "struct fd_gain_bank {"
     yield from (f"    {_c_member(r)};" for r in bank)
     yield "};"
+    offset = 0
     for register in bank:
-        offset = 2 * (register.address - bank[0].address)
         name = register.name.split(".")[-1]
         yield f"FD_ASSERT({name}, offsetof(struct fd_gain_bank, {name}) == {offset}u);"
-    size = 2 * sum(r.words for r in bank)
-    yield f"FD_ASSERT(gain_bank, sizeof(struct fd_gain_bank) == {size}u);"
+        offset += 2 * register.words
+    yield f"FD_ASSERT(gain_bank, sizeof(struct fd_gain_bank) == {offset}u);"
     yield ""
     yield "/* A capture page as words on the wire, high word first; short pages are zero-padded. */"
     yield "struct fd_page {"
@@ -242,9 +244,10 @@ def _markdown(source: RegisterMap) -> Iterator[str]:
     for r in source.registers:
         kind = r.type if r.count == 1 else f"{r.type}[{r.count}]"
         limits = "" if r.minimum is None else f"{r.minimum:g} … {r.maximum:g}"
+        since = f" Since map {r.since}." if r.since > _FIRST_MAP else ""
         yield (
             f"| `{r.address:#06x}` | {r.name} | {kind} | {r.scale:g} | {r.unit} | {r.access} "
-            f"| {limits} | {r.description} |"
+            f"| {limits} | {r.description}{since} |"
         )
     yield ""
     yield "## Capture pages"

@@ -1,10 +1,10 @@
 """What a board sends, believed only after a look: finite, in its range, a known code."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from firmware_interface import registers
-from firmware_interface.codec import decode_array, decode_axis_gains
+from firmware_interface.codec import decode_array
 from firmware_interface.errors import BoardError
 from firmware_interface.gains import AxisGains
 from firmware_interface.register import Register
@@ -39,19 +39,19 @@ def received_integer(name: str, words: Sequence[int], base: int | None = None) -
     return int(received(name, words, base))
 
 
-def received_gains(bank: str, words: Sequence[int]) -> AxisGains:
-    """Gains of one axis; `bank` is for the message.
+def checked_gains(group: str, gains: Mapping[str, AxisGains]) -> dict[str, AxisGains]:
+    """Gains by axis; the group of registers is for the message.
 
     Raises
     ------
     BoardError
         A number is not finite.
     """
-    gains = decode_axis_gains(words)
-    for name, value in gains.numbers().items():
-        if not math.isfinite(value):
-            raise _nonsense(f"{bank}.{name}", value)
-    return gains
+    for axis, bank in gains.items():
+        for name, value in bank.numbers().items():
+            if not math.isfinite(value):
+                raise _nonsense(f"{group}.{axis}.{name}", value)
+    return dict(gains)
 
 
 def _nonsense(name: str, value: float) -> BoardError:

@@ -29,6 +29,8 @@ class Register:
         Allowed values, in the unit.
     enum : str
         Name of the enumeration of its codes, else empty.
+    since : int
+        Version of the map that brought it.
     description : str
     """
 
@@ -42,6 +44,7 @@ class Register:
     minimum: float | None = None
     maximum: float | None = None
     enum: str = ""
+    since: int = 3
     description: str = ""
 
     @property

@@ -120,6 +120,8 @@ def _expand(block: dict[str, Any], structures: dict[str, list[dict[str, Any]]]) 
     entries = block["registers"]
     if isinstance(entries, str):
         entries = [entry | {"access": block["access"]} for entry in structures[entries]]
+    if "since" in block:
+        entries = [entry | {"since": block["since"]} for entry in entries]
     return [
         _register(entry, f"{block['group']}.{instance}", block["address"] + n * block["stride"])
         for n, instance in enumerate(block["instances"])

@@ -6,8 +6,8 @@
 #include <stdint.h>
 
 #define FD_MAGIC 0x4d464453u
-#define FD_MAP_VERSION 3u
-#define FD_MAP_CRC 0x58329fe3u
+#define FD_MAP_VERSION 4u
+#define FD_MAP_CRC 0x0a052151u
 #define FD_FLOAT_TEST 3.1415927f
 #define FD_STORE_SIGNATURE 0x65766173u
 #define FD_SESSION_LEASE_S 5.0f
@@ -259,7 +259,134 @@ enum fd_watchdogaction {
 #define FD_REG_SHADOW_Z_RIPPLE_SINE 0x03d0u
 #define FD_REG_SHADOW_Z_RIPPLE_PERIOD 0x03d8u
 #define FD_REG_SHADOW_CRC 0x03e0u
-#define FD_REG_END 0x03e2u
+#define FD_REG_ACTIVE_X_FRICTION_TOP_SPEED 0x0400u
+#define FD_REG_ACTIVE_X_FRICTION_FORWARD 0x0402u
+#define FD_REG_ACTIVE_X_FRICTION_BACKWARD 0x041au
+#define FD_REG_ACTIVE_X_TABLE_START 0x0432u
+#define FD_REG_ACTIVE_X_TABLE_STEP 0x0434u
+#define FD_REG_ACTIVE_X_LOAD_TABLE 0x0436u
+#define FD_REG_ACTIVE_X_LOCAL_FRICTION_TABLE 0x0466u
+#define FD_REG_ACTIVE_X_TABLE_FADE_SPEED 0x0496u
+#define FD_REG_ACTIVE_X_RIPPLE_FADE_SPEED 0x0498u
+#define FD_REG_ACTIVE_X_PRESLIDING_FEEDFORWARD 0x04a0u
+#define FD_REG_ACTIVE_X_PRESLIDING_DISTANCE 0x04a2u
+#define FD_REG_ACTIVE_X_BACKLASH_OFFSET 0x04a4u
+#define FD_REG_ACTIVE_X_BACKLASH_DISTANCE 0x04a6u
+#define FD_REG_ACTIVE_X_DEADBAND_INVERSE 0x04a8u
+#define FD_REG_ACTIVE_X_DEADBAND_SMOOTHING 0x04aau
+#define FD_REG_ACTIVE_X_CROSS_INERTIA_FEEDFORWARD 0x04acu
+#define FD_REG_ACTIVE_X_CROSS_VISCOUS_FEEDFORWARD 0x04aeu
+#define FD_REG_ACTIVE_X_CROSS_COULOMB_FEEDFORWARD 0x04b0u
+#define FD_REG_ACTIVE_X_TRANSMISSION_LOSS 0x04b2u
+#define FD_REG_ACTIVE_X_TRANSMITTED_INERTIA 0x04b4u
+#define FD_REG_ACTIVE_X_TRANSMITTED_FRICTION 0x04b6u
+#define FD_REG_ACTIVE_Z_FRICTION_TOP_SPEED 0x04b8u
+#define FD_REG_ACTIVE_Z_FRICTION_FORWARD 0x04bau
+#define FD_REG_ACTIVE_Z_FRICTION_BACKWARD 0x04d2u
+#define FD_REG_ACTIVE_Z_TABLE_START 0x04eau
+#define FD_REG_ACTIVE_Z_TABLE_STEP 0x04ecu
+#define FD_REG_ACTIVE_Z_LOAD_TABLE 0x04eeu
+#define FD_REG_ACTIVE_Z_LOCAL_FRICTION_TABLE 0x051eu
+#define FD_REG_ACTIVE_Z_TABLE_FADE_SPEED 0x054eu
+#define FD_REG_ACTIVE_Z_RIPPLE_FADE_SPEED 0x0550u
+#define FD_REG_ACTIVE_Z_PRESLIDING_FEEDFORWARD 0x0558u
+#define FD_REG_ACTIVE_Z_PRESLIDING_DISTANCE 0x055au
+#define FD_REG_ACTIVE_Z_BACKLASH_OFFSET 0x055cu
+#define FD_REG_ACTIVE_Z_BACKLASH_DISTANCE 0x055eu
+#define FD_REG_ACTIVE_Z_DEADBAND_INVERSE 0x0560u
+#define FD_REG_ACTIVE_Z_DEADBAND_SMOOTHING 0x0562u
+#define FD_REG_ACTIVE_Z_CROSS_INERTIA_FEEDFORWARD 0x0564u
+#define FD_REG_ACTIVE_Z_CROSS_VISCOUS_FEEDFORWARD 0x0566u
+#define FD_REG_ACTIVE_Z_CROSS_COULOMB_FEEDFORWARD 0x0568u
+#define FD_REG_ACTIVE_Z_TRANSMISSION_LOSS 0x056au
+#define FD_REG_ACTIVE_Z_TRANSMITTED_INERTIA 0x056cu
+#define FD_REG_ACTIVE_Z_TRANSMITTED_FRICTION 0x056eu
+#define FD_REG_ACTIVE_CRC 0x0570u
+#define FD_REG_SHADOW_X_FRICTION_TOP_SPEED 0x0580u
+#define FD_REG_SHADOW_X_FRICTION_FORWARD 0x0582u
+#define FD_REG_SHADOW_X_FRICTION_BACKWARD 0x059au
+#define FD_REG_SHADOW_X_TABLE_START 0x05b2u
+#define FD_REG_SHADOW_X_TABLE_STEP 0x05b4u
+#define FD_REG_SHADOW_X_LOAD_TABLE 0x05b6u
+#define FD_REG_SHADOW_X_LOCAL_FRICTION_TABLE 0x05e6u
+#define FD_REG_SHADOW_X_TABLE_FADE_SPEED 0x0616u
+#define FD_REG_SHADOW_X_RIPPLE_FADE_SPEED 0x0618u
+#define FD_REG_SHADOW_X_PRESLIDING_FEEDFORWARD 0x0620u
+#define FD_REG_SHADOW_X_PRESLIDING_DISTANCE 0x0622u
+#define FD_REG_SHADOW_X_BACKLASH_OFFSET 0x0624u
+#define FD_REG_SHADOW_X_BACKLASH_DISTANCE 0x0626u
+#define FD_REG_SHADOW_X_DEADBAND_INVERSE 0x0628u
+#define FD_REG_SHADOW_X_DEADBAND_SMOOTHING 0x062au
+#define FD_REG_SHADOW_X_CROSS_INERTIA_FEEDFORWARD 0x062cu
+#define FD_REG_SHADOW_X_CROSS_VISCOUS_FEEDFORWARD 0x062eu
+#define FD_REG_SHADOW_X_CROSS_COULOMB_FEEDFORWARD 0x0630u
+#define FD_REG_SHADOW_X_TRANSMISSION_LOSS 0x0632u
+#define FD_REG_SHADOW_X_TRANSMITTED_INERTIA 0x0634u
+#define FD_REG_SHADOW_X_TRANSMITTED_FRICTION 0x0636u
+#define FD_REG_SHADOW_Z_FRICTION_TOP_SPEED 0x0638u
+#define FD_REG_SHADOW_Z_FRICTION_FORWARD 0x063au
+#define FD_REG_SHADOW_Z_FRICTION_BACKWARD 0x0652u
+#define FD_REG_SHADOW_Z_TABLE_START 0x066au
+#define FD_REG_SHADOW_Z_TABLE_STEP 0x066cu
+#define FD_REG_SHADOW_Z_LOAD_TABLE 0x066eu
+#define FD_REG_SHADOW_Z_LOCAL_FRICTION_TABLE 0x069eu
+#define FD_REG_SHADOW_Z_TABLE_FADE_SPEED 0x06ceu
+#define FD_REG_SHADOW_Z_RIPPLE_FADE_SPEED 0x06d0u
+#define FD_REG_SHADOW_Z_PRESLIDING_FEEDFORWARD 0x06d8u
+#define FD_REG_SHADOW_Z_PRESLIDING_DISTANCE 0x06dau
+#define FD_REG_SHADOW_Z_BACKLASH_OFFSET 0x06dcu
+#define FD_REG_SHADOW_Z_BACKLASH_DISTANCE 0x06deu
+#define FD_REG_SHADOW_Z_DEADBAND_INVERSE 0x06e0u
+#define FD_REG_SHADOW_Z_DEADBAND_SMOOTHING 0x06e2u
+#define FD_REG_SHADOW_Z_CROSS_INERTIA_FEEDFORWARD 0x06e4u
+#define FD_REG_SHADOW_Z_CROSS_VISCOUS_FEEDFORWARD 0x06e6u
+#define FD_REG_SHADOW_Z_CROSS_COULOMB_FEEDFORWARD 0x06e8u
+#define FD_REG_SHADOW_Z_TRANSMISSION_LOSS 0x06eau
+#define FD_REG_SHADOW_Z_TRANSMITTED_INERTIA 0x06ecu
+#define FD_REG_SHADOW_Z_TRANSMITTED_FRICTION 0x06eeu
+#define FD_REG_GAIN_MAXIMUM_X_FRICTION_TOP_SPEED 0x0700u
+#define FD_REG_GAIN_MAXIMUM_X_FRICTION_FORWARD 0x0702u
+#define FD_REG_GAIN_MAXIMUM_X_FRICTION_BACKWARD 0x071au
+#define FD_REG_GAIN_MAXIMUM_X_TABLE_START 0x0732u
+#define FD_REG_GAIN_MAXIMUM_X_TABLE_STEP 0x0734u
+#define FD_REG_GAIN_MAXIMUM_X_LOAD_TABLE 0x0736u
+#define FD_REG_GAIN_MAXIMUM_X_LOCAL_FRICTION_TABLE 0x0766u
+#define FD_REG_GAIN_MAXIMUM_X_TABLE_FADE_SPEED 0x0796u
+#define FD_REG_GAIN_MAXIMUM_X_RIPPLE_FADE_SPEED 0x0798u
+#define FD_REG_GAIN_MAXIMUM_X_PRESLIDING_FEEDFORWARD 0x07a0u
+#define FD_REG_GAIN_MAXIMUM_X_PRESLIDING_DISTANCE 0x07a2u
+#define FD_REG_GAIN_MAXIMUM_X_BACKLASH_OFFSET 0x07a4u
+#define FD_REG_GAIN_MAXIMUM_X_BACKLASH_DISTANCE 0x07a6u
+#define FD_REG_GAIN_MAXIMUM_X_DEADBAND_INVERSE 0x07a8u
+#define FD_REG_GAIN_MAXIMUM_X_DEADBAND_SMOOTHING 0x07aau
+#define FD_REG_GAIN_MAXIMUM_X_CROSS_INERTIA_FEEDFORWARD 0x07acu
+#define FD_REG_GAIN_MAXIMUM_X_CROSS_VISCOUS_FEEDFORWARD 0x07aeu
+#define FD_REG_GAIN_MAXIMUM_X_CROSS_COULOMB_FEEDFORWARD 0x07b0u
+#define FD_REG_GAIN_MAXIMUM_X_TRANSMISSION_LOSS 0x07b2u
+#define FD_REG_GAIN_MAXIMUM_X_TRANSMITTED_INERTIA 0x07b4u
+#define FD_REG_GAIN_MAXIMUM_X_TRANSMITTED_FRICTION 0x07b6u
+#define FD_REG_GAIN_MAXIMUM_Z_FRICTION_TOP_SPEED 0x07b8u
+#define FD_REG_GAIN_MAXIMUM_Z_FRICTION_FORWARD 0x07bau
+#define FD_REG_GAIN_MAXIMUM_Z_FRICTION_BACKWARD 0x07d2u
+#define FD_REG_GAIN_MAXIMUM_Z_TABLE_START 0x07eau
+#define FD_REG_GAIN_MAXIMUM_Z_TABLE_STEP 0x07ecu
+#define FD_REG_GAIN_MAXIMUM_Z_LOAD_TABLE 0x07eeu
+#define FD_REG_GAIN_MAXIMUM_Z_LOCAL_FRICTION_TABLE 0x081eu
+#define FD_REG_GAIN_MAXIMUM_Z_TABLE_FADE_SPEED 0x084eu
+#define FD_REG_GAIN_MAXIMUM_Z_RIPPLE_FADE_SPEED 0x0850u
+#define FD_REG_GAIN_MAXIMUM_Z_PRESLIDING_FEEDFORWARD 0x0858u
+#define FD_REG_GAIN_MAXIMUM_Z_PRESLIDING_DISTANCE 0x085au
+#define FD_REG_GAIN_MAXIMUM_Z_BACKLASH_OFFSET 0x085cu
+#define FD_REG_GAIN_MAXIMUM_Z_BACKLASH_DISTANCE 0x085eu
+#define FD_REG_GAIN_MAXIMUM_Z_DEADBAND_INVERSE 0x0860u
+#define FD_REG_GAIN_MAXIMUM_Z_DEADBAND_SMOOTHING 0x0862u
+#define FD_REG_GAIN_MAXIMUM_Z_CROSS_INERTIA_FEEDFORWARD 0x0864u
+#define FD_REG_GAIN_MAXIMUM_Z_CROSS_VISCOUS_FEEDFORWARD 0x0866u
+#define FD_REG_GAIN_MAXIMUM_Z_CROSS_COULOMB_FEEDFORWARD 0x0868u
+#define FD_REG_GAIN_MAXIMUM_Z_TRANSMISSION_LOSS 0x086au
+#define FD_REG_GAIN_MAXIMUM_Z_TRANSMITTED_INERTIA 0x086cu
+#define FD_REG_GAIN_MAXIMUM_Z_TRANSMITTED_FRICTION 0x086eu
+#define FD_REG_END 0x0870u
 
 /* Every register, by address: FD_REGISTERS(X) expands to
  * X(address, words of a value, values, writable, smallest, largest raw value). */
@@ -430,12 +557,139 @@ enum fd_watchdogaction {
     X(0x03c8u, 2u, 4u, 1u, 0u, 0xffffffffu) \
     X(0x03d0u, 2u, 4u, 1u, 0u, 0xffffffffu) \
     X(0x03d8u, 2u, 4u, 1u, 0u, 0xffffffffu) \
-    X(0x03e0u, 2u, 1u, 1u, 0u, 0xffffffffu)
+    X(0x03e0u, 2u, 1u, 1u, 0u, 0xffffffffu) \
+    X(0x0400u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0402u, 2u, 12u, 0u, 0u, 0xffffffffu) \
+    X(0x041au, 2u, 12u, 0u, 0u, 0xffffffffu) \
+    X(0x0432u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0434u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0436u, 2u, 24u, 0u, 0u, 0xffffffffu) \
+    X(0x0466u, 2u, 24u, 0u, 0u, 0xffffffffu) \
+    X(0x0496u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0498u, 2u, 4u, 0u, 0u, 0xffffffffu) \
+    X(0x04a0u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x04a2u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x04a4u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x04a6u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x04a8u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x04aau, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x04acu, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x04aeu, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x04b0u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x04b2u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x04b4u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x04b6u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x04b8u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x04bau, 2u, 12u, 0u, 0u, 0xffffffffu) \
+    X(0x04d2u, 2u, 12u, 0u, 0u, 0xffffffffu) \
+    X(0x04eau, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x04ecu, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x04eeu, 2u, 24u, 0u, 0u, 0xffffffffu) \
+    X(0x051eu, 2u, 24u, 0u, 0u, 0xffffffffu) \
+    X(0x054eu, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0550u, 2u, 4u, 0u, 0u, 0xffffffffu) \
+    X(0x0558u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x055au, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x055cu, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x055eu, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0560u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0562u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0564u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0566u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0568u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x056au, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x056cu, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x056eu, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0570u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0580u, 2u, 1u, 1u, 0u, 0xffffffffu) \
+    X(0x0582u, 2u, 12u, 1u, 0u, 0xffffffffu) \
+    X(0x059au, 2u, 12u, 1u, 0u, 0xffffffffu) \
+    X(0x05b2u, 2u, 1u, 1u, 0u, 0xffffffffu) \
+    X(0x05b4u, 2u, 1u, 1u, 0u, 0xffffffffu) \
+    X(0x05b6u, 2u, 24u, 1u, 0u, 0xffffffffu) \
+    X(0x05e6u, 2u, 24u, 1u, 0u, 0xffffffffu) \
+    X(0x0616u, 2u, 1u, 1u, 0u, 0xffffffffu) \
+    X(0x0618u, 2u, 4u, 1u, 0u, 0xffffffffu) \
+    X(0x0620u, 2u, 1u, 1u, 0u, 0xffffffffu) \
+    X(0x0622u, 2u, 1u, 1u, 0u, 0xffffffffu) \
+    X(0x0624u, 2u, 1u, 1u, 0u, 0xffffffffu) \
+    X(0x0626u, 2u, 1u, 1u, 0u, 0xffffffffu) \
+    X(0x0628u, 2u, 1u, 1u, 0u, 0xffffffffu) \
+    X(0x062au, 2u, 1u, 1u, 0u, 0xffffffffu) \
+    X(0x062cu, 2u, 1u, 1u, 0u, 0xffffffffu) \
+    X(0x062eu, 2u, 1u, 1u, 0u, 0xffffffffu) \
+    X(0x0630u, 2u, 1u, 1u, 0u, 0xffffffffu) \
+    X(0x0632u, 2u, 1u, 1u, 0u, 0xffffffffu) \
+    X(0x0634u, 2u, 1u, 1u, 0u, 0xffffffffu) \
+    X(0x0636u, 2u, 1u, 1u, 0u, 0xffffffffu) \
+    X(0x0638u, 2u, 1u, 1u, 0u, 0xffffffffu) \
+    X(0x063au, 2u, 12u, 1u, 0u, 0xffffffffu) \
+    X(0x0652u, 2u, 12u, 1u, 0u, 0xffffffffu) \
+    X(0x066au, 2u, 1u, 1u, 0u, 0xffffffffu) \
+    X(0x066cu, 2u, 1u, 1u, 0u, 0xffffffffu) \
+    X(0x066eu, 2u, 24u, 1u, 0u, 0xffffffffu) \
+    X(0x069eu, 2u, 24u, 1u, 0u, 0xffffffffu) \
+    X(0x06ceu, 2u, 1u, 1u, 0u, 0xffffffffu) \
+    X(0x06d0u, 2u, 4u, 1u, 0u, 0xffffffffu) \
+    X(0x06d8u, 2u, 1u, 1u, 0u, 0xffffffffu) \
+    X(0x06dau, 2u, 1u, 1u, 0u, 0xffffffffu) \
+    X(0x06dcu, 2u, 1u, 1u, 0u, 0xffffffffu) \
+    X(0x06deu, 2u, 1u, 1u, 0u, 0xffffffffu) \
+    X(0x06e0u, 2u, 1u, 1u, 0u, 0xffffffffu) \
+    X(0x06e2u, 2u, 1u, 1u, 0u, 0xffffffffu) \
+    X(0x06e4u, 2u, 1u, 1u, 0u, 0xffffffffu) \
+    X(0x06e6u, 2u, 1u, 1u, 0u, 0xffffffffu) \
+    X(0x06e8u, 2u, 1u, 1u, 0u, 0xffffffffu) \
+    X(0x06eau, 2u, 1u, 1u, 0u, 0xffffffffu) \
+    X(0x06ecu, 2u, 1u, 1u, 0u, 0xffffffffu) \
+    X(0x06eeu, 2u, 1u, 1u, 0u, 0xffffffffu) \
+    X(0x0700u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0702u, 2u, 12u, 0u, 0u, 0xffffffffu) \
+    X(0x071au, 2u, 12u, 0u, 0u, 0xffffffffu) \
+    X(0x0732u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0734u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0736u, 2u, 24u, 0u, 0u, 0xffffffffu) \
+    X(0x0766u, 2u, 24u, 0u, 0u, 0xffffffffu) \
+    X(0x0796u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0798u, 2u, 4u, 0u, 0u, 0xffffffffu) \
+    X(0x07a0u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x07a2u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x07a4u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x07a6u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x07a8u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x07aau, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x07acu, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x07aeu, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x07b0u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x07b2u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x07b4u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x07b6u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x07b8u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x07bau, 2u, 12u, 0u, 0u, 0xffffffffu) \
+    X(0x07d2u, 2u, 12u, 0u, 0u, 0xffffffffu) \
+    X(0x07eau, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x07ecu, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x07eeu, 2u, 24u, 0u, 0u, 0xffffffffu) \
+    X(0x081eu, 2u, 24u, 0u, 0u, 0xffffffffu) \
+    X(0x084eu, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0850u, 2u, 4u, 0u, 0u, 0xffffffffu) \
+    X(0x0858u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x085au, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x085cu, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x085eu, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0860u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0862u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0864u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0866u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0868u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x086au, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x086cu, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x086eu, 2u, 1u, 0u, 0u, 0xffffffffu)
 
 /* Fails to compile where a condition does not hold (C99 has no _Static_assert). */
 #define FD_ASSERT(name, condition) typedef char fd_assert_##name[(condition) ? 1 : -1]
 
-/* One axis of a gain bank. */
+/* One axis of a gain bank; in the map those of map 4 stand in another place. */
 struct fd_gain_bank {
     float proportional;
     float derivative;
@@ -452,6 +706,27 @@ struct fd_gain_bank {
     float ripple_cosine[4];
     float ripple_sine[4];
     float ripple_period[4];
+    float friction_top_speed;
+    float friction_forward[12];
+    float friction_backward[12];
+    float table_start;
+    float table_step;
+    float load_table[24];
+    float local_friction_table[24];
+    float table_fade_speed;
+    float ripple_fade_speed[4];
+    float presliding_feedforward;
+    float presliding_distance;
+    float backlash_offset;
+    float backlash_distance;
+    float deadband_inverse;
+    float deadband_smoothing;
+    float cross_inertia_feedforward;
+    float cross_viscous_feedforward;
+    float cross_coulomb_feedforward;
+    float transmission_loss;
+    float transmitted_inertia;
+    float transmitted_friction;
 };
 FD_ASSERT(proportional, offsetof(struct fd_gain_bank, proportional) == 0u);
 FD_ASSERT(derivative, offsetof(struct fd_gain_bank, derivative) == 4u);
@@ -468,7 +743,28 @@ FD_ASSERT(viscous_difference_feedforward, offsetof(struct fd_gain_bank, viscous_
 FD_ASSERT(ripple_cosine, offsetof(struct fd_gain_bank, ripple_cosine) == 48u);
 FD_ASSERT(ripple_sine, offsetof(struct fd_gain_bank, ripple_sine) == 64u);
 FD_ASSERT(ripple_period, offsetof(struct fd_gain_bank, ripple_period) == 80u);
-FD_ASSERT(gain_bank, sizeof(struct fd_gain_bank) == 96u);
+FD_ASSERT(friction_top_speed, offsetof(struct fd_gain_bank, friction_top_speed) == 96u);
+FD_ASSERT(friction_forward, offsetof(struct fd_gain_bank, friction_forward) == 100u);
+FD_ASSERT(friction_backward, offsetof(struct fd_gain_bank, friction_backward) == 148u);
+FD_ASSERT(table_start, offsetof(struct fd_gain_bank, table_start) == 196u);
+FD_ASSERT(table_step, offsetof(struct fd_gain_bank, table_step) == 200u);
+FD_ASSERT(load_table, offsetof(struct fd_gain_bank, load_table) == 204u);
+FD_ASSERT(local_friction_table, offsetof(struct fd_gain_bank, local_friction_table) == 300u);
+FD_ASSERT(table_fade_speed, offsetof(struct fd_gain_bank, table_fade_speed) == 396u);
+FD_ASSERT(ripple_fade_speed, offsetof(struct fd_gain_bank, ripple_fade_speed) == 400u);
+FD_ASSERT(presliding_feedforward, offsetof(struct fd_gain_bank, presliding_feedforward) == 416u);
+FD_ASSERT(presliding_distance, offsetof(struct fd_gain_bank, presliding_distance) == 420u);
+FD_ASSERT(backlash_offset, offsetof(struct fd_gain_bank, backlash_offset) == 424u);
+FD_ASSERT(backlash_distance, offsetof(struct fd_gain_bank, backlash_distance) == 428u);
+FD_ASSERT(deadband_inverse, offsetof(struct fd_gain_bank, deadband_inverse) == 432u);
+FD_ASSERT(deadband_smoothing, offsetof(struct fd_gain_bank, deadband_smoothing) == 436u);
+FD_ASSERT(cross_inertia_feedforward, offsetof(struct fd_gain_bank, cross_inertia_feedforward) == 440u);
+FD_ASSERT(cross_viscous_feedforward, offsetof(struct fd_gain_bank, cross_viscous_feedforward) == 444u);
+FD_ASSERT(cross_coulomb_feedforward, offsetof(struct fd_gain_bank, cross_coulomb_feedforward) == 448u);
+FD_ASSERT(transmission_loss, offsetof(struct fd_gain_bank, transmission_loss) == 452u);
+FD_ASSERT(transmitted_inertia, offsetof(struct fd_gain_bank, transmitted_inertia) == 456u);
+FD_ASSERT(transmitted_friction, offsetof(struct fd_gain_bank, transmitted_friction) == 460u);
+FD_ASSERT(gain_bank, sizeof(struct fd_gain_bank) == 464u);
 
 /* A capture page as words on the wire, high word first; short pages are zero-padded. */
 struct fd_page {

@@ -53,14 +53,17 @@ def registers(
     if not chosen:
         raise typer.BadParameter(f"there is no register or group {name}", param_hint="NAME")
     values: dict[str, tuple[float, ...]] = {}
+    version = commissioning.MAP_VERSION
     if write is not None or device_of(where, edge_ident.load_drive(where.drive)):
         with connected(where) as (board, _):
+            version = board.identity.map_version
+            chosen = commissioning.registers_of(board, chosen)
             if write is not None:
                 _write(board, name, write, yes)
             values = {entry.name: board.register_values(entry.name) for entry in chosen}
-    results.deliver(report.registers_document(chosen, values), "registers.json")
+    results.deliver(report.registers_document(chosen, values, version), "registers.json")
     if not results.json:
-        print("\n".join(report.register_lines(chosen, values)))
+        print("\n".join(report.register_lines(chosen, values, version)))
 
 
 def _write(board: "Board", name: str | None, texts: list[str], yes: bool) -> None:

@@ -38,6 +38,7 @@ if TYPE_CHECKING:
         check_write,
         parse_values,
         registers_named,
+        registers_of,
         write_register,
     )
     from edge_ident.commissioning.run import CAPTURE_FILE, Plan, commission
@@ -49,12 +50,13 @@ if TYPE_CHECKING:
     from firmware_interface.gains import Bank
     from firmware_interface.plant.hiding import Fault, Hidden
     from firmware_interface.plant.plant_socket import serve_plant
-    from firmware_interface.registers import REGISTERS
+    from firmware_interface.registers import MAP_VERSION, REGISTERS
     from firmware_interface.virtual.server import serve
 
 __all__ = [
     "CAPTURE_FILE",
     "DEFAULT_BAUD_RATE",
+    "MAP_VERSION",
     "REGISTERS",
     "SHEET_ENTRIES",
     "AxisSheet",
@@ -89,6 +91,7 @@ __all__ = [
     "profile_device",
     "record_motion",
     "registers_named",
+    "registers_of",
     "restore_gains",
     "roll_back_unconfirmed",
     "sampling_period_s",
@@ -109,6 +112,7 @@ __getattr__ = lazy_names(
     {
         "CAPTURE_FILE": "edge_ident.commissioning.run",
         "DEFAULT_BAUD_RATE": "firmware_interface.connection",
+        "MAP_VERSION": "firmware_interface.registers",
         "REGISTERS": "firmware_interface.registers",
         "SHEET_ENTRIES": "edge_ident.commissioning.data_sheet_entries",
         "AxisSheet": "edge_ident.commissioning.data_sheet",
@@ -143,6 +147,7 @@ __getattr__ = lazy_names(
         "profile_device": "edge_ident.commissioning.profiling",
         "record_motion": "edge_ident.commissioning.record",
         "registers_named": "edge_ident.commissioning.register_access",
+        "registers_of": "edge_ident.commissioning.register_access",
         "restore_gains": "edge_ident.commissioning.gain_change",
         "roll_back_unconfirmed": "edge_ident.commissioning.gain_change",
         "sampling_period_s": "edge_ident.commissioning.described_drive",

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from edge_ident.errors import BoardError
 from firmware_interface.board import AxisLimits, Board
-from firmware_interface.gains import AxisGains, feedforward_nm
+from firmware_interface.control_law import feedforward_nm
+from firmware_interface.gains import AxisGains
 from firmware_interface.motion import (
     Multisine,
     Reference,

@@ -12,7 +12,7 @@ from typing import Any, Final
 from edge_ident.errors import DataError
 from edge_ident.support.json_text import write_json
 from firmware_interface.board import BoardIdentity
-from firmware_interface.gains import RIPPLES, AxisGains, Bank
+from firmware_interface.gains import AxisGains, Bank
 
 log = logging.getLogger(__name__)
 
@@ -98,17 +98,17 @@ def _axis_gains(path: Path, axis: str, entry: Any) -> AxisGains:
     values: dict[str, Any] = {}
     for name, field in _FIELDS.items():
         if name in entry:
-            values[name] = _value(path, f"axis {axis}: {name}", name, entry[name])
+            values[name] = _value(path, f"axis {axis}: {name}", field.default, entry[name])
         elif field.default is dataclasses.MISSING:
             raise _error(path, f"axis {axis}: {name} is missing")
     return AxisGains(**values)
 
 
-def _value(path: Path, place: str, name: str, value: Any) -> float | tuple[float, ...]:
-    if not name.startswith("ripple_"):
+def _value(path: Path, place: str, default: Any, value: Any) -> float | tuple[float, ...]:
+    if not isinstance(default, tuple):
         return _number(path, place, value)
-    if not isinstance(value, list) or len(value) != RIPPLES:
-        raise _error(path, f"{place} is not a list of {RIPPLES}")
+    if not isinstance(value, list) or len(value) != len(default):
+        raise _error(path, f"{place} is not a list of {len(default)}")
     return tuple(_number(path, f"{place}[{k}]", entry) for k, entry in enumerate(value))
 
 

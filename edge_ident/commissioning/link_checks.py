@@ -12,7 +12,7 @@ from edge_ident.errors import BoardError, LinkError
 from firmware_interface.board import Board
 from firmware_interface.board_checks import fault_error
 from firmware_interface.connection import open_link
-from firmware_interface.registers import MAP_CRC, MAP_VERSION, State
+from firmware_interface.registers import State
 
 Array = NDArray[np.float64]
 
@@ -61,7 +61,8 @@ def _map(board: Board) -> Check:
     return Check(
         "register map",
         True,
-        f"version {MAP_VERSION}, CRC {MAP_CRC:#010x}; board {identity.serial_number}, "
+        f"version {identity.map_version}, CRC {identity.map_crc:#010x}; "
+        f"board {identity.serial_number}, "
         f"firmware {identity.firmware_version}",
     )
 

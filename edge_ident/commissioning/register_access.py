@@ -93,3 +93,21 @@ def registers_named(name: str | None) -> list[Register]:
     if name is None:
         return list(REGISTERS.values())
     return [r for r in REGISTERS.values() if r.name == name or r.name.startswith(f"{name}.")]
+
+
+def registers_of(board: Board, chosen: Sequence[Register]) -> list[Register]:
+    """Those of the registers that a board's map has.
+
+    Raises
+    ------
+    BoardError
+        It has none of them.
+    """
+    version = board.identity.map_version
+    found = [register for register in chosen if register.since <= version]
+    if not found:
+        raise BoardError(
+            f"the board speaks register map {version}, which does not have {chosen[0].name}",
+            "install the firmware of this release on the board",
+        )
+    return found

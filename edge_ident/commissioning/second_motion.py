@@ -16,7 +16,8 @@ from edge_ident.drive.motions import MotionName, named_trajectory
 from edge_ident.errors import BoardError
 from edge_ident.model.model import Model
 from firmware_interface.board import AxisLimits, Board
-from firmware_interface.gains import AxisGains, Bank, feedforward_nm
+from firmware_interface.control_law import feedforward_nm
+from firmware_interface.gains import AxisGains, Bank
 from firmware_interface.motion import Multisine, Staircase, Trajectory, reference
 
 LONGEST_S: Final = 8.0

@@ -89,8 +89,10 @@ def drawn_errors(
     found: tuple[dict[str, Drawn], ...] = tuple({} for _ in banks)
     for name, of in hardware.items():
         every = _every([bank[name] for bank in banks], grounds.model.axes[name], of)
-        way = _thinned(moved.ways[name], moved.begin, every)
-        path = Path(way, every * of.sample_period_s, moved.begin // every)
+        ways = {axis: _thinned(way, moved.begin, every) for axis, way in moved.ways.items()}
+        others = [way for axis, way in ways.items() if axis != name]
+        other = others[0] if len(others) == 1 else None
+        path = Path(ways[name], every * of.sample_period_s, moved.begin // every, other)
         loads = drawn_loads(name, moved, grounds, of, every)
         for drawn, bank in zip(found, banks, strict=True):
             drawn[name] = _drawn(path, loads, bank[name], of, grounds.model.axes[name])

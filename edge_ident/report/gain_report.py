@@ -17,7 +17,7 @@ from edge_ident.commissioning.promise import Expected
 from edge_ident.report.promise_report import promise_document, promise_view
 from edge_ident.support.json_text import finite
 from edge_ident.support.tables import FittingTable
-from firmware_interface.gains import AxisGains, Bank
+from firmware_interface.gains import Bank, numbers_in_use
 
 
 @dataclass(frozen=True)
@@ -125,17 +125,12 @@ def _table(report: GainReport, axis: str) -> FittingTable:
     for heading in ("active", "new", "change")[: 1 if report.new is None else 3]:
         table.add_column(heading, justify="right")
     banks = [report.active[axis]] + ([] if report.new is None else [report.new[axis]])
-    for name in banks[0].numbers():
+    for name in numbers_in_use(banks):
         values = [bank.numbers()[name] for bank in banks]
-        if not name.startswith("ripple") or any(map(_ripples, banks)):
-            table.add_row(name.replace("_", " "), *(f"{v:.4g}" for v in values), _change(values))
+        table.add_row(name.replace("_", " "), *(f"{v:.4g}" for v in values), _change(values))
     for label, shown in _predictions(report, axis):
         table.add_row(label, *shown)
     return table
-
-
-def _ripples(bank: AxisGains) -> bool:
-    return any((*bank.ripple_cosine, *bank.ripple_sine))
 
 
 def _change(values: list[float]) -> str:

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator, Mapping
+from typing import Final
 
 from rich.console import Group, RenderableType
 from rich.markup import escape
@@ -15,7 +16,9 @@ from edge_ident.identification.result import (
 )
 from edge_ident.model.model import PARAMETERS, Estimate
 from edge_ident.support.tables import FittingTable
-from firmware_interface.gains import RIPPLES, AxisGains
+from firmware_interface.gains import RIPPLES, AxisGains, numbers_in_use
+
+_RIPPLE: Final = ("ripple_cosine", "ripple_sine", "ripple_period")
 
 
 def identification_view(identification: Identification) -> Group:
@@ -96,8 +99,8 @@ def _gain_rows(designs: list[GainDesign]) -> Iterator[tuple[str, list[str]]]:
     yield "phase margin °", [f"{d.phase_margin_deg:.4g}" for d in designs]
     yield "gain margin", [f"{d.gain_margin:.4g}" for d in designs]
     numbers = [d.gains.numbers() for d in designs]
-    for name in numbers[0]:
-        if not name.startswith("ripple"):
+    for name in numbers_in_use([d.gains for d in designs]):
+        if not name.startswith(_RIPPLE):
             yield name.replace("_", " "), [f"{of_axis[name]:.4g}" for of_axis in numbers]
     for k in range(RIPPLES):
         ripples = [_ripple(d.gains, k) for d in designs]

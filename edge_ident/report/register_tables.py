@@ -6,14 +6,16 @@ from dataclasses import asdict
 from typing import Any
 
 from edge_ident.commissioning.register_access import code_name
+from firmware_interface.map_versions import MAP_CRCS
 from firmware_interface.received import valid_value
 from firmware_interface.register import Register
-from firmware_interface.registers import MAP_CRC, MAP_VERSION
 
 Values = Mapping[str, tuple[float, ...]]
 
 
-def registers_document(chosen: Sequence[Register], values: Values) -> dict[str, Any]:
+def registers_document(
+    chosen: Sequence[Register], values: Values, map_version: int
+) -> dict[str, Any]:
     """Schema edge-ident/registers/1.
 
     Parameters
@@ -21,18 +23,19 @@ def registers_document(chosen: Sequence[Register], values: Values) -> dict[str, 
     chosen : sequence of Register
     values : mapping of register name to tuple of float
         What a board answered; empty without a board.
+    map_version : int
     """
     return {
         "schema": "edge-ident/registers/1",
-        "map_version": MAP_VERSION,
-        "map_crc": MAP_CRC,
+        "map_version": map_version,
+        "map_crc": MAP_CRCS[map_version],
         "registers": [_row(register, values.get(register.name)) for register in chosen],
     }
 
 
-def register_lines(chosen: Sequence[Register], values: Values) -> Iterator[str]:
+def register_lines(chosen: Sequence[Register], values: Values, map_version: int) -> Iterator[str]:
     """One line a register, its columns separated by tabs, after one line with the map's version."""
-    yield f"map version {MAP_VERSION}, CRC {MAP_CRC:08x}"
+    yield f"map version {map_version}, CRC {MAP_CRCS[map_version]:08x}"
     for register in chosen:
         yield "\t".join(_line(register, values.get(register.name)))
 

@@ -1,19 +1,25 @@
-"""The board's control law (`firmware_interface.gains`) for all axes of many drives at once."""
+"""The control law of the board (`firmware_interface.control_law`), many drives at once."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields
-from types import SimpleNamespace
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from firmware_interface.control_law import deadband_nm, feedforward_nm
 from firmware_interface.gains import AxisGains
+from firmware_interface.law_memory import NOTHING
+from firmware_interface.motion import Reference
 
 Array = NDArray[np.float64]
 
+_COUPLED: Final = 2
+"""Axes among which each has one other."""
+
 
 class Controllers:
-    """What the laws remember: last position, filtered velocity, integrated error.
+    """What the laws remember: last position and reference, filtered velocity, and states.
 
     Parameters
     ----------
@@ -27,25 +33,17 @@ class Controllers:
     def __init__(
         self, gains: Mapping[str, Sequence[AxisGains]], period_s: float, position: Array
     ) -> None:
-        self._gains = SimpleNamespace(
-            **{
-                field.name: _stacked(field.name, gains.values(), position.shape[1])
-                for field in fields(AxisGains)
-            }
-        )
-        self._extended = any(
-            np.any(getattr(self._gains, name))
-            for name in (
-                "stribeck_feedforward",
-                "viscous_difference_feedforward",
-                "ripple_cosine",
-                "ripple_sine",
-            )
-        )
+        stacked: dict[str, Any] = {
+            field.name: _stacked(field.name, gains.values(), position.shape[1])
+            for field in fields(AxisGains)
+        }
+        self._gains = AxisGains(**stacked)
         self._period_s = period_s
         self._last = position.copy()
         self._velocity = np.zeros(position.shape)
         self._integral = np.zeros(position.shape)
+        self._memory = NOTHING
+        self._reference: Array | None = None
 
     def effort(self, reference: Array, position: Array) -> Array:
         """Efforts (A, D) for the positions just read.
@@ -57,34 +55,31 @@ class Controllers:
         position : (A, D) array
         """
         gains, period_s = self._gains, self._period_s
-        wanted, velocity, acceleration = reference[:, :, None]
+        setpoint, other = Reference(*reference[:, :, None]), None
+        if "cross" in gains.terms and len(position) == _COUPLED:
+            other = Reference(*reference[:, ::-1, None])
         difference = (position - self._last) / period_s
         self._last = position.copy()
         share = period_s / (gains.velocity_filter_s + period_s)
         self._velocity += share * (difference - self._velocity)
-        error = wanted - position
+        error = self._followed(setpoint.position_rad) - position
         self._integral += gains.integral * error * period_s
-        sign = np.tanh(velocity / gains.coulomb_smoothing_rad_s)
-        effort = np.asarray(
+        feedback = (
             gains.proportional * error
-            + gains.derivative * (velocity - self._velocity)
+            + gains.derivative * (setpoint.velocity_rad_s - self._velocity)
             + self._integral
-            + gains.inertia_feedforward * acceleration
-            + gains.viscous_feedforward * velocity
-            + gains.coulomb_feedforward * sign
-            + gains.offset_feedforward
         )
-        if not self._extended:  # most simulated drives, and these terms take long
-            return effort
-        angle = 2.0 * np.pi * wanted / gains.ripple_period_rad
-        ripple = gains.ripple_cosine * np.cos(angle) + gains.ripple_sine * np.sin(angle)
-        bump = np.exp(-((velocity / gains.stribeck_speed_rad_s) ** 2))
-        return np.asarray(
-            effort
-            + gains.stribeck_feedforward * bump * sign
-            + gains.viscous_difference_feedforward * np.abs(velocity)
-            + np.sum(ripple, axis=0)
-        )
+        effort = feedforward_nm(gains, setpoint, np, other, self._memory, feedback)
+        return np.asarray(deadband_nm(gains, effort, np))
+
+    def _followed(self, reference: Array) -> Array:
+        """The reference with the way across the backlash."""
+        if not self._gains.terms & {"presliding", "backlash"}:
+            return reference
+        before = reference if self._reference is None else self._reference
+        self._memory = self._memory.after(self._gains, reference - before, np)
+        self._reference = reference
+        return np.asarray(reference + self._memory.backlash_rad)
 
 
 def _stacked(name: str, gains: Iterable[Sequence[AxisGains]], drives: int) -> Array:

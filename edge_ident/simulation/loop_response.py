@@ -24,7 +24,9 @@ from numpy.typing import NDArray
 
 from edge_ident.control.position_loop import LoopHardware, law_response
 from edge_ident.signals.filters import fast_length
-from firmware_interface.gains import AxisGains, feedforward_nm
+from firmware_interface.control_law import deadband_nm, feedforward_nm
+from firmware_interface.gains import AxisGains
+from firmware_interface.law_memory import NOTHING
 from firmware_interface.motion import Reference
 
 Array = NDArray[np.float64]
@@ -49,12 +51,16 @@ class Path:
     period_s : float
         Between its samples; the law's own may be shorter.
     begin : int
-        Samples of the way into the motion, of which the error is not asked.
+        Samples of the way into the motion, of which the error is not asked. The law's memory
+        begins empty with it.
+    other : Reference or None
+        Of the other axis, for the law's cross terms.
     """
 
     way: Reference
     period_s: float
     begin: int = 0
+    other: Reference | None = None
 
 
 @dataclass(frozen=True)
@@ -102,7 +108,7 @@ def tracking_errors(path: Path, loads: Loads, gains: AxisGains, hardware: LoopHa
         loads.beside + inertia * way.acceleration_rad_s2 + viscous * way.velocity_rad_s + offset
     )
     given = np.exp(-s * late_s) * spectra.of_rows(
-        _fed_forward(gains, way, spectra, hardware.sample_period_s)
+        _fed_forward(path, gains, spectra, hardware.sample_period_s)
     )
     linear = compliance * (spectra.of_rows(needed) - given)
     at_once = _AT_ONCE * float(np.max(np.abs(way.velocity_rad_s)))
@@ -163,12 +169,20 @@ def _friction(pushed: Array, step: Array, coulomb: Array, turning: float) -> Arr
     return np.clip(coulomb * pushed / (turning + step * coulomb), -coulomb, coulomb)
 
 
-def _fed_forward(gains: AxisGains, way: Reference, spectra: _Spectra, period_s: float) -> Array:
+def _fed_forward(path: Path, gains: AxisGains, spectra: _Spectra, period_s: float) -> Array:
     """What the law gives beyond its feedback of the error, (N,).
 
-    Its damping acts on the reference's speed as it is, less the encoder's, which is filtered.
+    Its damping acts on the reference's speed as it is, less the encoder's, which is filtered. It
+    leads the reference across the backlash. The inverse of the dead band is taken at the effort
+    without feedback, of which little is left in a loop that follows.
     """
+    way, s = path.way, 1j * spectra.omega
+    memory = NOTHING.along(gains, np.concatenate([way.position_rad[:1], way.position_rad]))
+    forward = deadband_nm(gains, feedforward_nm(gains, way, np, path.other, memory), np)
     damping = replace(gains, proportional=0.0, integral=0.0)
-    filtered = law_response(damping, spectra.omega, period_s) / (1j * spectra.omega)
+    filtered = law_response(damping, spectra.omega, period_s) / s
     beyond = spectra.of_rows(way.velocity_rad_s) * (gains.derivative - filtered)
-    return np.asarray(feedforward_nm(gains, way, np) + spectra.back(beyond))
+    if "backlash" in gains.terms:
+        holding = law_response(replace(gains, derivative=0.0), spectra.omega, period_s)
+        beyond = beyond + holding * spectra.of_rows(memory.backlash_rad)
+    return np.asarray(forward + spectra.back(beyond))

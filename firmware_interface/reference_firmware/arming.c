@@ -38,6 +38,7 @@ static enum fd_result readiness(void)
 enum fd_result arming_begin(uint32_t crc)
 {
     struct trajectory asked_for;
+    struct law_memory memory[FD_AXES];
     /* the words are the main loop's: they stay as they are while it is here */
     const bool readable = trajectory_crc() == crc && trajectory_read(&asked_for);
     port_lock();
@@ -48,7 +49,10 @@ enum fd_result arming_begin(uint32_t crc)
     if (result == FD_RESULT_PENDING) {
         armed = asked_for;
         trajectory_begin(&armed, setpoints_current());
-        trajectory_check_begin(&check, &armed, gain_banks_active());
+        for (unsigned axis = 0; axis < FD_AXES; axis++) {
+            memory[axis] = *drive_memory(axis);
+        }
+        trajectory_check_begin(&check, &armed, gain_banks_active(), memory);
         machine.state = FD_STATE_CHECKING;
         pending = true;
     }

@@ -26,7 +26,12 @@ static uint32_t crc32_of_half(uint32_t crc, uint32_t half)
 
 uint32_t crc32_of_words(const uint16_t *words, size_t count)
 {
-    uint32_t crc = 0xffffffffu;
+    return crc32_of_more(0, words, count);
+}
+
+uint32_t crc32_of_more(uint32_t before, const uint16_t *words, size_t count)
+{
+    uint32_t crc = ~before;
     for (size_t n = 0; n < count; n++) {
         const uint32_t high = (uint32_t)words[n] >> 8, low = words[n] & 0xffu;
         crc = crc32_of_half(crc32_of_half(crc, high), high >> 4);

@@ -11,4 +11,7 @@ uint16_t crc16(const uint8_t *bytes, size_t length);
 /* CRC-32 (zlib's) of words taken as big-endian bytes. */
 uint32_t crc32_of_words(const uint16_t *words, size_t count);
 
+/* The same of words that follow on others, of which it was this before. */
+uint32_t crc32_of_more(uint32_t before, const uint16_t *words, size_t count);
+
 #endif

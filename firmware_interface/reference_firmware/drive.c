@@ -29,12 +29,15 @@ void drive_init(void)
 void drive_set_gains(const struct fd_gain_bank exchanged[FD_AXES])
 {
     memcpy(gains, exchanged, sizeof gains);
+    for (unsigned axis = 0; axis < FD_AXES; axis++) {
+        controller_exchange(&controllers[axis], history[newest][axis], rad_per_count);
+    }
 }
 
 void drive_power_on(void)
 {
     for (unsigned axis = 0; axis < FD_AXES; axis++) {
-        controller_reset(&controllers[axis], history[newest][axis]);
+        controller_reset(&controllers[axis], history[newest][axis], rad_per_count);
     }
     powered = true;
 }
@@ -52,10 +55,11 @@ bool drive_powered(void)
     return powered;
 }
 
-static float effort_nm(unsigned axis, const struct setpoint *setpoint, int32_t position,
+static float effort_nm(unsigned axis, const struct setpoint setpoints[FD_AXES], int32_t position,
                        bool *finite)
 {
-    return controller_effort_nm(&controllers[axis], &gains[axis], setpoint, position, rad_per_count,
+    return controller_effort_nm(&controllers[axis], &gains[axis], &setpoints[axis],
+                                &setpoints[OTHER_AXIS(axis)], position, rad_per_count,
                                 port_settings()->axis[axis].effort_nm, finite);
 }
 
@@ -76,8 +80,7 @@ bool drive_take_sample(const struct setpoint setpoints[FD_AXES], struct drive_sa
         sample->following_error[axis] =
             following_error(&setpoints[axis], sample->position[axis]);
         if (powered) {
-            efforts_nm[axis] =
-                effort_nm(axis, &setpoints[axis], sample->position[axis], &finite);
+            efforts_nm[axis] = effort_nm(axis, setpoints, sample->position[axis], &finite);
         }
     }
     for (unsigned axis = 0; axis < FD_AXES; axis++) {
@@ -90,6 +93,11 @@ bool drive_take_sample(const struct setpoint setpoints[FD_AXES], struct drive_sa
     memcpy(history[newest], sample->position, sizeof history[newest]);
     latched += latched < REST_SAMPLES;
     return finite;
+}
+
+const struct law_memory *drive_memory(unsigned axis)
+{
+    return &controllers[axis].memory;
 }
 
 float drive_position_rad(unsigned axis)

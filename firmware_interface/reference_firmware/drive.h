@@ -17,7 +17,7 @@ struct drive_sample {
 /* [main] Before the first sample. */
 void drive_init(void);
 
-/* Exchange the gains of all axes between two samples. */
+/* Exchange the gains of all axes between two samples; they are to be held where they stand. */
 void drive_set_gains(const struct fd_gain_bank gains[FD_AXES]);
 
 /* Take up control where the axes stand; until then no effort, and the brake applied. */
@@ -28,6 +28,9 @@ bool drive_powered(void);
 /* Latch the encoders, command the efforts. False where an effort came out as no finite number: then
  * none is commanded. */
 bool drive_take_sample(const struct setpoint setpoints[FD_AXES], struct drive_sample *sample);
+
+/* What the law of an axis remembers of its reference. */
+const struct law_memory *drive_memory(unsigned axis);
 
 /* Position latched last. */
 float drive_position_rad(unsigned axis);

@@ -3,14 +3,10 @@
 #include <math.h>
 #include <string.h>
 
-#include "crc.h"
 #include "port.h"
 #include "register_file.h"
 
 #define BANK_FLOATS (sizeof(struct fd_gain_bank) / sizeof(float))
-#define ACTIVE_STRIDE (FD_REG_ACTIVE_Z_PROPORTIONAL - FD_REG_ACTIVE_X_PROPORTIONAL)
-#define SHADOW_STRIDE (FD_REG_SHADOW_Z_PROPORTIONAL - FD_REG_SHADOW_X_PROPORTIONAL)
-#define SHADOW_WORDS (FD_REG_SHADOW_CRC - FD_REG_SHADOW_X_PROPORTIONAL)
 
 static struct fd_gain_bank active[FD_AXES], previous[FD_AXES];
 static bool unconfirmed, staged_crc_ok;
@@ -19,7 +15,8 @@ static uint32_t committed_us;
 static void put_active(const struct fd_gain_bank gains[FD_AXES])
 {
     memcpy(active, gains, sizeof active);
-    register_put_gains(FD_REG_ACTIVE_X_PROPORTIONAL, ACTIVE_STRIDE, active);
+    register_put_gains(GAINS_ACTIVE, active);
+    register_put_u32(FD_REG_ACTIVE_CRC, register_gains_crc(GAINS_ACTIVE));
 }
 
 void gain_banks_init(const struct fd_gain_bank gains[FD_AXES])
@@ -35,8 +32,7 @@ const struct fd_gain_bank *gain_banks_active(void)
 
 void gain_banks_check_staged(void)
 {
-    const uint16_t *words = register_words(FD_REG_SHADOW_X_PROPORTIONAL);
-    staged_crc_ok = crc32_of_words(words, SHADOW_WORDS) == register_u32(FD_REG_SHADOW_CRC);
+    staged_crc_ok = register_gains_crc(GAINS_SHADOW) == register_u32(FD_REG_SHADOW_CRC);
 }
 
 bool gain_banks_staged_crc_ok(void)
@@ -57,46 +53,63 @@ uint32_t gain_banks_remaining_us(void)
 }
 
 /* Numbers that may be negative, and numbers that divide and so may not be zero: marked with 1. */
+#define ONES_4 {1.0f, 1.0f, 1.0f, 1.0f}
+#define ONES_12 {1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f}
+#define ONES_24 \
+    {1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, \
+     1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f}
 static const struct fd_gain_bank may_be_negative = {
     .offset_feedforward = 1.0f,
     .viscous_difference_feedforward = 1.0f,
-    .ripple_cosine = {1.0f, 1.0f, 1.0f, 1.0f},
-    .ripple_sine = {1.0f, 1.0f, 1.0f, 1.0f},
+    .ripple_cosine = ONES_4,
+    .ripple_sine = ONES_4,
+    .friction_forward = ONES_12,
+    .friction_backward = ONES_12,
+    .table_start = 1.0f,
+    .load_table = ONES_24,
+    .local_friction_table = ONES_24,
+    .cross_inertia_feedforward = 1.0f,
+    .cross_viscous_feedforward = 1.0f,
+    .cross_coulomb_feedforward = 1.0f,
 };
 static const struct fd_gain_bank must_be_positive = {
     .coulomb_smoothing = 1.0f,
     .stribeck_speed = 1.0f,
-    .ripple_period = {1.0f, 1.0f, 1.0f, 1.0f},
+    .ripple_period = ONES_4,
+    .friction_top_speed = 1.0f,
+    .table_step = 1.0f,
+    .presliding_distance = 1.0f,
+    .backlash_distance = 1.0f,
+    .deadband_smoothing = 1.0f,
 };
 
-/* A bank as a row of floats. */
-struct row {
-    float number[BANK_FLOATS];
-};
-
-static struct row row_of(const struct fd_gain_bank *gains)
+const struct fd_gain_bank *gain_banks_off(void)
 {
-    struct row row;
-    memcpy(&row, gains, sizeof row);
-    return row;
+    return &must_be_positive;
 }
 
-/* Whether a number may stand in the place that the marks tell of; a NaN may in none. */
-static bool allowed(float number, float maximum, bool negative, bool positive)
+/* A bank is a row of floats. */
+static float number_of(const struct fd_gain_bank *gains, unsigned n)
 {
-    return isfinite(number) && fabsf(number) <= maximum && (negative || number >= 0.0f)
-        && (!positive || number > 0.0f);
+    float number;
+    memcpy(&number, (const unsigned char *)gains + n * sizeof number, sizeof number);
+    return number;
+}
+
+/* Whether number n may stand where its largest value is this; a NaN may nowhere. */
+static bool allowed(unsigned n, float number, float maximum)
+{
+    return isfinite(number) && fabsf(number) <= maximum
+        && (number >= 0.0f || number_of(&may_be_negative, n) > 0.0f)
+        && (number > 0.0f || !(number_of(&must_be_positive, n) > 0.0f));
 }
 
 bool gain_banks_within_maxima(const struct fd_gain_bank gains[FD_AXES])
 {
-    const struct row negative = row_of(&may_be_negative), positive = row_of(&must_be_positive);
     for (unsigned axis = 0; axis < FD_AXES; axis++) {
-        const struct row maxima = row_of(&port_settings()->axis[axis].gain_maximum);
-        const struct row row = row_of(&gains[axis]);
+        const struct fd_gain_bank *maxima = &port_settings()->axis[axis].gain_maximum;
         for (unsigned n = 0; n < BANK_FLOATS; n++) {
-            if (!allowed(row.number[n], maxima.number[n], negative.number[n] > 0.0f,
-                         positive.number[n] > 0.0f)) {
+            if (!allowed(n, number_of(&gains[axis], n), number_of(maxima, n))) {
                 return false;
             }
         }
@@ -108,11 +121,9 @@ static bool within_step(const struct fd_gain_bank staged[FD_AXES])
 {
     for (unsigned axis = 0; axis < FD_AXES; axis++) {
         const struct axis_settings *settings = &port_settings()->axis[axis];
-        const struct row maxima = row_of(&settings->gain_maximum);
-        const struct row now = row_of(&active[axis]), then = row_of(&staged[axis]);
         for (unsigned n = 0; n < BANK_FLOATS; n++) {
-            const float change = fabsf(then.number[n] - now.number[n]);
-            if (!(change <= settings->gain_step * maxima.number[n])) {
+            const float change = fabsf(number_of(&staged[axis], n) - number_of(&active[axis], n));
+            if (!(change <= settings->gain_step * number_of(&settings->gain_maximum, n))) {
                 return false;
             }
         }
@@ -129,7 +140,7 @@ enum fd_result gain_banks_commit(uint32_t crc)
     if (!staged_crc_ok || register_u32(FD_REG_SHADOW_CRC) != crc) {
         return FD_RESULT_GAIN_CRC;
     }
-    register_take_gains(FD_REG_SHADOW_X_PROPORTIONAL, SHADOW_STRIDE, staged);
+    register_take_gains(GAINS_SHADOW, staged);
     if (!gain_banks_within_maxima(staged) || !within_step(staged)) {
         return FD_RESULT_GAIN_LIMITS;
     }

@@ -22,6 +22,9 @@ bool gain_banks_staged_crc_ok(void);
 bool gain_banks_unconfirmed(void);
 uint32_t gain_banks_remaining_us(void);
 
+/* Gains that ask for no effort: every term off. */
+const struct fd_gain_bank *gain_banks_off(void);
+
 /* Each number finite, inside its maximum and of a sign that it may have. */
 bool gain_banks_within_maxima(const struct fd_gain_bank gains[FD_AXES]);
 

@@ -8,7 +8,7 @@
 
 #include "../registers.h"
 
-/* The gains stored last; false where there are none that this firmware may use. */
+/* The gains stored last, be it by firmware of map 3; false where there are none that this firmware may use. */
 bool gain_store_load(struct fd_gain_bank gains[FD_AXES]);
 
 /* Write them, unless they are what was stored last: memory wears out. False where they do not read

@@ -47,7 +47,7 @@ static void put_limits(const struct board_settings *settings)
                          limit->acceleration_rad_s2);
         maxima[axis] = limit->gain_maximum;
     }
-    register_put_gains(FD_REG_GAIN_MAXIMUM_X_PROPORTIONAL, LIMITS_STRIDE, maxima);
+    register_put_gains(GAINS_MAXIMUM, maxima);
 }
 
 void publish_constants(void)

@@ -1,7 +1,10 @@
 #include "register_file.h"
 
 #include <stdbool.h>
+#include <stddef.h>
 #include <string.h>
+
+#include "crc.h"
 
 struct entry {
     uint16_t address;
@@ -60,31 +63,69 @@ void register_put_f32(uint16_t address, float value)
     register_put_u32(address, raw);
 }
 
-/* A gain bank is a row of floats, in memory as in the map: registers.h asserts it. */
-#define BANK_FLOATS (sizeof(struct fd_gain_bank) / sizeof(float))
+/* ---- gain banks: a row of floats in memory, as registers.h asserts; two in the map, since those
+ * of map 4 stand in another place */
 
-void register_take_gains(uint16_t address, uint16_t stride, struct fd_gain_bank gains[FD_AXES])
+#define BANK_FLOATS (sizeof(struct fd_gain_bank) / sizeof(float))
+#define FIRST_FLOATS (offsetof(struct fd_gain_bank, friction_top_speed) / sizeof(float))
+#define FIRST_WORDS (2u * FIRST_FLOATS)
+#define LATER_WORDS (2u * (BANK_FLOATS - FIRST_FLOATS))
+
+struct gain_place {
+    uint16_t first, first_stride; /* words from one axis to the next */
+    uint16_t later, later_stride;
+};
+
+#define PLACE(group) \
+    {FD_REG_##group##_X_PROPORTIONAL, \
+     FD_REG_##group##_Z_PROPORTIONAL - FD_REG_##group##_X_PROPORTIONAL, \
+     FD_REG_##group##_X_FRICTION_TOP_SPEED, \
+     FD_REG_##group##_Z_FRICTION_TOP_SPEED - FD_REG_##group##_X_FRICTION_TOP_SPEED}
+static const struct gain_place gain_places[] = {PLACE(ACTIVE), PLACE(SHADOW), PLACE(GAIN_MAXIMUM)};
+
+static uint16_t gain_address(enum gain_group group, unsigned axis, unsigned n)
+{
+    const struct gain_place *place = &gain_places[group];
+    const unsigned first = place->first + axis * place->first_stride + 2u * n;
+    const unsigned later = place->later + axis * place->later_stride + 2u * (n - FIRST_FLOATS);
+    return (uint16_t)(n < FIRST_FLOATS ? first : later);
+}
+
+void register_take_gains(enum gain_group group, struct fd_gain_bank gains[FD_AXES])
 {
     for (unsigned axis = 0; axis < FD_AXES; axis++) {
         float row[BANK_FLOATS];
         for (unsigned n = 0; n < BANK_FLOATS; n++) {
-            row[n] = register_f32((uint16_t)(address + axis * stride + 2u * n));
+            row[n] = register_f32(gain_address(group, axis, n));
         }
         memcpy(&gains[axis], row, sizeof row);
     }
 }
 
-void register_put_gains(uint16_t address, uint16_t stride,
-                        const struct fd_gain_bank gains[FD_AXES])
+void register_put_gains(enum gain_group group, const struct fd_gain_bank gains[FD_AXES])
 {
     for (unsigned axis = 0; axis < FD_AXES; axis++) {
         float row[BANK_FLOATS];
         memcpy(row, &gains[axis], sizeof row);
         for (unsigned n = 0; n < BANK_FLOATS; n++) {
-            register_put_f32((uint16_t)(address + axis * stride + 2u * n), row[n]);
+            register_put_f32(gain_address(group, axis, n), row[n]);
         }
     }
 }
+
+uint32_t register_gains_crc(enum gain_group group)
+{
+    uint32_t crc = 0;
+    for (unsigned axis = 0; axis < FD_AXES; axis++) {
+        crc = crc32_of_more(crc, &stored[gain_address(group, axis, 0)], FIRST_WORDS);
+    }
+    for (unsigned axis = 0; axis < FD_AXES; axis++) {
+        crc = crc32_of_more(crc, &stored[gain_address(group, axis, FIRST_FLOATS)], LATER_WORDS);
+    }
+    return crc;
+}
+
+/* ---- words */
 
 const uint16_t *register_words(uint16_t address)
 {

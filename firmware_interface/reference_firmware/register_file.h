@@ -28,10 +28,19 @@ void register_put_u16(uint16_t address, uint16_t value);
 void register_put_u32(uint16_t address, uint32_t value);
 void register_put_f32(uint16_t address, float value);
 
-/* Gain banks of all axes; `stride` words lie between them. */
-void register_take_gains(uint16_t address, uint16_t stride, struct fd_gain_bank gains[FD_AXES]);
-void register_put_gains(uint16_t address, uint16_t stride,
-                        const struct fd_gain_bank gains[FD_AXES]);
+/* The gain banks of the map. */
+enum gain_group {
+    GAINS_ACTIVE,
+    GAINS_SHADOW,
+    GAINS_MAXIMUM,
+};
+
+/* Gain banks of all axes. */
+void register_take_gains(enum gain_group group, struct fd_gain_bank gains[FD_AXES]);
+void register_put_gains(enum gain_group group, const struct fd_gain_bank gains[FD_AXES]);
+
+/* CRC-32 of the words of a bank in the order of their addresses; not of the maxima. */
+uint32_t register_gains_crc(enum gain_group group);
 
 /* The words themselves, for checksums. */
 const uint16_t *register_words(uint16_t address);

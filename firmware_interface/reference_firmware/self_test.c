@@ -10,6 +10,8 @@
 /* a quarter of the counter's round: leaving the travel shows long before the counter wraps */
 #define LARGEST_TRAVEL_COUNTS 536870912.0f
 
+#define LARGEST_LOSS 0.9f /* the law divides by what is left */
+
 /* Written so that what is no number fails. */
 static bool positive(float value, float largest)
 {
@@ -41,7 +43,8 @@ static bool limits(const struct board_settings *settings, const struct axis_sett
         && positive(axis->acceleration_rad_s2, 1e6f)
         && positive(axis->effort_nm, LARGEST_EFFORT_COUNTS * settings->effort_per_count_nm)
         && positive(axis->following_error_rad, 1e6f)
-        && positive(axis->gain_step, 1.0f);
+        && positive(axis->gain_step, 1.0f)
+        && axis->gain_maximum.transmission_loss <= LARGEST_LOSS;
 }
 
 bool self_test_settings(void)

@@ -26,12 +26,14 @@ static bool ramps_allowed(const struct trajectory *trajectory)
 }
 
 void trajectory_check_begin(struct trajectory_check *check, const struct trajectory *trajectory,
-                            const struct fd_gain_bank gains[FD_AXES])
+                            const struct fd_gain_bank gains[FD_AXES],
+                            const struct law_memory memory[FD_AXES])
 {
     check->walk = *trajectory;
     memcpy(check->gains, gains, sizeof check->gains);
     for (unsigned axis = 0; axis < FD_AXES; axis++) {
-        check->last_position_rad[axis] = trajectory->axis[axis].rest_rad;
+        check->memory[axis] = memory[axis];
+        check->memory[axis].reference_rad = trajectory->axis[axis].rest_rad;
     }
     check->samples_left = trajectory->lead_in_samples + trajectory->capture_samples;
     check->allowed = ramps_allowed(trajectory);
@@ -51,6 +53,14 @@ static bool can_stop(const struct setpoint *setpoint, float stop_s, float travel
     return fabsf(setpoint->position_rad + setpoint->velocity_rad_s * stop_s / 2.0f) <= travel_rad;
 }
 
+/* The effort where the axis follows exactly. */
+static float exact_effort_nm(const struct fd_gain_bank *gains, const struct setpoint *next,
+                             const struct setpoint *other, struct law_memory *memory)
+{
+    law_step(memory, gains, next->position_rad);
+    return law_output_nm(gains, law_feedforward_nm(gains, next, other, memory));
+}
+
 static bool next_allowed(struct trajectory_check *check)
 {
     struct setpoint setpoints[FD_AXES];
@@ -60,12 +70,13 @@ static bool next_allowed(struct trajectory_check *check)
     for (unsigned axis = 0; axis < FD_AXES; axis++) {
         const struct axis_settings *limit = &port_settings()->axis[axis];
         const struct setpoint *next = &setpoints[axis];
-        const float jump_rad = fabsf(next->position_rad - check->last_position_rad[axis]);
-        const float effort_nm = controller_feedforward_nm(&check->gains[axis], next);
+        struct law_memory *memory = &check->memory[axis];
+        const float jump_rad = fabsf(next->position_rad - memory->reference_rad);
+        const float effort_nm =
+            exact_effort_nm(&check->gains[axis], next, &setpoints[OTHER_AXIS(axis)], memory);
         allowed = allowed && inside(next, limit) && can_stop(next, stop_s, limit->travel_rad)
             && jump_rad <= limit->speed_rad_s * SAMPLE_PERIOD_S * JUMP_MARGIN
             && fabsf(effort_nm) <= limit->effort_nm;
-        check->last_position_rad[axis] = next->position_rad;
     }
     return allowed;
 }

@@ -11,14 +11,16 @@
 struct trajectory_check {
     struct trajectory walk; /* its next sample is the next to be looked at */
     struct fd_gain_bank gains[FD_AXES]; /* whose feed-forward must not ask for too much */
-    float last_position_rad[FD_AXES];
+    struct law_memory memory[FD_AXES]; /* at the sample before */
     uint32_t samples_left;
     bool allowed; /* so far */
 };
 
-/* Begin, with a trajectory that has begun at the rest position and the gains in force. */
+/* Begin, with a trajectory that has begun at the rest position, the gains in force, and what the
+ * law of an axis remembers. */
 void trajectory_check_begin(struct trajectory_check *check, const struct trajectory *trajectory,
-                            const struct fd_gain_bank gains[FD_AXES]);
+                            const struct fd_gain_bank gains[FD_AXES],
+                            const struct law_memory memory[FD_AXES]);
 
 /* Look at so many samples at most; false where one is outside the limits. */
 bool trajectory_check_go_on(struct trajectory_check *check, uint32_t samples);

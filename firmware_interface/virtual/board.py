@@ -79,6 +79,7 @@ class VirtualBoard:
         self._check_value(written)
         self._check_time(written)
         self._registers.put_words(address, words)
+        self.machine.banks.check_staged()
         self._take(written)
         if command:
             self._commands.command(
@@ -104,7 +105,7 @@ class VirtualBoard:
 
     def _power_up(self, settings: BoardSettings, plant: Plant) -> None:
         self._settings = settings
-        self._registers = RegisterFile()
+        self._registers = RegisterFile(settings.map_version)
         fill(self._registers, settings)
         self.machine = Machine(self._registers, settings, self._clock.now_s, plant, self.inputs)
         self._commands = Commands(self.machine, self._registers, settings)

@@ -137,7 +137,11 @@ class Commands:
         if trajectory is None:
             return Result.BAD_TRAJECTORY
         machine.check = TrajectoryCheck(
-            trajectory, machine.rest_rad, self._settings.limits, machine.banks.active
+            trajectory,
+            machine.rest_rad,
+            self._settings.limits,
+            machine.banks.active,
+            machine.drive.memories,
         )
         machine.state = State.CHECKING
         return Result.PENDING
@@ -148,7 +152,7 @@ class Commands:
             return Result.NOT_ENABLED
         if machine.state is not State.ARMED or machine.check is None:
             return Result.WRONG_STATE
-        if argument != self._settings.map_crc:
+        if argument != self._settings.claimed_crc:
             return Result.WRONG_ARGUMENT
         machine.follow(machine.check.trajectory)
         return Result.DONE

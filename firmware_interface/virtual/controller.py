@@ -1,9 +1,11 @@
-"""The control law of `firmware_interface.gains`, sample by sample, for one axis."""
+"""The control law of `firmware_interface.control_law`, sample by sample, for one axis."""
 
 import math
 from typing import NamedTuple
 
-from firmware_interface.gains import AxisGains, feedforward_nm
+from firmware_interface.control_law import deadband_nm, feedforward_nm
+from firmware_interface.gains import AxisGains
+from firmware_interface.law_memory import NOTHING
 
 
 class Setpoint(NamedTuple):
@@ -20,18 +22,20 @@ class Setpoint(NamedTuple):
 
 
 class AxisController:
-    """Holds what the law remembers: last position, filtered velocity, integrated error.
+    """Holds what the law remembers: last position and reference, filtered velocity, and states.
 
     Parameters
     ----------
     gains : AxisGains
-        May be exchanged between samples.
     period_s : float
     effort_limit_nm : float
         The effort is clipped to it, and the integral part stops growing there.
 
     Attributes
     ----------
+    gains : AxisGains
+    memory : Memory
+        What the law remembers of the reference.
     finite : bool
         Since the last reset every effort was a number before it was clipped; one that was not
         became 0.
@@ -49,23 +53,38 @@ class AxisController:
         self._velocity_rad_s = 0.0
         self._integral_nm = 0.0
         self.finite = True
+        self._hold_reference(position_rad)
 
-    def effort_nm(self, setpoint: Setpoint, position_rad: float) -> float:
-        """Effort for the position just latched."""
+    def exchange(self, gains: AxisGains, position_rad: float) -> None:
+        """Go on with other gains; the reference is held at this position."""
+        self.gains = gains
+        self._hold_reference(position_rad)
+
+    def _hold_reference(self, position_rad: float) -> None:
+        self._reference_rad = position_rad
+        self.memory = NOTHING
+
+    def effort_nm(
+        self, setpoint: Setpoint, position_rad: float, other: Setpoint | None = None
+    ) -> float:
+        """Effort for the position just latched; the other axis's setpoint, where there is one."""
         gains, period = self.gains, self._period_s
         difference = (position_rad - self._last_rad) / period
         self._last_rad = position_rad
         self._velocity_rad_s += (
             period / (gains.velocity_filter_s + period) * (difference - self._velocity_rad_s)
         )
-        error = setpoint.position_rad - position_rad
+        self.memory = self.memory.after(gains, setpoint.position_rad - self._reference_rad)
+        self._reference_rad = setpoint.position_rad
+        error = setpoint.position_rad + self.memory.backlash_rad - position_rad
         self._integral_nm = self._clip(self._integral_nm + gains.integral * error * period)
-        return self._clip(
+        effort_nm = (
             gains.proportional * error
             + gains.derivative * (setpoint.velocity_rad_s - self._velocity_rad_s)
             + self._integral_nm
-            + feedforward_nm(gains, setpoint)
+            + feedforward_nm(gains, setpoint, other=other, memory=self.memory)
         )
+        return self._clip(deadband_nm(gains, effort_nm))
 
     def _clip(self, effort_nm: float) -> float:
         """Within the limit; what is no number must not become full effort."""

@@ -7,6 +7,7 @@ from typing import Final, NamedTuple
 
 from firmware_interface.board_types import AxisLimits
 from firmware_interface.gains import AxisGains
+from firmware_interface.law_memory import Memory
 from firmware_interface.plant.feed_drive import COUNTS_PER_TURN, FEED_DRIVE
 from firmware_interface.plant.motions import SAMPLE_S
 from firmware_interface.plant.plant import DELAY, Plant
@@ -94,10 +95,17 @@ class Drive:
         """Every effort since power_on was a number."""
         return all(controller.finite for controller in self._controllers)
 
+    @property
+    def memories(self) -> list[Memory]:
+        """What the laws remember of their references, by axis."""
+        return [controller.memory for controller in self._controllers]
+
     def set_gains(self, gains: Mapping[str, AxisGains]) -> None:
-        """Exchange the gains of all axes between two samples."""
-        for controller, axis in zip(self._controllers, FEED_DRIVE, strict=True):
-            controller.gains = gains[axis]
+        """Exchange the gains of all axes between two samples; they are held where they stand."""
+        for controller, axis, position in zip(
+            self._controllers, FEED_DRIVE, self.position_rad, strict=True
+        ):
+            controller.exchange(gains[axis], position)
 
     def power_on(self) -> None:
         """Release the brake and take up control where the axes stand."""
@@ -131,7 +139,9 @@ class Drive:
     def _efforts(self, setpoints: Sequence[Setpoint], positions: list[int]) -> list[int]:
         """In PWM counts; none at all as soon as one is not a number."""
         counts = [
-            round(c.effort_nm(s, p * RAD_PER_COUNT) / EFFORT_PER_COUNT_NM)
-            for c, s, p in zip(self._controllers, setpoints, positions, strict=True)
+            round(c.effort_nm(s, p * RAD_PER_COUNT, other) / EFFORT_PER_COUNT_NM)
+            for c, s, p, other in zip(
+                self._controllers, setpoints, positions, reversed(setpoints), strict=True
+            )
         ]
         return counts if self.finite else [0] * len(counts)

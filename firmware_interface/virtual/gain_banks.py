@@ -3,7 +3,8 @@
 import math
 from typing import Final
 
-from firmware_interface.codec import crc32, decode_gains, encode_gains
+from firmware_interface.codec import crc32
+from firmware_interface.gain_words import bank_spans, decode_gains, encode_gains
 from firmware_interface.gains import POSITIVE, SIGNED, AxisGains, Bank
 from firmware_interface.registers import AXES, Result
 from firmware_interface.virtual.register_file import RegisterFile
@@ -24,6 +25,8 @@ class GainBanks:
         What permanent memory holds.
     stores : int
         Times that permanent memory was written.
+    staged_crc_ok : bool
+        The shadow bank matches its CRC.
     """
 
     def __init__(self, registers: RegisterFile, settings: BoardSettings) -> None:
@@ -31,23 +34,24 @@ class GainBanks:
         self._limits = settings.limits
         self._window_s = settings.confirm_window_s
         self.stores = settings.stores
-        self._shadow_address = registers.address(f"shadow.{AXES[0]}.proportional")
-        self._active_address = registers.address(f"active.{AXES[0]}.proportional")
-        self._size = len(encode_gains(settings.gains))
+        self._version = settings.map_version
+        self._shadow = bank_spans("shadow", self._version)
+        self._active = bank_spans("active", self._version)
         self._previous: Bank | None = None
         self._deadline_s = math.inf
         self._put_active(settings.gains)
         self.stored = self.active
+        self.check_staged()
 
     @property
     def unconfirmed(self) -> bool:
         """A commit waits for its confirmation."""
         return self._previous is not None
 
-    @property
-    def staged_crc_ok(self) -> bool:
-        """The shadow bank matches its CRC."""
-        return crc32(self._staged_words) == self._registers.integer("shadow.crc")
+    def check_staged(self) -> None:
+        """Find out whether the shadow bank matches its CRC; after every write of the host."""
+        crc = self._registers.integer("shadow.crc")
+        self.staged_crc_ok = crc32(self._registers.spans(self._shadow)) == crc
 
     def remaining_s(self, now_s: float) -> float:
         """Time left to confirm, as far as it can be shown; 0 when there is nothing to."""
@@ -63,9 +67,9 @@ class GainBanks:
         """Swap the shadow bank in, if it may be and is the one that the host means."""
         if self.unconfirmed:
             return Result.UNCONFIRMED
-        if not self.staged_crc_ok or crc32(self._staged_words) != crc:
+        if not self.staged_crc_ok or self._registers.integer("shadow.crc") != crc:
             return Result.GAIN_CRC
-        staged = decode_gains(self._staged_words)
+        staged = decode_gains(self._registers.spans(self._shadow), self._version)
         if not all(self._allowed(axis, staged[axis]) for axis in AXES):
             return Result.GAIN_LIMITS
         self._previous = self.active
@@ -97,14 +101,11 @@ class GainBanks:
             self.stores += 1
         return Result.DONE
 
-    @property
-    def _staged_words(self) -> list[int]:
-        return self._registers.words(self._shadow_address, self._size)
-
     def _put_active(self, gains: Bank) -> None:
-        words = encode_gains(gains)
-        self._registers.put_words(self._active_address, words)
-        self.active: Bank = decode_gains(words)
+        words = encode_gains(gains, self._version)
+        self._registers.put_spans(self._active, words)
+        self._registers.put("active.crc", crc32(words))  # not there on a board of map 3
+        self.active: Bank = decode_gains(words, self._version)
 
     def _allowed(self, axis: str, gains: AxisGains) -> bool:
         """Each gain within its maximum and not too far from the present one."""

@@ -1,12 +1,15 @@
 """The board's registers as words, with access and ranges as the map says."""
 
+from collections.abc import Sequence
 from typing import Final
 
 from firmware_interface.codec import decode, encode
 from firmware_interface.errors import BoardError, ValueRefusedError
+from firmware_interface.gain_words import Span, addresses
 from firmware_interface.received import valid_value
 from firmware_interface.register import WORDS, Register
 from firmware_interface.registers import (
+    MAP_VERSION,
     PAGE_ADDRESS,
     PAGE_SLOT_REGISTERS,
     PAGE_SLOTS,
@@ -25,15 +28,23 @@ _CHECKED: Final = [
 
 
 class RegisterFile:
-    """Words by address: the firmware puts and takes values, the host reads and writes words."""
+    """Words by address: the firmware puts and takes values, the host reads and writes words.
 
-    def __init__(self) -> None:
+    Parameters
+    ----------
+    map_version : int
+        Registers that came later are not there.
+    """
+
+    def __init__(self, map_version: int = MAP_VERSION) -> None:
         self._words = [0] * _END
         self._readable = bytearray(_END)
         self._writable = bytearray(_END)
         self._begins = bytearray(_END)
         self._readable[PAGE_ADDRESS:] = b"\1" * (_END - PAGE_ADDRESS)
         for register in REGISTERS.values():
+            if register.since > map_version:
+                continue
             span = slice(register.address, register.address + register.words)
             self._readable[span] = b"\1" * register.words
             if register.access == "rw":
@@ -67,6 +78,15 @@ class RegisterFile:
     def put_words(self, address: int, words: list[int]) -> None:
         """Set consecutive registers."""
         self._words[address : address + len(words)] = words
+
+    def spans(self, spans: Sequence[Span]) -> list[int]:
+        """A copy of the words at several places, one after the other."""
+        return [self._words[address] for address in addresses(spans)]
+
+    def put_spans(self, spans: Sequence[Span], words: Sequence[int]) -> None:
+        """Set the registers at several places."""
+        for address, word in zip(addresses(spans), words, strict=True):
+            self._words[address] = word
 
     # ---- the host's side
 

@@ -4,7 +4,7 @@ import math
 from typing import Final
 
 from firmware_interface.board_types import AxisLimits
-from firmware_interface.gains import POSITIVE, SIGNED, AxisGains
+from firmware_interface.gains import MOST_LOSS, POSITIVE, SIGNED, AxisGains
 from firmware_interface.registers import AXES
 from firmware_interface.virtual.drive import EFFORT_PER_COUNT_NM, RAD_PER_COUNT
 from firmware_interface.virtual.settings import BoardSettings
@@ -41,6 +41,7 @@ def _limits_sound(limits: AxisLimits) -> bool:
         and limits.travel_rad / RAD_PER_COUNT <= _LARGEST_TRAVEL_COUNT
         and limits.gain_step <= 1.0
         and all(math.isfinite(m) and m >= 0.0 for m in limits.gain_maximum.numbers().values())
+        and limits.gain_maximum.transmission_loss <= MOST_LOSS
     )
 
 

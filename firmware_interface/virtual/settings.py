@@ -6,8 +6,9 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from firmware_interface.board_types import AxisLimits
-from firmware_interface.gains import RIPPLES, AxisGains
-from firmware_interface.registers import AXES, MAP_CRC, Fault
+from firmware_interface.gains import FRICTION_ENTRIES, RIPPLES, TABLE_ENTRIES, AxisGains
+from firmware_interface.map_versions import MAP_CRCS
+from firmware_interface.registers import AXES, MAP_VERSION, Fault
 
 CONFIRM_WINDOW_S: Final = 120.0
 """Time in which a commit must be confirmed."""
@@ -48,6 +49,27 @@ DEFAULT_LIMITS: Final = AxisLimits(
         ripple_cosine=(5.0,) * RIPPLES,
         ripple_sine=(5.0,) * RIPPLES,
         ripple_period_rad=(20.0,) * RIPPLES,
+        friction_top_speed_rad_s=20.0,
+        friction_forward=(5.0,) * FRICTION_ENTRIES,
+        friction_backward=(5.0,) * FRICTION_ENTRIES,
+        table_start_rad=20.0,
+        table_step_rad=5.0,
+        load_table=(5.0,) * TABLE_ENTRIES,
+        local_friction_table=(5.0,) * TABLE_ENTRIES,
+        table_fade_speed_rad_s=20.0,
+        ripple_fade_speed_rad_s=(20.0,) * RIPPLES,
+        presliding_feedforward=5.0,
+        presliding_distance_rad=5.0,
+        backlash_offset_rad=0.2,
+        backlash_distance_rad=5.0,
+        deadband_inverse=5.0,
+        deadband_smoothing=5.0,
+        cross_inertia_feedforward=2.0,
+        cross_viscous_feedforward=5.0,
+        cross_coulomb_feedforward=5.0,
+        transmission_loss=0.9,
+        transmitted_inertia=2.0,
+        transmitted_friction=2.0,
     ),
 )
 
@@ -58,8 +80,10 @@ class BoardSettings:
 
     Attributes
     ----------
-    map_crc : int
-        Of the register map that the firmware claims to be built with.
+    map_version : int
+        Of the register map: an older one is a board of older firmware.
+    map_crc : int, optional
+        Of the register map that the firmware claims to be built with; by default of that version.
     fault : Fault
         Latched at power-up unless NONE.
     limits, gains : mapping
@@ -74,7 +98,8 @@ class BoardSettings:
         Times that permanent memory was written.
     """
 
-    map_crc: int = MAP_CRC
+    map_version: int = MAP_VERSION
+    map_crc: int | None = None
     serial_number: int = 1
     fault: Fault = Fault.NONE
     limits: Mapping[str, AxisLimits] = field(
@@ -87,3 +112,8 @@ class BoardSettings:
     homed: int = 0
     switches_rad: float = math.inf
     stores: int = 0
+
+    @property
+    def claimed_crc(self) -> int:
+        """Of the register map; argument of START."""
+        return MAP_CRCS[self.map_version] if self.map_crc is None else self.map_crc

@@ -2,14 +2,12 @@
 
 import secrets
 
-from firmware_interface.codec import encode_axis_gains
+from firmware_interface.gain_words import bank_spans, encode_gains
 from firmware_interface.plant.feed_drive import COUNTS_PER_TURN
 from firmware_interface.registers import (
     AXES,
     FLOAT_TEST,
     MAGIC,
-    MAP_VERSION,
-    REGISTERS,
     State,
     WatchdogAction,
 )
@@ -31,9 +29,9 @@ def fill(registers: RegisterFile, settings: BoardSettings) -> None:
     """Registers that stay as they are, and defaults."""
     values = {
         "identity.magic": MAGIC,
-        "identity.map_version": MAP_VERSION,
+        "identity.map_version": settings.map_version,
         "identity.firmware_version": _FIRMWARE_VERSION,
-        "identity.map_crc": settings.map_crc,
+        "identity.map_crc": settings.claimed_crc,
         "identity.serial_number": settings.serial_number,
         "identity.float_test": FLOAT_TEST,
         "identity.nonce": secrets.randbits(32),
@@ -62,9 +60,10 @@ def _fill_limits(registers: RegisterFile, axis: str, settings: BoardSettings) ->
     }
     for name, value in values.items():
         registers.put(f"limits.{axis}.{name}", value)
-    registers.put_words(
-        REGISTERS[f"gain_maximum.{axis}.proportional"].address,
-        encode_axis_gains(limits.gain_maximum),
+    version = settings.map_version
+    registers.put_spans(
+        bank_spans("gain_maximum", version, (axis,)),
+        encode_gains({axis: limits.gain_maximum}, version),
     )
 
 

@@ -13,7 +13,9 @@ import numpy as np
 
 from firmware_interface.board_types import AxisLimits
 from firmware_interface.codec import decode_trajectory
-from firmware_interface.gains import AxisGains, feedforward_nm
+from firmware_interface.control_law import exact_effort_nm
+from firmware_interface.gains import AxisGains
+from firmware_interface.law_memory import Memory
 from firmware_interface.motion import (
     Array,
     Multisine,
@@ -113,6 +115,8 @@ class TrajectoryCheck:
         Where it starts, by axis.
     limits, gains : mapping
         By axis; the gains in force give the feed-forward effort.
+    memories : sequence of Memory
+        What the laws remember there, by axis.
 
     Attributes
     ----------
@@ -129,12 +133,14 @@ class TrajectoryCheck:
         rest_rad: Sequence[float],
         limits: Mapping[str, AxisLimits],
         gains: Mapping[str, AxisGains],
+        memories: Sequence[Memory],
     ) -> None:
         self.trajectory = trajectory
         self._rest_rad = rest_rad
         self._last_rad = list(rest_rad)
         self._limits = [limits[axis] for axis in trajectory.axes]
         self._gains = [gains[axis] for axis in trajectory.axes]
+        self._memories = list(memories)
         self._next = -round(trajectory.lead_in_s / SAMPLE_PERIOD_S)
         self._end = round(trajectory.duration_s / SAMPLE_PERIOD_S)
         self.passed = all(
@@ -157,17 +163,19 @@ class TrajectoryCheck:
             fastest = np.max([np.abs(axis.velocity_rad_s) for axis in axes], axis=0)
             stop_s = np.array([stop_duration_s(speed) for speed in fastest.tolist()])
             self.passed = all(
-                self._within(n, axis, axis.velocity_rad_s * stop_s / 2.0)
-                for n, axis in enumerate(axes)
+                self._within(n, axis, axis.velocity_rad_s * stop_s / 2.0, other)
+                for n, (axis, other) in enumerate(zip(axes, reversed(axes), strict=True))
             )
         self._next += count
         self._last_rad = [float(axis.position_rad[-1]) for axis in axes]
 
-    def _within(self, n: int, axis: Reference, way_rad: Array) -> bool:
+    def _within(self, n: int, axis: Reference, way_rad: Array, other: Reference) -> bool:
         limit = self._limits[n]
         jumps = np.diff(axis.position_rad, prepend=self._last_rad[n])
         largest_jump = limit.speed_rad_s * SAMPLE_PERIOD_S * (1.0 + JUMP_MARGIN)
-        effort = feedforward_nm(self._gains[n], axis, np)
+        effort, self._memories[n] = exact_effort_nm(
+            self._gains[n], axis, other, self._last_rad[n], self._memories[n]
+        )
         return (
             _at_most(axis.position_rad, limit.travel_rad)
             and _at_most(axis.position_rad + way_rad, limit.travel_rad)

@@ -121,6 +121,16 @@ def test_a_trajectory_that_asks_for_too_much_effort_is_refused(either_board: Boa
     assert armed(either_board, motion, "z") is Result.TRAJECTORY_LIMITS
 
 
+def test_what_an_axis_must_bear_for_the_other_one_counts(either_board: Board) -> None:
+    """11 rad/s^2 of the one take 1.19 kg*m^2 times as much of the other, which stands."""
+    motion = sines((0.11, 10.0, 0.0))
+    coupled = replace(CONSERVATIVE_GAINS, cross_inertia_feedforward=-1.1875)
+    put_gains(either_board, {"x": coupled, "z": CONSERVATIVE_GAINS})
+    assert armed(either_board, motion, "x") is Result.DONE
+    either_board.quick_stop()
+    assert armed(either_board, motion, "z") is Result.TRAJECTORY_LIMITS
+
+
 def test_a_motion_that_begins_too_far_away_is_refused(either_board: Board) -> None:
     """Three radians in a lead-in of a tenth of a second."""
     either_board.enable()

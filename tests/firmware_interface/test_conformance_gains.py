@@ -8,12 +8,18 @@ from board_bench import NEW, long_motion
 from conformance_boards import ask, put_gains, refused_value, start, until, until_abandoned
 
 from firmware_interface.board import Board
-from firmware_interface.codec import crc32, encode, encode_gains
+from firmware_interface.codec import crc32, encode
 from firmware_interface.errors import BoardError
+from firmware_interface.gain_words import (
+    addresses,
+    bank_spans,
+    encode_gains,
+    span_of,
+    staged_writes,
+)
 from firmware_interface.gains import AxisGains
-from firmware_interface.registers import REGISTERS, STORE_SIGNATURE, Opcode, Result, State
+from firmware_interface.registers import STORE_SIGNATURE, Opcode, Result, State
 
-SHADOW = REGISTERS["shadow.x.proportional"].address
 LONG = replace(long_motion(), lead_in_s=2.0)
 
 
@@ -65,11 +71,14 @@ def test_unconfirmed_gains_bar_the_next_commit_and_the_store(either_board: Board
     assert either_board.active_gains() == NEW
 
 
-@pytest.mark.parametrize("word", [0, 47, 95, 96, 97])
+WORDS = [*addresses([*bank_spans("shadow"), span_of("shadow.crc")])]
+
+
+@pytest.mark.parametrize("word", [0, 47, 95, 96, 97, 279, 280, 463, 464, 465])
 def test_a_bank_that_differs_from_its_crc_is_refused(either_board: Board, word: int) -> None:
     old = either_board.active_gains()
     either_board.stage_gains(NEW)
-    value = SHADOW + word // 2 * 2
+    value = WORDS[word // 2 * 2]
     words = either_board._link.read(value, 2)
     words[word % 2] ^= 1
     either_board._link.write(value, words)
@@ -97,6 +106,27 @@ def test_a_bank_that_differs_from_its_crc_is_refused(either_board: Board, word: 
         {"ripple_cosine": (0.0, 0.0, 0.0, 5.1)},
         {"ripple_sine": (-3.1, 0.0, 0.0, 0.0)},  # too much at once
         {"ripple_period_rad": (1.0, 0.0, 1.0, 1.0)},
+        {"friction_top_speed_rad_s": 0.0},
+        {"friction_forward": (0.0,) * 11 + (5.1,)},
+        {"friction_backward": (math.nan,) + (0.0,) * 11},
+        {"table_start_rad": -20.1},
+        {"table_step_rad": 0.0},
+        {"load_table": (0.0,) * 23 + (math.nan,)},
+        {"local_friction_table": (0.0,) * 12 + (3.2,) + (0.0,) * 11},  # too much at once
+        {"table_fade_speed_rad_s": -1.0},
+        {"ripple_fade_speed_rad_s": (0.0, 0.0, 20.1, 0.0)},
+        {"presliding_feedforward": -0.1},
+        {"presliding_distance_rad": 0.0},
+        {"backlash_offset_rad": 0.21},
+        {"backlash_distance_rad": -1.0},
+        {"deadband_inverse": math.inf},
+        {"deadband_smoothing": 0.0},
+        {"cross_inertia_feedforward": -2.1},
+        {"cross_viscous_feedforward": 5.1},
+        {"cross_coulomb_feedforward": math.nan},
+        {"transmission_loss": 0.91},
+        {"transmitted_inertia": -0.1},
+        {"transmitted_friction": -0.1},
     ],
     ids=lambda bad: next(iter(bad)),
 )
@@ -105,11 +135,11 @@ def test_gains_outside_the_boards_limits_are_refused(
     either_board: Board, axis: str, bad: dict[str, float]
 ) -> None:
     old = either_board.active_gains()
-    words = encode_gains(NEW | {axis: replace(NEW[axis], **bad)})
-    either_board._link.write(SHADOW, words)
-    either_board._link.write(SHADOW + len(words), encode("shadow.crc", crc32(words)))
+    writes, crc = staged_writes(NEW | {axis: replace(NEW[axis], **bad)})
+    for address, words in writes:
+        either_board._link.write(address, words)
     assert either_board.status().staged_crc_ok
-    assert ask(either_board, Opcode.COMMIT, crc32(words)) is Result.GAIN_LIMITS
+    assert ask(either_board, Opcode.COMMIT, crc) is Result.GAIN_LIMITS
     assert either_board.active_gains() == old
 
 
@@ -124,6 +154,14 @@ def test_gains_that_may_be_negative_and_that_change_by_the_whole_step(
         viscous_difference_feedforward=-2.9,
         ripple_cosine=(-2.9, 0.0, 0.0, 2.9),
         ripple_sine=(0.0, -2.9, 2.9, 0.0),
+        friction_forward=(-2.9, *[0.0] * 10, 2.9),
+        friction_backward=(2.9, *[0.0] * 10, -2.9),
+        table_start_rad=-11.9,
+        load_table=(-2.9, *[0.0] * 22, 2.9),
+        local_friction_table=(2.9, *[0.0] * 22, -2.9),
+        cross_inertia_feedforward=-1.1,
+        cross_viscous_feedforward=-2.9,
+        cross_coulomb_feedforward=-2.9,
     )
     either_board.stage_gains(dict.fromkeys("xz", furthest))
     either_board.commit()
@@ -143,6 +181,38 @@ def test_gains_change_only_in_idle(either_board: Board, state: State) -> None:
     for opcode in (Opcode.COMMIT, Opcode.CONFIRM, Opcode.ROLL_BACK, Opcode.STORE):
         assert ask(either_board, opcode, STORE_SIGNATURE) is Result.WRONG_STATE
     assert either_board.active_gains() == old
+
+
+@pytest.mark.parametrize("done", [0, 1, 48, 49, 50, 139, 140, 141, 231, 232])
+def test_a_bank_that_was_staged_in_part_is_never_committed(either_board: Board, done: int) -> None:
+    """Value by value: until the last one and the CRC are there, neither CRC means what is there."""
+    old = either_board.active_gains()
+    either_board.stage_gains(old)
+    before = crc32(encode_gains(old))
+    after, places = encode_gains(NEW), WORDS[:464]
+    for n in range(0, 2 * done, 2):
+        either_board._link.write(places[n], after[n : n + 2])
+    assert ask(either_board, Opcode.COMMIT, crc32(after)) is Result.GAIN_CRC
+    if done > 0:
+        assert not either_board.status().staged_crc_ok
+        assert ask(either_board, Opcode.COMMIT, before) is Result.GAIN_CRC
+    assert either_board.active_gains() == old
+    either_board._link.write(WORDS[464], encode("shadow.crc", crc32(after)))
+    whole = done == len(after) // 2
+    wanted = Result.DONE if whole else Result.GAIN_CRC
+    assert ask(either_board, Opcode.COMMIT, crc32(after)) is wanted
+    assert either_board.active_gains() == (NEW if whole else old)
+
+
+def test_the_active_bank_has_a_crc_of_its_own(either_board: Board) -> None:
+    """So that what takes several transfers to read is known to be of one bank."""
+    assert either_board.register_values("active.crc") == (
+        crc32(encode_gains(either_board.active_gains())),
+    )
+    commit(either_board)
+    assert either_board.register_values("active.crc") == (crc32(encode_gains(NEW)),)
+    either_board.roll_back()
+    assert either_board.register_values("active.crc") != (crc32(encode_gains(NEW)),)
 
 
 def test_the_shadow_bank_may_be_written_at_any_time(either_board: Board) -> None:

@@ -95,8 +95,8 @@ def test_pages_are_whole_consecutive_and_end_with_the_motion(either_board: Board
 def test_the_effort_is_that_of_the_law(either_board: Board) -> None:
     """The documented law, from the captured positions, gives the captured effort to a count.
 
-    What it remembers from before the capture fades with the velocity filter; the first of two
-    motions leaves out the integral part, which does not.
+    All terms of the law but the integral part act. What it remembers from before the capture fades
+    with the velocity filter and along the reference.
     """
     softer = {"proportional": 64.0, "derivative": 8.0, "inertia_feedforward": 0.125}
     gains = {axis: replace(NEW[axis], **softer) for axis in NEW}
@@ -104,14 +104,21 @@ def test_the_effort_is_that_of_the_law(either_board: Board) -> None:
     pages = capture(either_board, RICH)
     position, effort = joined(pages, "position_rad"), joined(pages, "effort_nm")
     times = np.arange(len(position)) * PERIOD_S
+    followed = [
+        vars(reference(RICH.axes[axis], times, RICH.lead_in_s, 0.0)) for axis in either_board.axes
+    ]
+    setpoints = [
+        [Setpoint(*row) for row in zip(*(c.tolist() for c in way.values()), strict=True)]
+        for way in followed
+    ]
     for n, axis in enumerate(either_board.axes):
-        followed = reference(RICH.axes[axis], times, RICH.lead_in_s, 0.0)
         law = AxisController(gains[axis], PERIOD_S, DEFAULT_LIMITS.effort_nm)
         law.reset(float(position[0, n]))
-        rows = zip(*(np.asarray(c).tolist() for c in vars(followed).values()), strict=True)
         wanted = [
-            law.effort_nm(Setpoint(*row), p)
-            for row, p in zip(rows, position[:, n].tolist(), strict=True)
+            law.effort_nm(own, p, other)
+            for own, other, p in zip(
+                setpoints[n], setpoints[1 - n], position[:, n].tolist(), strict=True
+            )
         ]
         np.testing.assert_allclose(effort[60:, n], wanted[60:], atol=0.0061)
 

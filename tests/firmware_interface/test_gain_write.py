@@ -6,10 +6,8 @@ from typing import Any
 import pytest
 from board_bench import BETTER, NEW, OLD, Bench
 
-from firmware_interface.codec import crc32, encode, encode_gains
 from firmware_interface.errors import BoardError
-from firmware_interface.gains import AxisGains
-from firmware_interface.registers import REGISTERS
+from firmware_interface.gain_words import staged_writes
 from firmware_interface.virtual.settings import DEFAULT_LIMITS
 
 
@@ -71,6 +69,14 @@ def test_commit_and_store_of_unfinished_business_are_refused() -> None:
         {"ripple_cosine": (0.0, 0.0, 0.0, 5.1)},
         {"ripple_sine": (-3.1, 0.0, 0.0, 0.0)},  # too much at once
         {"ripple_period_rad": (1.0, 0.0, 1.0, 1.0)},
+        {"friction_top_speed_rad_s": 0.0},
+        {"friction_backward": (0.0,) * 11 + (-5.1,)},
+        {"load_table": (0.0,) * 23 + (5.1,)},
+        {"local_friction_table": (-3.1,) + (0.0,) * 23},  # too much at once
+        {"table_step_rad": -0.1},
+        {"presliding_feedforward": -0.1},
+        {"backlash_offset_rad": -0.001},
+        {"transmission_loss": 0.91},
         {"proportional": 30.0 + 0.61 * 600.0},  # within the maximum, but too much at once
     ],
 )
@@ -87,15 +93,11 @@ def test_a_gain_that_is_no_number_is_not_committed() -> None:
     (`test_conformance_gains.py`)."""
     board = Bench().board
     gains = {"x": BETTER, "z": replace(BETTER, inertia_feedforward=float("nan"))}
-    board._link.write(REGISTERS["shadow.x.proportional"].address, _bank(gains))
+    for address, words in staged_writes(gains)[0]:
+        board._link.write(address, words)
     with pytest.raises(BoardError, match=r"nan as shadow\.z\.inertia_feedforward"):
         board.commit()
     assert board.active_gains() == OLD
-
-
-def _bank(gains: dict[str, AxisGains]) -> list[int]:
-    words = encode_gains(gains)
-    return words + encode("shadow.crc", crc32(words))
 
 
 def test_a_board_with_tighter_limits_refuses_what_another_takes() -> None:

@@ -22,8 +22,9 @@ from fault_line import FaultyLine, Sender
 from fault_proxy import FaultProxy
 from pty_bench import connected_board
 
+from edge_ident.commissioning.gain_files import load_gains
 from firmware_interface.board import Board, BoardStatus
-from firmware_interface.codec import decode_gains
+from firmware_interface.gain_words import addresses, bank_spans, decode_gains
 from firmware_interface.gains import AxisGains
 from firmware_interface.registers import PAGE_ADDRESS, REGISTERS, Fault, Opcode, State
 
@@ -32,7 +33,7 @@ PYTHON_SPEED = 8.0
 C_SPEED = 10.0
 QUICKER = {"= 0.2875": "= 2.0", "= 5.0": "= 1.0", "= 6.283185307179586": "= 0.9"}
 """In the drive's description: angular frequency, lead-in and amplitudes; three seconds."""
-GAIN_BYTES = 2 * 96
+SHADOW_SPANS = bank_spans("shadow")
 Gains = dict[str, AxisGains]
 
 
@@ -51,7 +52,8 @@ TRAJECTORY = [
     for name in ("kind", "x.components", "z.components")
 ]
 PAGE = begin(3, PAGE_ADDRESS)
-SHADOW = begin(16, REGISTERS["shadow.x.proportional"].address)
+WRITE = 16
+SHADOW = begin(WRITE, REGISTERS["shadow.x.proportional"].address)
 MOTION = {
     "header": TRAJECTORY[0],
     "axis x": TRAJECTORY[1],
@@ -64,6 +66,7 @@ MOTION = {
 STEPS = {
     "enable": (command(Opcode.ENABLE), 1),
     **{name: (request, 1) for name, request in MOTION.items()},
+    "first piece of a table": (begin(WRITE, REGISTERS["shadow.x.friction_top_speed"].address), 1),
     "stage": (SHADOW, 1),
     "commit": (command(Opcode.COMMIT), 1),
     **{f"{name} again": (request, 2) for name, request in MOTION.items()},
@@ -82,15 +85,19 @@ class Ambush:
     times: int = 0
     strike: Callable[[], None] = lambda: None
     staged: list[Gains] = field(default_factory=list)
+    shadow: dict[int, int] = field(default_factory=dict)
     struck: threading.Event = field(default_factory=threading.Event)
 
     def __call__(self, sender: Sender, frame: bytes) -> None:
         """See `fault_line.Choose`."""
         if sender is not Sender.HOST:
             return
-        if frame.startswith(SHADOW):
-            words = np.frombuffer(frame[7 : 7 + GAIN_BYTES], ">u2")
-            self.staged.append(decode_gains(words.tolist()))
+        if frame[1] == WRITE:
+            address, words = int.from_bytes(frame[2:4], "big"), np.frombuffer(frame[7:-2], ">u2")
+            self.shadow |= zip(range(address, address + len(words)), words.tolist(), strict=True)
+        if frame.startswith(SHADOW):  # the last piece
+            staged = [self.shadow[address] for address in addresses(SHADOW_SPANS)]
+            self.staged.append(decode_gains(staged))
         if self.request and frame.startswith(self.request):
             self.times -= 1
             if self.times == 0:
@@ -185,12 +192,7 @@ class Site:
 
     def gains_before(self) -> Gains:
         """What the last run found and backed up."""
-        axes = json.loads((self.output / "gains_before.json").read_text("utf-8"))["axes"]
-        tables = ("ripple_cosine", "ripple_sine", "ripple_period_rad")
-        return {
-            axis: AxisGains(**values | {name: tuple(values[name]) for name in tables})
-            for axis, values in axes.items()
-        }
+        return dict(load_gains(self.output / "gains_before.json").gains)
 
 
 @contextmanager

@@ -64,6 +64,9 @@ NONSENSE = [
     ("active.z.proportional", words_of(math.nan)),
     ("active.x.ripple_cosine", words_of(math.inf)),
     ("shadow.x.inertia_feedforward", words_of(-math.inf)),
+    ("gain_maximum.z.load_table", words_of(math.nan)),
+    ("active.x.friction_forward", words_of(math.nan)),
+    ("shadow.z.transmitted_friction", words_of(math.inf)),
 ]
 
 
@@ -74,6 +77,16 @@ def test_no_value_is_believed_that_cannot_be(name: str, words: list[int]) -> Non
     with pytest.raises(BoardError, match=name) as caught:
         read_everything(virtual)
     assert caught.value.next_step
+
+
+@pytest.mark.parametrize("name", ["active.x.proportional", "active.z.load_table", "active.crc"])
+def test_gains_that_were_read_in_part_from_another_bank_are_not_believed(name: str) -> None:
+    """They come in several transfers; each of their numbers could be."""
+    virtual = LyingBoard()
+    board = Board.connect(virtual)
+    virtual.lie(name, words_of(0.5))
+    with pytest.raises(LinkError, match="change while they are read"):
+        board.active_gains()
 
 
 def read_everything(virtual: VirtualBoard) -> None:

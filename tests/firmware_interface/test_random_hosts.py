@@ -11,8 +11,15 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 from witness import EffortWatch
 
-from firmware_interface.codec import crc32, decode_gains, encode, encode_gains, encode_trajectory
+from firmware_interface.codec import crc32, encode, encode_trajectory
 from firmware_interface.errors import BoardError
+from firmware_interface.gain_words import (
+    addresses,
+    bank_spans,
+    decode_gains,
+    encode_gains,
+    staged_writes,
+)
 from firmware_interface.gains import Bank
 from firmware_interface.motion import Multisine, SineComponent, Staircase, Trajectory
 from firmware_interface.registers import MAP_CRC, REGISTERS, Opcode, Result, State
@@ -20,7 +27,9 @@ from firmware_interface.virtual.drive import SAMPLE_PERIOD_S
 from firmware_interface.virtual.trajectory_check import TRAJECTORY_ADDRESS, TRAJECTORY_WORDS
 
 FOREIGN = 0x0BADC0DE
-SHADOW = REGISTERS["shadow.x.proportional"].address
+SHADOW = bank_spans("shadow")
+SHADOW_VALUES = list(addresses(SHADOW))[::2]
+"""Where the numbers of both axes stand."""
 TINY = 1e-45
 HOSTILE = [math.nan, math.inf, -math.inf, 3e38, -3e38, 1e25, 1e-30, TINY, -1.0, 0.0]
 numbers = st.one_of(st.sampled_from(HOSTILE), st.floats(-3.0, 3.0, width=32))
@@ -81,19 +90,24 @@ class BoardUnderRandomHosts(RuleBasedStateMachine):
     def words(self, address: int, count: int) -> list[int]:
         return self.bench.virtual._registers.words(address, count)
 
+    @property
+    def shadow(self) -> list[int]:
+        """Words of the shadow bank."""
+        return self.bench.virtual._registers.spans(SHADOW)
+
     def write_motion(self, motion: Trajectory) -> None:
         for address, words in encode_trajectory(motion, SAMPLE_PERIOD_S):
             self.write(address, words)
 
     def stage(self, gains: Bank) -> None:
-        words = encode_gains(gains)
-        self.write(SHADOW, words + encode("shadow.crc", crc32(words)))
+        for address, words in staged_writes(gains)[0]:
+            self.write(address, words)
 
     def send(self, opcode: int, token: int, argument: int, key: int) -> None:
         fresh = token not in [sent[1] for sent in self.sent]
         self.sent.append((opcode, token, argument, key))
         held = self.machine.session.key == key
-        staged = decode_gains(self.words(SHADOW, 96))
+        staged = decode_gains(self.shadow)
         result = self.bench.command(opcode, token, argument, key)
         if fresh and result is Result.DONE:
             assert held or opcode == Opcode.QUICK_STOP
@@ -124,7 +138,7 @@ class BoardUnderRandomHosts(RuleBasedStateMachine):
         arguments = {
             Opcode.START: MAP_CRC,
             Opcode.ARM: crc32(self.words(TRAJECTORY_ADDRESS, TRAJECTORY_WORDS)),
-            Opcode.COMMIT: crc32(self.words(SHADOW, 96)),
+            Opcode.COMMIT: crc32(self.shadow),
         }
         self.token += 1
         argument = arguments.get(opcode, 0) ^ (0 if right else 1)
@@ -182,12 +196,11 @@ class BoardUnderRandomHosts(RuleBasedStateMachine):
         self.stage(self.odd)
         self.command(Opcode.COMMIT)
 
-    @rule(word=st.integers(0, 47), value=numbers, mended=st.booleans())
-    def change_a_gain_and_commit(self, word: int, value: float, mended: bool) -> None:
-        words = encode("shadow.x.proportional", value)
-        self.write(SHADOW + 2 * word, words)
+    @rule(address=st.sampled_from(SHADOW_VALUES), value=numbers, mended=st.booleans())
+    def change_a_gain_and_commit(self, address: int, value: float, mended: bool) -> None:
+        self.write(address, encode("shadow.x.proportional", value))
         if mended:
-            crc = encode("shadow.crc", crc32(self.words(SHADOW, 96)))
+            crc = encode("shadow.crc", crc32(self.shadow))
             self.write(REGISTERS["shadow.crc"].address, crc)
         self.command(Opcode.COMMIT)
 

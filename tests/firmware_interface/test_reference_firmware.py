@@ -32,7 +32,7 @@ from firmware_interface.motion import Multisine, SineComponent, Trajectory
 from firmware_interface.plant.feed_drive import FEED_DRIVE
 from firmware_interface.registers import REGISTERS, Fault, Opcode, State
 
-SLOT_BYTES = 512
+SLOT_BYTES = 1024
 
 
 def test_optimised_it_builds_without_a_warning(tmp_path: Path) -> None:
@@ -45,7 +45,7 @@ def test_it_builds_for_a_cortex_m4_and_fits_one_with_128_kib(tmp_path: Path) -> 
     command = ["make", "-j2", "-s", "-C", str(SOURCE), f"BUILD={tmp_path}", "size"]
     built = subprocess.run(command, capture_output=True, text=True, check=True)
     text, data, bss = map(int, built.stdout.splitlines()[-1].split()[:3])
-    assert text + data < 16 * 1024
+    assert text + data < 20 * 1024
     assert data + bss < 72 * 1024
 
 
@@ -73,6 +73,7 @@ CHECKS = (
     "stop_pulse_between_two_samples_is_seen",
     "a_pressed_limit_switch_lets_an_axis_only_away",
     "store_writes_only_what_changed_and_counts",
+    "gains_that_map_3_stored_stay_in_force",
     "time_to_confirm_is_shown_saturating",
     "of_frames_back_to_back_the_first_is_carried_out",
     "every_other_function_is_refused",

@@ -9,8 +9,9 @@ import pytest
 from board_bench import NEW, OLD, Bench, long_motion
 
 from firmware_interface.board import Board
-from firmware_interface.codec import crc32, encode, encode_gains
+from firmware_interface.codec import crc32, encode
 from firmware_interface.errors import BoardError, LinkError
+from firmware_interface.gain_words import encode_gains
 from firmware_interface.motion import Trajectory
 from firmware_interface.registers import (
     MAP_CRC,

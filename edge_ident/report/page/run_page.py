@@ -22,6 +22,7 @@ from edge_ident.report.page.wording import (
     with_interval,
 )
 from edge_ident.signals.recording_files import load_recording
+from firmware_interface.gains import numbers_in_use
 
 if TYPE_CHECKING:
     from edge_ident.report.page.axis_details import AxisDetails
@@ -158,15 +159,15 @@ def _gains(outcome: Outcome) -> Table | None:
     if not outcome.designs:
         return None
     headings = [f"{name}, {when}" for name in outcome.designs for when in ("old", "new")]
-    banks = [
-        gains
+    gains = [
+        bank
         for name, design in outcome.designs.items()
-        for gains in (outcome.gains_before[name].numbers(), design.gains.numbers())
+        for bank in (outcome.gains_before[name], design.gains)
     ]
+    banks = [bank.numbers() for bank in gains]
     rows: list[Row] = [
         (gain_label(gain), *(minus(f"{bank[gain]:.5g}") for bank in banks))
-        for gain in banks[0]
-        if not gain.startswith("ripple") or any(bank[gain] for bank in banks)
+        for gain in numbers_in_use(gains)
     ]
     margins = [
         ("bandwidth (rad/s)", "bandwidth_rad_s"),

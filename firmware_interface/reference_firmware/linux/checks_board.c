@@ -11,8 +11,6 @@
 #include "client.h"
 #include "simulation.h"
 
-#define BANK_WORDS (FD_REG_SHADOW_CRC - FD_REG_SHADOW_X_PROPORTIONAL)
-
 static void power_up_leaves_the_effort_off(void)
 {
     simulation.plants[0].velocity_rad_s = 2.0; /* nobody knows that the axis stands */
@@ -35,12 +33,13 @@ static void spoil_float(struct board_settings *settings, unsigned which)
         &axis->acceleration_rad_s2, &axis->effort_nm, &axis->following_error_rad, &axis->gain_step,
         &axis->gain_maximum.proportional, &axis->gain_maximum.ripple_period[3],
         &axis->first_gains.coulomb_smoothing, &axis->first_gains.inertia_feedforward,
+        &axis->gain_maximum.load_table[23], &axis->first_gains.presliding_distance,
     };
     static const float spoilt[] = {NAN, INFINITY, -1.0f};
     *numbers[which / 3u] = spoilt[which % 3u];
 }
 
-#define FLOAT_SPOILS (3u * 11u)
+#define FLOAT_SPOILS (3u * 13u)
 
 /* Numbers that something else cannot bear. */
 static void spoil_size(struct board_settings *settings, unsigned which)
@@ -55,11 +54,12 @@ static void spoil_size(struct board_settings *settings, unsigned which)
     case 5: axis->effort_nm = 32768.0f * settings->effort_per_count_nm; break;
     case 6: axis->travel_rad = 900000.0f; break; /* in counts, too near to the counter's end */
     case 7: axis->gain_step = 1.5f; break;
+    case 8: axis->gain_maximum.transmission_loss = 1.0f; break; /* the law would divide by zero */
     default: axis->first_gains.proportional = 601.0f; break;
     }
 }
 
-#define SIZE_SPOILS 9u
+#define SIZE_SPOILS 10u
 
 static void bad_settings_fail_the_self_test_for_good(void)
 {
@@ -123,16 +123,10 @@ static void a_pressed_limit_switch_lets_an_axis_only_away(void)
 /* The bank in force with another proportional gain, committed, confirmed and stored. */
 static enum fd_result stored(float proportional)
 {
-    uint16_t words[BANK_WORDS];
-    for (unsigned n = 0; n < BANK_WORDS; n++) {
-        words[n] = client_u16((uint16_t)(FD_REG_ACTIVE_X_PROPORTIONAL + n));
-    }
-    client_put_f32(words, proportional);
-    CHECK(client_write(FD_REG_SHADOW_X_PROPORTIONAL, words, BANK_WORDS / 2u) == 0);
-    CHECK(client_write(FD_REG_SHADOW_Z_PROPORTIONAL, &words[BANK_WORDS / 2u], BANK_WORDS / 2u)
-          == 0);
-    const uint32_t crc = crc32_of_words(words, BANK_WORDS);
-    CHECK(client_write_u32(FD_REG_SHADOW_CRC, crc) == 0);
+    struct fd_gain_bank gains[FD_AXES];
+    memcpy(gains, gain_banks_active(), sizeof gains);
+    gains[0].proportional = proportional;
+    const uint32_t crc = client_stage(gains);
     CHECK(client_command(FD_OPCODE_COMMIT, crc + 1u) == FD_RESULT_GAIN_CRC);
     CHECK(client_command(FD_OPCODE_COMMIT, crc) == FD_RESULT_DONE);
     CHECK(client_command(FD_OPCODE_CONFIRM, 0) == FD_RESULT_DONE);
@@ -154,16 +148,50 @@ static void store_writes_only_what_changed_and_counts(void)
     CHECK(client_u32(FD_REG_STATUS_STORES) == 3u && simulation.memory_writes == 3u);
 }
 
+/* What firmware of map 3 left in a slot: both axes with this proportional gain, and soft. */
+static void store_of_map_3(unsigned slot, uint32_t sequence, float proportional)
+{
+    const float row[24] = {proportional, 4.0f, 0, 0, 0, 0, 0, 0.5f, 0, 0, 1.0f, 0,
+                           0, 0, 0, 0, 0, 0, 0, 0, 1.0f, 1.0f, 1.0f, 1.0f};
+    const uint32_t map_crc = 0x58329fe3u;
+    unsigned char *record = simulation.memory[slot];
+    uint16_t words[100];
+    memcpy(record, &map_crc, 4u);
+    memcpy(record + 4, &sequence, 4u);
+    memcpy(record + 8, row, 96u);
+    memcpy(record + 104, row, 96u);
+    memcpy(words, record, 200u);
+    const uint32_t crc = crc32_of_words(words, 100u);
+    memcpy(record + 200, &crc, 4u);
+}
+
+static void gains_that_map_3_stored_stay_in_force(void)
+{
+    store_of_map_3(0, 7u, 40.0f);
+    store_of_map_3(1u, 8u, 50.0f);
+    check_set_up();
+    CHECK(client_u32(FD_REG_STATUS_STORES) == 8u);
+    CHECK(fabsf(gain_banks_active()[1].proportional - 50.0f) < 1e-6f);
+    CHECK(memcmp(gain_banks_active()[0].load_table, gain_banks_off()->load_table, 96u) == 0);
+    CHECK(client_command(FD_OPCODE_STORE, FD_STORE_SIGNATURE) == FD_RESULT_DONE);
+    CHECK(client_u32(FD_REG_STATUS_STORES) == 8u && simulation.memory_writes == 0);
+    CHECK(stored(60.0f) == FD_RESULT_DONE && simulation.memory_writes == 1u);
+    simulation.memory[0][300] ^= 1u; /* cut in the middle of the write: the slot of map 3 is whole */
+    check_set_up();
+    CHECK(fabsf(gain_banks_active()[0].proportional - 50.0f) < 1e-6f);
+    simulation.memory[1][100] ^= 1u;
+    check_set_up();
+    CHECK(fabsf(gain_banks_active()[0].proportional - 30.0f) < 1e-6f);
+}
+
 static void time_to_confirm_is_shown_saturating(void)
 {
     simulation.settings.confirm_window_us = 1700000000u;
     check_set_up();
     CHECK(stored(40.0f) == FD_RESULT_DONE);
     CHECK(client_u16(FD_REG_STATUS_CONFIRM_REMAINING) == 0);
-    uint16_t words[BANK_WORDS] = {0};
-    for (unsigned n = 0; n < BANK_WORDS; n++) {
-        words[n] = client_u16((uint16_t)(FD_REG_ACTIVE_X_PROPORTIONAL + n));
-    }
+    uint16_t words[BANK_WORDS];
+    client_bank_words(gain_banks_active(), words);
     CHECK(client_command(FD_OPCODE_COMMIT, crc32_of_words(words, BANK_WORDS)) == FD_RESULT_DONE);
     CHECK(client_u16(FD_REG_STATUS_CONFIRM_REMAINING) == UINT16_MAX);
     for (unsigned s = 0; s < 1100u; s++) {
@@ -208,6 +236,7 @@ const struct check board_checks[] = {
     {"a_pressed_limit_switch_lets_an_axis_only_away",
      a_pressed_limit_switch_lets_an_axis_only_away},
     {"store_writes_only_what_changed_and_counts", store_writes_only_what_changed_and_counts},
+    {"gains_that_map_3_stored_stay_in_force", gains_that_map_3_stored_stay_in_force},
     {"time_to_confirm_is_shown_saturating", time_to_confirm_is_shown_saturating},
     {"of_frames_back_to_back_the_first_is_carried_out",
      of_frames_back_to_back_the_first_is_carried_out},

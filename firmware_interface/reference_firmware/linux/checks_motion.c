@@ -184,19 +184,20 @@ static void efforts_and_jumps_are_limits_of_a_trajectory(void)
     struct fd_gain_bank gains[FD_AXES] = {
         simulation.settings.axis[0].first_gains, simulation.settings.axis[1].first_gains,
     };
+    const struct law_memory memory[FD_AXES] = {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}};
     trajectory.kind = FD_TRAJECTORYKIND_STAIRCASE;
     trajectory.lead_in_samples = trajectory.capture_samples = 10u;
     for (unsigned axis = 0; axis < FD_AXES; axis++) {
         trajectory.axis[axis].stairs.levels = 1u;
         trajectory.axis[axis].stairs.acceleration_rad_s2 = 1.0f;
     }
-    trajectory_check_begin(&check, &trajectory, gains);
+    trajectory_check_begin(&check, &trajectory, gains, memory);
     CHECK(trajectory_check_go_on(&check, 100u) && check.samples_left == 0);
-    trajectory_check_begin(&check, &trajectory, gains);
-    check.last_position_rad[1] = 0.02f; /* a sample at the speed limit is 0.01 rad */
+    trajectory_check_begin(&check, &trajectory, gains, memory);
+    check.memory[1].reference_rad = 0.02f; /* a sample at the speed limit is 0.01 rad */
     CHECK(!trajectory_check_go_on(&check, 1u));
     gains[1].offset_feedforward = 12.1f;
-    trajectory_check_begin(&check, &trajectory, gains);
+    trajectory_check_begin(&check, &trajectory, gains, memory);
     CHECK(!trajectory_check_go_on(&check, 1u));
 }
 

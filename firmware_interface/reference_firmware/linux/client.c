@@ -170,3 +170,45 @@ uint32_t client_table_crc(const uint16_t table[TABLE_WORDS])
 {
     return crc32_of_words(table, TABLE_WORDS);
 }
+
+/* ---- gains */
+
+void client_bank_words(const struct fd_gain_bank gains[FD_AXES], uint16_t words[BANK_WORDS])
+{
+    const unsigned floats = sizeof gains[0] / sizeof(float), first = FIRST_BANK_WORDS / 2u / FD_AXES;
+    for (unsigned axis = 0; axis < FD_AXES; axis++) {
+        float row[sizeof(struct fd_gain_bank) / sizeof(float)];
+        memcpy(row, &gains[axis], sizeof row);
+        for (unsigned n = 0; n < floats; n++) {
+            const unsigned early = axis * first + n;
+            const unsigned late = FD_AXES * first + axis * (floats - first) + n - first;
+            client_put_f32(&words[2u * (n < first ? early : late)], row[n]);
+        }
+    }
+}
+
+struct client_piece client_staged_piece(unsigned n)
+{
+    struct client_piece piece = {FD_REG_SHADOW_X_PROPORTIONAL, 0, FIRST_BANK_WORDS};
+    if (n > 0) {
+        const unsigned later = (n - 1u) * STAGED_WORDS;
+        piece.address = (uint16_t)(FD_REG_SHADOW_X_FRICTION_TOP_SPEED + later);
+        piece.first = FIRST_BANK_WORDS + later;
+        piece.count = STAGED_WORDS;
+    }
+    return piece;
+}
+
+uint32_t client_stage(const struct fd_gain_bank gains[FD_AXES])
+{
+    uint16_t words[BANK_WORDS];
+    unsigned refusals = 0;
+    client_bank_words(gains, words);
+    for (unsigned n = 0; n < STAGED_WRITES; n++) {
+        const struct client_piece piece = client_staged_piece(n);
+        refusals += client_write(piece.address, &words[piece.first], piece.count);
+    }
+    const uint32_t crc = crc32_of_words(words, BANK_WORDS);
+    refusals += client_write_u32(FD_REG_SHADOW_CRC, crc);
+    return refusals == 0 ? crc : 0;
+}

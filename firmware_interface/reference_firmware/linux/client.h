@@ -8,6 +8,10 @@
 
 #include "../../registers.h"
 
+/* Of a gain bank, in the order of their addresses: of all axes those that map 3 had, then those of
+ * map 4. */
+#define BANK_WORDS (FD_AXES * sizeof(struct fd_gain_bank) / 2u)
+#define FIRST_BANK_WORDS (FD_AXES * offsetof(struct fd_gain_bank, friction_top_speed) / 2u)
 #define CLIENT_KEY 0x13579bdfu
 #define TABLE_ADDRESS FD_REG_TRAJECTORY_KIND
 #define TABLE_WORDS (FD_REG_TRAJECTORY_Z_ACCELERATION + 2u - FD_REG_TRAJECTORY_KIND)
@@ -38,6 +42,20 @@ void client_command_words(uint16_t words[COMMAND_WORDS], enum fd_opcode opcode, 
 
 /* Send a command; gives what became of it so far. */
 enum fd_result client_command(enum fd_opcode opcode, uint32_t argument);
+
+void client_bank_words(const struct fd_gain_bank gains[FD_AXES], uint16_t words[BANK_WORDS]);
+
+/* The writes that stage a bank, without its CRC: STAGED_WRITES of them, the nth here. */
+#define STAGED_WORDS 92u
+#define STAGED_WRITES ((BANK_WORDS - FIRST_BANK_WORDS) / STAGED_WORDS + 1u)
+struct client_piece {
+    uint16_t address;
+    unsigned first, count; /* of the bank's words */
+};
+struct client_piece client_staged_piece(unsigned n);
+
+/* Write the shadow bank; gives its CRC, or 0 where a write was refused. */
+uint32_t client_stage(const struct fd_gain_bank gains[FD_AXES]);
 
 /* A trajectory table as words from TABLE_ADDRESS on, all zero but for its lengths and kind. */
 void client_begin_table(uint16_t table[TABLE_WORDS], enum fd_trajectorykind kind,

@@ -65,8 +65,10 @@ static void check_setpoint(unsigned axis)
              "acceleration above its limit");
     }
     if (machine.state == FD_STATE_MOVING) {
-        hold(fabsf(controller_feedforward_nm(&gain_banks_active()[axis], setpoint))
-                 <= limit->effort_nm,
+        const struct fd_gain_bank *gains = &gain_banks_active()[axis];
+        const struct setpoint *other = &setpoints_current()[OTHER_AXIS(axis)];
+        const float effort = law_feedforward_nm(gains, setpoint, other, drive_memory(axis));
+        hold(fabsf(law_output_nm(gains, effort)) <= limit->effort_nm,
              "feed-forward above the effort limit");
     }
 }

@@ -13,8 +13,6 @@
 #include "fuzz_values.h"
 #include "simulation.h"
 
-#define BANK_WORDS (FD_REG_SHADOW_CRC - FD_REG_SHADOW_X_PROPORTIONAL)
-
 static unsigned long sent;
 static uint32_t table_crc; /* of the trajectory written last */
 static uint32_t bank_crc; /* of the gains staged last */
@@ -158,18 +156,19 @@ static void write_table(void)
 static void stage_and_commit(void)
 {
     struct fd_gain_bank gains[FD_AXES];
-    uint16_t words[BANK_WORDS + 2u];
+    uint16_t words[BANK_WORDS], crc[2];
     memcpy(gains, gain_banks_active(), sizeof gains);
-    float numbers[BANK_WORDS / 2u];
-    memcpy(numbers, gains, sizeof numbers);
-    fuzz_gains(numbers, BANK_WORDS / 2u);
-    for (unsigned n = 0; n < BANK_WORDS / 2u; n++) {
-        client_put_f32(&words[2u * n], numbers[n]);
+    for (unsigned axis = 0; axis < FD_AXES; axis++) {
+        fuzz_gains(&gains[axis], &simulation.settings.axis[axis].gain_maximum);
     }
+    client_bank_words(gains, words);
     bank_crc = crc32_of_words(words, BANK_WORDS);
-    client_put_u32(&words[BANK_WORDS], bank_crc);
-    write_words(FD_REG_SHADOW_X_PROPORTIONAL, words, BANK_WORDS / 2u);
-    write_words(FD_REG_SHADOW_Z_PROPORTIONAL, &words[BANK_WORDS / 2u], BANK_WORDS / 2u + 2u);
+    client_put_u32(crc, bank_crc);
+    for (unsigned n = 0; n < STAGED_WRITES; n++) {
+        const struct client_piece piece = client_staged_piece(n);
+        write_words(piece.address, &words[piece.first], piece.count);
+    }
+    write_words(FD_REG_SHADOW_CRC, crc, 2u);
     command(FD_OPCODE_COMMIT, bank_crc);
     if (!fuzz_rarely(3)) {
         command(fuzz_rarely(3) ? FD_OPCODE_ROLL_BACK : FD_OPCODE_CONFIRM, 0);

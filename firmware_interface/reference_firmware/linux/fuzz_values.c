@@ -5,6 +5,8 @@
 
 #include "../settings.h"
 
+#define BANK_FLOATS (sizeof(struct fd_gain_bank) / sizeof(float))
+
 static uint64_t state;
 
 void fuzz_seed(uint64_t seed)
@@ -118,13 +120,18 @@ void fuzz_table(uint16_t table[TABLE_WORDS])
     }
 }
 
-void fuzz_gains(float numbers[], unsigned count)
+void fuzz_gains(struct fd_gain_bank *gains, const struct fd_gain_bank *maxima)
 {
-    const uint32_t times = fuzz_rarely(3) ? 10u : 1000000u;
-    for (unsigned n = 0; n < count; n++) {
-        numbers[n] = spoilt(numbers[n] * fuzz_between(0.5f, 1.5f), times);
-        if (fuzz_rarely(6)) {
-            numbers[n] = fuzz_between(0.0f, 3.0f);
+    float numbers[BANK_FLOATS], largest[BANK_FLOATS];
+    const uint32_t times = fuzz_rarely(3) ? 100u : 1000000u;
+    memcpy(numbers, gains, sizeof numbers);
+    memcpy(largest, maxima, sizeof largest);
+    for (unsigned n = 0; n < BANK_FLOATS; n++) {
+        numbers[n] = spoilt(numbers[n] * fuzz_between(0.9f, 1.1f), times);
+        if (fuzz_rarely(12)) { /* seldom beyond what the board allows, and as often off again */
+            numbers[n] = fuzz_rarely(2) ? fuzz_between(0.0f, 0.3f) * largest[n]
+                                        : fuzz_between(0.0f, 0.002f) * largest[n];
         }
     }
+    memcpy(gains, numbers, sizeof numbers);
 }

@@ -25,7 +25,7 @@ float fuzz_hostile(void);
 /* A motion that a host might ask for, with a hostile number here and there. */
 void fuzz_table(uint16_t table[TABLE_WORDS]);
 
-/* Gains that a host might stage, the same. */
-void fuzz_gains(float numbers[], unsigned count);
+/* Change the gains of an axis to others that a host might stage, the same. */
+void fuzz_gains(struct fd_gain_bank *gains, const struct fd_gain_bank *maxima);
 
 #endif

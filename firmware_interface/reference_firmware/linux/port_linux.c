@@ -19,7 +19,7 @@
 #include "default_settings.h"
 #include "linux_drive.h"
 
-#define SLOT_BYTES 512
+#define SLOT_BYTES 1024
 #define LARGEST_BACKLOG 100.0 /* samples: where the host is busy, board time falls behind */
 #define NAP_NS 500000
 #define SAMPLE_S (SAMPLE_PERIOD_NS * 1e-9)

@@ -12,7 +12,7 @@
 
 #define LINE_GAP_US 1750u
 #define SAMPLE_US (SAMPLE_PERIOD_NS / 1000u)
-#define MEMORY_BYTES 512u
+#define MEMORY_BYTES 1024u
 
 struct simulation {
     struct board_settings settings;

@@ -11,6 +11,7 @@ from edge_ident.experiment.loops import Loops
 from edge_ident.experiment.plan import plan_motion
 from edge_ident.experiment.shapes import SineShape, StairShape, scaled
 from firmware_interface.gains import AxisGains
+from firmware_interface.law_memory import NOTHING
 from firmware_interface.motion import Multisine, SineComponent, Trajectory
 from firmware_interface.virtual.settings import CONSERVATIVE_GAINS, DEFAULT_LIMITS
 from firmware_interface.virtual.trajectory_check import TrajectoryCheck
@@ -93,7 +94,8 @@ def test_a_board_arms_the_motion() -> None:
         {"x": motion, "z": motion}, plan.trajectory.duration_s, plan.trajectory.lead_in_s
     )
     limits = dict.fromkeys(("x", "z"), DEFAULT_LIMITS)
-    check = TrajectoryCheck(both, [0.0, 0.0], limits, dict.fromkeys(limits, CONSERVATIVE_GAINS))
+    gains = dict.fromkeys(limits, CONSERVATIVE_GAINS)
+    check = TrajectoryCheck(both, [0.0, 0.0], limits, gains, [NOTHING, NOTHING])
     while check.remaining:
         check.go_on()
     assert check.passed

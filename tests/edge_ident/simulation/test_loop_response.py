@@ -24,10 +24,26 @@ BASE = np.array([0.43, 0.9, 1.4, 0.03])
 AXIS = base_axis(Estimate(BASE, 0.01 * BASE))
 
 
+DESIGNED = design(AXIS, HARDWARE).gains
+WHOLE_LAW = replace(
+    DESIGNED,
+    load_table=tuple(0.3 * np.sin(np.arange(24.0))),
+    table_start_rad=-6.0,
+    table_step_rad=0.5,
+    friction_forward=(0.2,) * 12,
+    presliding_feedforward=0.3,
+    presliding_distance_rad=0.02,
+    backlash_offset_rad=0.003,
+    backlash_distance_rad=0.01,
+    deadband_inverse=0.2,
+    deadband_smoothing=0.1,
+)
+
+
 @pytest.mark.parametrize(
     "gains",
-    [CONSERVATIVE_GAINS, replace(CONSERVATIVE_GAINS, integral=40.0), design(AXIS, HARDWARE).gains],
-    ids=["soft", "integral", "designed"],
+    [CONSERVATIVE_GAINS, replace(CONSERVATIVE_GAINS, integral=40.0), DESIGNED, WHOLE_LAW],
+    ids=["soft", "integral", "designed", "whole law"],
 )
 def test_an_axis_with_dry_friction_that_turns_and_sticks(gains: AxisGains) -> None:
     """4 s of the multisine, its way in included; with soft gains the axis sticks at reversals."""
