@@ -18,6 +18,8 @@ from edge_ident.commissioning.promise import (
     Promise,
     Promised,
 )
+from edge_ident.commissioning.promise import promised as forecast
+from edge_ident.commissioning.recorded_motion import Moved
 from edge_ident.commissioning.run import Outcome, Plan, commission
 from edge_ident.commissioning.second_motion import (
     NamedMotion,
@@ -27,11 +29,16 @@ from edge_ident.commissioning.second_motion import (
     within_limits,
 )
 from edge_ident.control.gain_design import GainDesign
+from edge_ident.control.position_loop import LoopHardware
 from edge_ident.drive.description import Drive, load_drive
 from edge_ident.drive.motions import named_trajectory
 from edge_ident.errors import BoardError
 from edge_ident.model.model import Estimate, Model, base_axis
 from edge_ident.report.promise_report import promise_document, promise_view
+from edge_ident.signals.filters import differentiate
+from edge_ident.signals.recording import AxisRecord, Recording
+from edge_ident.simulation.loop_response import Loads, tracking_errors
+from edge_ident.simulation.loop_response import Path as MotionPath
 from firmware_interface.board import Board
 from firmware_interface.errors import LinkError
 from firmware_interface.gains import AxisGains
@@ -43,6 +50,7 @@ from firmware_interface.virtual.clock import RequestClock
 from firmware_interface.virtual.settings import CONSERVATIVE_GAINS, BoardSettings
 
 COUNT_RAD = 2 * np.pi / 8400
+HARDWARE = LoopHardware(0.0025, 0.0005, COUNT_RAD, 12.0)
 
 
 class Silent:
@@ -278,3 +286,48 @@ def test_a_host_or_power_lost_between_the_motions_leaves_the_old_gains(
         clock.let_pass(virtual.machine, round(25.0 / 0.0025))
     assert_old_gains(virtual)
     assert virtual.machine.state in (State.INIT, State.IDLE, State.FAULT)
+
+
+# ---- a drive that is linear, and known to a few per cent
+
+
+def recorded_by(base: np.ndarray, gains: AxisGains, path: MotionPath, seed: int) -> Recording:
+    """What a board records of a linear axis with these parameters."""
+    error = errors_of(base, gains, path, seed)
+    position, period_s = path.way.position_rad - error, path.period_s
+    _, velocity, acceleration = differentiate(position, 15.0, period_s)
+    effort = base[0] * acceleration + base[1] * velocity + base[3]
+    counts = [COUNT_RAD * np.round(of / COUNT_RAD) for of in (position, path.way.position_rad)]
+    axis = AxisRecord(counts[0], effort, "rad", "N*m", counts[1])
+    return Recording(period_s * np.arange(len(effort)), {"x": axis}, "made up")
+
+
+def errors_of(base: np.ndarray, gains: AxisGains, path: MotionPath, seed: int) -> np.ndarray:
+    noise = COUNT_RAD * np.random.default_rng(seed).uniform(
+        -0.5, 0.5, (1, len(path.way.position_rad))
+    )
+    nothing = np.zeros_like(noise)
+    return tracking_errors(
+        path, Loads(base[None], nothing, np.array([1e-6]), noise), gains, HARDWARE
+    )[0]
+
+
+def test_the_interval_holds_the_truth_of_a_linear_drive_in_nine_of_ten_cases() -> None:
+    """Parameters scatter as their deviations say; the feed-forward has their estimate."""
+    estimate, std = np.array([0.43, 0.9, 1e-6, 0.03]), np.array([0.02, 0.03, 0.0, 0.005])
+    trajectory = replace(named_trajectory(load_drive(), "multisine", 1), duration_s=4.0)
+    time_s = HARDWARE.sample_period_s * np.arange(1600)
+    path = MotionPath(reference(trajectory.axes["x"], time_s, 5.0, 0.0), HARDWARE.sample_period_s)
+    axis = base_axis(Estimate(estimate, std))
+    soft = {"x": replace(CONSERVATIVE_GAINS, inertia_feedforward=0.3)}
+    wanted = {"x": replace(CONSERVATIVE_GAINS, proportional=100.0, derivative=9.0)}
+    rng, held = np.random.default_rng(3), []
+    for seed in range(60):
+        truth = estimate + std * rng.normal(size=4)
+        recording = recorded_by(truth, soft["x"], path, seed)
+        moved = Moved(recording, {"x": path.way})
+        grounds = Grounds(Model({"x": axis}), {}, {})
+        found = forecast(moved, grounds, {"x": HARDWARE}, soft, wanted)["x"]
+        error = errors_of(truth, wanted["x"], path, seed + 1000)
+        held.append(found.after.rms.holds(Errors.of(error).rms_rad))
+    assert 0.8 < np.mean(held) < 1.0
