@@ -1,4 +1,4 @@
-"""From gains in force to others: checked, committed, verified by a motion, kept or taken back.
+"""From gains in force to others: checked, forecast, committed, verified by motions, kept or not.
 
 `run` and `gains commit` go the same way: a motion with the gains in force, then `put_in_force`.
 
@@ -11,89 +11,27 @@ from nothing. Either way a motion decides, and the board rolls back by itself.
 """
 
 import logging
-from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 
-from edge_ident.commissioning.capture import Capture, capture_motion, check_drive
+from edge_ident.commissioning.capture import capture_motion, check_drive
 from edge_ident.commissioning.gain_files import GainFile
+from edge_ident.commissioning.gain_outcome import GainChange
 from edge_ident.commissioning.gain_transfer import check_factor, check_gains, write_gains
-from edge_ident.commissioning.motor_way import of_motor
+from edge_ident.commissioning.gain_trial import MotionBefore, Trial
 from edge_ident.commissioning.observer import Observer
 from edge_ident.commissioning.safety import ready_to_move
-from edge_ident.commissioning.verification import (
-    Verification,
-    compare_motions,
-    nothing_to_gain,
-    verification_motion,
-)
+from edge_ident.commissioning.second_motion import NamedMotion
+from edge_ident.commissioning.verification import verification_motion
 from edge_ident.drive.description import Drive
-from edge_ident.drive.motions import named_trajectory
+from edge_ident.drive.motions import MotionName, named_trajectory
 from edge_ident.errors import BoardError, DataError
+from edge_ident.identification.identify import identify
+from edge_ident.model.model import Model
 from edge_ident.support.stopwatch import Stopwatch
 from firmware_interface.board import Board
 from firmware_interface.gains import AxisGains, Bank
-from firmware_interface.motion import Trajectory
 
 log = logging.getLogger(__name__)
-
-
-@dataclass(frozen=True)
-class GainChange:
-    """What a commit did.
-
-    Attributes
-    ----------
-    confirmed : bool
-        Whether the new gains are in force to stay.
-    unchanged : bool
-        There was nothing to gain, and nothing was written.
-    verification : Verification or None
-        Tracking with old and new gains; None where the drive did not move with both.
-    tracking_after_rad : mapping of axis name to float, or None
-        Rms with the new gains.
-    """
-
-    confirmed: bool
-    unchanged: bool = False
-    verification: Verification | None = None
-    tracking_after_rad: Mapping[str, float] | None = None
-
-    @property
-    def conclusion(self) -> str:
-        """One sentence."""
-        if self.unchanged:
-            return "already tuned, nothing changed: new gains would not reduce the tracking error"
-        if self.verification is None:
-            return "gains restored and confirmed"
-        ratios = ", ".join(
-            f"{axis} {tracking.ratio:.1f} times"
-            for axis, tracking in self.verification.axes.items()
-        )
-        if not self.confirmed:
-            return f"new gains increased the tracking error and were rolled back (ratio: {ratios})"
-        if self.verification.verdict == "equal":
-            return "new gains confirmed; the tracking error is unchanged within its repeatability"
-        return f"new gains confirmed; the tracking error fell: {ratios}"
-
-
-@dataclass(frozen=True)
-class MotionBefore:
-    """A motion with the gains in force, to which the new ones must measure up.
-
-    Attributes
-    ----------
-    capture : Capture
-        Whole cycles of it.
-    trajectory : Trajectory
-        As it was followed.
-    one_cycle : Trajectory
-        What new gains are verified with.
-    """
-
-    capture: Capture
-    trajectory: Trajectory
-    one_cycle: Trajectory
 
 
 def put_in_force(
@@ -104,9 +42,10 @@ def put_in_force(
     file: Path | None = None,
     watch: Stopwatch | None = None,
 ) -> GainChange:
-    """Stage, commit, move with the new gains, and confirm them if no axis follows worse.
+    """Forecast, stage, commit, move with the new gains, and confirm them if they keep the promise.
 
-    Nothing is written where there is nothing to gain. The rules are in
+    Nothing is written where the forecast is not worth it, or where the board's window to confirm
+    is too short for the motions. The rules are in `edge_ident.commissioning.promise` and
     `edge_ident.commissioning.verification`.
 
     Parameters
@@ -118,23 +57,23 @@ def put_in_force(
     before : MotionBefore
     observer : Observer
     file : Path, optional
-        For the recording of the verification motion.
+        For the recording of the verification motion; those of the second motion go beside it.
     watch : Stopwatch, optional
-        Notes how long writing and verifying take.
+        Notes how long the forecast, writing and verifying take.
+
+    Raises
+    ------
+    BoardError
+        The window is too short, or a motion did not get to its end.
     """
-    watch = watch or Stopwatch()
-    count_rad, active = board.identity.encoder_resolution_rad, board.active_gains()
-    recording = before.capture.recording
-    if nothing_to_gain(wanted, active, recording, before.trajectory, count_rad):
-        log.info("no improvement is possible: nothing is written")
-        return GainChange(confirmed=False, unchanged=True)
-    after = _in_force(board, wanted, before.one_cycle, observer, file, watch)
-    verification = compare_motions(
-        of_motor(recording, active), of_motor(after.recording, wanted), count_rad
-    )
-    keep = verification.verdict != "worse"
-    _confirm_or_roll_back(board, keep=keep)
-    return GainChange(keep, False, verification, after.tracking_rms_rad)
+    trial = Trial(board, wanted, before, observer, file, watch or Stopwatch())
+    if not trial.worth_a_write():
+        log.info("not worth a write: nothing is written")
+        return GainChange(confirmed=False, unchanged=True, promise=trial.promise)
+    trial.write()
+    change = trial.verify()
+    _confirm_or_roll_back(board, keep=change.confirmed)
+    return change
 
 
 def wanted_gains(active: Bank, file: GainFile) -> dict[str, AxisGains]:
@@ -186,15 +125,29 @@ def staged_whole(board: Board) -> dict[str, AxisGains]:
     return board.staged_gains()
 
 
-def commit_staged(board: Board, drive: Drive, staged: Bank, observer: Observer) -> GainChange:
-    """Move with the old gains, then with the new ones; keep these if no axis follows worse."""
+def commit_staged(
+    board: Board, drive: Drive, staged: Bank, observer: Observer, model: Model | None = None
+) -> GainChange:
+    """Move with the old gains, forecast, then move with the new ones; keep them as a run does.
+
+    Parameters
+    ----------
+    board : Board
+    drive : Drive
+    staged : mapping of axis name to AxisGains
+    observer : Observer
+    model : Model, optional
+        Effects that are known of the drive.
+    """
     check_drive(board, drive)
-    trajectory = named_trajectory(drive, "sinusoid", 1)
+    name: MotionName = "sinusoid"
     with ready_to_move(board, observer.say):
         observer.stage("motion, old gains")
+        trajectory = named_trajectory(drive, name, 1)
         capture = capture_motion(board, trajectory, observer.samples, say=observer.say)
         board.finish()
-        before = MotionBefore(capture, trajectory, trajectory)
+        found = identify(capture.recording, None, model=model, diagnose=False)
+        before = MotionBefore.of(drive, name, capture, found)
         return put_in_force(board, staged, before, observer)
 
 
@@ -204,9 +157,11 @@ def restore_gains(board: Board, drive: Drive, wanted: Bank, observer: Observer) 
     It does not move with the present gains, which may be the reason for the restoration.
     """
     check_drive(board, drive)
-    trajectory = named_trajectory(drive, "sinusoid", 1)
+    motion = NamedMotion("sinusoid", named_trajectory(drive, "sinusoid", 1))
     with ready_to_move(board, observer.say):
-        after = _in_force(board, wanted, trajectory, observer, None, Stopwatch())
+        write_gains(board, wanted)
+        observer.stage("verification motion")
+        after = verification_motion(board, motion, observer)
         _confirm_or_roll_back(board, keep=True)
     return GainChange(confirmed=True, tracking_after_rad=after.tracking_rms_rad)
 
@@ -240,21 +195,6 @@ def check_owner(board: Board, file: GainFile) -> None:
             f"the backup is of board {owner}, this is board {serial}",
             "connect the right board; to copy gains to another board, use edge-ident gains stage",
         )
-
-
-def _in_force(
-    board: Board,
-    wanted: Bank,
-    trajectory: Trajectory,
-    observer: Observer,
-    file: Path | None,
-    watch: Stopwatch,
-) -> Capture:
-    with watch.stage("last_sample_to_verified"):
-        write_gains(board, wanted)
-    observer.stage("verification motion")
-    with watch.stage("verification"):
-        return verification_motion(board, trajectory, observer, file)
 
 
 def _confirm_or_roll_back(board: Board, *, keep: bool) -> None:

@@ -1,25 +1,22 @@
 """What gains promise before they are in force: margins, and tracking on a recorded motion."""
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
-import numpy as np
-from numpy.typing import NDArray
-
+from edge_ident.commissioning.drawn_loads import Grounds
+from edge_ident.commissioning.promise import Expected
+from edge_ident.commissioning.recorded_motion import Moved
+from edge_ident.commissioning.tracking_forecast import drawn_errors
 from edge_ident.control.gain_design import worst_margins
 from edge_ident.control.position_loop import LoopHardware
 from edge_ident.errors import DataError, GainError, ModelError
 from edge_ident.identification.identify import identify
+from edge_ident.identification.result import Identification
 from edge_ident.model.model import Model
 from edge_ident.signals.recording import Recording
-from edge_ident.simulation.loop import Sampling, simulate
-from edge_ident.simulation.machine import Machine
-from edge_ident.simulation.references import References, recorded_references
 from firmware_interface.board import AxisLimits, BoardIdentity
 from firmware_interface.gains import Bank
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -30,14 +27,14 @@ class Forecast:
     ----------
     phase_margin_rad, gain_margin : float
         Smallest over the interval of the inertia; no phase margin stands for an unstable loop.
-    tracking_rms_rad : float or None
-        Simulated, once the lead-in is over; infinite where the simulated drive runs away, None
-        where no motion is known.
+    tracking_rms, tracking_peak : Expected or None
+        On the recorded motion; infinite for an unstable loop, None where no motion is known.
     """
 
     phase_margin_rad: float
     gain_margin: float
-    tracking_rms_rad: float | None = None
+    tracking_rms: Expected | None = None
+    tracking_peak: Expected | None = None
 
     @property
     def stable(self) -> bool:
@@ -81,58 +78,40 @@ class Forecaster:
         model: Model | None,
         recording: Recording | None,
     ) -> None:
+        grounds = None if model is None else Grounds(model, {}, {})
         if recording is not None:
-            model = _identified(recording, model)
-        if model is None:
+            grounds = Grounds.of(_identified(recording, model))
+        if grounds is None:
             raise ValueError("a model or a recording is needed")
-        self._model = _checked(model, tuple(limits))
-        self._references = _references(recording, self._model, identity)
-        self._identity = identity
+        self._grounds = replace(grounds, model=_checked(grounds.model, tuple(limits)))
+        self._moved = None if recording is None else _moved(recording, tuple(limits), identity)
         self._hardware = {
             axis: LoopHardware.of_board(identity, of_axis) for axis, of_axis in limits.items()
         }
 
-    def forecast(self, banks: Sequence[Bank], on_progress: Callable[[int, int], None]) -> Forecasts:
+    def forecast(self, banks: Sequence[Bank]) -> Forecasts:
         """Of every bank, by axis."""
-        tracking = None
-        if self._references is not None:
-            tracking = self._tracking_rms(self._references, banks, on_progress)
+        margins = [
+            {
+                axis: Forecast(*worst_margins(bank[axis], self._grounds.model.axes[axis], hardware))
+                for axis, hardware in self._hardware.items()
+            }
+            for bank in banks
+        ]
+        if self._moved is None:
+            return tuple(margins)
+        errors = drawn_errors(self._moved, self._grounds, self._hardware, banks)
         return tuple(
             {
-                axis: Forecast(
-                    *worst_margins(bank[axis], self._model.axes[axis], hardware),
-                    None if tracking is None else float(tracking[i, n]),
+                axis: replace(
+                    of_axis,
+                    tracking_rms=Expected.of(drawn[axis].rms_rad),
+                    tracking_peak=Expected.of(drawn[axis].peak_rad),
                 )
-                for i, (axis, hardware) in enumerate(self._hardware.items())
+                for axis, of_axis in of_bank.items()
             }
-            for n, bank in enumerate(banks)
+            for of_bank, drawn in zip(margins, errors, strict=True)
         )
-
-    def _tracking_rms(
-        self,
-        references: References,
-        banks: Sequence[Bank],
-        on_progress: Callable[[int, int], None],
-    ) -> Array:
-        """Simulate the drive once per bank, all side by side: (axes, banks)."""
-        axes, identity = self._model.axes, self._identity
-        plant = Machine(
-            axes,
-            np.repeat(references.position[:, :1], len(banks), axis=1),
-            np.max(np.abs(references.velocity), axis=1),
-            identity.sample_period_s,
-            identity.control_delay_s,
-        )
-        sampling = Sampling(
-            np.full(len(axes), identity.encoder_resolution_rad),
-            np.full(len(axes), identity.effort_per_count_nm),
-        )
-        gains = {axis: [bank[axis] for bank in banks] for axis in axes}
-        with np.errstate(all="ignore"):  # an unstable loop ends in infinity, and that is the answer
-            found = simulate(plant, references, gains, sampling, on_progress=on_progress)
-            error = references.recorded[:, None] - found.true_position
-            rms: Array = np.sqrt(np.mean(error**2, axis=-1))
-        return np.where(np.isfinite(rms), rms, np.inf)
 
 
 def check_stable(forecast: Mapping[str, Forecast]) -> None:
@@ -151,14 +130,14 @@ def check_stable(forecast: Mapping[str, Forecast]) -> None:
             )
 
 
-def _identified(recording: Recording, known: Model | None) -> Model:
+def _identified(recording: Recording, known: Model | None) -> Identification:
     found = identify(recording, None, model=known)
     if not found.trusted:
         raise GainError(
             f"{recording.source}: the drive cannot be identified from it",
             "run edge-ident identify on it to see why, or give a --model instead",
         )
-    return Model({name: axis.model for name, axis in found.axes.items()})
+    return found
 
 
 def _checked(model: Model, axes: tuple[str, ...]) -> Model:
@@ -178,18 +157,12 @@ def _checked(model: Model, axes: tuple[str, ...]) -> Model:
     return Model({name: model.axes[name] for name in axes})
 
 
-def _references(
-    recording: Recording | None, model: Model, identity: BoardIdentity
-) -> References | None:
-    if recording is None:
-        return None
-    references = recorded_references(
-        recording, {name: axis.position_unit for name, axis in model.axes.items()}
-    )
-    if not math.isclose(references.period_s, identity.sample_period_s, rel_tol=1e-3):
+def _moved(recording: Recording, axes: tuple[str, ...], identity: BoardIdentity) -> Moved:
+    moved = Moved.of(recording, axes)
+    if not math.isclose(moved.period_s, identity.sample_period_s, rel_tol=1e-3):
         raise DataError(
-            f"{recording.source}: sampled every {references.period_s:g} s, the board's loop runs "
+            f"{recording.source}: sampled every {moved.period_s:g} s, the board's loop runs "
             f"every {identity.sample_period_s:g} s",
             "give a recording made on this board with edge-ident capture",
         )
-    return references
+    return moved

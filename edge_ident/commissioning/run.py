@@ -8,13 +8,10 @@ from pathlib import Path
 from typing import Final
 
 from edge_ident.commissioning.capture import Capture, check_drive
-from edge_ident.commissioning.gain_change import (
-    GainChange,
-    MotionBefore,
-    check_change,
-    put_in_force,
-)
+from edge_ident.commissioning.gain_change import check_change, put_in_force
 from edge_ident.commissioning.gain_files import save_backup
+from edge_ident.commissioning.gain_outcome import GainChange
+from edge_ident.commissioning.gain_trial import MotionBefore
 from edge_ident.commissioning.identification_motions import (
     CAPTURE_FILE,
     IdentificationMotion,
@@ -177,7 +174,7 @@ def commission(
         capture, found = first.capture, separation.found
         with watch.stage("last_sample_to_verified"):
             designs = board_designs(board, found, plan.bandwidth_rad_s) if found.trusted else {}
-        before = MotionBefore(capture, trajectory, named_trajectory(drive, plan.motion, 1))
+        before = MotionBefore.of(drive, plan.motion, capture, found)
         change = _change(board, designs, gains_before, before, plan, folder, observer, watch)
         stored = plan.store and change is not None and (change.confirmed or change.unchanged)
         if stored:

@@ -1,6 +1,6 @@
-"""The motion that decides whether new gains stay, and how it decides.
+"""The motions that decide whether new gains stay, and how they decide.
 
-One motion is done with the old gains and once more with the new ones. The squared tracking errors
+Each motion is done with the old gains and once more with the new ones. The squared tracking errors
 of both are averaged over short segments of the cycle (over all cycles, where there are several)
 and compared segment by segment. How well the motion repeats is taken from how the difference
 scatters from one segment to the next: what the gains do changes slowly along the cycle, chance
@@ -14,9 +14,7 @@ does not. Gains are
 than a fiftieth of the error before, and more than a tenth of an encoder count, below which an
 encoder shows nothing.
 
-Whether there is anything to gain is asked beforehand by the same yardstick: with feedback within a
-tenth of the one in force, and a change of feed-forward that moves the tracking error by less than
-the motion repeats, nothing is written at all.
+Whether there is anything to gain is asked beforehand, of a forecast (`promise`).
 """
 
 from collections.abc import Mapping
@@ -29,24 +27,17 @@ from numpy.typing import NDArray
 
 from edge_ident.commissioning.capture import Capture, capture_motion
 from edge_ident.commissioning.observer import Observer
+from edge_ident.commissioning.promise import COUNTS, SHARE
+from edge_ident.commissioning.second_motion import NamedMotion
 from edge_ident.errors import BoardError
-from edge_ident.signals.metrics import rms
 from edge_ident.signals.recording import AxisRecord, Recording
 from firmware_interface.board import Board
-from firmware_interface.control_law import feedforward_nm
-from firmware_interface.gains import FEEDBACK, AxisGains, Bank
-from firmware_interface.motion import Reference, Trajectory, reference
 
 Array = NDArray[np.float64]
 Verdict = Literal["better", "equal", "worse"]
 
-_STOPPING_S: Final = 2.0
-"""Allowance for coming to rest and for the commands around a motion."""
 _SEGMENTS: Final = 64
 _STANDARD_ERRORS: Final = 2.0
-_SHARE: Final = 0.02
-_COUNTS: Final = 0.1
-_SAME_FEEDBACK: Final = 0.1
 
 
 @dataclass(frozen=True)
@@ -117,33 +108,9 @@ def compare_motions(before: Recording, after: Recording, count_rad: float) -> Ve
     return Verification(found)
 
 
-def nothing_to_gain(
-    wanted: Bank, active: Bank, recording: Recording, trajectory: Trajectory, count_rad: float
-) -> bool:
-    """Whether gains are so like those in force that the motion would not tell them apart.
-
-    Parameters
-    ----------
-    wanted, active : mapping of axis name to AxisGains
-    recording : Recording
-        Of the motion with the active gains.
-    trajectory : Trajectory
-        That was followed.
-    """
-    for axis, motion in trajectory.axes.items():
-        error = _error(recording.axes[axis])
-        rest = float(recording.axes[axis].position[0])
-        way = reference(motion, recording.time_s, trajectory.lead_in_s, rest)
-        change = _predicted_change_rad(wanted[axis], active[axis], error, way)
-        same = _like(wanted[axis], active[axis])
-        if not (same and change <= _resolved_rad(rms(error), count_rad)):
-            return False
-    return True
-
-
 def verification_motion(
     board: Board,
-    trajectory: Trajectory,
+    motion: NamedMotion,
     observer: Observer,
     file: Path | None = None,
 ) -> Capture:
@@ -154,39 +121,21 @@ def verification_motion(
     BoardError
         The motion takes longer than the board waits.
     """
-    needed_s = trajectory.lead_in_s + trajectory.duration_s + _STOPPING_S
     window_s = board.status().confirm_remaining_s
-    if needed_s > window_s:
+    if motion.needed_s > window_s:
         raise BoardError(
-            f"the verification motion takes {needed_s:.0f} s, but the board waits {window_s:.0f} s "
-            "for the new gains to be confirmed",
+            f"the verification motion takes {motion.needed_s:.0f} s, but the board waits "
+            f"{window_s:.0f} s for the new gains to be confirmed",
             "describe a shorter motion in the drive description",
         )
-    capture = capture_motion(board, trajectory, observer.samples, file, observer.say)
+    capture = capture_motion(board, motion.trajectory, observer.samples, file, observer.say)
     board.finish()
     return capture
 
 
-def _like(wanted: AxisGains, active: AxisGains) -> bool:
-    new, old = wanted.numbers(), active.numbers()
-    return all(abs(new[name] - old[name]) <= _SAME_FEEDBACK * abs(old[name]) for name in FEEDBACK)
-
-
-def _predicted_change_rad(
-    wanted: AxisGains, active: AxisGains, error: Array, way: Reference
-) -> float:
-    """By how much the rms error would change, as far as a slow motion tells.
-
-    What feedback contributes now it must contribute afterwards, less the change of feed-forward.
-    """
-    change = feedforward_nm(wanted, way, np) - feedforward_nm(active, way, np)
-    then = (active.proportional * error - change) / max(wanted.proportional, 1e-12)
-    return abs(rms(then) - rms(error))
-
-
 def _resolved_rad(rms_rad: float, count_rad: float) -> float:
     """Smallest difference that means anything."""
-    return max(_SHARE * rms_rad, _COUNTS * count_rad)
+    return max(SHARE * rms_rad, COUNTS * count_rad)
 
 
 def _mean_squares(record: AxisRecord, cycles: int) -> Array:

@@ -153,13 +153,13 @@ def open_loop(gains: AxisGains, plant: Plant, hardware: LoopHardware) -> tuple[A
     hold = (1.0 - np.exp(-s * period)) / (s * period)
     delay = np.exp(-s * hardware.control_delay_s)
     axis = np.sum(hold * delay * plant.response(s), axis=0)
-    return omega, _controller(gains, omega, period) * axis
+    return omega, law_response(gains, omega, period) * axis
 
 
 def quantization_effort_nm(gains: AxisGains, hardware: LoopHardware) -> float:
     """Rms effort from white quantization noise of one twelfth of a count squared."""
     omega = np.linspace(1e-3, np.pi, _FREQUENCIES) / hardware.sample_period_s
-    response = np.abs(_controller(gains, omega, hardware.sample_period_s))
+    response = np.abs(law_response(gains, omega, hardware.sample_period_s))
     noise = hardware.encoder_resolution_rad / math.sqrt(12.0)
     return float(noise * np.sqrt(np.mean(response**2)))
 
@@ -178,7 +178,7 @@ def _frequencies(plant: Plant, nyquist_rad_s: float) -> Array:
     return grid[(grid >= _LOWEST_RAD_S) & (grid <= _HIGHEST * nyquist_rad_s)]
 
 
-def _controller(gains: AxisGains, omega: Array, period: float) -> Complex:
+def law_response(gains: AxisGains, omega: Array, period: float) -> Complex:
     """Frequency response of the board's law from position error to effort."""
     back = np.exp(-1j * omega * period)
     smoothing = period / (gains.velocity_filter_s + period)

@@ -10,9 +10,11 @@ import numpy as np
 from rich.console import Group, RenderableType
 from rich.text import Text
 
-from edge_ident.commissioning.gain_change import GainChange
 from edge_ident.commissioning.gain_forecast import Forecast, Forecasts
+from edge_ident.commissioning.gain_outcome import GainChange
 from edge_ident.commissioning.gain_transfer import change_factor
+from edge_ident.commissioning.promise import Expected
+from edge_ident.report.promise_report import promise_document, promise_view
 from edge_ident.support.json_text import finite
 from edge_ident.support.tables import FittingTable
 from firmware_interface.gains import Bank, numbers_in_use
@@ -59,6 +61,8 @@ def gain_report_document(report: GainReport) -> dict[str, Any]:
         "unconfirmed_s": report.unconfirmed_s,
         "confirmed": None if change is None else change.confirmed,
         "unchanged": None if change is None else change.unchanged,
+        "promise": None if change is None else promise_document(change.promise),
+        "contradicted": {} if change is None else dict(change.contradicted),
         "backup": None if report.backup is None else str(report.backup),
     }
 
@@ -85,13 +89,20 @@ def _measured(change: GainChange | None, axis: str) -> tuple[float | None, float
 
 
 def _forecast(forecast: Forecast) -> dict[str, Any]:
-    tracking = forecast.tracking_rms_rad
+    rms, peak = forecast.tracking_rms, forecast.tracking_peak
     return {
         "stable": forecast.stable,
         "phase_margin_deg": forecast.phase_margin_deg,
         "gain_margin": finite(forecast.gain_margin),
-        "tracking_rms_rad": None if tracking is None else finite(tracking),
+        "tracking_rms_rad": None if rms is None else finite(rms.middle_rad),
+        "tracking_rms_interval_rad": _ends(rms),
+        "tracking_peak_rad": None if peak is None else finite(peak.middle_rad),
+        "tracking_peak_interval_rad": _ends(peak),
     }
+
+
+def _ends(expected: Expected | None) -> list[float | None] | None:
+    return None if expected is None else [finite(expected.low_rad), finite(expected.high_rad)]
 
 
 def gain_report_view(report: GainReport) -> Group:
@@ -101,6 +112,8 @@ def gain_report_view(report: GainReport) -> Group:
         parts.append(Text(f"not confirmed: the board rolls back in {report.unconfirmed_s:.0f} s"))
     if report.backup:
         parts.append(Text(f"backup of the previous gains: {report.backup}"))
+    if report.change and report.change.promise:
+        parts.append(promise_view(report.change.promise))
     if report.change:
         parts.append(Text(report.change.conclusion))
     return Group(*parts)
@@ -137,11 +150,16 @@ def _predictions(report: GainReport, axis: str) -> list[tuple[str, list[str]]]:
     if forecasts:
         rows.append(("phase margin °", [f"{f.phase_margin_deg:.0f}" for f in forecasts]))
         rows.append(("gain margin", [f"{f.gain_margin:.3g}" for f in forecasts]))
-    simulated = [f.tracking_rms_rad for f in forecasts if f.tracking_rms_rad is not None]
-    if simulated:
-        rows.append(("tracking error, simulated mrad", [f"{1e3 * rms:.3g}" for rms in simulated]))
+    for quantity in ("rms", "peak"):
+        found = [getattr(forecast, f"tracking_{quantity}") for forecast in forecasts]
+        if found and None not in found:
+            cells = [
+                f"{1e3 * of.middle_rad:.3g} ({1e3 * of.low_rad:.3g} to {1e3 * of.high_rad:.3g})"
+                for of in found
+            ]
+            rows.append((f"tracking error, {quantity}, forecast mrad", cells))
     measured = _measured(report.change, axis)
     if measured is not None:
-        cells = ["" if rms is None else f"{1e3 * rms:.3g}" for rms in measured]
-        rows.append(("tracking error, measured mrad", cells))
+        shown = ["" if rms is None else f"{1e3 * rms:.3g}" for rms in measured]
+        rows.append(("tracking error, rms, measured mrad", shown))
     return rows

@@ -7,13 +7,14 @@ from pathlib import Path
 from typing import Any
 
 from edge_ident.commissioning.capture import Capture
-from edge_ident.commissioning.gain_change import GainChange
+from edge_ident.commissioning.gain_outcome import GainChange
 from edge_ident.commissioning.homing import Held, Homing
 from edge_ident.commissioning.identification_motions import CAPTURE_FILE
 from edge_ident.commissioning.profile import TARGET_MS, Profile, spread
 from edge_ident.commissioning.run import Outcome
 from edge_ident.estimation.network import Network
 from edge_ident.report.documents import design_document, identification_document
+from edge_ident.report.promise_report import promise_document
 from edge_ident.report.run_motions import motions_document
 from edge_ident.support.hashing import file_sha256
 from firmware_interface.board import BoardIdentity
@@ -34,6 +35,8 @@ def run_document(
         "verification": _verification(outcome.change),
         "confirmed": outcome.confirmed,
         "unchanged": outcome.change is not None and outcome.change.unchanged,
+        "promise": None if outcome.change is None else promise_document(outcome.change.promise),
+        "contradicted": {} if outcome.change is None else dict(outcome.change.contradicted),
         "stored": outcome.stored,
         "conclusion": outcome.conclusion,
         "capture": {

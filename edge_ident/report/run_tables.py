@@ -10,6 +10,7 @@ from edge_ident.commissioning.run import Outcome
 from edge_ident.commissioning.separation import Separation
 from edge_ident.commissioning.verification import Verification
 from edge_ident.report.identification_tables import designs_view, identification_view
+from edge_ident.report.promise_report import promise_view
 from edge_ident.report.run_motions import kind, what_for, what_it_ruled_out, what_it_showed
 from edge_ident.support.tables import FittingTable
 
@@ -27,6 +28,8 @@ def _outcome_parts(outcome: Outcome) -> Iterator[RenderableType]:
         yield designs_view(outcome.designs)
     if outcome.change and outcome.change.verification:
         yield _tracking_table(outcome.change.verification)
+    if outcome.change and outcome.change.promise:
+        yield promise_view(outcome.change.promise)
     yield Text(outcome.conclusion)
 
 

@@ -165,7 +165,7 @@ def _pad(
     settled = int(np.ceil(_SETTLING_PERIODS / (cutoff_hz * period_s)))
     margin = 2 * settled if fading else settled
     samples = signal.shape[-1]
-    total = _fast_length(samples + 2 * margin)
+    total = fast_length(samples + 2 * margin)
     widths = [(0, 0)] * (signal.ndim - 1) + [(margin, total - samples - margin)]
     padded = np.pad(signal, widths, mode="reflect", reflect_type=reflect_type)
     if fading:
@@ -177,7 +177,7 @@ def _pad(
     return padded, margin
 
 
-def _fast_length(minimum: int) -> int:
+def fast_length(minimum: int) -> int:
     """Smallest product of 2, 3 and 5 that is not below the minimum."""
     best = 1 << (minimum - 1).bit_length()
     for threes in range(8):

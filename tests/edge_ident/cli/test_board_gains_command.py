@@ -69,12 +69,15 @@ def test_from_staging_to_permanent_memory_and_back(shared: SharedBoard, tmp_path
     )
 
 
-def test_gains_that_follow_worse_are_rolled_back(shared: SharedBoard, tmp_path: Path) -> None:
+def test_gains_that_would_follow_worse_are_not_written(shared: SharedBoard, tmp_path: Path) -> None:
     softer = replace(CONSERVATIVE_GAINS, proportional=15.0)
     shared.json("gains", "stage", gains_file(tmp_path, softer))
-    code, text, _ = shared.run("gains", "commit")
-    assert code == 1
-    assert "rolled back" in text
+    found = shared.json("gains", "commit")
+    assert found["unchanged"]
+    low, high = found["promise"]["x"]["sinusoid"]["interval"]["rms_rad"]
+    assert low > found["promise"]["x"]["sinusoid"]["now"]["rms_rad"]
+    assert high > low
+    assert found["promise"]["x"]["sinusoid"]["measured"] is None
     assert shared.board.active_gains()["x"].proportional == 30.0
     assert not shared.board.status().unconfirmed
 

@@ -66,17 +66,39 @@ def _moving(starts: int, *, captured: bool) -> Callable[[InterruptedLink, int, l
 
 
 def _commands(opcode: Opcode) -> Callable[[InterruptedLink, int, list[int]], bool]:
-    return lambda link, address, words: address == _COMMAND and words[:1] == [opcode]
+    def reached(link: InterruptedLink, address: int, words: list[int]) -> bool:
+        return _both_moved(link) and address == _COMMAND and words[:1] == [opcode]
+
+    return reached
+
+
+def _both_moved(link: InterruptedLink) -> bool:
+    """Both motions with the old gains are over; before the second the window is asked for."""
+    return link.starts >= 2 and link.virtual.machine.state is not State.MOVING
+
+
+def _between(link: InterruptedLink, address: int, words: list[int]) -> bool:
+    """The first motion with the new gains is over, the second has not begun."""
+    at_rest = link.virtual.machine.state is State.IDLE
+    return link.starts == 3 and at_rest and link.virtual.machine.banks.unconfirmed
 
 
 PHASES: dict[str, Callable[[InterruptedLink, int, list[int]], bool]] = {
     "identification lead-in": _moving(1, captured=False),
     "identification capture": _moving(1, captured=True),
     "draining": lambda link, address, words: link.virtual.machine.state is State.DRAINING,
-    "stage": lambda link, address, words: address == _SHADOW and bool(words),
+    "asking for the window": lambda link, address, words: (
+        link.starts == 1 and link.virtual.machine.banks.unconfirmed
+    ),
+    "second capture": _moving(2, captured=True),
+    "stage": lambda link, address, words: _both_moved(link) and address == _SHADOW and bool(words),
     "before commit": _commands(Opcode.COMMIT),
-    "after commit": lambda link, address, words: link.virtual.machine.banks.unconfirmed,
-    "verification lead-in": _moving(2, captured=False),
-    "verification capture": _moving(2, captured=True),
+    "after commit": lambda link, address, words: (
+        _both_moved(link) and link.virtual.machine.banks.unconfirmed
+    ),
+    "verification lead-in": _moving(3, captured=False),
+    "verification capture": _moving(3, captured=True),
+    "between the verifications": _between,
+    "second verification capture": _moving(4, captured=True),
     "before confirm": _commands(Opcode.CONFIRM),
 }

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from promised import promise_a_share
 
 from edge_ident.commissioning import gain_transfer
 from edge_ident.commissioning import run as commissioning
@@ -95,10 +96,24 @@ def test_least_squares_alone_carries_a_run(board: Board, tmp_path: Path) -> None
 def test_gains_that_follow_worse_are_rolled_back(
     board: Board, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """Whatever was promised of them."""
     design_softly(replace(CONSERVATIVE_GAINS, proportional=15.0), monkeypatch)
+    promise_a_share(monkeypatch, 0.5)
     outcome = run(board, tmp_path)
     assert not outcome.confirmed
-    assert "rolled back" in outcome.conclusion
+    assert not outcome.trusted
+    assert "increased the tracking error and were rolled back" in outcome.conclusion
+    assert_old_gains_at_rest(board)
+
+
+def test_gains_that_would_follow_worse_are_not_written(
+    board: Board, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    design_softly(replace(CONSERVATIVE_GAINS, proportional=15.0), monkeypatch)
+    outcome = run(board, tmp_path)
+    assert outcome.change is not None
+    assert outcome.change.unchanged
+    assert "would follow worse, axis x on the sinusoid" in outcome.conclusion
     assert_old_gains_at_rest(board)
 
 
@@ -106,12 +121,21 @@ def test_a_fault_during_verification_gives_the_old_gains_back(
     board: Board, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     design_softly(replace(CONSERVATIVE_GAINS, proportional=2.0, derivative=1.0), monkeypatch)
+    promise_a_share(monkeypatch, 0.5)
     with pytest.raises(BoardError, match="FOLLOWING_ERROR"):
         run(board, tmp_path)
     assert_old_gains(board)
 
 
-@pytest.mark.parametrize("stage", ["identification motion", "verification motion"])
+@pytest.mark.parametrize(
+    "stage",
+    [
+        "identification motion",
+        "second motion, old gains",
+        "verification motion",
+        "second verification motion",
+    ],
+)
 def test_interrupt_at_any_motion(board: Board, tmp_path: Path, stage: str) -> None:
     with pytest.raises(KeyboardInterrupt):
         run(board, tmp_path, Impatient(stage))
@@ -175,7 +199,9 @@ def test_many_cycles_do_not_outlast_the_window_to_confirm(board: Board, tmp_path
 
 
 def test_a_verification_longer_than_the_window_is_refused(board: Board, tmp_path: Path) -> None:
+    """Before anything is committed: 133 s for the first motion and 11 s for the second."""
     slow = replace(load_drive(), angular_frequency_rad_s=0.05)
-    with pytest.raises(BoardError, match="verification motion takes 133 s"):
+    with pytest.raises(BoardError, match="verification motions take 144 s") as caught:
         commission(board, slow, None, Plan(), tmp_path, Silent())
+    assert "nothing was written" in caught.value.cause
     assert_old_gains_at_rest(board)

@@ -48,9 +48,14 @@ def test_simulated_tracking_is_that_of_the_flexible_drive(
         axis: replace(gains, proportional=600.0, derivative=0.0)
         for axis, gains in board.active_gains().items()
     }
-    (active, unstable) = forecaster.forecast([board.active_gains(), swinging], nothing)
+    (active, unstable) = forecaster.forecast([board.active_gains(), swinging])
     for axis, rms in measured.items():
-        assert active[axis].tracking_rms_rad == pytest.approx(rms, rel=0.02)
+        forecast = active[axis].tracking_rms
+        assert forecast is not None
+        assert forecast.middle_rad == pytest.approx(rms, rel=0.02)
+        of_unstable = unstable[axis].tracking_rms
+        assert of_unstable is not None
+        assert of_unstable.middle_rad == np.inf
         assert active[axis].stable
         assert not unstable[axis].stable
     check_stable(active)
@@ -99,9 +104,9 @@ def test_margins_are_what_the_sampled_loop_bears(
     designs = board_designs(board, identify(recording, None))
     vague = Model({name: with_deviation(axis, 0.03) for name, axis in identified.axes.items()})
     forecaster = Forecaster(board.identity, board.limits(), vague, None)
-    (found,) = forecaster.forecast([{a: d.gains for a, d in designs.items()}], nothing)
+    (found,) = forecaster.forecast([{a: d.gains for a, d in designs.items()}])
     for axis, design in designs.items():
-        assert found[axis].tracking_rms_rad is None
+        assert found[axis].tracking_rms is None
         margin, turn = found[axis].gain_margin, -1j * found[axis].phase_margin_rad
         # the gain margin is read off a grid of frequencies 3 % apart
         for factors, bears in (

@@ -6,7 +6,7 @@ from typing import Any
 
 import edge_ident
 from edge_ident.commissioning.capture import Capture
-from edge_ident.commissioning.gain_change import GainChange
+from edge_ident.commissioning.gain_outcome import GainChange
 from edge_ident.commissioning.identification_motions import CAPTURE_FILE, IdentificationMotion
 from edge_ident.commissioning.run import VERIFICATION_FILE, Outcome
 from edge_ident.commissioning.separation import Separation

@@ -1,0 +1,100 @@
+"""What became of new gains, and the sentence that says it."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from edge_ident.commissioning.promise import WORTH, Promise
+from edge_ident.commissioning.verification import Verification
+
+
+@dataclass(frozen=True)
+class GainChange:
+    """What a commit did.
+
+    Attributes
+    ----------
+    confirmed : bool
+        Whether the new gains are in force to stay.
+    unchanged : bool
+        The forecast was not worth a write, and nothing was written.
+    verification : Verification or None
+        Tracking with old and new gains on the motion of the identification; None where the drive
+        did not move with both.
+    tracking_after_rad : mapping of axis name to float, or None
+        Rms with the new gains on that motion.
+    others : mapping of motion to Verification
+        Of the other motions with both gains.
+    promise : Promise or None
+        What was forecast, and what was measured of it; None where no forecast was made.
+    diagnosed : mapping of axis name to tuple of str
+        Effects of a diagnosis from which the new gains follow.
+    """
+
+    confirmed: bool
+    unchanged: bool = False
+    verification: Verification | None = None
+    tracking_after_rad: Mapping[str, float] | None = None
+    others: Mapping[str, Verification] = field(default_factory=dict)
+    promise: Promise | None = None
+    diagnosed: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+
+    @property
+    def contradicted(self) -> Mapping[str, tuple[str, ...]]:
+        """Diagnosed effects of all axes, where the motions contradict what follows from them."""
+        rolled_back = self.verification is not None and not self.confirmed
+        if not rolled_back:
+            return {}
+        return {axis: effects for axis, effects in self.diagnosed.items() if effects}
+
+    @property
+    def conclusion(self) -> str:
+        """One sentence."""
+        if self.unchanged:
+            return _why_nothing(self.promise)
+        if self.verification is None:
+            return "gains restored and confirmed"
+        ratios = ", ".join(
+            f"{axis} {tracking.ratio:.1f} times"
+            for axis, tracking in self.verification.axes.items()
+        )
+        if not self.confirmed:
+            return f"{self._why_rolled_back} (ratio: {ratios}){self._contradiction}"
+        if self.verification.verdict == "equal":
+            return "new gains confirmed; the tracking error is unchanged within its repeatability"
+        return f"new gains confirmed; the tracking error fell: {ratios}"
+
+    @property
+    def _why_rolled_back(self) -> str:
+        assert self.verification is not None
+        if self.verification.verdict == "worse":
+            return "new gains increased the tracking error and were rolled back"
+        worse = [motion for motion, of in self.others.items() if of.verdict == "worse"]
+        if worse:
+            where = " and the ".join(worse)
+            return f"new gains increased the tracking error on the {where} and were rolled back"
+        broken = "" if self.promise is None else ", ".join(self.promise.broken)
+        return f"new gains did not keep what was promised ({broken}) and were rolled back"
+
+    @property
+    def _contradiction(self) -> str:
+        named = "; ".join(
+            f"axis {axis}: {', '.join(effects).replace('_', ' ')}"
+            for axis, effects in self.contradicted.items()
+        )
+        return f"; the motion contradicts the diagnosis ({named})" if named else ""
+
+
+def _why_nothing(promise: Promise | None) -> str:
+    if promise is None:
+        return "already tuned, nothing changed: new gains would not reduce the tracking error"
+    if promise.worse:
+        return f"nothing changed: new gains would follow worse, {' and '.join(promise.worse)}"
+    if promise.best >= WORTH:
+        return (
+            f"nothing changed: the forecast is an error smaller by {promise.best:.0%}, but its own "
+            "error, or the encoder's count, is as large"
+        )
+    return (
+        f"already tuned, nothing changed: the forecast is an error smaller by "
+        f"{max(promise.best, 0.0):.1%}, and less than {WORTH:.0%} is not worth a write"
+    )

@@ -1,0 +1,203 @@
+"""New gains on trial: what they promise, and what two motions say of that.
+
+The order is: forecast on the motion that was just made; the second motion with the old gains;
+forecast on that one too; write; both motions with the new gains; verdict. So everything that judges
+the new gains is in hand, or promised, before they are written.
+"""
+
+import logging
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Self
+
+from edge_ident.commissioning.capture import Capture, capture_motion
+from edge_ident.commissioning.drawn_loads import Grounds
+from edge_ident.commissioning.gain_outcome import GainChange
+from edge_ident.commissioning.gain_transfer import write_gains
+from edge_ident.commissioning.motor_way import of_motor
+from edge_ident.commissioning.observer import Observer
+from edge_ident.commissioning.promise import Errors, Promise, promised
+from edge_ident.commissioning.recorded_motion import Moved
+from edge_ident.commissioning.second_motion import (
+    NamedMotion,
+    confirm_window_s,
+    inside_window,
+    second_motion,
+    within_limits,
+)
+from edge_ident.commissioning.verification import (
+    Verification,
+    compare_motions,
+    verification_motion,
+)
+from edge_ident.control.position_loop import LoopHardware
+from edge_ident.drive.description import Drive
+from edge_ident.drive.motions import MotionName, named_trajectory
+from edge_ident.identification.result import Identification
+from edge_ident.signals.recording import Recording
+from edge_ident.support.stopwatch import Stopwatch
+from firmware_interface.board import Board
+from firmware_interface.gains import Bank
+
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class MotionBefore:
+    """A motion with the gains in force, and what is known from it; new gains must measure up to it.
+
+    Attributes
+    ----------
+    capture : Capture
+        Whole cycles of it.
+    first : NamedMotion
+        One cycle of it, with which new gains are verified.
+    second : NamedMotion
+        The motion beside it.
+    grounds : Grounds
+        From which the new gains follow.
+    """
+
+    capture: Capture
+    first: NamedMotion
+    second: NamedMotion
+    grounds: Grounds
+
+    @classmethod
+    def of(cls, drive: Drive, name: MotionName, capture: Capture, found: Identification) -> Self:
+        """A named motion of a drive, and what was identified from it."""
+        first = NamedMotion(name, named_trajectory(drive, name, 1))
+        return cls(capture, first, second_motion(drive, name), Grounds.of(found))
+
+
+class Trial:
+    """One trial of new gains, step by step.
+
+    Parameters
+    ----------
+    board : Board
+        At rest, enabled.
+    wanted : mapping of axis name to AxisGains
+    before : MotionBefore
+    observer : Observer
+    file : Path or None
+        For the recording of the first verification motion.
+    watch : Stopwatch
+
+    Attributes
+    ----------
+    promise : Promise
+        Of the motions that were done with the old gains so far.
+    """
+
+    def __init__(
+        self,
+        board: Board,
+        wanted: Bank,
+        before: MotionBefore,
+        observer: Observer,
+        file: Path | None,
+        watch: Stopwatch,
+    ) -> None:
+        self._board, self._wanted, self._before = board, wanted, before
+        self._observer, self._file, self._watch = observer, file, watch
+        self._active, self._limits = board.active_gains(), board.limits()
+        self._motions = [before.first]
+        self._recorded: dict[str, Recording] = {before.first.name: before.capture.recording}
+        self.promise = Promise({})
+        self._foretell(before.first)
+
+    def worth_a_write(self) -> bool:
+        """Whether the forecast is worth a write, on the second motion too.
+
+        Raises
+        ------
+        BoardError
+            The board's window to confirm is too short for both motions.
+        """
+        if not self.promise.worth_a_write:
+            return False
+        second = self._move_second()
+        self._foretell(second)
+        return self.promise.worth_a_write
+
+    def write(self) -> None:
+        """Put the new gains in force, unconfirmed."""
+        with self._watch.stage("last_sample_to_verified"):
+            write_gains(self._board, self._wanted)
+
+    def verify(self) -> GainChange:
+        """Move with the new gains and judge; a motion that goes wrong is the last.
+
+        Raises
+        ------
+        BoardError
+            A motion did not get to its end.
+        """
+        found: dict[str, Verification] = {}
+        errors: dict[str, dict[str, Errors]] = {}
+        tracking: dict[str, float] = {}
+        for motion in self._motions:
+            capture = self._verified(motion)
+            tracking = tracking or capture.tracking_rms_rad
+            count_rad = self._board.identity.encoder_resolution_rad
+            before = of_motor(self._recorded[motion.name], self._active)
+            after = of_motor(capture.recording, self._wanted)
+            found[motion.name] = compare_motions(before, after, count_rad)
+            moved = Moved.along(after, motion.trajectory)
+            errors[motion.name] = {axis: Errors.of(moved.errors(axis)) for axis in moved.ways}
+            self.promise = self.promise.measured(errors)
+            if found[motion.name].verdict == "worse" or self.promise.broken:
+                break
+        first, *others = found.items()
+        kept = all(of.verdict != "worse" for of in found.values()) and not self.promise.broken
+        return GainChange(
+            confirmed=kept,
+            verification=first[1],
+            tracking_after_rad=tracking,
+            others=dict(others),
+            promise=self.promise,
+            diagnosed=self._before.grounds.diagnosed,
+        )
+
+    def _foretell(self, motion: NamedMotion) -> None:
+        """Add what is promised on a motion that was done with the old gains."""
+        with self._watch.stage("last_sample_to_verified"), self._watch.stage("forecast"):
+            moved = Moved.along(self._recorded[motion.name], motion.trajectory)
+            hardware = {
+                axis: LoopHardware.of_board(self._board.identity, of_axis)
+                for axis, of_axis in self._limits.items()
+            }
+            axes = promised(moved, self._before.grounds, hardware, self._active, self._wanted)
+            self.promise = self.promise.with_motion(motion.name, axes)
+        for axis, of_axis in axes.items():
+            log.info("axis %s on the %s: %s", axis, motion.name, of_axis)
+
+    def _move_second(self) -> NamedMotion:
+        """The second motion with the old gains."""
+        before, board = self._before, self._board
+        model, limits = before.grounds.model, self._limits
+        fitting = within_limits(before.second, model, self._active, limits)
+        _, second = inside_window(before.first, fitting, confirm_window_s(board))
+        self._observer.stage("second motion, old gains")
+        file = self._beside("capture", second)
+        with self._watch.stage("second_motion"):
+            capture = capture_motion(
+                board, second.trajectory, self._observer.samples, file, self._observer.say
+            )
+            board.finish()
+        self._motions.append(second)
+        self._recorded[second.name] = capture.recording
+        return second
+
+    def _verified(self, motion: NamedMotion) -> Capture:
+        """A motion with the new gains."""
+        first = motion is self._motions[0]
+        self._observer.stage("verification motion" if first else "second verification motion")
+        file = self._file if first else self._beside("verification", motion)
+        with self._watch.stage("verification"):
+            return verification_motion(self._board, motion, self._observer, file)
+
+    def _beside(self, kind: str, motion: NamedMotion) -> Path | None:
+        """Where a recording of the second motion goes."""
+        return None if self._file is None else self._file.with_name(f"{kind}_{motion.name}.npz")

@@ -1,0 +1,141 @@
+"""The motion beside the one of the identification, on which new gains must hold too.
+
+Gains that fit one motion may fail on another. So they are judged on a second one, of which nothing
+was identified: the multisine, or the sinusoid where the multisine came first. It is short. It is
+made slower where the drive would need more effort, or fall further behind its path, than is wise.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+
+from edge_ident.drive.description import Drive
+from edge_ident.drive.motions import MotionName, named_trajectory
+from edge_ident.errors import BoardError
+from edge_ident.model.model import Model
+from firmware_interface.board import AxisLimits, Board
+from firmware_interface.control_law import feedforward_nm
+from firmware_interface.gains import AxisGains, Bank
+from firmware_interface.motion import Multisine, Staircase, Trajectory, reference
+
+LONGEST_S: Final = 8.0
+_SHORTEST_S: Final = 4.0
+_SHARE: Final = 0.6
+"""Of effort and following error that a motion may use: feedback and lead-in need the rest."""
+_SLOWER: Final = 0.8
+_MOST_STEPS: Final = 8
+_STOPPING_S: Final = 2.0
+"""Allowance for coming to rest and for the commands around a motion."""
+_LOOKS_PER_S: Final = 100
+
+
+@dataclass(frozen=True)
+class NamedMotion:
+    """A motion and what people call it."""
+
+    name: str
+    trajectory: Trajectory
+
+    @property
+    def needed_s(self) -> float:
+        """Time for it on the board."""
+        return self.trajectory.lead_in_s + self.trajectory.duration_s + _STOPPING_S
+
+
+def second_motion(drive: Drive, first: MotionName) -> NamedMotion:
+    """The other motion, at its full size; at most `LONGEST_S`."""
+    name: MotionName = "sinusoid" if first == "multisine" else "multisine"
+    whole = named_trajectory(drive, name, 1)
+    return NamedMotion(name, replace(whole, duration_s=min(whole.duration_s, LONGEST_S)))
+
+
+def within_limits(
+    motion: NamedMotion, model: Model, gains: Bank, limits: Mapping[str, AxisLimits]
+) -> NamedMotion:
+    """The motion, smaller where the drive would use too much effort or fall behind too far.
+
+    Parameters
+    ----------
+    motion : NamedMotion
+    model : Model
+        The base terms count.
+    gains : mapping of axis name to AxisGains
+        In force; softer ones fall further behind.
+    limits : mapping of axis name to AxisLimits
+    """
+    size = 1.0
+    for _ in range(_MOST_STEPS):
+        smaller = _of_size(motion.trajectory, size)
+        if all(_fits(smaller, axis, model, gains[axis], limits[axis]) for axis in smaller.axes):
+            break
+        size *= _SLOWER
+    return replace(motion, trajectory=smaller)
+
+
+def inside_window(
+    first: NamedMotion, second: NamedMotion, window_s: float
+) -> tuple[NamedMotion, NamedMotion]:
+    """Both motions, the second shortened as far as the board's window to confirm asks for.
+
+    The first is not: a part of the cycle would not tell how the rest is followed.
+
+    Raises
+    ------
+    BoardError
+        The window is too short for both.
+    """
+    spare_s = window_s - first.needed_s - second.needed_s
+    left_s = min(second.trajectory.duration_s + spare_s, second.trajectory.duration_s)
+    if left_s < min(_SHORTEST_S, second.trajectory.duration_s):
+        needed_s = first.needed_s + second.needed_s - second.trajectory.duration_s + _SHORTEST_S
+        raise BoardError(
+            f"the verification motions take {needed_s:.0f} s, but the board waits {window_s:.0f} s "
+            "for new gains to be confirmed; nothing was written",
+            "describe a shorter motion in the drive description, or lengthen the window in the "
+            "board's firmware",
+        )
+    return first, replace(second, trajectory=replace(second.trajectory, duration_s=left_s))
+
+
+def confirm_window_s(board: Board) -> float:
+    """How long the board waits for new gains to be confirmed.
+
+    It tells only while gains wait, so those in force are committed once more and taken back.
+    Nothing changes by that, and what was staged is staged again.
+    """
+    staged = board.staged_gains() if board.status().staged_crc_ok else None
+    board.stage_gains(board.active_gains())
+    board.commit()
+    window_s = board.status().confirm_remaining_s
+    board.roll_back()
+    if staged is not None:
+        board.stage_gains(staged)
+    return window_s
+
+
+def _of_size(trajectory: Trajectory, size: float) -> Trajectory:
+    axes = {name: _smaller(motion, size) for name, motion in trajectory.axes.items()}
+    return replace(trajectory, axes=axes)
+
+
+def _smaller(motion: Multisine | Staircase, size: float) -> Multisine:
+    assert isinstance(motion, Multisine)  # both second motions are sums of sines
+    return Multisine(
+        tuple(replace(one, amplitude_rad=size * one.amplitude_rad) for one in motion.components)
+    )
+
+
+def _fits(
+    trajectory: Trajectory, name: str, model: Model, gains: AxisGains, limits: AxisLimits
+) -> bool:
+    samples = max(int(trajectory.duration_s * _LOOKS_PER_S), 2)
+    time_s = np.linspace(0.0, trajectory.duration_s, samples)
+    way = reference(trajectory.axes[name], time_s, trajectory.lead_in_s, 0.0)
+    inertia, viscous, coulomb, offset = model.axes[name].parameters
+    velocity, direction = way.velocity_rad_s, np.sign(way.velocity_rad_s)
+    needed = inertia * way.acceleration_rad_s2 + viscous * velocity + coulomb * direction + offset
+    behind = (needed - feedforward_nm(gains, way, np)) / max(gains.proportional, 1e-12)
+    effort, error = (float(np.max(np.abs(values))) for values in (needed, behind))
+    return effort <= _SHARE * limits.effort_nm and error <= _SHARE * limits.following_error_rad

@@ -1,0 +1,127 @@
+"""The tracking error that gains will have on a motion that was recorded, with its interval.
+
+The record tells the effort that the motion needed, whatever the model says: what the model leaves
+unexplained is replayed as a disturbance. So the model answers one question only, what other gains
+make of the same need (`edge_ident.simulation.loop_response`). `DRAWS` drives do it side by side.
+They differ in all that is not known:
+
+- the base parameters and those of the effects, within their deviations, which hold the fit's noise
+  and the spread between the regimes of the motion;
+- the time by which effort and position are apart in the record, within its deviation;
+- how friction turns round, which no encoder resolves: at once, or within a whole count;
+- whether what is unexplained belongs to the place in the motion and comes back, or is new each
+  time: each drive has a mixture of what was seen and of other noise with the same spectrum;
+- where the encoder's counts lie.
+
+The errors are read as a board reports them, in whole counts. The 90 % interval goes from the
+smallest of `DRAWS` to the largest.
+
+Terms that are tied to time (`Effect.tied_to_time`) are left to what is unexplained.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from edge_ident.commissioning.drawn_loads import DRAWS, Grounds, drawn_loads
+from edge_ident.commissioning.recorded_motion import Moved
+from edge_ident.control.gain_design import worst_margins
+from edge_ident.control.position_loop import LoopHardware
+from edge_ident.model.model import AxisModel
+from edge_ident.simulation.loop_response import Loads, Path, tracking_errors
+from firmware_interface.gains import AxisGains
+from firmware_interface.motion import Reference
+
+Array = NDArray[np.float64]
+
+_LOOKS: Final = 10.0
+"""In the time in which the stiffest loop turns by one radian."""
+_TINY: Final = 1e-12
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """Tracking errors of one axis and bank, by drawn drive.
+
+    Attributes
+    ----------
+    rms_rad, peak_rad : (DRAWS,) arrays
+        Infinite for a loop that would be unstable.
+    course_rad : (N,) array
+        Mean error over time, at the samples that the forecast looked at.
+    """
+
+    rms_rad: Array
+    peak_rad: Array
+    course_rad: Array
+
+    def alike(self, other: "Drawn") -> float:
+        """How far both errors have the same course: their correlation, 0 to 1."""
+        product = float(np.mean(self.course_rad * other.course_rad))
+        size = math.sqrt(np.mean(self.course_rad**2) * np.mean(other.course_rad**2))
+        return max(product / max(size, _TINY), 0.0)
+
+
+def drawn_errors(
+    moved: Moved,
+    grounds: Grounds,
+    hardware: Mapping[str, LoopHardware],
+    banks: Sequence[Mapping[str, AxisGains]],
+) -> tuple[Mapping[str, Drawn], ...]:
+    """Of every bank, by axis; the draws of all banks are the same drives.
+
+    Parameters
+    ----------
+    moved : Moved
+    grounds : Grounds
+    hardware : mapping of axis name to LoopHardware
+    banks : sequence of mapping of axis name to AxisGains
+
+    Raises
+    ------
+    ModelError
+        The model does not fit the recording.
+    """
+    found: tuple[dict[str, Drawn], ...] = tuple({} for _ in banks)
+    for name, of in hardware.items():
+        every = _every([bank[name] for bank in banks], grounds.model.axes[name], of)
+        ways = {axis: _thinned(way, moved.begin, every) for axis, way in moved.ways.items()}
+        others = [way for axis, way in ways.items() if axis != name]
+        other = others[0] if len(others) == 1 else None
+        path = Path(ways[name], every * of.sample_period_s, moved.begin // every, other)
+        loads = drawn_loads(name, moved, grounds, of, every)
+        for drawn, bank in zip(found, banks, strict=True):
+            drawn[name] = _drawn(path, loads, bank[name], of, grounds.model.axes[name])
+    return found
+
+
+def _every(gains: Sequence[AxisGains], axis: AxisModel, hardware: LoopHardware) -> int:
+    """Samples from one to the next that the forecast looks at."""
+    stiffest = max(of_bank.proportional for of_bank in gains)
+    fastest = math.sqrt(max(stiffest / float(axis.parameters[0]), _TINY))
+    return max(1, int(1.0 / (_LOOKS * fastest * hardware.sample_period_s)))
+
+
+def _thinned(way: Reference, begin: int, every: int) -> Reference:
+    """Every so many samples, the first of the recording among them."""
+    rows = (way.position_rad, way.velocity_rad_s, way.acceleration_rad_s2)
+    return Reference(*(row[begin % every :: every] for row in rows))
+
+
+def _drawn(
+    path: Path, loads: Loads, gains: AxisGains, hardware: LoopHardware, axis: AxisModel
+) -> Drawn:
+    phase_margin, gain_margin = worst_margins(gains, axis, hardware)
+    if phase_margin <= 0.0 or gain_margin <= 1.0:
+        runs_away = np.full(DRAWS, np.inf)
+        return Drawn(runs_away, runs_away, np.zeros(len(path.way.position_rad) - path.begin))
+    errors = tracking_errors(path, loads, gains, hardware)
+    wanted = path.way.position_rad[path.begin :]
+    if count := hardware.encoder_resolution_rad:
+        errors = count * (np.round(wanted / count) - np.round((wanted - errors) / count))
+    rms, peak = np.sqrt(np.mean(errors**2, axis=-1)), np.max(np.abs(errors), axis=-1)
+    return Drawn(rms, peak, np.mean(errors, axis=0))

@@ -1,0 +1,116 @@
+"""What new gains promised and what was measured: a document, a table, and a figure."""
+
+from typing import TYPE_CHECKING, Any
+
+from rich.text import Text
+
+from edge_ident.commissioning.promise import Expected, ExpectedErrors, Promise, Promised
+from edge_ident.support.drawing import new_figure
+from edge_ident.support.json_text import finite
+from edge_ident.support.tables import FittingTable
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+def promise_document(promise: Promise | None) -> dict[str, Any] | None:
+    """By axis and motion: measured now, forecast of both, measured afterwards, kept or not."""
+    if promise is None:
+        return None
+    found: dict[str, Any] = {}
+    for motion, axis, of_axis in promise.every:
+        found.setdefault(axis, {})[motion] = _promised(of_axis, promise.judged)
+    return found
+
+
+def _promised(of_axis: Promised, judged: int) -> dict[str, Any]:
+    then, measured = of_axis.after, of_axis.measured
+    return {
+        "now": {"rms_rad": of_axis.now.rms_rad, "peak_rad": of_axis.now.peak_rad},
+        "now_forecast": _errors(of_axis.now_forecast),
+        "bias": finite(of_axis.bias),
+        "after": {
+            "rms_rad": finite(then.rms.middle_rad),
+            "peak_rad": finite(then.peak.middle_rad),
+        },
+        "interval": {"rms_rad": _interval(then.rms), "peak_rad": _interval(then.peak)},
+        "limit": {
+            "rms_rad": finite(of_axis.rms_limit_rad(judged)),
+            "peak_rad": finite(of_axis.peak_limit_rad(judged)),
+        },
+        "improvement": finite(of_axis.improvement),
+        "measured": None
+        if measured is None
+        else {"rms_rad": measured.rms_rad, "peak_rad": measured.peak_rad},
+        "kept": of_axis.kept(judged),
+    }
+
+
+def _errors(of: ExpectedErrors) -> dict[str, Any]:
+    return {
+        "rms_rad": finite(of.rms.middle_rad),
+        "rms_interval_rad": _interval(of.rms),
+        "peak_rad": finite(of.peak.middle_rad),
+        "peak_interval_rad": _interval(of.peak),
+    }
+
+
+def _interval(of: Expected) -> list[float | None]:
+    return [finite(of.low_rad), finite(of.high_rad)]
+
+
+def promise_view(promise: Promise) -> FittingTable:
+    """A row for every axis and motion."""
+    table = FittingTable(title="tracking error promised, mrad", title_justify="left")
+    for heading in ("motion", "axis", "", "now", "after (90 %)", "measured", "kept"):
+        table.add_column(heading, justify="right")
+    for motion, axis, of_axis in promise.every:
+        kept = {None: "", True: "yes", False: "no"}[of_axis.kept(promise.judged)]
+        for quantity in ("rms", "peak"):
+            name, measured = f"{quantity}_rad", of_axis.measured
+            table.add_row(
+                motion,
+                axis,
+                quantity,
+                _mrad(getattr(of_axis.now, name)),
+                _span(getattr(of_axis.after, quantity)),
+                "" if measured is None else _mrad(getattr(measured, name)),
+                Text(kept, style="bold red" if kept == "no" else ""),
+            )
+    return table
+
+
+def _span(of: Expected) -> str:
+    return f"{_mrad(of.middle_rad)} ({_mrad(of.low_rad)} to {_mrad(of.high_rad)})"
+
+
+def _mrad(value_rad: float) -> str:
+    return f"{1e3 * value_rad:.3g}"
+
+
+def promise_figure(promise: Promise) -> "Figure":
+    """Rms errors of every axis and motion: now, promised with its interval, measured.
+
+    Raises
+    ------
+    DataError
+        matplotlib is not installed.
+    """
+    every = promise.every
+    figure = new_figure(8, 1.5 + 0.6 * len(every))
+    panel = figure.subplots()
+    for place, (_, _, of_axis) in enumerate(every):
+        after = of_axis.after.rms
+        ends = [1e3 * after.low_rad, 1e3 * after.high_rad]
+        panel.plot(ends, [place, place], color="C0", linewidth=4, alpha=0.5)
+        panel.plot(1e3 * after.middle_rad, place, "|", color="C0", markersize=14)
+        panel.plot(1e3 * of_axis.now.rms_rad, place, "o", color="0.5")
+        if of_axis.measured is not None:
+            colour = "C3" if of_axis.kept(promise.judged) is False else "k"
+            panel.plot(1e3 * of_axis.measured.rms_rad, place, "x", color=colour)
+    panel.set_yticks(range(len(every)), [f"axis {axis}, {motion}" for motion, axis, _ in every])
+    panel.invert_yaxis()
+    panel.set_xscale("log")
+    panel.set_xlabel("rms tracking error (mrad)")
+    panel.set_title("old gains (dot), promised with its 90 % interval (bar), measured (cross)")
+    return figure

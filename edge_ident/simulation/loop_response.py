@@ -1,0 +1,188 @@
+"""How far a position loop is from its path, for many drives at once, in milliseconds.
+
+All but dry friction is linear, so one axis needs no stepping through time. Its error is the
+response of the closed loop to the effort that the path needs and the law does not feed forward::
+
+    error = axis / (1 + axis·law) · (effort needed - effort fed forward + law · encoder noise)
+
+with the sampled law and the continuous axis as in `edge_ident.control.position_loop`. Dry friction
+depends on the direction in which the axis goes, and that depends on the error. Both are found
+together, sticking included, by splitting: in turn, the speed that the linear loop has under a
+friction, and the friction that belongs to a speed.
+
+A stepped simulation (`edge_ident.simulation.loop`) knows more: clipped effort, and effects whose
+course depends on the error. It takes far longer.
+Sources: Franklin, Powell and Workman, Digital Control of Dynamic Systems, ch. 4; Lions and Mercier,
+Splitting algorithms for the sum of two nonlinear operators, SIAM J. Numer. Anal. 16 (1979).
+"""
+
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from edge_ident.control.position_loop import LoopHardware, law_response
+from edge_ident.signals.filters import fast_length
+from firmware_interface.control_law import deadband_nm, feedforward_nm
+from firmware_interface.gains import AxisGains
+from firmware_interface.law_memory import NOTHING
+from firmware_interface.motion import Reference
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+_REPETITIONS: Final = 12
+_AT_ONCE: Final = 0.0005
+"""Share of the top speed in which friction turns round at once; a jump converges badly."""
+_CLOSING_S: Final = 0.5
+"""In which the end of a path leads back to its begin: a loop forgets within that."""
+_LOWEST_RAD_S: Final = 1e-3
+
+
+@dataclass(frozen=True)
+class Path:
+    """Where one axis should be, evenly sampled.
+
+    Attributes
+    ----------
+    way : Reference
+        (N,) arrays.
+    period_s : float
+        Between its samples; the law's own may be shorter.
+    begin : int
+        Samples of the way into the motion, of which the error is not asked. The law's memory
+        begins empty with it.
+    other : Reference or None
+        Of the other axis, for the law's cross terms.
+    """
+
+    way: Reference
+    period_s: float
+    begin: int = 0
+    other: Reference | None = None
+
+
+@dataclass(frozen=True)
+class Loads:
+    """What D drives need along a path.
+
+    Attributes
+    ----------
+    base : (D, 4) array
+        Parameters of the base model.
+    beside : (D, N) array
+        Effort beyond the base model's.
+    turning : (D,) array
+        Distance in which dry friction turns round after a reversal: it then acts through a spring.
+    noise : (D, N) array
+        What the encoder reads too much.
+    """
+
+    base: Array
+    beside: Array
+    turning: Array
+    noise: Array
+
+
+def tracking_errors(path: Path, loads: Loads, gains: AxisGains, hardware: LoopHardware) -> Array:
+    """Reference less position, (D, N), from the begin of the motion on.
+
+    The loop must be stable, which nothing here checks.
+
+    Parameters
+    ----------
+    path : Path
+    loads : Loads
+    gains : AxisGains
+    hardware : LoopHardware
+    """
+    way, spectra = path.way, _Spectra.of(path)
+    s = 1j * spectra.omega
+    inertia, viscous, coulomb, offset = loads.base.T[..., None]
+    axis = 1.0 / (s * (inertia * s + viscous))
+    late_s = hardware.control_delay_s + 0.5 * hardware.sample_period_s
+    law = law_response(gains, spectra.omega, hardware.sample_period_s) * np.exp(-s * late_s)
+    compliance = axis / (1.0 + axis * law)
+    needed = (
+        loads.beside + inertia * way.acceleration_rad_s2 + viscous * way.velocity_rad_s + offset
+    )
+    given = np.exp(-s * late_s) * spectra.of_rows(
+        _fed_forward(path, gains, spectra, hardware.sample_period_s)
+    )
+    linear = compliance * (spectra.of_rows(needed) - given)
+    at_once = _AT_ONCE * float(np.max(np.abs(way.velocity_rad_s)))
+    # velocity(friction) = free - mobility · friction, and friction = coulomb · sign(velocity)
+    spring = loads.turning[:, None] / (2.0 * coulomb)
+    mobility = s * (compliance + spring)
+    free = spectra.of_rows(np.broadcast_to(way.velocity_rad_s, needed.shape)) - s * linear
+    step = 1.0 / (gains.derivative + viscous)
+    state = np.broadcast_to(way.velocity_rad_s, needed.shape)
+    friction: Array = np.zeros(())
+    for _ in range(_REPETITIONS):
+        both = mobility * spectra.of_rows(state) + step * free
+        follows = spectra.back(both / (mobility + step))
+        friction = _friction(2.0 * follows - state, step, coulomb, at_once)
+        state = follows - step * friction
+    error = linear + compliance * spectra.of_rows(friction)
+    whole = spectra.back(error + compliance * law * spectra.of_rows(loads.noise))
+    return whole[..., path.begin :]
+
+
+@dataclass(frozen=True)
+class _Spectra:
+    """Spectra of signals along a path, which is closed by an arc so that it repeats.
+
+    Attributes
+    ----------
+    omega : (K,) array
+        rad/s; that of the mean is a little above zero, where an axis that is not held drifts away.
+    samples, arc : int
+        Of the path, and of what closes it.
+    """
+
+    omega: Array
+    samples: int
+    arc: int
+
+    @classmethod
+    def of(cls, path: Path) -> "_Spectra":
+        samples = len(path.way.velocity_rad_s)
+        whole = fast_length(samples + int(_CLOSING_S / path.period_s))
+        omega = 2.0 * np.pi * np.fft.rfftfreq(whole, path.period_s)
+        return cls(np.maximum(omega, _LOWEST_RAD_S), samples, whole - samples)
+
+    def of_rows(self, signals: Array) -> Complex:
+        """Spectra (..., K) of signals (..., N)."""
+        share = 0.5 - 0.5 * np.cos(np.pi * np.arange(1, self.arc + 1) / (self.arc + 1))
+        first, last = signals[..., :1], signals[..., -1:]
+        return np.fft.rfft(np.concatenate([signals, last + (first - last) * share], axis=-1))
+
+    def back(self, spectra: Complex) -> Array:
+        """Signals (..., N) of spectra (..., K)."""
+        found = np.fft.irfft(spectra, self.samples + self.arc)[..., : self.samples]
+        return np.asarray(found, dtype=np.float64)
+
+
+def _friction(pushed: Array, step: Array, coulomb: Array, turning: float) -> Array:
+    """Friction f of the speed v that obeys v + step · f = pushed."""
+    return np.clip(coulomb * pushed / (turning + step * coulomb), -coulomb, coulomb)
+
+
+def _fed_forward(path: Path, gains: AxisGains, spectra: _Spectra, period_s: float) -> Array:
+    """What the law gives beyond its feedback of the error, (N,).
+
+    Its damping acts on the reference's speed as it is, less the encoder's, which is filtered. It
+    leads the reference across the backlash. The inverse of the dead band is taken at the effort
+    without feedback, of which little is left in a loop that follows.
+    """
+    way, s = path.way, 1j * spectra.omega
+    memory = NOTHING.along(gains, np.concatenate([way.position_rad[:1], way.position_rad]))
+    forward = deadband_nm(gains, feedforward_nm(gains, way, np, path.other, memory), np)
+    damping = replace(gains, proportional=0.0, integral=0.0)
+    filtered = law_response(damping, spectra.omega, period_s) / s
+    beyond = spectra.of_rows(way.velocity_rad_s) * (gains.derivative - filtered)
+    if "backlash" in gains.terms:
+        holding = law_response(replace(gains, derivative=0.0), spectra.omega, period_s)
+        beyond = beyond + holding * spectra.of_rows(memory.backlash_rad)
+    return np.asarray(forward + spectra.back(beyond))

@@ -1,0 +1,27 @@
+"""Promises that are not forecast: to see what becomes of gains that do not deserve them."""
+
+from dataclasses import replace
+
+import pytest
+
+from edge_ident.commissioning import gain_trial
+from edge_ident.commissioning.promise import Expected, ExpectedErrors, Promised
+
+
+def promise_a_share(monkeypatch: pytest.MonkeyPatch, share: float, spread: float = 1.1) -> None:
+    """Let every error fall to a share of the present one, and the interval be that wide."""
+    forecast = gain_trial.promised
+
+    def promised(*arguments: object) -> dict[str, Promised]:
+        found = forecast(*arguments)  # type: ignore[arg-type]
+        return {axis: replace(of, after=_share(of, share, spread)) for axis, of in found.items()}
+
+    monkeypatch.setattr(gain_trial, "promised", promised)
+
+
+def _share(of: Promised, share: float, spread: float) -> ExpectedErrors:
+    ends = (
+        Expected(share * now, share * now / spread, share * now * spread)
+        for now in (of.now.rms_rad, of.now.peak_rad)
+    )
+    return ExpectedErrors(*ends)

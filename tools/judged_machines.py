@@ -1,0 +1,194 @@
+"""Random machines behind virtual boards whose true motion is watched, for judging what is promised.
+
+Drives are those of `firmware_interface.plant.drives`, hidden effects those of its catalogue. The
+motions are short: a quarter of the built-in drive's amplitude in a quarter of its time.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from edge_ident.commissioning.capture import Capture, capture_motion
+from edge_ident.control.gain_design import design
+from edge_ident.control.position_loop import LoopHardware
+from edge_ident.drive.description import Drive, load_drive
+from edge_ident.errors import EdgeIdentError
+from edge_ident.model.model import Estimate, base_axis
+from firmware_interface.board import Board
+from firmware_interface.gains import AxisGains
+from firmware_interface.motion import Multisine, SineComponent, Trajectory, reference
+from firmware_interface.plant.catalogue import EFFECTS, draw
+from firmware_interface.plant.drives import COUNT_RAD, draw_drives
+from firmware_interface.plant.effect import Effect
+from firmware_interface.plant.motions import paper
+from firmware_interface.plant.plant import DELAY, Plant
+from firmware_interface.registers import AXES
+from firmware_interface.virtual.board import VirtualBoard
+from firmware_interface.virtual.drive import SAMPLE_PERIOD_S
+from firmware_interface.virtual.settings import CONSERVATIVE_GAINS, DEFAULT_LIMITS, BoardSettings
+
+Array = NDArray[np.float64]
+
+_SHORTER: Final = 4.0
+_HARMONICS: Final = (2, 5, 9, 13)
+"""Of the third motion: none of them is one of the named motions'."""
+_THIRD_SPEED: Final = 0.3
+_THIRD_S: Final = 6.0
+
+
+class Silent:
+    """An observer of nothing."""
+
+    def stage(self, title: str) -> None: ...
+
+    def samples(self, in_hand: int, expected: int) -> None: ...
+
+    def say(self, message: str) -> None: ...
+
+
+class _WatchedPlant(Plant):
+    """Remembers where its axes truly were, and what their encoders showed."""
+
+    def __init__(self, *arguments: object) -> None:
+        super().__init__(*arguments)  # type: ignore[arg-type]
+        self.shown: list[list[float]] = []
+        self.true: list[list[float]] = []
+
+    def advance(self, command: object) -> None:
+        """Note the sample that begins, and let it pass."""
+        self.shown.append(self.shown_rad)
+        self.true.append(self.output_rad)
+        super().advance(command)  # type: ignore[arg-type]
+
+
+@dataclass(frozen=True)
+class JudgedMachine:
+    """A board with a machine, as its user sees both, and what he does not see.
+
+    Attributes
+    ----------
+    board : Board
+    drive : Drive
+        Its description.
+    hidden : tuple of str
+        Effects that the machine has.
+    base : (A, 4) array
+        True base parameters.
+    zero_rad : (A,) array
+        What the encoders showed when the board was switched on.
+    """
+
+    board: Board
+    drive: Drive
+    hidden: tuple[str, ...]
+    base: Array
+    plant: _WatchedPlant
+    zero_rad: Array
+
+    @property
+    def hardware(self) -> dict[str, LoopHardware]:
+        """What the board does to each loop."""
+        limits = self.board.limits()
+        return {a: LoopHardware.of_board(self.board.identity, limits[a]) for a in limits}
+
+    def move(self, trajectory: Trajectory) -> tuple[Capture, dict[str, float]]:
+        """Do a motion; what the board recorded, and the true rms error of each axis."""
+        self.plant.shown.clear()
+        self.plant.true.clear()
+        capture = capture_motion(self.board, trajectory, lambda done, of: None)
+        self.board.finish()
+        recorded = np.stack([axis.position for axis in capture.recording.axes.values()], axis=-1)
+        counts = np.round(recorded / COUNT_RAD)
+        shown = np.round(np.array(self.plant.shown) / COUNT_RAD)
+        zero = np.round(self.zero_rad / COUNT_RAD)
+        begin = _place(counts + zero, shown)
+        true = np.array(self.plant.true)[begin : begin + len(counts)] - zero * COUNT_RAD
+        time_s = capture.recording.time_s
+        return capture, {
+            name: float(np.sqrt(np.mean((way.position_rad - true[:, n]) ** 2)))
+            for n, (name, motion) in enumerate(trajectory.axes.items())
+            for way in (reference(motion, time_s, trajectory.lead_in_s, 0.0),)
+        }
+
+
+def judged_machine(seed: int, *, tuned: bool, effects: int = 1) -> JudgedMachine:
+    """A random drive with so many hidden effects.
+
+    Parameters
+    ----------
+    seed : int
+    tuned : bool
+        Its board has gains for the base parameters, which are known to some per cent, in place of
+        the soft gains of the first start.
+    effects : int
+    """
+    rng = np.random.default_rng([seed, 11])
+    drives = draw_drives(1, seed)
+    base = drives.chain.rigid_body[0]
+    names = tuple(rng.choice(EFFECTS, size=effects, replace=False).tolist())
+    hidden: tuple[Effect, ...] = ()
+    if names:
+        hidden = draw(names, drives, paper(), seed, strength=float(rng.uniform(0.3, 0.8)))
+    gains = dict.fromkeys(AXES, CONSERVATIVE_GAINS)
+    if tuned:
+        known = base * (1.0 + 0.03 * rng.normal(size=base.shape))
+        gains = {axis: _designed(known[n]) for n, axis in enumerate(AXES)}
+    plant = _WatchedPlant(drives, hidden)
+    zero_rad = np.array(plant.shown_rad)
+    board = Board.connect(VirtualBoard(BoardSettings(gains=gains), plant=plant))
+    return JudgedMachine(board, brief_drive(), names, base, plant, zero_rad)
+
+
+def third_motion(drive: Drive, seed: int) -> Trajectory:
+    """A motion that nobody was told of."""
+    rng, rate = np.random.default_rng([seed, 12]), drive.angular_frequency_rad_s
+    axes = {
+        name: Multisine(
+            tuple(
+                SineComponent(_THIRD_SPEED / (k * rate), k * rate, float(rng.uniform(0, 2 * np.pi)))
+                for k in _HARMONICS
+            )
+        )
+        for name in drive.axes
+    }
+    return Trajectory(axes, _THIRD_S, drive.lead_in_s)
+
+
+def why(error: EdgeIdentError) -> str:
+    """The first words of what went wrong."""
+    return f"{type(error).__name__}: {' '.join(str(error).split()[:4])}"
+
+
+def worse_by(before: Mapping[str, float], after: Mapping[str, float]) -> float:
+    """Largest relative growth of an error beyond a twentieth of an encoder count."""
+    return max(after[a] / (before[a] + 0.05 * COUNT_RAD) for a in before) - 1.0
+
+
+def brief_drive() -> Drive:
+    """The built-in drive with short motions."""
+    drive = load_drive()
+    return replace(
+        drive,
+        angular_frequency_rad_s=_SHORTER * drive.angular_frequency_rad_s,
+        lead_in_s=2.0,
+        axes={
+            name: replace(axis, amplitude_rad=axis.amplitude_rad / _SHORTER)
+            for name, axis in drive.axes.items()
+        },
+    )
+
+
+def _designed(base: Array) -> AxisGains:
+    hardware = LoopHardware(
+        SAMPLE_PERIOD_S, DELAY * SAMPLE_PERIOD_S, COUNT_RAD, DEFAULT_LIMITS.effort_nm
+    )
+    return design(base_axis(Estimate(base, 0.02 * np.abs(base))), hardware).gains
+
+
+def _place(recorded: Array, shown: Array) -> int:
+    """Where the recorded counts begin among those shown."""
+    last = len(shown) - len(recorded) + 1
+    return next(n for n in range(last) if np.array_equal(shown[n : n + len(recorded)], recorded))
