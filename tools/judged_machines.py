@@ -17,6 +17,7 @@ from edge_ident.control.position_loop import LoopHardware
 from edge_ident.drive.description import Drive, load_drive
 from edge_ident.errors import EdgeIdentError
 from edge_ident.model.model import Estimate, base_axis
+from firmware_interface import board_session
 from firmware_interface.board import Board
 from firmware_interface.gains import AxisGains
 from firmware_interface.motion import Multisine, SineComponent, Trajectory, reference
@@ -138,6 +139,7 @@ def judged_machine(seed: int, *, tuned: bool, effects: int = 1) -> JudgedMachine
         gains = {axis: _designed(known[n]) for n, axis in enumerate(AXES)}
     plant = _WatchedPlant(drives, hidden)
     zero_rad = np.array(plant.shown_rad)
+    board_session.POLL_S = 0.0  # the board's time goes by requests
     board = Board.connect(VirtualBoard(BoardSettings(gains=gains), plant=plant))
     return JudgedMachine(board, brief_drive(), names, base, plant, zero_rad)
 
