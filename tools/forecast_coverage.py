@@ -1,6 +1,6 @@
 """How often the forecast's 90 % intervals hold the tracking error that is then measured.
 
-    python tools/forecast_coverage.py --machines 100 --seed 7000
+    python -m tools.forecast_coverage --machines 100 --seed 7000
 
 Random machines of the independent plant, some with a hidden effect. Each is identified and, where
 its base model is not enough, diagnosed. Gains are designed, forecast on both motions, put in force
@@ -13,7 +13,6 @@ import math
 from collections import Counter, defaultdict
 
 import numpy as np
-from judged_machines import JudgedMachine, judged_machine, why
 
 from edge_ident.commissioning.drawn_loads import Grounds
 from edge_ident.commissioning.gain_change import check_change
@@ -25,6 +24,7 @@ from edge_ident.drive.motions import named_trajectory
 from edge_ident.errors import EdgeIdentError
 from edge_ident.identification.identify import identify
 from edge_ident.identification.result import Identification
+from tools.judged_machines import JudgedMachine, judged_machine, why
 
 Row = tuple[str, float, bool, bool]
 """What was forecast, measured over forecast, whether its interval holds it, and its limit."""

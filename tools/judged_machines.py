@@ -17,6 +17,7 @@ from edge_ident.control.position_loop import LoopHardware
 from edge_ident.drive.description import Drive, load_drive
 from edge_ident.errors import EdgeIdentError
 from edge_ident.model.model import Estimate, base_axis
+from firmware_interface import board_session
 from firmware_interface.board import Board
 from firmware_interface.gains import AxisGains
 from firmware_interface.motion import Multisine, SineComponent, Trajectory, reference
@@ -107,11 +108,11 @@ class JudgedMachine:
         begin = _place(counts + zero, shown)
         true = np.array(self.plant.true)[begin : begin + len(counts)] - zero * COUNT_RAD
         time_s = capture.recording.time_s
-        return capture, {
-            name: float(np.sqrt(np.mean((way.position_rad - true[:, n]) ** 2)))
-            for n, (name, motion) in enumerate(trajectory.axes.items())
-            for way in (reference(motion, time_s, trajectory.lead_in_s, 0.0),)
-        }
+        errors = {}
+        for n, name in enumerate(trajectory.axes):
+            way = reference(trajectory.axes[name], time_s, trajectory.lead_in_s, 0.0)
+            errors[name] = float(np.sqrt(np.mean((way.position_rad - true[:, n]) ** 2)))
+        return capture, errors
 
 
 def judged_machine(seed: int, *, tuned: bool, effects: int = 1) -> JudgedMachine:
@@ -138,6 +139,7 @@ def judged_machine(seed: int, *, tuned: bool, effects: int = 1) -> JudgedMachine
         gains = {axis: _designed(known[n]) for n, axis in enumerate(AXES)}
     plant = _WatchedPlant(drives, hidden)
     zero_rad = np.array(plant.shown_rad)
+    vars(board_session)["POLL_S"] = 0.0  # the board's time goes by requests
     board = Board.connect(VirtualBoard(BoardSettings(gains=gains), plant=plant))
     return JudgedMachine(board, brief_drive(), names, base, plant, zero_rad)
 

@@ -1,6 +1,6 @@
 """What a wrong diagnosis costs: gains from wrong models, tried on the independent plant's machines.
 
-    python tools/wrong_diagnosis.py --runs 500 --seed 5000
+    python -m tools.wrong_diagnosis --runs 500 --seed 5000
 
 Each machine has a hidden effect, and soft gains or gains that are tuned. The model that its gains
 are designed from is wrong: another effect with values drawn at random, the values' signs turned,
@@ -16,15 +16,6 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
-from judged_machines import (
-    JudgedMachine,
-    Silent,
-    brief_drive,
-    judged_machine,
-    third_motion,
-    why,
-    worse_by,
-)
 from numpy.typing import NDArray
 
 from edge_ident.commissioning.drawn_loads import Grounds
@@ -39,6 +30,15 @@ from edge_ident.model.effects import catalogue
 from edge_ident.model.model import AxisModel, Estimate, Model, Term, base_axis, effect_names
 from edge_ident.model.strengths import Draws, scale_of
 from firmware_interface.motion import reference
+from tools.judged_machines import (
+    JudgedMachine,
+    Silent,
+    brief_drive,
+    judged_machine,
+    third_motion,
+    why,
+    worse_by,
+)
 
 Array = NDArray[np.float64]
 
@@ -148,7 +148,7 @@ def _drawn(parameters: Array, rng: np.random.Generator) -> Term:
     """An effect that gains make use of, with random values."""
     used = [e for e in catalogue().values() if e.compensation.used and not e.needs_source]
     effect = used[rng.integers(len(used))]
-    time_s = 0.0025 * np.arange(2186)
+    time_s = np.asarray(0.0025 * np.arange(2186), dtype=np.float64)
     motion = named_trajectory(brief_drive(), "sinusoid", 1).axes["x"]
     way = reference(motion, time_s, 2.0, 0.0)
     scale = scale_of(

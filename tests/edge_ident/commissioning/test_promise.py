@@ -312,8 +312,9 @@ def errors_of(base: np.ndarray, gains: AxisGains, path: MotionPath, seed: int) -
     )[0]
 
 
-def test_the_interval_holds_the_truth_of_a_linear_drive_in_nine_of_ten_cases() -> None:
-    """Parameters scatter as their deviations say; the feed-forward has their estimate."""
+def test_the_interval_holds_the_truth_of_a_linear_drive_and_is_not_wide() -> None:
+    """Parameters scatter as their deviations say. The record fixes the effort that they need
+    together, so the interval is wide only by what is unknown beyond them."""
     estimate, std = np.array([0.43, 0.9, 1e-6, 0.03]), np.array([0.02, 0.03, 0.0, 0.005])
     trajectory = replace(named_trajectory(load_drive(), "multisine", 1), duration_s=4.0)
     time_s = HARDWARE.sample_period_s * np.arange(1600)
@@ -321,8 +322,8 @@ def test_the_interval_holds_the_truth_of_a_linear_drive_in_nine_of_ten_cases() -
     axis = base_axis(Estimate(estimate, std))
     soft = {"x": replace(CONSERVATIVE_GAINS, inertia_feedforward=0.3)}
     wanted = {"x": replace(CONSERVATIVE_GAINS, proportional=100.0, derivative=9.0)}
-    rng, held = np.random.default_rng(3), []
-    for seed in range(60):
+    rng, held, widths = np.random.default_rng(3), [], []
+    for seed in range(40):
         truth = estimate + std * rng.normal(size=4)
         recording = recorded_by(truth, soft["x"], path, seed)
         moved = Moved(recording, {"x": path.way})
@@ -330,4 +331,6 @@ def test_the_interval_holds_the_truth_of_a_linear_drive_in_nine_of_ten_cases() -
         found = forecast(moved, grounds, {"x": HARDWARE}, soft, wanted)["x"]
         error = errors_of(truth, wanted["x"], path, seed + 1000)
         held.append(found.after.rms.holds(Errors.of(error).rms_rad))
-    assert 0.8 < np.mean(held) < 1.0
+        widths.append(found.after.rms.high_rad / found.after.rms.low_rad)
+    assert np.mean(held) >= 0.85
+    assert np.median(widths) < 1.5
