@@ -21,6 +21,8 @@ from firmware_interface.plant import (
 from firmware_interface.plant.drives import Control, Drives
 
 _VARIED = ("inertia", "viscous", "coulomb", "offset")
+_STEPS = 5
+"""A sampling period. Six times as many change an effort by 0.04 %; its noise is 1 %."""
 
 
 def fleet_drives(count: int, seed: int, spread: float = 0.03, first_coulomb: float = 1.0) -> Drives:
@@ -62,11 +64,14 @@ def fleet_recordings(
         Names of effects, at half of their largest strength.
     """
     motion, noise, names = motion or multisine(), Noise(0.01), tuple(hidden)
-    sound = simulate(drives, motion, noise=noise, seed=seed)
+    sound = simulate(drives, motion, noise=noise, seed=seed, steps_per_sample=_STEPS)
     made = [_recording(sound, unit) for unit in range(drives.shape[0])]
     if names:
         effects = draw(names, drives, motion, seed, strength=0.5)
-        made[0] = _recording(simulate(drives, motion, effects=effects, noise=noise, seed=seed), 0)
+        faulty = simulate(
+            drives, motion, effects=effects, noise=noise, seed=seed, steps_per_sample=_STEPS
+        )
+        made[0] = _recording(faulty, 0)
     return made
 
 

@@ -33,6 +33,8 @@ class MovingAxis:
         Torque from the screw to the table, N·m.
     other_velocity, other_acceleration : float
         Of the other axis's table, to be told before every step.
+    sound : bool
+        Whether nothing acts on it but what every drive has.
     """
 
     def __init__(self, chain: Chain, axis: int, effects: Sequence[Effect], step_s: float) -> None:
@@ -55,6 +57,8 @@ class MovingAxis:
         self._added_inertia = [e.table_inertia for e in overriding(effects, "table_inertia")]
         self._bristles = self._make_bristles(float(chain.bristle_reach_rad[0, axis]))
         self._set_inertia(self._inertia)
+        acting = (self._motor_torque, self._table_torque, self._friction, self._bristles)
+        self.sound = not (any(acting) or self._slack)
 
     def _make_bristles(self, reach: float) -> list[list[float]]:
         """Reach, stiffness and root of each element; none of them is stretched."""
@@ -99,6 +103,30 @@ class MovingAxis:
         )
         self.acceleration = (w2 - v2) / self._step_s
         self.angle = a0 + half * w0, a1 + half * w1, a2 + half * w2
+
+    def advance_sound(self, torque: float, steps: int) -> None:
+        """As many steps of a sound axis, in one loop: calls would take most of the time."""
+        step_s, half, offset = self._step_s, self._step_s / 2, self._offset
+        gear, nut, gear_damping, nut_damping = self._joints
+        (keep0, push0, hold0), (keep1, push1, hold1), (keep2, push2, hold2) = self._masses
+        a0, a1, a2 = self.angle
+        v0, v1, v2 = self.velocity
+        before = v2
+        for _ in range(steps):
+            before = v2
+            a0, a1, a2 = a0 + half * v0, a1 + half * v1, a2 + half * v2
+            joint = gear * (a0 - a1) + gear_damping * (v0 - v1)
+            self.load = load = nut * (a1 - a2) + nut_damping * (v1 - v2)
+            v0 = keep0 * v0 + push0 * (torque - joint)
+            v1 = keep1 * v1 + push1 * (joint - load)
+            v2 = keep2 * v2 + push2 * (load - offset)
+            v0 = v0 - hold0 if v0 > hold0 else v0 + hold0 if v0 < -hold0 else 0.0
+            v1 = v1 - hold1 if v1 > hold1 else v1 + hold1 if v1 < -hold1 else 0.0
+            v2 = v2 - hold2 if v2 > hold2 else v2 + hold2 if v2 < -hold2 else 0.0
+            a0, a1, a2 = a0 + half * v0, a1 + half * v1, a2 + half * v2
+        self.angle, self.velocity = (a0, a1, a2), (v0, v1, v2)
+        if steps:
+            self.acceleration = (v2 - before) / step_s
 
     def _forces(self, torque: float) -> tuple[float, float, float]:
         """Torque on each mass, dry friction and that against the ground aside."""

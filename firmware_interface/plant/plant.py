@@ -121,6 +121,10 @@ class Plant:
         return torque
 
     def _steps(self, torque: Sequence[float], count: int) -> None:
+        if all(axis.sound for axis in self._axes):
+            for axis, given in zip(self._axes, torque, strict=True):
+                axis.advance_sound(given, count)
+            return
         pairs = list(zip(self._axes, reversed(self._axes), torque, strict=True))
         for _ in range(count):
             # an axis sees the other as it was before the step, whichever goes first

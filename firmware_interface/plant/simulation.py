@@ -175,8 +175,10 @@ class _Hold:
 
     def __init__(self, delay_periods: float | Array, steps: int, shape: tuple[int, int]) -> None:
         late = np.round(delay_periods * steps).astype(int) * np.ones(shape, dtype=int)
-        self._steps, self._late = steps, late
-        self._changes = set(np.unique(late % steps).tolist())
+        self._ages = {
+            step: np.maximum((late - step + steps - 1) // steps, 0)
+            for step in np.unique(late % steps).tolist()
+        }
         self._last = [np.zeros(shape)] * (2 + int(late.max()) // steps)
         self._torque = np.zeros(shape)
 
@@ -186,9 +188,8 @@ class _Hold:
 
     def torque(self, step: int) -> Array:
         """What acts in a step after the newest stamp."""
-        if step in self._changes:
-            age = (self._late - step + self._steps - 1) // self._steps
-            self._torque = np.choose(np.maximum(age, 0), self._last)
+        if step in self._ages:
+            self._torque = self._ages[step].choose(self._last)
         return self._torque
 
 

@@ -56,9 +56,9 @@ def diagnosed(tmp_path_factory: pytest.TempPathFactory) -> list[Outcome]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(hiding, "FOLDER", tmp_path_factory.mktemp("batches"))
         for motion in MOTIONS:
-            batch = Batch(SINGLE, motion, SEED, 0)
+            batch = Batch(SINGLE, motion, SEED, 0, drives=DRIVES)
             hiding.simulate_batch(batch)
-            shows = hiding.load_batch(batch).shows[:DRIVES, 0] >= SHOWS
+            shows = hiding.load_batch(batch).shows[:, 0] >= SHOWS
             outcomes += [diagnose_case(Case(batch, int(row))) for row in np.flatnonzero(shows)]
     return outcomes
 

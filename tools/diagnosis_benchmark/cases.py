@@ -1,13 +1,15 @@
 """What is hidden where: batches of drives, reproducible from their names alone."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import lru_cache
-from typing import Final, Self
+from typing import Final, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from firmware_interface.plant import EFFECTS, UNKNOWN, Motion, multisine, paper, staircase
+
+Drawn = TypeVar("Drawn")
 
 SINGLE: Final = "single"
 CLEAN: Final = "clean"
@@ -37,6 +39,8 @@ class Batch:
         What the effects' sizes are multiplied by after they are drawn.
     noise : float
         Effort noise over rms effort; `DRAWN` for one of every drive's own.
+    drives : int
+        So many of those that are drawn, the first, are simulated.
     """
 
     kind: str
@@ -45,6 +49,7 @@ class Batch:
     number: int
     scale: float = 1.0
     noise: float = DRAWN
+    drives: int = BATCH_DRIVES
 
     @property
     def plant_seed(self) -> int:
@@ -79,6 +84,22 @@ class Batch:
     def reference(self) -> Motion:
         """A phase of the paper's motion, or a multisine, of its own for every drive."""
         return _reference(self.motion, self.plant_seed)
+
+    def of_drives(self, drawn: Drawn) -> Drawn:
+        """What was drawn for every drive, of those that are simulated.
+
+        Parameters
+        ----------
+        drawn : array or dataclass
+            Arrays have an axis of `BATCH_DRIVES`, or one value for all.
+        """
+        if isinstance(drawn, np.ndarray):
+            kept = (slice(self.drives if n == BATCH_DRIVES else None) for n in drawn.shape)
+            return drawn[tuple(kept)]
+        if not is_dataclass(drawn) or isinstance(drawn, type):
+            return drawn
+        parts = {item.name: self.of_drives(getattr(drawn, item.name)) for item in fields(drawn)}
+        return replace(drawn, **parts)
 
     @property
     def full_size(self) -> Self:

@@ -91,7 +91,7 @@ class Hidden:
 
 
 def faults(batch: Batch, only: int | None = None) -> list[Effect]:
-    """All effects of a batch, each of size zero where it is not hidden.
+    """All effects of a batch, each of size zero where it is not hidden, on its drives.
 
     Parameters
     ----------
@@ -116,8 +116,13 @@ def faults(batch: Batch, only: int | None = None) -> list[Effect]:
         for effect, has in zip(drawn, having, strict=True)
         if has.any()
     ]
+    hidden_effects = [batch.of_drives(effect) for effect in hidden_effects]
     shift_s = _boards(batch).effort_shift_s
-    return [e.beyond(shift_s) if isinstance(e, RecordDelay) else e for e in hidden_effects]
+    return [
+        e.beyond(shift_s) if isinstance(e, RecordDelay) else e
+        for e in hidden_effects
+        if e.hit.any()
+    ]
 
 
 def fault_values(case: Case) -> list[str]:
@@ -142,9 +147,10 @@ def simulate_batch(batch: Batch) -> None:
     if path.is_file():
         return
     effects = faults(batch)
-    count_rad = np.broadcast_to(_boards(batch).count_rad, (BATCH_DRIVES, len(AXES)))
+    shape = batch.drives, len(AXES)
+    count_rad = np.broadcast_to(_boards(batch).count_rad, shape)
     made = _simulated(batch, effects)
-    axis = sum((effect.hit for effect in effects), np.zeros((BATCH_DRIVES, 2))).argmax(axis=1)
+    axis = sum((effect.hit for effect in effects), np.zeros(shape)).argmax(axis=1)
     measured = _measured(batch, made, axis)
     path.parent.mkdir(parents=True, exist_ok=True)
     part = path.with_suffix(".part.npz")
@@ -174,23 +180,34 @@ def load_batch(batch: Batch) -> Hidden:
 def _simulated(batch: Batch, effects: Sequence[Effect]) -> Recordings:
     drawn = draw_noise(BATCH_DRIVES, batch.plant_seed)
     return simulate(
-        draw_drives(BATCH_DRIVES, batch.plant_seed),
-        batch.reference,
+        batch.of_drives(draw_drives(BATCH_DRIVES, batch.plant_seed)),
+        batch.of_drives(batch.reference),
         effects=effects,
-        noise=drawn if batch.noise == DRAWN else Noise(batch.noise),
+        noise=_BatchNoise(drawn.share if batch.noise == DRAWN else batch.noise),
         seed=batch.plant_seed,
         electronics=_boards(batch),
     )
 
 
+class _BatchNoise(Noise):
+    """The noise of a drive is the same, however many of its batch are simulated."""
+
+    def added_to(self, effort: Array, seed: int) -> Array:
+        """As drawn for the whole batch."""
+        samples, drives, axes = effort.shape
+        whole = np.zeros((samples, BATCH_DRIVES, axes))
+        whole[:, :drives] = effort
+        return super().added_to(whole, seed)[:, :drives]
+
+
 def _boards(batch: Batch) -> Electronics:
-    return draw_electronics((BATCH_DRIVES, len(AXES)), batch.plant_seed)
+    return batch.of_drives(draw_electronics((BATCH_DRIVES, len(AXES)), batch.plant_seed))
 
 
 def _measured(batch: Batch, made: Recordings, axis: NDArray[np.intp]) -> dict[str, Array]:
     """How far each fault alone shows and what it adds, (B, K) each, for K faults in each drive."""
     count = len(batch.hidden[0])
-    found = {name: np.ones((BATCH_DRIVES, count)) for name in ("shows", "shows_sliding", "share")}
+    found = {name: np.ones((batch.drives, count)) for name in ("shows", "shows_sliding", "share")}
     if count == 0:
         return found
     sound = _simulated(batch, [])
