@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import lru_cache
-from typing import Final, Self, TypeVar
+from typing import Final, Self, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -95,7 +95,7 @@ class Batch:
         """
         if isinstance(drawn, np.ndarray):
             kept = (slice(self.drives if n == BATCH_DRIVES else None) for n in drawn.shape)
-            return drawn[tuple(kept)]
+            return cast(Drawn, drawn[tuple(kept)])
         if not is_dataclass(drawn) or isinstance(drawn, type):
             return drawn
         parts = {item.name: self.of_drives(getattr(drawn, item.name)) for item in fields(drawn)}
