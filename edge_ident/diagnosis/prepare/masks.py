@@ -122,12 +122,17 @@ def direction_unknown(
         Standard deviation of the encoder noise.
     """
     turning = np.zeros(len(position), dtype=np.bool_)
-    for turn in (*_turning_points(position, TURN_NOISE * noise), *turns.tolist()):
+    width = max(2, int(np.ceil(0.5 / (cutoff_hz * period_s))))
+    found = _turning_points(position, TURN_NOISE * noise)
+    near = np.zeros(len(position), dtype=np.bool_)
+    near[found] = True
+    # the smooth velocity shows these too, a few samples aside
+    near = widened(near, width)
+    for turn in (*found, *turns[~near[turns]].tolist()):
         away = np.abs(position - position[turn]) > TURN_NOISE * noise
         before, after = np.flatnonzero(away[:turn]), np.flatnonzero(away[turn:])
         first = before[-1] + 1 if len(before) else 0
         turning[first : turn + (after[0] if len(after) else len(away))] = True
-    width = max(2, int(np.ceil(0.5 / (cutoff_hz * period_s))))
     if width >= len(position):
         return turning
     windows = np.lib.stride_tricks.sliding_window_view(position, width)
