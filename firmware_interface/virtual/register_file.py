@@ -38,6 +38,7 @@ class RegisterFile:
 
     def __init__(self, map_version: int = MAP_VERSION) -> None:
         self._words = [0] * _END
+        self._values: dict[str, float] = {}  # decoded since the last word was put
         self._readable = bytearray(_END)
         self._writable = bytearray(_END)
         self._begins = bytearray(_END)
@@ -68,8 +69,10 @@ class RegisterFile:
 
     def value(self, name: str) -> float:
         """Value of a register."""
-        register = REGISTERS[name]
-        return decode(name, self.words(register.address, register.words))
+        if name not in self._values:
+            register = REGISTERS[name]
+            self._values[name] = decode(name, self.words(register.address, register.words))
+        return self._values[name]
 
     def words(self, address: int, count: int) -> list[int]:
         """A copy."""
@@ -78,6 +81,7 @@ class RegisterFile:
     def put_words(self, address: int, words: list[int]) -> None:
         """Set consecutive registers."""
         self._words[address : address + len(words)] = words
+        self._values.clear()
 
     def spans(self, spans: Sequence[Span]) -> list[int]:
         """A copy of the words at several places, one after the other."""
