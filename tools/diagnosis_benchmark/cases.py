@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import lru_cache
-from typing import Final, Self, TypeVar, cast
+from typing import Any, Final, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -93,13 +93,15 @@ class Batch:
         drawn : array or dataclass
             Arrays have an axis of `BATCH_DRIVES`, or one value for all.
         """
+        kept: Any = drawn
         if isinstance(drawn, np.ndarray):
-            kept = (slice(self.drives if n == BATCH_DRIVES else None) for n in drawn.shape)
-            return cast(Drawn, drawn[tuple(kept)])
-        if not is_dataclass(drawn) or isinstance(drawn, type):
-            return drawn
-        parts = {item.name: self.of_drives(getattr(drawn, item.name)) for item in fields(drawn)}
-        return replace(drawn, **parts)
+            sizes = (self.drives if n == BATCH_DRIVES else n for n in drawn.shape)
+            kept = drawn[tuple(map(slice, sizes))]
+        elif is_dataclass(drawn) and not isinstance(drawn, type):
+            parts = {item.name: self.of_drives(getattr(drawn, item.name)) for item in fields(drawn)}
+            kept = replace(drawn, **parts)
+        same: Drawn = kept
+        return same
 
     @property
     def full_size(self) -> Self:
