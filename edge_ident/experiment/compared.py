@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.prepare.axis_data import AxisData
-from edge_ident.diagnosis.prepare.bandwidth import Band, balanced_band
+from edge_ident.diagnosis.prepare.bandwidth import Band, search_band
 from edge_ident.diagnosis.prepare.masks import (
     LEAST_WEIGHT,
     SMEAR_PERIODS,
@@ -128,7 +128,7 @@ class Instruments:
         ceiling_hz = 1.0 / (SAMPLED_PER_PERIOD * self.sampling_s)
         widest_hz = (allowed / max(at_one_hz, _TINY)) ** 0.4  # that noise grows as f^2.5
         widest_hz = min(max(widest_hz, FEWEST_CUTOFF_PERIODS / duration_s), ceiling_hz)
-        band = balanced_band(
+        band = search_band(
             self.inertia, self.position_noise, self.density, widest_hz, self.sampling_s
         )
         most_hz = MOST_SAMPLES / (SAMPLES_PER_CUTOFF_PERIOD * duration_s)

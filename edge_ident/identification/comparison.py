@@ -1,9 +1,10 @@
 """Signals in which noise is small enough to see what the base model lacks.
 
 The signals of the identification keep every reversal, and what the controller answers to encoder
-noise is a few percent of their effort. This comparison has the band and the masks of the diagnosis:
-its noise is nearly white, and no sample counts at which the encoder does not tell the direction.
-It is computed at the rate that the band needs, because it precedes every answer.
+noise is a few percent of their effort. This comparison has the filter and the masks of the
+diagnosis: its noise is nearly white, and no sample counts at which the encoder does not tell the
+direction. Its band is the narrower one of an estimate. It is computed at the rate that this band
+needs, because it precedes every answer.
 """
 
 from dataclasses import dataclass, replace

@@ -71,7 +71,7 @@ class AxisIdentification:
     least_squares : Estimate
         Of the base model.
     whitened : Estimate
-        The same in the band and with the masks of the diagnosis, where noise is white.
+        The same with the filter and the masks of the diagnosis: noise is white.
     adequacy : Adequacy
         Of the base model.
     timing : Timing

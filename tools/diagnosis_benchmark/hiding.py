@@ -232,7 +232,8 @@ def _path(batch: Batch) -> Path:
 @cache
 def _plant_version() -> str:
     """Changes with any file of the plant, or with what makes the cases."""
-    here, plant = Path(__file__).parent, Path(__file__).parents[2] / "tests" / "plant"
+    here = Path(__file__).parent
+    plant = here.parents[1] / "firmware_interface" / "plant"
     mine = [here / f"{name}.py" for name in ("cases", "hiding", "measuring")]
     sources = [*sorted(plant.glob("*.py")), *mine]
     return hashlib.sha256(b"".join(path.read_bytes() for path in sources)).hexdigest()

@@ -46,12 +46,20 @@ class Library:
     @classmethod
     def of(cls, points: Mapping[Candidate, Grid], regressors: Mapping[Candidate, Array]) -> Self:
         """From regressors (D, k, n) of every candidate."""
+        return cls._stacked(points, regressors, {c: _gram(x) for c, x in regressors.items()})
+
+    @classmethod
+    def _stacked(
+        cls,
+        points: Mapping[Candidate, Grid],
+        regressors: Mapping[Candidate, Array],
+        grams: Mapping[Candidate, Array],
+    ) -> Self:
         places, last = {}, 0
         for candidate, part in regressors.items():
             first, last = last, last + part.shape[0] * part.shape[1]
             places[candidate] = slice(first, last)
         rows = np.concatenate([part.reshape(-1, part.shape[2]) for part in regressors.values()])
-        grams = {c: part @ part.transpose(0, 2, 1) for c, part in regressors.items()}
         return cls(points, rows, places, grams)
 
     def __iter__(self) -> Iterator[Candidate]:
@@ -70,14 +78,15 @@ class Library:
     ) -> Self:
         """The same with more points, and the regressors there, of some candidates."""
         together = {c: self[c] for c in self}
-        every = dict(self.points)
+        every, grams = dict(self.points), dict(self.grams)
         for candidate, part in regressors.items():
             together[candidate] = np.concatenate([together[candidate], part])
+            grams[candidate] = np.concatenate([grams[candidate], _gram(part)])
             every[candidate] = {
                 name: np.concatenate([values, points[candidate][name]])
                 for name, values in every[candidate].items()
             }
-        return self.of(every, together)
+        return self._stacked(every, together, grams)
 
     def at(self, kept: NDArray[np.bool_]) -> Self:
         """The same at fewer of the samples (n,)."""
@@ -110,3 +119,8 @@ class Library:
         """Scalar products (D, k) of all regressors with a residual (n,)."""
         products = self.rows @ residual
         return {c: products[self.places[c]].reshape(g.shape[:2]) for c, g in self.grams.items()}
+
+
+def _gram(regressors: Array) -> Array:
+    """Scalar products (D, k, k) of regressors (D, k, n)."""
+    return np.asarray(regressors @ regressors.transpose(0, 2, 1))

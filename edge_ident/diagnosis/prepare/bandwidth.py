@@ -2,8 +2,11 @@
 
 The effort noise has the same power density at all frequencies. The encoder noise, seen through the
 torque of the inertia, has a density that grows with the fourth power of the frequency. Above the
-knee the encoder noise dominates. In a wider band least squares would reduce the inertia, and with
-it the encoder noise, rather than explain the effort.
+knee the encoder noise dominates, and the filter attenuates by as much: each frequency counts by the
+inverse of its noise, so what is seen at low frequencies stays as clear in a wider band. But least
+squares may reduce the inertia, and with it the encoder noise, rather than explain the effort. So an
+estimate ends where both noises are equally strong. The search for causes goes on: what compliance,
+play or a delay adds to the base model grows with the frequency, up to as fast as the encoder noise.
 """
 
 from dataclasses import dataclass
@@ -17,10 +20,13 @@ from edge_ident.signals.filters import lowpass, magnitude, whitening
 
 Array = NDArray[np.float64]
 
-_NARROWEST: Final = 0.25
-"""Lowest cut-off over that of the identification."""
-_CUTOFF: Final = 2.1
-"""Cut-off over knee: the encoder noise below it would have twice the rms of the effort noise."""
+_LOWEST_KNEE: Final = 0.12
+"""Lowest knee over the cut-off of the identification. A lower one would leave nothing of the short
+segments between reversals."""
+_BALANCED: Final = 2.1
+"""Cut-off of an estimate over knee: below it both filtered noises are equally strong."""
+_SEEN: Final = 4.0
+"""Cut-off of the search for causes over knee: what the filter leaves there is a sixteenth."""
 _MEDIAN_OF_NORMAL: Final = 0.6745
 """Median of the absolute value of a normal variable, in standard deviations."""
 _MOTION_BAND: Final = 2.0
@@ -72,9 +78,7 @@ def comparison_band(
     widest_hz: float,
     period_s: float,
 ) -> Band:
-    """Find the band in which encoder noise and effort noise are balanced.
-
-    A narrower band would leave nothing of the short segments between reversals.
+    """Find the band in which causes are looked for.
 
     Parameters
     ----------
@@ -89,18 +93,33 @@ def comparison_band(
     regressor = filtered_regressor(position, widest_hz, period_s)
     smooth = lowpass(effort, widest_hz, period_s)
     inertia = abs(float(np.linalg.lstsq(regressor, smooth, rcond=None)[0][0]))
-    return balanced_band(inertia, noise, density, widest_hz, period_s)
+    return search_band(inertia, noise, density, widest_hz, period_s)
+
+
+def search_band(
+    inertia: float, noise: float, density: float, widest_hz: float, period_s: float
+) -> Band:
+    """The same for a known inertia, in the unit of effort per acceleration."""
+    knee_hz = _knee_hz(inertia, noise, density, widest_hz, period_s)
+    return Band(min(_SEEN * knee_hz, widest_hz), knee_hz)
 
 
 def balanced_band(
     inertia: float, noise: float, density: float, widest_hz: float, period_s: float
 ) -> Band:
-    """The same for a known inertia, in the unit of effort per acceleration."""
+    """The band of an estimate, in which encoder noise and effort noise are balanced."""
+    knee_hz = _knee_hz(inertia, noise, density, widest_hz, period_s)
+    return Band(min(_BALANCED * knee_hz, widest_hz), knee_hz)
+
+
+def _knee_hz(
+    inertia: float, noise: float, density: float, widest_hz: float, period_s: float
+) -> float:
+    """Frequency at which both noises have the same density."""
     # the integral of f⁴ up to the widest frequency is a fifth of its value there
     encoder = np.sqrt(5.0) * inertia * acceleration_noise(noise, widest_hz, period_s)
     ratio = np.sqrt(density * widest_hz) / max(float(encoder), _TINY)
-    knee_hz = widest_hz * max(float(np.sqrt(ratio)), _NARROWEST / _CUTOFF)
-    return Band(min(_CUTOFF * knee_hz, widest_hz), knee_hz)
+    return widest_hz * max(float(np.sqrt(ratio)), _LOWEST_KNEE)
 
 
 def white_noise(effort: Array, position: Array, cutoff_hz: float, period_s: float) -> float:

@@ -9,19 +9,22 @@ from edge_ident.diagnosis.select.stability import RUNS, DisturbedRuns
 
 def agreed(
     search: Search, start: FittedModel, selected: SupportedModel, runs: DisturbedRuns
-) -> SupportedModel:
+) -> tuple[SupportedModel, list[int]]:
     """The selected model or, where the disturbed runs do not find it, one that they agree on.
 
     The undisturbed data are one sample of many, so what they alone lead to has no precedence.
+
+    Returns
+    -------
+    SupportedModel
+    list of int
+        How many of the disturbed runs find each of its terms.
     """
+    times = runs.times_found(selected.model)
     other = runs.models[0].terms
-    if not other or all(again(times + 1, RUNS + 1).accepted for times in _found(runs, selected)):
-        return selected
+    if not other or all(again(found + 1, RUNS + 1).accepted for found in times):
+        return selected, times
     supported = eliminate_backward(search, search.fit(start.base, other))
-    all_find = all(again(times, RUNS + 1).accepted for times in _found(runs, supported))
-    return supported if supported.model.terms and all_find else selected
-
-
-def _found(runs: DisturbedRuns, supported: SupportedModel) -> list[int]:
-    """How many of the disturbed runs find each term of a model."""
-    return runs.times_found(supported.model)
+    other_times = runs.times_found(supported.model)
+    all_find = all(again(found, RUNS + 1).accepted for found in other_times)
+    return (supported, other_times) if other_times and all_find else (selected, times)

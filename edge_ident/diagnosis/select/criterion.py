@@ -12,7 +12,7 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.diagnosis.fit.candidates import Candidate
+from edge_ident.diagnosis.fit.candidates import Candidate, cached_effort
 from edge_ident.diagnosis.fit.discrepancy import model_discrepancy
 from edge_ident.diagnosis.fit.fitting import FittedModel
 from edge_ident.diagnosis.fit.library import Grid
@@ -31,6 +31,10 @@ class Criterion:
     Attributes
     ----------
     data : AxisData
+    noise_replica : AxisData
+        The same samples with the encoder noise added a second time.
+    start : FittedModel
+        The base model.
     grids : mapping of Candidate to Grid
         Nonlinear parameters that are tried.
     samples : float
@@ -38,6 +42,8 @@ class Criterion:
     """
 
     data: AxisData
+    noise_replica: AxisData
+    start: FittedModel
     grids: Mapping[Candidate, Grid]
     samples: float
 
@@ -51,12 +57,13 @@ class Criterion:
 
     def value(self, fitted: FittedModel) -> float:
         """Extended BIC of a model."""
-        return self.misfit(fitted.error) + self._penalties(fitted)
+        return self.misfit(self.error(fitted)) + self._penalties(fitted)
 
     def gain(self, before: FittedModel, after: FittedModel) -> float:
         """Gain of a model over another, beyond the discrepancy of either."""
         discrepancy = max(self.discrepancy(before), self.discrepancy(after))
-        misfit = self.misfit(before.error + discrepancy) - self.misfit(after.error + discrepancy)
+        errors = [self.error(model) + discrepancy for model in (before, after)]
+        misfit = self.misfit(errors[0]) - self.misfit(errors[1])
         return misfit - self._penalties(after) + self._penalties(before)
 
     def expected_gain(self, scored: ScoredCandidate, fitted: FittedModel) -> float:
@@ -67,6 +74,24 @@ class Criterion:
     def scored(self, scored: ScoredCandidate, discrepancy: float) -> float:
         """Value of a model with a candidate, without the penalties of its other terms."""
         return self.misfit(scored.error + discrepancy) + self.penalty(scored.candidate)
+
+    def error(self, fitted: FittedModel) -> float:
+        """Sum of squared residuals, as if the encoder noise passed as in the base model.
+
+        A load on a spring follows no fast motion. So a model with one has less inertia where the
+        encoder noise is, and a smaller residual. That is no evidence.
+        """
+        return fitted.error + max(self._base_noise - self._encoder_noise(fitted), 0.0)
+
+    def _encoder_noise(self, fitted: FittedModel) -> float:
+        """Sum of squares that the encoder noise has in the effort of a model."""
+        late = self.data.timing_columns @ fitted.timing
+        passed = cached_effort(self.noise_replica, fitted.axis) + late - fitted.predicted
+        return float(np.sum(np.square(passed[self.data.valid])))
+
+    @cached_property
+    def _base_noise(self) -> float:
+        return self._encoder_noise(self.start)
 
     def misfit(self, error: float) -> float:
         """What a sum of squares costs."""

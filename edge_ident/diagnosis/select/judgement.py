@@ -103,8 +103,7 @@ def judge(
     found: Sequence[int] = []
     if rules.stability and selected.model.terms and not blocked:
         runs = disturbed_runs(search, start, selected.model, floor.rms, on_run)
-        selected = agreed(search, start, selected, runs)
-        found = runs.times_found(selected.model)
+        selected, found = agreed(search, start, selected, runs)
     doubts = _not_found_again(found)
     assessed = Assessment.of(search, start, selected.model, floor, rules.tolerance)
     kept = [k for k in range(len(selected.model.terms)) if k not in doubts]

@@ -1,8 +1,9 @@
 """The size of a cause: what it takes off the effort as it was recorded.
 
-The comparison is blind above its cut-off, and fades out around reversals, where play, presliding
-and impacts act most of all. So whether a cause is worth naming is judged on the effort at the
-bandwidth of the motion, which is twice as wide, wherever the encoder resolves the direction.
+The comparison attenuates from the knee on, and fades out around reversals, where play, presliding
+and impacts act most of all. So whether a cause is worth naming is judged on the effort as it is, up
+to the cut-off of the comparison and wherever the encoder resolves the direction. Above the cut-off
+the cause's formula was not compared with anything.
 
 The size is what the cause reduces the residual by, and no extrapolation. An effort s beside a
 residual r takes off ‖r + s‖² - ‖r‖² = 2·s·(r + s) - ‖s‖². So an s that is not in the record counts
@@ -41,26 +42,32 @@ def recorded_sizes(data: AxisData, model: FittedModel) -> list[float]:
     """
     together = [model.of_same_effect(place) for place in range(len(model.terms))]
     seen = [s.direction_known for s in data.segments]
-    effort = np.concatenate([_measured(s)[at] for s, at in zip(data.segments, seen, strict=True)])
+    places = list(zip(data.segments, seen, strict=True))
+    effort = np.concatenate([_compared(s, _measured(s), at) for s, at in places])
     motions = [
-        regressor(s.motion.velocity, s.motion.acceleration)[at]
-        for s, at in zip(data.segments, seen, strict=True)
+        _compared(s, regressor(s.motion.velocity, s.motion.acceleration).T, at).T
+        for s, at in places
     ]
     basis = orthonormal(np.vstack(motions))
 
     def left(axis: AxisModel) -> float:
         """Mean square of the residual of a model."""
-        made = [along(s, axis)[at] for s, at in zip(data.segments, seen, strict=True)]
+        made = [_compared(s, along(s, axis), at) for s, at in places]
         residual = effort - np.concatenate(made)
         residual = residual - basis @ (basis.T @ residual)
         return float(residual @ residual) / len(residual)
 
     whole, scale = left(model.axis), nonzero_rms(effort)
     sizes = {}
-    for places in set(together):
-        more = left(model.axis_without(places)) - whole
-        sizes[places] = float(np.sign(more) * np.sqrt(np.abs(more))) / scale
-    return [sizes[places] for places in together]
+    for terms in set(together):
+        more = left(model.axis_without(terms)) - whole
+        sizes[terms] = float(np.sign(more) * np.sqrt(np.abs(more))) / scale
+    return [sizes[terms] for terms in together]
+
+
+def _compared(segment: Segment, signals: Array, known: NDArray[np.bool_]) -> Array:
+    """Signals (..., N) up to the cut-off, at the samples whose direction is known."""
+    return lowpass(known * signals, segment.cutoff_hz, segment.period_s)[..., known]
 
 
 def _measured(segment: Segment) -> Array:

@@ -64,6 +64,8 @@ class Search:
         Whether nonlinear parameters are searched between the points of the grids.
     cache : dict
         Candidates that were refined before.
+    refined_rows : dict
+        Regressors (k, n) at points that were refined before.
     """
 
     data: AxisData
@@ -75,6 +77,7 @@ class Search:
     library: Library
     refines: bool = True
     cache: dict[object, ScoredCandidate] = field(default_factory=dict, compare=False)
+    refined_rows: dict[object, Array] = field(default_factory=dict, compare=False)
 
     @classmethod
     def of(cls, data: AxisData, template: AxisModel, start: FittedModel) -> Self:
@@ -86,8 +89,10 @@ class Search:
         rows = {c: regressors(data, start.axis, c, grids[c])[..., data.valid] for c in every}
         library = Library.of(grids, rows)
         searched = {**grids, VIBRATION: {"frequency": spectrum.frequency_hz}}
-        criterion = Criterion(data, searched, float(np.count_nonzero(data.valid)))
-        return cls(data, data.noise_replica, template, excitation, criterion, spectrum, library)
+        replica = data.noise_replica
+        samples = float(np.count_nonzero(data.valid))
+        criterion = Criterion(data, replica, start, searched, samples)
+        return cls(data, replica, template, excitation, criterion, spectrum, library)
 
     def with_samples(self, samples: float) -> Self:
         """The same search, whose criterion counts another number of independent samples."""
@@ -99,20 +104,32 @@ class Search:
         So a repetition costs products alone. The terms of a model are among the points.
         """
         known = (*model.terms, *(scored.term for scored in self.cache.values()))
-        refined_terms: dict[Candidate, list[FittedTerm]] = {}
+        found: dict[Candidate, dict[tuple[float, ...], FittedTerm]] = {}
         for term in known:
             if term.nonlinear and term.candidate in self.library:
-                refined_terms.setdefault(term.candidate, []).append(term)
-        base, more, rows = build(self.template, self.excitation.base, ()), {}, {}
-        for candidate, terms in refined_terms.items():
-            more[candidate] = {
-                name: np.array([t.nonlinear[name] for t in terms])
+                same = found.setdefault(term.candidate, {})
+                same[tuple(term.nonlinear.values())] = term
+        more = {
+            candidate: {
+                name: np.array([t.nonlinear[name] for t in terms.values()])
                 for name in self.library.points[candidate]
             }
-            found = regressors(self.data, base, candidate, more[candidate])
-            rows[candidate] = found[..., self.data.valid]
+            for candidate, terms in found.items()
+        }
+        rows = {candidate: self._rows_at(candidate, points) for candidate, points in more.items()}
         library = self.library.with_points(more, rows)
         return replace(self, library=library, refines=False, cache={})
+
+    def _rows_at(self, candidate: Candidate, points: Grid) -> Array:
+        """Regressors (D, k, n) of a candidate at D points, each computed once for the search."""
+        keys = [(candidate, *values) for values in zip(*points.values(), strict=True)]
+        new = [place for place, key in enumerate(keys) if key not in self.refined_rows]
+        if new:
+            base = build(self.template, self.excitation.base, ())
+            part = {name: values[new] for name, values in points.items()}
+            found = regressors(self.data, base, candidate, part)[..., self.data.valid]
+            self.refined_rows.update(zip((keys[place] for place in new), found, strict=True))
+        return np.stack([self.refined_rows[key] for key in keys])
 
     def on(self, data: AxisData) -> Self:
         """The same search on other data of the same motion: another effort, fewer valid samples."""
@@ -124,6 +141,7 @@ class Search:
             spectrum=self.spectrum.at(kept),
             library=self.library.at(kept),
             cache={},
+            refined_rows={},
         )
 
     @property

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import scipy.signal
 
-from edge_ident.diagnosis.prepare.bandwidth import Band, comparison_band
+from edge_ident.diagnosis.prepare.bandwidth import Band, balanced_band, comparison_band
 from edge_ident.signals.conditioning import choose_cutoff
 from edge_ident.signals.filters import differentiate
 
@@ -41,9 +41,19 @@ def test_above_the_knee_the_filter_falls_as_the_noise_grows() -> None:
     band = comparison_band(position, effort, POSITION_NOISE, density, widest_hz, PERIOD_S)
     both_alike_hz = np.sqrt(EFFORT_NOISE / (INERTIA * POSITION_NOISE)) / (2.0 * np.pi)
     assert band.knee_hz == pytest.approx(both_alike_hz, rel=0.05)
-    assert band.cutoff_hz == pytest.approx(2.1 * band.knee_hz)
+    assert band.cutoff_hz == pytest.approx(min(4.0 * band.knee_hz, widest_hz))
     assert unevenness(band) < 1.5
     assert unevenness(Band(band.cutoff_hz, np.inf)) > 2.5
+
+
+def test_the_band_of_an_estimate_balances_the_noise_of_encoder_and_effort() -> None:
+    density = 2.0 * PERIOD_S * EFFORT_NOISE**2
+    band = balanced_band(INERTIA, POSITION_NOISE, density, 20.0, PERIOD_S)
+    rng = np.random.default_rng(8)
+    encoder, effort = rng.standard_normal((2, 200_000))
+    acceleration = differentiate(POSITION_NOISE * encoder, 2.0 * band.cutoff_hz, PERIOD_S)[2]
+    seen = [band.lowpass(x, PERIOD_S) for x in (INERTIA * acceleration, EFFORT_NOISE * effort)]
+    assert np.std(seen[0]) == pytest.approx(np.std(seen[1]), rel=0.05)
 
 
 @pytest.mark.parametrize(("noise", "density"), [(0.0, 1e-5), (2e-4, 0.0)])

@@ -56,8 +56,9 @@ def rippled() -> Rippled:
 
 def test_what_all_disturbed_runs_find_takes_the_place_of_what_none_finds(rippled: Rippled) -> None:
     runs = rippled.runs(*[rippled.model(PERIOD)] * 4)
-    found = agreed(rippled.search, rippled.start, rippled.selected(0.47), runs)
+    found, times = agreed(rippled.search, rippled.start, rippled.selected(0.47), runs)
     (term,) = found.model.terms
+    assert times == [4]
     assert term.nonlinear["period"] == pytest.approx(PERIOD, rel=0.02)
     assert len(found.support) == 1
 
@@ -66,16 +67,16 @@ def test_runs_that_disagree_replace_nothing(rippled: Rippled) -> None:
     right, other = rippled.model(PERIOD), rippled.model(0.47)
     selected = rippled.selected(0.22)
     runs = rippled.runs(right, right, right, other)
-    assert agreed(rippled.search, rippled.start, selected, runs) is selected
+    assert agreed(rippled.search, rippled.start, selected, runs) == (selected, [0])
 
 
 def test_runs_that_find_nothing_replace_nothing(rippled: Rippled) -> None:
     selected = rippled.selected(0.47)
     runs = rippled.runs(*[rippled.start] * 4)
-    assert agreed(rippled.search, rippled.start, selected, runs) is selected
+    assert agreed(rippled.search, rippled.start, selected, runs) == (selected, [0])
 
 
 def test_a_model_that_is_found_again_stays(rippled: Rippled) -> None:
     selected = rippled.selected(PERIOD)
     runs = rippled.runs(*[rippled.model(PERIOD)] * 4)
-    assert agreed(rippled.search, rippled.start, selected, runs) is selected
+    assert agreed(rippled.search, rippled.start, selected, runs) == (selected, [4])

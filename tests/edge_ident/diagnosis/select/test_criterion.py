@@ -5,7 +5,7 @@ from dataclasses import FrozenInstanceError, replace
 import numpy as np
 import pytest
 
-from edge_ident.diagnosis.fit.fitting import FittedModel, fit
+from edge_ident.diagnosis.fit.fitting import FittedModel, build, fit
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.select.criterion import independent_samples
@@ -59,3 +59,21 @@ def test_a_search_never_changes(prepared: tuple[AxisData, FittedModel]) -> None:
     assert search.criterion.samples == before == np.count_nonzero(data.valid)
     with pytest.raises(FrozenInstanceError):
         search.criterion.samples = 1.0  # type: ignore[misc]
+
+
+def test_less_inertia_for_the_encoder_noise_is_no_evidence() -> None:
+    """With four fifths of the inertia 0.64 of the noise's energy pass; the rest is added again."""
+    t, x, v, a = swing(seconds=12.0)
+    data = prepare_axis([recorded(t, x, rigid(v, a), noise=0.002, count=1e-3)], "x")
+    start = fit(data, TEMPLATE, np.zeros(4), ())
+    criterion = Search.of(data, TEMPLATE, start).criterion
+    lighter = build(TEMPLATE, start.base * (0.8, 1.0, 1.0, 1.0), ())
+    late = data.timing_columns @ start.timing
+    model = replace(start, axis=lighter, predicted=data.predicted(lighter) + late)
+    noise, band, period_s = next((s.position_noise, s.band, s.raw_period_s) for s in data.segments)
+    frequency_hz = np.linspace(0.0, 2.0 * band.cutoff_hz, 2001)
+    torque = start.base[0] * (2.0 * np.pi * frequency_hz) ** 2 * noise
+    density = 2.0 * period_s * torque**2 * band.power(frequency_hz)
+    passed = np.count_nonzero(data.valid) * np.trapezoid(density, frequency_hz)
+    assert criterion.error(start) == start.error
+    assert criterion.error(model) - model.error == pytest.approx(0.36 * passed, rel=0.3)
