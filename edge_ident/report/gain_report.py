@@ -1,23 +1,21 @@
 """The gains of a board as a document and as tables: active, new, predicted, measured."""
 
 import dataclasses
-import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from rich.console import Group, RenderableType
 from rich.text import Text
 
 from edge_ident.commissioning.gain_forecast import Forecast, Forecasts
 from edge_ident.commissioning.gain_outcome import GainChange
-from edge_ident.commissioning.gain_transfer import change_factor
 from edge_ident.commissioning.promise import Expected
+from edge_ident.report.gain_rows import gain_rows
 from edge_ident.report.promise_report import promise_document, promise_view
 from edge_ident.support.json_text import finite
 from edge_ident.support.tables import FittingTable
-from firmware_interface.gains import Bank, numbers_in_use
+from firmware_interface.gains import Bank
 
 
 @dataclass(frozen=True)
@@ -125,22 +123,11 @@ def _table(report: GainReport, axis: str) -> FittingTable:
     for heading in ("active", "new", "change")[: 1 if report.new is None else 3]:
         table.add_column(heading, justify="right")
     banks = [report.active[axis]] + ([] if report.new is None else [report.new[axis]])
-    for name in numbers_in_use(banks):
-        values = [bank.numbers()[name] for bank in banks]
-        table.add_row(name.replace("_", " "), *(f"{v:.4g}" for v in values), _change(values))
+    for row in gain_rows(banks):
+        table.add_row(row.label(row.name.replace("_", " ")), *row.cells(4), row.change)
     for label, shown in _predictions(report, axis):
         table.add_row(label, *shown)
     return table
-
-
-def _change(values: list[float]) -> str:
-    """Factor by which a gain changes, or the difference where it was zero; empty if it stays."""
-    if len(values) < 2 or np.float32(values[0]) == np.float32(values[1]):
-        return ""
-    factor = change_factor(*values)
-    if math.isinf(factor):
-        return f"{values[1] - values[0]:+.3g}"
-    return f"× {factor:.3g}" if values[1] > values[0] else f"/ {factor:.3g}"
 
 
 def _predictions(report: GainReport, axis: str) -> list[tuple[str, list[str]]]:

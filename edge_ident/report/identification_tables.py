@@ -1,8 +1,6 @@
 """An identification and designed gains as tables, by rich."""
 
-import math
 from collections.abc import Iterator, Mapping
-from typing import Final
 
 from rich.console import Group, RenderableType
 from rich.markup import escape
@@ -15,10 +13,8 @@ from edge_ident.identification.result import (
     ParameterSource,
 )
 from edge_ident.model.model import PARAMETERS, Estimate
+from edge_ident.report.gain_rows import gain_rows
 from edge_ident.support.tables import FittingTable
-from firmware_interface.gains import RIPPLES, AxisGains, numbers_in_use
-
-_RIPPLE: Final = ("ripple_cosine", "ripple_sine", "ripple_period")
 
 
 def identification_view(identification: Identification) -> Group:
@@ -103,16 +99,5 @@ def _gain_rows(designs: list[GainDesign]) -> Iterator[tuple[str, list[str]]]:
     yield "bandwidth rad/s", [f"{d.bandwidth_rad_s:.4g}" for d in designs]
     yield "phase margin °", [f"{d.phase_margin_deg:.4g}" for d in designs]
     yield "gain margin", [f"{d.gain_margin:.4g}" for d in designs]
-    numbers = [d.gains.numbers() for d in designs]
-    for name in numbers_in_use([d.gains for d in designs]):
-        if not name.startswith(_RIPPLE):
-            yield name.replace("_", " "), [f"{of_axis[name]:.4g}" for of_axis in numbers]
-    for k in range(RIPPLES):
-        ripples = [_ripple(d.gains, k) for d in designs]
-        if any(ripples):
-            yield f"ripple {k + 1}", ripples
-
-
-def _ripple(gains: AxisGains, k: int) -> str:
-    amplitude = math.hypot(gains.ripple_cosine[k], gains.ripple_sine[k])
-    return f"{amplitude:.3g} N·m every {gains.ripple_period_rad[k]:.4g} rad" if amplitude else ""
+    for row in gain_rows([d.gains for d in designs]):
+        yield row.label(row.name.replace("_", " ")), row.cells(4)

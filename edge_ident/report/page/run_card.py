@@ -1,6 +1,6 @@
 """The first screen of a run: what was written, how much better the axis follows, what to do."""
 
-from dataclasses import asdict, replace
+from dataclasses import replace
 
 from markupsafe import Markup, escape
 
@@ -9,6 +9,7 @@ from edge_ident.commissioning.verification import Tracking
 from edge_ident.identification.result import AxisIdentification
 from edge_ident.model.effects import named
 from edge_ident.model.model import PARAMETERS
+from edge_ident.report.gain_rows import gain_rows
 from edge_ident.report.page.card import PICTURE_HEIGHT, Card, Row, Table
 from edge_ident.report.page.chart import Chart
 from edge_ident.report.page.diagnosis_card import distinct, in_words
@@ -24,6 +25,7 @@ from edge_ident.report.page.wording import (
     to_its_std,
     unit_text,
 )
+from firmware_interface.gains import AxisGains
 
 
 def run_card(name: str, outcome: Outcome, chart: Chart) -> Card:
@@ -156,18 +158,33 @@ def _changes(name: str, outcome: Outcome) -> Table | None:
             angle(tracking.after_rad, *at, "tracking_rms_after_rad"),
         )
     if design is not None:
-        old, new = asdict(outcome.gains_before[name]), asdict(design.gains)
-        cells |= {
-            gain_label(gain): (
-                number(old[gain], digits(old[gain], 3), "gains_before", name, gain),
-                number(value, digits(value, 3), "designs", name, "gains", gain),
-            )
-            for gain, value in new.items()
-            if isinstance(value, float) and value != old[gain]
-        }
+        cells |= _changed_gains(name, outcome.gains_before[name], design.gains)
     if not cells:
         return None
     before, after = zip(*cells.values(), strict=True)
     last = "new" if outcome.confirmed else "designed"
     rows: list[Row] = [("old", *before), (last, *after)]
     return Table(f"Old and {last} gains, and how the axis follows", ("", *cells), rows)
+
+
+def _changed_gains(name: str, old: AxisGains, new: AxisGains) -> dict[str, tuple[Markup, Markup]]:
+    """Of each gain and table that differs: what it was, and what it is."""
+    places = (("gains_before", name), ("designs", name, "gains"))
+    return {
+        row.label(gain_label(row.name)): (
+            _shown(row.values[0], *places[0], row.name),
+            _shown(row.values[1], *places[1], row.name),
+        )
+        for row in gain_rows((old, new))
+        if hasattr(old, row.name) and row.values[0] != row.values[1]
+    }
+
+
+def _shown(numbers: tuple[float, ...], *place: str) -> Markup:
+    """A gain, or the smallest and the largest entry of a table."""
+    if len(numbers) == 1:
+        return number(numbers[0], digits(numbers[0], 3), *place)
+    ends = dict.fromkeys((min(numbers), max(numbers)))
+    return Markup(" to ").join(
+        number(end, digits(end, 2), *place, numbers.index(end)) for end in ends
+    )

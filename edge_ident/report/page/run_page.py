@@ -8,6 +8,7 @@ from edge_ident.commissioning.identification_motions import CAPTURE_FILE
 from edge_ident.commissioning.run import BACKUP_FILE, VERIFICATION_FILE, Outcome
 from edge_ident.identification.result import AxisIdentification, ParameterSource
 from edge_ident.model.model import PARAMETERS
+from edge_ident.report.gain_rows import gain_rows
 from edge_ident.report.page.card import Row, Table
 from edge_ident.report.page.chart import Chart
 from edge_ident.report.page.provenance import Provenance
@@ -24,7 +25,6 @@ from edge_ident.report.page.wording import (
     with_interval,
 )
 from edge_ident.signals.recording_files import load_recording
-from firmware_interface.gains import numbers_in_use
 
 if TYPE_CHECKING:
     from edge_ident.report.page.axis_details import AxisDetails
@@ -171,10 +171,8 @@ def _gains(outcome: Outcome) -> Table | None:
         for name, design in outcome.designs.items()
         for bank in (outcome.gains_before[name], design.gains)
     ]
-    banks = [bank.numbers() for bank in gains]
     rows: list[Row] = [
-        (gain_label(gain), *(minus(f"{bank[gain]:.5g}") for bank in banks))
-        for gain in numbers_in_use(gains)
+        (row.label(gain_label(row.name)), *map(minus, row.cells(5))) for row in gain_rows(gains)
     ]
     margins = [
         ("bandwidth (rad/s)", "bandwidth_rad_s"),
