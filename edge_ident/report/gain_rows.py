@@ -63,7 +63,7 @@ class GainRow:
         """
         if len(self.values) < 2:
             return ""
-        old, new = np.float32(self.values[0]), np.float32(self.values[1])
+        old, new = (np.array(numbers, np.float32) for numbers in self.values[:2])
         if np.array_equal(old, new):
             return ""
         if self.entries:

@@ -1,5 +1,6 @@
 """What new gains promised and what was measured: a document, a table, and a figure."""
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 from rich.text import Text
@@ -64,20 +65,26 @@ def promise_view(promise: Promise) -> FittingTable:
     table = FittingTable(title="tracking error promised, mrad", title_justify="left")
     for heading in ("motion", "axis", "", "now", "after (90 %)", "measured", "kept"):
         table.add_column(heading, justify="right")
+    for *cells, kept in promise_rows(promise):
+        table.add_row(*cells, Text(kept, style="bold red" if kept == "no" else ""))
+    return table
+
+
+def promise_rows(promise: Promise) -> Iterator[tuple[str, ...]]:
+    """Motion, axis, quantity; now, promised, measured (mrad); and whether it was kept."""
     for motion, axis, of_axis in promise.every:
         kept = {None: "", True: "yes", False: "no"}[of_axis.kept(promise.judged)]
         for quantity in ("rms", "peak"):
             name, measured = f"{quantity}_rad", of_axis.measured
-            table.add_row(
+            yield (
                 motion,
                 axis,
                 quantity,
                 _mrad(getattr(of_axis.now, name)),
                 _span(getattr(of_axis.after, quantity)),
                 "" if measured is None else _mrad(getattr(measured, name)),
-                Text(kept, style="bold red" if kept == "no" else ""),
+                kept,
             )
-    return table
 
 
 def _span(of: Expected) -> str:

@@ -57,3 +57,43 @@ class Card:
     chart: Chart
     written: list[Markup] = field(default_factory=list)
     table: Table | None = None
+
+
+@dataclass(frozen=True)
+class IntervalRow:
+    """One line.
+
+    Attributes
+    ----------
+    unit, value : str
+        What stands before the picture, and behind it.
+    picture : Markup
+    stands_out : bool
+    """
+
+    unit: str
+    value: str
+    picture: Markup
+    stands_out: bool
+
+
+@dataclass(frozen=True)
+class IntervalPicture:
+    """Values with their intervals, a line each, on one scale.
+
+    Attributes
+    ----------
+    key, title : str
+        Unique in the page; what is compared.
+    rows : list of IntervalRow
+    ends : (str, str)
+        What the left and the right end of the pictures stand for.
+    spread : str
+        How the units scatter, or how to read it.
+    """
+
+    key: str
+    title: str
+    rows: list[IntervalRow]
+    ends: tuple[str, str]
+    spread: str

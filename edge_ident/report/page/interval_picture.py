@@ -1,54 +1,16 @@
 """Values of many units with their intervals, a line each, before what units are like."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from markupsafe import Markup
 
 from edge_ident.fleet.result import Comparison, UnitValue
 from edge_ident.model.model import NORMAL_95
+from edge_ident.report.page.card import IntervalPicture, IntervalRow
 from edge_ident.report.page.scale import Scale, around
 from edge_ident.report.page.wording import digits, minus, sentence, to_its_std, unit_text
 from edge_ident.report.survey_wording import quantity_words
-
-
-@dataclass(frozen=True)
-class IntervalRow:
-    """One unit.
-
-    Attributes
-    ----------
-    unit, value : str
-    picture : Markup
-    stands_out : bool
-    """
-
-    unit: str
-    value: str
-    picture: Markup
-    stands_out: bool
-
-
-@dataclass(frozen=True)
-class IntervalPicture:
-    """One quantity of all units.
-
-    Attributes
-    ----------
-    key, title : str
-        Unique in the page; what is compared.
-    rows : list of IntervalRow
-    ends : (str, str)
-        What the left and the right end of the pictures stand for.
-    spread : str
-        How the units scatter.
-    """
-
-    key: str
-    title: str
-    rows: list[IntervalRow]
-    ends: tuple[str, str]
-    spread: str
 
 
 def interval_picture(key: str, comparison: Comparison) -> IntervalPicture:

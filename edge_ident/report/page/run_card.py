@@ -1,18 +1,20 @@
 """The first screen of a run: what was written, how much better the axis follows, what to do."""
 
-from dataclasses import replace
+from dataclasses import asdict, replace
+from typing import Final
 
 from markupsafe import Markup, escape
 
 from edge_ident.commissioning.run import BACKUP_FILE, Outcome
 from edge_ident.commissioning.verification import Tracking
+from edge_ident.diagnosis.present.wording import spoken
 from edge_ident.identification.result import AxisIdentification
 from edge_ident.model.effects import named
 from edge_ident.model.model import PARAMETERS
-from edge_ident.report.gain_rows import gain_rows
 from edge_ident.report.page.card import PICTURE_HEIGHT, Card, Row, Table
 from edge_ident.report.page.chart import Chart
 from edge_ident.report.page.diagnosis_card import distinct, in_words
+from edge_ident.report.page.run_promise import not_worth, taken_back
 from edge_ident.report.page.wording import (
     all_of,
     angle,
@@ -25,7 +27,10 @@ from edge_ident.report.page.wording import (
     to_its_std,
     unit_text,
 )
-from firmware_interface.gains import AxisGains
+from firmware_interface.gains import GAIN_FIELDS
+
+_FIRST_TERMS: Final = GAIN_FIELDS[3]
+"""Gains that every board has; the others belong to an effect, which is named instead."""
 
 
 def run_card(name: str, outcome: Outcome, chart: Chart) -> Card:
@@ -43,8 +48,11 @@ def run_card(name: str, outcome: Outcome, chart: Chart) -> Card:
     parts = [named(cause.term.effect).advice.part for cause in distinct(causes)[:3]]
     good = axis.trusted and outcome.trusted
     verdict = _verdict(name, axis, outcome)
+    contradicted = outcome.change is not None and name in outcome.change.contradicted
     if causes:
-        verdict += Markup(" The diagnosis found: {}.").format(all_of(in_words(causes[:2])))
+        said = "The motion contradicts" if contradicted else "The diagnosis found"
+        words = all_of(in_words(causes[:2]))
+        verdict += Markup(" {}: {}.").format(said, words)
     return Card(
         axis=name,
         status="good" if good else "open",
@@ -53,9 +61,9 @@ def run_card(name: str, outcome: Outcome, chart: Chart) -> Card:
         terms=f"{axis.source.spoken} used; {axis.reason}",
         sure=[*_model_sure(name, axis), *_tracking_sure(name, outcome)],
         part=[escape(sentence(part)) for part in parts] or [Markup("No part stands out.")],
-        action=_action(axis, outcome),
+        action=_action(axis, outcome, contradicted),
         chart=replace(chart, height=PICTURE_HEIGHT),
-        written=[_written(outcome)],
+        written=_written(name, outcome),
         table=_changes(name, outcome),
     )
 
@@ -75,9 +83,9 @@ def _verdict(name: str, axis: AxisIdentification, outcome: Outcome) -> Markup:
     elif change is None:
         said = "A trial run: new gains were designed and checked. Nothing was written to the board."
     elif change.unchanged:
-        said = "The axis is tuned already. Nothing was written to the board."
+        said = f"{not_worth(change)} Nothing was written to the board."
     elif not change.confirmed:
-        said = "The new gains followed worse. The old gains are in force again."
+        said = f"{taken_back(change)} The old gains are in force again."
     elif tracking is None or tracking.verdict == "equal":
         said = "New gains are in force. The axis follows its path as well as before."
     else:
@@ -87,13 +95,18 @@ def _verdict(name: str, axis: AxisIdentification, outcome: Outcome) -> Markup:
     return Markup(said)
 
 
-def _written(outcome: Outcome) -> Markup:
+def _written(name: str, outcome: Outcome) -> list[Markup]:
     if outcome.change is None or outcome.change.unchanged:
-        return Markup("Nothing.")
+        return [Markup("Nothing.")]
     if not outcome.confirmed:
-        return Markup("Nothing that stays: the new gains were taken back.")
+        return [Markup("Nothing that stays: the new gains were taken back.")]
+    by = "two motions" if outcome.change.others else "a motion"
     kept = "They outlast a power cycle." if outcome.stored else "They are lost without power."
-    return Markup("The new gains below, read back and confirmed by a motion. {}").format(kept)
+    said = [Markup("The new gains below, read back and confirmed by {}. {}").format(by, kept)]
+    used = [spoken(of.effect) for of in outcome.designs[name].used]
+    if used:
+        said.append(Markup("They make up for: {}.").format(all_of(used)))
+    return said
 
 
 def _model_sure(name: str, axis: AxisIdentification) -> list[Markup]:
@@ -127,7 +140,7 @@ def _tracking_sure(name: str, outcome: Outcome) -> list[Markup]:
     ]
 
 
-def _action(axis: AxisIdentification, outcome: Outcome) -> list[Markup]:
+def _action(axis: AxisIdentification, outcome: Outcome, contradicted: bool) -> list[Markup]:
     steps = [escape(sentence(f.next_step)) for f in axis.findings if f.blocks]
     if steps:
         return steps[:3]
@@ -135,6 +148,13 @@ def _action(axis: AxisIdentification, outcome: Outcome) -> list[Markup]:
         return [Markup("Mend what is wrong on the other axis, then run again.")]
     if outcome.change is None:
         return [Markup("Run it again without <code>--dry-run</code> to write these gains.")]
+    if contradicted:
+        return [
+            Markup(
+                "Take the diagnosis as open: record another motion and run "
+                "<code>edge-ident diagnose</code> on both."
+            )
+        ]
     if not outcome.confirmed and not outcome.change.unchanged:
         return [Markup("Look for play or a resonance, or take a lower <code>--bandwidth</code>.")]
     if outcome.confirmed and not outcome.stored:
@@ -148,7 +168,7 @@ def _action(axis: AxisIdentification, outcome: Outcome) -> list[Markup]:
 
 
 def _changes(name: str, outcome: Outcome) -> Table | None:
-    """Tracking error and gains, old and new; gains that stay are left out."""
+    """Tracking error and the gains of every board, old and new; gains that stay are left out."""
     cells: dict[str, tuple[Markup, Markup]] = {}
     tracking, design = tracking_of(name, outcome), outcome.designs.get(name)
     if tracking is not None:
@@ -158,33 +178,18 @@ def _changes(name: str, outcome: Outcome) -> Table | None:
             angle(tracking.after_rad, *at, "tracking_rms_after_rad"),
         )
     if design is not None:
-        cells |= _changed_gains(name, outcome.gains_before[name], design.gains)
+        old, new = asdict(outcome.gains_before[name]), asdict(design.gains)
+        cells |= {
+            gain_label(gain): (
+                number(old[gain], digits(old[gain], 3), "gains_before", name, gain),
+                number(new[gain], digits(new[gain], 3), "designs", name, "gains", gain),
+            )
+            for gain in _FIRST_TERMS
+            if new[gain] != old[gain]
+        }
     if not cells:
         return None
     before, after = zip(*cells.values(), strict=True)
     last = "new" if outcome.confirmed else "designed"
     rows: list[Row] = [("old", *before), (last, *after)]
     return Table(f"Old and {last} gains, and how the axis follows", ("", *cells), rows)
-
-
-def _changed_gains(name: str, old: AxisGains, new: AxisGains) -> dict[str, tuple[Markup, Markup]]:
-    """Of each gain and table that differs: what it was, and what it is."""
-    places = (("gains_before", name), ("designs", name, "gains"))
-    return {
-        row.label(gain_label(row.name)): (
-            _shown(row.values[0], *places[0], row.name),
-            _shown(row.values[1], *places[1], row.name),
-        )
-        for row in gain_rows((old, new))
-        if hasattr(old, row.name) and row.values[0] != row.values[1]
-    }
-
-
-def _shown(numbers: tuple[float, ...], *place: str) -> Markup:
-    """A gain, or the smallest and the largest entry of a table."""
-    if len(numbers) == 1:
-        return number(numbers[0], digits(numbers[0], 3), *place)
-    ends = dict.fromkeys((min(numbers), max(numbers)))
-    return Markup(" to ").join(
-        number(end, digits(end, 2), *place, numbers.index(end)) for end in ends
-    )

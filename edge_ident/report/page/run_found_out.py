@@ -3,7 +3,6 @@
 from edge_ident.commissioning.separation import Separation
 from edge_ident.experiment.announcement import QUANTITIES
 from edge_ident.report.page.card import Row, Table
-from edge_ident.report.page.wording import sentence
 from edge_ident.report.run_motions import kind, peaks, what_for, what_it_ruled_out, what_it_showed
 
 
@@ -12,9 +11,9 @@ def found_out(separation: Separation) -> Table:
     rows: list[Row] = [
         (
             f"{made.file}: {kind(made)}",
-            sentence(what_for(made)),
-            sentence(what_it_showed(made)),
-            sentence(what_it_ruled_out(made) or "nothing"),
+            what_for(made),
+            what_it_showed(made),
+            what_it_ruled_out(made) or "nothing",
         )
         for made in separation.motions
     ]

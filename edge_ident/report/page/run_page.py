@@ -16,6 +16,12 @@ from edge_ident.report.page.rendering import write_html
 from edge_ident.report.page.run_card import run_card
 from edge_ident.report.page.run_charts import identified_charts, tracking_chart
 from edge_ident.report.page.run_found_out import found_out, peaks_table
+from edge_ident.report.page.run_promise import (
+    effects_said,
+    notices,
+    promise_picture,
+    promise_table,
+)
 from edge_ident.report.page.wording import (
     digits,
     gain_label,
@@ -80,15 +86,21 @@ def write_run_page(outcome: Outcome, document: dict[str, Any], folder: Path) -> 
         cards.append(run_card(name, outcome, replace(chart, key=f"c{n}")))
     recordings = outcome.captures(folder)
     recordings += [folder / VERIFICATION_FILE] if verified else []
+    promise = outcome.change.promise if outcome.change else None
     content = {
         "title": "What the run found and did",
+        "notices": notices(outcome),
         "conclusion": sentence(outcome.conclusion),
         "cards": cards,
         "details": details,
         "motions": found_out(outcome.separation),
         "ended": sentence(outcome.separation.ended) if outcome.separation.ended else "",
         "peaks": peaks_table(outcome.separation),
+        "became": _became(outcome),
         "gains": _gains(outcome),
+        "effects": effects_said(outcome),
+        "promised": promise and promise_table(promise),
+        "promise_picture": promise and promise_picture(promise),
         "worth": _worth(outcome),
         "times": _times(outcome),
         "provenance": Provenance.of(recordings),
@@ -161,6 +173,14 @@ def _conditions(axis: AxisIdentification) -> Table:
     return Table("How it was identified", ("", ""), rows)
 
 
+def _became(outcome: Outcome) -> str:
+    """What became of the gains, as the heading of their part."""
+    if outcome.confirmed:
+        return "What was written"
+    tried = outcome.change is not None and outcome.change.verification is not None
+    return "What was written, and taken back" if tried else "What was designed, and not written"
+
+
 def _gains(outcome: Outcome) -> Table | None:
     """Every number of every axis, old and new."""
     if not outcome.designs:
@@ -190,11 +210,20 @@ def _worth(outcome: Outcome) -> Table | None:
     """How far each axis is from its path, with the old gains and with the new ones."""
     if outcome.change is None or outcome.change.verification is None:
         return None
+    promise = outcome.change.promise
+    first = f", {next(iter(promise.motions))}" if promise and promise.motions else ""
+    others = {f", {motion}": of for motion, of in outcome.change.others.items()}
+    motions = {first: outcome.change.verification, **others}
     rows: list[Row] = [
-        (name, *(f"{1e3 * rad:.3g} mrad" for rad in (t.before_rad, t.after_rad)), t.verdict)
-        for name, t in outcome.change.verification.axes.items()
+        (
+            f"{name}{motion}",
+            *(f"{1e3 * rad:.3g} mrad" for rad in (t.before_rad, t.after_rad)),
+            t.verdict,
+        )
+        for motion, verification in motions.items()
+        for name, t in verification.axes.items()
     ]
-    return Table("Tracking error, rms", ("axis", "old gains", "new gains", "verdict"), rows)
+    return Table("Tracking error, rms", ("axis, motion", "old gains", "new gains", "verdict"), rows)
 
 
 def _times(outcome: Outcome) -> Table:

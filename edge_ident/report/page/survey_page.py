@@ -11,8 +11,8 @@ from markupsafe import Markup
 
 from edge_ident.fleet.result import StandsOut, Survey
 from edge_ident.model.effects import named
-from edge_ident.report.page.card import Row, Status, Table
-from edge_ident.report.page.interval_picture import IntervalPicture, interval_picture
+from edge_ident.report.page.card import IntervalPicture, Row, Status, Table
+from edge_ident.report.page.interval_picture import interval_picture
 from edge_ident.report.page.provenance import Provenance
 from edge_ident.report.page.rendering import write_html
 from edge_ident.report.page.wording import number, sentence

@@ -7,14 +7,22 @@ from typing import Any
 
 import pytest
 
+from edge_ident.commissioning.promise import (
+    Errors,
+    Expected,
+    ExpectedErrors,
+    Promise,
+    Promised,
+)
 from edge_ident.commissioning.run import Outcome
+from edge_ident.control.compensation import Unused, Used
 from edge_ident.diagnosis.result import Verdict
 from edge_ident.estimation.trust import Finding
 from edge_ident.report.page.run_page import write_run_page
 from edge_ident.signals.recording_files import save_recording
 from tests.edge_ident.diagnosis import hand_made
 from tests.edge_ident.report.page import hand_made_run
-from tests.edge_ident.report.page.pages import check_numbers, check_structure, read
+from tests.edge_ident.report.page.pages import Element, check_numbers, check_structure, read
 
 Run = tuple[Outcome, dict[str, Any], Path]
 
@@ -99,3 +107,89 @@ def test_a_recording_without_a_reference_shows_the_effort_instead(tmp_path: Path
     save_recording(replace(recording, axes=axes), tmp_path / "capture.npz")
     tree = check_structure(write_run_page(outcome, document, tmp_path))
     assert tree.all("figure")[0].all("title")[0].text().startswith("Measured torque")
+
+
+def promised(now: float, after: float, measured: float | None) -> Promised:
+    def near(value: float) -> ExpectedErrors:
+        expected = Expected(value, 0.9 * value, 1.1 * value)
+        return ExpectedErrors(expected, expected)
+
+    found = None if measured is None else Errors(measured, measured)
+    return Promised(Errors(now, now), near(now), near(after), 1e-5, found)
+
+
+def promise_of(after: float, measured: float | None) -> Promise:
+    axis = promised(0.0824, after, measured)
+    return Promise({motion: {"x": axis, "z": axis} for motion in ("sinusoid", "multisine")})
+
+
+def with_change(run: Run, **changed: object) -> Element:
+    outcome, document, folder = run
+    assert outcome.change is not None
+    change = replace(outcome.change, **changed)  # type: ignore[arg-type]
+    page = write_run_page(replace(outcome, change=change), document, folder)
+    check_numbers(check_structure(page))
+    return read(page)
+
+
+def test_the_page_says_what_was_promised_and_what_was_measured(run: Run) -> None:
+    tree = with_change(run, promise=promise_of(0.0006, 0.000605))
+    part = tree.by_id("worth")
+    assert part.text() == "What was promised, and what was measured"
+    row = ["x, multisine, rms", "82.4", "0.6 (0.54 to 0.66)", "0.605", "yes"]
+    assert row in tree.rows()
+    (picture,) = [f for f in tree.all("figure") if f.attributes.get("id") == "promise"]
+    said = [svg.all("title")[0].text() for svg in picture.all("svg")]
+    assert len(said) == 4
+    assert said[0].startswith("axis x, sinusoid: 82.4 mrad with the old gains, promised 0.540")
+    assert "measured 0.605" in said[0]
+    assert "◀" not in picture.all("ul")[0].text()
+
+
+def test_a_promise_that_was_not_kept_is_marked(run: Run) -> None:
+    tree = with_change(run, confirmed=False, promise=promise_of(0.0006, 0.002))
+    first = " ".join(tree.by_id("first-screen").text().split())
+    assert "The new gains did not keep what they promised. The old gains are in force" in first
+    (picture,) = [f for f in tree.all("figure") if f.attributes.get("id") == "promise"]
+    assert picture.all("ul")[0].text().count("◀") == 4
+    assert tree.by_id("gains").text() == "What was written, and taken back"
+
+
+def test_a_diagnosis_that_a_motion_contradicts_is_said_at_the_top(run: Run) -> None:
+    diagnosed = {"x": ("torque_ripple",), "z": ()}
+    tree = with_change(run, confirmed=False, promise=promise_of(0.0006, 0.002), diagnosed=diagnosed)
+    said = [p.text() for p in tree.by_id("first-screen").all("p") if ".notice" in p.kinds]
+    assert len(said) == 2
+    assert said[1].startswith("The motion contradicts the diagnosis of axis x: torque ripple.")
+
+
+@pytest.mark.parametrize(
+    ("after", "why"),
+    [
+        (0.0820, "The axes are tuned already"),
+        (0.2000, "New gains would follow worse."),
+        (0.0700, "New gains promise no more than the forecast itself may be off."),
+    ],
+)
+def test_nothing_worth_a_write_is_said_at_the_top(run: Run, after: float, why: str) -> None:
+    tree = with_change(
+        run, confirmed=False, unchanged=True, verification=None, promise=promise_of(after, None)
+    )
+    (said,) = [p.text() for p in tree.by_id("first-screen").all("p") if ".notice" in p.kinds]
+    assert said.startswith(why)
+    assert said.endswith("Nothing was written; the board has the gains that it had.")
+
+
+def test_what_became_of_each_effect_is_said_in_sentences(run: Run) -> None:
+    outcome, document, folder = run
+    designs = dict(outcome.designs)
+    designs["x"] = replace(
+        designs["x"],
+        used=(Used("torque_ripple", "fed forward at every speed"),),
+        unused=(Unused("backlash", "its size is not known well enough"),),
+    )
+    tree = check_structure(write_run_page(replace(outcome, designs=designs), document, folder))
+    said = [item.text() for item in tree.all("li")]
+    assert "Axis x, torque ripple: fed forward at every speed." in said
+    assert "Axis x, backlash is not used: its size is not known well enough." in said
+    assert "They make up for: torque ripple." in said
