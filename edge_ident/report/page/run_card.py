@@ -44,7 +44,8 @@ def run_card(name: str, outcome: Outcome, chart: Chart) -> Card:
     chart : Chart
     """
     axis = outcome.identification.axes[name]
-    causes = [] if axis.diagnosis is None else [*axis.diagnosis.causes, *axis.diagnosis.minor]
+    found = axis.diagnosis
+    causes = () if found is None else found.causes or found.minor
     parts = [named(cause.term.effect).advice.part for cause in distinct(causes)[:3]]
     good = axis.trusted and outcome.trusted
     verdict = _verdict(name, axis, outcome)
