@@ -8,7 +8,8 @@ import numpy as np
 import scipy.fft
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.prepare.axis_data import Segment
+from edge_ident.diagnosis.prepare.axis_data import UNKNOWN, Segment
+from edge_ident.diagnosis.prepare.masks import direction_weight
 from edge_ident.signals.filters import differentiate, lowpass, magnitude, whitening
 from edge_ident.signals.recording import Recording
 from edge_ident.signals.resampling import EvenGrid
@@ -42,7 +43,8 @@ class WideSignals:
     weight : (N,) array
         0 where the direction of motion is unknown, otherwise 1.
     period_s, cutoff_hz, knee_hz : float
-        The last two of the comparison.
+        The last two of the comparison, up to where it hardly attenuates: a sinusoid that it
+        attenuates is looked for here.
     """
 
     time_s: Array
@@ -75,9 +77,11 @@ class WideSignals:
             effort=lowpass(
                 segment.raw_effort, widest_hz, period_s, delay_s=recording.effort_shift_s
             ),
-            weight=segment.direction_weight,
+            weight=direction_weight(
+                segment.direction_weight <= UNKNOWN, segment.band.balanced_hz, period_s
+            ),
             period_s=period_s,
-            cutoff_hz=segment.cutoff_hz,
+            cutoff_hz=segment.band.balanced_hz,
             knee_hz=segment.band.knee_hz,
             position_noise=segment.position_noise,
         )

@@ -24,7 +24,7 @@ Array = NDArray[np.float64]
 
 _OUTLIER: Final = 5.0
 """Standard deviations of a residual beyond which no noise explains it."""
-_UNKNOWN: Final = 1e-6
+UNKNOWN: Final = 1e-6
 """Direction weight where the direction is unknown: zero, but for rounding."""
 _WHOLE_BAND: Final = 0.4
 """Of the sampling rate; below it a shift by a fraction of a sample is exact."""
@@ -117,7 +117,7 @@ class Segment:
     @property
     def direction_known(self) -> NDArray[np.bool_]:
         """Samples (N,), from the first to the last compared, whose direction is not unknown."""
-        known = self.direction_weight[:: self.stride] > _UNKNOWN
+        known = self.direction_weight[:: self.stride] > UNKNOWN
         known[: self.sample_index[0]] = known[self.sample_index[-1] + 1 :] = False
         return np.asarray(known)
 

@@ -59,6 +59,11 @@ class Band:
         return min(_MOTION_BAND * self.cutoff_hz, _WIDEST / sampling_s)
 
     @property
+    def balanced_hz(self) -> float:
+        """Up to which the comparison hardly attenuates: the cut-off of an estimate."""
+        return min(_BALANCED * self.knee_hz, self.cutoff_hz)
+
+    @property
     def acceleration_gain(self) -> float:
         """Filtered acceleration, 1/s², of a motion of amplitude 1 at the cut-off."""
         passed = float(whitening(np.array(self.cutoff_hz / self.knee_hz)))

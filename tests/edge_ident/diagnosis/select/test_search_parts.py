@@ -166,7 +166,7 @@ def test_a_push_while_quantization_aliases_is_found(early_s: float) -> None:
     (cause,) = axis.causes
     assert cause.term.effect == "disturbance_event"
     assert cause.term.values["time"] == pytest.approx(begins, abs=0.2)
-    assert axis.extended.held_out < 0.1 * axis.base.held_out, "nobody can foresee a push"
+    assert axis.extended.held_out < 0.5 * axis.base.held_out, "nobody can foresee a push"
 
 
 def test_friction_that_changes_alone_is_no_payload() -> None:
