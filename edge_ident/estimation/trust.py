@@ -5,6 +5,7 @@ misses a sixth of the effort, or if the uncertainty of one parameter changes the
 twentieth.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Final
 
@@ -35,6 +36,9 @@ _HOPELESS: Final = 100.0
 """Relative standard deviation beyond which more of the same motion is no advice."""
 _SAME_DIRECTION: Final = 1e-6
 """Singular value over the largest, columns of unit length, that counts as zero."""
+_OF_THE_MOTION: Final = ("inseparable", "unphysical_", "undetermined_", "estimators_disagree_")
+"""Beginnings of the codes of findings that a livelier motion settles."""
+_TOLD_NO_FURTHER: Final = {"unphysical_inertia": "inertia cannot be told from a spring"}
 _TINY: Final = np.finfo(float).tiny
 
 
@@ -154,6 +158,21 @@ def _inseparable(regressor: Array) -> list[Finding]:
             blocks=True,
         )
     ]
+
+
+def contradicted(findings: Iterable[Finding]) -> tuple[str, ...]:
+    """Why a motion was not enough to trust parameters that fit it; a livelier one shows more.
+
+    Parameters
+    ----------
+    findings : iterable of Finding
+        Those about the data are left out: another motion would have them, too.
+    """
+    return tuple(
+        _TOLD_NO_FURTHER.get(finding.code, finding.message)
+        for finding in findings
+        if finding.blocks and finding.code.startswith(_OF_THE_MOTION)
+    )
 
 
 def _check_parameter(

@@ -43,7 +43,7 @@ def diagnose_together(
     names: Collection[str],
     *,
     before: Mapping[str, AxisDiagnosis],
-    plan: MotionPlan,
+    plan: MotionPlan | None,
     model: Model | None,
     on_progress: Progress,
 ) -> dict[str, AxisDiagnosis]:
@@ -52,12 +52,12 @@ def diagnose_together(
     Parameters
     ----------
     recordings : sequence of Recording
-        The last one is that of the motion which was designed.
+        The last one is that of the motion which was made for what was open.
     names : collection of str
-        Axes whose base model is not adequate on each of them.
+        Axes whose base model is not adequate on each of them, or not to be trusted.
     before : mapping of axis name to AxisDiagnosis
         On the recordings but the last, where there is one.
-    plan : MotionPlan
+    plan : MotionPlan or None
         What the last motion was designed for.
     model : Model or None
         Effects that the machine is known to have.
@@ -80,7 +80,8 @@ def diagnose_together(
         alone = _diagnosed(recordings[-1:], name, recordings[0], model, on_progress)
         if not _changed(together, earlier, alone):
             return together
-        pairs = [pair for pair in plan.pairs if pair.axis == name and pair.separated]
+        asked = plan.pairs if plan is not None else ()
+        pairs = [pair for pair in asked if pair.axis == name and pair.separated]
         return _settled(earlier, alone, pairs, recordings[-1].source)
 
     return {name: judged(name) for name in names}

@@ -136,7 +136,8 @@ def answer(question: Question, outcome: AxisDiagnosis | str | None) -> AxisIdent
     findings = _what_was_done(question, outcome, seen)
     findings += check_estimate(chosen.estimate, regressor, measured, metric.relative_residual)
     findings += describe_scales(question.recording, question.name, chosen.estimate.parameters[0])
-    if network is not None and question.adequacy.adequate:
+    extended = chosen.source is ParameterSource.EXTENDED_MODEL
+    if network is not None and question.adequacy.adequate and not extended:
         findings += compare_estimators(network, linear)
     return AxisIdentification(
         estimate=chosen.estimate,
