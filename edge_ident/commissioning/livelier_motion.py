@@ -12,7 +12,7 @@ from edge_ident.commissioning.identification_motions import IdentificationMotion
 from edge_ident.commissioning.second_motion import NamedMotion, within_limits
 from edge_ident.diagnosis.result import Verdict
 from edge_ident.drive.motions import named_trajectory
-from edge_ident.estimation.trust import contradicted
+from edge_ident.estimation import trust
 from edge_ident.identification.result import AxisIdentification, Identification
 from edge_ident.model.model import PARAMETERS, AxisModel, Model
 from firmware_interface.motion import Trajectory
@@ -27,7 +27,7 @@ def not_shown(found: Identification) -> dict[str, tuple[str, ...]]:
         Sentences; axes without any are left out.
     """
     every = {
-        name: contradicted(axis.findings)
+        name: trust.not_shown(axis.findings)
         for name, axis in found.axes.items()
         if _base_is_enough(axis)
     }

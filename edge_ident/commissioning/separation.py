@@ -1,8 +1,8 @@
 """The motions that an open diagnosis asks for: designed, announced, made, and judged together.
 
 Where a base model fits, but the motion could not show its parameters, the drive's own livelier
-motion comes first. The motions end when one explanation is left for every axis, when the motions or their time are used up, or
-when no motion inside the limits separates what is left.
+motion comes first. The motions end when one explanation is left for every axis, when the motions or
+their time are used up, or when no motion inside the limits separates what is left.
 """
 
 import logging
@@ -123,7 +123,7 @@ def _open(motions: Sequence[IdentificationMotion]) -> str:
 
 
 def _listed(unseen: Mapping[str, Sequence[str]]) -> str:
-    return "; ".join(f"axis {name}, {', '.join(reasons)}" for name, reasons in unseen.items())
+    return "; ".join(f"axis {name}, {' and '.join(reasons)}" for name, reasons in unseen.items())
 
 
 def _used_up(motions: Sequence[IdentificationMotion]) -> str:
@@ -158,7 +158,7 @@ def _next(study: Study, motions: Sequence[IdentificationMotion]) -> _Next:
     sought = _unseen(study, motions)
     trajectory = livelier_motion(study, motions[0]) if sought else None
     instead = f"{_listed(unseen)}: this drive has no livelier motion of its own"
-    told = ("it is the drive's own multisine", f"on the motion before, {_listed(sought)}")
+    told = ("it is the drive's own multisine", f"on {motions[-1].file}: {_listed(sought)}")
     return _Next(trajectory, instead, told, sought=sought)
 
 

@@ -36,9 +36,11 @@ _HOPELESS: Final = 100.0
 """Relative standard deviation beyond which more of the same motion is no advice."""
 _SAME_DIRECTION: Final = 1e-6
 """Singular value over the largest, columns of unit length, that counts as zero."""
-_OF_THE_MOTION: Final = ("inseparable", "unphysical_", "undetermined_", "estimators_disagree_")
+_OF_THE_MOTION: Final = ("inseparable", "unphysical_", "undetermined_", "effort_late")
 """Beginnings of the codes of findings that a livelier motion settles."""
-_TOLD_NO_FURTHER: Final = {"unphysical_inertia": "inertia cannot be told from a spring"}
+_SPRING: Final = "inertia cannot be told from a spring"
+_SPOKEN: Final = {"unphysical_inertia": _SPRING, "effort_late": _SPRING}
+"""At one frequency, the effort of a spring is that of a negative inertia, and late."""
 _TINY: Final = np.finfo(float).tiny
 
 
@@ -160,19 +162,24 @@ def _inseparable(regressor: Array) -> list[Finding]:
     ]
 
 
-def contradicted(findings: Iterable[Finding]) -> tuple[str, ...]:
-    """Why a motion was not enough to trust parameters that fit it; a livelier one shows more.
+def not_shown(findings: Iterable[Finding]) -> tuple[str, ...]:
+    """Why parameters that fit a motion are not to be trusted, where a livelier one shows more.
 
     Parameters
     ----------
     findings : iterable of Finding
         Those about the data are left out: another motion would have them, too.
+
+    Returns
+    -------
+    tuple of str
+        Parts of a sentence.
     """
-    return tuple(
-        _TOLD_NO_FURTHER.get(finding.code, finding.message)
-        for finding in findings
-        if finding.blocks and finding.code.startswith(_OF_THE_MOTION)
-    )
+    blocking = [finding for finding in findings if finding.blocks]
+    own = [one for one in blocking if one.code.startswith(_OF_THE_MOTION)]
+    beside = [one for one in blocking if one.code.startswith("estimators_disagree_")]
+    parts = (_SPOKEN.get(one.code, one.message.partition(": ")[0]) for one in own or beside)
+    return tuple(dict.fromkeys(parts))
 
 
 def _check_parameter(
