@@ -178,8 +178,12 @@ def not_shown(findings: Iterable[Finding]) -> tuple[str, ...]:
     blocking = [finding for finding in findings if finding.blocks]
     own = [one for one in blocking if one.code.startswith(_OF_THE_MOTION)]
     beside = [one for one in blocking if one.code.startswith("estimators_disagree_")]
-    parts = (_SPOKEN.get(one.code, one.message.partition(": ")[0]) for one in own or beside)
-    return tuple(dict.fromkeys(parts))
+    return tuple(dict.fromkeys(_SPOKEN.get(one.code) or _brief(one) for one in own or beside))
+
+
+def _brief(finding: Finding) -> str:
+    """What a finding says, without its numbers."""
+    return finding.message.partition(": ")[0].partition(" (")[0].replace("_", " ")
 
 
 def _check_parameter(

@@ -136,8 +136,7 @@ def answer(question: Question, outcome: AxisDiagnosis | str | None) -> AxisIdent
     findings = _what_was_done(question, outcome, seen)
     findings += check_estimate(chosen.estimate, regressor, measured, metric.relative_residual)
     findings += describe_scales(question.recording, question.name, chosen.estimate.parameters[0])
-    extended = chosen.source is ParameterSource.EXTENDED_MODEL
-    if network is not None and question.adequacy.adequate and not extended:
+    if network is not None and question.adequacy.adequate:
         findings += compare_estimators(network, linear)
     return AxisIdentification(
         estimate=chosen.estimate,

@@ -37,7 +37,7 @@ def found(recording: Recording, name: str) -> dict[str, Finding]:
     start = fit(
         data, AxisModel((base,), axis.position_unit, axis.effort_unit), np.array([1.0, 0, 0, 0]), ()
     )
-    efforts, floor = [effort_findings(recording, name)], noise_floor(data, start)
+    efforts, floor = effort_findings([recording], name), noise_floor(data, start)
     checks = findings([recording], name, data, start, efforts, floor)
     return {finding.code: finding for finding in checks}
 
