@@ -105,11 +105,17 @@ def script(monkeypatch: pytest.MonkeyPatch) -> dict[str, object]:
     return said
 
 
-def run(link: Link, folder: Path, listener: Listener | None = None, **plan: object) -> Outcome:
+def run(
+    link: Link,
+    folder: Path,
+    listener: Listener | None = None,
+    drive: Drive | None = None,
+    **plan: object,
+) -> Outcome:
     board = Board.connect(link)
     try:
         wanted = Plan(**{"write": False, **plan})  # type: ignore[arg-type]
-        return commission(board, brief(), None, wanted, folder, listener or Listener())
+        return commission(board, drive or brief(), None, wanted, folder, listener or Listener())
     finally:
         board.close()
 
@@ -288,10 +294,10 @@ def test_a_spring_that_looks_like_inertia_is_named_on_a_livelier_motion(tmp_path
 
 def test_a_livelier_motion_asks_for_less_effort_than_the_board_allows(tmp_path: Path) -> None:
     """Whatever the sign of the inertia that was found: its amount counts."""
-    outcome = run(spring(), tmp_path, most_motions=1)
+    outcome = run(spring(), tmp_path, drive=load_drive(), most_motions=1)
     [first] = outcome.separation.motions
     board = Board.connect(spring())
-    study = Plan().study(board, brief(), None, tmp_path, Listener())
+    study = Plan().study(board, load_drive(), None, tmp_path, Listener())
     trajectory = livelier_motion(study, first)
     assert trajectory is not None
     times = np.linspace(0.0, trajectory.duration_s, 5000)
@@ -303,7 +309,7 @@ def test_a_livelier_motion_asks_for_less_effort_than_the_board_allows(tmp_path: 
 
 
 def test_no_livelier_motion_where_one_is_allowed(tmp_path: Path) -> None:
-    outcome = run(spring(), tmp_path, most_motions=1)
+    outcome = run(spring(), tmp_path, drive=load_drive(), most_motions=1)
     assert not outcome.trusted
     assert outcome.separation.ended == (
         "axis x, inertia cannot be told from a spring after the one motion that was allowed"
@@ -311,16 +317,16 @@ def test_no_livelier_motion_where_one_is_allowed(tmp_path: Path) -> None:
 
 
 def test_no_livelier_motion_without_a_diagnosis(tmp_path: Path) -> None:
-    outcome = run(spring(), tmp_path, diagnose=False)
+    outcome = run(spring(), tmp_path, drive=load_drive(), diagnose=False)
     assert len(outcome.separation.motions) == 1
     assert not outcome.trusted
 
 
 def test_a_livelier_motion_that_takes_too_long_is_not_made(tmp_path: Path) -> None:
-    outcome = run(spring(), tmp_path, most_s=12.0)
+    outcome = run(spring(), tmp_path, drive=load_drive(), most_s=40.0)
     assert len(outcome.separation.motions) == 1
     assert outcome.separation.ended.startswith("axis x, inertia cannot be told from a spring: ")
-    assert outcome.separation.ended.endswith("would take 7 s, 5 s of 12 s are left")
+    assert outcome.separation.ended.endswith("would take 27 s, 13 s of 40 s are left")
 
 
 def test_a_refused_livelier_motion_leaves_a_machine_at_rest_and_the_first_capture(
@@ -335,7 +341,7 @@ def test_a_refused_livelier_motion_leaves_a_machine_at_rest_and_the_first_captur
     monkeypatch.setattr(separation, "livelier_motion", too_fast)
     virtual = spring()
     with pytest.raises(BoardError):
-        run(virtual, tmp_path, write=True)
+        run(virtual, tmp_path, drive=load_drive(), write=True)
     assert not Board.connect(virtual).status().enabled
     assert_old_gains(virtual)
-    assert len(load_recording(tmp_path / "capture.npz").time_s) == 2185
+    assert len(load_recording(tmp_path / "capture.npz").time_s) == 8742
