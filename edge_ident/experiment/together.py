@@ -7,7 +7,8 @@ leaves with its own, the last recording is diagnosed by itself. An effect that i
 shown, and that it does not show, is ruled out; the explanation of the recordings before stays.
 
 Above the band, a line in time is a vibration from outside if other motions hold it, too. One that
-the recordings before do not hold comes from the motion itself: from friction at its reversals.
+the recordings before do not hold comes from the motion itself: from friction at its reversals. Where the
+base model was enough for them, that holds for an order without a name, too: it was no question.
 """
 
 from collections.abc import Callable, Collection, Mapping, Sequence
@@ -111,13 +112,16 @@ def _diagnosed(
 def _without_own_lines(
     together: AxisDiagnosis, earlier: AxisDiagnosis | None, last: Recording
 ) -> AxisDiagnosis:
-    """The diagnosis without lines in time that the last motion alone holds."""
+    """The diagnosis without lines that the last motion alone holds; those of an order stay where
+    the axis was diagnosed before."""
     resolved_hz = 1.0 / float(last.time_s[-1] - last.time_s[0])
     known = [line.frequency_hz for line in (earlier.lines if earlier else ()) if line.frequency_hz]
 
     def lasts(line: SpectralLine) -> bool:
         found = line.frequency_hz
-        return found is None or any(abs(found - other) < resolved_hz for other in known)
+        if found is None:
+            return earlier is not None
+        return any(abs(found - other) < resolved_hz for other in known)
 
     lines = tuple(line for line in together.lines if lasts(line))
     if lines == together.lines:
