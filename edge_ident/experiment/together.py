@@ -7,8 +7,8 @@ leaves with its own, the last recording is diagnosed by itself. An effect that i
 shown, and that it does not show, is ruled out; the explanation of the recordings before stays.
 
 Above the band, a line in time is a vibration from outside if other motions hold it, too. One that
-the recordings before do not hold comes from the motion itself: from friction at its reversals. Where the
-base model was enough for them, that holds for an order without a name, too: it was no question.
+the recordings before do not hold comes from the motion itself: from friction at its reversals.
+Where the base model was enough for them, so does an order without a name.
 """
 
 from collections.abc import Callable, Collection, Mapping, Sequence

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from edge_ident.diagnosis import recording_checks
 from edge_ident.diagnosis.fit.fitting import fit
 from edge_ident.diagnosis.fit.noise_floor import noise_floor
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
@@ -144,32 +145,29 @@ def test_one_frequency_and_one_speed_limit_what_a_recording_shows() -> None:
     assert "one_speed" not in found(plant(None, stairs(4000), 1), "x")
 
 
-def clocked(rates: tuple[float, ...], late_s: float = 0.0) -> Recording:
-    """A rigid axis whose effort may have another clock than its position."""
-    rng = np.random.default_rng(3)
-    time_s = 0.0025 * np.arange(8000)
+@pytest.mark.parametrize(
+    ("sinusoid", "lively", "left"),
+    [
+        (True, False, [False, False]),
+        (True, True, [True, True]),
+        (False, True, [False, True]),
+    ],
+)
+def test_an_effort_is_not_late_at_one_frequency_where_several_show_it_in_time(
+    monkeypatch: pytest.MonkeyPatch, sinusoid: bool, lively: bool, left: list[bool]
+) -> None:
+    """At one frequency a spring delays the effort as another clock does."""
+    late = Finding("effort_late", "", "", blocks=True)
+    said = iter([[late] if sinusoid else [], [late] if lively else []])
+    monkeypatch.setattr(recording_checks, "check_effort", lambda *_: next(said))
+    recordings = [plant(None, paper(), 1), plant(None, multisine(4000), 1)]
+    assert [late in found for found in effort_findings(recordings, "x")] == left
 
-    def effort(at_s: np.ndarray) -> np.ndarray:
-        speed = np.sum([np.cos(r * at_s + r) for r in rates], axis=0)
-        acceleration = np.sum([-r * np.sin(r * at_s + r) for r in rates], axis=0)
-        return 0.4 * acceleration + 0.9 * speed + 1.4 * np.tanh(speed / 0.01)
 
-    position = np.sum([np.sin(r * time_s + r) / r for r in rates], axis=0)
-    noisy = effort(time_s - late_s) + 0.005 * rng.standard_normal(len(time_s))
-    return Recording(time_s, {"x": AxisRecord(position, noisy, "rad", "N*m")}, "drive")
-
-
-def test_an_effort_is_not_late_at_one_frequency_where_several_show_it_in_time() -> None:
-    def late(*recordings: Recording) -> list[bool]:
-        every = effort_findings(recordings, "x")
-        return ["effort_late" in [f.code for f in found] for found in every]
-
-    slow, lively = (0.9,), (0.9, 2.3, 4.1)
-    behind = clocked(slow, 0.08)
-    assert late(behind) == [True]
-    assert late(behind, clocked(lively)) == [False, False]
-    assert late(behind, clocked(lively, 0.08)) == [True, True]
-    assert late(clocked(lively, 0.08), clocked(slow)) == [True, False]
+def test_one_late_recording_stays_late(monkeypatch: pytest.MonkeyPatch) -> None:
+    late = Finding("effort_late", "", "", blocks=True)
+    monkeypatch.setattr(recording_checks, "check_effort", lambda *_: [late])
+    assert late in effort_findings([plant(None, paper(), 1)], "x")[0]
 
 
 def test_lines_of_a_motion_their_harmonics_and_combinations() -> None:
