@@ -2,7 +2,7 @@
 
 import logging
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from math import inf
 from pathlib import Path
 from typing import Final
@@ -84,9 +84,11 @@ class IdentificationMotion:
     found : Identification
         From this motion and those before it.
     plan : MotionPlan or None
-        What it was designed for; None for the first.
+        What it was designed for; None for the first, and for one of the drive's own.
     ruled_out : mapping of axis name to tuple of str
         Effects that were possible causes before it, and are not any more.
+    sought : mapping of axis name to tuple of str
+        What motions before could not show, where it is one of the drive's own.
     """
 
     file: str
@@ -95,6 +97,7 @@ class IdentificationMotion:
     found: Identification
     plan: MotionPlan | None = None
     ruled_out: Mapping[str, tuple[str, ...]] | None = None
+    sought: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
     @property
     def recording(self) -> Recording:

@@ -1,12 +1,13 @@
 """The motions that an open diagnosis asks for: designed, announced, made, and judged together.
 
-They end when one explanation is left for every axis, when the motions or their time are used up, or
-when no motion inside the limits separates what is left.
+Where a base model fits, but the motion could not show its parameters, the drive's own livelier
+motion comes first. The motions end when one explanation is left for every axis, when the motions or
+their time are used up, or when no motion inside the limits separates what is left.
 """
 
 import logging
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 from edge_ident.commissioning.identification_motions import (
     IdentificationMotion,
@@ -17,6 +18,7 @@ from edge_ident.commissioning.identification_motions import (
     identified,
     progress_on,
 )
+from edge_ident.commissioning.livelier_motion import livelier_motion, not_shown
 from edge_ident.diagnosis.result import AxisDiagnosis, Diagnosis
 from edge_ident.errors import DataError
 from edge_ident.experiment.announcement import announced, inseparable_sentence
@@ -26,6 +28,7 @@ from edge_ident.identification.identify import identify
 from edge_ident.identification.result import Identification
 from edge_ident.signals.data_checks import check_recording
 from edge_ident.signals.recording import Recording
+from firmware_interface.motion import Trajectory
 
 log = logging.getLogger(__name__)
 
@@ -67,9 +70,9 @@ def separate(study: Study, first: IdentificationMotion) -> Separation:
         A motion did not get to its end.
     """
     motions = [first]
-    while any(map(is_open, _left(motions).values())):
+    while _unseen(study, motions) or any(map(is_open, _left(motions).values())):
         if len(motions) >= study.most_motions:
-            return Separation(tuple(motions), _used_up(len(motions)))
+            return Separation(tuple(motions), _used_up(motions))
         try:
             ended = _further(study, motions)
         except DataError as error:
@@ -98,41 +101,93 @@ def _settled(motions: Sequence[IdentificationMotion]) -> str:
     still = [
         name for name, axis in diagnoses(motions[-1].found).items() if is_open(questions(axis))
     ]
+    unseen = not_shown(motions[-1].found) if len(motions) > 1 else {}
+    if unseen:
+        return f"{_listed(unseen)}: a livelier motion did not show more"
     if still:
         return f"axis {', '.join(still)}: what is left stayed open on a motion that was made for it"
     return "one explanation is left" if len(motions) > 1 else ""
 
 
-def _used_up(motions: int) -> str:
-    return "several explanations are left after " + (
-        "the one motion that was allowed" if motions == 1 else f"the {motions} that were allowed"
+def _unseen(study: Study, motions: Sequence[IdentificationMotion]) -> dict[str, tuple[str, ...]]:
+    """What the motions could not show, by axis, unless a motion was made for it."""
+    made = {name for motion in motions for name in motion.sought}
+    unseen = not_shown(motions[-1].found) if study.diagnose else {}
+    return {name: reasons for name, reasons in unseen.items() if name not in made}
+
+
+def _open(motions: Sequence[IdentificationMotion]) -> str:
+    """What is not settled, for a sentence on why no motion follows."""
+    unseen = not_shown(motions[-1].found)
+    return _listed(unseen) if unseen else "several explanations are left"
+
+
+def _listed(unseen: Mapping[str, Sequence[str]]) -> str:
+    return "; ".join(f"axis {name}, {' and '.join(reasons)}" for name, reasons in unseen.items())
+
+
+def _used_up(motions: Sequence[IdentificationMotion]) -> str:
+    return f"{_open(motions)} after " + (
+        "the one motion that was allowed"
+        if len(motions) == 1
+        else f"the {len(motions)} that were allowed"
     )
+
+
+@dataclass(frozen=True)
+class _Next:
+    """A motion to make, and what it is for; or why there is none."""
+
+    trajectory: Trajectory | None
+    instead: str
+    told: tuple[str, ...]
+    plan: MotionPlan | None = None
+    sought: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+
+
+def _next(study: Study, motions: Sequence[IdentificationMotion]) -> _Next:
+    """The drive's own livelier motion where one is needed, else the one that is designed.
+
+    None is designed beside an axis that is not to be trusted: its effort cannot be forecast.
+    """
+    unseen = not_shown(motions[-1].found)
+    if not unseen:
+        plan = _designed(study, motions)
+        told = ("it is designed", *announced(plan))
+        return _Next(plan.trajectory, _inseparable(plan), told, plan)
+    sought = _unseen(study, motions)
+    trajectory = livelier_motion(study, motions[0]) if sought else None
+    instead = f"{_listed(unseen)}: this drive has no livelier motion of its own"
+    told = ("it is the drive's own multisine", f"on {motions[-1].file}: {_listed(sought)}")
+    return _Next(trajectory, instead, told, sought=sought)
 
 
 def _further(study: Study, motions: list[IdentificationMotion]) -> str:
     """Add a motion; or say why none is made."""
-    plan = _designed(study, motions)
-    trajectory = plan.trajectory
+    following = _next(study, motions)
+    trajectory = following.trajectory
     if trajectory is None:
-        return _inseparable(plan)
+        return following.instead
     spent_s = sum(motion.duration_s for motion in motions)
     wanted_s = duration_s(trajectory)
     if spent_s + wanted_s > study.most_s:
         return (
-            f"several explanations are left: the next motion would take {wanted_s:.0f} s, "
+            f"{_open(motions)}: the next motion would take {wanted_s:.0f} s, "
             f"{max(study.most_s - spent_s, 0.0):.0f} s of {study.most_s:.0f} s are left"
         )
     number = len(motions) + 1
-    for line in (f"motion {number}, {wanted_s:.0f} s, is designed", *announced(plan)):
+    first, *rest = following.told
+    for line in (f"motion {number}, {wanted_s:.0f} s: {first}", *rest):
         study.observer.say(line)
         log.info(line)
     capture = captured(study, trajectory, number)
     study.board.finish()
     check_recording(capture.recording)
     made = IdentificationMotion(
-        capture_file(number), trajectory, capture, motions[-1].found, plan, {}
-    )
-    motions.append(judged(study, motions, made, plan))
+        capture_file(number), trajectory, capture, motions[-1].found, following.plan, {},
+        following.sought,
+    )  # fmt: skip
+    motions.append(judged(study, motions, made))
     return ""
 
 
@@ -176,31 +231,42 @@ def _asked(
 
 
 def judged(
-    study: Study,
-    earlier: Sequence[IdentificationMotion],
-    made: IdentificationMotion,
-    plan: MotionPlan,
+    study: Study, earlier: Sequence[IdentificationMotion], made: IdentificationMotion
 ) -> IdentificationMotion:
     """A motion with what is known once it is diagnosed together with those before."""
     from edge_ident.experiment.together import diagnose_together
 
-    before = diagnoses(made.found)
+    before, motions = diagnoses(made.found), (*earlier, made)
     seen = identify(made.recording, None, model=study.model, diagnose=False)
     names = [
-        name for name, axis in seen.axes.items() if name in before or not axis.adequacy.adequate
+        name
+        for name, axis in seen.axes.items()
+        if name in before or name in made.sought or not axis.adequacy.adequate
     ]
     after = diagnose_together(
-        [motion.recording for motion in (*earlier, made)],
+        [motion.recording for motion in motions],
         names,
         before=before,
-        plan=plan,
+        plan=made.plan,
         model=study.model,
         on_progress=progress_on(study),
     )
-    found = identified(study, earlier[0].capture.recording, after)
-    return IdentificationMotion(
-        made.file, made.trajectory, made.capture, found, plan, _ruled_out(before, after)
-    )
+    found = _known(study, motions, after)
+    return replace(made, found=found, ruled_out=_ruled_out(before, after))
+
+
+def _known(
+    study: Study,
+    motions: Sequence[IdentificationMotion],
+    after: Mapping[str, AxisDiagnosis],
+) -> Identification:
+    """Every axis on the first motion, or on the one that shows its parameters."""
+    found = identified(study, motions[0].capture.recording, after)
+    axes = dict(found.axes)
+    for made in (motion for motion in motions if motion.sought):
+        shown = identify(made.recording, None, model=study.model, diagnose=False, diagnosed=after)
+        axes.update({name: shown.axes[name] for name in made.sought})
+    return replace(found, axes=axes)
 
 
 def _ruled_out(

@@ -187,7 +187,7 @@ def _diagnose_axis(
 ) -> tuple[AxisDiagnosis, Validation | None]:
     data = _prepared(recordings, name, template)
     content = above_band(recordings, name, data)
-    efforts = [effort_findings(recording, name) for recording in recordings]
+    efforts = effort_findings(recordings, name)
     if contradicted(efforts):
         content = without_names(content)
     content, out_of_step = orders_in_step(data, template, content, rules.tolerance)

@@ -33,6 +33,7 @@ _WORTH_A_REST: Final = 0.01
 """Share of the effort below which what is left is not worth a sentence: the tolerance's default."""
 _BEYOND_NOISE: Final = 2.0
 """What is left over the noise floor, from which it is no noise whatever the floor's uncertainty."""
+_LATE: Final = "effort_late"
 _INDEPENDENT_EXCITATION: Final = (
     "record a motion that does not depend on the axis: a reference that moves, such as "
     "--motion multisine"
@@ -94,11 +95,23 @@ def contradicted(efforts: Sequence[Sequence[Finding]]) -> bool:
     return any(finding.blocks for found in efforts for finding in found)
 
 
-def effort_findings(recording: Recording, name: str) -> list[Finding]:
+def effort_findings(recordings: Sequence[Recording], name: str) -> list[list[Finding]]:
     """Check the effort of one axis against its motion, as identification does.
 
-    None of its doubts about a parameter forbids a cause.
+    None of its doubts about a parameter forbids a cause. At one frequency a spring makes the effort
+    late: it is not, where a motion at several frequencies shows that it is in time.
     """
+    every = [_checked(recording, name) for recording in recordings]
+    lively = [found for found, one_line in every if not one_line]
+    in_time = bool(lively) and not any(f.code == _LATE for found in lively for f in found)
+    return [
+        [f for f in found if not (one_line and in_time and f.code == _LATE)]
+        for found, one_line in every
+    ]
+
+
+def _checked(recording: Recording, name: str) -> tuple[list[Finding], bool]:
+    """Findings against an effort, and whether its motion has one frequency."""
     axis = recording.axes[name]
     signals = condition(
         recording.time_s, axis.position, axis.effort, effort_shift_s=recording.effort_shift_s
@@ -106,7 +119,8 @@ def effort_findings(recording: Recording, name: str) -> list[Finding]:
     part = least_squares.estimation_part(signals)
     regressor, effort = signals.regressor[part], signals.effort[part]
     doubts = check_estimate(least_squares.fit(signals, part), regressor, effort, 0.0)
-    return check_effort(signals, part) + _doubts(doubts)
+    line = strongest_line(signals.regressor[:, 1], signals.period_s, signals.cutoff_hz)
+    return check_effort(signals, part) + _doubts(doubts), line.share >= ONE_LINE
 
 
 def _doubts(doubts: Sequence[Finding]) -> list[Finding]:

@@ -5,6 +5,7 @@ misses a sixth of the effort, or if the uncertainty of one parameter changes the
 twentieth.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Final
 
@@ -35,6 +36,11 @@ _HOPELESS: Final = 100.0
 """Relative standard deviation beyond which more of the same motion is no advice."""
 _SAME_DIRECTION: Final = 1e-6
 """Singular value over the largest, columns of unit length, that counts as zero."""
+_OF_THE_MOTION: Final = ("inseparable", "unphysical_", "undetermined_", "effort_late")
+"""Beginnings of the codes of findings that a livelier motion settles."""
+_SPRING: Final = "inertia cannot be told from a spring"
+_SPOKEN: Final = {"unphysical_inertia": _SPRING, "effort_late": _SPRING}
+"""At one frequency, the effort of a spring is that of a negative inertia, and late."""
 _TINY: Final = np.finfo(float).tiny
 
 
@@ -154,6 +160,30 @@ def _inseparable(regressor: Array) -> list[Finding]:
             blocks=True,
         )
     ]
+
+
+def not_shown(findings: Iterable[Finding]) -> tuple[str, ...]:
+    """Why parameters that fit a motion are not to be trusted, where a livelier one shows more.
+
+    Parameters
+    ----------
+    findings : iterable of Finding
+        Those about the data are left out: another motion would have them, too.
+
+    Returns
+    -------
+    tuple of str
+        Parts of a sentence.
+    """
+    blocking = [finding for finding in findings if finding.blocks]
+    own = [one for one in blocking if one.code.startswith(_OF_THE_MOTION)]
+    beside = [one for one in blocking if one.code.startswith("estimators_disagree_")]
+    return tuple(dict.fromkeys(_SPOKEN.get(one.code) or _brief(one) for one in own or beside))
+
+
+def _brief(finding: Finding) -> str:
+    """What a finding says, without its numbers."""
+    return finding.message.partition(": ")[0].partition(" (")[0].replace("_", " ")
 
 
 def _check_parameter(

@@ -8,6 +8,7 @@ shown, and that it does not show, is ruled out; the explanation of the recording
 
 Above the band, a line in time is a vibration from outside if other motions hold it, too. One that
 the recordings before do not hold comes from the motion itself: from friction at its reversals.
+Where the base model was enough for them, so does an order without a name.
 """
 
 from collections.abc import Callable, Collection, Mapping, Sequence
@@ -43,7 +44,7 @@ def diagnose_together(
     names: Collection[str],
     *,
     before: Mapping[str, AxisDiagnosis],
-    plan: MotionPlan,
+    plan: MotionPlan | None,
     model: Model | None,
     on_progress: Progress,
 ) -> dict[str, AxisDiagnosis]:
@@ -52,12 +53,12 @@ def diagnose_together(
     Parameters
     ----------
     recordings : sequence of Recording
-        The last one is that of the motion which was designed.
+        The last one is that of the motion which was made for what was open.
     names : collection of str
-        Axes whose base model is not adequate on each of them.
+        Axes whose base model is not adequate on each of them, or not to be trusted.
     before : mapping of axis name to AxisDiagnosis
         On the recordings but the last, where there is one.
-    plan : MotionPlan
+    plan : MotionPlan or None
         What the last motion was designed for.
     model : Model or None
         Effects that the machine is known to have.
@@ -80,7 +81,8 @@ def diagnose_together(
         alone = _diagnosed(recordings[-1:], name, recordings[0], model, on_progress)
         if not _changed(together, earlier, alone):
             return together
-        pairs = [pair for pair in plan.pairs if pair.axis == name and pair.separated]
+        asked = plan.pairs if plan is not None else ()
+        pairs = [pair for pair in asked if pair.axis == name and pair.separated]
         return _settled(earlier, alone, pairs, recordings[-1].source)
 
     return {name: judged(name) for name in names}
@@ -110,13 +112,16 @@ def _diagnosed(
 def _without_own_lines(
     together: AxisDiagnosis, earlier: AxisDiagnosis | None, last: Recording
 ) -> AxisDiagnosis:
-    """The diagnosis without lines in time that the last motion alone holds."""
+    """The diagnosis without lines that the last motion alone holds; those of an order stay where
+    the axis was diagnosed before."""
     resolved_hz = 1.0 / float(last.time_s[-1] - last.time_s[0])
     known = [line.frequency_hz for line in (earlier.lines if earlier else ()) if line.frequency_hz]
 
     def lasts(line: SpectralLine) -> bool:
         found = line.frequency_hz
-        return found is None or any(abs(found - other) < resolved_hz for other in known)
+        if found is None:
+            return earlier is not None
+        return any(abs(found - other) < resolved_hz for other in known)
 
     lines = tuple(line for line in together.lines if lasts(line))
     if lines == together.lines:

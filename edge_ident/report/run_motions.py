@@ -71,8 +71,8 @@ def _effects(names: Iterable[str]) -> list[str]:
 
 
 def purpose(made: IdentificationMotion) -> dict[str, list[str]]:
-    """What a motion was designed to settle, by axis."""
-    found: dict[str, list[str]] = {}
+    """What a motion was made to settle, by axis."""
+    found = {name: list(reasons) for name, reasons in made.sought.items()}
     for pair in () if made.plan is None else made.plan.pairs:
         if pair.separated:
             found.setdefault(pair.axis, []).append(question(pair))

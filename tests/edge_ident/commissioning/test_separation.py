@@ -7,10 +7,13 @@ how a motion is designed have tests of their own. The last test has neither.
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from interrupted_link import InterruptedLink
 
 from edge_ident.commissioning import identification_motions, separation
+from edge_ident.commissioning.identification_motions import IdentificationMotion, Study
+from edge_ident.commissioning.livelier_motion import livelier_motion
 from edge_ident.commissioning.run import Outcome, Plan, commission
 from edge_ident.diagnosis.result import AxisDiagnosis, Verdict
 from edge_ident.drive.description import Drive, load_drive
@@ -23,7 +26,7 @@ from edge_ident.identification.identify import identify
 from edge_ident.signals.recording_files import load_recording
 from firmware_interface.board import Board
 from firmware_interface.link import Link
-from firmware_interface.motion import Trajectory
+from firmware_interface.motion import Multisine, SineComponent, Trajectory, reference
 from firmware_interface.plant import Hidden
 from firmware_interface.registers import Fault, State
 from firmware_interface.virtual.board import VirtualBoard
@@ -102,11 +105,17 @@ def script(monkeypatch: pytest.MonkeyPatch) -> dict[str, object]:
     return said
 
 
-def run(link: Link, folder: Path, listener: Listener | None = None, **plan: object) -> Outcome:
+def run(
+    link: Link,
+    folder: Path,
+    listener: Listener | None = None,
+    drive: Drive | None = None,
+    **plan: object,
+) -> Outcome:
     board = Board.connect(link)
     try:
         wanted = Plan(**{"write": False, **plan})  # type: ignore[arg-type]
-        return commission(board, brief(), None, wanted, folder, listener or Listener())
+        return commission(board, drive or brief(), None, wanted, folder, listener or Listener())
     finally:
         board.close()
 
@@ -258,3 +267,81 @@ def test_two_causes_that_look_alike_on_the_first_motion_become_one(tmp_path: Pat
     assert "position_dependent_friction" in second.ruled_out["z"]
     assert outcome.identification.axes["z"].trusted
     assert separation.diagnoses(outcome.identification).keys() == {"z"}
+
+
+def spring() -> VirtualBoard:
+    """On one sinusoid its effort is that of a negative inertia."""
+    return VirtualBoard(plant=Hidden.of(["position_dependent_load"], "x").plant())
+
+
+def test_a_spring_that_looks_like_inertia_is_named_on_a_livelier_motion(tmp_path: Path) -> None:
+    board, listener = Board.connect(spring()), Listener()
+    wanted = Plan(write=False)
+    outcome = commission(board, load_drive(), None, wanted, tmp_path, listener)
+    first, second = outcome.separation.motions
+    assert first.found.axes["x"].adequacy.adequate
+    assert first.found.axes["x"].estimate.parameters[0] < 0.0
+    assert second.plan is None
+    assert second.sought == {"x": ("inertia cannot be told from a spring",)}
+    assert "on capture.npz: axis x, inertia cannot be told from a spring" in listener.said
+    after = outcome.identification.axes["x"]
+    assert after.diagnosis is not None
+    assert [c.term.effect for c in after.diagnosis.causes] == ["position_dependent_load"]
+    assert outcome.trusted
+    assert after.estimate.parameters[0] == pytest.approx(0.43, rel=0.02)
+    assert outcome.separation.ended == "one explanation is left"
+
+
+def test_a_livelier_motion_asks_for_less_effort_than_the_board_allows(tmp_path: Path) -> None:
+    """Whatever the sign of the inertia that was found: its amount counts."""
+    outcome = run(spring(), tmp_path, drive=load_drive(), most_motions=1)
+    [first] = outcome.separation.motions
+    board = Board.connect(spring())
+    study = Plan().study(board, load_drive(), None, tmp_path, Listener())
+    trajectory = livelier_motion(study, first)
+    assert trajectory is not None
+    times = np.linspace(0.0, trajectory.duration_s, 5000)
+    way = reference(trajectory.axes["x"], times, trajectory.lead_in_s, 0.0)
+    inertia, viscous, coulomb, offset = np.abs(first.found.axes["x"].estimate.parameters)
+    effort = inertia * np.abs(way.acceleration_rad_s2) + viscous * np.abs(way.velocity_rad_s)
+    most_nm = np.max(effort) + coulomb + offset
+    assert 1.0 < most_nm < board.limits()["x"].effort_nm
+
+
+def test_no_livelier_motion_where_one_is_allowed(tmp_path: Path) -> None:
+    outcome = run(spring(), tmp_path, drive=load_drive(), most_motions=1)
+    assert not outcome.trusted
+    assert outcome.separation.ended == (
+        "axis x, inertia cannot be told from a spring after the one motion that was allowed"
+    )
+
+
+def test_no_livelier_motion_without_a_diagnosis(tmp_path: Path) -> None:
+    outcome = run(spring(), tmp_path, drive=load_drive(), diagnose=False)
+    assert len(outcome.separation.motions) == 1
+    assert not outcome.trusted
+
+
+def test_a_livelier_motion_that_takes_too_long_is_not_made(tmp_path: Path) -> None:
+    outcome = run(spring(), tmp_path, drive=load_drive(), most_s=40.0)
+    assert len(outcome.separation.motions) == 1
+    assert outcome.separation.ended.startswith("axis x, inertia cannot be told from a spring: ")
+    assert outcome.separation.ended.endswith("would take 27 s, 13 s of 40 s are left")
+
+
+def test_a_refused_livelier_motion_leaves_a_machine_at_rest_and_the_first_capture(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The board alone knows that its axis may not go as fast as the description says."""
+
+    def too_fast(study: Study, first: IdentificationMotion) -> Trajectory:
+        axes = {name: Multisine((SineComponent(3.0, 9.0, 0.0),)) for name in first.trajectory.axes}
+        return replace(first.trajectory, axes=axes)
+
+    monkeypatch.setattr(separation, "livelier_motion", too_fast)
+    virtual = spring()
+    with pytest.raises(BoardError):
+        run(virtual, tmp_path, drive=load_drive(), write=True)
+    assert not Board.connect(virtual).status().enabled
+    assert_old_gains(virtual)
+    assert len(load_recording(tmp_path / "capture.npz").time_s) == 8742

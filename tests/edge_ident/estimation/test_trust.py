@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from edge_ident.estimation.trust import check_estimate, compare_estimators
+from edge_ident.estimation.trust import check_estimate, compare_estimators, not_shown
 from edge_ident.model.model import Estimate
 
 TIME = 0.01 * np.arange(2000)
@@ -64,3 +64,20 @@ def test_estimators_may_differ_within_their_uncertainty_only() -> None:
     [finding] = compare_estimators(estimate((0.45, 0.9, 1.4, 0.05)), estimate())
     assert finding.code == "estimators_disagree_inertia"
     assert finding.blocks
+
+
+def test_what_a_livelier_motion_settles_is_told_in_words() -> None:
+    """A wrong sign shows in inertia alone: on one sinusoid that is a spring as well."""
+    negative = check_estimate(estimate((-0.4, 0.9, 1.4, 0.05)), REGRESSOR, EFFORT, 0.03)
+    beside = compare_estimators(estimate((0.45, 0.9, 1.4, 0.05)), estimate())
+    assert not_shown([*negative, *beside]) == ("inertia cannot be told from a spring",)
+    assert not_shown(beside) == (
+        "network and least squares differ in inertia by 3.5 standard deviations",
+    )
+
+
+def test_a_livelier_motion_settles_no_poor_fit_and_no_doubt() -> None:
+    poor = check_estimate(estimate(), REGRESSOR, EFFORT, 0.4)
+    weak = check_estimate(estimate(VALUES, (0.08, 0.01, 0.01, 0.01)), REGRESSOR, EFFORT, 0.03)
+    assert [finding.code for finding in (*poor, *weak)] == ["poor_fit", "weak_inertia"]
+    assert not_shown([*poor, *weak]) == ()

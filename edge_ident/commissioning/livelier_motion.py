@@ -1,0 +1,68 @@
+"""The motion that shows parameters which the first one could not.
+
+On one sinusoid a spring is exactly a negative inertia. So a base model can fit all of the effort
+and still have parameters that no machine has. A livelier motion tells them apart. What is known of
+the machine then is no ground to design one on, so the drive's own multisine is made, as when a user
+asks for it.
+"""
+
+from dataclasses import replace
+
+from edge_ident.commissioning.identification_motions import IdentificationMotion, Study
+from edge_ident.commissioning.second_motion import NamedMotion, within_limits
+from edge_ident.diagnosis.result import Verdict
+from edge_ident.drive.motions import named_trajectory
+from edge_ident.estimation import trust
+from edge_ident.identification.result import AxisIdentification, Identification
+from edge_ident.model.model import PARAMETERS, AxisModel, Model
+from firmware_interface.motion import Trajectory
+
+
+def not_shown(found: Identification) -> dict[str, tuple[str, ...]]:
+    """What the motion could not show of each axis whose base model is enough, and not trusted.
+
+    Returns
+    -------
+    mapping of axis name to tuple of str
+        Sentences; axes without any are left out.
+    """
+    every = {
+        name: trust.not_shown(axis.findings)
+        for name, axis in found.axes.items()
+        if _base_is_enough(axis)
+    }
+    return {name: reasons for name, reasons in every.items() if reasons}
+
+
+def _base_is_enough(axis: AxisIdentification) -> bool:
+    if axis.diagnosis is None:
+        return axis.adequacy.adequate
+    return axis.diagnosis.verdict is Verdict.ADEQUATE
+
+
+def livelier_motion(study: Study, first: IdentificationMotion) -> Trajectory | None:
+    """The drive's own multisine, smaller where it would need too much effort.
+
+    The drive's description holds its travel and speed. For the effort, a parameter counts with its
+    amount and two standard deviations, whatever its sign. The board's own limits still hold.
+
+    Returns
+    -------
+    Trajectory or None
+        None where the first motion was this one.
+    """
+    whole = named_trajectory(study.drive, "multisine")
+    if first.trajectory.axes == whole.axes:
+        return None
+    board = study.board
+    careful = Model({name: _at_most(axis) for name, axis in first.found.axes.items()})
+    motion = NamedMotion("multisine", whole)
+    return within_limits(motion, careful, board.active_gains(), board.limits()).trajectory
+
+
+def _at_most(axis: AxisIdentification) -> AxisModel:
+    """The base model of an axis with the largest parameters that it may have."""
+    model, estimate = axis.model, axis.estimate
+    largest = abs(estimate.parameters) + 2.0 * estimate.std
+    values = dict(zip(PARAMETERS, largest.tolist(), strict=True))
+    return replace(model, terms=(replace(model.terms[0], values=values),))
