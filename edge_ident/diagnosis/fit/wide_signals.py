@@ -8,7 +8,7 @@ import numpy as np
 import scipy.fft
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.prepare.axis_data import UNKNOWN, Segment
+from edge_ident.diagnosis.prepare.axis_data import Segment
 from edge_ident.diagnosis.prepare.masks import direction_weight
 from edge_ident.signals.filters import differentiate, lowpass, magnitude, whitening
 from edge_ident.signals.recording import Recording
@@ -77,9 +77,7 @@ class WideSignals:
             effort=lowpass(
                 segment.raw_effort, widest_hz, period_s, delay_s=recording.effort_shift_s
             ),
-            weight=direction_weight(
-                segment.direction_weight <= UNKNOWN, segment.band.balanced_hz, period_s
-            ),
+            weight=direction_weight(segment.reversing, segment.band.balanced_hz, period_s),
             period_s=period_s,
             cutoff_hz=segment.band.balanced_hz,
             knee_hz=segment.band.knee_hz,

@@ -56,6 +56,8 @@ class Segment:
     direction_weight : (M,) array
         From 0, where the direction of motion is unknown, to 1. Effort and regressors are
         multiplied by it before they are filtered, so that the filter spreads nothing unknown.
+    reversing : (M,) array of bool
+        Where the direction is unknown, short rests without a reversal aside.
     effort : (N,) array
         Filtered, in step with the motion: every stride-th sample.
     sample_index : (n,) array of int
@@ -84,6 +86,7 @@ class Segment:
     stride: int
     turns: NDArray[np.intp]
     direction_weight: Array
+    reversing: NDArray[np.bool_]
     effort: Array
     sample_index: NDArray[np.intp]
     valid: NDArray[np.bool_]

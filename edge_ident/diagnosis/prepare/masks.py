@@ -102,15 +102,36 @@ def aliasing_mask(
     return widened(tones, smear)
 
 
-def direction_unknown(
-    position: Array, turns: NDArray[np.intp], noise: float, cutoff_hz: float, period_s: float
-) -> Mask:
+def direction_unknown(position: Array, noise: float, cutoff_hz: float, period_s: float) -> Mask:
     """Samples (N,) at which the encoder does not resolve the direction of motion.
 
     These are the samples within the encoder noise of a turning point, and standstills of at least
     half a cut-off period. Until the axis has moved on, its friction may be anything between the
-    friction of both directions. An axis that comes to rest and moves on as before has no turning
-    point beyond the noise. It shows in the smooth velocity, which changes its sign there.
+    friction of both directions.
+
+    Parameters
+    ----------
+    position : (N,) array
+        As measured.
+    noise : float
+        Standard deviation of the encoder noise.
+    """
+    turning = _not_away(position, _turning_points(position, TURN_NOISE * noise), noise)
+    width = _half_period(cutoff_hz, period_s)
+    if width >= len(position):
+        return turning
+    windows = np.lib.stride_tricks.sliding_window_view(position, width)
+    still = np.ptp(windows, axis=1) <= _STILL_NOISE * noise
+    return turning | (np.convolve(still, np.ones(width)) > 0.5)
+
+
+def short_rests(
+    position: Array, turns: NDArray[np.intp], noise: float, cutoff_hz: float, period_s: float
+) -> Mask:
+    """Samples (N,) around a rest from which the axis moves on as before.
+
+    The direction is as unknown as at a turning point, but the position has none beyond the noise.
+    The rest shows in the smooth velocity, which changes its sign there.
 
     Parameters
     ----------
@@ -121,23 +142,27 @@ def direction_unknown(
     noise : float
         Standard deviation of the encoder noise.
     """
-    turning = np.zeros(len(position), dtype=np.bool_)
-    width = max(2, int(np.ceil(0.5 / (cutoff_hz * period_s))))
-    found = _turning_points(position, TURN_NOISE * noise)
     near = np.zeros(len(position), dtype=np.bool_)
-    near[found] = True
+    near[_turning_points(position, TURN_NOISE * noise)] = True
     # the smooth velocity shows these too, a few samples aside
-    near = widened(near, width)
-    for turn in (*found, *turns[~near[turns]].tolist()):
+    near = widened(near, _half_period(cutoff_hz, period_s))
+    return _not_away(position, turns[~near[turns]].tolist(), noise)
+
+
+def _half_period(cutoff_hz: float, period_s: float) -> int:
+    """Samples in half a period of the cut-off."""
+    return max(2, int(np.ceil(0.5 / (cutoff_hz * period_s))))
+
+
+def _not_away(position: Array, turns: list[int], noise: float) -> Mask:
+    """Samples (N,) around each turn, until the axis is beyond the noise of it."""
+    found = np.zeros(len(position), dtype=np.bool_)
+    for turn in turns:
         away = np.abs(position - position[turn]) > TURN_NOISE * noise
         before, after = np.flatnonzero(away[:turn]), np.flatnonzero(away[turn:])
         first = before[-1] + 1 if len(before) else 0
-        turning[first : turn + (after[0] if len(after) else len(away))] = True
-    if width >= len(position):
-        return turning
-    windows = np.lib.stride_tricks.sliding_window_view(position, width)
-    still = np.ptp(windows, axis=1) <= _STILL_NOISE * noise
-    return turning | (np.convolve(still, np.ones(width)) > 0.5)
+        found[first : turn + (after[0] if len(after) else len(away))] = True
+    return found
 
 
 def _turning_points(position: Array, least: float) -> list[int]:

@@ -14,11 +14,13 @@ from edge_ident.diagnosis.prepare.bandwidth import Band, comparison_band, white_
 from edge_ident.diagnosis.prepare.masks import (
     LEAST_WEIGHT,
     SMEAR_PERIODS,
+    Mask,
     aliasing_mask,
     direction_unknown,
     direction_weight,
     reversals,
     run_in,
+    short_rests,
     widened,
 )
 from edge_ident.diagnosis.prepare.sampled import Sampled
@@ -104,7 +106,10 @@ def _segment(recording: Recording, name: str) -> Segment:
     stride = max(1, int(1.0 / (_REGRESSOR_RATE * motion_hz * raw.period_s)))
     period_s = stride * raw.period_s
     motions, replicas = raw.motions(motion_hz, stride)
-    known, weight = _direction_weights(raw, motions[name], noise, band, stride)
+    reversing, weight = _direction(raw, motions[name], noise, band, stride)
+    # the same smooth curve as of all samples: a coarser one on the effort than on its regressor is
+    # a difference that changes with the speed, as a shift does
+    known = weight[::stride]
     sample_index = _sample_index(known, weight, band, motions[name], raw, stride)
     narrow = raw.motion(raw.position, band.cutoff_hz, stride)
     turns, valid, far = _masks(narrow, known, count, band, period_s, sample_index)
@@ -121,6 +126,7 @@ def _segment(recording: Recording, name: str) -> Segment:
         stride=stride,
         turns=turns,
         direction_weight=weight,
+        reversing=reversing,
         effort=filtered_effort(raw.effort, weight, band, raw.period_s, late_s)[::stride],
         sample_index=sample_index,
         valid=valid,
@@ -144,19 +150,15 @@ def _band(raw: Sampled, noise: float, widest_hz: float) -> tuple[Band, float]:
     return replace(band, cutoff_hz=min(band.cutoff_hz, most_hz)), density
 
 
-def _direction_weights(
+def _direction(
     raw: Sampled, motion: Motion, noise: float, band: Band, stride: int
-) -> tuple[Array, Array]:
-    """Weights from 0, where anything is unknown, to 1: every stride-th sample, and all.
-
-    Both are the same smooth curve. A coarser one on the effort than on its regressor is a
-    difference that changes with the speed, as a shift does.
-    """
+) -> tuple[Mask, Array]:
+    """Samples whose direction is unknown, short rests aside; and weights (N,) from 0, where it is
+    unknown with them, to 1."""
     turns = stride * reversals(motion)
-    unknown = direction_unknown(raw.position, turns, noise, band.cutoff_hz, raw.period_s)
-    unknown |= raw.unknown
-    weight = direction_weight(unknown, band.cutoff_hz, raw.period_s)
-    return weight[::stride], weight
+    unknown = direction_unknown(raw.position, noise, band.cutoff_hz, raw.period_s) | raw.unknown
+    rests = short_rests(raw.position, turns, noise, band.cutoff_hz, raw.period_s)
+    return unknown, direction_weight(unknown | rests, band.cutoff_hz, raw.period_s)
 
 
 def _sample_index(
