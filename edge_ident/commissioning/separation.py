@@ -110,10 +110,10 @@ def _settled(motions: Sequence[IdentificationMotion]) -> str:
 
 
 def _unseen(study: Study, motions: Sequence[IdentificationMotion]) -> dict[str, tuple[str, ...]]:
-    """What the motions could not show, by axis, unless a motion was made for it."""
-    made = {name for motion in motions for name in motion.sought}
-    unseen = not_shown(motions[-1].found) if study.diagnose else {}
-    return {name: reasons for name, reasons in unseen.items() if name not in made}
+    """What the motions could not show, by axis, unless the livelier one was made already."""
+    if not study.diagnose or any(motion.sought for motion in motions):
+        return {}
+    return not_shown(motions[-1].found)
 
 
 def _open(motions: Sequence[IdentificationMotion]) -> str:

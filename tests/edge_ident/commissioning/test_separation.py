@@ -17,6 +17,7 @@ from edge_ident.commissioning.livelier_motion import livelier_motion
 from edge_ident.commissioning.run import Outcome, Plan, commission
 from edge_ident.diagnosis.result import AxisDiagnosis, Verdict
 from edge_ident.drive.description import Drive, load_drive
+from edge_ident.drive.motions import named_trajectory
 from edge_ident.errors import BoardError
 from edge_ident.experiment import plan as planning
 from edge_ident.experiment import together
@@ -300,6 +301,8 @@ def test_a_livelier_motion_asks_for_less_effort_than_the_board_allows(tmp_path: 
     study = Plan().study(board, load_drive(), None, tmp_path, Listener())
     trajectory = livelier_motion(study, first)
     assert trajectory is not None
+    lively = replace(first, trajectory=named_trajectory(load_drive(), "multisine"))
+    assert livelier_motion(study, lively) is None
     times = np.linspace(0.0, trajectory.duration_s, 5000)
     way = reference(trajectory.axes["x"], times, trajectory.lead_in_s, 0.0)
     inertia, viscous, coulomb, offset = np.abs(first.found.axes["x"].estimate.parameters)
