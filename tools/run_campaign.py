@@ -43,14 +43,12 @@ from edge_ident.diagnosis.tolerance import TOLERANCE
 from edge_ident.drive.description import load_drive
 from edge_ident.drive.motions import named_trajectory
 from edge_ident.errors import EdgeIdentError
-from edge_ident.experiment.result import MotionPlan
 from edge_ident.identification.identify import identify
 from edge_ident.identification.result import AxisIdentification, Identification
 from firmware_interface.gains import FEEDBACK, AxisGains
 from firmware_interface.motion import Multisine, Trajectory
 from firmware_interface.plant import Hidden, Plant, draw_drives
 
-_NO_PLAN: Final = MotionPlan(None, {}, (), (), 0.0, "", 0)
 _RIGID: Final = {
     *FEEDBACK,
     "inertia_feedforward",
@@ -155,7 +153,7 @@ def _told(behind: Plant, arm: str, motions: int) -> Row:
             capture = captured(study, trajectory, number)
             study.board.finish()
             last = IdentificationMotion(capture_file(number), trajectory, capture, made[-1].found)
-            made.append(judged(study, made, last, _NO_PLAN))
+            made.append(judged(study, made, last))
     seconds = round(sum(one.duration_s for one in made), 1)
     return {"axes": _axes(made[-1].found), "motions": motions, "seconds": seconds}
 
