@@ -69,8 +69,7 @@ class Segment:
     aliased_acceleration : float
         Largest acceleration that aliased encoder quantization can imitate.
     position_noise, acceleration_noise, effort_noise : float
-        Standard deviations of white noise in the position, and in the acceleration and the effort
-        when cut off sharply at the cut-off.
+        Standard deviations of white noise; the last two when cut off sharply at the cut-off.
     cache : dict
         Efforts along the motion that were integrated before.
     """
