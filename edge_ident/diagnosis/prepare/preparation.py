@@ -98,18 +98,14 @@ def prepare_axis(recordings: Sequence[Recording], name: str, *, timed: bool = Tr
 
 def _segment(recording: Recording, name: str) -> Segment:
     raw = Sampled.of(recording, name)
-    count = encoder_count(recording.axes[name].position)
-    noise = max(raw.noises[name], count / np.sqrt(12.0))
+    count, noise = _noise(raw, recording, name)
     widest_hz = choose_cutoff(raw.position, raw.period_s, raw.noises[name])
     band, density = _band(raw, noise, widest_hz)
     motion_hz = band.motion_hz(raw.period_s)
     stride = max(1, int(1.0 / (_REGRESSOR_RATE * motion_hz * raw.period_s)))
     period_s = stride * raw.period_s
     motions, replicas = raw.motions(motion_hz, stride)
-    reversing, weight = _direction(raw, motions[name], noise, band, stride)
-    # the same smooth curve as of all samples: a coarser one on the effort than on its regressor is
-    # a difference that changes with the speed, as a shift does
-    known = weight[::stride]
+    reversing, known, weight = _direction(raw, motions[name], noise, band, stride)
     sample_index = _sample_index(known, weight, band, motions[name], raw, stride)
     narrow = raw.motion(raw.position, band.cutoff_hz, stride)
     turns, valid, far = _masks(narrow, known, count, band, period_s, sample_index)
@@ -150,15 +146,26 @@ def _band(raw: Sampled, noise: float, widest_hz: float) -> tuple[Band, float]:
     return replace(band, cutoff_hz=min(band.cutoff_hz, most_hz)), density
 
 
+def _noise(raw: Sampled, recording: Recording, name: str) -> tuple[float, float]:
+    """The encoder's count, and the standard deviation of its noise."""
+    count = encoder_count(recording.axes[name].position)
+    return count, max(raw.noises[name], count / np.sqrt(12.0))
+
+
 def _direction(
     raw: Sampled, motion: Motion, noise: float, band: Band, stride: int
-) -> tuple[Mask, Array]:
-    """Samples whose direction is unknown, short rests aside; and weights (N,) from 0, where it is
-    unknown with them, to 1."""
+) -> tuple[Mask, Array, Array]:
+    """Samples whose direction is unknown, short rests aside. Then weights from 0, where it is
+    unknown with them, to 1: every stride-th sample, and all.
+
+    Both are the same smooth curve. A coarser one on the effort than on its regressor is a
+    difference that changes with the speed, as a shift does.
+    """
     turns = stride * reversals(motion)
     unknown = direction_unknown(raw.position, noise, band.cutoff_hz, raw.period_s) | raw.unknown
     rests = short_rests(raw.position, turns, noise, band.cutoff_hz, raw.period_s)
-    return unknown, direction_weight(unknown | rests, band.cutoff_hz, raw.period_s)
+    weight = direction_weight(unknown | rests, band.cutoff_hz, raw.period_s)
+    return unknown, weight[::stride], weight
 
 
 def _sample_index(
