@@ -20,7 +20,7 @@ from tools import example_recordings as made
 
 EXAMPLES = pytest.mark.parametrize("make", made.EXAMPLES, ids=lambda make: make.__name__)
 Make = Callable[[], made.Example]
-SMALL_BYTES = 200_000
+SMALL_BYTES = 250_000
 CLOSE = 0.05
 """Relative error of whatever a script finds."""
 

@@ -107,8 +107,9 @@ def test_no_limit_is_exceeded_on_random_machines(effect: str) -> None:
     """Flexible drives in loops of their own, from rest to rest; the plan knows neither."""
     done = [one for one in designed(effect, 8, seed=70) if one.shares]
     assert len(done) >= 6
-    for one in done:
-        over = {name: share for name, share in one.shares.items() if share > 1.0}
+    for one in done:  # what lasts for 20 ms is no limit that a plan keeps, see docs/plan.md
+        shares = {name: share for name, share in one.shares.items() if name != "jolt"}
+        over = {name: share for name, share in shares.items() if share > 1.0}
         assert not over
 
 
