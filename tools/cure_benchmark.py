@@ -39,9 +39,9 @@ from firmware_interface.motion import Multisine
 from firmware_interface.plant import COUNT_RAD, EFFECTS
 from firmware_interface.plant.motions import SAMPLE_S
 from firmware_interface.plant.plant import DELAY
+from firmware_interface.registers import AXES
 from firmware_interface.virtual.settings import CONSERVATIVE_GAINS
 from tools.cure_machines import (
-    AXES,
     DURATION_S,
     EFFORT_LIMIT_NM,
     Machine,

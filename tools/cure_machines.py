@@ -15,12 +15,12 @@ from firmware_interface.plant import Motion as PlantMotion
 from firmware_interface.plant.hiding import CLEAR
 from firmware_interface.plant.motions import LEAD, SAMPLE_S, TAIL
 from firmware_interface.plant.plant import DELAY
+from firmware_interface.registers import AXES
 from firmware_interface.virtual.controller import AxisController, Setpoint
+from firmware_interface.virtual.drive import EFFORT_PER_COUNT_NM
 
 Array = NDArray[np.float64]
 
-AXES: Final = ("x", "z")
-_EFFORT_STEP_NM: Final = 0.004
 EFFORT_LIMIT_NM: Final = 25.0
 _NOISE: Final = 0.02
 """Of the recorded effort, over its rms."""
@@ -58,7 +58,8 @@ class Machine:
             shown = [round(angle / COUNT_RAD) * COUNT_RAD for angle in plant.shown_rad]
             points = [_setpoint(way, k) for way in ways]
             command = [
-                round(law.effort_nm(point, angle, other) / _EFFORT_STEP_NM) * _EFFORT_STEP_NM
+                round(law.effort_nm(point, angle, other) / EFFORT_PER_COUNT_NM)
+                * EFFORT_PER_COUNT_NM
                 for law, point, angle, other in zip(
                     laws, points, shown, reversed(points), strict=True
                 )

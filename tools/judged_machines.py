@@ -5,7 +5,7 @@ motions are short: a quarter of the built-in drive's amplitude in a quarter of i
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from edge_ident.commissioning.capture import Capture, capture_motion
 from edge_ident.control.gain_design import design
 from edge_ident.control.position_loop import LoopHardware
-from edge_ident.drive.description import Drive, load_drive
+from edge_ident.drive.description import Drive
 from edge_ident.errors import EdgeIdentError
 from edge_ident.model.model import Estimate, base_axis
 from firmware_interface import board_session
@@ -30,24 +30,14 @@ from firmware_interface.registers import AXES
 from firmware_interface.virtual.board import VirtualBoard
 from firmware_interface.virtual.drive import SAMPLE_PERIOD_S
 from firmware_interface.virtual.settings import CONSERVATIVE_GAINS, DEFAULT_LIMITS, BoardSettings
+from tests.short_runs import brief_drive
 
 Array = NDArray[np.float64]
 
-_SHORTER: Final = 4.0
 _HARMONICS: Final = (2, 5, 9, 13)
 """Of the third motion: none of them is one of the named motions'."""
 _THIRD_SPEED: Final = 0.3
 _THIRD_S: Final = 6.0
-
-
-class Silent:
-    """An observer of nothing."""
-
-    def stage(self, title: str) -> None: ...
-
-    def samples(self, in_hand: int, expected: int) -> None: ...
-
-    def say(self, message: str) -> None: ...
 
 
 class _WatchedPlant(Plant):
@@ -92,8 +82,7 @@ class JudgedMachine:
     @property
     def hardware(self) -> dict[str, LoopHardware]:
         """What the board does to each loop."""
-        limits = self.board.limits()
-        return {a: LoopHardware.of_board(self.board.identity, limits[a]) for a in limits}
+        return LoopHardware.of_axes(self.board.identity, self.board.limits())
 
     def move(self, trajectory: Trajectory) -> tuple[Capture, dict[str, float]]:
         """Do a motion; what the board recorded, and the true rms error of each axis."""
@@ -167,20 +156,6 @@ def why(error: EdgeIdentError) -> str:
 def worse_by(before: Mapping[str, float], after: Mapping[str, float]) -> float:
     """Largest relative growth of an error beyond a twentieth of an encoder count."""
     return max(after[a] / (before[a] + 0.05 * COUNT_RAD) for a in before) - 1.0
-
-
-def brief_drive() -> Drive:
-    """The built-in drive with short motions."""
-    drive = load_drive()
-    return replace(
-        drive,
-        angular_frequency_rad_s=_SHORTER * drive.angular_frequency_rad_s,
-        lead_in_s=2.0,
-        axes={
-            name: replace(axis, amplitude_rad=axis.amplitude_rad / _SHORTER)
-            for name, axis in drive.axes.items()
-        },
-    )
 
 
 def _designed(base: Array) -> AxisGains:

@@ -48,6 +48,7 @@ from edge_ident.identification.result import AxisIdentification, Identification
 from firmware_interface.gains import FEEDBACK, AxisGains
 from firmware_interface.motion import Multisine, Trajectory
 from firmware_interface.plant import Hidden, Plant, draw_drives
+from tests.short_runs import Silent
 
 _RIGID: Final = {
     *FEEDBACK,
@@ -61,14 +62,6 @@ _DIVISORS: Final = ("stribeck_speed", "ripple_period")
 _FAULTS: Final = {"single": 1, "pair": 2, "sound": 0}
 _ARMS: Final = ("run", "one", "multisine", "staircase", "random")
 Row = dict[str, Any]
-
-
-class Quiet:
-    """Nobody watches."""
-
-    def stage(self, title: str) -> None: ...
-    def samples(self, in_hand: int, expected: int) -> None: ...
-    def say(self, message: str) -> None: ...
 
 
 def plant(kind: str, seed: int) -> tuple[Plant, list[Row]]:
@@ -104,9 +97,9 @@ def studied(behind: Plant, most: int) -> Iterator[Study]:
     with (
         tempfile.TemporaryDirectory() as folder,
         edge_ident.connect("virtual", plant=behind) as board,
-        ready_to_move(board, Quiet().say),
+        ready_to_move(board, Silent().say),
     ):
-        yield Plan(most_motions=most).study(board, load_drive(), None, Path(folder), Quiet())
+        yield Plan(most_motions=most).study(board, load_drive(), None, Path(folder), Silent())
 
 
 def run(kind: str, seed: int, arm: str, motions: int) -> Row:
@@ -128,7 +121,7 @@ def _decides(behind: Plant, most: int) -> Row:
         edge_ident.connect("virtual", plant=behind) as board,
     ):
         plan = Plan(most_motions=most)
-        outcome = commission(board, load_drive(), None, plan, Path(folder), Quiet())
+        outcome = commission(board, load_drive(), None, plan, Path(folder), Silent())
     compensated = [_compensated(design.gains) for design in outcome.designs.values()]
     return {
         "axes": _axes(outcome.identification),
@@ -197,7 +190,7 @@ def _axis(axis: AxisIdentification) -> Row:
     return {
         "verdict": diagnosis.verdict.value,
         "causes": list(dict.fromkeys(cause.term.effect for cause in diagnosis.causes)),
-        "rivals": [a.effect for c in diagnosis.causes for a in c.alternatives if not a.separable],
+        "rivals": [other.effect for cause in diagnosis.causes for other in cause.inseparable],
         "suspected": [cause.term.effect for cause in diagnosis.suspected],
     }
 

@@ -30,10 +30,9 @@ from edge_ident.model.effects import catalogue
 from edge_ident.model.model import AxisModel, Estimate, Model, Term, base_axis, effect_names
 from edge_ident.model.strengths import Draws, scale_of
 from firmware_interface.motion import reference
+from tests.short_runs import Silent, brief_drive
 from tools.judged_machines import (
     JudgedMachine,
-    Silent,
-    brief_drive,
     judged_machine,
     third_motion,
     why,

@@ -86,7 +86,7 @@ def _fits(
     allowed: Mapping[str, _Use],
 ) -> bool:
     times = np.linspace(-lead_in_s, 0.0, max(int(lead_in_s * _LOOKS_PER_S), 200))
-    ways = {axis: reference(motion, times, lead_in_s, rest[axis]) for axis, motion in axes.items()}
+    ways = _ways(axes, times, lead_in_s, rest)
     fastest = np.max([np.abs(way.velocity_rad_s) for way in ways.values()], axis=0)
     stop_s = np.array([stop_duration_s(speed) for speed in fastest.tolist()])
     return all(_within(_use(axis, ways, stop_s, gains[axis]), allowed[axis]) for axis in axes)
@@ -96,10 +96,16 @@ def _captured(trajectory: Trajectory, rest: Mapping[str, float]) -> dict[str, Re
     """The motion itself, by axis."""
     count = max(int(trajectory.duration_s * _LOOKS_PER_S), 2)
     times = np.linspace(0.0, trajectory.duration_s, count)
-    return {
-        axis: reference(motion, times, trajectory.lead_in_s, rest[axis])
-        for axis, motion in trajectory.axes.items()
-    }
+    return _ways(trajectory.axes, times, trajectory.lead_in_s, rest)
+
+
+def _ways(
+    axes: Mapping[str, Multisine] | Mapping[str, Staircase],
+    times: Array,
+    lead_in_s: float,
+    rest: Mapping[str, float],
+) -> dict[str, Reference]:
+    return {axis: reference(motion, times, lead_in_s, rest[axis]) for axis, motion in axes.items()}
 
 
 def _use(axis: str, ways: Mapping[str, Reference], stop_s: Array | None, gains: AxisGains) -> _Use:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from edge_ident.commissioning.recorded_motion import Moved
 from edge_ident.control.position_loop import LoopHardware
 from edge_ident.diagnosis.measures import NO_SHIFT, Timing
-from edge_ident.estimation.compensation import compensate_effects
+from edge_ident.estimation.compensation import compensate_effects, without_delay
 from edge_ident.identification.result import Identification
 from edge_ident.model.effect import Motion
 from edge_ident.model.effects import named
@@ -85,9 +85,13 @@ def drawn_loads(
         The model does not fit the recording.
     """
     rng, whole = np.random.default_rng(0), grounds.model.axes[name]
-    timing, axis = grounds.timing.get(name, NO_SHIFT), _lasting(whole)
+    timing = grounds.timing.get(name, NO_SHIFT)
+    delay_s, acting = without_delay(whole.terms[1:])
+    # what belongs to the time of the recording will not be the same again
+    lasting = (term for term in acting if not named(term.effect).tied_to_time)
+    axis = replace(whole, terms=(whole.terms[0], *lasting))
     drawn = _draws(axis, rng)
-    late_s = timing.shift_s + _delay_s(whole)
+    late_s = timing.shift_s + delay_s
     signals = compensate_effects(moved.recording, name, None, late_s=late_s).signals
     late_by_s = timing.std_samples * hardware.sample_period_s * rng.normal(size=(DRAWS, 1))
     effort = signals.effort + late_by_s * np.gradient(signals.effort, signals.period_s)
@@ -108,21 +112,6 @@ def drawn_loads(
     count = hardware.encoder_resolution_rad / math.sqrt(every)
     noise = count * rng.uniform(-0.5, 0.5, unexplained.shape)
     return Loads(drawn.parameters, wanted + unexplained, turning, noise)
-
-
-def _lasting(axis: AxisModel) -> AxisModel:
-    """The axis with what will be the same at another time, and acts on it."""
-    terms = (
-        term
-        for term in axis.terms[1:]
-        if not (named(term.effect).tied_to_time or named(term.effect).effort_delay)
-    )
-    return replace(axis, terms=(axis.terms[0], *terms))
-
-
-def _delay_s(axis: AxisModel) -> float:
-    delays = ((term, named(term.effect).effort_delay) for term in axis.terms)
-    return sum(float(term.values[delay]) for term, delay in delays if delay)
 
 
 def _draws(axis: AxisModel, rng: np.random.Generator) -> AxisModel:

@@ -85,9 +85,7 @@ class Forecaster:
             raise ValueError("a model or a recording is needed")
         self._grounds = replace(grounds, model=_checked(grounds.model, tuple(limits)))
         self._moved = None if recording is None else _moved(recording, tuple(limits), identity)
-        self._hardware = {
-            axis: LoopHardware.of_board(identity, of_axis) for axis, of_axis in limits.items()
-        }
+        self._hardware = LoopHardware.of_axes(identity, limits)
 
     def forecast(self, banks: Sequence[Bank]) -> Forecasts:
         """Of every bank, by axis."""

@@ -102,6 +102,7 @@ class Trial:
         self._board, self._wanted, self._before = board, wanted, before
         self._observer, self._file, self._watch = observer, file, watch
         self._active, self._limits = board.active_gains(), board.limits()
+        self._hardware = LoopHardware.of_axes(board.identity, self._limits)
         self._motions = [before.first]
         self._recorded: dict[str, Recording] = {before.first.name: before.capture.recording}
         self.promise = Promise({})
@@ -164,11 +165,7 @@ class Trial:
         """Add what is promised on a motion that was done with the old gains."""
         with self._watch.stage("last_sample_to_verified"), self._watch.stage("forecast"):
             moved = Moved.along(self._recorded[motion.name], motion.trajectory)
-            hardware = {
-                axis: LoopHardware.of_board(self._board.identity, of_axis)
-                for axis, of_axis in self._limits.items()
-            }
-            axes = promised(moved, self._before.grounds, hardware, self._active, self._wanted)
+            axes = promised(moved, self._before.grounds, self._hardware, self._active, self._wanted)
             self.promise = self.promise.with_motion(motion.name, axes)
         for axis, of_axis in axes.items():
             log.info("axis %s on the %s: %s", axis, motion.name, of_axis)

@@ -36,8 +36,9 @@ def _led(record: AxisRecord, gains: AxisGains) -> AxisRecord:
     if record.reference is None or "backlash" not in gains.terms:
         return record
     way = np.concatenate([record.reference[:1], record.reference])
-    moves = np.flatnonzero(np.diff(way))
-    side = float(np.sign(np.diff(way)[moves[0]])) if len(moves) else 0.0
+    steps = np.diff(way)
+    moves = steps[steps != 0.0]
+    side = float(np.sign(moves[0])) if len(moves) else 0.0
     start = Memory(backlash_rad=side * gains.backlash_offset_rad)
     return replace(record, reference=record.reference + start.along(gains, way).backlash_rad)
 

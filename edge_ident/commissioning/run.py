@@ -202,14 +202,9 @@ def board_designs(
     board: Board, found: Identification, bandwidth_rad_s: float | None = None
 ) -> dict[str, GainDesign]:
     """Gains of every axis, for this board's sampling, delay, encoder, limits and control law."""
-    identity, limits = board.identity, board.limits()
+    hardware = LoopHardware.of_axes(board.identity, board.limits())
     return {
-        name: design(
-            axis.model,
-            LoopHardware.of_board(identity, limits[name]),
-            bandwidth_rad_s,
-            at_s=axis.end_s,
-        )
+        name: design(axis.model, hardware[name], bandwidth_rad_s, at_s=axis.end_s)
         for name, axis in found.axes.items()
     }
 

@@ -216,13 +216,7 @@ def _with_effects(
     found: GainDesign, axis: AxisModel, hardware: LoopHardware, at_s: float | None
 ) -> GainDesign:
     """The design with what the effects of the model add to its gains."""
-    better = compensated(
-        found.gains,
-        axis,
-        hardware,
-        GAIN_MARGIN,
-        at_s,
-    )
+    better = compensated(found.gains, axis, hardware, GAIN_MARGIN, at_s)
     return replace(found, gains=better.gains, used=better.used, unused=better.unused)
 
 

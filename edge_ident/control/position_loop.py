@@ -12,6 +12,7 @@ Ellis, Control System Design Guide, ch. 16 (two-mass drive).
 """
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -74,6 +75,13 @@ class LoopHardware:
             limits.gain_maximum,
             identity.map_version,
         )
+
+    @classmethod
+    def of_axes(
+        cls, identity: BoardIdentity, limits: Mapping[str, AxisLimits]
+    ) -> "dict[str, LoopHardware]":
+        """The same of every axis, by name."""
+        return {axis: cls.of_board(identity, of_axis) for axis, of_axis in limits.items()}
 
 
 @dataclass(frozen=True)

@@ -101,6 +101,11 @@ class Cause:
     decision: str
     shown_in: tuple[str, ...] = ()
 
+    @property
+    def inseparable(self) -> tuple[Alternative, ...]:
+        """Alternatives that the recordings do not tell it from."""
+        return tuple(other for other in self.alternatives if not other.separable)
+
 
 @dataclass(frozen=True)
 class Refused:

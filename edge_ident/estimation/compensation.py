@@ -83,7 +83,7 @@ def compensate_effects(
     axis = recording.axes[name]
     known = None if model is None else _known(model, recording, name)
     effects = () if known is None else known.terms[1:]
-    delay_s, acting = _delay_s(effects)
+    delay_s, acting = without_delay(effects)
     shift_s = recording.effort_shift_s - delay_s - late_s
     if of_motion is None:
         columns = recording.time_s, axis.position, axis.effort
@@ -129,7 +129,7 @@ def _known(model: Model, recording: Recording, name: str) -> AxisModel:
     return axis
 
 
-def _delay_s(effects: tuple[Term, ...]) -> tuple[float, tuple[Term, ...]]:
+def without_delay(effects: tuple[Term, ...]) -> tuple[float, tuple[Term, ...]]:
     """Time by which the effort column is late, and the effects that do something else."""
     delays = [named(term.effect).effort_delay for term in effects]
     late = [float(term.values[name]) for term, name in zip(effects, delays, strict=True) if name]

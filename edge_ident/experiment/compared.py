@@ -19,11 +19,10 @@ from edge_ident.diagnosis.prepare.masks import (
     LEAST_WEIGHT,
     SMEAR_PERIODS,
     aliasing_mask,
-    direction_unknown,
     direction_weight,
     reversals,
     run_in,
-    short_rests,
+    unknown_directions,
 )
 from edge_ident.diagnosis.prepare.preparation import FEWEST_SAMPLES, MOST_SAMPLES
 from edge_ident.model.effect import Motion
@@ -154,10 +153,11 @@ class Instruments:
     def compared(self, motion: Motion, others: Mapping[str, Motion]) -> Compared | None:
         """The samples of a planned motion; None where hardly any shows the axis in motion."""
         band, period_s = self.band(motion), float(motion.time_s[1] - motion.time_s[0])
-        noise, cutoff_hz = self.position_noise, band.cutoff_hz
-        unknown = direction_unknown(motion.position, noise, cutoff_hz, period_s)
-        rests = short_rests(motion.position, reversals(motion), noise, cutoff_hz, period_s)
-        weight = direction_weight(unknown | rests, cutoff_hz, period_s)
+        turns, cutoff_hz = reversals(motion), band.cutoff_hz
+        reversing, rests = unknown_directions(
+            motion.position, turns, self.position_noise, cutoff_hz, period_s
+        )
+        weight = direction_weight(reversing | rests, cutoff_hz, period_s)
         smear = int(np.ceil(SMEAR_PERIODS / (band.cutoff_hz * period_s)))
         aliased = aliasing_mask(motion, self.count, band.cutoff_hz, period_s, smear)
         index = decimated(len(weight), band.cutoff_hz, period_s)

@@ -120,4 +120,4 @@ def _less(cause: Cause, gone: frozenset[str], evidence: str) -> Cause:
 
 
 def _inseparable(cause: Cause) -> list[str]:
-    return [a.effect for a in cause.alternatives if not a.separable]
+    return [other.effect for other in cause.inseparable]

@@ -164,7 +164,7 @@ def _apart(cause: Cause, others: tuple[Term, ...], left_out: dict[str, str]) -> 
 
     What is tied to time does not come back with the motion: there its absence is the rival.
     """
-    found = [a.term for a in cause.alternatives if not a.separable and a.term is not None]
+    found = [a.term for a in cause.inseparable if a.term is not None]
     if not found:
         return
     lasting = [t for t in (cause.term, *found) if not named(t.effect).tied_to_time]

@@ -167,7 +167,7 @@ def _cause(cause: Cause, kind: Kind, axis: AxisModel) -> SurveyedCause:
         share=cause.share,
         share_std=share_std(cause),
         parameters={name: Value(**value) for name, value in values.items()},
-        alternatives=tuple(a.effect for a in cause.alternatives if not a.separable),
+        alternatives=tuple(other.effect for other in cause.inseparable),
         evidence=cause.evidence,
     )
 

@@ -1,17 +1,13 @@
-"""What new gains promised and what was measured: a document, a table, and a figure."""
+"""What new gains promised and what was measured: a document, and a table."""
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rich.text import Text
 
 from edge_ident.commissioning.promise import Expected, ExpectedErrors, Promise, Promised
-from edge_ident.support.drawing import new_figure
 from edge_ident.support.json_text import finite
 from edge_ident.support.tables import FittingTable
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 
 def promise_document(promise: Promise | None) -> dict[str, Any] | None:
@@ -93,31 +89,3 @@ def _span(of: Expected) -> str:
 
 def _mrad(value_rad: float) -> str:
     return f"{1e3 * value_rad:.3g}"
-
-
-def promise_figure(promise: Promise) -> "Figure":
-    """Rms errors of every axis and motion: now, promised with its interval, measured.
-
-    Raises
-    ------
-    DataError
-        matplotlib is not installed.
-    """
-    every = promise.every
-    figure = new_figure(8, 1.5 + 0.6 * len(every))
-    panel = figure.subplots()
-    for place, (_, _, of_axis) in enumerate(every):
-        after = of_axis.after.rms
-        ends = [1e3 * after.low_rad, 1e3 * after.high_rad]
-        panel.plot(ends, [place, place], color="C0", linewidth=4, alpha=0.5)
-        panel.plot(1e3 * after.middle_rad, place, "|", color="C0", markersize=14)
-        panel.plot(1e3 * of_axis.now.rms_rad, place, "o", color="0.5")
-        if of_axis.measured is not None:
-            colour = "C3" if of_axis.kept(promise.judged) is False else "k"
-            panel.plot(1e3 * of_axis.measured.rms_rad, place, "x", color=colour)
-    panel.set_yticks(range(len(every)), [f"axis {axis}, {motion}" for motion, axis, _ in every])
-    panel.invert_yaxis()
-    panel.set_xscale("log")
-    panel.set_xlabel("rms tracking error (mrad)")
-    panel.set_title("old gains (dot), promised with its 90 % interval (bar), measured (cross)")
-    return figure

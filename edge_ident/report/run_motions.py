@@ -59,7 +59,7 @@ def _after(axis: AxisIdentification) -> dict[str, Any]:
         "verdict": diagnosis.verdict.value,
         "causes": _effects(cause.term.effect for cause in diagnosis.causes),
         "rivals": {
-            cause.term.effect: [a.effect for a in cause.alternatives if not a.separable]
+            cause.term.effect: [other.effect for other in cause.inseparable]
             for cause in diagnosis.causes
         },
         "suspected": _effects(cause.term.effect for cause in diagnosis.suspected),
@@ -128,7 +128,7 @@ def _shown(axis: AxisIdentification) -> str:
         return "the base model is enough"
     parts = []
     for cause in diagnosis.causes:
-        rivals = [spoken(a.effect) for a in cause.alternatives if not a.separable]
+        rivals = [spoken(other.effect) for other in cause.inseparable]
         parts.append(" or ".join([spoken(cause.term.effect), *rivals]))
     suspected = _effects(spoken(cause.term.effect) for cause in diagnosis.suspected)
     said = [f"{diagnosis.verdict.value}, {listed(_effects(parts)) or 'no cause'}"]

@@ -7,20 +7,11 @@ import pytest
 from edge_ident import commissioning
 from firmware_interface.board import Board
 from firmware_interface.registers import State
+from tests.short_runs import Silent
 
 FIVE_DEGREES = math.radians(5.0)
 SHORT_RAD = 1.4 / 30.0
 """Friction of axis x over the first proportional gain."""
-
-
-class Silent:
-    """Observer of a job that nobody watches."""
-
-    def stage(self, title: str) -> None: ...
-
-    def samples(self, in_hand: int, expected: int) -> None: ...
-
-    def say(self, message: str) -> None: ...
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])

@@ -54,7 +54,7 @@ def named_in(causes: Sequence[Cause]) -> tuple[Named, ...]:
     """Causes in their order; several orders of one effect are one cause."""
     named_: dict[str, Named] = {}
     for cause in causes:
-        inseparable = tuple(r.effect for r in cause.alternatives if not r.separable)
+        inseparable = tuple(other.effect for other in cause.inseparable)
         named_.setdefault(cause.term.effect, Named(cause.term.effect, inseparable))
     return tuple(named_.values())
 

@@ -102,36 +102,17 @@ def aliasing_mask(
     return widened(tones, smear)
 
 
-def direction_unknown(position: Array, noise: float, cutoff_hz: float, period_s: float) -> Mask:
-    """Samples (N,) at which the encoder does not resolve the direction of motion.
+def unknown_directions(
+    position: Array, turns: NDArray[np.intp], noise: float, cutoff_hz: float, period_s: float
+) -> tuple[Mask, Mask]:
+    """Samples (N,) at which the encoder does not resolve the direction of motion, in two parts.
 
-    These are the samples within the encoder noise of a turning point, and standstills of at least
+    Reversing: samples within the encoder noise of a turning point, and standstills of at least
     half a cut-off period. Until the axis has moved on, its friction may be anything between the
     friction of both directions.
 
-    Parameters
-    ----------
-    position : (N,) array
-        As measured.
-    noise : float
-        Standard deviation of the encoder noise.
-    """
-    turning = _not_away(position, _turning_points(position, TURN_NOISE * noise), noise)
-    width = _half_period(cutoff_hz, period_s)
-    if width >= len(position):
-        return turning
-    windows = np.lib.stride_tricks.sliding_window_view(position, width)
-    still = np.ptp(windows, axis=1) <= _STILL_NOISE * noise
-    return turning | (np.convolve(still, np.ones(width)) > 0.5)
-
-
-def short_rests(
-    position: Array, turns: NDArray[np.intp], noise: float, cutoff_hz: float, period_s: float
-) -> Mask:
-    """Samples (N,) around a rest from which the axis moves on as before.
-
-    The direction is as unknown as at a turning point, but the position has none beyond the noise.
-    The rest shows in the smooth velocity, which changes its sign there.
+    Short rests, from which the axis moves on as before: the position has no turning point beyond
+    the noise there. They show in the smooth velocity, which changes its sign.
 
     Parameters
     ----------
@@ -142,11 +123,22 @@ def short_rests(
     noise : float
         Standard deviation of the encoder noise.
     """
+    found, width = _turning_points(position, TURN_NOISE * noise), _half_period(cutoff_hz, period_s)
     near = np.zeros(len(position), dtype=np.bool_)
-    near[_turning_points(position, TURN_NOISE * noise)] = True
-    # the smooth velocity shows these too, a few samples aside
-    near = widened(near, _half_period(cutoff_hz, period_s))
-    return _not_away(position, turns[~near[turns]].tolist(), noise)
+    near[found] = True
+    # the smooth velocity shows the turning points too, a few samples aside
+    near = widened(near, width)
+    reversing = _not_away(position, found, noise) | _standing(position, noise, width)
+    return reversing, _not_away(position, turns[~near[turns]].tolist(), noise)
+
+
+def _standing(position: Array, noise: float, width: int) -> Mask:
+    """Standstills of at least so many samples."""
+    if width >= len(position):
+        return np.zeros(len(position), dtype=np.bool_)
+    windows = np.lib.stride_tricks.sliding_window_view(position, width)
+    still = np.ptp(windows, axis=1) <= _STILL_NOISE * noise
+    return np.asarray(np.convolve(still, np.ones(width)) > 0.5)
 
 
 def _half_period(cutoff_hz: float, period_s: float) -> int:

@@ -16,11 +16,10 @@ from edge_ident.diagnosis.prepare.masks import (
     SMEAR_PERIODS,
     Mask,
     aliasing_mask,
-    direction_unknown,
     direction_weight,
     reversals,
     run_in,
-    short_rests,
+    unknown_directions,
     widened,
 )
 from edge_ident.diagnosis.prepare.sampled import Sampled
@@ -162,10 +161,10 @@ def _direction(
     difference that changes with the speed, as a shift does.
     """
     turns = stride * reversals(motion)
-    unknown = direction_unknown(raw.position, noise, band.cutoff_hz, raw.period_s) | raw.unknown
-    rests = short_rests(raw.position, turns, noise, band.cutoff_hz, raw.period_s)
-    weight = direction_weight(unknown | rests, band.cutoff_hz, raw.period_s)
-    return unknown, weight[::stride], weight
+    reversing, rests = unknown_directions(raw.position, turns, noise, band.cutoff_hz, raw.period_s)
+    reversing |= raw.unknown
+    weight = direction_weight(reversing | rests, band.cutoff_hz, raw.period_s)
+    return reversing, weight[::stride], weight
 
 
 def _sample_index(

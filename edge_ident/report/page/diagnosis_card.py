@@ -148,7 +148,7 @@ def _sure(name: str, axis: AxisDiagnosis) -> list[Markup]:
 
 def _in_short(name: str, diagnosis: Diagnosis) -> Markup:
     axis = diagnosis.axes[name]
-    alike = any(not other.separable for cause in axis.causes[:1] for other in cause.alternatives)
+    alike = any(cause.inseparable for cause in axis.causes[:1])
     if axis.verdict is Verdict.ADEQUATE:
         said = "Sure, for what this motion can show."
     elif not axis.causes:
@@ -179,7 +179,7 @@ def _cause_sure(name: str, axis: AxisDiagnosis) -> list[Markup]:
                 percent(high, *at, "held_out_gain_interval", 1),
             )
         )
-    alike = [spoken(other.effect) for other in cause.alternatives if not other.separable]
+    alike = [spoken(other.effect) for other in cause.inseparable]
     if alike:
         said.append(Markup("This motion cannot tell it from {}.").format(all_of(alike)))
     return said
@@ -246,7 +246,7 @@ def _action(name: str, diagnosis: Diagnosis) -> list[Markup]:
 def _clearing_motion(axis: AxisDiagnosis) -> str | None:
     """A motion that tells the strongest cause from another, or confirms the first suspicion."""
     if axis.causes:
-        alike = [other for other in axis.causes[0].alternatives if not other.separable]
+        alike = axis.causes[0].inseparable
         return alike[0].experiment if alike else None
     return named(axis.suspected[0].term.effect).search.experiment if axis.suspected else None
 

@@ -19,14 +19,7 @@ from firmware_interface.gains import AxisGains
 from firmware_interface.registers import State
 from firmware_interface.virtual.board import VirtualBoard
 from firmware_interface.virtual.settings import CONSERVATIVE_GAINS
-
-
-class Silent:
-    def stage(self, title: str) -> None: ...
-
-    def samples(self, in_hand: int, expected: int) -> None: ...
-
-    def say(self, message: str) -> None: ...
+from tests.short_runs import Silent
 
 
 class Impatient(Silent):

@@ -30,7 +30,7 @@ from edge_ident.commissioning.second_motion import (
 )
 from edge_ident.control.gain_design import GainDesign
 from edge_ident.control.position_loop import LoopHardware
-from edge_ident.drive.description import Drive, load_drive
+from edge_ident.drive.description import load_drive
 from edge_ident.drive.motions import named_trajectory
 from edge_ident.errors import BoardError
 from edge_ident.model.model import Estimate, Model, base_axis
@@ -48,35 +48,14 @@ from firmware_interface.registers import State
 from firmware_interface.virtual.board import VirtualBoard
 from firmware_interface.virtual.clock import RequestClock
 from firmware_interface.virtual.settings import CONSERVATIVE_GAINS, BoardSettings
+from tests.short_runs import Silent, brief_drive
 
 COUNT_RAD = 2 * np.pi / 8400
 HARDWARE = LoopHardware(0.0025, 0.0005, COUNT_RAD, 12.0)
 
 
-class Silent:
-    def stage(self, title: str) -> None: ...
-
-    def samples(self, in_hand: int, expected: int) -> None: ...
-
-    def say(self, message: str) -> None: ...
-
-
-def brief() -> Drive:
-    """The built-in drive on a quarter of its default motion, in a quarter of the time."""
-    drive = load_drive()
-    return replace(
-        drive,
-        angular_frequency_rad_s=4.0 * drive.angular_frequency_rad_s,
-        lead_in_s=2.0,
-        axes={
-            name: replace(axis, amplitude_rad=0.25 * axis.amplitude_rad)
-            for name, axis in drive.axes.items()
-        },
-    )
-
-
 def run(link: Link, folder: Path) -> Outcome:
-    return commission(Board.connect(link), brief(), None, Plan(), folder, Silent())
+    return commission(Board.connect(link), brief_drive(), None, Plan(), folder, Silent())
 
 
 def design_always(gains: AxisGains, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -23,18 +23,11 @@ from firmware_interface.motion import Multisine, SineComponent, Trajectory
 from firmware_interface.registers import State
 from firmware_interface.virtual.board import VirtualBoard
 from firmware_interface.virtual.settings import CONSERVATIVE_GAINS
+from tests.short_runs import Silent, brief_drive
 
 ENABLED_AT_REST = {"stage", "before commit"}
 """A host that dies here leaves the effort on, and nothing by which the next one could tell."""
 COUNT_RAD = 2 * np.pi / 8400
-
-
-class Silent:
-    def stage(self, title: str) -> None: ...
-
-    def samples(self, in_hand: int, expected: int) -> None: ...
-
-    def say(self, message: str) -> None: ...
 
 
 class Listening(Silent):
@@ -45,20 +38,6 @@ class Listening(Silent):
 
     def say(self, message: str) -> None:
         self.said.append(message)
-
-
-def brief() -> Drive:
-    """The built-in drive on a quarter of its default motion, in a quarter of the time."""
-    drive = load_drive()
-    return replace(
-        drive,
-        angular_frequency_rad_s=4.0 * drive.angular_frequency_rad_s,
-        lead_in_s=2.0,
-        axes={
-            name: replace(axis, amplitude_rad=0.25 * axis.amplitude_rad)
-            for name, axis in drive.axes.items()
-        },
-    )
 
 
 def run(
@@ -99,7 +78,7 @@ def test_after_an_interruption_at_any_phase_the_next_run_works(
     virtual = VirtualBoard()
     link = InterruptedLink(virtual, phase, end)
     with pytest.raises(end):
-        run(link, tmp_path, drive=brief())
+        run(link, tmp_path, drive=brief_drive())
     assert link.struck
     if end is KeyboardInterrupt:
         status = Board.connect(virtual).status()
@@ -107,7 +86,7 @@ def test_after_an_interruption_at_any_phase_the_next_run_works(
         assert not status.unconfirmed
         assert not status.enabled
         assert status.session_remaining_s == 0.0
-    outcome = run(virtual, tmp_path, drive=brief())
+    outcome = run(virtual, tmp_path, drive=brief_drive())
     assert outcome.confirmed
     assert outcome.gains_before["x"].numbers() == pytest.approx(
         CONSERVATIVE_GAINS.numbers(), rel=1e-6

@@ -33,6 +33,7 @@ from firmware_interface.registers import Fault, State
 from firmware_interface.virtual.board import VirtualBoard
 from firmware_interface.virtual.settings import CONSERVATIVE_GAINS
 from tests.edge_ident.diagnosis import hand_made
+from tests.short_runs import brief_drive
 
 OPEN = hand_made.axis(Verdict.EXPLAINED, hand_made.friction_by_direction())
 RIVAL = "nonlinear_viscous"
@@ -62,18 +63,6 @@ class Listener:
         self.said.append(message)
 
 
-def brief() -> Drive:
-    """The built-in drive on a quarter of its default motion, in a quarter of the time."""
-    drive = load_drive()
-    axes = {n: replace(a, amplitude_rad=0.25 * a.amplitude_rad) for n, a in drive.axes.items()}
-    return replace(
-        drive,
-        angular_frequency_rad_s=4.0 * drive.angular_frequency_rad_s,
-        lead_in_s=2.0,
-        axes=axes,
-    )
-
-
 def designed(trajectory: Trajectory | None, pair: PlannedPair = PAIR) -> MotionPlan:
     use = Use(1.6, 1.8, 2.1, 3.0, 0.1)
     uses = {axis: AxisUse(use, use, use.times(2.0)) for axis in ("x", "z")}
@@ -85,7 +74,7 @@ def script(monkeypatch: pytest.MonkeyPatch) -> dict[str, object]:
     """What the diagnosis finds after the first and the further motions, and what is designed."""
     said: dict[str, object] = {
         "after": closed(),
-        "plan": designed(brief().trajectory()),
+        "plan": designed(brief_drive().trajectory()),
     }
     adequate = hand_made.axis(Verdict.ADEQUATE)
 
@@ -116,7 +105,9 @@ def run(
     board = Board.connect(link)
     try:
         wanted = Plan(**{"write": False, **plan})  # type: ignore[arg-type]
-        return commission(board, drive or brief(), None, wanted, folder, listener or Listener())
+        return commission(
+            board, drive or brief_drive(), None, wanted, folder, listener or Listener()
+        )
     finally:
         board.close()
 

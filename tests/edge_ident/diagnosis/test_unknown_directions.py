@@ -6,7 +6,7 @@ import pytest
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.diagnose import diagnose
-from edge_ident.diagnosis.prepare.masks import direction_unknown, short_rests, tapered
+from edge_ident.diagnosis.prepare.masks import tapered, unknown_directions
 from edge_ident.diagnosis.result import Verdict
 from edge_ident.model.effect import Motion
 from edge_ident.model.effects import named
@@ -18,6 +18,7 @@ PERIOD_S = 2.5e-3
 COUNT = 7.5e-4
 NOISE = COUNT / np.sqrt(12.0)
 CUTOFF_HZ = 6.0
+NO_TURNS = np.array([], int)
 
 
 def counted(position: Array) -> Array:
@@ -30,7 +31,7 @@ def test_turning_points_and_standstills_are_undecided_and_slow_creep_is_not() ->
     creep = parabola[-1] + 30.0 * COUNT * np.arange(1, 1601) * PERIOD_S
     stop = np.full(1600, creep[-1])
     position = counted(np.concatenate([parabola, creep, stop]))
-    unknown = direction_unknown(position, NOISE, CUTOFF_HZ, PERIOD_S)
+    unknown, _ = unknown_directions(position, NO_TURNS, NOISE, CUTOFF_HZ, PERIOD_S)
     near = np.abs(position - position[400]) <= 8.0 * NOISE
     assert np.array_equal(np.flatnonzero(unknown[:800]), np.flatnonzero(near[:800]))
     assert not unknown[830:2360].any(), "30 counts a second"
@@ -41,11 +42,11 @@ def test_a_short_rest_before_the_axis_moves_on_as_before_is_undecided() -> None:
     """It returns from nowhere, and it rests for less than half a cut-off period."""
     time = PERIOD_S * np.arange(-400, 400)
     position = counted(0.25 * time**3)
-    unknown = short_rests(position, np.array([400]), NOISE, CUTOFF_HZ, PERIOD_S)
+    _, unknown = unknown_directions(position, np.array([400]), NOISE, CUTOFF_HZ, PERIOD_S)
     near = np.abs(position - position[400]) <= 8.0 * NOISE
     assert unknown[near].all()
     assert not unknown[np.abs(position) > 0.01].any()
-    away = direction_unknown(position + time, NOISE, CUTOFF_HZ, PERIOD_S)
+    away, _ = unknown_directions(position + time, NO_TURNS, NOISE, CUTOFF_HZ, PERIOD_S)
     assert not away.any()
 
 
