@@ -1,4 +1,4 @@
-"""A drive whose motions are short, and an observer of a job that nobody watches."""
+"""A drive whose motions are short, and observers of a job that nobody watches."""
 
 from dataclasses import replace
 from typing import Final
@@ -16,6 +16,16 @@ class Silent:
     def samples(self, in_hand: int, expected: int) -> None: ...
 
     def say(self, message: str) -> None: ...
+
+
+class Listening(Silent):
+    """Keeps what was said."""
+
+    def __init__(self) -> None:
+        self.said: list[str] = []
+
+    def say(self, message: str) -> None:
+        self.said.append(message)
 
 
 def brief_drive() -> Drive:

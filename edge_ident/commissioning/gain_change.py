@@ -45,8 +45,7 @@ def put_in_force(
     """Forecast, stage, commit, move with the new gains, and confirm them if they keep the promise.
 
     Nothing is written where the forecast is not worth it, or where the board's window to confirm
-    is too short for the motions. The rules are in `edge_ident.commissioning.promise` and
-    `edge_ident.commissioning.verification`.
+    is too short for the motions.
 
     Parameters
     ----------
@@ -67,7 +66,20 @@ def put_in_force(
         The window is too short, or a motion did not get to its end.
     """
     trial = Trial(board, wanted, before, observer, file, watch or Stopwatch())
-    if not trial.worth_a_write():
+    return concluded(board, trial, worth_a_write=trial.worth_a_write())
+
+
+def concluded(board: Board, trial: Trial, *, worth_a_write: bool) -> GainChange:
+    """Write the gains of a trial if they are worth it, and confirm them if they keep the promise.
+
+    The rules are in `edge_ident.commissioning.promise` and `edge_ident.commissioning.verification`.
+
+    Raises
+    ------
+    BoardError
+        A motion did not get to its end.
+    """
+    if not worth_a_write:
         log.info("not worth a write: nothing is written")
         return GainChange(confirmed=False, unchanged=True, promise=trial.promise)
     trial.write()

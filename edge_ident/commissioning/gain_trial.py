@@ -43,6 +43,23 @@ log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
+class Recorded:
+    """A motion that was made with the gains in force.
+
+    Attributes
+    ----------
+    motion : NamedMotion
+    capture : Capture
+    file : str
+        Name of its file in the folder of the run; empty where it was not saved.
+    """
+
+    motion: NamedMotion
+    capture: Capture
+    file: str
+
+
+@dataclass(frozen=True)
 class MotionBefore:
     """A motion with the gains in force, and what is known from it; new gains must measure up to it.
 
@@ -56,18 +73,29 @@ class MotionBefore:
         The motion beside it.
     grounds : Grounds
         From which the new gains follow.
+    recorded : Recorded or None
+        The second motion, where it was made already.
     """
 
     capture: Capture
     first: NamedMotion
     second: NamedMotion
     grounds: Grounds
+    recorded: Recorded | None = None
 
     @classmethod
-    def of(cls, drive: Drive, name: MotionName, capture: Capture, found: Identification) -> Self:
+    def of(
+        cls,
+        drive: Drive,
+        name: MotionName,
+        capture: Capture,
+        found: Identification,
+        recorded: Recorded | None = None,
+    ) -> Self:
         """A named motion of a drive, and what was identified from it."""
         first = NamedMotion(name, named_trajectory(drive, name, 1))
-        return cls(capture, first, second_motion(drive, name), Grounds.of(found))
+        second = second_motion(drive, name)
+        return cls(capture, first, second, Grounds.of(found), recorded)
 
 
 class Trial:
@@ -88,6 +116,8 @@ class Trial:
     ----------
     promise : Promise
         Of the motions that were done with the old gains so far.
+    second : Recorded or None
+        The second motion with the old gains, once it was made.
     """
 
     def __init__(
@@ -106,6 +136,7 @@ class Trial:
         self._motions = [before.first]
         self._recorded: dict[str, Recording] = {before.first.name: before.capture.recording}
         self.promise = Promise({})
+        self.second = before.recorded
         self._foretell(before.first)
 
     def worth_a_write(self) -> bool:
@@ -118,8 +149,12 @@ class Trial:
         """
         if not self.promise.worth_a_write:
             return False
-        second = self._move_second()
-        self._foretell(second)
+        if self.second is None:
+            self.second = self._move_second()
+        motion = self.second.motion
+        self._motions.append(motion)
+        self._recorded[motion.name] = self.second.capture.recording
+        self._foretell(motion)
         return self.promise.worth_a_write
 
     def write(self) -> None:
@@ -170,7 +205,7 @@ class Trial:
         for axis, of_axis in axes.items():
             log.info("axis %s on the %s: %s", axis, motion.name, of_axis)
 
-    def _move_second(self) -> NamedMotion:
+    def _move_second(self) -> Recorded:
         """The second motion with the old gains."""
         before, board = self._before, self._board
         model, limits = before.grounds.model, self._limits
@@ -183,9 +218,7 @@ class Trial:
                 board, second.trajectory, self._observer.samples, file, self._observer.say
             )
             board.finish()
-        self._motions.append(second)
-        self._recorded[second.name] = capture.recording
-        return second
+        return Recorded(second, capture, "" if file is None else file.name)
 
     def _verified(self, motion: NamedMotion) -> Capture:
         """A motion with the new gains."""

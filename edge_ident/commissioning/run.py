@@ -8,10 +8,11 @@ from pathlib import Path
 from typing import Final
 
 from edge_ident.commissioning.capture import Capture, check_drive
-from edge_ident.commissioning.gain_change import check_change, put_in_force
+from edge_ident.commissioning.carry_over import reconsidered
+from edge_ident.commissioning.gain_change import check_change, concluded
 from edge_ident.commissioning.gain_files import save_backup
 from edge_ident.commissioning.gain_outcome import GainChange
-from edge_ident.commissioning.gain_trial import MotionBefore
+from edge_ident.commissioning.gain_trial import MotionBefore, Recorded, Trial
 from edge_ident.commissioning.identification_motions import (
     CAPTURE_FILE,
     IdentificationMotion,
@@ -170,12 +171,9 @@ def commission(
     with ready_to_move(board, observer.say):
         first = _first_motion(study, trajectory)
         with watch.stage("separation"):
-            separation = separate(study, first)
-        capture, found = first.capture, separation.found
-        with watch.stage("last_sample_to_verified"):
-            designs = board_designs(board, found, plan.bandwidth_rad_s) if found.trusted else {}
-        before = MotionBefore.of(drive, plan.motion, capture, found)
-        change = _change(board, designs, gains_before, before, plan, folder, observer, watch)
+            separation = separate(study, [first])
+        separation, designs, change = _changed(study, plan, separation, gains_before)
+        found = separation.found
         stored = plan.store and change is not None and (change.confirmed or change.unchanged)
         if stored:
             board.store()
@@ -184,7 +182,7 @@ def commission(
         conclusion += unseen_load(designs)
     log.info(conclusion)
     return Outcome(
-        capture, found, designs, gains_before, change, stored, conclusion, watch.timing_ms(),
+        first.capture, found, designs, gains_before, change, stored, conclusion, watch.timing_ms(),
         separation,
     )  # fmt: skip
 
@@ -209,24 +207,58 @@ def board_designs(
     }
 
 
-def _change(
-    board: Board,
+def _changed(
+    study: Study, plan: Plan, separation: Separation, gains_before: Bank
+) -> tuple[Separation, dict[str, GainDesign], GainChange | None]:
+    """Design gains and put them in force, unless this is a dry run.
+
+    The second motion of their trial is made before the write. Where it contradicts what was
+    identified, it is one more identification motion, and the gains are designed anew.
+    """
+    recorded: Recorded | None = None
+    while True:
+        designs = _designs(study, plan, separation.found)
+        trial = _trial(study, plan, separation, designs, gains_before, recorded)
+        if trial is None:
+            return separation, designs, None
+        worth_a_write = trial.worth_a_write()
+        if trial.second is recorded:  # it was not made, or has been heard
+            break
+        recorded = trial.second
+        assert recorded is not None
+        with study.watch.stage("separation"):
+            heard = reconsidered(study, separation, recorded)
+        if heard is separation:
+            break
+        separation = heard
+    return separation, designs, concluded(study.board, trial, worth_a_write=worth_a_write)
+
+
+def _designs(study: Study, plan: Plan, found: Identification) -> dict[str, GainDesign]:
+    """Gains of every axis, if all are trusted."""
+    with study.watch.stage("last_sample_to_verified"):
+        return board_designs(study.board, found, plan.bandwidth_rad_s) if found.trusted else {}
+
+
+def _trial(
+    study: Study,
+    plan: Plan,
+    separation: Separation,
     designs: Mapping[str, GainDesign],
     gains_before: Bank,
-    before: MotionBefore,
-    plan: Plan,
-    folder: Path,
-    observer: Observer,
-    watch: Stopwatch,
-) -> GainChange | None:
-    """Check the designed gains and, unless this is a dry run, put them in force."""
+    recorded: Recorded | None,
+) -> Trial | None:
+    """Check the designed gains; their trial, unless there are none or this is a dry run."""
     if not designs:
         return None
     wanted = {axis: designed.gains for axis, designed in designs.items()}
-    check_change(board, gains_before, wanted, large_steps=True)
+    check_change(study.board, gains_before, wanted, large_steps=True)
     if not plan.write:
         return None
-    return put_in_force(board, wanted, before, observer, folder / VERIFICATION_FILE, watch)
+    capture, found = separation.motions[0].capture, separation.found
+    before = MotionBefore.of(study.drive, plan.motion, capture, found, recorded)
+    file = study.folder / VERIFICATION_FILE
+    return Trial(study.board, wanted, before, study.observer, file, study.watch)
 
 
 def _conclude(found: Identification, change: GainChange | None, stored: bool) -> str:

@@ -25,7 +25,7 @@ from edge_ident.experiment.announcement import announced, inseparable_sentence
 from edge_ident.experiment.open_causes import explanations, is_open, questions, without_causes
 from edge_ident.experiment.result import MotionPlan
 from edge_ident.identification.identify import identify
-from edge_ident.identification.result import Identification
+from edge_ident.identification.result import Identification, ParameterSource
 from edge_ident.signals.data_checks import check_recording
 from edge_ident.signals.recording import Recording
 from firmware_interface.motion import Trajectory
@@ -59,17 +59,23 @@ def diagnoses(found: Identification) -> dict[str, AxisDiagnosis]:
     return {name: axis for name, axis in every.items() if axis is not None}
 
 
-def separate(study: Study, first: IdentificationMotion) -> Separation:
-    """Make motions until one explanation is left, as far as the study may go.
+def separate(study: Study, made: Sequence[IdentificationMotion]) -> Separation:
+    """Make further motions until one explanation is left, as far as the study may go.
 
     Every capture is saved as it is made. The machine is at rest in between.
+
+    Parameters
+    ----------
+    study : Study
+    made : sequence of IdentificationMotion
+        At least one.
 
     Raises
     ------
     LinkError, BoardError
         A motion did not get to its end.
     """
-    motions = [first]
+    motions = list(made)
     while _unseen(study, motions) or any(map(is_open, _left(motions).values())):
         if len(motions) >= study.most_motions:
             return Separation(tuple(motions), _used_up(motions))
@@ -127,11 +133,8 @@ def _listed(unseen: Mapping[str, Sequence[str]]) -> str:
 
 
 def _used_up(motions: Sequence[IdentificationMotion]) -> str:
-    return f"{_open(motions)} after " + (
-        "the one motion that was allowed"
-        if len(motions) == 1
-        else f"the {len(motions)} that were allowed"
-    )
+    made = "one motion that was" if len(motions) == 1 else f"{len(motions)} that were"
+    return f"{_open(motions)} after the {made} allowed"
 
 
 @dataclass(frozen=True)
@@ -260,12 +263,18 @@ def _known(
     motions: Sequence[IdentificationMotion],
     after: Mapping[str, AxisDiagnosis],
 ) -> Identification:
-    """Every axis on the first motion, or on the one that shows its parameters."""
+    """Every axis on the first motion, or on the one that shows its parameters.
+
+    An extended model is that of all motions; so one on which it is trusted is enough.
+    """
     found = identified(study, motions[0].capture.recording, after)
     axes = dict(found.axes)
     for made in (motion for motion in motions if motion.sought):
         shown = identify(made.recording, None, model=study.model, diagnose=False, diagnosed=after)
-        axes.update({name: shown.axes[name] for name in made.sought})
+        for name in made.sought:
+            extended = axes[name].source is ParameterSource.EXTENDED_MODEL
+            if shown.axes[name].trusted or not (extended and axes[name].trusted):
+                axes[name] = shown.axes[name]
     return replace(found, axes=axes)
 
 

@@ -23,21 +23,11 @@ from firmware_interface.motion import Multisine, SineComponent, Trajectory
 from firmware_interface.registers import State
 from firmware_interface.virtual.board import VirtualBoard
 from firmware_interface.virtual.settings import CONSERVATIVE_GAINS
-from tests.short_runs import Silent, brief_drive
+from tests.short_runs import Listening, Silent, brief_drive
 
 ENABLED_AT_REST = {"stage", "before commit"}
 """A host that dies here leaves the effort on, and nothing by which the next one could tell."""
 COUNT_RAD = 2 * np.pi / 8400
-
-
-class Listening(Silent):
-    """Keeps what was said."""
-
-    def __init__(self) -> None:
-        self.said: list[str] = []
-
-    def say(self, message: str) -> None:
-        self.said.append(message)
 
 
 def run(

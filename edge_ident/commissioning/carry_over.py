@@ -1,0 +1,124 @@
+"""Whether what was identified carries over to the second motion, asked before gains are written.
+
+One motion may hide an effect that another one shows: on one sinusoid, a spring is a smaller
+inertia. The second motion of a trial is recorded with the old gains anyway. So the model is fitted
+to it as well. Where that is not enough, or gives other parameters, the recording joins those of the
+identification, and all are diagnosed together.
+"""
+
+import logging
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+
+from edge_ident.commissioning.gain_trial import Recorded
+from edge_ident.commissioning.identification_motions import IdentificationMotion, Study
+from edge_ident.commissioning.separation import Separation, judged, separate
+from edge_ident.errors import DataError
+from edge_ident.identification.adequacy import LARGEST_MOVE, SIGNIFICANT
+from edge_ident.identification.identify import identify
+from edge_ident.identification.result import AxisIdentification, Identification
+from edge_ident.model.effects import named
+from edge_ident.model.model import PARAMETERS
+from edge_ident.signals.recording import Recording
+
+log = logging.getLogger(__name__)
+
+
+def reconsidered(study: Study, separation: Separation, second: Recorded) -> Separation:
+    """The motions of a run with the second one of a trial, if that contradicts what was found.
+
+    Parameters
+    ----------
+    study : Study
+    separation : Separation
+    second : Recorded
+        Made with the gains in force.
+
+    Returns
+    -------
+    Separation
+        The same where nothing is contradicted, or where no further motion may be judged.
+
+    Raises
+    ------
+    LinkError, BoardError
+        A motion that is designed to separate what is left did not get to its end.
+    """
+    if not study.diagnose or len(separation.motions) >= study.most_motions:
+        return separation
+    try:
+        against = contradictions(separation.found, second.capture.recording)
+        if not against:
+            return separation
+        _tell(study, second.file, against)
+        motions = list(separation.motions)
+        trajectory, capture, found = second.motion.trajectory, second.capture, separation.found
+        made = IdentificationMotion(second.file, trajectory, capture, found, None, {}, against)
+        return separate(study, [*motions, judged(study, motions, made)])
+    except DataError as error:
+        log.info("the second motion cannot be judged: %s", error.cause)
+        return separation
+
+
+def contradictions(found: Identification, recording: Recording) -> dict[str, tuple[str, ...]]:
+    """What another recording of the machine says against what was identified.
+
+    Parameters
+    ----------
+    found : Identification
+    recording : Recording
+        Not used for it.
+
+    Returns
+    -------
+    mapping of axis name to tuple of str
+        Sentences; axes without any are left out. An axis is not judged if a term of its model
+        belongs to the time of the recordings before.
+
+    Raises
+    ------
+    DataError
+        Hardly any sample shows an axis in motion.
+    """
+    seen = identify(recording, model=found.model, diagnose=False)
+    said = {
+        name: _against(axis, seen.axes[name])
+        for name, axis in found.axes.items()
+        if not any(named(effect).tied_to_time for effect in axis.compensated_effects)
+    }
+    return {name: sentences for name, sentences in said.items() if sentences}
+
+
+def _against(before: AxisIdentification, now: AxisIdentification) -> tuple[str, ...]:
+    """What the same model, fitted to another recording, says against it."""
+    adequacy = now.adequacy
+    found = () if adequacy.adequate else (f"on the second motion, {adequacy.reason}",)
+    return found + tuple(
+        f"the second motion's {name} is {value:.3g} and not {expected:.3g} {unit}"
+        for name, value, expected, unit in _moved(before, now)
+    )
+
+
+def _moved(
+    before: AxisIdentification, now: AxisIdentification
+) -> Iterator[tuple[str, float, float, str]]:
+    """Parameters that both recordings claim to know, and of which they know different values.
+
+    The offset is left out: it drifts, and both motions show it.
+    """
+    old, new = before.estimate, now.estimate
+    apart = np.abs(new.parameters - old.parameters)
+    size = np.maximum(np.abs(new.parameters), np.abs(old.parameters))
+    moved = (apart > LARGEST_MOVE * size) & (apart > SIGNIFICANT * np.hypot(old.std, new.std))
+    for n, name in enumerate(PARAMETERS[:3]):
+        if moved[n]:
+            yield name.replace("_", " "), new.parameters[n], old.parameters[n], before.units[n]
+
+
+def _tell(study: Study, file: str, against: Mapping[str, tuple[str, ...]]) -> None:
+    """Say why the run does not go on with what it found."""
+    for name, sentences in against.items():
+        line = f"axis {name}: {'; '.join(sentences)}; {file} joins the identification"
+        study.observer.say(line)
+        log.info(line)
