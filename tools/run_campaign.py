@@ -123,10 +123,11 @@ def _decides(behind: Plant, most: int) -> Row:
         plan = Plan(most_motions=most)
         outcome = commission(board, load_drive(), None, plan, Path(folder), Silent())
     compensated = [_compensated(design.gains) for design in outcome.designs.values()]
+    made = outcome.separation.motions
     return {
         "axes": _axes(outcome.identification),
-        "motions": len(outcome.separation.motions),
-        "seconds": round(sum(made.duration_s for made in outcome.separation.motions), 1),
+        "motions": len(made),
+        "seconds": round(sum(motion.duration_s for motion in made), 1),
         "ended": outcome.separation.ended,
         "conclusion": outcome.conclusion,
         "rigid_gains": not any(compensated),
@@ -186,24 +187,30 @@ def _axes(found: Identification) -> Row:
 def _axis(axis: AxisIdentification) -> Row:
     diagnosis = axis.diagnosis
     if diagnosis is None:
-        return {"verdict": "adequate", "causes": [], "rivals": [], "suspected": []}
+        return {"verdict": "adequate", "causes": [], "minor": [], "rivals": [], "suspected": []}
     return {
         "verdict": diagnosis.verdict.value,
         "causes": list(dict.fromkeys(cause.term.effect for cause in diagnosis.causes)),
+        "minor": list(dict.fromkeys(cause.term.effect for cause in diagnosis.minor)),
         "rivals": [other.effect for cause in diagnosis.causes for other in cause.inseparable],
         "suspected": [cause.term.effect for cause in diagnosis.suspected],
     }
 
 
 def _scored(row: Row) -> dict[str, bool]:
-    """Whether exactly the truth is named, comes first on its axis, and has no rival left."""
+    """Whether exactly the truth is named, comes first on its axis, and has no rival left.
+
+    `right` counts causes. `listed` counts minor ones too, and those that are not there against it.
+    """
     axes: dict[str, Row] = row["axes"]
     truth = {(fault["axis"], fault["effect"]) for fault in row["faults"]}
     named = {(axis, effect) for axis, of in axes.items() for effect in of["causes"]}
+    minor = {(axis, effect) for axis, of in axes.items() for effect in of.get("minor", ())}
     first = [axes.get(axis, {}).get("causes", [])[:1] for axis, _ in truth]
     right = bool(axes) and named == truth and row.get("rigid_gains", True) | bool(truth)
     return {
         "right": right,
+        "listed": bool(axes) and named | minor == truth,
         "first": bool(axes)
         and all((a, *f) in truth for f, (a, _) in zip(first, truth, strict=True)),
         "no_rival": right and not any(of["rivals"] for of in axes.values()),
@@ -247,10 +254,17 @@ def main() -> None:
                 if (seed, arm) not in done:
                     own = done.get((seed, "run"), {"motions": 1}).get("motions", 1)
                     motions = {"run": Plan().most_motions, "one": 1}.get(arm, own)
-                    done[seed, arm] = run(given.kind, seed, arm, motions)
+                    done[seed, arm] = _row(given.kind, seed, arm, motions, done)
                     _write(file, done[seed, arm])
                     print(_line(done[seed, arm]), flush=True)
     print(table(done.values()))
+
+
+def _row(kind: str, seed: int, arm: str, motions: int, done: Mapping[tuple[int, str], Row]) -> Row:
+    """One run; an arm that makes no further motion is what `run` was, if that made none."""
+    if arm != "run" and motions == 1 and (seed, "run") in done:
+        return {**done[seed, "run"], "arm": arm}
+    return run(kind, seed, arm, motions)
 
 
 def _write(file: Any, row: Row) -> None:
@@ -272,17 +286,21 @@ def _named(of: Row) -> str:
 
 
 def table(rows: Any) -> str:
-    """Counts of each arm."""
-    lines = ["arm         cases  right and alone  first  no rival left  motions  seconds"]
+    """Counts of each arm, of all cases and of those in which `run` made further motions."""
     every = [row for row in rows if row["arm"] != "counts"]
-    for arm in dict.fromkeys(row["arm"] for row in every):
-        of = [row for row in every if row["arm"] == arm]
-        sums = [sum(row[what] for row in of) for what in ("right", "first", "no_rival")]
+    asked = {row["seed"] for row in every if row["arm"] == "run" and row.get("motions", 1) > 1}
+    further = [row for row in every if row["seed"] in asked]
+    return "\n".join([*_counted("all", every), *_counted("further motions", further)])
+
+
+def _counted(what: str, rows: list[Row]) -> Iterator[str]:
+    yield f"{what:16}cases  right  minor too  first  no rival  motions  seconds"
+    for arm in dict.fromkeys(row["arm"] for row in rows):
+        of = [row for row in rows if row["arm"] == arm]
+        sums = [sum(row[what] for row in of) for what in ("right", "listed", "first", "no_rival")]
         means = [np.mean([row.get(what, 0) for row in of]) for what in ("motions", "seconds")]
-        lines.append(
-            f"{arm:10}{len(of):7d}{sums[0]:17d}{sums[1]:7d}{sums[2]:15d}{means[0]:9.2f}{means[1]:9.1f}"
-        )
-    return "\n".join(lines)
+        counts = "{:7d}{:11d}{:7d}{:10d}".format(*sums)
+        yield f"{arm:14}{len(of):7d}{counts}{means[0]:9.2f}{means[1]:9.1f}"
 
 
 if __name__ == "__main__":

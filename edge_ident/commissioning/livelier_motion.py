@@ -4,18 +4,27 @@ On one sinusoid a spring is exactly a negative inertia. So a base model can fit 
 and still have parameters that no machine has. A livelier motion tells them apart. What is known of
 the machine then is no ground to design one on, so the drive's own multisine is made, as when a user
 asks for it.
+
+It also tells a vibration from outside, which any motion shows, from what the controller answers to
+friction at the reversals of the first motion.
 """
 
 from dataclasses import replace
+from typing import Final
 
 from edge_ident.commissioning.identification_motions import IdentificationMotion, Study
 from edge_ident.commissioning.second_motion import NamedMotion, within_limits
+from edge_ident.diagnosis.present.wording import listed, spoken_line
 from edge_ident.diagnosis.result import Verdict
 from edge_ident.drive.motions import named_trajectory
 from edge_ident.estimation import trust
+from edge_ident.experiment.open_causes import structure_in_band
 from edge_ident.identification.result import AxisIdentification, Identification
 from edge_ident.model.model import PARAMETERS, AxisModel, Model
 from firmware_interface.motion import Trajectory
+
+_TOLD: Final = 2
+"""Lines that a sentence names, the strongest first."""
 
 
 def not_shown(found: Identification) -> dict[str, tuple[str, ...]]:
@@ -32,6 +41,21 @@ def not_shown(found: Identification) -> dict[str, tuple[str, ...]]:
         if _base_is_enough(axis)
     }
     return {name: reasons for name, reasons in every.items() if reasons}
+
+
+def lines_in_doubt(found: Identification) -> dict[str, tuple[str, ...]]:
+    """Lines above the band that alone keep an axis from being explained: sentences by axis."""
+    said: dict[str, tuple[str, ...]] = {}
+    for name, axis in found.axes.items():
+        diagnosis = axis.diagnosis
+        if diagnosis is None or diagnosis.verdict is not Verdict.UNEXPLAINED:
+            continue
+        if diagnosis.external_vibrations or structure_in_band(diagnosis):
+            continue
+        strongest = sorted(diagnosis.lines, key=lambda line: -line.amplitude)[:_TOLD]
+        if strongest:
+            said[name] = (f"the origin of {listed(list(map(spoken_line, strongest)))}",)
+    return said
 
 
 def _base_is_enough(axis: AxisIdentification) -> bool:

@@ -6,7 +6,7 @@ their time are used up, or when no motion inside the limits separates what is le
 """
 
 import logging
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from edge_ident.commissioning.identification_motions import (
@@ -18,10 +18,10 @@ from edge_ident.commissioning.identification_motions import (
     identified,
     progress_on,
 )
-from edge_ident.commissioning.livelier_motion import livelier_motion, not_shown
+from edge_ident.commissioning.livelier_motion import lines_in_doubt, livelier_motion, not_shown
 from edge_ident.diagnosis.result import AxisDiagnosis, Diagnosis
 from edge_ident.errors import DataError
-from edge_ident.experiment.announcement import announced, inseparable_sentence
+from edge_ident.experiment.announcement import announced, inseparable_reasons
 from edge_ident.experiment.open_causes import explanations, is_open, questions, without_causes
 from edge_ident.experiment.result import MotionPlan
 from edge_ident.identification.identify import identify
@@ -119,12 +119,16 @@ def _unseen(study: Study, motions: Sequence[IdentificationMotion]) -> dict[str, 
     """What the motions could not show, by axis, unless the livelier one was made already."""
     if not study.diagnose or any(motion.sought for motion in motions):
         return {}
-    return not_shown(motions[-1].found)
+    return _not_known(motions[-1].found)
+
+
+def _not_known(found: Identification) -> dict[str, tuple[str, ...]]:
+    return lines_in_doubt(found) | not_shown(found)
 
 
 def _open(motions: Sequence[IdentificationMotion]) -> str:
     """What is not settled, for a sentence on why no motion follows."""
-    unseen = not_shown(motions[-1].found)
+    unseen = _not_known(motions[-1].found)
     return _listed(unseen) if unseen else "several explanations are left"
 
 
@@ -153,14 +157,14 @@ def _next(study: Study, motions: Sequence[IdentificationMotion]) -> _Next:
 
     None is designed beside an axis that is not to be trusted: its effort cannot be forecast.
     """
-    unseen = not_shown(motions[-1].found)
-    if not unseen:
+    found, sought = motions[-1].found, _unseen(study, motions)
+    if not not_shown(found) and any(map(is_open, _left(motions).values())):
         plan = _designed(study, motions)
-        told = ("it is designed", *announced(plan))
-        return _Next(plan.trajectory, _inseparable(plan), told, plan)
-    sought = _unseen(study, motions)
+        if plan.trajectory is not None or not sought:
+            told = ("it is designed", *announced(plan))
+            return _Next(plan.trajectory, inseparable_reasons(plan), told, plan)
     trajectory = livelier_motion(study, motions[0]) if sought else None
-    instead = f"{_listed(unseen)}: this drive has no livelier motion of its own"
+    instead = f"{_open(motions)}: this drive has no livelier motion of its own"
     told = ("it is the drive's own multisine", f"on {motions[-1].file}: {_listed(sought)}")
     return _Next(trajectory, instead, told, sought=sought)
 
@@ -286,15 +290,3 @@ def _ruled_out(
         name: tuple(sorted(explanations(axis) - explanations(after[name])))
         for name, axis in before.items()
     }
-
-
-def _inseparable(plan: MotionPlan) -> str:
-    """Why no motion was designed, with the numbers that show it."""
-    return "several explanations are left: " + "; ".join(_reasons(plan))
-
-
-def _reasons(plan: MotionPlan) -> Iterator[str]:
-    for pair in plan.pairs:
-        yield f"axis {pair.axis}, {inseparable_sentence(pair)}"
-    for left in plan.left_out:
-        yield f"axis {left.axis}, {left.effect.replace('_', ' ')}: {left.reason}"

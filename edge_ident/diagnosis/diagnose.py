@@ -31,6 +31,7 @@ from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.select.stability import RUNS
 from edge_ident.diagnosis.select.testability import not_testable
 from edge_ident.diagnosis.select.wide_band_causes import (
+    beside_causes,
     larger_orders,
     orders_in_step,
     with_band_content,
@@ -201,6 +202,7 @@ def _diagnose_axis(
     content, smaller = larger_orders(content, judged.rest)
     known = with_ripples(template, content, rules.tolerance)
     judged = _without_orders(data, judged, known, (*out_of_step, *smaller))
+    content = beside_causes(content, judged.supported.model, recordings, name, data)
     carried = Judged(judged.supported.without_vibrations(data))
     if validate is not None:
         other = _prepared([validate], name, carried.supported.model.axis)

@@ -35,6 +35,16 @@ def inseparable_sentence(pair: PlannedPair) -> str:
     )
 
 
+def inseparable_reasons(plan: MotionPlan) -> str:
+    """Why no motion was designed, with the numbers that show it."""
+    reasons = [f"axis {pair.axis}, {inseparable_sentence(pair)}" for pair in plan.pairs]
+    reasons += [
+        f"axis {left.axis}, {left.effect.replace('_', ' ')}: {left.reason}"
+        for left in plan.left_out
+    ]
+    return "several explanations are left: " + "; ".join(reasons)
+
+
 def announced(plan: MotionPlan) -> Iterator[str]:
     """What a motion settles, and its peaks on each axis beside the limits."""
     for axis in dict.fromkeys(pair.axis for pair in plan.pairs):

@@ -7,8 +7,9 @@ leaves with its own, the last recording is diagnosed by itself. An effect that i
 shown, and that it does not show, is ruled out; the explanation of the recordings before stays.
 
 Above the band, a line in time is a vibration from outside if other motions hold it, too. One that
-the recordings before do not hold comes from the motion itself: from friction at its reversals.
-Where the base model was enough for them, so does an order without a name.
+the recordings before do not hold, or that the last one certainly does not, comes from the motion
+itself: from friction at its reversals. Where the base model was enough for the recordings before,
+so does an order without a name.
 """
 
 from collections.abc import Callable, Collection, Mapping, Sequence
@@ -18,6 +19,7 @@ from typing import Final
 import numpy as np
 
 from edge_ident.diagnosis.diagnose import diagnose
+from edge_ident.diagnosis.fit.line_again import held
 from edge_ident.diagnosis.measures import SpectralLine
 from edge_ident.diagnosis.result import AxisDiagnosis, Verdict
 from edge_ident.diagnosis.tolerance import TOLERANCE
@@ -73,7 +75,7 @@ def diagnose_together(
     def judged(name: str) -> AxisDiagnosis:
         earlier = before.get(name)
         together = _diagnosed(recordings, name, recordings[0], model, on_progress)
-        together = _without_own_lines(together, earlier, recordings[-1])
+        together = _without_own_lines(together, earlier, recordings[-1], name)
         if earlier is None or together.verdict is not Verdict.UNEXPLAINED:
             return together
         if not tied_to_time(earlier):
@@ -110,10 +112,12 @@ def _diagnosed(
 
 
 def _without_own_lines(
-    together: AxisDiagnosis, earlier: AxisDiagnosis | None, last: Recording
+    together: AxisDiagnosis, earlier: AxisDiagnosis | None, last: Recording, name: str
 ) -> AxisDiagnosis:
-    """The diagnosis without lines that the last motion alone holds; those of an order stay where
-    the axis was diagnosed before."""
+    """The diagnosis without lines that only the last motion holds, or only those before.
+
+    Those of an order stay where the axis was diagnosed before.
+    """
     resolved_hz = 1.0 / float(last.time_s[-1] - last.time_s[0])
     known = [line.frequency_hz for line in (earlier.lines if earlier else ()) if line.frequency_hz]
 
@@ -121,7 +125,11 @@ def _without_own_lines(
         found = line.frequency_hz
         if found is None:
             return earlier is not None
-        return any(abs(found - other) < resolved_hz for other in known)
+        if not any(abs(found - other) < resolved_hz for other in known):
+            return False
+        if found < together.cutoff_hz:  # inside the band of a livelier motion
+            return structure_in_band(together)
+        return held(last, name, line, together.model)
 
     lines = tuple(line for line in together.lines if lasts(line))
     if lines == together.lines:

@@ -68,14 +68,16 @@ class Sinusoid:
 
 
 def merged(found: list[list[Sinusoid]]) -> list[Sinusoid]:
-    """Sinusoids of all recordings that were found again, each once, the strongest first."""
+    """Sinusoids of all recordings that were found again, the strongest first.
+
+    Each counts once, from the recording that knows best what it is.
+    """
     kept: list[Sinusoid] = []
-    for k, sinusoids in enumerate(found):
-        others = [s for n, part in enumerate(found) if n != k for s in part]
-        for one in sinusoids:
-            again = one.found_again or any(_same(one, other) for other in others)
-            if again and not any(_same(one, other) for other in kept):
-                kept.append(one)
+    every = [(k, one) for k, sinusoids in enumerate(found) for one in sinusoids]
+    for k, one in sorted(every, key=lambda pair: (not pair[1].nameable, pair[1].std)):
+        again = one.found_again or any(_same(one, other) for n, other in every if n != k)
+        if again and not any(_same(one, other) for other in kept):
+            kept.append(one)
     return sorted(kept, key=lambda s: -s.share)
 
 

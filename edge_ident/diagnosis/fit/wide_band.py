@@ -27,6 +27,7 @@ from edge_ident.diagnosis.fit.wide_search import (
 )
 from edge_ident.diagnosis.fit.wide_signals import WideSignals
 from edge_ident.diagnosis.prepare.axis_data import AxisData, Segment
+from edge_ident.model.model import Model
 from edge_ident.signals.filters import lowpass
 from edge_ident.signals.metrics import rms
 from edge_ident.signals.recording import Recording
@@ -67,6 +68,11 @@ class BandContent:
     lines: tuple[Sinusoid, ...]
     moving: tuple[MovingLine, ...] = ()
 
+    @property
+    def without_cause(self) -> bool:
+        """Whether it holds what no effect names."""
+        return bool(self.unnamed_orders or self.lines or self.moving)
+
 
 @dataclass(frozen=True)
 class _Half:
@@ -79,7 +85,9 @@ class _Half:
     after: Array
 
 
-def above_band(recordings: Sequence[Recording], name: str, data: AxisData) -> BandContent:
+def above_band(
+    recordings: Sequence[Recording], name: str, data: AxisData, known: Model | None = None
+) -> BandContent:
     """Find what the effort of an axis holds above the band of the comparison.
 
     A sinusoid is reported where both halves of a recording, or two recordings, hold it.
@@ -91,12 +99,14 @@ def above_band(recordings: Sequence[Recording], name: str, data: AxisData) -> Ba
         Of the axis.
     data : AxisData
         The same, prepared.
+    known : Model, optional
+        Whose effects are subtracted from the effort.
     """
     orders: list[list[Sinusoid]] = []
     lines: list[list[Sinusoid]] = []
     moving: list[MovingLine | None] = []
     for recording, segment in zip(recordings, data.segments, strict=True):
-        wide = WideSignals.of(recording, name, segment)
+        wide = WideSignals.of(recording, name, segment, known)
         peaks = search(wide)
         clear = [p for p in peaks if p.full_motion]
         waves = columns(wide, clear)

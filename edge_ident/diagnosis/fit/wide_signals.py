@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 
 from edge_ident.diagnosis.prepare.axis_data import Segment
 from edge_ident.diagnosis.prepare.masks import direction_weight
+from edge_ident.estimation.compensation import compensate_effects
+from edge_ident.model.model import Model
 from edge_ident.signals.filters import differentiate, lowpass, magnitude, whitening
 from edge_ident.signals.recording import Recording
 from edge_ident.signals.resampling import EvenGrid
@@ -59,8 +61,10 @@ class WideSignals:
     position_noise: float
 
     @classmethod
-    def of(cls, recording: Recording, name: str, segment: Segment) -> Self:
-        """The signals of a recording, in step as the recording states it.
+    def of(
+        cls, recording: Recording, name: str, segment: Segment, known: Model | None = None
+    ) -> Self:
+        """The signals of a recording, in step as the recording states it, less known effects.
 
         A shift that was fitted to the band holds what a controller makes of it there.
         """
@@ -69,14 +73,17 @@ class WideSignals:
         raw = grid.resampled(recording.axes[name].position)
         widest_hz = WIDEST / period_s
         position, velocity, acceleration = differentiate(raw, widest_hz, period_s)
+        delay_s = recording.effort_shift_s
+        effort = lowpass(segment.raw_effort, widest_hz, period_s, delay_s=delay_s)
+        if known is not None:
+            added = compensate_effects(recording, name, known).effects_unfiltered
+            effort = effort - lowpass(added, widest_hz, period_s)
         return cls(
             time_s=grid.time_s - grid.time_s[0],
             position=position,
             velocity=velocity,
             acceleration=acceleration,
-            effort=lowpass(
-                segment.raw_effort, widest_hz, period_s, delay_s=recording.effort_shift_s
-            ),
+            effort=effort,
             weight=direction_weight(segment.reversing, segment.band.balanced_hz, period_s),
             period_s=period_s,
             cutoff_hz=segment.band.balanced_hz,

@@ -42,13 +42,15 @@ def verdict_sentence(axis: AxisDiagnosis) -> str:
     if vibrations:
         parts.append(f"an external vibration acts on it: {listed(vibrations)}")
     if axis.lines:
-        parts.append(f"no effect explains, above the band, {listed(map(_line, axis.lines[:3]))}")
+        parts.append(
+            f"no effect explains, above the band, {listed(map(spoken_line, axis.lines[:3]))}"
+        )
     if not axis.converged:
         parts.append("the selection of causes did not converge, so read them with caution")
     return "; ".join(parts)
 
 
-def _line(line: SpectralLine) -> str:
+def spoken_line(line: SpectralLine) -> str:
     """Amplitude, and order or frequency, of a line; in the unit of the effort."""
     amplitude = f"an amplitude of {line.amplitude:.3g}"
     if line.order is not None:

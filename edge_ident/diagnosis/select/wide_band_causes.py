@@ -7,17 +7,18 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.diagnosis.fit.fitting import fit
+from edge_ident.diagnosis.fit.fitting import FittedModel, fit
 from edge_ident.diagnosis.fit.moving_line import MovingLine
 from edge_ident.diagnosis.fit.sinusoid import Sinusoid
-from edge_ident.diagnosis.fit.wide_band import BandContent
+from edge_ident.diagnosis.fit.wide_band import BandContent, above_band
 from edge_ident.diagnosis.measures import SpectralLine
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.result import Alternative, AxisDiagnosis, Cause, Verdict
 from edge_ident.diagnosis.select.acceptance import larger_than_rest
 from edge_ident.diagnosis.select.thresholds import SAME_ORDER, TRADED
 from edge_ident.model.effects import named
-from edge_ident.model.model import PARAMETERS, AxisModel, Term
+from edge_ident.model.model import PARAMETERS, AxisModel, Model, Term
+from edge_ident.signals.recording import Recording
 
 _RIPPLE: Final = "torque_ripple"
 _WORSE: Final = "found above the band; with it the residual inside the band is larger than without"
@@ -31,7 +32,7 @@ def with_ripples(axis: AxisModel, content: BandContent, tolerance: float) -> Axi
     tolerance : float
         Smallest rms that is, over that of the effort.
     """
-    terms = tuple(_term(s) for s in _new(axis.terms, content) if s.share >= tolerance)
+    terms = tuple(_term(s) for s in _new(axis.terms, content.orders) if s.share >= tolerance)
     return replace(axis, terms=(*axis.terms, *terms)) if terms else axis
 
 
@@ -80,6 +81,28 @@ def larger_orders(content: BandContent, rest: float) -> tuple[BandContent, tuple
     return replace(content, orders=kept), suspected
 
 
+def beside_causes(
+    content: BandContent,
+    model: FittedModel,
+    recordings: Sequence[Recording],
+    name: str,
+    data: AxisData,
+) -> BandContent:
+    """The content with only those lines that stay once the effort of the causes is subtracted.
+
+    A jump of friction, for example, has harmonics above the band.
+    """
+    if not model.terms or not content.without_cause:
+        return content
+    beside = above_band(recordings, name, data, Model({name: model.axis}))
+    return replace(
+        content,
+        unnamed_orders=beside.unnamed_orders,
+        lines=beside.lines,
+        moving=beside.moving,
+    )
+
+
 def with_band_content(
     found: AxisDiagnosis, content: BandContent, axis: AxisModel, tolerance: float
 ) -> AxisDiagnosis:
@@ -96,19 +119,20 @@ def with_band_content(
         With the effects that the axis is known to have.
     """
     known = (*axis.terms, *(cause.term for cause in found.causes))
-    new = _new(known, content)
+    new = _new(known, content.orders)
+    unnamed = _new(known, content.unnamed_orders)
     worth = [_cause(s) for s in new if s.recorded >= tolerance]
     minor = [_cause(s) for s in new if s.recorded < tolerance]
     per_unit = 1.0 if found.model.position_unit == "rad" else math.tau
     lines = (
-        *(_line(s, s.rate / per_unit, None) for s in content.unnamed_orders),
+        *(_line(s, s.rate / per_unit, None) for s in unnamed),
         *(_line(s, None, s.rate / math.tau) for s in content.lines),
         *(_moving(s) for s in content.moving),
     )
     verdict = found.verdict
     if worth and verdict is Verdict.ADEQUATE:
         verdict = Verdict.EXPLAINED
-    shares = [s.recorded for s in (*content.unnamed_orders, *content.lines)]
+    shares = [s.recorded for s in (*unnamed, *content.lines)]
     shares += [line.share for line in content.moving]
     if any(share >= tolerance for share in shares):
         verdict = Verdict.UNEXPLAINED
@@ -127,10 +151,10 @@ def without_names(content: BandContent) -> BandContent:
     return replace(content, orders=(), unnamed_orders=(*content.orders, *content.unnamed_orders))
 
 
-def _new(terms: Sequence[Term], content: BandContent) -> list[Sinusoid]:
+def _new(terms: Sequence[Term], orders: Sequence[Sinusoid]) -> list[Sinusoid]:
     """Orders that are not among the terms."""
     known = [math.tau / float(np.asarray(t.values["period"])) for t in terms if t.effect == _RIPPLE]
-    return [s for s in content.orders if all(abs(s.rate - k) > SAME_ORDER.value * k for k in known)]
+    return [s for s in orders if all(abs(s.rate - k) > SAME_ORDER.value * k for k in known)]
 
 
 def _sorted(causes: Sequence[Cause]) -> tuple[Cause, ...]:

@@ -261,6 +261,35 @@ def test_two_causes_that_look_alike_on_the_first_motion_become_one(tmp_path: Pat
     assert separation.diagnoses(outcome.identification).keys() == {"z"}
 
 
+def drawn(seed: int, folder: Path, **plan: object) -> Outcome:
+    """A run on a machine with a fault that nobody chose."""
+    board = Board.connect(VirtualBoard(plant=Hidden.drawn(seed).plant()))
+    wanted = Plan(write=False, **plan)  # type: ignore[arg-type]
+    return commission(board, load_drive(), None, wanted, folder, Listener())
+
+
+def test_the_harmonics_of_a_cause_are_no_lines(tmp_path: Path) -> None:
+    """The other axis's friction turns round at once, which has harmonics above the band."""
+    after = drawn(1007, tmp_path, most_motions=1).identification.axes["z"].diagnosis
+    assert after is not None
+    assert [cause.term.effect for cause in after.causes] == ["cross_axis_coupling"]
+    assert after.verdict is Verdict.EXPLAINED
+    assert after.lines == ()
+
+
+def test_what_friction_makes_at_the_reversals_is_told_from_a_vibration(tmp_path: Path) -> None:
+    outcome = drawn(1049, tmp_path)
+    first, second = (made.found.axes["z"].diagnosis for made in outcome.separation.motions)
+    assert first is not None
+    assert second is not None
+    assert first.verdict is Verdict.UNEXPLAINED
+    assert first.lines
+    assert list(outcome.separation.motions[1].sought) == ["z"]
+    assert second.verdict is Verdict.EXPLAINED
+    assert second.lines == ()
+    assert outcome.trusted
+
+
 def spring() -> VirtualBoard:
     """On one sinusoid its effort is that of a negative inertia."""
     return VirtualBoard(plant=Hidden.of(["position_dependent_load"], "x").plant())

@@ -6,11 +6,14 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from edge_ident.diagnosis.fit.line_again import held
 from edge_ident.diagnosis.fit.moving_line import moving_line
 from edge_ident.diagnosis.fit.wide_band import BandContent, above_band
 from edge_ident.diagnosis.fit.wide_search import columns, detectable, inertia
 from edge_ident.diagnosis.fit.wide_signals import WideSignals
+from edge_ident.diagnosis.measures import SpectralLine
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
+from edge_ident.model.model import Estimate, base_axis
 from edge_ident.signals.recording import AxisRecord, Recording
 from edge_ident.signals.recording_files import load_recording
 from tests.measured import MeasuredData
@@ -182,3 +185,11 @@ def test_the_ball_screw_shows_the_turn_of_its_motor(measured_data: MeasuredData)
     (order,) = found.orders
     assert TURN / order.rate == pytest.approx(2.5e-3, rel=2e-3)
     assert all(line.share < 0.01 for line in found.lines)
+
+
+def test_another_motion_rules_a_line_out_where_it_would_show_it_and_does_not() -> None:
+    known = base_axis(Estimate(np.array([INERTIA, VISCOUS, COULOMB, 0.0]), np.full(4, 0.01)))
+    line = SpectralLine(None, 37.3, 0.06, 0.006)
+    assert held(recorded(5, line=(0.06, 37.3)), "x", line, known)
+    assert not held(recorded(6), "x", line, known)
+    assert held(recorded(6), "x", replace(line, amplitude=0.002), known)  # noise hides that
