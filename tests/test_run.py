@@ -133,6 +133,15 @@ def test_dry_run_writes_nothing(tmp_path: Path) -> None:
         document = json.loads(done.stdout)
         assert document["designs"]["x"]["gains"]["proportional"] > 30
         assert document["verification"] is None
+        assert document["dry_run"]
+        for axis in ("x", "z"):
+            ((motion, promised),) = document["promise"][axis].items()
+            assert motion == "sinusoid"
+            assert promised["improvement"] > 0.8
+            low, high = promised["interval"]["rms_rad"]
+            assert low <= promised["after"]["rms_rad"] <= high < promised["now"]["rms_rad"]
+            untried = [promised[field] for field in ("tried", "measured", "kept")]
+            assert untried == [False, None, None]
         board = Board.connect(open_link(device))
         assert board.active_gains()["x"].proportional == CONSERVATIVE_GAINS.proportional
 

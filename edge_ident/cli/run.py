@@ -82,7 +82,7 @@ class GainOptions:
 
     bandwidth: Bandwidth = None
     dry_run: Annotated[
-        bool, typer.Option("--dry-run", help="Do everything except write gains.")
+        bool, typer.Option("--dry-run", help="Write no gains; forecast what they would be worth.")
     ] = False
     store: Annotated[
         bool, typer.Option("--store", help="Store confirmed gains in the board's permanent memory.")

@@ -9,7 +9,7 @@ from edge_ident.commissioning.verification import Verification
 
 @dataclass(frozen=True)
 class GainChange:
-    """What a commit did.
+    """What was done with new gains.
 
     Attributes
     ----------
@@ -28,6 +28,8 @@ class GainChange:
         What was forecast, and what was measured of it; None where no forecast was made.
     diagnosed : mapping of axis name to tuple of str
         Effects of a diagnosis from which the new gains follow.
+    dry_run : bool
+        Nothing was to be written: `promise` is the forecast on the motion of the identification.
     """
 
     confirmed: bool
@@ -37,6 +39,7 @@ class GainChange:
     others: Mapping[str, Verification] = field(default_factory=dict)
     promise: Promise | None = None
     diagnosed: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    dry_run: bool = False
 
     @property
     def contradicted(self) -> Mapping[str, tuple[str, ...]]:
@@ -49,6 +52,9 @@ class GainChange:
     @property
     def conclusion(self) -> str:
         """One sentence."""
+        if self.dry_run:
+            said = "dry run: gains were designed and checked, nothing was written"
+            return f"{said}; {_foretold(self.promise)}"
         if self.unchanged:
             return _why_nothing(self.promise)
         if self.verification is None:
@@ -82,6 +88,13 @@ class GainChange:
             for axis, effects in self.contradicted.items()
         )
         return f"; the motion contradicts the diagnosis ({named})" if named else ""
+
+
+def _foretold(promise: Promise | None) -> str:
+    if promise is None or not promise.worth_a_write:
+        return f"a run would end with '{_why_nothing(promise)}'"
+    ratios = ", ".join(f"{axis} {of_axis.ratio:.1f} times" for _, axis, of_axis in promise.every)
+    return f"the forecast is a smaller tracking error: {ratios}"
 
 
 def _why_nothing(promise: Promise | None) -> str:

@@ -54,7 +54,7 @@ class Plan:
     bandwidth_rad_s : float or None
         Of the closed loop; None takes the highest that keeps the margins.
     write : bool
-        False for a dry run: everything but the write.
+        False for a dry run: everything up to the forecast on the motion of the identification.
     store : bool
         Keep confirmed gains over a power cycle.
     seed : int
@@ -100,7 +100,7 @@ class Outcome:
         Empty where the identification is not trusted.
     gains_before : mapping of axis to AxisGains
     change : GainChange or None
-        None where no gains were to be written.
+        None where no gains were designed.
     stored : bool
         Whether the gains in force outlast a power cycle.
     conclusion : str
@@ -135,7 +135,8 @@ class Outcome:
     @property
     def trusted(self) -> bool:
         """Whether all went well: the gains in force are the best that is known."""
-        good = self.change is None or self.change.confirmed or self.change.unchanged
+        change = self.change
+        good = change is None or change.confirmed or change.unchanged or change.dry_run
         return self.identification.trusted and good
 
 
@@ -210,7 +211,7 @@ def board_designs(
 def _changed(
     study: Study, plan: Plan, separation: Separation, gains_before: Bank
 ) -> tuple[Separation, dict[str, GainDesign], GainChange | None]:
-    """Design gains and put them in force, unless this is a dry run.
+    """Design gains and put them in force; a dry run only forecasts what they would be worth.
 
     The second motion of their trial is made before the write. Where it contradicts what was
     identified, it is one more identification motion, and the gains are designed anew.
@@ -221,6 +222,8 @@ def _changed(
         trial = _trial(study, plan, separation, designs, gains_before, recorded)
         if trial is None:
             return separation, designs, None
+        if not plan.write:
+            return separation, designs, GainChange(False, promise=trial.promise, dry_run=True)
         worth_a_write = trial.worth_a_write()
         if trial.second is recorded:  # it was not made, or has been heard
             break
@@ -248,13 +251,11 @@ def _trial(
     gains_before: Bank,
     recorded: Recorded | None,
 ) -> Trial | None:
-    """Check the designed gains; their trial, unless there are none or this is a dry run."""
+    """Check the designed gains; their trial, unless there are none."""
     if not designs:
         return None
     wanted = {axis: designed.gains for axis, designed in designs.items()}
     check_change(study.board, gains_before, wanted, large_steps=True)
-    if not plan.write:
-        return None
     capture, found = separation.motions[0].capture, separation.found
     before = MotionBefore.of(study.drive, plan.motion, capture, found, recorded)
     file = study.folder / VERIFICATION_FILE
@@ -262,9 +263,7 @@ def _trial(
 
 
 def _conclude(found: Identification, change: GainChange | None, stored: bool) -> str:
-    if not found.trusted:
+    if change is None:
         axes = ", ".join(name for name, axis in found.axes.items() if not axis.trusted)
         return f"axis {axes} is not trusted; nothing was written"
-    if change is None:
-        return "dry run: gains were designed and checked, nothing was written"
     return change.conclusion + ("; the active gains are stored" if stored else "")

@@ -36,6 +36,7 @@ def _promised(of_axis: Promised, judged: int) -> dict[str, Any]:
             "peak_rad": finite(of_axis.peak_limit_rad(judged)),
         },
         "improvement": finite(of_axis.improvement),
+        "tried": measured is not None,
         "measured": None
         if measured is None
         else {"rms_rad": measured.rms_rad, "peak_rad": measured.peak_rad},
@@ -57,12 +58,16 @@ def _interval(of: Expected) -> list[float | None]:
 
 
 def promise_view(promise: Promise) -> FittingTable:
-    """A row for every axis and motion."""
-    table = FittingTable(title="tracking error promised, mrad", title_justify="left")
-    for heading in ("motion", "axis", "", "now", "after (90 %)", "measured", "kept"):
+    """A row for every axis and motion; nothing is measured where no gains were tried."""
+    title = "tracking error promised, mrad" + ("" if promise.tried else "; not tried")
+    table = FittingTable(title=title, title_justify="left")
+    headings = ("motion", "axis", "", "now", "after (90 %)", "measured", "kept")
+    shown = len(headings) if promise.tried else -2
+    for heading in headings[:shown]:
         table.add_column(heading, justify="right")
     for *cells, kept in promise_rows(promise):
-        table.add_row(*cells, Text(kept, style="bold red" if kept == "no" else ""))
+        row: tuple[str | Text, ...] = (*cells, Text(kept, style="bold red" if kept == "no" else ""))
+        table.add_row(*row[:shown])
     return table
 
 

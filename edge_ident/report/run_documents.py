@@ -35,6 +35,7 @@ def run_document(
         "verification": _verification(outcome.change),
         "confirmed": outcome.confirmed,
         "unchanged": outcome.change is not None and outcome.change.unchanged,
+        "dry_run": outcome.change is not None and outcome.change.dry_run,
         "promise": None if outcome.change is None else promise_document(outcome.change.promise),
         "contradicted": {} if outcome.change is None else dict(outcome.change.contradicted),
         "stored": outcome.stored,

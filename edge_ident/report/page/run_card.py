@@ -1,10 +1,12 @@
 """The first screen of a run: what was written, how much better the axis follows, what to do."""
 
+import math
 from dataclasses import asdict, replace
 from typing import Final
 
 from markupsafe import Markup, escape
 
+from edge_ident.commissioning.gain_outcome import GainChange
 from edge_ident.commissioning.run import BACKUP_FILE, Outcome
 from edge_ident.commissioning.verification import Tracking
 from edge_ident.diagnosis.present.wording import spoken
@@ -81,8 +83,8 @@ def _verdict(name: str, axis: AxisIdentification, outcome: Outcome) -> Markup:
         said = "The result of this axis is not trusted. Nothing was written to the board."
     elif not outcome.identification.trusted:
         said = "This axis is fine. Another is not trusted, so nothing was written to the board."
-    elif change is None:
-        said = "A trial run: new gains were designed and checked. Nothing was written to the board."
+    elif change is None or change.dry_run:
+        return _forecast(name, change)
     elif change.unchanged:
         said = f"{not_worth(change)} Nothing was written to the board."
     elif not change.confirmed:
@@ -96,8 +98,29 @@ def _verdict(name: str, axis: AxisIdentification, outcome: Outcome) -> Markup:
     return Markup(said)
 
 
+def _forecast(name: str, change: GainChange | None) -> Markup:
+    """What new gains would be worth to an axis, which were not tried."""
+    said = Markup(
+        "A trial run: new gains were designed and checked. Nothing was written to the board."
+    )
+    if change is None or change.promise is None:
+        return said
+    if not change.promise.worth_a_write:
+        return said + f" {not_worth(change)}"
+    ((motion, axes),) = change.promise.motions.items()
+    at, of_axis = ("promise", name, motion), axes[name]
+    if not math.isfinite(of_axis.after.rms.middle_rad):
+        return said
+    return said + Markup(
+        " By the forecast, new gains take the error from the path from {} to {} (rms)."
+    ).format(
+        angle(of_axis.now.rms_rad, *at, "now", "rms_rad"),
+        angle(of_axis.after.rms.middle_rad, *at, "after", "rms_rad"),
+    )
+
+
 def _written(name: str, outcome: Outcome) -> list[Markup]:
-    if outcome.change is None or outcome.change.unchanged:
+    if outcome.change is None or outcome.change.unchanged or outcome.change.dry_run:
         return [Markup("Nothing.")]
     if not outcome.confirmed:
         return [Markup("Nothing that stays: the new gains were taken back.")]
@@ -147,7 +170,7 @@ def _action(axis: AxisIdentification, outcome: Outcome, contradicted: bool) -> l
         return steps[:3]
     if not outcome.identification.trusted:
         return [Markup("Mend what is wrong on the other axis, then run again.")]
-    if outcome.change is None:
+    if outcome.change is None or outcome.change.dry_run:
         return [Markup("Run it again without <code>--dry-run</code> to write these gains.")]
     if contradicted:
         return [

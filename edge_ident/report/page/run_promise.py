@@ -16,6 +16,7 @@ from edge_ident.report.promise_report import promise_rows
 
 _ROOM = 1.3
 """By this factor the scale goes beyond the smallest and the largest error."""
+_TRIED = "Cross: measured with the new ones. ◀ marks a promise that was not kept. "
 
 
 def notices(outcome: Outcome) -> list[str]:
@@ -64,13 +65,15 @@ def effects_said(outcome: Outcome) -> list[str]:
 
 
 def promise_table(promise: Promise) -> Table:
-    """Rms and peak of every axis and motion."""
+    """Rms and peak of every axis and motion; nothing is measured where no gains were tried."""
     headings = ("axis, motion", "old gains", "promised (90 % interval)", "measured", "kept")
     rows: list[Row] = [
         (f"{axis}, {motion}, {quantity}", *map(minus, cells))
         for motion, axis, quantity, *cells in promise_rows(promise)
     ]
-    return Table("Tracking error (mrad)", headings, rows)
+    if promise.tried:
+        return Table("Tracking error (mrad)", headings, rows)
+    return Table("Tracking error (mrad), not tried", headings[:-2], [row[:-2] for row in rows])
 
 
 def promise_picture(promise: Promise) -> IntervalPicture | None:
@@ -85,8 +88,8 @@ def promise_picture(promise: Promise) -> IntervalPicture | None:
         [_line(f"axis {a}, {m}", of, promise.judged, scale) for m, a, of in promise.every],
         (digits(scale.low, 2), digits(scale.high, 2)),
         "Dot: measured with the old gains. Bar: promised for the new ones, with its 90 % interval. "
-        "Cross: measured with the new ones. ◀ marks a promise that was not kept. The same "
-        "distance is the same factor everywhere.",
+        + (_TRIED if promise.tried else "The new gains were not tried. ")
+        + "The same distance is the same factor everywhere.",
     )
 
 

@@ -138,8 +138,40 @@ def test_interrupt_at_any_motion(board: Board, tmp_path: Path, stage: str) -> No
 def test_a_dry_run_designs_and_writes_nothing(board: Board, tmp_path: Path) -> None:
     outcome = run(board, tmp_path, write=False)
     assert outcome.designs
-    assert outcome.change is None
+    assert outcome.trusted
+    assert not outcome.confirmed
     assert_old_gains_at_rest(board)
+
+
+def test_a_dry_run_promises_what_a_run_does_and_neither_moves_again_nor_stages(
+    board: Board, tmp_path: Path
+) -> None:
+    dry = run(board, tmp_path, write=False)
+    assert dry.change is not None
+    assert dry.change.promise is not None
+    assert {path.name for path in tmp_path.iterdir()} == {"capture.npz", "gains_before.json"}
+    assert not board.status().staged_crc_ok
+    done = run(Board.connect(VirtualBoard()), tmp_path)
+    assert done.change is not None
+    assert done.change.promise is not None
+    tried = done.change.promise.motions["sinusoid"]
+    assert dry.change.promise.motions == {
+        "sinusoid": {axis: replace(of, measured=None) for axis, of in tried.items()}
+    }
+    assert dry.conclusion.startswith(
+        "dry run: gains were designed and checked, nothing was written"
+    )
+    assert "the forecast is a smaller tracking error: x " in dry.conclusion
+
+
+def test_a_dry_run_says_that_a_run_would_write_nothing(
+    board: Board, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    design_softly(replace(CONSERVATIVE_GAINS, proportional=15.0), monkeypatch)
+    outcome = run(board, tmp_path, write=False)
+    would = "a run would end with 'nothing changed: new gains would follow worse, axis x on the"
+    assert would in outcome.conclusion
+    assert outcome.trusted
 
 
 def test_no_motion_begins_whose_recording_has_no_room(

@@ -48,7 +48,7 @@ def run(folder: Path, *, confirmed: bool = True) -> tuple[Outcome, dict[str, Any
         for name, design in designs.items()
     }
     save_recording(recording, folder / CAPTURE_FILE)
-    change = None
+    change = GainChange(False, dry_run=True)
     if confirmed:
         save_recording(closer(recording), folder / VERIFICATION_FILE)
         change = GainChange(True, False, Verification(dict.fromkeys(designs, TRACKING)), {})

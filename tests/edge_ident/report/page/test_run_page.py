@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 
+from edge_ident.commissioning.gain_outcome import GainChange
 from edge_ident.commissioning.promise import (
     Errors,
     Expected,
@@ -19,6 +20,7 @@ from edge_ident.control.compensation import Unused, Used
 from edge_ident.diagnosis.result import Verdict
 from edge_ident.estimation.trust import Finding
 from edge_ident.report.page.run_page import write_run_page
+from edge_ident.report.promise_report import promise_document
 from edge_ident.signals.recording_files import save_recording
 from tests.edge_ident.diagnosis import hand_made
 from tests.edge_ident.report.page import hand_made_run
@@ -61,6 +63,21 @@ def test_a_trial_run_says_that_nothing_was_written(tmp_path: Path) -> None:
     check_numbers(check_structure(page))
     assert "Nothing was written to the board." in first_screen(page)
     assert "New gains are in force" not in first_screen(page)
+
+
+def test_a_trial_run_says_what_new_gains_would_be_worth(tmp_path: Path) -> None:
+    outcome, document = hand_made_run.run(tmp_path, confirmed=False)
+    promise = Promise({"sinusoid": {axis: promised(0.0824, 0.0006, None) for axis in "xz"}})
+    change = GainChange(False, dry_run=True, promise=promise)
+    document["promise"] = promise_document(promise)
+    page = write_run_page(replace(outcome, change=change), document, tmp_path)
+    tree = check_structure(page)
+    check_numbers(tree)
+    first = first_screen(page)
+    assert "error from the path from 82.4 mrad to 0.600 mrad (rms)" in first
+    assert "Run it again without --dry-run" in first
+    assert ["x, sinusoid, rms", "82.4", "0.6 (0.54 to 0.66)"] in tree.rows()
+    assert "not tried" in "".join(caption.text() for caption in tree.all("caption"))
 
 
 def test_a_result_that_is_not_trusted_says_why_and_what_next(run: Run) -> None:
