@@ -93,8 +93,8 @@ class GainChange:
 def _foretold(promise: Promise | None) -> str:
     if promise is None or not promise.worth_a_write:
         return f"a run would end with '{_why_nothing(promise)}'"
-    ratios = ", ".join(f"{axis} {of_axis.ratio:.1f} times" for _, axis, of_axis in promise.every)
-    return f"the forecast is a smaller tracking error: {ratios}"
+    falls = ", ".join(f"{axis} {of_axis.improvement:.1%}" for _, axis, of_axis in promise.every)
+    return f"the forecast is a tracking error smaller by {falls}"
 
 
 def _why_nothing(promise: Promise | None) -> str:

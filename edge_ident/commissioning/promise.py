@@ -160,11 +160,6 @@ class Promised:
         return 1.0 - _ratio(self.after.rms.middle_rad, self.now.rms_rad)
 
     @property
-    def ratio(self) -> float:
-        """How many times smaller the rms error will be."""
-        return _ratio(self.now.rms_rad, self.after.rms.middle_rad)
-
-    @property
     def worth_a_write(self) -> bool:
         """Whether the fall of the rms error is large enough, and more than the forecast is off."""
         fall_rad = self.now.rms_rad - self.after.rms.middle_rad
@@ -248,11 +243,6 @@ class Promise:
             for motion, axis, of_axis in self.every
             if of_axis.kept(self.judged) is False
         )
-
-    @property
-    def tried(self) -> bool:
-        """Whether a motion was made with the new gains."""
-        return any(of_axis.measured is not None for *_, of_axis in self.every)
 
     @property
     def judged(self) -> int:

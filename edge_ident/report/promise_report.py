@@ -57,12 +57,17 @@ def _interval(of: Expected) -> list[float | None]:
     return [finite(of.low_rad), finite(of.high_rad)]
 
 
+def tried(promise: Promise) -> bool:
+    """Whether a motion was made with the new gains."""
+    return any(of_axis.measured is not None for *_, of_axis in promise.every)
+
+
 def promise_view(promise: Promise) -> FittingTable:
     """A row for every axis and motion; nothing is measured where no gains were tried."""
-    title = "tracking error promised, mrad" + ("" if promise.tried else "; not tried")
+    title = "tracking error promised, mrad" + ("" if tried(promise) else "; not tried")
     table = FittingTable(title=title, title_justify="left")
     headings = ("motion", "axis", "", "now", "after (90 %)", "measured", "kept")
-    shown = len(headings) if promise.tried else -2
+    shown = len(headings) if tried(promise) else -2
     for heading in headings[:shown]:
         table.add_column(heading, justify="right")
     for *cells, kept in promise_rows(promise):

@@ -12,7 +12,7 @@ from edge_ident.diagnosis.present.wording import listed, spoken
 from edge_ident.report.page.card import IntervalPicture, IntervalRow, Row, Table
 from edge_ident.report.page.scale import Scale
 from edge_ident.report.page.wording import digits, minus
-from edge_ident.report.promise_report import promise_rows
+from edge_ident.report.promise_report import promise_rows, tried
 
 _ROOM = 1.3
 """By this factor the scale goes beyond the smallest and the largest error."""
@@ -71,7 +71,7 @@ def promise_table(promise: Promise) -> Table:
         (f"{axis}, {motion}, {quantity}", *map(minus, cells))
         for motion, axis, quantity, *cells in promise_rows(promise)
     ]
-    if promise.tried:
+    if tried(promise):
         return Table("Tracking error (mrad)", headings, rows)
     return Table("Tracking error (mrad), not tried", headings[:-2], [row[:-2] for row in rows])
 
@@ -88,7 +88,7 @@ def promise_picture(promise: Promise) -> IntervalPicture | None:
         [_line(f"axis {a}, {m}", of, promise.judged, scale) for m, a, of in promise.every],
         (digits(scale.low, 2), digits(scale.high, 2)),
         "Dot: measured with the old gains. Bar: promised for the new ones, with its 90 % interval. "
-        + (_TRIED if promise.tried else "The new gains were not tried. ")
+        + (_TRIED if tried(promise) else "The new gains were not tried. ")
         + "The same distance is the same factor everywhere.",
     )
 

@@ -161,7 +161,7 @@ def test_a_dry_run_promises_what_a_run_does_and_neither_moves_again_nor_stages(
     assert dry.conclusion.startswith(
         "dry run: gains were designed and checked, nothing was written"
     )
-    assert "the forecast is a smaller tracking error: x " in dry.conclusion
+    assert "the forecast is a tracking error smaller by x " in dry.conclusion
 
 
 def test_a_dry_run_says_that_a_run_would_write_nothing(
