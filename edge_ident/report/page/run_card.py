@@ -29,10 +29,10 @@ from edge_ident.report.page.wording import (
     to_its_std,
     unit_text,
 )
-from firmware_interface.gains import GAIN_FIELDS
+from firmware_interface.gains import GAIN_FIELDS, OFF
 
-_FIRST_TERMS: Final = GAIN_FIELDS[3]
-"""Gains that every board has; the others belong to an effect, which is named instead."""
+_FIRST_TERMS: Final = tuple(gain for gain in GAIN_FIELDS[3] if gain in OFF)
+"""Single numbers that every board has; ripples and tables belong to an effect, which is named."""
 
 
 def run_card(name: str, outcome: Outcome, chart: Chart) -> Card:

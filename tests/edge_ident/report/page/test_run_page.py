@@ -200,8 +200,10 @@ def test_nothing_worth_a_write_is_said_at_the_top(run: Run, after: float, why: s
 def test_what_became_of_each_effect_is_said_in_sentences(run: Run) -> None:
     outcome, document, folder = run
     designs = dict(outcome.designs)
+    ripple = {"ripple_cosine": (0.1, 0.0, 0.0, 0.0), "ripple_period_rad": (0.5, 1.0, 1.0, 1.0)}
     designs["x"] = replace(
         designs["x"],
+        gains=replace(designs["x"].gains, **ripple),
         used=(Used("torque_ripple", "fed forward at every speed"),),
         unused=(Unused("backlash", "its size is not known well enough"),),
     )
@@ -210,3 +212,4 @@ def test_what_became_of_each_effect_is_said_in_sentences(run: Run) -> None:
     assert "Axis x, torque ripple: fed forward at every speed." in said
     assert "Axis x, backlash is not used: its size is not known well enough." in said
     assert "They make up for: torque ripple." in said
+    assert ["ripple 1", "", "0.1 N·m every 0.5 rad"] in [row[:3] for row in tree.rows()]
