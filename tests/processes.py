@@ -7,7 +7,7 @@ from contextlib import contextmanager
 
 @contextmanager
 def running(
-    command: Sequence[str], errors: int | None = subprocess.PIPE
+    command: Sequence[str], errors: int | None = subprocess.PIPE, *, own_session: bool = False
 ) -> Iterator[subprocess.Popen[str]]:
     """A command with its output in a pipe; at the end SIGTERM, and SIGKILL where that fails.
 
@@ -15,8 +15,16 @@ def running(
     ----------
     errors : int, optional
         Where its stderr goes; None: where that of the tests goes.
+    own_session : bool
+        Ctrl-C at the terminal does not reach it.
     """
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=errors, text=True) as process:
+    with subprocess.Popen(
+        command,
+        stdout=subprocess.PIPE,
+        stderr=errors,
+        text=True,
+        start_new_session=own_session,
+    ) as process:
         try:
             yield process
         finally:

@@ -66,16 +66,22 @@ class ProgressLines(Progress):
         super().__init__()
         self._printed_s = time.monotonic()
         self._note = ""
+        self._first: tuple[float, int] | None = None
 
     def samples(self, in_hand: int, expected: int) -> None:
-        """Print a line if the last one is some seconds ago."""
+        """Print a line if the last one is some seconds ago.
+
+        What is left is reckoned from the first count on: a motion's lead-in comes before it.
+        """
         now_s = time.monotonic()
+        first_s, first = self._first = self._first or (now_s, in_hand)
         if now_s - self._printed_s < LINE_EVERY_S:
             return
         self._printed_s = now_s
         parts = [f"{self._title}: {in_hand} of {expected}"]
-        if 0 < in_hand < expected:
-            parts.append(f"{duration((now_s - self._began_s) * (expected / in_hand - 1))} left")
+        if first < in_hand < expected:
+            rate = (in_hand - first) / (now_s - first_s)
+            parts.append(f"{duration((expected - in_hand) / rate)} left")
         say(", ".join([*parts, *filter(None, [self._note])]))
 
     def note(self, text: str) -> None:
@@ -83,7 +89,7 @@ class ProgressLines(Progress):
         self._note = text
 
     def _begin(self) -> None:
-        self._note = ""
+        self._note, self._first = "", None
         if time.monotonic() - self._printed_s >= LINE_EVERY_S:
             self._printed_s = time.monotonic()
             say(self._title)

@@ -150,6 +150,23 @@ def test_without_a_terminal_a_line_of_progress_comes_every_few_seconds(
     assert lines == ["training: 50 of 100, 5 s left", "training: 100 of 100"]
 
 
+def test_the_time_that_is_left_does_not_count_the_lead_in(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    clock = Clock()
+    monkeypatch.setattr(progress, "time", clock)
+    with shown_progress() as shown:
+        shown.stage("motion")
+        clock.now_s += 5.0
+        for in_hand in (10, 60, 110):
+            shown.samples(in_hand, 210)
+            clock.now_s += 5.0
+    lines = capsys.readouterr().err.splitlines()
+    assert lines == [
+        "motion: 10 of 210", "motion: 60 of 210, 15 s left", "motion: 110 of 210, 10 s left"
+    ]  # fmt: skip
+
+
 def test_quiet_shows_no_progress(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
