@@ -2,8 +2,9 @@
 
 Two things tell that it is not: what the model leaves is more than noise, or its parameters depend
 on the regime of the motion more than noise makes them. Both are judged on signals in which noise is
-small (`edge_ident.identification.comparison`). A wrong 'no' costs a diagnosis, a wrong 'yes' is a
-wrong answer, so the limits lean towards the diagnosis.
+small (`edge_ident.identification.comparison`). These leave out what is near a reversal, so a third
+thing is asked of all samples: does the model leave more than gains may be designed from? A wrong
+'no' costs a diagnosis, a wrong 'yes' is a wrong answer, so the limits lean towards the diagnosis.
 """
 
 from dataclasses import dataclass
@@ -16,6 +17,7 @@ from edge_ident.diagnosis.select.thresholds import STRUCTURE
 from edge_ident.diagnosis.tolerance import TOLERANCE
 from edge_ident.estimation.least_squares import unit_length
 from edge_ident.estimation.model_error import SMALLEST_EXCESS, regime_spread, regimes
+from edge_ident.estimation.trust import RESIDUAL_LIMIT
 from edge_ident.identification.comparison import Comparison
 from edge_ident.model.model import PARAMETERS
 from edge_ident.signals.metrics import rms
@@ -43,12 +45,15 @@ class Adequacy:
         Parameters that depend on the regime of the motion.
     largest_move : float
         Largest relative move of one of them.
+    everywhere : float
+        Relative residual of least squares on all samples of the identification.
     """
 
     relative_residual: float
     noise_ratio: float
     spread: tuple[str, ...]
     largest_move: float
+    everywhere: float = 0.0
 
     @property
     def leaves_structure(self) -> bool:
@@ -60,12 +65,16 @@ class Adequacy:
     @property
     def adequate(self) -> bool:
         """Whether nothing speaks against the base model."""
-        return not self.leaves_structure and not self.spread
+        return not (self.leaves_structure or self.spread or self._poor_fit)
 
     @property
     def tolerable(self) -> bool:
         """Whether the base model leaves less than a diagnosis would call worth naming."""
-        return self.relative_residual < TOLERANCE
+        return self.relative_residual < TOLERANCE and not self._poor_fit
+
+    @property
+    def _poor_fit(self) -> bool:
+        return self.everywhere > RESIDUAL_LIMIT
 
     @property
     def reason(self) -> str:
@@ -81,6 +90,11 @@ class Adequacy:
             parts.append(
                 f"without a part of the motion, the estimates of {names} move by up to "
                 f"{self.largest_move:.1%}"
+            )
+        if self._poor_fit:
+            parts.append(
+                f"with the samples near reversals, the base model leaves {self.everywhere:.1%} of "
+                "the effort"
             )
         return "; ".join(parts) or "what the base model leaves is noise"
 

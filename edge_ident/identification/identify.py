@@ -5,9 +5,11 @@ where it is not, the axis is diagnosed, and the parameters of the extended model
 """
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from edge_ident.diagnosis.measures import Timing
 from edge_ident.diagnosis.result import AxisDiagnosis
@@ -25,6 +27,7 @@ from edge_ident.model.effects.time_delay import LARGEST_SHIFT
 from edge_ident.model.model import Estimate, Model
 from edge_ident.signals.conditioning import Signals
 from edge_ident.signals.data_checks import check_efforts
+from edge_ident.signals.metrics import relative_residual
 from edge_ident.signals.recording import AxisRecord, Recording
 from edge_ident.support.stopwatch import Stopwatch
 
@@ -152,9 +155,17 @@ def _look(
         found, reason = run_network(seen.signals, axis, network, seed, watch)
     with watch.stage("estimate"):
         linear = least_squares.fit(compensated.signals, part)
+        adequacy = replace(adequacy, everywhere=_left(linear, compensated, part))
     return Question(
         recording, name, compensated, part, linear, compared, found, reason, adequacy, timing
     )
+
+
+def _left(estimate: Estimate, axis: CompensatedAxis, part: NDArray[np.intp]) -> float:
+    """Relative residual of an estimate on a part of the samples, as a share of the whole effort."""
+    known = axis.effects_effort[part]
+    modelled = axis.signals.regressor[part] @ estimate.parameters
+    return relative_residual(axis.signals.effort[part] + known, modelled + known)
 
 
 def _in_step(
