@@ -104,7 +104,7 @@ def _named(axis: Json) -> str:
     """The verdict of an axis, and the causes that it names."""
     found = axis.get("diagnosis")
     if found is None:
-        return "the base model is enough"
+        return "nothing" if axis["trusted"] else "nothing, and it is not trusted"
     causes = dict.fromkeys(cause["effect"] for cause in found["causes"])
     return f"{found['verdict']}, {', '.join(causes) or 'no cause'}"
 

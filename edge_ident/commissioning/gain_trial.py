@@ -6,7 +6,7 @@ the new gains is in hand, or promised, before they are written.
 """
 
 import logging
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Self
 
@@ -177,10 +177,11 @@ class Trial:
             capture = self._verified(motion)
             tracking = tracking or capture.tracking_rms_rad
             count_rad = self._board.identity.encoder_resolution_rad
-            before = of_motor(self._recorded[motion.name], self._active)
-            after = of_motor(capture.recording, self._wanted)
+            trajectory = motion.trajectory
+            before = of_motor(self._recorded[motion.name], self._active, trajectory)
+            after = of_motor(capture.recording, self._wanted, trajectory)
             found[motion.name] = compare_motions(before, after, count_rad)
-            moved = Moved.along(after, motion.trajectory)
+            moved = Moved.along(after, trajectory)
             errors[motion.name] = {axis: Errors.of(moved.errors(axis)) for axis in moved.ways}
             self.promise = self.promise.measured(errors)
             if found[motion.name].verdict == "worse" or self.promise.broken:
@@ -200,6 +201,8 @@ class Trial:
         """Add what is promised on a motion that was done with the old gains."""
         with self._watch.stage("last_sample_to_verified"), self._watch.stage("forecast"):
             moved = Moved.along(self._recorded[motion.name], motion.trajectory)
+            led = of_motor(moved.recording, self._active, motion.trajectory)
+            moved = replace(moved, recording=led)
             axes = promised(moved, self._before.grounds, self._hardware, self._active, self._wanted)
             self.promise = self.promise.with_motion(motion.name, axes)
         for axis, of_axis in axes.items():

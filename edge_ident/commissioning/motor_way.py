@@ -9,38 +9,58 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
+from edge_ident.commissioning.recorded_motion import Moved
 from edge_ident.control.gain_design import GainDesign
 from edge_ident.signals.recording import AxisRecord, Recording
 from firmware_interface.gains import AxisGains, Bank
-from firmware_interface.law_memory import Memory
+from firmware_interface.law_memory import NOTHING, Memory
+from firmware_interface.motion import Trajectory
+
+Array = NDArray[np.float64]
 
 
-def of_motor(recording: Recording, gains: Bank) -> Recording:
+def of_motor(recording: Recording, gains: Bank, trajectory: Trajectory) -> Recording:
     """The recording with the way of the motor for its reference.
 
     Parameters
     ----------
     recording : Recording
-        Of a motion with these gains, which began long enough before it for the play to be on the
-        side that the motion goes to.
+        Of a motion with these gains.
     gains : mapping of axis name to AxisGains
+    trajectory : Trajectory
+        Of the motion: its way in decides on which side of the play the recording begins.
     """
-    return replace(
-        recording,
-        axes={axis: _led(record, gains[axis]) for axis, record in recording.axes.items()},
-    )
+    if not any("backlash" in of_axis.terms for of_axis in gains.values()):
+        return recording
+    moved = Moved.along(recording, trajectory)
+    ways_in = {axis: way.position_rad[: moved.begin + 1] for axis, way in moved.ways.items()}
+    axes = {
+        axis: _led(record, gains[axis], ways_in[axis]) for axis, record in recording.axes.items()
+    }
+    return replace(recording, axes=axes)
 
 
-def _led(record: AxisRecord, gains: AxisGains) -> AxisRecord:
+def _led(record: AxisRecord, gains: AxisGains, way_in_rad: Array) -> AxisRecord:
     if record.reference is None or "backlash" not in gains.terms:
         return record
-    way = np.concatenate([record.reference[:1], record.reference])
-    steps = np.diff(way)
-    moves = steps[steps != 0.0]
-    side = float(np.sign(moves[0])) if len(moves) else 0.0
-    start = Memory(backlash_rad=side * gains.backlash_offset_rad)
-    return replace(record, reference=record.reference + start.along(gains, way).backlash_rad)
+    start = NOTHING.along(gains, way_in_rad).last
+    return replace(record, reference=record.reference + lead_rad(gains, record.reference, start))
+
+
+def lead_rad(gains: AxisGains, reference_rad: Array, start: Memory = NOTHING) -> Array:
+    """How far the motor is to lead a reference (N,), whose first sample is where the law begins.
+
+    Parameters
+    ----------
+    gains : AxisGains
+    reference_rad : (N,) array
+    start : Memory
+        Of the law, before it.
+    """
+    way = np.concatenate([reference_rad[:1], reference_rad])
+    return np.broadcast_to(start.along(gains, way).backlash_rad, reference_rad.shape)
 
 
 def unseen_load(designs: Mapping[str, GainDesign]) -> str:

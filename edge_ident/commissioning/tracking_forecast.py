@@ -13,7 +13,8 @@ They differ in all that is not known:
   time: each drive has a mixture of what was seen and of other noise with the same spectrum;
 - where the encoder's counts lie.
 
-The errors are read as a board reports them, in whole counts. The 90 % interval goes from the
+The errors are read as a board reports them, in whole counts, from the way that the motor is to take
+(`edge_ident.commissioning.motor_way`). The 90 % interval goes from the
 smallest of `DRAWS` to the largest.
 
 Terms that are tied to time (`Effect.tied_to_time`) are left to what is unexplained.
@@ -28,6 +29,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.commissioning.drawn_loads import DRAWS, Grounds, drawn_loads
+from edge_ident.commissioning.motor_way import lead_rad
 from edge_ident.commissioning.recorded_motion import Moved
 from edge_ident.control.gain_design import worst_margins
 from edge_ident.control.position_loop import LoopHardware
@@ -119,8 +121,9 @@ def _drawn(
     if phase_margin <= 0.0 or gain_margin <= 1.0:
         runs_away = np.full(DRAWS, np.inf)
         return Drawn(runs_away, runs_away, np.zeros(len(path.way.position_rad) - path.begin))
-    errors = tracking_errors(path, loads, gains, hardware)
-    wanted = path.way.position_rad[path.begin :]
+    lead = lead_rad(gains, path.way.position_rad)[path.begin :]
+    errors = tracking_errors(path, loads, gains, hardware) + lead
+    wanted = path.way.position_rad[path.begin :] + lead
     if count := hardware.encoder_resolution_rad:
         errors = count * (np.round(wanted / count) - np.round((wanted - errors) / count))
     rms, peak = np.sqrt(np.mean(errors**2, axis=-1)), np.max(np.abs(errors), axis=-1)

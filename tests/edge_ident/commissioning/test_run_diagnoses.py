@@ -13,6 +13,7 @@ from edge_ident.commissioning.run import Outcome, Plan, commission
 from edge_ident.drive.description import load_drive
 from edge_ident.identification.result import ParameterSource
 from firmware_interface.board import Board
+from firmware_interface.plant import Hidden
 from firmware_interface.plant.feed_drive import FEED_DRIVE
 from firmware_interface.virtual.board import VirtualBoard
 from firmware_interface.virtual.settings import CONSERVATIVE_GAINS
@@ -104,3 +105,19 @@ def test_without_a_diagnosis_nothing_is_written(
     codes = {finding.code for finding in outcome.identification.axes["x"].findings}
     assert "base_inadequate" in codes
     assert board.active_gains()["x"].proportional == CONSERVATIVE_GAINS.proportional
+
+
+def test_play_that_shows_at_reversals_alone_is_diagnosed_and_not_only_refused(
+    tmp_path: Path,
+) -> None:
+    """Away from reversals the base model fits: motor and load move as one."""
+    hidden = Hidden.of(["backlash"])
+    board = Board.connect(VirtualBoard(plant=hidden.plant()))
+    plan = Plan(motion="multisine", write=False, most_motions=1)
+    outcome = commission(board, load_drive(), None, plan, tmp_path, Listener())
+    found = outcome.identification.axes["x"]
+    assert not found.adequacy.leaves_structure
+    assert "with the samples near reversals, the base model leaves" in found.adequacy.reason
+    assert found.diagnosis is not None
+    assert [cause.term.effect for cause in found.diagnosis.causes] == ["backlash"]
+    assert found.trusted, found.findings
