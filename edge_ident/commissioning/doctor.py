@@ -2,6 +2,8 @@
 
 import os
 import platform
+import signal
+import subprocess
 import sys
 from importlib.metadata import PackageNotFoundError, packages_distributions, version
 from pathlib import Path
@@ -12,12 +14,20 @@ from serial.tools import list_ports
 from edge_ident.commissioning.check import Check
 from edge_ident.errors import EdgeIdentError
 from edge_ident.estimation.manifest import VARIANTS, Variant
-from edge_ident.estimation.network import load_network
 
 _DISTRIBUTION: Final = "edge-ident"
 _INSTALLED: Final = ("edge_ident", "firmware_interface")
 _LATENCY_TIMER_MS: Final = 4
 _PROCESSES: Final = Path("/proc")
+_RUNTIME: Final = "onnxruntime"
+_TRIAL: Final = f"""
+import {_RUNTIME}
+print("imported", flush=True)
+from edge_ident.estimation.manifest import VARIANTS
+from edge_ident.estimation.network import load_network
+for variant in VARIANTS:
+    load_network(variant)
+"""
 _TIMERS: Final = Path("/sys/bus/usb-serial/devices")
 _UDEV: Final = Path("/run/udev/data")
 
@@ -29,9 +39,9 @@ def check_host() -> list[Check]:
         Check(
             "python", sys.version_info >= (3, 11), platform.python_version(), "use 3.11 or later"
         ),
-        *(_package(name) for name in ("numpy", "onnxruntime", "pyserial", "pymodbus", "typer")),
+        *(_package(name) for name in ("numpy", "pyserial", "pymodbus", "typer")),
         own_packages(),
-        *(_network(variant) for variant in VARIANTS),
+        *networks(),
         modem_manager(ports),
         *(check for port in ports for check in (permission(port), *latency_timer(port))),
     ]
@@ -42,6 +52,40 @@ def _package(name: str) -> Check:
         return Check(name, True, version(name))
     except PackageNotFoundError:
         return Check(name, False, "not installed", "install edge-ident again")
+
+
+def networks() -> list[Check]:
+    """Whether onnxruntime runs the networks; a process of its own tries first.
+
+    A build with instructions that the processor lacks kills the process that imports it or runs a
+    network, and with it whatever the doctor has to say.
+    """
+    found = _package(_RUNTIME)
+    if not found.good:
+        return [found]
+    path = os.pathsep.join(filter(None, sys.path))
+    tried = subprocess.run(
+        [sys.executable, "-c", _TRIAL], env=os.environ | {"PYTHONPATH": path},
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    imported = bool(tried.stdout)
+    if tried.returncode < 0:
+        return [_killed(found.detail, signal.Signals(-tried.returncode).name, imported)]
+    if not imported:
+        cause = (tried.stderr.splitlines() or ["cannot be imported"])[-1]
+        return [Check(_RUNTIME, False, f"{found.detail}: {cause}", "install edge-ident again")]
+    return [found, *(_network(variant) for variant in VARIANTS)]
+
+
+def _killed(release: str, by: str, imported: bool) -> Check:
+    when = "runs a network" if imported else "is imported"
+    return Check(
+        _RUNTIME,
+        False,
+        f"{release} ends its process with {by} when it {when}, so that identify and run end too",
+        "this build does not suit this processor, or /proc/cpuinfo is hidden; install another "
+        f"release: pip install '{_RUNTIME}!={release}'",
+    )
 
 
 def own_packages() -> Check:
@@ -65,6 +109,8 @@ def own_packages() -> Check:
 
 
 def _network(variant: Variant) -> Check:
+    from edge_ident.estimation.network import load_network  # after the trial: it may kill
+
     try:
         network = load_network(variant)
     except EdgeIdentError as error:

@@ -34,23 +34,13 @@ from tests.export.c_builds import (  # noqa: E402
     replace_constants,
     write,
 )
+from tools.arm_check.agreement import exact_int8  # noqa: E402
 
 SIGMOID_TOLERANCE: Final = 2e-7
 
 
-def exact_reference() -> bool:
-    """Whether onnxruntime is known to add up without saturation, and floats one by one, here.
-
-    On x86 it does with the instructions for neural networks; without them, sums of two products
-    of eight bits saturate at sixteen.
-    """
-    flags = Path("/proc/cpuinfo")
-    known = flags.read_text("utf-8").split() if flags.exists() else []
-    return "fma" in known and ("avx512_vnni" in known or "avx_vnni" in known)
-
-
 with_reference = pytest.mark.skipif(
-    not exact_reference(), reason="needs an x86-64 processor with VNNI, for onnxruntime to be exact"
+    not exact_int8(), reason="needs an x86-64 processor with VNNI, for onnxruntime to be exact"
 )
 
 

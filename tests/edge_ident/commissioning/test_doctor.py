@@ -1,6 +1,9 @@
 """Checks of host, ports and link: what is well, what is not, and the remedy."""
 
 import json
+import os
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -65,6 +68,44 @@ def test_a_package_that_another_distribution_has_too(
     check = doctor.own_packages()
     assert not check.good
     assert check.detail == "firmware_interface (also of otherware)"
+
+
+FAKES = {
+    "import os, signal\nos.kill(os.getpid(), signal.SIGILL)": "SIGILL when it is imported",
+    (
+        "import os, signal\n"
+        "class SessionOptions: pass\n"
+        "class ExecutionMode: ORT_SEQUENTIAL = 0\n"
+        "class GraphOptimizationLevel: ORT_ENABLE_ALL = 0\n"
+        "def InferenceSession(*_): os.kill(os.getpid(), signal.SIGSEGV)"
+    ): "SIGSEGV when it runs a network",
+    "raise ImportError('libc.so.6: version GLIBC_2.99 not found')": "GLIBC_2.99 not found",
+}
+"""Stand-ins for builds of onnxruntime, and what the doctor says of each."""
+
+
+@pytest.mark.parametrize("fake", FAKES)
+def test_a_build_of_onnxruntime_that_this_processor_cannot_run(fake: str, tmp_path: Path) -> None:
+    """It kills the process that tries it; the doctor lives and tells what to do."""
+    (tmp_path / "onnxruntime.py").write_text(fake)
+    done = subprocess.run(
+        [sys.executable, "-m", "edge_ident", "doctor", "--json"],
+        env=os.environ | {"PYTHONPATH": str(tmp_path)},
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 1, done.stderr
+    checks = {check["what"]: check for check in json.loads(done.stdout)["checks"]}
+    assert not checks["onnxruntime"]["good"]
+    assert FAKES[fake] in checks["onnxruntime"]["detail"]
+    assert "install" in checks["onnxruntime"]["next_step"]
+    assert not any(name.startswith("network") for name in checks)
+    assert checks["numpy"]["good"]
+
+
+def test_onnxruntime_and_its_networks_are_well_here() -> None:
+    runtime, *networks = doctor.networks()
+    assert runtime.good
+    assert [check.good for check in networks] == [True, True]
 
 
 @pytest.mark.parametrize(("milliseconds", "good"), [("1", True), ("16", False)])
