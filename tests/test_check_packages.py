@@ -36,6 +36,14 @@ def test_a_wheel_without_its_network_is_refused(tmp_path: Path) -> None:
         check_packages.check_wheel(wheel(tmp_path, less=network))
 
 
+def test_a_wheel_that_is_too_large_is_refused(tmp_path: Path) -> None:
+    path = wheel(tmp_path)
+    with zipfile.ZipFile(path, "a") as archive:
+        archive.writestr("edge_ident-1.0.dist-info/large", bytes(3 << 20))
+    with pytest.raises(check_packages.CheckError, match=r"more than 2\.5 MiB"):
+        check_packages.check_wheel(path)
+
+
 def test_the_container_copies_what_the_wheel_is_made_of() -> None:
     text = (ROOT / "tools" / "Containerfile").read_text("utf-8")
     copied = " ".join(re.findall(r"^COPY (?!--)(.+) \S+$", text, re.M)).split()

@@ -5,6 +5,7 @@ python tools/check_packages.py [--keep FOLDER]    exit code 1 at the first thing
 It needs no installed package: `build` comes into an environment of its own. What is checked:
 
 - The wheel is built from the sdist, so the sdist is complete.
+- The wheel is at most 2.5 MiB: some boards have a slow link. Three quarters are the networks.
 - The wheel holds the tracked files of `edge_ident` and `firmware_interface`, and no other
   top-level name: `export`, `tools` and `tests` stay in the checkout, because a package of such a
   name in site-packages would hide another's.
@@ -31,6 +32,7 @@ ROOT: Final = Path(__file__).parents[1]
 INSTALLED: Final = ("edge_ident", "firmware_interface")
 LEFT_OUT: Final = ("export", "tools", "tests", "docs")
 Result = TypeVar("Result")
+LARGEST_WHEEL_MIB: Final = 2.5
 _WRONG_MODEL: Final = 5
 """Exit code of a command that needs a checkout."""
 
@@ -80,11 +82,15 @@ def check_sdist(sdist: Path) -> None:
 
 
 def check_wheel(wheel: Path) -> None:
-    """Check that the wheel has the two packages and nothing else."""
+    """Check that the wheel has the two packages and nothing else, and is small."""
     with zipfile.ZipFile(wheel) as archive:
         names = set(archive.namelist())
     ours = {name for name in names if not name.split("/")[0].endswith(".dist-info")}
     _compare("wheel", ours, tracked(*INSTALLED))
+    size_mib = wheel.stat().st_size / 2**20
+    print(f"wheel: {size_mib:.2f} MiB")
+    if size_mib > LARGEST_WHEEL_MIB:
+        raise CheckError(f"wheel: {size_mib:.2f} MiB, more than {LARGEST_WHEEL_MIB} MiB")
 
 
 def tracked(*folders: str) -> set[str]:

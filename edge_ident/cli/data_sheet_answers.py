@@ -7,8 +7,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, Generic, TypeVar
 
 import typer
-from rich.console import Console
-from rich.text import Text
 
 from edge_ident import commissioning
 from edge_ident.cli.messages import say, say_always
@@ -207,6 +205,9 @@ class TerminalAnswers(Answers):
 
     def __init__(self, given: GivenTexts, *, accept: bool) -> None:
         super().__init__(given, accept=accept)
+        # one command in twenty asks, and each of them loads this file
+        from rich.console import Console
+
         self._console = Console(stderr=True)
 
     def _settled(self, matter: _Matter[T]) -> T:
@@ -247,6 +248,6 @@ class TerminalAnswers(Answers):
 
     def _line(self, prompt: str) -> str:
         try:
-            return self._console.input(Text(prompt)).strip()
+            return self._console.input(prompt, markup=False).strip()
         except EOFError:  # Ctrl-D
             raise KeyboardInterrupt from None

@@ -202,7 +202,7 @@ def _search(
     regressor: Array,
     measured: Array,
     network: Network,
-    rng: np.random.Generator,
+    rng: "np.random.Generator",
     passes: int,
     watch: Stopwatch,
 ) -> tuple[_Guess, int]:
@@ -226,7 +226,7 @@ def _search(
     return best, passes
 
 
-def _random_start(rng: np.random.Generator) -> Array:
+def _random_start(rng: "np.random.Generator") -> Array:
     """The paper's: in [0, 1], and [-1, 1] where either sign is physical."""
     return rng.uniform(np.where(POSITIVE, 0.0, -1.0), 1.0)
 

@@ -83,7 +83,7 @@ def scale_of(
 class Draws:
     """Random numbers of the shape of the drives."""
 
-    rng: np.random.Generator
+    rng: "np.random.Generator"  # a string: numpy.random loads when it is used
     shape: tuple[int, ...]
 
     def uniform(self, low: float, high: float) -> Array:

@@ -2,13 +2,12 @@
 
 import dataclasses
 from collections.abc import Mapping, Sequence
-from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from edge_ident.control.gain_design import GainDesign
+import edge_ident
 from edge_ident.diagnosis.result import AxisDiagnosis, Cause
 from edge_ident.estimation.trust import Finding
 from edge_ident.identification.result import (
@@ -22,6 +21,9 @@ from edge_ident.signals.metrics import rms
 from edge_ident.signals.recording import Recording
 from edge_ident.support.hashing import file_sha256
 from edge_ident.support.json_text import finite
+
+if TYPE_CHECKING:
+    from edge_ident.control.gain_design import GainDesign
 
 
 def identification_document(identification: Identification) -> dict[str, Any]:
@@ -126,7 +128,7 @@ def finding_document(finding: Finding) -> dict[str, Any]:
 
 
 def gains_document(
-    identification: Identification, designs: Mapping[str, GainDesign]
+    identification: Identification, designs: Mapping[str, "GainDesign"]
 ) -> dict[str, Any]:
     """Schema edge-ident/gains/1: designs by axis, empty where the identification is not trusted."""
     return {
@@ -136,7 +138,7 @@ def gains_document(
     }
 
 
-def design_document(design: GainDesign) -> dict[str, Any]:
+def design_document(design: "GainDesign") -> dict[str, Any]:
     """Gains of one axis with their margins; an infinite gain margin is null."""
     return {
         "gains": dataclasses.asdict(design.gains),
@@ -181,5 +183,5 @@ def simulation_document(
             for name, axis in recording.axes.items()
             if axis.reference is not None
         },
-        "version": version("edge-ident"),
+        "version": edge_ident.__version__,
     }

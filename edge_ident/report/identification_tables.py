@@ -1,12 +1,12 @@
 """An identification and designed gains as tables, by rich."""
 
 from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING
 
 from rich.console import Group, RenderableType
 from rich.markup import escape
 from rich.text import Text
 
-from edge_ident.control.gain_design import GainDesign
 from edge_ident.identification.result import (
     AxisIdentification,
     Identification,
@@ -15,6 +15,9 @@ from edge_ident.identification.result import (
 from edge_ident.model.model import PARAMETERS, Estimate
 from edge_ident.report.gain_rows import gain_rows
 from edge_ident.support.tables import FittingTable
+
+if TYPE_CHECKING:
+    from edge_ident.control.gain_design import GainDesign
 
 
 def identification_view(identification: Identification) -> Group:
@@ -73,7 +76,7 @@ def _value(estimate: Estimate, index: int) -> str:
     return f"{estimate.parameters[index]:.4g} ± {estimate.std[index]:.2g}"
 
 
-def designs_view(designs: Mapping[str, GainDesign]) -> Group:
+def designs_view(designs: Mapping[str, "GainDesign"]) -> Group:
     """Bandwidth, margins and gains, a column per axis; below, what became of each effect."""
     table = FittingTable(title="gains", title_justify="left")
     table.add_column("")
@@ -94,7 +97,7 @@ def designs_view(designs: Mapping[str, GainDesign]) -> Group:
     return Group(table, *used, *unused)
 
 
-def _gain_rows(designs: list[GainDesign]) -> Iterator[tuple[str, list[str]]]:
+def _gain_rows(designs: list["GainDesign"]) -> Iterator[tuple[str, list[str]]]:
     """Label and one cell per axis."""
     yield "bandwidth rad/s", [f"{d.bandwidth_rad_s:.4g}" for d in designs]
     yield "phase margin °", [f"{d.phase_margin_deg:.4g}" for d in designs]

@@ -55,7 +55,7 @@ def named(name: str) -> Effect:
 
 
 def random_term(
-    name: str, rng: np.random.Generator, scale: Scale, source_axis: str | None = None
+    name: str, rng: "np.random.Generator", scale: Scale, source_axis: str | None = None
 ) -> Term:
     """An effect at random strength for every drive of a scale, faint to strong.
 

@@ -88,7 +88,7 @@ def test_other_lines_of_the_file_stay(settings_file: Path) -> None:
     ("arguments", "said"),
     [
         (("set", "bandwith", "3"), "no setting bandwith"),
-        (("set", "bandwidth", "wide"), "valid number"),
+        (("set", "bandwidth", "wide"), "is not a valid"),
         (("set", "bandwidth", "0.01"), "0.1"),
         (("get", "nothing"), "no setting nothing"),
     ],
