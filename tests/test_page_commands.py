@@ -30,6 +30,7 @@ NOT_RUN: Final = {
     r"edge-ident survey .*--cluster ": "tests/edge_ident/fleet/test_cluster.py has a cluster",
     r"edge-ident ports": "opens every serial port of this machine",
     r"edge-ident doctor": "judges clocks; tests/edge_ident/commissioning/test_doctor.py runs it",
+    r"ExecStart=": "stands in the unit of a service; docs/tutorial.md runs the command",
     r"edge-ident (gains show|stop), ": "names several commands; boards.md has each",
     r"(\S*/)?(python3 -m venv|pip) ": "installs; the gate runs README's commands",
     r"(\S*/)?python -m pytest": "these tests",
