@@ -205,8 +205,7 @@ class TerminalAnswers(Answers):
 
     def __init__(self, given: GivenTexts, *, accept: bool) -> None:
         super().__init__(given, accept=accept)
-        # one command in twenty asks, and each of them loads this file
-        from rich.console import Console
+        from rich.console import Console  # every command loads this file, and one asks
 
         self._console = Console(stderr=True)
 
@@ -247,7 +246,9 @@ class TerminalAnswers(Answers):
         return self._line(f"{question} y or n (n): ").lower() in ("y", "yes")
 
     def _line(self, prompt: str) -> str:
+        from rich.text import Text
+
         try:
-            return self._console.input(prompt, markup=False).strip()
+            return self._console.input(Text(prompt)).strip()
         except EOFError:  # Ctrl-D
             raise KeyboardInterrupt from None
