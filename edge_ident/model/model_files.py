@@ -3,10 +3,10 @@
 import json
 import math
 from collections.abc import Sequence
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Final
 
+import edge_ident
 from edge_ident.errors import ModelError
 from edge_ident.model.effects import named
 from edge_ident.model.model import AxisModel, Model, SourceFile, Term
@@ -137,7 +137,7 @@ def sourced_model(model: Model, files: Sequence[str | Path], known: Model | None
     """
     sources = [SourceFile(file.name, file_sha256(file)) for file in map(Path, files)]
     older = [source for source in known.recordings if source not in sources] if known else []
-    return Model(model.axes, (*sources, *older), {"edge-ident": version("edge-ident")})
+    return Model(model.axes, (*sources, *older), {"edge-ident": edge_ident.__version__})
 
 
 def load_model(path: str | Path) -> Model:
