@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Final
 
-import edge_ident
 from edge_ident.errors import ModelError
 from edge_ident.model.effects import named
 from edge_ident.model.model import AxisModel, Model, SourceFile, Term
@@ -135,9 +134,11 @@ def sourced_model(model: Model, files: Sequence[str | Path], known: Model | None
     >>> edge_ident.sourced_model(model, ["drive.csv"]).recordings[0].file
     'drive.csv'
     """
+    from importlib.metadata import version  # with all that reads e-mail, which most need not
+
     sources = [SourceFile(file.name, file_sha256(file)) for file in map(Path, files)]
     older = [source for source in known.recordings if source not in sources] if known else []
-    return Model(model.axes, (*sources, *older), {"edge-ident": edge_ident.__version__})
+    return Model(model.axes, (*sources, *older), {"edge-ident": version("edge-ident")})
 
 
 def load_model(path: str | Path) -> Model:

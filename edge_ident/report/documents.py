@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-import edge_ident
 from edge_ident.diagnosis.result import AxisDiagnosis, Cause
 from edge_ident.estimation.trust import Finding
 from edge_ident.identification.result import (
@@ -163,6 +162,8 @@ def simulation_document(
 
     `left` tells of each axis where it leaves the range in which the model was supported.
     """
+    from importlib.metadata import version  # with all that reads e-mail, which most need not
+
     return {
         "schema": "edge-ident/simulation/1",
         "file": str(file),
@@ -183,5 +184,5 @@ def simulation_document(
             for name, axis in recording.axes.items()
             if axis.reference is not None
         },
-        "version": edge_ident.__version__,
+        "version": version("edge-ident"),
     }
