@@ -5,9 +5,11 @@ batches: pass several devices to compare them.
 
     python tools/profile_latency.py --repetitions 100 --output runs/latency virtual /dev/ttyACM0
     python tools/profile_latency.py --check
+    python tools/profile_latency.py --gains
 
-`--check` needs no board. It tells what the check of the base model costs: two axes of 44 s, in
-processor time, because on a busy machine the clock tells more of the others than of the check.
+The last two need no board. `--check` tells what the check of the base model costs, on two axes of
+44 s; `--gains` what the design of the gains of two axes costs. Both measure processor time, because
+on a busy machine the clock tells more of the others than of the work.
 """
 
 import argparse
@@ -18,8 +20,11 @@ from typing import Final
 import numpy as np
 
 from edge_ident.commissioning.profiling import profile_device
+from edge_ident.control.gain_design import design
+from edge_ident.control.position_loop import LoopHardware
 from edge_ident.drive.motions import MotionName
 from edge_ident.identification.identify import identify
+from edge_ident.model.model import Estimate, base_axis
 from edge_ident.report import profile_document, profile_view, show, write_json
 from edge_ident.simulation.simulate import simulate
 from edge_ident.support.stopwatch import Stopwatch
@@ -27,6 +32,8 @@ from edge_ident.support.stopwatch import Stopwatch
 CHECK_LIMIT_MS: Final = 20.0
 """Processor time that the check may take: a fiftieth of the second from the last sample to gains.
 """
+GAINS_LIMIT_MS: Final = 3.0
+"""Time that the gains of two axes may take."""
 MOTIONS: Final[tuple[MotionName, ...]] = ("sinusoid", "multisine")
 
 
@@ -55,23 +62,62 @@ def check_cost(motion: MotionName, repetitions: int) -> tuple[float, float]:
     return float(check_ms), float(check_ms / total_ms)
 
 
+def gains_cost(repetitions: int) -> tuple[float, float]:
+    """Median processor and wall time of the gains of two axes in ms, each time of other drives."""
+    rng, hardware = np.random.default_rng(1), LoopHardware(0.0025, 0.0005, 2.0 * np.pi / 8400, 12.0)
+    nominal = np.array([0.43, 0.9, 1.4, 0.03])
+    spent = []
+    for _ in range(repetitions):
+        axes = [
+            base_axis(Estimate(nominal * rng.uniform(0.5, 2.0, 4), 0.005 * nominal))
+            for _ in range(2)
+        ]
+        began_s = time.process_time(), time.perf_counter()
+        for axis in axes:
+            design(axis, hardware)
+        spent.append((time.process_time() - began_s[0], time.perf_counter() - began_s[1]))
+    processor_s, wall_s = np.median(spent, axis=0)
+    return 1e3 * float(processor_s), 1e3 * float(wall_s)
+
+
+def show_check(repetitions: int) -> None:
+    """Print what the check of the base model costs."""
+    for motion in MOTIONS:
+        check_ms, share = check_cost(motion, repetitions)
+        print(
+            f"{motion}: the check takes {check_ms:.1f} ms of processor time, {share:.0%} of the "
+            f"identification; {_judged(check_ms, CHECK_LIMIT_MS)}"
+        )
+
+
+def show_gains(repetitions: int) -> None:
+    """Print what the design of gains costs."""
+    processor_ms, wall_ms = gains_cost(repetitions)
+    print(
+        f"the gains of two axes take {processor_ms:.1f} ms of processor time, {wall_ms:.1f} ms by "
+        f"the clock; {_judged(processor_ms, GAINS_LIMIT_MS)}"
+    )
+
+
+def _judged(spent_ms: float, limit_ms: float) -> str:
+    return f"limit {limit_ms:.0f} ms {'kept' if spent_ms <= limit_ms else 'missed'}"
+
+
 def main() -> None:
-    """Profile each device in turn, or the check of the base model."""
+    """Profile each device in turn, or parts of the work that need none."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("devices", nargs="*", default=["virtual"])
     parser.add_argument("--repetitions", type=int, default=100)
     parser.add_argument("--baud-rate", type=int)
     parser.add_argument("--output", type=Path, default=Path("runs/latency"))
     parser.add_argument("--check", action="store_true", help="cost of the check alone")
+    parser.add_argument("--gains", action="store_true", help="cost of the gain design alone")
     given = parser.parse_args()
-    for motion in MOTIONS if given.check else ():
-        check_ms, share = check_cost(motion, given.repetitions)
-        kept = "kept" if check_ms <= CHECK_LIMIT_MS else "missed"
-        print(
-            f"{motion}: the check takes {check_ms:.1f} ms of processor time, {share:.0%} of the "
-            f"identification; limit {CHECK_LIMIT_MS:.0f} ms {kept}"
-        )
     if given.check:
+        show_check(given.repetitions)
+    if given.gains:
+        show_gains(given.repetitions)
+    if given.check or given.gains:
         return
     for number, device in enumerate(given.devices):
         profile = profile_device(device, given.baud_rate, given.repetitions, _Lines())
