@@ -6,10 +6,12 @@ batches: pass several devices to compare them.
     python tools/profile_latency.py --repetitions 100 --output runs/latency virtual /dev/ttyACM0
     python tools/profile_latency.py --check
     python tools/profile_latency.py --gains
+    python tools/profile_latency.py --network
 
-The last two need no board. `--check` tells what the check of the base model costs, on two axes of
-44 s; `--gains` what the design of the gains of two axes costs. Both measure processor time, because
-on a busy machine the clock tells more of the others than of the work.
+The last three need no board. `--check` tells what the check of the base model costs, on two axes of
+44 s; `--gains` what the design of the gains of two axes costs; `--network` what the network costs
+that reads efforts, beside the one that reads their images. All measure processor time, because on a
+busy machine the clock tells more of the others than of the work.
 """
 
 import argparse
@@ -18,22 +20,34 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from edge_ident.commissioning.profiling import profile_device
 from edge_ident.control.gain_design import design
 from edge_ident.control.position_loop import LoopHardware
 from edge_ident.drive.motions import MotionName
+from edge_ident.estimation.manifest import GRAPHS, Graph, load_manifest
+from edge_ident.estimation.network import BUILT_IN, Network
 from edge_ident.identification.identify import identify
 from edge_ident.model.model import Estimate, base_axis
 from edge_ident.report import profile_document, profile_view, show, write_json
+from edge_ident.signals.dct import POINTS
 from edge_ident.simulation.simulate import simulate
 from edge_ident.support.stopwatch import Stopwatch
+
+Array = NDArray[np.float64]
 
 CHECK_LIMIT_MS: Final = 20.0
 """Processor time that the check may take: a fiftieth of the second from the last sample to gains.
 """
 GAINS_LIMIT_MS: Final = 3.0
 """Time that the gains of two axes may take."""
+NETWORK_LIMIT_MS: Final = 4.0
+"""Time that the network may take for two axes, all passes together."""
+BATCHES: Final = (("one image", 1, 1), ("two axes", 2, 2), ("64 starts", 64, 1))
+"""Name, guesses and measurements of what the network reads at once."""
+_IN_A_ROW: Final = 5
+"""Passes of one network before the other's turn, as in a loop."""
 MOTIONS: Final[tuple[MotionName, ...]] = ("sinusoid", "multisine")
 
 
@@ -80,6 +94,52 @@ def gains_cost(repetitions: int) -> tuple[float, float]:
     return 1e3 * float(processor_s), 1e3 * float(wall_s)
 
 
+def network_costs(guesses: int, measurements: int, repetitions: int) -> tuple[Array, Array]:
+    """Processor time of a pass by image and by efforts, ms, in turn: two (repetitions,) arrays."""
+    manifest, content = load_manifest(BUILT_IN), BUILT_IN.with_name("feed_drive_fp32.onnx")
+    networks = [Network(content.read_bytes(), manifest, "fp32", g) for g in ("image", "rank_one")]
+    rng = np.random.default_rng(2)
+    model, measured = rng.normal(size=(guesses, POINTS)), rng.normal(size=(measurements, POINTS))
+    spent = np.empty((2, repetitions))
+    for turn in range(repetitions):
+        for network, of_network in zip(networks, spent, strict=True):
+            began_s = time.process_time()
+            for _ in range(_IN_A_ROW):
+                network.residuals_of(model, measured)
+            of_network[turn] = 1e3 * (time.process_time() - began_s) / _IN_A_ROW
+    return spent[0], spent[1]
+
+
+def stage_costs(repetitions: int) -> dict[Graph, float]:
+    """Median processor time of the network in the identification of two axes, by graph, ms."""
+    manifest, content = load_manifest(BUILT_IN), BUILT_IN.with_name("feed_drive_fp32.onnx")
+    networks = {g: Network(content.read_bytes(), manifest, "fp32", g) for g in GRAPHS}
+    spent: dict[Graph, list[float]] = {graph: [] for graph in GRAPHS}
+    for seed in range(repetitions):
+        recording = simulate(noise=0.02, seed=seed)
+        for graph, network in networks.items():
+            watch = Stopwatch(time.process_time)
+            times_ms = identify(recording, network, diagnose=False, stopwatch=watch).timing_ms
+            spent[graph].append(times_ms["network"])
+    return {graph: float(np.median(of_graph)) for graph, of_graph in spent.items()}
+
+
+def show_network(repetitions: int) -> None:
+    """Print what the network costs by image and by efforts."""
+    for name, guesses, measurements in BATCHES:
+        by_image, by_efforts = network_costs(guesses, measurements, repetitions)
+        print(
+            f"{name}: {np.median(by_image) / guesses:.3f} ms an image, from efforts "
+            f"{np.median(by_efforts) / guesses:.3f} ms, {np.median(by_image / by_efforts):.2f} "
+            "times as fast"
+        )
+    stage = stage_costs(repetitions)
+    print(
+        f"all passes of two axes: from images {stage['image']:.1f} ms, from efforts "
+        f"{stage['rank_one']:.1f} ms; {_judged(stage['rank_one'], NETWORK_LIMIT_MS)}"
+    )
+
+
 def show_check(repetitions: int) -> None:
     """Print what the check of the base model costs."""
     for motion in MOTIONS:
@@ -112,12 +172,15 @@ def main() -> None:
     parser.add_argument("--output", type=Path, default=Path("runs/latency"))
     parser.add_argument("--check", action="store_true", help="cost of the check alone")
     parser.add_argument("--gains", action="store_true", help="cost of the gain design alone")
+    parser.add_argument("--network", action="store_true", help="cost of the network alone")
     given = parser.parse_args()
     if given.check:
         show_check(given.repetitions)
     if given.gains:
         show_gains(given.repetitions)
-    if given.check or given.gains:
+    if given.network:
+        show_network(given.repetitions)
+    if given.check or given.gains or given.network:
         return
     for number, device in enumerate(given.devices):
         profile = profile_device(device, given.baud_rate, given.repetitions, _Lines())
