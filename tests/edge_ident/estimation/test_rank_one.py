@@ -112,13 +112,11 @@ def test_a_file_that_is_no_onnx_is_not_divided() -> None:
         assert divided(other) is None
 
 
-onnx = pytest.importorskip("onnx")
-
-
 def begins_with(
     attributes: dict[str, object], pooling: str = "MaxPool", channels: int = 1
 ) -> bytes:
     """A graph of a convolution and a pooling."""
+    onnx = pytest.importorskip("onnx")
     helper = onnx.helper
     weights = np.zeros((2, channels, 9, 9), np.float32)
     pool = {"kernel_shape": [2, 2], "strides": [2, 2], "pads": [0] * 4, "dilations": [1, 1]}
@@ -149,6 +147,7 @@ def test_only_a_plain_convolution_with_a_maximum_over_squares_is_divided() -> No
 
 
 def test_what_is_left_of_the_graph_is_whole() -> None:
+    onnx = pytest.importorskip("onnx")
     parts = divided(content())
     assert parts is not None
     model = onnx.load_from_string(parts[1])
