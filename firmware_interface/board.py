@@ -61,6 +61,7 @@ class Board:
         self.identity = identity
         self._link = link
         self._session = Session(link, identity.sample_period_s)
+        self._limits: Mapping[str, AxisLimits] = {}
         self._motion_samples = 0
         self._trajectory_crc = 0
         self._staged_crc: int | None = None
@@ -92,9 +93,11 @@ class Board:
         return self._session.status()
 
     def limits(self) -> Mapping[str, AxisLimits]:
-        """What the board enforces, by axis."""
-        read, version = self._session.read, self.identity.map_version
-        return {axis: read_limits(read, axis, version) for axis in self.axes}
+        """What the board enforces, by axis; like its identity, read once."""
+        if not self._limits:
+            read, version = self._session.read, self.identity.map_version
+            self._limits = {axis: read_limits(read, axis, version) for axis in self.axes}
+        return self._limits
 
     def register_values(self, name: str) -> tuple[float, ...]:
         """Values of a register as they stand there, valid or not."""

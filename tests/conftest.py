@@ -115,10 +115,11 @@ def measured_data() -> MeasuredData:
 
 
 @pytest.fixture(scope="session", autouse=True)
-def no_settings_of_the_person_who_tests() -> Iterator[None]:
-    """Tests, and the commands that they start, find no settings file."""
+def nothing_of_the_person_who_tests(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """Tests, and the commands that they start, find no settings and leave nothing behind."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("EDGE_IDENT_CONFIG_FILE", os.path.join(os.path.devnull, "none"))
+        patch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.mktemp("cache")))
         yield
 
 

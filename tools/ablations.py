@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from rich.console import Console
 from rich.table import Table
 
-from edge_ident.estimation.image import effort_image, effort_scale
+from edge_ident.estimation.image import effort_scale
 from edge_ident.estimation.network import Network, load_network
 from edge_ident.signals.metrics import compare
 from export.checkpoint import trained_network
@@ -123,9 +123,7 @@ def unguarded(network: Network, passes: int) -> Answer:
         here = np.random.default_rng(1).uniform([0.0, 0.0, 0.0, -1.0], 1.0, (len(scale), 4))
         for _ in range(passes):
             model = (scaled @ here[:, :, None])[:, :, 0]
-            here = here - network.residual_shares(
-                effort_image(model, measured, manifest.normalization)
-            )
+            here = here - network.residuals_of(model, measured)
         return here * scale / drives.column_scales
 
     return answer

@@ -5,43 +5,49 @@ batches: pass several devices to compare them.
 
     python tools/profile_latency.py --repetitions 100 --output runs/latency virtual /dev/ttyACM0
     python tools/profile_latency.py --check
-    python tools/profile_latency.py --start --repetitions 20
+    python tools/profile_latency.py --gains
+    python tools/profile_latency.py --network
 
-`--check` needs no board. It tells what the check of the base model costs: two axes of 44 s, in
-processor time, because on a busy machine the clock tells more of the others than of the check.
-`--start` needs none either. It tells what a whole process of `edge-ident identify` costs beside one
-that only imports numpy and onnxruntime, in turn, and how much memory it and a whole `run` on the
-virtual board take.
+The last three need no board. `--check` tells what the check of the base model costs, on two axes of
+44 s; `--gains` what the design of the gains of two axes costs; `--network` what the network costs
+that reads efforts, beside the one that reads their images. All measure processor time, because on a
+busy machine the clock tells more of the others than of the work.
 """
 
 import argparse
-import os
-import subprocess
-import sys
-import tempfile
 import time
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from edge_ident.commissioning.profiling import profile_device
+from edge_ident.control.gain_design import design
+from edge_ident.control.position_loop import LoopHardware
 from edge_ident.drive.motions import MotionName
+from edge_ident.estimation.manifest import GRAPHS, Graph, load_manifest
+from edge_ident.estimation.network import BUILT_IN, Network
 from edge_ident.identification.identify import identify
+from edge_ident.model.model import Estimate, base_axis
 from edge_ident.report import profile_document, profile_view, show, write_json
-from edge_ident.signals.recording_files import save_recording
+from edge_ident.signals.dct import POINTS
 from edge_ident.simulation.simulate import simulate
 from edge_ident.support.stopwatch import Stopwatch
+
+Array = NDArray[np.float64]
 
 CHECK_LIMIT_MS: Final = 20.0
 """Processor time that the check may take: a fiftieth of the second from the last sample to gains.
 """
-START_LIMIT: Final = 2.2
-"""Processor time of `identify`, in times of importing numpy and onnxruntime: as much again for all
-that is our own."""
-MEMORY_LIMIT_MIB: Final = 90.0
-"""A sixth of what a board with 512 MiB has."""
+GAINS_LIMIT_MS: Final = 3.0
+"""Time that the gains of two axes may take."""
+NETWORK_LIMIT_MS: Final = 4.0
+"""Time that the network may take for two axes, all passes together."""
+BATCHES: Final = (("one image", 1, 1), ("two axes", 2, 2), ("64 starts", 64, 1))
+"""Name, guesses and measurements of what the network reads at once."""
+_IN_A_ROW: Final = 5
+"""Passes of one network before the other's turn, as in a loop."""
 MOTIONS: Final[tuple[MotionName, ...]] = ("sinusoid", "multisine")
 
 
@@ -70,74 +76,111 @@ def check_cost(motion: MotionName, repetitions: int) -> tuple[float, float]:
     return float(check_ms), float(check_ms / total_ms)
 
 
-def process_cost(arguments: Sequence[str]) -> tuple[float, float]:
-    """Processor time of a whole Python process in ms, and its largest memory in MiB.
-
-    Raises
-    ------
-    RuntimeError
-        It fails.
-    """
-    # compiled files stay, as where edge-ident is installed
-    kept = {k: v for k, v in os.environ.items() if k != "PYTHONDONTWRITEBYTECODE"}
-    process = subprocess.Popen(
-        [sys.executable, *arguments], env=kept,
-        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-    )  # fmt: skip
-    _, status, used = os.wait4(process.pid, 0)
-    process.returncode = os.waitstatus_to_exitcode(status)
-    if process.returncode:
-        raise RuntimeError(f"{' '.join(arguments)}: exit code {process.returncode}")
-    return 1e3 * (used.ru_utime + used.ru_stime), used.ru_maxrss / 1024.0
+def gains_cost(repetitions: int) -> tuple[float, float]:
+    """Median processor and wall time of the gains of two axes in ms, each time of other drives."""
+    rng, hardware = np.random.default_rng(1), LoopHardware(0.0025, 0.0005, 2.0 * np.pi / 8400, 12.0)
+    nominal = np.array([0.43, 0.9, 1.4, 0.03])
+    spent = []
+    for _ in range(repetitions):
+        axes = [
+            base_axis(Estimate(nominal * rng.uniform(0.5, 2.0, 4), 0.005 * nominal))
+            for _ in range(2)
+        ]
+        began_s = time.process_time(), time.perf_counter()
+        for axis in axes:
+            design(axis, hardware)
+        spent.append((time.process_time() - began_s[0], time.perf_counter() - began_s[1]))
+    processor_s, wall_s = np.median(spent, axis=0)
+    return 1e3 * float(processor_s), 1e3 * float(wall_s)
 
 
-def start_cost(repetitions: int) -> None:
-    """Print what starting costs: processor time and memory of whole processes."""
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / "recording.npz"
-        save_recording(simulate(noise=0.02), file)
-        identified = ["-m", "edge_ident", "identify", str(file), "--json"]
-        imports = ["-c", "import numpy, onnxruntime"]
-        costs = np.array(
-            [[process_cost(imports), process_cost(identified)] for _ in range(repetitions)]
+def network_costs(guesses: int, measurements: int, repetitions: int) -> tuple[Array, Array]:
+    """Processor time of a pass by image and by efforts, ms, in turn: two (repetitions,) arrays."""
+    manifest, content = load_manifest(BUILT_IN), BUILT_IN.with_name("feed_drive_fp32.onnx")
+    networks = [Network(content.read_bytes(), manifest, "fp32", g) for g in ("image", "rank_one")]
+    rng = np.random.default_rng(2)
+    model, measured = rng.normal(size=(guesses, POINTS)), rng.normal(size=(measurements, POINTS))
+    spent = np.empty((2, repetitions))
+    for turn in range(repetitions):
+        for network, of_network in zip(networks, spent, strict=True):
+            began_s = time.process_time()
+            for _ in range(_IN_A_ROW):
+                network.residuals_of(model, measured)
+            of_network[turn] = 1e3 * (time.process_time() - began_s) / _IN_A_ROW
+    return spent[0], spent[1]
+
+
+def stage_costs(repetitions: int) -> dict[Graph, float]:
+    """Median processor time of the network in the identification of two axes, by graph, ms."""
+    manifest, content = load_manifest(BUILT_IN), BUILT_IN.with_name("feed_drive_fp32.onnx")
+    networks = {g: Network(content.read_bytes(), manifest, "fp32", g) for g in GRAPHS}
+    spent: dict[Graph, list[float]] = {graph: [] for graph in GRAPHS}
+    for seed in range(repetitions):
+        recording = simulate(noise=0.02, seed=seed)
+        for graph, network in networks.items():
+            watch = Stopwatch(time.process_time)
+            times_ms = identify(recording, network, diagnose=False, stopwatch=watch).timing_ms
+            spent[graph].append(times_ms["network"])
+    return {graph: float(np.median(of_graph)) for graph, of_graph in spent.items()}
+
+
+def show_network(repetitions: int) -> None:
+    """Print what the network costs by image and by efforts."""
+    for name, guesses, measurements in BATCHES:
+        by_image, by_efforts = network_costs(guesses, measurements, repetitions)
+        print(
+            f"{name}: {np.median(by_image) / guesses:.3f} ms an image, from efforts "
+            f"{np.median(by_efforts) / guesses:.3f} ms, {np.median(by_image / by_efforts):.2f} "
+            "times as fast"
         )
-        run = ["-m", "edge_ident", "run", "--device", "virtual", "--output", folder, "--json"]
-        memory_mib = {"identify": costs[:, 1, 1].max(), "run": process_cost(run)[1]}
-    imports_ms, identify_ms = np.median(costs[:, :, 0], axis=0)
-    times = float(np.median(costs[:, 1, 0] / costs[:, 0, 0]))
+    stage = stage_costs(repetitions)
     print(
-        f"identify: {identify_ms:.0f} ms of processor time, {times:.1f} times the {imports_ms:.0f} "
-        f"ms of importing numpy and onnxruntime; limit {START_LIMIT} {_kept(times <= START_LIMIT)}"
+        f"all passes of two axes: from images {stage['image']:.1f} ms, from efforts "
+        f"{stage['rank_one']:.1f} ms; {_judged(stage['rank_one'], NETWORK_LIMIT_MS)}"
     )
-    for command, mib in memory_mib.items():
-        kept = _kept(mib <= MEMORY_LIMIT_MIB)
-        print(f"{command}: at most {mib:.0f} MiB; limit {MEMORY_LIMIT_MIB:.0f} MiB {kept}")
 
 
-def _kept(within: bool) -> str:
-    return "kept" if within else "missed"
+def show_check(repetitions: int) -> None:
+    """Print what the check of the base model costs."""
+    for motion in MOTIONS:
+        check_ms, share = check_cost(motion, repetitions)
+        print(
+            f"{motion}: the check takes {check_ms:.1f} ms of processor time, {share:.0%} of the "
+            f"identification; {_judged(check_ms, CHECK_LIMIT_MS)}"
+        )
+
+
+def show_gains(repetitions: int) -> None:
+    """Print what the design of gains costs."""
+    processor_ms, wall_ms = gains_cost(repetitions)
+    print(
+        f"the gains of two axes take {processor_ms:.1f} ms of processor time, {wall_ms:.1f} ms by "
+        f"the clock; {_judged(processor_ms, GAINS_LIMIT_MS)}"
+    )
+
+
+def _judged(spent_ms: float, limit_ms: float) -> str:
+    return f"limit {limit_ms:.0f} ms {'kept' if spent_ms <= limit_ms else 'missed'}"
 
 
 def main() -> None:
-    """Profile each device in turn, or the check of the base model, or the start."""
+    """Profile each device in turn, or parts of the work that need none."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("devices", nargs="*", default=["virtual"])
     parser.add_argument("--repetitions", type=int, default=100)
     parser.add_argument("--baud-rate", type=int)
     parser.add_argument("--output", type=Path, default=Path("runs/latency"))
     parser.add_argument("--check", action="store_true", help="cost of the check alone")
-    parser.add_argument("--start", action="store_true", help="start and memory of processes alone")
+    parser.add_argument("--gains", action="store_true", help="cost of the gain design alone")
+    parser.add_argument("--network", action="store_true", help="cost of the network alone")
     given = parser.parse_args()
-    if given.start:
-        start_cost(given.repetitions)
-        return
-    for motion in MOTIONS if given.check else ():
-        check_ms, share = check_cost(motion, given.repetitions)
-        print(
-            f"{motion}: the check takes {check_ms:.1f} ms of processor time, {share:.0%} of the "
-            f"identification; limit {CHECK_LIMIT_MS:.0f} ms {_kept(check_ms <= CHECK_LIMIT_MS)}"
-        )
     if given.check:
+        show_check(given.repetitions)
+    if given.gains:
+        show_gains(given.repetitions)
+    if given.network:
+        show_network(given.repetitions)
+    if given.check or given.gains or given.network:
         return
     for number, device in enumerate(given.devices):
         profile = profile_device(device, given.baud_rate, given.repetitions, _Lines())

@@ -6,7 +6,7 @@ from typing import Final, Literal
 
 import numpy as np
 
-from edge_ident.estimation.manifest import Variant
+from edge_ident.estimation.manifest import Graph, Variant
 
 TARGET_MS: Final = 1000.0
 """From the last captured sample to gains committed and read back."""
@@ -24,10 +24,17 @@ class Spread:
 
 @dataclass(frozen=True)
 class ProfileRun:
-    """All repetitions of one start and precision: times by stage, ms."""
+    """All repetitions of one start and precision: times by stage, ms.
+
+    Attributes
+    ----------
+    graph : {"rank_one", "image"}
+        That this machine runs faster.
+    """
 
     start: Literal["warm", "cold"]
     precision: Variant
+    graph: Graph
     stages_ms: Mapping[str, list[float]]
 
 

@@ -27,7 +27,7 @@ from edge_ident.commissioning.profile import Profile, ProfileRun
 from edge_ident.commissioning.run import board_designs
 from edge_ident.commissioning.safety import left_safe, ready_to_move
 from edge_ident.drive.description import load_drive
-from edge_ident.estimation.manifest import VARIANTS, Variant, variant_named
+from edge_ident.estimation.manifest import VARIANTS, variant_named
 from edge_ident.estimation.network import Network, load_network
 from edge_ident.identification.identify import identify
 from edge_ident.signals.recording import Recording
@@ -77,11 +77,12 @@ def profile_device(
             board = Board.connect(link)
             tail_ms, stop_ms = _record(board, file, observer)
             recording = load_recording(file)
-            runs = [_warm(board, recording, p, repetitions, observer) for p in VARIANTS]
+            networks = [load_network(precision) for precision in VARIANTS]
+            runs = [_warm(board, recording, of, repetitions, observer) for of in networks]
             board.release()
         finally:
             link.close()
-        runs += [_cold(url, baud_rate, file, p, repetitions, observer) for p in VARIANTS]
+        runs += [_cold(url, baud_rate, file, of, repetitions, observer) for of in networks]
     return Profile(
         device or "virtual board on a pseudo-terminal",
         _machine(),
@@ -108,36 +109,36 @@ def _record(board: Board, file: Path, observer: Observer) -> tuple[float, float]
 def _warm(
     board: Board,
     recording: Recording,
-    precision: Variant,
+    network: Network,
     repetitions: int,
     observer: Observer,
 ) -> ProfileRun:
-    network = load_network(precision)
-    observer.stage(f"warm, {precision}")
+    observer.stage(f"warm, {network.variant}")
 
     def repeat() -> dict[str, float]:
         return _after_the_last_sample(board, recording, network, Stopwatch())
 
     with left_safe(board):
-        return ProfileRun("warm", precision, _repeat(repeat, repetitions, observer))
+        times = _repeat(repeat, repetitions, observer)
+    return ProfileRun("warm", network.variant, network.graph, times)
 
 
 def _cold(
     url: str,
     baud_rate: int | None,
     file: Path,
-    precision: Variant,
+    network: Network,
     repetitions: int,
     observer: Observer,
 ) -> ProfileRun:
-    observer.stage(f"cold, {precision}")
+    observer.stage(f"cold, {network.variant}")
 
     def repeat() -> dict[str, float]:
         arguments = [
             url,
             str(baud_rate or DEFAULT_BAUD_RATE),
             str(file),
-            precision,
+            network.variant,
             repr(time.time()),
         ]
         done = subprocess.run(
@@ -149,7 +150,8 @@ def _cold(
         times: dict[str, float] = json.loads(done.stdout)
         return times
 
-    return ProfileRun("cold", precision, _repeat(repeat, repetitions, observer))
+    times = _repeat(repeat, repetitions, observer)
+    return ProfileRun("cold", network.variant, network.graph, times)
 
 
 def _repeat(

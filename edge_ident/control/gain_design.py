@@ -28,7 +28,12 @@ from edge_ident.control.compensation import (
     loop_delay_s,
     plant_of,
 )
-from edge_ident.control.position_loop import LoopHardware, margins_of, quantization_effort_nm
+from edge_ident.control.position_loop import (
+    LoopHardware,
+    Plant,
+    margins_of,
+    quantization_effort_nm,
+)
 from edge_ident.errors import GainError
 from edge_ident.model.base_in_time import base_at
 from edge_ident.model.model import AxisModel
@@ -92,7 +97,7 @@ class GainDesign:
     @property
     def sound(self) -> bool:
         """Whether both margins are kept."""
-        return self.phase_margin_rad >= PHASE_MARGIN_RAD and self.gain_margin >= GAIN_MARGIN
+        return _sound(self.phase_margin_rad, self.gain_margin)
 
 
 def design(
@@ -124,18 +129,18 @@ def design(
     if at_s is not None:
         axis = base_at(axis, at_s)
     _check_physical(axis)
-    if bandwidth_rad_s is not None:
-        wanted = _place(axis, hardware, bandwidth_rad_s)
-        if not wanted.sound:
-            raise GainError(
-                f"a bandwidth of {bandwidth_rad_s:.3g} rad/s leaves a phase margin of "
-                f"{wanted.phase_margin_deg:.0f}° and a gain margin of "
-                f"{wanted.gain_margin:.2g}",
-                f"choose a lower one: {math.degrees(PHASE_MARGIN_RAD):.0f}° and {GAIN_MARGIN} "
-                "are needed",
-            )
-        return _with_effects(wanted, axis, hardware, at_s)
-    return _with_effects(_highest_acceptable(axis, hardware), axis, hardware, at_s)
+    known = _Known.of(axis, hardware)
+    if bandwidth_rad_s is None:
+        return _with_effects(_highest_acceptable(known), axis, hardware, at_s)
+    wanted = known.design(bandwidth_rad_s)
+    if not wanted.sound:
+        raise GainError(
+            f"a bandwidth of {bandwidth_rad_s:.3g} rad/s leaves a phase margin of "
+            f"{wanted.phase_margin_deg:.0f}° and a gain margin of {wanted.gain_margin:.2g}",
+            f"choose a lower one: {math.degrees(PHASE_MARGIN_RAD):.0f}° and {GAIN_MARGIN} "
+            "are needed",
+        )
+    return _with_effects(wanted, axis, hardware, at_s)
 
 
 def _check_physical(axis: AxisModel) -> None:
@@ -149,58 +154,94 @@ def _check_physical(axis: AxisModel) -> None:
         )
 
 
-def _highest_acceptable(axis: AxisModel, hardware: LoopHardware) -> GainDesign:
+@dataclass(frozen=True)
+class _Known:
+    """What the design asks of an axis and its board at every bandwidth.
+
+    Attributes
+    ----------
+    parameters : (4,) tuple of float
+    smoothing_rad_s : float
+    plants : tuple of Plant
+        Over the interval of the inertia.
+    hardware : LoopHardware
+    late : LoopHardware
+        With the delay that the model adds.
+    """
+
+    parameters: tuple[float, ...]
+    smoothing_rad_s: float
+    plants: tuple[Plant, ...]
+    hardware: LoopHardware
+    late: LoopHardware
+
+    @classmethod
+    def of(cls, axis: AxisModel, hardware: LoopHardware) -> "_Known":
+        plants, late = _loops(axis, hardware)
+        parameters = tuple(axis.parameters.tolist())
+        return cls(parameters, _coulomb_smoothing(axis, hardware), plants, hardware, late)
+
+    def gains(self, bandwidth: float) -> AxisGains:
+        inertia, viscous, coulomb, offset = self.parameters
+        derivative = max(2.0 * inertia * bandwidth - viscous, 0.0)
+        filter_s = 1.0 / (_FILTER_RATIO * bandwidth)
+        half_s = 0.5 * self.hardware.sample_period_s
+        late_s = self.hardware.control_delay_s + half_s
+        fed_back = derivative * (filter_s + half_s) - viscous * late_s
+        return AxisGains(
+            proportional=inertia * bandwidth**2,
+            derivative=derivative,
+            integral=0.0,
+            velocity_filter_s=filter_s,
+            inertia_feedforward=max(inertia - fed_back, 0.0),
+            viscous_feedforward=viscous,
+            coulomb_feedforward=coulomb,
+            coulomb_smoothing_rad_s=self.smoothing_rad_s,
+            offset_feedforward=offset,
+        )
+
+    def quiet(self, gains: AxisGains) -> bool:
+        limit = QUANTIZATION_SHARE * self.hardware.effort_limit_nm
+        return quantization_effort_nm(gains, self.hardware) <= limit
+
+    def sound(self, gains: AxisGains) -> bool:
+        return _sound(*margins_of(gains, self.plants, self.late))
+
+    def design(self, bandwidth: float) -> GainDesign:
+        gains = self.gains(bandwidth)
+        phase_margin_rad, gain_margin = margins_of(gains, self.plants, self.late)
+        return GainDesign(
+            gains=gains,
+            bandwidth_rad_s=bandwidth,
+            phase_margin_rad=phase_margin_rad,
+            gain_margin=gain_margin,
+            quantization_effort_nm=quantization_effort_nm(gains, self.hardware),
+        )
+
+
+def _highest_acceptable(known: _Known) -> GainDesign:
     """The design of the highest bandwidth that is acceptable, by bisection."""
-    inertia, viscous, *_ = (float(value) for value in axis.parameters)
+    inertia, viscous, *_ = known.parameters
+
+    def acceptable(bandwidth: float) -> bool:
+        gains = known.gains(bandwidth)
+        return known.quiet(gains) and known.sound(gains)  # the quicker question first
+
     # below the axis's own corner the derivative gain would turn negative
     lowest = max(1.0, viscous / inertia)
-    highest = 0.5 / hardware.sample_period_s
-    best = _place(axis, hardware, lowest)
-    if not _acceptable(best, hardware):
+    highest = 0.5 / known.hardware.sample_period_s
+    if not acceptable(lowest):
         raise GainError(
             f"no bandwidth above {lowest:.3g} rad/s keeps the margins",
             "check the board's control delay and the encoder; or give --bandwidth",
         )
     while highest / lowest > _RESOLUTION:  # margins shrink and noise grows with bandwidth
         middle = math.sqrt(lowest * highest)
-        candidate = _place(axis, hardware, middle)
-        if _acceptable(candidate, hardware):
-            lowest, best = middle, candidate
+        if acceptable(middle):
+            lowest = middle
         else:
             highest = middle
-    return best
-
-
-def _acceptable(candidate: GainDesign, hardware: LoopHardware) -> bool:
-    noisy = candidate.quantization_effort_nm > QUANTIZATION_SHARE * hardware.effort_limit_nm
-    return candidate.sound and not noisy
-
-
-def _place(axis: AxisModel, hardware: LoopHardware, bandwidth: float) -> GainDesign:
-    inertia, viscous, coulomb, offset = (float(value) for value in axis.parameters)
-    derivative = max(2.0 * inertia * bandwidth - viscous, 0.0)
-    filter_s = 1.0 / (_FILTER_RATIO * bandwidth)
-    half_s = 0.5 * hardware.sample_period_s
-    fed_back = derivative * (filter_s + half_s) - viscous * (hardware.control_delay_s + half_s)
-    gains = AxisGains(
-        proportional=inertia * bandwidth**2,
-        derivative=derivative,
-        integral=0.0,
-        velocity_filter_s=filter_s,
-        inertia_feedforward=max(inertia - fed_back, 0.0),
-        viscous_feedforward=viscous,
-        coulomb_feedforward=coulomb,
-        coulomb_smoothing_rad_s=_coulomb_smoothing(axis, hardware),
-        offset_feedforward=offset,
-    )
-    phase_margin_rad, gain_margin = worst_margins(gains, axis, hardware)
-    return GainDesign(
-        gains=gains,
-        bandwidth_rad_s=bandwidth,
-        phase_margin_rad=phase_margin_rad,
-        gain_margin=gain_margin,
-        quantization_effort_nm=quantization_effort_nm(gains, hardware),
-    )
+    return known.design(lowest)
 
 
 def _coulomb_smoothing(axis: AxisModel, hardware: LoopHardware) -> float:
@@ -225,13 +266,19 @@ def worst_margins(gains: AxisGains, axis: AxisModel, hardware: LoopHardware) -> 
 
     The model's own delay comes on top of the hardware's; see `position_loop.margins_of`.
     """
-    inertia, spread = float(axis.parameters[0]), _INTERVAL * _inertia_std(axis)
-    late = replace(hardware, control_delay_s=hardware.control_delay_s + loop_delay_s(axis))
-    margins = [
-        margins_of(gains, plant_of(axis).with_inertia(actual), late)
-        for actual in (inertia - spread, inertia, inertia + spread)
-    ]
-    return min(phase for phase, _ in margins), min(gain for _, gain in margins)
+    return margins_of(gains, *_loops(axis, hardware))
+
+
+def _loops(axis: AxisModel, hardware: LoopHardware) -> tuple[tuple[Plant, ...], LoopHardware]:
+    """The axis over the interval of its inertia, and the board with the model's own delay."""
+    plant, spread = plant_of(axis), _INTERVAL * _inertia_std(axis)
+    plants = tuple(plant.with_inertia(plant.inertia + change) for change in (-spread, 0.0, spread))
+    delay_s = hardware.control_delay_s + loop_delay_s(axis)
+    return plants, replace(hardware, control_delay_s=delay_s)
+
+
+def _sound(phase_margin_rad: float, gain_margin: float) -> bool:
+    return phase_margin_rad >= PHASE_MARGIN_RAD and gain_margin >= GAIN_MARGIN
 
 
 def _inertia_std(axis: AxisModel) -> float:

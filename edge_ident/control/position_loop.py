@@ -14,6 +14,7 @@ Ellis, Control System Design Guide, ch. 16 (two-mass drive).
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Final
 
 import numpy as np
@@ -34,6 +35,11 @@ _AROUND_RESONANCE: Final = np.geomspace(0.05, 300.0, 60)
 """Distances from a resonance, in its half widths, at which the loop is looked at."""
 _SHARPEST: Final = 1e-3
 """Damping ratio below which a resonance is taken to be this sharp."""
+_ROUND: Final = np.exp(-1j * np.linspace(1e-3, np.pi, _FREQUENCIES))
+"""One sample's delay up to the Nyquist frequency, at even distances."""
+_KEPT: Final = 16
+"""Axes and boards whose responses are kept: a design asks for the same ones at each bandwidth, and
+a forecast again."""
 
 
 @dataclass(frozen=True)
@@ -115,6 +121,19 @@ class Plant:
         loads = tuple(replace(load, inertia=load.inertia * share) for load in self.loads)
         return Plant(inertia, self.viscous_friction, loads)
 
+    @property
+    def resonances(self) -> tuple[tuple[float, float], ...]:
+        """Where the response turns quickly: frequency in rad/s, and width as a share of it.
+
+        Heavier or lighter, they are the same.
+        """
+        found = []
+        for load in self.loads:
+            width = max(load.damping_ratio, _SHARPEST)
+            both_free = load.rate_rad_s / math.sqrt(1.0 - load.inertia / self.inertia)
+            found += [(load.rate_rad_s, width), (both_free, width)]
+        return tuple(found)
+
     def response(self, s: Complex) -> Complex:
         """Position over effort."""
         felt = np.full_like(s, self.inertia)
@@ -124,8 +143,10 @@ class Plant:
         return np.asarray(1.0 / (s * (felt * s + self.viscous_friction)))
 
 
-def margins_of(gains: AxisGains, plant: Plant, hardware: LoopHardware) -> tuple[float, float]:
-    """Phase margin (rad) and gain margin (factor) of a loop.
+def margins_of(
+    gains: AxisGains, plants: tuple[Plant, ...], hardware: LoopHardware
+) -> tuple[float, float]:
+    """Smallest phase margin (rad) and gain margin (factor) of a loop around any of the plants.
 
     The phase margin is the smallest over all frequencies at which the loop's gain passes one; the
     gain margin is that at the loudest frequency at which it lags by more than 180°. A resonance
@@ -133,15 +154,28 @@ def margins_of(gains: AxisGains, plant: Plant, hardware: LoopHardware) -> tuple[
 
     Zero phase margin stands for an unstable loop; an infinite gain margin for a phase that
     never reaches -180° below the Nyquist frequency.
+
+    Parameters
+    ----------
+    gains : AxisGains
+    plants : tuple of Plant
+        One axis, heavier or lighter (`Plant.with_inertia`).
+    hardware : LoopHardware
     """
-    _, loop = open_loop(gains, plant, hardware)
-    level, phase = np.log(np.abs(loop)), np.unwrap(np.angle(loop))
-    crossing = np.flatnonzero((level[:-1] >= 0.0) != (level[1:] >= 0.0))
-    if not len(crossing):
+    seen = _sampled(plants, hardware.sample_period_s, hardware.control_delay_s)
+    law = _law(gains, seen.sampler.back, hardware.sample_period_s)
+    level = seen.level + np.log(np.abs(law))
+    # neither the law's phase nor that of the axis jumps; the sum begins within half a turn
+    phase = seen.phase + np.angle(law)
+    phase -= 2.0 * np.pi * np.round(phase[:, :1] / (2.0 * np.pi))
+    above = level >= 0.0
+    passes = above[:, :-1] != above[:, 1:]
+    if not np.all(np.any(passes, axis=1)):
         return 0.0, 0.0
-    part = level[crossing] / (level[crossing] - level[crossing + 1])
-    at_one = phase[crossing] + part * (phase[crossing + 1] - phase[crossing])
-    late = level[1:][phase[1:] <= -np.pi]
+    axis, at = np.nonzero(passes)
+    part = level[axis, at] / (level[axis, at] - level[axis, at + 1])
+    at_one = phase[axis, at] + part * (phase[axis, at + 1] - phase[axis, at])
+    late = level[:, 1:][phase[:, 1:] <= -np.pi]
     gain_margin = math.exp(-float(np.max(late))) if len(late) else math.inf
     return max(float(np.min(at_one)) + np.pi, 0.0), gain_margin
 
@@ -155,40 +189,24 @@ def open_loop(gains: AxisGains, plant: Plant, hardware: LoopHardware) -> tuple[A
         Frequencies in rad/s, increasing, up to nearly the Nyquist frequency.
     """
     period = hardware.sample_period_s
-    omega = _frequencies(plant, math.pi / period)
-    # what the sampler sees is the sum over its aliases
-    s = 1j * (omega + 2.0 * np.pi / period * _ALIASES[:, None])
-    hold = (1.0 - np.exp(-s * period)) / (s * period)
-    delay = np.exp(-s * hardware.control_delay_s)
-    axis = np.sum(hold * delay * plant.response(s), axis=0)
-    return omega, law_response(gains, omega, period) * axis
+    seen = _sampled((plant,), period, hardware.control_delay_s)
+    return seen.sampler.omega, _law(gains, seen.sampler.back, period) * seen.response[0]
 
 
 def quantization_effort_nm(gains: AxisGains, hardware: LoopHardware) -> float:
     """Rms effort from white quantization noise of one twelfth of a count squared."""
-    omega = np.linspace(1e-3, np.pi, _FREQUENCIES) / hardware.sample_period_s
-    response = np.abs(law_response(gains, omega, hardware.sample_period_s))
+    response = _law(gains, _ROUND, hardware.sample_period_s)
     noise = hardware.encoder_resolution_rad / math.sqrt(12.0)
-    return float(noise * np.sqrt(np.mean(response**2)))
-
-
-def _frequencies(plant: Plant, nyquist_rad_s: float) -> Array:
-    """A grid that misses no resonance; those above the Nyquist frequency show at their aliases."""
-    parts = [np.geomspace(_LOWEST_RAD_S, _HIGHEST * nyquist_rad_s, _FREQUENCIES)]
-    for load in plant.loads:
-        width = max(load.damping_ratio, _SHARPEST)
-        steps = width * np.concatenate([-_AROUND_RESONANCE, [0.0], _AROUND_RESONANCE])
-        both_free = load.rate_rad_s / math.sqrt(1.0 - load.inertia / plant.inertia)
-        for rate in (load.rate_rad_s, both_free):
-            near = rate * (1.0 + steps[np.abs(steps) < 0.5])
-            parts.append(np.abs((near + nyquist_rad_s) % (2.0 * nyquist_rad_s) - nyquist_rad_s))
-    grid = np.unique(np.concatenate(parts))
-    return grid[(grid >= _LOWEST_RAD_S) & (grid <= _HIGHEST * nyquist_rad_s)]
+    return noise * math.sqrt(float(np.vdot(response, response).real) / len(response))
 
 
 def law_response(gains: AxisGains, omega: Array, period: float) -> Complex:
     """Frequency response of the board's law from position error to effort."""
-    back = np.exp(-1j * omega * period)
+    return _law(gains, np.exp(-1j * omega * period), period)
+
+
+def _law(gains: AxisGains, back: Complex, period: float) -> Complex:
+    """The same where `back`, the response of one sample's delay, is known."""
     smoothing = period / (gains.velocity_filter_s + period)
     filtered = smoothing / (1.0 - (1.0 - smoothing) * back)
     return np.asarray(
@@ -196,3 +214,68 @@ def law_response(gains: AxisGains, omega: Array, period: float) -> Complex:
         + gains.derivative * (1.0 - back) / period * filtered
         + gains.integral * period / (1.0 - back)
     )
+
+
+@dataclass(frozen=True)
+class _Sampler:
+    """All of a loop's response that is neither law nor axis, at (N,) frequencies.
+
+    Attributes
+    ----------
+    omega : (N,) array
+        rad/s, increasing.
+    back : (N,) complex array
+        One sample's delay.
+    s, held : (5, N) complex arrays
+        The aliases of each frequency, and what hold and delay make of them.
+    """
+
+    omega: Array
+    back: Complex
+    s: Complex
+    held: Complex
+
+
+@dataclass(frozen=True)
+class _Sampled:
+    """Axes as the board meets them: (P, N) responses, logarithms of their size, and phases."""
+
+    sampler: _Sampler
+    response: Complex
+    level: Array
+    phase: Array
+
+
+@lru_cache(maxsize=_KEPT)
+def _sampled(plants: tuple[Plant, ...], period_s: float, delay_s: float) -> _Sampled:
+    """What the sampler sees of each axis: the sum over its aliases."""
+    sampler = _sampler(plants[0].resonances, period_s, delay_s)
+    response = np.stack(
+        [np.sum(sampler.held * plant.response(sampler.s), axis=0) for plant in plants]
+    )
+    return _Sampled(
+        sampler, response, np.log(np.abs(response)), np.unwrap(np.angle(response), axis=1)
+    )
+
+
+@lru_cache(maxsize=_KEPT)
+def _sampler(
+    resonances: tuple[tuple[float, float], ...], period_s: float, delay_s: float
+) -> _Sampler:
+    """Of a board, the same for all axes without resonances."""
+    omega = _frequencies(resonances, math.pi / period_s)
+    omega.flags.writeable = False  # kept, and given away
+    s = 1j * (omega + 2.0 * np.pi / period_s * _ALIASES[:, None])
+    hold = (1.0 - np.exp(-s * period_s)) / (s * period_s)
+    return _Sampler(omega, np.exp(-1j * omega * period_s), s, hold * np.exp(-s * delay_s))
+
+
+def _frequencies(resonances: tuple[tuple[float, float], ...], nyquist_rad_s: float) -> Array:
+    """A grid that misses no resonance; those above the Nyquist frequency show at their aliases."""
+    parts = [np.geomspace(_LOWEST_RAD_S, _HIGHEST * nyquist_rad_s, _FREQUENCIES)]
+    for rate, width in resonances:
+        steps = width * np.concatenate([-_AROUND_RESONANCE, [0.0], _AROUND_RESONANCE])
+        near = rate * (1.0 + steps[np.abs(steps) < 0.5])
+        parts.append(np.abs((near + nyquist_rad_s) % (2.0 * nyquist_rad_s) - nyquist_rad_s))
+    grid = np.unique(np.concatenate(parts))
+    return grid[(grid >= _LOWEST_RAD_S) & (grid <= _HIGHEST * nyquist_rad_s)]

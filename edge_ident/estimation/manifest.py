@@ -16,9 +16,12 @@ from edge_ident.signals.dct import POINTS
 
 Array = NDArray[np.float64]
 Variant = Literal["fp32", "int8"]
+Graph = Literal["rank_one", "image"]
+"""What a network reads: both efforts, or the image that they make."""
 
 SCHEMA: Final = "edge-ident/network/2"
 VARIANTS: Final[tuple[Variant, ...]] = ("fp32", "int8")
+GRAPHS: Final[tuple[Graph, ...]] = ("rank_one", "image")
 
 
 @dataclass(frozen=True)

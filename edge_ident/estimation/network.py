@@ -1,23 +1,39 @@
-"""The trained network at run time: hash and session."""
+"""The trained network at run time: hash and sessions."""
 
 import hashlib
+from collections.abc import Callable
+from functools import cached_property, partial
 from pathlib import Path
-from typing import Final
+from typing import Final, Literal
 
 import numpy as np
 import onnxruntime
 from numpy.typing import NDArray
 
 from edge_ident.errors import ModelError
-from edge_ident.estimation.manifest import VARIANTS, Manifest, Variant, load_manifest, read_content
-from edge_ident.model.model import PARAMETERS
+from edge_ident.estimation.image import effort_image
+from edge_ident.estimation.manifest import (
+    GRAPHS,
+    VARIANTS,
+    Graph,
+    Manifest,
+    Variant,
+    load_manifest,
+    read_content,
+)
+from edge_ident.estimation.network_times import Way, fastest, times_of
+from edge_ident.estimation.rank_one import RankOneGraph, divided
+from edge_ident.estimation.session import open_session
 from edge_ident.signals.dct import POINTS
 
 Array = NDArray[np.float64]
+Precision = Variant | Literal["fastest"]
 
 BUILT_IN: Final = Path(__file__).parents[1] / "networks" / "feed_drive.json"
 
-_IMAGE_SHAPE: Final = [1, POINTS, POINTS]
+_IMAGE_SHAPE: Final = (1, POINTS, POINTS)
+_EFFORTS: Final = np.sin(np.linspace(0.0, 7.0, 2 * POINTS)).reshape(2, 1, POINTS)
+"""What ways to run a network are timed with."""
 _OUTPUT_MARGIN: Final = 1e-6
 """Distance that outputs keep from 0 and 1, where the inverse sigmoid has no value."""
 
@@ -29,6 +45,8 @@ class Network:
     ----------
     manifest : Manifest
     variant : {"fp32", "int8"}
+    graph : {"rank_one", "image"}
+        Whether it reads efforts or their image; both give the same answers, to rounding.
     sha256 : str
         Of the file that was loaded.
 
@@ -39,16 +57,49 @@ class Network:
     'N*m'
     """
 
-    def __init__(self, content: bytes, manifest: Manifest, variant: Variant) -> None:
+    graph: Graph = "image"
+    _rank_one: RankOneGraph | None = None
+
+    def __init__(
+        self, content: bytes, manifest: Manifest, variant: Variant, graph: Graph = "image"
+    ) -> None:
         self.manifest = manifest
         self.variant = variant
+        self.graph = graph
         self.sha256 = hashlib.sha256(content).hexdigest()
-        self._session = _open_session(content)
-        self._input = self._session.get_inputs()[0].name
-        self.residual_shares(np.zeros((1, *_IMAGE_SHAPE), dtype=np.float32))  # warm up
+        self._content = content
+        if graph == "rank_one":
+            parts = divided(content)
+            if parts is None:
+                raise ModelError(
+                    "the network does not begin with a convolution of the image",
+                    "load it for images",
+                )
+            self._rank_one = RankOneGraph(*parts)
+        self.residuals_of(np.zeros((1, POINTS)), np.zeros((1, POINTS)))  # warm up
+
+    def residuals_of(self, model_effort: Array, measured_effort: Array) -> Array:
+        """Guess minus truth, in shares, from the efforts that an image is made of.
+
+        Parameters
+        ----------
+        model_effort : (n, 100) array
+            Effort of the model at each of n guesses, over the measurement's scale.
+        measured_effort : (100,), (1, 100) or (n, 100) array
+            Measured effort over its own scale.
+
+        Returns
+        -------
+        (n, 4) array
+        """
+        normalization = self.manifest.normalization
+        if self._rank_one is None:
+            return self.residual_shares(effort_image(model_effort, measured_effort, normalization))
+        measured = np.atleast_2d(measured_effort)
+        return _shares(self._rank_one.run(model_effort, measured, normalization))
 
     def residual_shares(self, images: NDArray[np.float32]) -> Array:
-        """Guess minus truth, in shares.
+        """Guess minus truth, in shares, from images.
 
         Parameters
         ----------
@@ -59,18 +110,32 @@ class Network:
         -------
         (n, 4) array
         """
-        (outputs,) = self._session.run(None, {self._input: images})
-        clipped = np.clip(outputs.astype(np.float64), _OUTPUT_MARGIN, 1.0 - _OUTPUT_MARGIN)
-        return np.asarray(np.log(clipped / (1.0 - clipped)))
+        (outputs,) = self._session.run(None, {self._session.get_inputs()[0].name: images})
+        return _shares(outputs)
+
+    @cached_property
+    def _session(self) -> onnxruntime.InferenceSession:
+        return open_session(self._content, _IMAGE_SHAPE)
 
 
-def load_network(variant: Variant = "fp32", path: str | Path | None = None) -> Network:
+def _shares(outputs: NDArray[np.float32]) -> Array:
+    """Residuals before the sigmoid."""
+    clipped = np.clip(outputs.astype(np.float64), _OUTPUT_MARGIN, 1.0 - _OUTPUT_MARGIN)
+    return np.asarray(np.log(clipped / (1.0 - clipped)))
+
+
+def load_network(variant: Precision = "fp32", path: str | Path | None = None) -> Network:
     """Load the network of the package, or another one with its manifest beside it.
+
+    Every network can run in two ways, from the image or from its factors. The first time that a
+    machine loads a network, it measures which is faster, and remembers that
+    (`edge_ident.estimation.network_times`).
 
     Parameters
     ----------
-    variant : {"fp32", "int8"}
-        Of the package's network; a path names its own.
+    variant : {"fp32", "int8", "fastest"}
+        Of the package's network; a path names its own. The fastest is fp32, unless int8 takes this
+        machine at most four fifths of the time.
     path : str or Path, optional
         `NAME_fp32.onnx` or `NAME_int8.onnx`, with `NAME.json` in the same folder.
 
@@ -94,19 +159,38 @@ def load_network(variant: Variant = "fp32", path: str | Path | None = None) -> N
     """
     if path is not None:
         path = Path(path)
-        variant = _variant_of(path)
-        manifest_path = path.with_name(path.stem.removesuffix(f"_{variant}") + ".json")
+        variants: tuple[Variant, ...] = (_variant_of(path),)
+        folder, name = path.parent, path.stem.removesuffix(f"_{variants[0]}")
     else:
-        manifest_path = BUILT_IN
-        path = BUILT_IN.with_name(f"{BUILT_IN.stem}_{variant}.onnx")
+        variants = VARIANTS if variant == "fastest" else (variant,)
+        folder, name = BUILT_IN.parent, BUILT_IN.stem
+    manifest_path = folder / f"{name}.json"
     manifest = load_manifest(manifest_path)
+    contents = {
+        of: _checked(folder / f"{name}_{of}.onnx", manifest_path, manifest, of) for of in variants
+    }
+
+    def passes() -> dict[Way, Callable[[], object]]:
+        networks = {
+            (of, graph): Network(content, manifest, of, graph)
+            for of, content in contents.items()
+            for graph in (GRAPHS if divided(content) else GRAPHS[1:])
+        }
+        return {way: partial(one.residuals_of, *_EFFORTS) for way, one in networks.items()}
+
+    chosen, graph = fastest(times_of({of: manifest.sha256[of] for of in variants}, passes))
+    return Network(contents[chosen], manifest, chosen, graph)
+
+
+def _checked(path: Path, manifest_path: Path, manifest: Manifest, variant: Variant) -> bytes:
+    """The bytes of a network's file, if it is the one that the manifest describes."""
     content = read_content(path)
     if hashlib.sha256(content).hexdigest() != manifest.sha256.get(variant):
         raise ModelError(
             f"{path}: has the wrong hash: it is not the file that {manifest_path.name} describes",
             "copy network and manifest again, both from the same export",
         )
-    return Network(content, manifest, variant)
+    return content
 
 
 def _variant_of(path: Path) -> Variant:
@@ -116,29 +200,3 @@ def _variant_of(path: Path) -> Variant:
     raise ModelError(
         f"{path}: the name does not contain the variant", "call it NAME_fp32 or NAME_int8"
     )
-
-
-def _open_session(content: bytes) -> onnxruntime.InferenceSession:
-    """A session on one thread; bytes, so that a file cannot refer to others beside it."""
-    options = onnxruntime.SessionOptions()
-    options.intra_op_num_threads = 1
-    options.inter_op_num_threads = 1
-    options.execution_mode = onnxruntime.ExecutionMode.ORT_SEQUENTIAL
-    options.graph_optimization_level = onnxruntime.GraphOptimizationLevel.ORT_ENABLE_ALL
-    options.log_severity_level = 4
-    try:
-        session = onnxruntime.InferenceSession(content, options, ["CPUExecutionProvider"])
-    except Exception as error:  # onnxruntime's exceptions have no common base
-        first_line = (str(error).splitlines() or [type(error).__name__])[0]
-        raise ModelError(
-            f"onnxruntime refuses the network: {first_line}", "export the network again"
-        ) from error
-    inputs, outputs = session.get_inputs(), session.get_outputs()
-    signature = [(len(inputs), len(outputs)), *(list(i.shape[1:]) for i in (*inputs, *outputs))]
-    if signature != [(1, 1), _IMAGE_SHAPE, [len(PARAMETERS)]]:
-        raise ModelError(
-            f"the network maps {inputs[0].shape} to {outputs[0].shape}, "
-            f"not (n, 1, {POINTS}, {POINTS}) to (n, {len(PARAMETERS)})",
-            "give a network made by edge-ident export",
-        )
-    return session

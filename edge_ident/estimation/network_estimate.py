@@ -11,8 +11,11 @@ residual comes in shares of the remainder's scale. Each pass sharpens the answer
 shows what the model lacks. The guard above does not serve here: the parameters that come closest
 to a disturbed effort are not those of the drive. The loop ends where a pass moves the answer no
 less than the pass before.
+
+Several recordings, such as the axes of one, are read together: each pass is one batch.
 """
 
+from collections.abc import Generator, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -20,7 +23,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.errors import DataError
-from edge_ident.estimation.image import effort_image, effort_scale
+from edge_ident.estimation.alignment import Subsampled
+from edge_ident.estimation.image import effort_scale
+from edge_ident.estimation.manifest import Manifest
 from edge_ident.estimation.network import Network
 from edge_ident.estimation.trust import RESIDUAL_LIMIT
 from edge_ident.model.model import POSITIVE
@@ -73,6 +78,11 @@ class _Guess:
     residual: float
 
 
+_Loop = Generator[tuple[Array, Array], Array, tuple[_Guess, int]]
+"""Asks the network about both efforts of an image, gets the residual, and returns its best guess
+and the passes used."""
+
+
 def estimate(
     regressor: Array,
     effort: Array,
@@ -90,30 +100,83 @@ def estimate(
         Subsampled, SI, at the phase of the network's motion.
     effort : (100,) array
         Subsampled, SI.
-    network : Network
-    seed : int
-        Of the random starting points, where the network does not have its own.
-    passes : int
-        Images at most, restarts included.
-    stopwatch : Stopwatch, optional
-        Gets the stages "image" and "network".
+    network, seed, passes, stopwatch
+        As in `estimate_together`.
 
     Raises
     ------
     DataError
         The effort is zero throughout.
     """
-    manifest = network.manifest
-    scale = float(effort_scale(effort, manifest.normalization))
-    if scale == 0.0:
+    seen = [Subsampled(regressor, effort)]
+    return estimate_together(seen, network, seed=seed, passes=passes, stopwatch=stopwatch)[0]
+
+
+def estimate_together(
+    recordings: Sequence[Subsampled],
+    network: Network,
+    *,
+    seed: int = 0,
+    passes: int = 8,
+    stopwatch: Stopwatch | None = None,
+) -> list[NetworkEstimate]:
+    """Estimate the parameters behind each of several recordings.
+
+    Parameters
+    ----------
+    recordings : sequence of Subsampled
+        At the phase of the network's motion.
+    network : Network
+    seed : int
+        Of the random starting points of each, where the network does not have its own.
+    passes : int
+        Images at most of each, restarts included.
+    stopwatch : Stopwatch, optional
+        Gets the stages "image", which is what happens between two passes, and "network".
+
+    Raises
+    ------
+    DataError
+        An effort is zero throughout.
+    """
+    manifest, watch = network.manifest, stopwatch or Stopwatch()
+    scales = [float(effort_scale(of.effort, manifest.normalization)) for of in recordings]
+    if 0.0 in scales:
         raise DataError(
             "the effort is zero in every sample", "check the column that holds the effort"
         )
-    share_scales = manifest.motion.column_scales
-    scaled, measured = regressor / share_scales, effort / scale
-    best, done = _best(scaled, measured, network, seed, passes, stopwatch or Stopwatch())
-    time_spectral = compare(measured, scaled @ best.shares).time_spectral
-    return _in_si(best, done, scale, network, time_spectral)
+    scaled = [
+        (of.regressor / manifest.motion.column_scales, of.effort / scale)
+        for of, scale in zip(recordings, scales, strict=True)
+    ]
+    loops = [_loop(regressor, effort, manifest, seed, passes) for regressor, effort in scaled]
+    ended = _run(loops, network, watch)
+    return [
+        _in_si(best, done, scale, network, compare(effort, regressor @ best.shares).time_spectral)
+        for (regressor, effort), scale, (best, done) in zip(scaled, scales, ended, strict=True)
+    ]
+
+
+def _run(loops: Sequence[_Loop], network: Network, watch: Stopwatch) -> list[tuple[_Guess, int]]:
+    """Run all loops to their end, each pass in one batch."""
+    ended: dict[int, tuple[_Guess, int]] = {}
+    answers: dict[int, Array | None] = dict.fromkeys(range(len(loops)))
+    while answers:
+        asked = {}
+        with watch.stage("image"):
+            for number, answer in answers.items():
+                loop = loops[number]
+                try:
+                    asked[number] = next(loop) if answer is None else loop.send(answer)
+                except StopIteration as end:
+                    ended[number] = end.value
+        if not asked:
+            break
+        model, measured = (np.stack(efforts) for efforts in zip(*asked.values(), strict=True))
+        with watch.stage("network"):
+            residuals = network.residuals_of(model, measured)
+        answers = dict(zip(asked, residuals, strict=True))
+    return [ended[number] for number in range(len(loops))]
 
 
 def _in_si(
@@ -134,15 +197,11 @@ def _in_si(
     )
 
 
-def _best(
-    regressor: Array, measured: Array, network: Network, seed: int, passes: int, watch: Stopwatch
-) -> tuple[_Guess, int]:
-    """The loop that the network was trained for: best guess, and the passes used."""
-    start = network.manifest.start_shares
-    if start is not None:
-        return _refine(regressor, measured, network, start, passes, watch)
-    rng = np.random.default_rng(seed)
-    return _search(regressor, measured, network, rng, passes, watch)
+def _loop(regressor: Array, measured: Array, manifest: Manifest, seed: int, passes: int) -> _Loop:
+    """The loop that the network was trained for."""
+    if manifest.start_shares is not None:
+        return _refine(regressor, measured, manifest, manifest.start_shares, passes)
+    return _search(regressor, measured, np.random.default_rng(seed), passes)
 
 
 def motion_mismatch(regressor: Array, network: Network) -> float:
@@ -164,25 +223,21 @@ def motion_mismatch(regressor: Array, network: Network) -> float:
 
 
 def _refine(
-    regressor: Array, measured: Array, network: Network, start: Array, passes: int, watch: Stopwatch
-) -> tuple[_Guess, int]:
+    regressor: Array, measured: Array, manifest: Manifest, start: Array, passes: int
+) -> _Loop:
     """Read from the remainder until a pass no longer changes the answer.
 
     The network gives residuals in shares of the remainder's scale, so each pass adds as many digits
     as the first. They belong to the network's motion and are mapped to the recording's own, whose
     amplitude may differ.
     """
-    manifest = network.manifest
     nominal = manifest.motion.regressor / manifest.motion.column_scales
     mapping = np.linalg.lstsq(nominal, regressor, rcond=None)[0]
     here, change = start, np.inf
     for done in range(1, passes + 1):
-        with watch.stage("image"):
-            remainder = measured - regressor @ here
-            scale = max(float(effort_scale(remainder, manifest.normalization)), _TINY)
-            image = effort_image((nominal @ start)[None], remainder / scale, manifest.normalization)
-        with watch.stage("network"):
-            residual = scale * network.residual_shares(image)[0]
+        remainder = measured - regressor @ here
+        scale = max(float(effort_scale(remainder, manifest.normalization)), _TINY)
+        residual = scale * (yield nominal @ start, remainder / scale)
         step = np.linalg.solve(mapping, residual)
         if np.linalg.norm(step) > change:  # the answer moves about what the network can resolve
             return _physical(here, regressor, measured), done
@@ -198,22 +253,11 @@ def _physical(shares: Array, regressor: Array, measured: Array) -> _Guess:
     return _Guess(shares, relative_residual(measured, regressor @ shares))
 
 
-def _search(
-    regressor: Array,
-    measured: Array,
-    network: Network,
-    rng: "np.random.Generator",
-    passes: int,
-    watch: Stopwatch,
-) -> tuple[_Guess, int]:
+def _search(regressor: Array, measured: Array, rng: "np.random.Generator", passes: int) -> _Loop:
     """Best guess within the passes, and the passes used."""
-    normalization = network.manifest.normalization
     here = best = _physical(_random_start(rng), regressor, measured)
     for done in range(1, passes + 1):
-        with watch.stage("image"):
-            image = effort_image((regressor @ here.shares)[None], measured, normalization)
-        with watch.stage("network"):
-            residual = network.residual_shares(image)[0]
+        residual = yield regressor @ here.shares, measured
         reached = min(
             (_physical(here.shares - step * residual, regressor, measured) for step in STEPS),
             key=lambda guess: guess.residual,

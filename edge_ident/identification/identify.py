@@ -14,21 +14,22 @@ from numpy.typing import NDArray
 from edge_ident.diagnosis.measures import Timing
 from edge_ident.diagnosis.result import AxisDiagnosis
 from edge_ident.errors import DataError
-from edge_ident.estimation import least_squares, network_estimate
-from edge_ident.estimation.alignment import align
+from edge_ident.estimation import least_squares
+from edge_ident.estimation.alignment import Subsampled
 from edge_ident.estimation.compensation import CompensatedAxis, compensate_effects
 from edge_ident.estimation.network import Network
 from edge_ident.identification.adequacy import judge
 from edge_ident.identification.answer import Question, answer
 from edge_ident.identification.comparison import Comparison
 from edge_ident.identification.long_recordings import at_needed_rate
+from edge_ident.identification.network_answers import network_input, run_network
 from edge_ident.identification.result import Identification
 from edge_ident.model.effects.time_delay import LARGEST_SHIFT
 from edge_ident.model.model import Estimate, Model
-from edge_ident.signals.conditioning import Signals
 from edge_ident.signals.data_checks import check_efforts
+from edge_ident.signals.decimation import LONG
 from edge_ident.signals.metrics import relative_residual
-from edge_ident.signals.recording import AxisRecord, Recording
+from edge_ident.signals.recording import Recording
 from edge_ident.support.stopwatch import Stopwatch
 
 Progress = Callable[[str, int, int], None]
@@ -98,16 +99,27 @@ def identify(
     with watch.stage("signals"):
         needed = at_needed_rate(recording)
     axes = {}
-    for name in recording.axes:  # one at a time: the signals of a long recording are large
-        question = _look(needed, name, network, model, seed, watch)
-        outcome: AxisDiagnosis | str | None = (diagnosed or {}).get(name)
-        if diagnose and outcome is None and not question.adequacy.adequate:
-            with watch.stage("diagnosis"):
-                outcome = _diagnosed(recording, name, model, on_progress)
-        with watch.stage("estimate"):
-            axes[name] = answer(question, outcome)
-        del question
+    for names in _looked_at_together(needed):
+        looks = {name: _look(needed, name, network, model, watch) for name in names}
+        inputs = {name: seen for name, (_, seen) in looks.items()}
+        read = run_network(inputs, network, seed, watch)
+        for name in names:
+            estimate, reason = read[name]
+            question = replace(looks.pop(name)[0], network=estimate, network_reason=reason)
+            outcome: AxisDiagnosis | str | None = (diagnosed or {}).get(name)
+            if diagnose and outcome is None and not question.adequacy.adequate:
+                with watch.stage("diagnosis"):
+                    outcome = _diagnosed(recording, name, model, on_progress)
+            with watch.stage("estimate"):
+                axes[name] = answer(question, outcome)
+            del question
     return Identification(axes, watch.timing_ms())
+
+
+def _looked_at_together(recording: Recording) -> list[list[str]]:
+    """Axes that the network reads in one batch: all, unless their signals are large."""
+    names = list(recording.axes)
+    return [names] if len(recording.time_s) <= LONG else [[name] for name in names]
 
 
 def _diagnosed(
@@ -134,10 +146,12 @@ def _look(
     name: str,
     network: Network | None,
     model: Model | None,
-    seed: int,
     watch: Stopwatch,
-) -> Question:
-    """All that is known of an axis before it is diagnosed."""
+) -> tuple[Question, Subsampled | str]:
+    """All that is known of an axis before network and diagnosis, and what the network is to read.
+
+    In place of the latter, why no network can read this axis.
+    """
     axis = recording.axes[name]
     with watch.stage("signals"):
         compensated = compensate_effects(recording, name, model)
@@ -152,13 +166,14 @@ def _look(
                 recording, name, None, late_s=timing.shift_s, of_motion=compensated.signals
             )
     with watch.stage("cnn"):
-        found, reason = run_network(seen.signals, axis, network, seed, watch)
+        subsampled = network_input(seen.signals, axis, network, watch)
     with watch.stage("estimate"):
         linear = least_squares.fit(compensated.signals, part)
         adequacy = replace(adequacy, everywhere=_left(linear, compensated, part))
-    return Question(
-        recording, name, compensated, part, linear, compared, found, reason, adequacy, timing
+    question = Question(
+        recording, name, compensated, part, linear, compared, None, "", adequacy, timing
     )
+    return question, subsampled
 
 
 def _left(estimate: Estimate, axis: CompensatedAxis, part: NDArray[np.intp]) -> float:
@@ -194,45 +209,3 @@ def _in_step(
         if abs(step_s) < _CERTAIN * found.std_s:
             break
     return compensated, compared, Timing(late_s, late_s / sampling_s, found.std_s / sampling_s)
-
-
-def run_network(
-    signals: Signals, axis: AxisRecord, network: Network | None, seed: int, watch: Stopwatch
-) -> tuple[Estimate | None, str]:
-    """The network's estimate, or none and why.
-
-    Parameters
-    ----------
-    signals : Signals
-    axis : AxisRecord
-        Tells the units.
-    network : Network or None
-    seed : int
-        Of random starting points.
-    watch : Stopwatch
-        Gets the stages "align", "image" and "network".
-    """
-    if network is None:
-        return None, "no network was given"
-    motion = network.manifest.motion
-    if (axis.position_unit, axis.effort_unit) != (motion.position_unit, motion.effort_unit):
-        return None, (
-            f"the network was trained for {motion.position_unit} and {motion.effort_unit}, "
-            f"not {axis.position_unit} and {axis.effort_unit}"
-        )
-    with watch.stage("align"):
-        found = align(signals, motion.regressor[:, 1], motion.period_s)
-    if found is None:
-        return None, f"the recording is shorter than the {motion.period_s:.4g} s of its motion"
-    mismatch = network_estimate.motion_mismatch(found.regressor, network)
-    limit = network.manifest.mismatch_limit
-    if mismatch > limit:
-        return None, f"no network was trained for that motion: it differs by {mismatch:.1%} " + (
-            f"(limit {limit:.1%})"
-        )
-    result = network_estimate.estimate(
-        found.regressor, found.effort, network, seed=seed, stopwatch=watch
-    )
-    if not result.trusted:
-        return None, result.reason
-    return Estimate(result.parameters, result.std), result.reason

@@ -114,6 +114,7 @@ def profile_document(profile: Profile) -> dict[str, Any]:
             {
                 "start": run.start,
                 "precision": run.precision,
+                "graph": run.graph,
                 "stages_ms": {
                     stage: dataclasses.asdict(spread(times))
                     for stage, times in run.stages_ms.items()

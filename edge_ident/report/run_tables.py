@@ -70,7 +70,8 @@ def profile_view(profile: Profile) -> Group:
 
 
 def _stage_table(run: ProfileRun) -> FittingTable:
-    table = FittingTable(title=f"{run.start}, {run.precision} (ms)", title_justify="left")
+    title = f"{run.start}, {run.precision}, {run.graph.replace('_', '-')} graph (ms)"
+    table = FittingTable(title=title, title_justify="left")
     table.add_column("stage")
     for heading in ("p50", "p95", "p99", "max"):
         table.add_column(heading, justify="right")

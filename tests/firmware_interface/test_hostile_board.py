@@ -89,6 +89,15 @@ def test_gains_that_were_read_in_part_from_another_bank_are_not_believed(name: s
         board.active_gains()
 
 
+def test_limits_are_read_once_as_the_identity_is() -> None:
+    """They are read-only, and reading them again after a motion would delay new gains."""
+    virtual = LyingBoard()
+    board = Board.connect(virtual)
+    first = board.limits()
+    virtual.lie("limits.x.travel", words_of(1.0))
+    assert board.limits() == first
+
+
 def read_everything(virtual: VirtualBoard) -> None:
     board = Board.connect(virtual)
     board.limits()

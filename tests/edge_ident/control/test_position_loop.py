@@ -75,8 +75,8 @@ def test_a_load_on_a_stiff_spring_is_a_rigid_one() -> None:
     gains = design(axis(), HARDWARE).gains
     stiff = Plant(INERTIA, VISCOUS, (SprungLoad(0.2, 1e5, 0.05),))
     np.testing.assert_allclose(
-        margins_of(gains, stiff, HARDWARE),
-        margins_of(gains, Plant(INERTIA, VISCOUS), HARDWARE),
+        margins_of(gains, (stiff,), HARDWARE),
+        margins_of(gains, (Plant(INERTIA, VISCOUS),), HARDWARE),
         rtol=0.01,
     )
 

@@ -6,6 +6,7 @@ from numpy.typing import NDArray
 
 from edge_ident.errors import DataError
 from edge_ident.estimation import network_estimate
+from edge_ident.estimation.alignment import Subsampled
 from edge_ident.estimation.image import effort_scale
 from edge_ident.estimation.manifest import VARIANTS, Variant
 from edge_ident.estimation.network import Network, load_network
@@ -95,6 +96,31 @@ def test_a_drive_that_is_the_start_leaves_nothing_to_read() -> None:
     shares = np.array(START) / effort_scale(SHAPES @ np.array(START), "effort-scale")
     found = identify(StandIn(reader(), tuple(shares)), SHAPES @ shares)
     np.testing.assert_allclose(found.parameters, np.maximum(shares, 0.0) / SCALES, atol=1e-3)
+
+
+def test_recordings_read_together_are_found_as_each_alone_in_as_many_batches_as_the_longest() -> (
+    None
+):
+    """One drive needs more passes than the other, and goes on alone."""
+    drives = [np.array([0.5, 0.5, 0.5, 0.0]) / SCALES, np.array([0.9, 0.1, 0.1, 0.5]) / SCALES]
+    alone = [identify(StandIn(reader(0.7), START), COLUMNS @ drive, passes=12) for drive in drives]
+    stand_in = StandIn(reader(0.7), START)
+    batches: list[int] = []
+    answer = stand_in.residual_shares
+
+    def counted(images: NDArray[np.float32]) -> Array:
+        batches.append(len(images))
+        return answer(images)
+
+    stand_in.residual_shares = counted  # type: ignore[method-assign]
+    together = network_estimate.estimate_together(
+        [Subsampled(COLUMNS, COLUMNS @ drive) for drive in drives], stand_in, passes=12
+    )
+    assert alone[0].passes < alone[1].passes == len(batches)
+    assert sum(batches) == sum(found.passes for found in alone)
+    for found, expected in zip(together, alone, strict=True):
+        np.testing.assert_array_equal(found.parameters, expected.parameters)
+        assert found.passes == expected.passes
 
 
 # ---- from random starts, reading guess and measurement

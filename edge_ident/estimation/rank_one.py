@@ -1,0 +1,265 @@
+"""A network that takes both efforts in place of their image.
+
+The image is an outer product, scale·ψαᵀ + offset, and the first layer is linear. So the layer is a
+product of one-dimensional convolutions, exactly:
+
+layer[k, i, j] = Σ_q (Σ_p K[k, p, q]·scale·ψ[i+p])·α[j+q] + offset·ΣK[k] + bias[k]
+
+The inner sum needs ψ alone, and α takes part as it is, moved by q. So each map is a product of two
+small matrices, and the maximum over squares of 2x2 that follows is taken at once. The rest of the
+graph runs as it is: it is cut behind that maximum when the network is loaded. There is one file of
+weights.
+"""
+
+from collections.abc import Callable, Mapping
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from edge_ident.estimation.image import Normalization, scale_and_offset
+from edge_ident.estimation.onnx_fields import (
+    GRAPH,
+    INPUT,
+    NODE,
+    Field,
+    Node,
+    fields,
+    float_arrays,
+    float_input,
+    message,
+    messages,
+)
+from edge_ident.estimation.session import open_session
+from edge_ident.signals.dct import POINTS
+
+Array = NDArray[np.float64]
+Floats = NDArray[np.float32]
+
+BATCH: Final = 8
+"""Pairs of efforts that go through the graph at once. All that its layers make of more of them does
+not stay in a processor's cache."""
+_EVERY_PIXEL: Final = {"group": (1,), "pads": (0,) * 4, "strides": (1, 1), "dilations": (1, 1)}
+_SQUARES: Final = {
+    "kernel_shape": (2, 2),
+    "pads": (0,) * 4,
+    "strides": (2, 2),
+    "dilations": (1, 1),
+    "ceil_mode": (0,),
+}
+
+
+class FirstLayer:
+    """A convolution of the image, and the maximum over squares of 2x2 that follows.
+
+    Parameters
+    ----------
+    kernels : (maps, height, width) array
+    bias : (maps,) array
+
+    Attributes
+    ----------
+    shape : tuple of int
+        Maps, rows and columns of its output.
+    """
+
+    def __init__(self, kernels: Array, bias: Array) -> None:
+        maps, height, width = kernels.shape
+        rows, columns = (_even_and_odd(POINTS - length + 1) for length in (height, width))
+        self.shape = maps, rows.shape[1], columns.shape[1]
+        self._rows = rows[:, :, None] + np.arange(height)
+        self._columns = np.arange(width)[:, None] + columns[:, None, :]
+        flat = kernels.transpose(1, 0, 2).reshape(height, maps * width)
+        self._kernels = flat.astype(np.float32)
+        self._bias, self._sums = bias, kernels.sum(axis=(1, 2))
+
+    def of_model(self, scaled: Array) -> Floats:
+        """The convolutions of ψ, at even rows and at odd ones.
+
+        Parameters
+        ----------
+        scaled : (n, points) array
+            scale·ψ.
+
+        Returns
+        -------
+        (n, 2, maps, rows, width) array
+        """
+        maps, rows, _ = self.shape
+        sums = scaled.astype(np.float32)[:, self._rows] @ self._kernels
+        return np.ascontiguousarray(sums.reshape(len(scaled), 2, rows, maps, -1).swapaxes(2, 3))
+
+    def of_measured(self, measured: Array) -> Floats:
+        """α, moved by each column of a kernel, to even columns and to odd ones.
+
+        Parameters
+        ----------
+        measured : (m, points) array
+
+        Returns
+        -------
+        (m, 2, width, columns) array
+        """
+        return measured.astype(np.float32)[:, self._columns]
+
+    def output(self, model: Floats, measured: Floats, offset: Array) -> Floats:
+        """What the layer makes of the image.
+
+        Parameters
+        ----------
+        model : (n, 2, maps, rows, width) array
+        measured : (1, 2, width, columns) or (n, 2, width, columns) array
+        offset : (n,) array
+
+        Returns
+        -------
+        (n, maps, rows, columns) array
+        """
+        found = np.empty((len(model), *self.shape), dtype=np.float32)
+        product = np.empty(self.shape, dtype=np.float32)  # one after the other stays in the cache
+        for number, (even, odd) in enumerate(model):
+            largest = found[number]
+            to_even, to_odd = measured[number if len(measured) > 1 else 0]
+            np.matmul(even, to_even, out=largest)
+            for rows, columns in ((even, to_odd), (odd, to_even), (odd, to_odd)):
+                np.matmul(rows, columns, out=product)
+                np.maximum(largest, product, out=largest)
+        constants = self._bias + offset[:, None] * self._sums
+        if constants.any():
+            found += constants[:, :, None, None].astype(np.float32)
+        return found
+
+
+class RankOneGraph:
+    """A network's graph, ready to read efforts.
+
+    Parameters
+    ----------
+    layer : FirstLayer
+    rest : bytes
+        ONNX file of the graph behind it.
+
+    Raises
+    ------
+    ModelError
+        If onnxruntime refuses the graph, or it does not take the layer to four outputs.
+    """
+
+    def __init__(self, layer: FirstLayer, rest: bytes) -> None:
+        self._layer = layer
+        self._session = open_session(rest, layer.shape)
+        self._input = self._session.get_inputs()[0].name
+        self._of_model = _Kept(layer.of_model)
+        self._of_measured = _Kept(layer.of_measured)
+
+    def run(
+        self, model_effort: Array, measured_effort: Array, normalization: Normalization
+    ) -> Floats:
+        """The network's outputs.
+
+        Parameters
+        ----------
+        model_effort : (n, points) array
+        measured_effort : (1, points) or (n, points) array
+        normalization : {"effort-scale", "min-max"}
+
+        Returns
+        -------
+        (n, 4) array
+        """
+        scale, offset = scale_and_offset(model_effort, measured_effort, normalization)
+        scaled, measured = scale[:, None] * model_effort, self._of_measured(measured_effort)
+        outputs = []
+        for at in range(0, len(scaled), BATCH):
+            part = slice(at, at + BATCH)
+            own = measured[part] if len(measured) > 1 else measured
+            maps = self._layer.output(self._of_model(scaled[part]), own, offset[part])
+            outputs += self._session.run(None, {self._input: maps})
+        return np.concatenate(outputs)
+
+
+class _Kept:
+    """A function that keeps its last value: in most loops one of both efforts stays as it is."""
+
+    def __init__(self, function: Callable[[Array], Floats]) -> None:
+        self._function = function
+        self._last: tuple[bytes, Floats | None] = b"", None
+
+    def __call__(self, effort: Array) -> Floats:
+        key = effort.tobytes()
+        last, value = self._last
+        if value is None or last != key:
+            value = self._function(effort)
+            self._last = key, value
+        return value
+
+
+def divided(content: bytes) -> tuple[FirstLayer, bytes] | None:
+    """The first layer of a network that takes images, and the file of the graph behind it.
+
+    None where the network does not begin with a convolution of the image, of one channel, stride
+    one and no padding, and a maximum over squares of 2x2.
+
+    Parameters
+    ----------
+    content : bytes
+        ONNX file.
+    """
+    try:
+        model = fields(content)
+        graph = [field for part in messages(model, GRAPH) for field in fields(part)]
+        found = _first_nodes(graph)
+        layer = None if found is None else _layer(found[0], float_arrays(graph))
+    except ValueError:  # no ONNX file: onnxruntime says so
+        return None
+    if found is None or layer is None:
+        return None
+    rest = message(*_behind(graph, found, layer))
+    return layer, message(*((GRAPH, rest) if field[0] == GRAPH else field for field in model))
+
+
+def _first_nodes(graph: list[Field]) -> tuple[Node, Node] | None:
+    """The convolution that alone reads the image, and the maximum that alone reads its output."""
+    nodes = [Node.of(part) for part in messages(graph, NODE)]
+    inputs = messages(graph, INPUT)
+    if len(inputs) != 1:
+        return None
+    (image,) = messages(fields(inputs[0]), 1)
+    convolution = [node for node in nodes if str(image, "utf-8") in node.inputs]
+    if not _are(convolution, "Conv", _EVERY_PIXEL):
+        return None
+    pooling = [node for node in nodes if convolution[0].outputs[0] in node.inputs]
+    return (convolution[0], pooling[0]) if _are(pooling, "MaxPool", _SQUARES) else None
+
+
+def _are(nodes: list[Node], operator: str, attributes: Mapping[str, tuple[int, ...]]) -> bool:
+    """Whether they are one node of that kind."""
+    if len(nodes) != 1 or nodes[0].operator != operator:
+        return False
+    return all(nodes[0].attributes.get(name) == value for name, value in attributes.items())
+
+
+def _layer(convolution: Node, arrays: Mapping[str, Floats]) -> FirstLayer | None:
+    """The layer, if its weights are in the file."""
+    weights = [arrays[name].astype(float) for name in convolution.inputs[1:] if name in arrays]
+    if not weights or len(weights) < len(convolution.inputs) - 1 or weights[0].shape[1:2] != (1,):
+        return None
+    kernels = weights[0][:, 0]
+    return FirstLayer(kernels, weights[1] if len(weights) > 1 else np.zeros(len(kernels)))
+
+
+def _behind(graph: list[Field], first: tuple[Node, Node], layer: FirstLayer) -> list[Field]:
+    """The graph without its first nodes, with what they give as its input."""
+    gone = [node.outputs for node in first]
+    kept = [
+        (number, value)
+        for number, value in graph
+        if number != INPUT
+        and not (number == NODE and isinstance(value, bytes) and Node.of(value).outputs in gone)
+    ]
+    return [*kept, float_input(first[1].outputs[0], "n", *layer.shape)]
+
+
+def _even_and_odd(places: int) -> NDArray[np.intp]:
+    """Places (2, n), as many even ones as odd ones."""
+    return np.arange(places // 2 * 2).reshape(-1, 2).T
