@@ -282,7 +282,7 @@ def promised(
     hardware : mapping of axis name to LoopHardware
     active, wanted : mapping of axis name to AxisGains
     """
-    now, after = drawn_errors(moved, grounds, hardware, (active, wanted))
+    now, after = drawn_errors(moved, grounds, hardware, (active,), (wanted,))
     return {
         name: Promised.of(moved.errors(name), now[name], after[name], of.encoder_resolution_rad)
         for name, of in hardware.items()
