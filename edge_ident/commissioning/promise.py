@@ -142,7 +142,7 @@ class Promised:
                 Expected.of(of_after, _missed(found, of_now) ** alike, read_rad),
             )
             for found, of_now, of_after, read_rad in (
-                (measured.rms_rad, now.rms_rad, after.rms_rad, 0.0),
+                (measured.rms_rad, now.rms_rad, after.rms_rad, COUNTS * count_rad),
                 (measured.peak_rad, now.peak_rad, after.peak_rad, count_rad),  # in whole counts
             )
         ]

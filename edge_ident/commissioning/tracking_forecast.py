@@ -136,9 +136,10 @@ def _drawn(
         runs_away = np.full(DRAWS, np.inf)
         return Drawn(runs_away, runs_away, np.zeros(len(path.way.position_rad) - path.begin))
     lead = lead_rad(gains, path.way.position_rad)[path.begin :]
-    errors = tracking_errors(path, loads, gains, hardware) + lead
-    wanted = path.way.position_rad[path.begin :] + lead
+    way_rad = path.way.position_rad[path.begin :]
+    position = way_rad - tracking_errors(path, loads, gains, hardware)
     if count := hardware.encoder_resolution_rad:
-        errors = count * (np.round(wanted / count) - np.round((wanted - errors) / count))
+        way_rad, position = (count * np.round(of / count) for of in (way_rad, position))
+    errors = way_rad + lead - position
     rms, peak = np.sqrt(np.mean(errors**2, axis=-1)), np.max(np.abs(errors), axis=-1)
     return Drawn(rms, peak, np.mean(errors, axis=0))
