@@ -1,10 +1,10 @@
 """How often the forecast's 90 % intervals hold the tracking error that is then measured.
 
     python -m tools.forecast_coverage --machines 100 --seed 7000
-    python -m tools.forecast_coverage --clean 0 --motion multisine --cycles 3 --strength 0.5 0.9
+    python -m tools.forecast_coverage --whole --motion multisine --strength 0.5 0.9
 
 Random machines of the independent plant, some with a hidden effect. Each is identified and, where
-its base model is not enough, diagnosed. Gains are designed, forecast on both motions, put in force
+its base model is not enough, diagnosed. Short motions hide most effects; whole multisines show them. Gains are designed, forecast on both motions, put in force
 without a verdict, and measured. Axes are counted by their diagnosis: it is wrong where it names
 a cause that is not there.
 """
