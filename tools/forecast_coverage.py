@@ -4,9 +4,9 @@
     python -m tools.forecast_coverage --whole --motion multisine --strength 0.5 0.9
 
 Random machines of the independent plant, some with a hidden effect. Each is identified and, where
-its base model is not enough, diagnosed. Short motions hide most effects; whole multisines show them. Gains are designed, forecast on both motions, put in force
-without a verdict, and measured. Axes are counted by their diagnosis: it is wrong where it names
-a cause that is not there.
+its base model is not enough, diagnosed. Short motions hide most effects; whole multisines show
+them. Gains are designed, forecast on both motions, put in force without a verdict, and measured.
+Axes are counted by their diagnosis: it is wrong where it names a cause that is not there.
 """
 
 import argparse
