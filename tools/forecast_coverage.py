@@ -131,7 +131,7 @@ def trial(machine: JudgedMachine, name: MotionName, cycles: int) -> Tried | None
     board.stage_gains(wanted)
     board.commit()
     after = {
-        name: Moved.along(of_motor(machine.move(way)[0].recording, wanted), way)
+        name: Moved.along(of_motor(machine.move(way)[0].recording, wanted, way), way)
         for name, way in ways.items()
     }
     board.roll_back()

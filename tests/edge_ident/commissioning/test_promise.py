@@ -314,27 +314,3 @@ def test_the_interval_holds_the_truth_of_a_linear_drive_and_is_not_wide() -> Non
         widths.append(found.after.rms.high_rad / found.after.rms.low_rad)
     assert np.mean(held) >= 0.85
     assert np.median(widths) < 1.5
-
-
-def test_a_motor_that_leads_its_reference_for_play_is_forecast_by_its_own_way() -> None:
-    """As it is measured: half of the play is no error of the motor."""
-    base, period_s = np.array([0.43, 0.9, 1e-6, 0.03]), HARDWARE.sample_period_s
-    trajectory = replace(named_trajectory(load_drive(), "sinusoid", 1), duration_s=11.0)
-    way = reference(trajectory.axes["x"], period_s * np.arange(4400), 5.0, 0.0)
-    recording = recorded_by(base, CONSERVATIVE_GAINS, MotionPath(way, period_s), 0)
-    axis = base_axis(Estimate(base, 0.01 * base))
-    tight = replace(
-        CONSERVATIVE_GAINS, proportional=200.0, derivative=18.0, offset_feedforward=0.03
-    )
-    leads = replace(tight, backlash_offset_rad=10 * COUNT_RAD, backlash_distance_rad=0.5)
-    after = [
-        forecast(
-            Moved(recording, {"x": way}),
-            Grounds(Model({"x": axis}), {}, {}),
-            {"x": HARDWARE},
-            {"x": CONSERVATIVE_GAINS},
-            {"x": wanted},
-        )["x"].after.rms.middle_rad
-        for wanted in (tight, leads)
-    ]
-    assert after[1] == pytest.approx(after[0], abs=2 * COUNT_RAD)
