@@ -1,7 +1,7 @@
 """Random machines behind virtual boards whose true motion is watched, for judging what is promised.
 
 Drives are those of `firmware_interface.plant.drives`, hidden effects those of its catalogue. The
-motions are short: a quarter of the built-in drive's amplitude in a quarter of its time.
+motions are those of the built-in drive, or a quarter of their amplitude in a quarter of their time.
 """
 
 from collections.abc import Mapping
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from edge_ident.commissioning.capture import Capture, capture_motion
 from edge_ident.control.gain_design import design
 from edge_ident.control.position_loop import LoopHardware
-from edge_ident.drive.description import Drive
+from edge_ident.drive.description import Drive, load_drive
 from edge_ident.errors import EdgeIdentError
 from edge_ident.model.model import Estimate, base_axis
 from firmware_interface import board_session
@@ -64,7 +64,7 @@ class JudgedMachine:
     board : Board
     drive : Drive
         Its description.
-    hidden : tuple of str
+    hidden : mapping of axis name to tuple of str
         Effects that the machine has.
     base : (A, 4) array
         True base parameters.
@@ -74,7 +74,7 @@ class JudgedMachine:
 
     board: Board
     drive: Drive
-    hidden: tuple[str, ...]
+    hidden: Mapping[str, tuple[str, ...]]
     base: Array
     plant: _WatchedPlant
     zero_rad: Array
@@ -104,7 +104,14 @@ class JudgedMachine:
         return capture, errors
 
 
-def judged_machine(seed: int, *, tuned: bool, effects: int = 1) -> JudgedMachine:
+def judged_machine(
+    seed: int,
+    *,
+    tuned: bool,
+    effects: int = 1,
+    strength: tuple[float, float] = (0.3, 0.8),
+    brief: bool = True,
+) -> JudgedMachine:
     """A random drive with so many hidden effects.
 
     Parameters
@@ -114,6 +121,10 @@ def judged_machine(seed: int, *, tuned: bool, effects: int = 1) -> JudgedMachine
         Its board has gains for the base parameters, which are known to some per cent, in place of
         the soft gains of the first start.
     effects : int
+    strength : tuple of float
+        Range of their strengths, as `draw` of the catalogue takes them.
+    brief : bool
+        Its motions are short, not those of the built-in drive.
     """
     rng = np.random.default_rng([seed, 11])
     drives = draw_drives(1, seed)
@@ -121,7 +132,7 @@ def judged_machine(seed: int, *, tuned: bool, effects: int = 1) -> JudgedMachine
     names = tuple(rng.choice(EFFECTS, size=effects, replace=False).tolist())
     hidden: tuple[Effect, ...] = ()
     if names:
-        hidden = draw(names, drives, paper(), seed, strength=float(rng.uniform(0.3, 0.8)))
+        hidden = draw(names, drives, paper(), seed, strength=float(rng.uniform(*strength)))
     gains = dict.fromkeys(AXES, CONSERVATIVE_GAINS)
     if tuned:
         known = base * (1.0 + 0.03 * rng.normal(size=base.shape))
@@ -130,7 +141,9 @@ def judged_machine(seed: int, *, tuned: bool, effects: int = 1) -> JudgedMachine
     zero_rad = np.array(plant.shown_rad)
     vars(board_session)["POLL_S"] = 0.0  # the board's time goes by requests
     board = Board.connect(VirtualBoard(BoardSettings(gains=gains), plant=plant))
-    return JudgedMachine(board, brief_drive(), names, base, plant, zero_rad)
+    drive = brief_drive() if brief else load_drive()
+    on = {axis: tuple(e.name for e in hidden if e.hit[0, n]) for n, axis in enumerate(AXES)}
+    return JudgedMachine(board, drive, on, base, plant, zero_rad)
 
 
 def third_motion(drive: Drive, seed: int) -> Trajectory:

@@ -4,33 +4,33 @@ They differ in all that is not known; `edge_ident.commissioning.tracking_forecas
 """
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from edge_ident.commissioning.drawn_axes import DRAWS, drawn_axis, from_then_on
 from edge_ident.commissioning.recorded_motion import Moved
+from edge_ident.commissioning.unexplained import drawn_unexplained, encoder_replicas
 from edge_ident.control.position_loop import LoopHardware
 from edge_ident.diagnosis.measures import NO_SHIFT, Timing
 from edge_ident.estimation.compensation import compensate_effects, without_delay
 from edge_ident.identification.result import Identification
 from edge_ident.model.effect import Motion
 from edge_ident.model.effects import named
-from edge_ident.model.inverse import inverse_effort
+from edge_ident.model.inverse import along_motion, inverse_effort
 from edge_ident.model.model import AxisModel, Model, Term
+from edge_ident.signals.conditioning import Signals
 from edge_ident.signals.filters import lowpass
+from edge_ident.signals.recording import Recording
 from edge_ident.simulation.loop_response import Loads
 
 Array = NDArray[np.float64]
 
-DRAWS: Final = 19
-"""A twentieth equal draw lies between the smallest and the largest in 18 of 20 cases."""
 _AT_ONCE: Final = 0.01
 """Encoder counts within which friction turns round at once, as far as a loop feels it."""
-_LEAST_SHARE: Final = 0.1
-"""Of an inertia or friction that a draw leaves: they are positive."""
 
 
 @dataclass(frozen=True)
@@ -45,11 +45,15 @@ class Grounds:
         By which the effort is recorded late; an axis that is not named is in step.
     diagnosed : mapping of axis name to tuple of str
         Effects that a diagnosis put into the model.
+    end_s : mapping of axis name to float
+        When the recording that the model was made from ended, since its first sample: in the state
+        that it had then, the drive goes on.
     """
 
     model: Model
     timing: Mapping[str, Timing]
     diagnosed: Mapping[str, tuple[str, ...]]
+    end_s: Mapping[str, float] = field(default_factory=dict)
 
     @classmethod
     def of(cls, found: Identification) -> "Grounds":
@@ -61,12 +65,13 @@ class Grounds:
                 name: axis.compensated_effects if axis.diagnosis is not None else ()
                 for name, axis in found.axes.items()
             },
+            {name: axis.end_s for name, axis in found.axes.items()},
         )
 
 
 def drawn_loads(
     name: str, moved: Moved, grounds: Grounds, hardware: LoopHardware, every: int
-) -> Loads:
+) -> tuple[Loads, Loads]:
     """What the drawn drives of one axis need, at every so many samples.
 
     Parameters
@@ -79,74 +84,105 @@ def drawn_loads(
     every : int
         Samples from one to the next.
 
+    Returns
+    -------
+    recorded, then : Loads
+        In the course of the recording, and in the state in which the drive goes on.
+
     Raises
     ------
     ModelError
         The model does not fit the recording.
     """
-    rng, whole = np.random.default_rng(0), grounds.model.axes[name]
+    rng = np.random.default_rng(0)
+    delay_s, acting = without_delay(grounds.model.axes[name].terms[1:])
+    recording = _as_given(moved.recording, name, acting)
     timing = grounds.timing.get(name, NO_SHIFT)
-    delay_s, acting = without_delay(whole.terms[1:])
-    # what belongs to the time of the recording will not be the same again
-    lasting = (term for term in acting if not named(term.effect).tied_to_time)
-    axis = replace(whole, terms=(whole.terms[0], *lasting))
-    drawn = _draws(axis, rng)
     late_s = timing.shift_s + delay_s
-    signals = compensate_effects(moved.recording, name, None, late_s=late_s).signals
-    late_by_s = timing.std_samples * hardware.sample_period_s * rng.normal(size=(DRAWS, 1))
-    effort = signals.effort + late_by_s * np.gradient(signals.effort, signals.period_s)
-    left = effort - drawn.parameters @ signals.regressor.T
-    wanted: Array = np.zeros(())
-    if len(axis.terms) > 1:
-        made = _effects(drawn, moved.motions(signals.cutoff_hz), name)
-        left = left - lowpass(made, signals.cutoff_hz, signals.period_s)
-        wanted = _effects(drawn, moved.wanted_motions(), name)[..., moved.begin % every :: every]
+    signals = compensate_effects(recording, name, None, late_s=late_s).signals
+    drawn = drawn_axis(_unlimited(grounds.model.axes[name], acting), rng)
+    lasting = from_then_on(drawn, grounds.end_s.get(name))
+    during = then = _Need.of(drawn, moved, signals, name)
+    if lasting is not drawn:
+        then = _Need.of(lasting, moved, signals, name)
     # slower than a count in half a period of the filter, the direction of friction is not known
     slow = 2.0 * signals.cutoff_hz * hardware.encoder_resolution_rad
     known = signals.moving & (np.abs(signals.regressor[:, 1]) > slow)
-    unexplained = _mixed(left[..., ::every], known[::every], rng)
+    # a motion after that of the identification begins in the state in which that one ended
+    recorded = min((during, then), key=lambda need: need.misses(signals.effort, known))
+    late_by_s = timing.std_samples * hardware.sample_period_s * rng.normal(size=(DRAWS, 1))
+    effort = signals.effort + late_by_s * np.gradient(signals.effort, signals.period_s)
+    position = signals.grid.resampled(recording.axes[name].position)
+    noise = encoder_replicas(recorded.axis.parameters[0], signals, position, rng)
+    left = (effort - recorded.made[0])[..., ::every]
+    unexplained = drawn_unexplained(left, known[::every], noise[..., ::every], rng)
+    # what deviations of the parameters explain is no noise: it comes back
+    unexplained += np.where(known, recorded.made[0] - recorded.made[1:], 0.0)[..., ::every]
     unexplained = np.pad(unexplained, ((0, 0), (moved.begin // every, 0)))
     # no encoder shows how friction turns round within a count: a length of unknown order
     turning = hardware.encoder_resolution_rad * _AT_ONCE ** rng.uniform(size=DRAWS)
     # fewer samples span a narrower band, in which the noise must have the same density
     count = hardware.encoder_resolution_rad / math.sqrt(every)
-    noise = count * rng.uniform(-0.5, 0.5, unexplained.shape)
-    return Loads(drawn.parameters, wanted + unexplained, turning, noise)
+    encoder = count * rng.uniform(-0.5, 0.5, unexplained.shape)
+    first = moved.begin % every
+
+    def loads(need: _Need) -> Loads:
+        beside = need.wanted[1:, first::every] + unexplained
+        return Loads(need.axis.parameters[1:], beside, turning, encoder)
+
+    return loads(recorded), loads(then)
 
 
-def _draws(axis: AxisModel, rng: np.random.Generator) -> AxisModel:
-    """The axis with (DRAWS,) values of every parameter."""
-    return replace(axis, terms=tuple(_drawn_term(term, rng) for term in axis.terms))
+@dataclass(frozen=True)
+class _Need:
+    """Effort that drawn axes need for a motion.
+
+    Attributes
+    ----------
+    axis : AxisModel
+        Drawn.
+    made : (1 + DRAWS, N) array
+        Along the motion that was made, filtered.
+    wanted : (1 + DRAWS, M) array
+        Of the effects alone, along the motion that was to be made, the way into it included.
+    """
+
+    axis: AxisModel
+    made: Array
+    wanted: Array
+
+    @classmethod
+    def of(cls, axis: AxisModel, moved: Moved, signals: Signals, name: str) -> "_Need":
+        made = np.asarray(axis.parameters @ signals.regressor.T)
+        if len(axis.terms) == 1:
+            samples = len(moved.ways[name].position_rad)
+            return cls(axis, made, np.broadcast_to(0.0, (len(made), samples)))
+        along = _effects(axis, moved.motions(signals.cutoff_hz), name)
+        made += lowpass(along, signals.cutoff_hz, signals.period_s)
+        return cls(axis, made, _effects(axis, moved.wanted_motions(), name))
+
+    def misses(self, effort: Array, known: NDArray[np.bool_]) -> float:
+        """How far the model's own values are from an effort (N,)."""
+        return float(np.sum((effort - self.made[0])[known] ** 2))
 
 
-def _drawn_term(term: Term, rng: np.random.Generator) -> Term:
-    bounds = named(term.effect).bounds
-    values = {}
-    for name, value in named(term.effect).complete(term.values).items():
-        drawn = float(value) + term.std.get(name, 0.0) * rng.normal(size=DRAWS)
-        low, high = bounds[name]
-        least = _LEAST_SHARE * float(value) if low >= 0.0 else low
-        values[name] = np.clip(drawn, max(low, least), high)
-    return replace(term, values=values)
+def _as_given(recording: Recording, name: str, effects: Sequence[Term]) -> Recording:
+    """The recording without what was commanded beyond a limit of the actuator."""
+    axis, given = recording.axes[name], recording.axes[name].effort
+    for term in effects:
+        if named(term.effect).compensation.limit:
+            given = given - named(term.effect).withheld(axis.effort, along_motion(term))
+    return replace(recording, axes={**recording.axes, name: replace(axis, effort=given)})
+
+
+def _unlimited(axis: AxisModel, effects: Sequence[Term]) -> AxisModel:
+    """The axis with these effects, but without limits, which are the loop's."""
+    kept = (term for term in effects if not named(term.effect).compensation.limit)
+    return replace(axis, terms=(axis.terms[0], *kept))
 
 
 def _effects(axis: AxisModel, motions: Mapping[str, Motion], name: str) -> Array:
-    """Effort (DRAWS, N) of all but the base term."""
+    """Effort (1 + DRAWS, N) of all but the base term."""
     others = {other: motion for other, motion in motions.items() if other != name}
     base = replace(axis, terms=axis.terms[:1])
     return inverse_effort(axis, motions[name], others) - inverse_effort(base, motions[name])
-
-
-def _mixed(left: Array, moving: NDArray[np.bool_], rng: np.random.Generator) -> Array:
-    """Part of what was seen, and part of other noise of the same spectrum, (DRAWS, N).
-
-    An axis that stands takes any effort up to its friction, so nothing was seen there.
-    """
-    share = max(float(np.mean(moving)), 1.0 / len(moving))
-    mean = np.sum(left * moving, axis=-1, keepdims=True) / (share * len(moving))
-    seen = np.where(moving, left - mean, 0.0)
-    spectrum = np.fft.rfft(seen) / math.sqrt(share)
-    turned = spectrum * np.exp(2j * np.pi * rng.uniform(size=spectrum.shape))
-    other = np.fft.irfft(turned, left.shape[-1])
-    part = rng.uniform(0.0, 0.5 * np.pi, (len(left), 1))
-    return np.asarray(mean + np.where(moving, np.cos(part) * seen + np.sin(part) * other, other))

@@ -98,7 +98,7 @@ class Forecaster:
         ]
         if self._moved is None:
             return tuple(margins)
-        errors = drawn_errors(self._moved, self._grounds, self._hardware, banks)
+        errors = drawn_errors(self._moved, self._grounds, self._hardware, (), banks)
         return tuple(
             {
                 axis: replace(

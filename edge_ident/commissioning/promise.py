@@ -142,7 +142,7 @@ class Promised:
                 Expected.of(of_after, _missed(found, of_now) ** alike, read_rad),
             )
             for found, of_now, of_after, read_rad in (
-                (measured.rms_rad, now.rms_rad, after.rms_rad, 0.0),
+                (measured.rms_rad, now.rms_rad, after.rms_rad, COUNTS * count_rad),
                 (measured.peak_rad, now.peak_rad, after.peak_rad, count_rad),  # in whole counts
             )
         ]
@@ -282,7 +282,7 @@ def promised(
     hardware : mapping of axis name to LoopHardware
     active, wanted : mapping of axis name to AxisGains
     """
-    now, after = drawn_errors(moved, grounds, hardware, (active, wanted))
+    now, after = drawn_errors(moved, grounds, hardware, (active,), (wanted,))
     return {
         name: Promised.of(moved.errors(name), now[name], after[name], of.encoder_resolution_rad)
         for name, of in hardware.items()

@@ -9,33 +9,40 @@ They differ in all that is not known:
   and the spread between the regimes of the motion;
 - the time by which effort and position are apart in the record, within its deviation;
 - how friction turns round, which no encoder resolves: at once, or within a whole count;
-- whether what is unexplained belongs to the place in the motion and comes back, or is new each
-  time: each drive has a mixture of what was seen and of other noise with the same spectrum;
+- how much of what is unexplained is the encoder's noise, which no drive has to bring up
+  (`edge_ident.commissioning.unexplained`);
+- whether the rest belongs to the place in the motion and comes back, or is new each time: each
+  drive has a mixture of what was seen and of other noise with the same spectrum;
 - where the encoder's counts lie.
 
 The errors are read as a board reports them, in whole counts, from the way that the motor is to take
 (`edge_ident.commissioning.motor_way`). The 90 % interval goes from the
 smallest of `DRAWS` to the largest.
 
-Terms that are tied to time (`Effect.tied_to_time`) are left to what is unexplained.
+Terms that are tied to time (`Effect.tied_to_time`) act in the recording that they were found in and
+are not carried on. Base parameters that they changed stay as they were at its end: new gains meet
+that drive, and so does every later motion. Effort ends at the board's limit, or at one of the
+actuator that the model knows.
 """
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.commissioning.drawn_loads import DRAWS, Grounds, drawn_loads
+from edge_ident.commissioning.drawn_axes import DRAWS
+from edge_ident.commissioning.drawn_loads import Grounds, drawn_loads
 from edge_ident.commissioning.motor_way import lead_rad
 from edge_ident.commissioning.recorded_motion import Moved
+from edge_ident.control.compensation import effort_limit_nm
 from edge_ident.control.gain_design import worst_margins
 from edge_ident.control.position_loop import LoopHardware
 from edge_ident.model.model import AxisModel
 from edge_ident.simulation.loop_response import Loads, Path, tracking_errors
-from firmware_interface.gains import AxisGains
+from firmware_interface.gains import AxisGains, Bank
 from firmware_interface.motion import Reference
 
 Array = NDArray[np.float64]
@@ -72,22 +79,27 @@ def drawn_errors(
     moved: Moved,
     grounds: Grounds,
     hardware: Mapping[str, LoopHardware],
-    banks: Sequence[Mapping[str, AxisGains]],
+    recorded: Sequence[Bank],
+    then: Sequence[Bank],
 ) -> tuple[Mapping[str, Drawn], ...]:
-    """Of every bank, by axis; the draws of all banks are the same drives.
+    """Of every bank, those of `recorded` first, by axis; all draws are of the same drives.
 
     Parameters
     ----------
     moved : Moved
     grounds : Grounds
     hardware : mapping of axis name to LoopHardware
-    banks : sequence of mapping of axis name to AxisGains
+    recorded : sequence of mapping of axis name to AxisGains
+        Gains for the drive in the course of the recording.
+    then : sequence of mapping of axis name to AxisGains
+        Gains for the drive as it goes on after the recording.
 
     Raises
     ------
     ModelError
         The model does not fit the recording.
     """
+    banks = (*recorded, *then)
     found: tuple[dict[str, Drawn], ...] = tuple({} for _ in banks)
     for name, of in hardware.items():
         every = _every([bank[name] for bank in banks], grounds.model.axes[name], of)
@@ -96,8 +108,10 @@ def drawn_errors(
         other = others[0] if len(others) == 1 else None
         path = Path(ways[name], every * of.sample_period_s, moved.begin // every, other)
         loads = drawn_loads(name, moved, grounds, of, every)
-        for drawn, bank in zip(found, banks, strict=True):
-            drawn[name] = _drawn(path, loads, bank[name], of, grounds.model.axes[name])
+        limited = replace(of, effort_limit_nm=effort_limit_nm(grounds.model.axes[name], of))
+        each = [loads[0]] * len(recorded) + [loads[1]] * len(then)
+        for drawn, bank, needed in zip(found, banks, each, strict=True):
+            drawn[name] = _drawn(path, needed, bank[name], limited, grounds.model.axes[name])
     return found
 
 
@@ -122,9 +136,10 @@ def _drawn(
         runs_away = np.full(DRAWS, np.inf)
         return Drawn(runs_away, runs_away, np.zeros(len(path.way.position_rad) - path.begin))
     lead = lead_rad(gains, path.way.position_rad)[path.begin :]
-    errors = tracking_errors(path, loads, gains, hardware) + lead
-    wanted = path.way.position_rad[path.begin :] + lead
+    way_rad = path.way.position_rad[path.begin :]
+    position = way_rad - tracking_errors(path, loads, gains, hardware)
     if count := hardware.encoder_resolution_rad:
-        errors = count * (np.round(wanted / count) - np.round((wanted - errors) / count))
+        way_rad, position = (count * np.round(of / count) for of in (way_rad, position))
+    errors = way_rad + lead - position
     rms, peak = np.sqrt(np.mean(errors**2, axis=-1)), np.max(np.abs(errors), axis=-1)
     return Drawn(rms, peak, np.mean(errors, axis=0))

@@ -128,7 +128,7 @@ def compensated(
         Time of the recording whose base parameters the gains have, where that is known.
     """
     late_s = hardware.control_delay_s + 0.5 * hardware.sample_period_s + loop_delay_s(axis)
-    limited = replace(hardware, effort_limit_nm=_effort_limit(axis, hardware))
+    limited = replace(hardware, effort_limit_nm=effort_limit_nm(axis, hardware))
     reach = EffortRange.of(axis)
     placement = Placement(axis, limited, late_s, gain_margin, reach)
     used: list[Used] = []
@@ -202,7 +202,7 @@ def _beyond(
     return ""
 
 
-def _effort_limit(axis: AxisModel, hardware: LoopHardware) -> float:
+def effort_limit_nm(axis: AxisModel, hardware: LoopHardware) -> float:
     """Of the board, or of an actuator that gives less."""
     limits = ((term, named(term.effect).compensation.limit) for term in axis.terms)
     given = (float(term.values[name]) for term, name in limits if name)

@@ -10,8 +10,10 @@ depends on the direction in which the axis goes, and that depends on the error. 
 together, sticking included, by splitting: in turn, the speed that the linear loop has under a
 friction, and the friction that belongs to a speed.
 
-A stepped simulation (`edge_ident.simulation.loop`) knows more: clipped effort, and effects whose
-course depends on the error. It takes far longer.
+Effort beyond the limit is lacking: it is taken off, and the loop is asked again.
+
+A stepped simulation (`edge_ident.simulation.loop`) knows more: effects whose course depends on the
+error. It takes far longer.
 Sources: Franklin, Powell and Workman, Digital Control of Dynamic Systems, ch. 4; Lions and Mercier,
 Splitting algorithms for the sum of two nonlinear operators, SIAM J. Numer. Anal. 16 (1979).
 """
@@ -33,6 +35,13 @@ Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 _REPETITIONS: Final = 12
+_FOLLOWING: Final = 3
+"""Repetitions where a loop changed little."""
+_CLIPPINGS: Final = 100
+"""Largest number of looks at a clipped effort. What it lacks asks for more later on, so each look
+tells the truth for about one response time more."""
+_ALIKE: Final = 1e-3
+"""Share of the effort limit that decides nothing."""
 _AT_ONCE: Final = 0.0005
 """Share of the top speed in which friction turns round at once; a jump converges badly."""
 _CLOSING_S: Final = 0.5
@@ -98,35 +107,89 @@ def tracking_errors(path: Path, loads: Loads, gains: AxisGains, hardware: LoopHa
     hardware : LoopHardware
     """
     way, spectra = path.way, _Spectra.of(path)
-    s = 1j * spectra.omega
-    inertia, viscous, coulomb, offset = loads.base.T[..., None]
-    axis = 1.0 / (s * (inertia * s + viscous))
-    late_s = hardware.control_delay_s + 0.5 * hardware.sample_period_s
-    law = law_response(gains, spectra.omega, hardware.sample_period_s) * np.exp(-s * late_s)
-    compliance = axis / (1.0 + axis * law)
+    inertia, viscous, _, offset = loads.base.T[..., None]
+    loop = _Loop.of(spectra, loads, gains, hardware)
     needed = (
         loads.beside + inertia * way.acceleration_rad_s2 + viscous * way.velocity_rad_s + offset
     )
-    given = np.exp(-s * late_s) * spectra.of_rows(
-        _fed_forward(path, gains, spectra, hardware.sample_period_s)
-    )
-    linear = compliance * (spectra.of_rows(needed) - given)
-    at_once = _AT_ONCE * float(np.max(np.abs(way.velocity_rad_s)))
-    # velocity(friction) = free - mobility · friction, and friction = coulomb · sign(velocity)
-    spring = loads.turning[:, None] / (2.0 * coulomb)
-    mobility = s * (compliance + spring)
-    free = spectra.of_rows(np.broadcast_to(way.velocity_rad_s, needed.shape)) - s * linear
-    step = 1.0 / (gains.derivative + viscous)
-    state = np.broadcast_to(way.velocity_rad_s, needed.shape)
-    friction: Array = np.zeros(())
-    for _ in range(_REPETITIONS):
-        both = mobility * spectra.of_rows(state) + step * free
-        follows = spectra.back(both / (mobility + step))
-        friction = _friction(2.0 * follows - state, step, coulomb, at_once)
-        state = follows - step * friction
-    error = linear + compliance * spectra.of_rows(friction)
-    whole = spectra.back(error + compliance * law * spectra.of_rows(loads.noise))
-    return whole[..., path.begin :]
+    forward = spectra.of_rows(_fed_forward(path, gains, spectra, hardware.sample_period_s))
+    linear = loop.compliance * (spectra.of_rows(needed) - loop.late * forward)
+    start = np.broadcast_to(way.velocity_rad_s, needed.shape)
+    error, state = loop.with_friction(linear, way.velocity_rad_s, start, _REPETITIONS)
+    limit_nm, lacking = hardware.effort_limit_nm, np.zeros(needed.shape)
+    for _ in range(_CLIPPINGS):
+        command = spectra.back(forward + loop.law * error)
+        beyond = command - np.clip(command, -limit_nm, limit_nm)
+        if np.max(np.abs(beyond - lacking)) <= _ALIKE * limit_nm:
+            break
+        lacking = beyond
+        less = loop.compliance * loop.late * spectra.of_rows(lacking)
+        error, state = loop.with_friction(linear + less, way.velocity_rad_s, state, _FOLLOWING)
+    read = loop.compliance * loop.late * loop.law * spectra.of_rows(loads.noise)
+    return spectra.back(error + read)[..., path.begin :]
+
+
+@dataclass(frozen=True)
+class _Loop:
+    """Responses (D, K) of the closed loops of D drives.
+
+    Attributes
+    ----------
+    compliance : (D, K) array
+        Error by effort that the axis needs.
+    law : (K,) array
+        Effort that the law commands by error.
+    late : (K,) array
+        Effort that acts by effort that is commanded.
+    base : (D, 4) array
+    turning : (D,) array
+        As of the loads.
+    step : (D, 1) array
+        Of the splitting, speed over effort.
+    """
+
+    spectra: "_Spectra"
+    compliance: Complex
+    law: Complex
+    late: Complex
+    base: Array
+    turning: Array
+    step: Array
+
+    @classmethod
+    def of(
+        cls, spectra: "_Spectra", loads: Loads, gains: AxisGains, hardware: LoopHardware
+    ) -> "_Loop":
+        s = 1j * spectra.omega
+        inertia, viscous, *_ = loads.base.T[..., None]
+        axis = 1.0 / (s * (inertia * s + viscous))
+        late = np.exp(-s * (hardware.control_delay_s + 0.5 * hardware.sample_period_s))
+        law = law_response(gains, spectra.omega, hardware.sample_period_s)
+        step = 1.0 / (gains.derivative + viscous)
+        compliance = axis / (1.0 + axis * law * late)
+        return cls(spectra, compliance, law, late, loads.base, loads.turning, step)
+
+    def with_friction(
+        self, linear: Complex, velocity: Array, state: Array, repetitions: int
+    ) -> tuple[Complex, Array]:
+        """Spectra (D, K) of the error, from those without dry friction, and the splitting's state.
+
+        Where the splitting begins is where it ended for nearly the same loop, else the reference's
+        speed.
+        """
+        s, spectra, step = 1j * self.spectra.omega, self.spectra, self.step
+        coulomb = self.base[:, 2:3]
+        at_once = _AT_ONCE * float(np.max(np.abs(velocity)))
+        # velocity(friction) = free - mobility · friction, and friction = coulomb · sign(velocity)
+        mobility = s * (self.compliance + self.turning[:, None] / (2.0 * coulomb))
+        free = spectra.of_rows(velocity) - s * linear
+        friction: Array = np.zeros(())
+        for _ in range(repetitions):
+            both = mobility * spectra.of_rows(state) + step * free
+            follows = spectra.back(both / (mobility + step))
+            friction = _friction(2.0 * follows - state, step, coulomb, at_once)
+            state = follows - step * friction
+        return np.asarray(linear + self.compliance * spectra.of_rows(friction)), state
 
 
 @dataclass(frozen=True)

@@ -71,7 +71,7 @@ def test_the_forecast_counts_the_lead_as_no_error_either() -> None:
     moved = Moved.along(Recording(TIME, {"x": record}, "test"), trajectory())
     grounds = Grounds(model, {}, {})
     banks = ({"x": gains}, {"x": leading})
-    plain, led = drawn_errors(moved, grounds, {"x": hardware}, banks)
+    plain, led = drawn_errors(moved, grounds, {"x": hardware}, (), banks)
     assert np.max(led["x"].rms_rad) < 0.15 * 0.01
     assert np.max(plain["x"].rms_rad) < 0.15 * 0.01
 

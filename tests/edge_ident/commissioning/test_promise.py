@@ -10,7 +10,8 @@ from promised import promise_a_share
 
 from edge_ident.commissioning import gain_trial
 from edge_ident.commissioning import run as commissioning
-from edge_ident.commissioning.drawn_loads import DRAWS, Grounds
+from edge_ident.commissioning.drawn_axes import DRAWS
+from edge_ident.commissioning.drawn_loads import Grounds
 from edge_ident.commissioning.promise import (
     Errors,
     Expected,

@@ -9,7 +9,7 @@ from edge_ident.control.gain_design import design
 from edge_ident.control.position_loop import LoopHardware
 from edge_ident.drive.description import load_drive
 from edge_ident.drive.motions import named_trajectory
-from edge_ident.model.model import Estimate, base_axis
+from edge_ident.model.model import Estimate, Term, base_axis
 from edge_ident.simulation.loop import Sampling, simulate
 from edge_ident.simulation.loop_response import Loads, Path, tracking_errors
 from edge_ident.simulation.machine import Machine
@@ -75,3 +75,25 @@ def test_a_lag_by_friction_is_friction_over_stiffness() -> None:
     loads = Loads(BASE[None], nothing, np.array([1e-6]), nothing)
     error = tracking_errors(Path(way, 0.0025), loads, CONSERVATIVE_GAINS, HARDWARE)[0]
     assert np.median(error) == pytest.approx((0.9 + 1.4 + 0.03) / 30.0, rel=0.01)
+
+
+def test_effort_beyond_the_limit_is_lacking_and_winds_the_loop_up() -> None:
+    """Half of the peak effort that the multisine asks for: the axis falls behind by many counts,
+    and as far as in the stepped simulation of an actuator that saturates there."""
+    limit_nm = 2.8
+    time_s = HARDWARE.sample_period_s * np.arange(-800, 1600)
+    trajectory = named_trajectory(load_drive(), "multisine", 1)
+    way = reference(trajectory.axes["x"], time_s, 2.0, 0.0)
+    rows = (way.position_rad, way.velocity_rad_s, way.acceleration_rad_s2)
+    references = References(time_s, *(row[None] for row in rows))
+    weak = replace(AXIS, terms=(*AXIS.terms, Term("actuator_saturation", {"limit": limit_nm})))
+    plant = Machine({"x": weak}, np.zeros((1, 1)), np.array([2.0]), 0.0025, 0.0005)
+    found = simulate(plant, references, {"x": [DESIGNED]}, Sampling(np.zeros(1), np.zeros(1)))
+    stepped = references.recorded[0] - found.true_position[0, 0]
+    nothing = np.zeros((1, len(time_s)))
+    loads = Loads(BASE[None], nothing, np.array([1e-6]), nothing)
+    path, limited = Path(way, 0.0025, 800), replace(HARDWARE, effort_limit_nm=limit_nm)
+    error = tracking_errors(path, loads, DESIGNED, limited)[0]
+    strong = tracking_errors(path, loads, DESIGNED, HARDWARE)[0]
+    assert np.max(np.abs(stepped)) > 20 * COUNT_RAD > 10 * np.max(np.abs(strong))
+    assert np.sqrt(np.mean((error - stepped) ** 2)) < 0.1 * np.sqrt(np.mean(stepped**2))

@@ -1,0 +1,68 @@
+"""An axis with many values of its uncertain parameters, as recorded and from then on."""
+
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+from edge_ident.model.base_in_time import base_at
+from edge_ident.model.effects import named
+from edge_ident.model.model import PARAMETERS, AxisModel, Term
+
+DRAWS: Final = 19
+"""A twentieth equal draw lies between the smallest and the largest in 18 of 20 cases."""
+_LEAST_SHARE: Final = 0.1
+"""Of an inertia or friction that a draw leaves: they are positive."""
+
+
+def drawn_axis(axis: AxisModel, rng: np.random.Generator) -> AxisModel:
+    """The axis with (1 + DRAWS,) values of every parameter, its own first.
+
+    Parameters
+    ----------
+    axis : AxisModel
+    rng : Generator
+    """
+    return replace(axis, terms=tuple(_drawn_term(term, rng) for term in axis.terms))
+
+
+def from_then_on(drawn: AxisModel, end_s: float | None) -> AxisModel:
+    """Drawn axes after the recording that the model was made from.
+
+    What belongs to the time of the recording will not be the same again. Where it changes base
+    parameters, they stay as they are at its end.
+
+    Parameters
+    ----------
+    drawn : AxisModel
+    end_s : float or None
+        End of the recording, where it is known, from its first sample on.
+    """
+    lasting = tuple(term for term in drawn.terms if not named(term.effect).tied_to_time)
+    if len(lasting) == len(drawn.terms):
+        return drawn
+    if end_s is not None:
+        each = [base_at(_one(drawn, n), end_s).parameters for n in range(1 + DRAWS)]
+        values = dict(zip(PARAMETERS, np.array(each).T, strict=True))
+        lasting = (replace(lasting[0], values=values), *lasting[1:])
+    return replace(drawn, terms=lasting)
+
+
+def _drawn_term(term: Term, rng: np.random.Generator) -> Term:
+    bounds = named(term.effect).bounds
+    values = {}
+    for name, value in named(term.effect).complete(term.values).items():
+        drawn = float(value) + term.std.get(name, 0.0) * np.append(0.0, rng.normal(size=DRAWS))
+        low, high = bounds[name]
+        least = _LEAST_SHARE * float(value) if low >= 0.0 else low
+        values[name] = np.clip(drawn, max(low, least), high)
+    return replace(term, values=values)
+
+
+def _one(drawn: AxisModel, n: int) -> AxisModel:
+    """One of the drawn axes."""
+    terms = (
+        replace(term, values={name: np.asarray(value)[n] for name, value in term.values.items()})
+        for term in drawn.terms
+    )
+    return replace(drawn, terms=tuple(terms))

@@ -1,0 +1,94 @@
+"""Effort that a model leaves unexplained, and how much of it another motion will meet.
+
+Most of it may be nothing but the encoder's noise: differentiated twice and multiplied by the
+inertia, it looks like effort. No drive needs that. So the encoder's noise is taken out as Wiener
+does, frequency by frequency. Its spectrum is that of replicas: the same motion, read with counts
+that lie elsewhere. What stays may belong to the place in the motion and come back, or be new each
+time.
+
+An axis that stands takes any effort up to its friction, so nothing is seen there. Noise of the
+same spectrum stands in for it.
+Source: Wiener, Extrapolation, Interpolation, and Smoothing of Stationary Time Series (1949).
+"""
+
+import math
+from typing import Final
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+from numpy.typing import NDArray
+
+from edge_ident.commissioning.drawn_axes import DRAWS
+from edge_ident.signals.conditioning import Signals, filtered_regressor
+from edge_ident.signals.encoder import encoder_count, position_noise
+from edge_ident.signals.filters import differentiate
+
+Array = NDArray[np.float64]
+
+_NEIGHBOURS: Final = 4
+"""Frequencies on either side over which a spectrum is averaged."""
+_TINY: Final = 1e-30
+
+
+def encoder_replicas(
+    parameters: Array, signals: Signals, position: Array, rng: np.random.Generator
+) -> Array:
+    """What noise of the encoder alone would leave unexplained by a base model, (DRAWS, N).
+
+    The motion is read again with counts that lie elsewhere.
+
+    Parameters
+    ----------
+    parameters : (4,) array
+        Of the base model.
+    signals : Signals
+        Of the axis.
+    position : (N,) array
+        As recorded, evenly sampled.
+    rng : Generator
+    """
+    cutoff_hz, period_s = signals.cutoff_hz, signals.period_s
+    true, *_ = differentiate(position, cutoff_hz, period_s)
+    count = encoder_count(position)
+    beyond = math.sqrt(max(position_noise(position, count) ** 2 - count**2 / 12.0, 0.0))
+    found = []
+    for lies in rng.uniform(size=DRAWS):
+        read = true + beyond * rng.normal(size=len(true))
+        if count:
+            read = count * (np.round(read / count + lies) - lies)
+        found.append(filtered_regressor(read, cutoff_hz, period_s) @ parameters)
+    return np.array(found) - filtered_regressor(true, cutoff_hz, period_s) @ parameters
+
+
+def drawn_unexplained(
+    left: Array, known: NDArray[np.bool_], replicas: Array, rng: np.random.Generator
+) -> Array:
+    """Effort (D, N) that drives like this one need beyond what the model explains.
+
+    Parameters
+    ----------
+    left : (D, N) array
+        Effort that the model leaves, where it is known.
+    known : (N,) array of bool
+    replicas : (D, N) array
+        Of what the encoder's noise has in it. How strong that is by chance, each drive takes from
+        one of them.
+    rng : Generator
+    """
+    drives, samples = left.shape
+    seen = np.fft.rfft(np.where(known, left, 0.0))
+    noise = _smooth(np.abs(np.fft.rfft(np.where(known, replicas, 0.0))) ** 2)
+    true = np.clip(1.0 - noise / np.maximum(_smooth(np.abs(seen) ** 2), _TINY), 0.0, 1.0)
+    share = max(float(np.mean(known)), 1.0 / samples)
+    turned = seen / math.sqrt(share) * np.exp(2j * np.pi * rng.uniform(size=seen.shape))
+    again = true * np.cos(rng.uniform(0.0, 0.5 * np.pi, (drives, 1)))
+    back = np.fft.irfft(again * seen + np.sqrt(true - again**2) * turned, samples)
+    return np.asarray(np.where(known, back, np.fft.irfft(np.sqrt(true) * turned, samples)))
+
+
+def _smooth(power: Array) -> Array:
+    """Mean over neighbouring frequencies."""
+    around = np.pad(
+        power, [(0, 0)] * (power.ndim - 1) + [(_NEIGHBOURS, _NEIGHBOURS)], mode="reflect"
+    )
+    return np.asarray(np.mean(sliding_window_view(around, 2 * _NEIGHBOURS + 1, axis=-1), axis=-1))
