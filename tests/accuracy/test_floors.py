@@ -4,8 +4,9 @@ The seed is neither one of development (1 to 99) nor that of the published figur
 diagnosis, 700,000 for the estimators), and nothing is ever tuned to it. The drives are the same
 in every run, so a figure moves only with the code. A floor of the diagnosis lies one case below
 what was measured when it was set, because another machine's arithmetic may flip one. Each effect is
-hidden once for each motion, and all motions count together: a slip of two cases, which is seen, is
-one of 6 points.
+hidden once for each motion, and both motions count together: a slip of two cases is seen. Hundreds
+of drives on three motions: `tools/diagnosis_benchmark`; a multisine here:
+`tests/edge_ident/diagnosis/test_hidden_effects.py`.
 """
 
 import numpy as np
@@ -14,7 +15,7 @@ import pytest
 from edge_ident.estimation.network import load_network
 from firmware_interface.plant import paper
 from tools.diagnosis_benchmark import hiding
-from tools.diagnosis_benchmark.cases import MOTIONS, SINGLE, Batch, Case
+from tools.diagnosis_benchmark.cases import SINGLE, Batch, Case
 from tools.diagnosis_benchmark.outcome import SHOWS, Outcome
 from tools.diagnosis_benchmark.running import diagnose_case
 from tools.network_figures import Case as Identified
@@ -22,7 +23,8 @@ from tools.network_figures import Setting
 
 SEED = 5077
 DRIVES = 20
-SHOWING, FIRST, EXACT = 34, 26, 26
+MOTIONS = ("paper", "staircase")
+SHOWING, FIRST, EXACT = 23, 18, 18
 """Cases in which the effect shows, and measured: first cause right, and nothing else named."""
 
 
