@@ -95,13 +95,15 @@ def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool 
         return None
     by_the_clock = place.split("/")[0] in REAL_TIME
     if asked == "real_time":
-        return not by_the_clock and "mark.real_time" not in collection_path.read_text("utf-8")
-    return (
+        left_out = not by_the_clock and "mark.real_time" not in collection_path.read_text("utf-8")
+        return left_out or None
+    left_out = (
         (by_the_clock and "not real_time" in asked)
         or (place.startswith(LONG) and "not long" in asked)
         or (place.startswith(DEV) and "not dev" in asked)
         or (not place.startswith((*DEV, *OLDEST)) and asked == "dev or oldest")
     )
+    return left_out or None  # --ignore may still leave it out
 
 
 @pytest.hookimpl(tryfirst=True)
