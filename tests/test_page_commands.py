@@ -48,7 +48,7 @@ NOT_RUN: Final = {
 """Beginning of a command, and why it does not run here."""
 ELSEWHERE: Final = ("commands.md", "bringup.md")
 """Pages without an order of commands, and one whose test does what its reader does by hand."""
-_SHORT: Final = {"edge-ident profile": "edge-ident profile --device virtual --repetitions 2"}
+_SHORT: Final = {"edge-ident profile": "edge-ident profile --device virtual --repetitions 1"}
 """The same in seconds."""
 _COMMAND: Final = re.compile(
     r"^(\$ )?(?=(\S*/)?(edge-ident|python3?|pip|make|podman|firmware|\.) )"
