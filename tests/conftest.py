@@ -64,10 +64,25 @@ LONG = (
     "edge_ident/cli/test_capture_command.py",
 )
 """Folders and files below this one whose tests compute for long, the longest first.
-
-The gate runs them once, without training. The others run with each Python: files, the public API,
-effects and models, networks, registers and settings, pages.
 """
+DEV = (
+    "export/",
+    "edge_ident/estimation/test_network.py",
+    "test_notebook.py",
+    "test_paper_figures.py",
+    "test_site.py",
+)
+"""Those that need training or the site; the gate runs them in README's environment alone."""
+OLDEST = (
+    "edge_ident/test_public_api.py",
+    "edge_ident/cli/test_command.py",
+    "edge_ident/drive/",
+    "edge_ident/files/",
+    "edge_ident/identification/test_identify.py",
+    "edge_ident/model/test_model_files.py",
+    "edge_ident/support/",
+)
+"""Those that run there as well, on the oldest Python: imports, files, and an identification."""
 _FIRST = ("test_run.py", *LONG)
 """What begins, in this order."""
 
@@ -80,21 +95,27 @@ def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool 
         return None
     by_the_clock = place.split("/")[0] in REAL_TIME
     if asked == "real_time":
-        return not by_the_clock and "mark.real_time" not in collection_path.read_text("utf-8")
-    return (by_the_clock and "not real_time" in asked) or (
-        place.startswith(LONG) and "not long" in asked
+        left_out = not by_the_clock and "mark.real_time" not in collection_path.read_text("utf-8")
+        return left_out or None
+    left_out = (
+        (by_the_clock and "not real_time" in asked)
+        or (place.startswith(LONG) and "not long" in asked)
+        or (place.startswith(DEV) and "not dev" in asked)
+        or (not place.startswith((*DEV, *OLDEST)) and asked == "dev or oldest")
     )
+    return left_out or None  # --ignore may still leave it out
 
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark the tests that go by the clock; the long ones begin, so that no worker ends alone."""
+    """Mark the groups; the long tests begin, so that no worker ends alone."""
     for item in items:
         place = _place(item)
         if place.split("/")[0] in REAL_TIME:
             item.add_marker(pytest.mark.real_time)
-        if place.startswith(LONG):
-            item.add_marker(pytest.mark.long)
+        for group, places in {"long": LONG, "dev": DEV, "oldest": OLDEST}.items():
+            if place.startswith(places):
+                item.add_marker(group)
     items.sort(key=_turn)
 
 

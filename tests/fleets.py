@@ -1,6 +1,6 @@
 """Fleets of units of one kind, made by the independent plant: alike but for a few percent."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -18,7 +18,7 @@ from firmware_interface.plant import (
     multisine,
     simulate,
 )
-from firmware_interface.plant.drives import Control, Drives
+from firmware_interface.plant.drives import Chain, Control, Drives
 
 _VARIED = ("inertia", "viscous", "coulomb", "offset")
 _STEPS = 5
@@ -73,6 +73,24 @@ def fleet_recordings(
         )
         made[0] = _recording(faulty, 0)
     return made
+
+
+def recordings_of_each(
+    fleets: Sequence[Drives], seed: int, motion: Motion | None = None
+) -> list[list[Recording]]:
+    """Those of several sound fleets of the same size, which are simulated at once."""
+    count = fleets[0].shape[0]
+    chain, control = (
+        {
+            name: np.concatenate(
+                [vars(part)[name] for part in parts], axis=value.shape.index(count)
+            )
+            for name, value in vars(parts[0]).items()
+        }
+        for parts in ([fleet.chain for fleet in fleets], [fleet.control for fleet in fleets])
+    )
+    made = fleet_recordings(Drives(Chain(**chain), Control(**control)), seed, motion)
+    return [made[first : first + count] for first in range(0, len(made), count)]
 
 
 def save_fleet(recordings: Iterable[Recording], folder: Path, ending: str = ".npz") -> None:

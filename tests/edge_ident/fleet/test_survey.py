@@ -18,14 +18,6 @@ from edge_ident.fleet.processes import run_processes
 from edge_ident.fleet.tasks import Task
 
 
-@pytest.fixture(scope="module")
-def surveyed(
-    fleet: Path, tmp_path_factory: pytest.TempPathFactory
-) -> tuple[edge_ident.Survey, Path]:
-    output = tmp_path_factory.mktemp("output")
-    return edge_ident.survey(fleet, jobs=2, output=output), output
-
-
 def test_every_file_has_its_row_and_the_bad_one_says_why(
     surveyed: tuple[edge_ident.Survey, Path],
 ) -> None:

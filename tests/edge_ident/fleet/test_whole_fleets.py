@@ -12,7 +12,7 @@ from edge_ident.fleet.result import Comparison, SurveyedRecording
 from edge_ident.signals.read_options import ReadOptions
 from edge_ident.signals.recording import Recording
 from firmware_interface.plant import multisine, paper
-from tests.fleets import fleet_drives, fleet_recordings
+from tests.fleets import fleet_drives, fleet_recordings, recordings_of_each
 
 UNITS = 8
 OPTIONS = Options(ReadOptions(), None, diagnose=True)
@@ -36,11 +36,12 @@ def named(recordings: Sequence[Recording]) -> tuple[set[tuple[str, str]], tuple[
 
 def test_sound_fleets_are_named_no_more_often_than_promised() -> None:
     """More than two of six, where one in 20 may be: by chance once in 450 times."""
-    fleets = range(1, 7)
+    fleets = [fleet_drives(UNITS, seed) for seed in range(1, 7)]
+    made = recordings_of_each(fleets[::2], 1, multisine())
+    made += recordings_of_each(fleets[1::2], 2, paper())
     named_fleets = 0
-    for seed in fleets:
-        drives = fleet_drives(UNITS, seed)
-        out, compared = named(fleet_recordings(drives, seed, multisine() if seed % 2 else paper()))
+    for recordings in made:
+        out, compared = named(recordings)
         assert all(one.centre is not None for one in compared)
         named_fleets += bool(out)
     assert named_fleets <= stats.binom.isf(0.0125, len(fleets), FALSE_ALARM)
@@ -48,9 +49,9 @@ def test_sound_fleets_are_named_no_more_often_than_promised() -> None:
 
 def test_a_fifth_more_friction_is_found() -> None:
     found = []
-    for seed in (1, 2, 3):
-        drives = fleet_drives(UNITS, seed, spread=0.02, first_coulomb=1.2)
-        out, compared = named(fleet_recordings(drives, seed))
+    fleets = [fleet_drives(UNITS, seed, spread=0.02, first_coulomb=1.2) for seed in (1, 2, 3)]
+    for recordings in recordings_of_each(fleets, 1):
+        out, compared = named(recordings)
         found.append(("unit 1", "coulomb_friction") in out)
         friction = next(one for one in compared if one.quantity == "coulomb_friction")
         centre, between = friction.centre, friction.between
