@@ -48,6 +48,7 @@ from edge_ident.identification.result import AxisIdentification, Identification
 from firmware_interface.gains import FEEDBACK, AxisGains
 from firmware_interface.motion import Multisine, Trajectory
 from firmware_interface.plant import Hidden, Plant, draw_drives
+from firmware_interface.virtual.settings import CONSERVATIVE_GAINS
 from tests.short_runs import Silent
 from tools.campaign_scores import line, scored, table
 
@@ -59,7 +60,6 @@ _RIGID: Final = {
     "coulomb_smoothing_rad_s",
     "offset_feedforward",
 }
-_DIVISORS: Final = ("stribeck_speed", "ripple_period")
 _FAULTS: Final = {"single": 1, "pair": 2, "sound": 0}
 _ARMS: Final = ("run", "one", "multisine", "staircase", "random")
 Row = dict[str, Any]
@@ -173,12 +173,9 @@ def _chosen(arm: str, study: Study, first: Trajectory, number: int) -> Trajector
 
 
 def _compensated(gains: AxisGains) -> list[str]:
-    """Gains beyond those of a rigid body that do something."""
-    return [
-        name
-        for name, value in gains.numbers().items()
-        if value and name not in _RIGID and not name.startswith(_DIVISORS)
-    ]
+    """Gains beyond those of a rigid body that are not as in the soft ones, where they are off."""
+    off = CONSERVATIVE_GAINS.numbers()
+    return [n for n, value in gains.numbers().items() if n not in _RIGID and value != off[n]]
 
 
 def _axes(found: Identification) -> Row:
