@@ -167,7 +167,9 @@ def simulate_batch(batch: Batch) -> None:
         effort_shift_s=made.effort_shift_s,
         truth=made.truth,
         axis=axis,
-        **measured,
+        shows=measured["shows"],
+        share=measured["share"],
+        detectability=measured["detectability"],
     )
     part.replace(path)
 
@@ -223,7 +225,9 @@ def _measured(
     found = {
         name: np.ones((batch.drives, len(alone))) for name in ("shows", "share", "detectability")
     }
-    sound = _simulated(batch, []) if alone else None
+    if not alone:
+        return found
+    sound = _simulated(batch, [])
     for place, (made, twin) in enumerate(alone):
         for row, hit in enumerate(axis.tolist()):
             trace = _trace(batch, made, twin, row, hit)

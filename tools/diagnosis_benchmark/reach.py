@@ -25,7 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cholesky_banded, solve_banded
 
-from firmware_interface.plant import SAMPLE_S
+from firmware_interface.plant import COUNT_RAD, SAMPLE_S
 from firmware_interface.plant.mechanism import STEPS_PER_SAMPLE
 
 Array = NDArray[np.float64]
@@ -38,8 +38,11 @@ _COARSE: Final = 5
 _MARGIN: Final = 3
 """Samples beside an unknown direction that a shift may mix with it."""
 _BAND_HZ: Final = 20.0
-"""Up to which a waveform is compared. Sound chains swing from 19 Hz on, and the phase of such a swing
-is known to nobody. No band of `diagnose` is wider either."""
+"""Waveforms are compared up to here. Sound chains swing from 19 Hz on, and nobody knows the phase
+of such a swing. No band of `diagnose` is wider either."""
+_WOUND_UP: Final = 2.0 * COUNT_RAD
+"""Distance from a turning point within which the motor may creep while the table sticks: a sound
+chain winds up by less than a count to either side. On slow motions that lasts for a second."""
 _BLOCK: Final = 200
 """Samples."""
 
@@ -104,8 +107,8 @@ class Trace:
     def share(self) -> float:
         """Rms of what the fault adds beyond the base model, over the rms effort.
 
-        Where the encoder does not show the direction of motion, friction may be anything, and
-        nothing counts.
+        Where the encoder does not show in which direction the table moves, friction may be
+        anything, and nothing counts.
         """
         kept = self.known[:, None]
         left = self._left(lambda columns: _in_band(kept * columns))
@@ -162,7 +165,7 @@ class Trace:
 
     @property
     def known(self) -> NDArray[np.bool_]:
-        """Samples at which the encoder shows in which direction the axis moves, (N,)."""
+        """Samples at which the encoder shows in which direction the table moves, (N,)."""
         stamps = self.lead + STEPS_PER_SAMPLE * np.arange(len(self.effort))
         direction = np.sign(self.velocity[stamps])
         angle = self._sums[0, stamps] * SAMPLE_S / STEPS_PER_SAMPLE
@@ -173,9 +176,10 @@ class Trace:
         return np.asarray(np.convolve(unknown, np.ones(2 * _MARGIN + 1), "same") < 0.5)
 
     def _until_away(self, angle: Array) -> int:
-        """Samples until the axis is a count away; looked at in blocks, because it soon is."""
+        """Samples until the table follows; looked at in blocks, because it soon does."""
+        distance = max(self.noise.count_rad, _WOUND_UP)
         for first in range(0, len(angle), _BLOCK):
-            away = np.abs(angle[first : first + _BLOCK] - angle[0]) > self.noise.count_rad
+            away = np.abs(angle[first : first + _BLOCK] - angle[0]) > distance
             if np.any(away):
                 return first + int(np.argmax(away))
         return len(angle)
