@@ -74,8 +74,7 @@ def simulate(
         Of the noise alone.
     steps_per_sample : int
         A multiple of 5.
-    twin : Twin or None
-        Follows every step of the drives.
+    twin : Twin, optional
     """
     electronics = electronics or Electronics()
     command, angle, velocity = _run(drives, motion, effects, electronics, steps_per_sample, twin)
