@@ -81,7 +81,6 @@ def simulate(
     recorded = command
     for effect in overriding(effects, "recorded"):
         recorded = effect.recorded(recorded, motion.clock_s)
-    noisy = recorded if noise is None else recorded + noise.added_to(recorded, seed)
     shown = angle
     for effect in overriding(effects, "encoder"):
         shown = effect.encoder(shown)
@@ -96,7 +95,7 @@ def simulate(
     return Recordings(
         time_s=motion.clock_s[motion.recorded],
         position=part(_quantized(shown, electronics.count_rad)),
-        effort=part(noisy),
+        effort=part(recorded if noise is None else recorded + noise.added_to(recorded, seed)),
         reference=part(np.broadcast_to(motion.position, angle.shape)),
         effort_shift_s=(electronics.effort_shift_s * np.ones((len(base), 1)))[:, 0],
         true_angle=part(angle),
