@@ -32,6 +32,7 @@ from firmware_interface.plant.motions import (
 )
 from firmware_interface.plant.plant import Plant
 from firmware_interface.plant.simulation import Recordings, simulate
+from firmware_interface.plant.twin import Twin
 
 __all__ = [
     "COUNT_RAD",
@@ -51,6 +52,7 @@ __all__ = [
     "Plant",
     "Recordings",
     "Scales",
+    "Twin",
     "draw",
     "draw_drives",
     "draw_electronics",

@@ -14,6 +14,8 @@ import numpy as np
 from firmware_interface.plant.drives import Array, Chain
 from firmware_interface.plant.effect import Effect
 
+# Found by convergence (tests/test_plant.py): finer steps change efforts by less than the noise.
+STEPS_PER_SAMPLE = 10
 # Maxwell elements per bristle friction; their reaches are even from 0 to twice the mean
 ELEMENTS = 8
 
@@ -93,6 +95,22 @@ class Mechanism:
         self.table_acceleration = (free[2] - self.velocity[2]) / self._step_s
         self.velocity = free
         self.angle += half * free
+
+    def follow(self, velocity: Array) -> Array:
+        """One step in which the motor takes this velocity, (B, A): the torque that this needs.
+
+        While the motor stands its dry friction bears any torque up to its level; it is taken as
+        zero then.
+        """
+        half = self._step_s / 2
+        self.angle += half * self.velocity
+        free = self._keep * self.velocity + self._push * self._forces(np.zeros_like(velocity))
+        torque = (velocity + np.sign(velocity) * self._hold[0] - free[0]) / self._push[0]
+        free -= np.minimum(np.maximum(free, -self._hold), self._hold)
+        free[0] = velocity
+        self.velocity = free
+        self.angle += half * free
+        return np.asarray(torque)
 
     def _forces(self, torque: Array) -> Array:
         """Torque on each mass, dry friction and that against the ground aside, (3, B, A)."""

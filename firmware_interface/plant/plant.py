@@ -8,10 +8,9 @@ import numpy as np
 
 from firmware_interface.plant.drives import Drives
 from firmware_interface.plant.effect import Effect
-from firmware_interface.plant.mechanism import overriding
+from firmware_interface.plant.mechanism import STEPS_PER_SAMPLE, overriding
 from firmware_interface.plant.motions import SAMPLE_S
 from firmware_interface.plant.moving_axis import MovingAxis
-from firmware_interface.plant.simulation import STEPS_PER_SAMPLE
 
 DELAY: Final = 0.2
 """Of a sample, after which a new command begins to act: 0.5 ms of 2.5."""

@@ -8,11 +8,9 @@ import numpy as np
 from firmware_interface.plant.drives import Array, Control, Drives
 from firmware_interface.plant.effect import Effect, Scales
 from firmware_interface.plant.electronics import Electronics, Noise
-from firmware_interface.plant.mechanism import Mechanism, overriding
+from firmware_interface.plant.mechanism import STEPS_PER_SAMPLE, Mechanism, overriding
 from firmware_interface.plant.motions import SAMPLE_S, Motion
-
-# Found by convergence (tests/test_plant.py): finer steps change efforts by less than the noise.
-STEPS_PER_SAMPLE = 10
+from firmware_interface.plant.twin import Twin
 
 
 @dataclass(frozen=True)
@@ -62,6 +60,7 @@ def simulate(
     seed: int = 0,
     electronics: Electronics | None = None,
     steps_per_sample: int = STEPS_PER_SAMPLE,
+    twin: Twin | None = None,
 ) -> Recordings:
     """Run all drives through a motion at once.
 
@@ -75,13 +74,13 @@ def simulate(
         Of the noise alone.
     steps_per_sample : int
         A multiple of 5.
+    twin : Twin, optional
     """
     electronics = electronics or Electronics()
-    command, angle, velocity = _run(drives, motion, effects, electronics, steps_per_sample)
+    command, angle, velocity = _run(drives, motion, effects, electronics, steps_per_sample, twin)
     recorded = command
     for effect in overriding(effects, "recorded"):
         recorded = effect.recorded(recorded, motion.clock_s)
-    noisy = recorded if noise is None else recorded + noise.added_to(recorded, seed)
     shown = angle
     for effect in overriding(effects, "encoder"):
         shown = effect.encoder(shown)
@@ -96,7 +95,7 @@ def simulate(
     return Recordings(
         time_s=motion.clock_s[motion.recorded],
         position=part(_quantized(shown, electronics.count_rad)),
-        effort=part(noisy),
+        effort=part(recorded if noise is None else recorded + noise.added_to(recorded, seed)),
         reference=part(np.broadcast_to(motion.position, angle.shape)),
         effort_shift_s=(electronics.effort_shift_s * np.ones((len(base), 1)))[:, 0],
         true_angle=part(angle),
@@ -114,6 +113,7 @@ def _run(
     effects: Sequence[Effect],
     electronics: Electronics,
     steps: int,
+    twin: Twin | None,
 ) -> tuple[Array, Array, Array]:
     """Commands, angles and velocities at every stamp, (LEAD + N + TAIL, B, A)."""
     whole = np.ones(drives.shape)
@@ -136,6 +136,8 @@ def _run(
         amplifier.take(acting)
         for step in range(steps):
             mechanism.advance(amplifier.torque(step))
+            if twin is not None:
+                twin.follow(mechanism)
     return commands, angles, velocities
 
 

@@ -9,11 +9,11 @@ none. Every drive has a multisine, or a phase of the paper's motion, of its own.
 
 What counts, and how:
 
-- A case counts in the headline when its effect is above the tolerance: what it adds outside
-  reversals (60 ms, and two counts of 8400 a turn), and the base model with a shift of at most 1.5
-  samples cannot express along the true motion, is at least 1 % of the rms effort. Rows of their own
-  count those that also show outside reversals (the base model leaves at least twice the variance
-  that it leaves on the same drive without the effect), and outside standstills as well.
+- A case counts in the headline when its effect is above the tolerance: what a sound drive would not
+  have needed for the same motion, and the base model with a shift of at most 1.5 samples cannot
+  express, is at least 1 % of the rms effort up to 20 Hz, where the encoder shows the direction.
+- Rows of their own count what is within reach as well: an ideal test, which knows the waveform and
+  the noise, tells it from noise (d of 6, `reach.py`).
 - A first cause is right when it is the hidden effect. A tie is not right: where the report calls
   another effect first and the hidden one its only inseparable alternative, a row of its own counts
   it. 'Nothing else named' and 'pairs' count it.
@@ -35,7 +35,7 @@ What counts, and how:
     python -m tools.diagnosis_benchmark --read FILE             the tables of a former run
 
 Simulations are kept in runs/diagnosis_benchmark and used again. Seeds 1 to 99 are for development;
-the figures in docs/diagnosis.md are of seed 12911, which no development had seen.
+the figures in docs/diagnosis.md are of seed 13997, which no development had seen.
 """
 
 import os
@@ -61,7 +61,7 @@ from tools.diagnosis_benchmark.speed import print_speed
 from tools.diagnosis_benchmark.tables import print_tables
 
 DEVELOPMENT_SEED: Final = 1
-REPORTING_SEED: Final = 12911
+REPORTING_SEED: Final = 13997
 SPEED: Final = "speed"
 
 

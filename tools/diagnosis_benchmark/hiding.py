@@ -18,6 +18,7 @@ from firmware_interface.plant import (
     Electronics,
     Noise,
     Recordings,
+    Twin,
     draw,
     draw_drives,
     draw_electronics,
@@ -25,13 +26,15 @@ from firmware_interface.plant import (
     simulate,
 )
 from firmware_interface.plant.electric_effects import RecordDelay
+from firmware_interface.plant.mechanism import STEPS_PER_SAMPLE
+from firmware_interface.plant.motions import LEAD
 from tools.diagnosis_benchmark.cases import BATCH_DRIVES, DRAWN, Batch, Case
 from tools.diagnosis_benchmark.measuring import (
     ABOVE_BAND,
     added_share,
-    orthogonal_share,
     variance_ratio,
 )
+from tools.diagnosis_benchmark.reach import MeasurementNoise, Trace
 
 Array = NDArray[np.float64]
 
@@ -61,11 +64,10 @@ class Hidden:
     shows : (B, K) array
         Variance that the base model leaves outside reversals with each fault alone, over that
         without; K faults in each drive.
-    shows_sliding : (B, K) array
-        The same outside standstills as well: an axis that sticks where it turns tells nothing
-        until it has come loose.
     share : (B, K) array
         Rms of what each fault alone adds that the base model cannot express, over the rms effort.
+    detectability : (B, K) array
+        Of each fault alone: mean of the ideal test's statistic, in its standard deviations.
     """
 
     time_s: Array
@@ -76,8 +78,8 @@ class Hidden:
     truth: Array
     axis: NDArray[np.intp]
     shows: Array
-    shows_sliding: Array
     share: Array
+    detectability: Array
 
     def recording(self, row: int) -> Recording:
         """What the board of one drive recorded, as in a CSV file."""
@@ -149,9 +151,11 @@ def simulate_batch(batch: Batch) -> None:
     effects = faults(batch)
     shape = batch.drives, len(AXES)
     count_rad = np.broadcast_to(_boards(batch).count_rad, shape)
-    made = _simulated(batch, effects)
     axis = sum((effect.hit for effect in effects), np.zeros(shape)).argmax(axis=1)
-    measured = _measured(batch, made, axis)
+    count = len(batch.hidden[0])
+    alone = [_simulated_beside(batch, faults(batch, place), axis) for place in range(count)]
+    made = alone[0][0] if count == 1 else _simulated(batch, effects)
+    measured = _measured(batch, alone, axis)
     path.parent.mkdir(parents=True, exist_ok=True)
     part = path.with_suffix(".part.npz")
     np.savez(
@@ -164,8 +168,8 @@ def simulate_batch(batch: Batch) -> None:
         truth=made.truth,
         axis=axis,
         shows=measured["shows"],
-        shows_sliding=measured["shows_sliding"],
         share=measured["share"],
+        detectability=measured["detectability"],
     )
     part.replace(path)
 
@@ -177,7 +181,7 @@ def load_batch(batch: Batch) -> Hidden:
         return Hidden(**{name: stored[name] for name in stored.files})
 
 
-def _simulated(batch: Batch, effects: Sequence[Effect]) -> Recordings:
+def _simulated(batch: Batch, effects: Sequence[Effect], twin: Twin | None = None) -> Recordings:
     drawn = draw_noise(BATCH_DRIVES, batch.plant_seed)
     return simulate(
         batch.of_drives(draw_drives(BATCH_DRIVES, batch.plant_seed)),
@@ -186,7 +190,17 @@ def _simulated(batch: Batch, effects: Sequence[Effect]) -> Recordings:
         noise=_BatchNoise(drawn.share if batch.noise == DRAWN else batch.noise),
         seed=batch.plant_seed,
         electronics=_boards(batch),
+        twin=twin,
     )
+
+
+def _simulated_beside(
+    batch: Batch, effects: Sequence[Effect], axis: NDArray[np.intp]
+) -> tuple[Recordings, Twin]:
+    """Drives with their faults, and sound twins that move as they do."""
+    drives = batch.of_drives(draw_drives(BATCH_DRIVES, batch.plant_seed))
+    twin = Twin(drives, batch.of_drives(batch.reference), effects, axis)
+    return _simulated(batch, effects, twin), twin
 
 
 class _BatchNoise(Noise):
@@ -204,24 +218,43 @@ def _boards(batch: Batch) -> Electronics:
     return batch.of_drives(draw_electronics((BATCH_DRIVES, len(AXES)), batch.plant_seed))
 
 
-def _measured(batch: Batch, made: Recordings, axis: NDArray[np.intp]) -> dict[str, Array]:
-    """How far each fault alone shows and what it adds, (B, K) each, for K faults in each drive."""
-    count = len(batch.hidden[0])
-    found = {name: np.ones((batch.drives, count)) for name in ("shows", "shows_sliding", "share")}
-    if count == 0:
+def _measured(
+    batch: Batch, alone: Sequence[tuple[Recordings, Twin]], axis: NDArray[np.intp]
+) -> dict[str, Array]:
+    """How far each of K faults alone shows, what it adds, and how well it can be told, (B, K)."""
+    found = {
+        name: np.ones((batch.drives, len(alone))) for name in ("shows", "share", "detectability")
+    }
+    if not alone:
         return found
     sound = _simulated(batch, [])
-    alone = [made] if count == 1 else [_simulated(batch, faults(batch, k)) for k in range(count)]
-    for row, hit in enumerate(axis):
-        for place, one in enumerate(alone):
-            at = int(row), int(hit)
-            found["shows"][row, place] = variance_ratio(one, sound, *at)
-            found["shows_sliding"][row, place] = variance_ratio(one, sound, *at, sliding=True)
+    for place, (made, twin) in enumerate(alone):
+        for row, hit in enumerate(axis.tolist()):
+            trace = _trace(batch, made, twin, row, hit)
             above_band = batch.hidden[row][place] in ABOVE_BAND
-            found["share"][row, place] = (
-                added_share(one, *at) if above_band else orthogonal_share(one, sound, *at)
-            )
+            found["shows"][row, place] = variance_ratio(made, sound, row, hit)
+            found["share"][row, place] = added_share(made, row, hit) if above_band else trace.share
+            found["detectability"][row, place] = trace.detectability
     return found
+
+
+def _trace(batch: Batch, made: Recordings, twin: Twin, row: int, axis: int) -> Trace:
+    """What the axis with the fault did."""
+    count_rad = np.broadcast_to(_boards(batch).count_rad, made.truth.shape[:2])
+    quiet = made.quiet_effort[row, axis]
+    inertia, viscous_friction = made.truth[row, axis, :2].tolist()
+    return Trace(
+        effort=quiet,
+        torque=twin.torque[:, row],
+        velocity=twin.velocity[:, row],
+        lead=STEPS_PER_SAMPLE * LEAD,
+        noise=MeasurementNoise(
+            effort_nm=float(np.std(made.effort[row, axis] - quiet)),
+            count_rad=float(count_rad[row, axis]),
+            inertia=inertia,
+            viscous_friction=viscous_friction,
+        ),
+    )
 
 
 def _path(batch: Batch) -> Path:
@@ -234,6 +267,6 @@ def _plant_version() -> str:
     """Changes with any file of the plant, or with what makes the cases."""
     here = Path(__file__).parent
     plant = here.parents[1] / "firmware_interface" / "plant"
-    mine = [here / f"{name}.py" for name in ("cases", "hiding", "measuring")]
+    mine = [here / f"{name}.py" for name in ("cases", "hiding", "measuring", "reach")]
     sources = [*sorted(plant.glob("*.py")), *mine]
     return hashlib.sha256(b"".join(path.read_bytes() for path in sources)).hexdigest()

@@ -22,8 +22,13 @@ def print_case(case: Case, console: Console) -> None:
     wall_s = time.perf_counter() - began_s
     hit = AXES[hidden.axis[case.row]]
     console.print(f"[bold]{case}[/], diagnosed in {wall_s:.2f} s")
-    for line, ratio in zip(fault_values(case), hidden.shows[case.row], strict=True):
-        console.print(f"hidden in {hit}: {line}; variance ratio {ratio:.4g}")
+    measured = hidden.shows, hidden.share, hidden.detectability
+    of_faults = zip(fault_values(case), *(values[case.row] for values in measured), strict=True)
+    for line, ratio, share, index in of_faults:
+        console.print(
+            f"hidden in {hit}: {line}; variance ratio {ratio:.4g}, {share:.2%} of the effort "
+            f"beyond the base model, detectability {index:.1f}"
+        )
     for finding in diagnosis.data_quality:
         console.print(f"data, axis {finding.axis}: {finding.code}: {finding.message}")
     for name, truth in zip(AXES, hidden.truth[case.row], strict=True):

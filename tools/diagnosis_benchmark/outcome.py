@@ -24,6 +24,9 @@ SHOWS: Final = 2.0
 """Variance ratio from which a fault shows outside reversals."""
 TOLERANCE: Final = 0.01
 """Share of the rms effort, orthogonal to the base model, from which a fault counts."""
+REACH: Final = 6.0
+"""Detectability from which a test can tell a fault from noise. The criterion of a test gains its
+square on average: 36, where 25 have to be left after a penalty of about 10."""
 DIFFERENT_CLOCKS: Final = (("time_delay",), "effort_late")
 """A hidden delay, and the finding that says so where it is longer than any loop bears."""
 JUDGED: Final = ("inertia", "viscous_friction", "coulomb_friction")
@@ -78,10 +81,10 @@ class Outcome:
     hidden : tuple of str
     shows, shows_full : tuple of float
         Variance ratio of each hidden effect alone, at this scale and at full size.
-    slides_full : tuple of float
-        The same at full size, outside standstills as well.
     share : tuple of float
         Of the rms effort, by each hidden effect, orthogonal to the base model, at full size.
+    detectability : tuple of float
+        Of each hidden effect alone by the ideal test, at full size.
     shift_periods, found_shift_periods : float
         By which the effort is recorded late, and as diagnosed.
     verdict : str
@@ -109,8 +112,8 @@ class Outcome:
     hidden: tuple[str, ...]
     shows: tuple[float, ...]
     shows_full: tuple[float, ...]
-    slides_full: tuple[float, ...] = ()
     share: tuple[float, ...] = ()
+    detectability: tuple[float, ...] = ()
     shift_periods: float = 0.0
     found_shift_periods: float = 0.0
     verdict: str = ""
@@ -144,9 +147,9 @@ class Outcome:
         return self.counts and (above or all(ratio >= SHOWS for ratio in self.shows_full))
 
     @property
-    def slides(self) -> bool:
-        """Whether every hidden effect counts, and shows while the axis slides."""
-        return self.counts and all(ratio >= SHOWS for ratio in self.slides_full)
+    def within_reach(self) -> bool:
+        """Whether every hidden effect counts, and the ideal test can tell it from noise."""
+        return self.counts and all(index >= REACH for index in self.detectability)
 
     @property
     def said(self) -> bool:
@@ -230,8 +233,8 @@ def unjudged(case: Case, failure: str = "") -> Outcome:
         hidden=case.hidden,
         shows=tuple(shows.tolist()),
         shows_full=tuple(shows_full.tolist()),
-        slides_full=tuple(full.shows_sliding[case.row].tolist()),
         share=tuple(full.share[case.row].tolist()),
+        detectability=tuple(full.detectability[case.row].tolist()),
         shift_periods=-float(full.effort_shift_s[case.row]) / SAMPLE_S,
         failure=failure,
     )

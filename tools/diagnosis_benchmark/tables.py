@@ -76,8 +76,7 @@ def _rows(
     clean: Sequence[Outcome],
 ) -> list[tuple[str, Sequence[Outcome], Callable[[Outcome], bool]]]:
     """Title of each row of the headline, its cases, and what is counted."""
-    seen = [o for o in shown if o.seen]
-    sliding, sliding_pairs = ([o for o in some if o.slides] for some in (shown, pairs))
+    within, within_pairs = ([o for o in some if o.within_reach] for some in (shown, pairs))
     # of two effects that a report calls inseparable, the hidden one counts only where it says so
     return [
         ("single: first cause right", shown, lambda o: o.right),
@@ -87,12 +86,10 @@ def _rows(
         ("single: first cause 'not separable'", shown, lambda o: o.undecided),
         ("single: no cause, but suspected or minor", shown, lambda o: o.suspects),
         ("single: another effect first", shown, lambda o: bool(o.causes) and not o.met),
-        ("single, seen outside reversals: right", seen, lambda o: o.right),
-        ("single, seen outside reversals: nothing else", seen, lambda o: o.alone),
-        ("single, seen while it slides: right", sliding, lambda o: o.right),
-        ("single, seen while it slides: nothing else", sliding, lambda o: o.alone),
+        ("single, within reach: first cause right", within, lambda o: o.right),
+        ("single, within reach: nothing else named", within, lambda o: o.alone),
         ("pairs: both found (inseparable counts)", pairs, lambda o: o.found_all),
-        ("pairs, seen while it slides: both", sliding_pairs, lambda o: o.found_all),
+        ("pairs, within reach: both found", within_pairs, lambda o: o.found_all),
         ("pairs: verdict exact", pairs, lambda o: o.exact),
         ("unknown: 'unexplained'", unknown, lambda o: o.verdict == "unexplained"),
         ("unknown: a confident name", unknown, lambda o: o.confident),
@@ -243,13 +240,14 @@ def failures(outcomes: Iterable[Outcome]) -> Table:
     ]
     table = _table(
         f"{len(wrong)} cases that went wrong, {_MOST_FAILURES} at most",
-        "case", "hidden", "share", "verdict", "named", "suspected",
+        "case", "hidden", "share", "detectability", "verdict", "named", "suspected",
     )  # fmt: skip
     for o in wrong[:_MOST_FAILURES]:
         table.add_row(
             o.case,
             " + ".join(o.hidden),
             " ".join(f"{share:.2%}" for share in o.share),
+            " ".join(f"{index:.1f}" for index in o.detectability),
             o.failure or o.verdict,
             " + ".join(map(str, o.causes)),
             " + ".join(map(str, (*o.suspected, *o.minor))),

@@ -57,8 +57,8 @@ def _physical(values: Values, excitation: Excitation) -> bool:
 
 
 def _grid(excitation: Excitation) -> dict[str, Array]:
-    """Turns of an encoder that sees from half a turn to many."""
-    return {"period": excitation.periods(0.5, 40.0, step=0.25)}
+    """Turns of an encoder that sees from a quarter of a turn to many."""
+    return {"period": excitation.periods(0.25, 40.0, step=0.25)}
 
 
 def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:

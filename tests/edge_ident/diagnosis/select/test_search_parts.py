@@ -211,3 +211,13 @@ def test_a_model_that_knows_the_effect_leaves_nothing_to_find() -> None:
     again = diagnose([record], model=known).axes["x"]
     assert again.verdict is Verdict.ADEQUATE
     assert [term.effect for term in again.model.terms] == [BASE, "asymmetric_friction"]
+
+
+def test_an_encoder_that_never_makes_half_a_turn_is_found_off_its_centre() -> None:
+    t, x, v, a = swing()
+    turn = float(np.ptp(x)) / 0.42
+    reading = x + 0.006 * turn * np.sin(2.0 * np.pi * x / turn + 1.0)
+    (axis,) = diagnose([recorded(t, reading, rigid(v, a), noise=0.02)]).axes.values()
+    assert axis.verdict == Verdict.EXPLAINED
+    (cause,) = axis.causes
+    assert cause.term.effect == "encoder_eccentricity"
