@@ -68,6 +68,7 @@ LONG = (
 DEV = (
     "export/",
     "edge_ident/estimation/test_network.py",
+    "edge_ident/estimation/test_rank_one.py",
     "test_notebook.py",
     "test_paper_figures.py",
     "test_site.py",
