@@ -63,8 +63,7 @@ LONG = (
     "edge_ident/baselines/",
     "edge_ident/cli/test_capture_command.py",
 )
-"""Folders and files below this one whose tests compute for long, the longest first.
-"""
+"""Folders and files below this one whose tests compute for long, the longest first."""
 DEV = (
     "export/",
     "edge_ident/estimation/test_network.py",
