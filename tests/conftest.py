@@ -63,11 +63,11 @@ LONG = (
     "edge_ident/baselines/",
     "edge_ident/cli/test_capture_command.py",
 )
-"""Folders and files below this one whose tests compute for long, the longest first.
-"""
+"""Folders and files below this one whose tests compute for long, the longest first."""
 DEV = (
     "export/",
     "edge_ident/estimation/test_network.py",
+    "edge_ident/estimation/test_rank_one.py",
     "test_notebook.py",
     "test_paper_figures.py",
     "test_site.py",
