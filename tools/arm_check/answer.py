@@ -12,5 +12,5 @@ from edge_ident.estimation.manifest import VARIANTS
 from edge_ident.estimation.network import load_network
 
 if __name__ == "__main__":
-    images = np.load(sys.argv[1])
+    images = np.load(sys.argv[1], allow_pickle=False)
     print(json.dumps({v: load_network(v).residual_shares(images).tolist() for v in VARIANTS}))
