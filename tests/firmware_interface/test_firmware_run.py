@@ -10,7 +10,7 @@ from tools.firmware_run import run_on, served
 def test_a_run_finds_a_hidden_fault_and_writes_gains_that_keep_their_promise(
     firmware: Path, tmp_path: Path
 ) -> None:
-    with served(firmware, tmp_path, "torque_ripple", speed=4.0) as device:
+    with served(firmware, tmp_path, "torque_ripple", speed=2.0) as device:
         ran = run_on(device, tmp_path / "run", "torque_ripple")
     assert "identification" in ran.document, ran.document
     axes = ran.document["identification"]["axes"]
