@@ -73,7 +73,7 @@ def test_a_package_that_another_distribution_has_too(
 FAKES = {
     "import os, signal\nos.kill(os.getpid(), signal.SIGILL)": "SIGILL when it is imported",
     (
-        "import os, signal\n"
+        "import os, signal\n__version__ = '1'\n"
         "class SessionOptions: pass\n"
         "class ExecutionMode: ORT_SEQUENTIAL = 0\n"
         "class GraphOptimizationLevel: ORT_ENABLE_ALL = 0\n"
