@@ -19,10 +19,11 @@ The errors are read as a board reports them, in whole counts, from the way that 
 (`edge_ident.commissioning.motor_way`). The 90 % interval goes from the
 smallest of `DRAWS` to the largest.
 
-Terms that are tied to time (`Effect.tied_to_time`) act in the recording that they were found in and
-are not carried on. Base parameters that they changed stay as they were at its end: new gains meet
-that drive, and so does every later motion. Effort ends at the board's limit, or at one of the
-actuator that the model knows.
+Terms that are tied to time (`Effect.tied_to_time`) act in the recording that they were found in.
+Nobody knows whether a push or a warm-up comes again in the next motion. So every second draw has
+them once more. In the others they are over, and base parameters that they changed stay as they were
+at the end of the recording. Effort ends at the board's limit, or at one of the actuator that the
+model knows.
 """
 
 import math
