@@ -61,13 +61,13 @@ class Tried:
 
     def promise(self) -> Promise:
         """What was forecast, and what was measured."""
-        foretold = Promise(
+        promise = Promise(
             {
                 name: promised(before, self.grounds, self.hardware, self.active, self.wanted)
                 for name, (before, _) in self.motions.items()
             }
         )
-        return foretold.measured(
+        return promise.measured(
             {
                 name: {axis: Errors.of(after.errors(axis)) for axis in after.ways}
                 for name, (_, after) in self.motions.items()

@@ -7,7 +7,7 @@ identification, and all are diagnosed together.
 """
 
 import logging
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -51,10 +51,12 @@ def reconsidered(study: Study, separation: Separation, second: Recorded) -> Sepa
         against = contradictions(separation.found, second.capture.recording)
         if not against:
             return separation
-        _tell(study, second.file, against)
-        motions = list(separation.motions)
+        for name, sentences in against.items():
+            said = "; ".join(sentences)
+            study.tell(f"axis {name}: {said}; {second.file} joins the identification")
         trajectory, capture, found = second.motion.trajectory, second.capture, separation.found
         made = IdentificationMotion(second.file, trajectory, capture, found, None, {}, against)
+        motions = separation.motions
         return separate(study, [*motions, judged(study, motions, made)])
     except DataError as error:
         log.info("the second motion cannot be judged: %s", error.cause)
@@ -114,11 +116,3 @@ def _moved(
     for n, name in enumerate(PARAMETERS[:3]):
         if moved[n]:
             yield name.replace("_", " "), new.parameters[n], old.parameters[n], before.units[n]
-
-
-def _tell(study: Study, file: str, against: Mapping[str, tuple[str, ...]]) -> None:
-    """Say why the run does not go on with what it found."""
-    for name, sentences in against.items():
-        line = f"axis {name}: {'; '.join(sentences)}; {file} joins the identification"
-        study.observer.say(line)
-        log.info(line)

@@ -87,7 +87,8 @@ def drawn_loads(
     Returns
     -------
     recorded, then : Loads
-        In the course of the recording, and in the state in which the drive goes on.
+        In the course of the recording; and later, in the state in which the drive goes on, or with
+        what belonged to the time of the recording once more.
 
     Raises
     ------

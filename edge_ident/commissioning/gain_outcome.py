@@ -54,7 +54,7 @@ class GainChange:
         """One sentence."""
         if self.dry_run:
             said = "dry run: gains were designed and checked, nothing was written"
-            return f"{said}; {_foretold(self.promise)}"
+            return f"{said}; {_forecast(self.promise)}"
         if self.unchanged:
             return _why_nothing(self.promise)
         if self.verification is None:
@@ -90,7 +90,7 @@ class GainChange:
         return f"; the motion contradicts the diagnosis ({named})" if named else ""
 
 
-def _foretold(promise: Promise | None) -> str:
+def _forecast(promise: Promise | None) -> str:
     if promise is None or not promise.worth_a_write:
         return f"a run would end with '{_why_nothing(promise)}'"
     falls = ", ".join(f"{axis} {of_axis.improvement:.1%}" for _, axis, of_axis in promise.every)

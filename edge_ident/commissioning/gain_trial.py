@@ -137,7 +137,7 @@ class Trial:
         self._recorded: dict[str, Recording] = {before.first.name: before.capture.recording}
         self.promise = Promise({})
         self.second = before.recorded
-        self._foretell(before.first)
+        self._forecast(before.first)
 
     def worth_a_write(self) -> bool:
         """Whether the forecast is worth a write, on the second motion too.
@@ -154,7 +154,7 @@ class Trial:
         motion = self.second.motion
         self._motions.append(motion)
         self._recorded[motion.name] = self.second.capture.recording
-        self._foretell(motion)
+        self._forecast(motion)
         return self.promise.worth_a_write
 
     def write(self) -> None:
@@ -197,7 +197,7 @@ class Trial:
             diagnosed=self._before.grounds.diagnosed,
         )
 
-    def _foretell(self, motion: NamedMotion) -> None:
+    def _forecast(self, motion: NamedMotion) -> None:
         """Add what is promised on a motion that was done with the old gains."""
         with self._watch.stage("last_sample_to_verified"), self._watch.stage("forecast"):
             moved = Moved.along(self._recorded[motion.name], motion.trajectory)

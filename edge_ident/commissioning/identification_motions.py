@@ -70,6 +70,11 @@ class Study:
     most_motions: int = 1
     most_s: float = inf
 
+    def tell(self, line: str) -> None:
+        """Say something to the person at the machine, and to the log."""
+        self.observer.say(line)
+        log.info(line)
+
 
 @dataclass(frozen=True)
 class IdentificationMotion:
@@ -147,8 +152,7 @@ def identified(
     )
     for name, axis in found.axes.items():
         if axis.diagnosis is not None:
-            study.observer.say(f"axis {name}: {axis.diagnosis_sentence}")
-            log.info("axis %s: %s", name, axis.diagnosis_sentence)
+            study.tell(f"axis {name}: {axis.diagnosis_sentence}")
     return found
 
 

@@ -5,7 +5,6 @@ motion comes first. The motions end when one explanation is left for every axis,
 their time are used up, or when no motion inside the limits separates what is left.
 """
 
-import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -29,8 +28,6 @@ from edge_ident.identification.result import Identification, ParameterSource
 from edge_ident.signals.data_checks import check_recording
 from edge_ident.signals.recording import Recording
 from firmware_interface.motion import Trajectory
-
-log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -185,8 +182,7 @@ def _further(study: Study, motions: list[IdentificationMotion]) -> str:
     number = len(motions) + 1
     first, *rest = following.told
     for line in (f"motion {number}, {wanted_s:.0f} s: {first}", *rest):
-        study.observer.say(line)
-        log.info(line)
+        study.tell(line)
     capture = captured(study, trajectory, number)
     study.board.finish()
     check_recording(capture.recording)

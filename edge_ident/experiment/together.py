@@ -127,11 +127,13 @@ def _without_own_lines(
             return earlier is not None
         if not any(abs(found - other) < resolved_hz for other in known):
             return False
-        if found < together.cutoff_hz:  # inside the band of a livelier motion
-            return structure_in_band(together)
-        return held(last, name, line, together.model)
+        # inside the band of a livelier motion, the comparison tells
+        return found >= together.cutoff_hz or structure_in_band(together)
 
-    lines = tuple(line for line in together.lines if lasts(line))
+    lasting = [line for line in together.lines if lasts(line)]
+    above = [line for line in lasting if (line.frequency_hz or 0.0) >= together.cutoff_hz]
+    gone = set(above).difference(held(last, name, above, together.model))
+    lines = tuple(line for line in lasting if line not in gone)
     if lines == together.lines:
         return together
     verdict = together.verdict

@@ -109,14 +109,16 @@ def test_what_the_last_motion_does_show_stays_possible(
 def test_a_line_that_one_motion_alone_holds_comes_from_that_motion(
     diagnosed: dict[int, AxisDiagnosis], monkeypatch: pytest.MonkeyPatch, lasts: bool
 ) -> None:
-    monkeypatch.setattr(together, "held", lambda *_: lasts)
+    monkeypatch.setattr(
+        together, "held", lambda recording, name, lines, axis: lines if lasts else ()
+    )
     explained = left(hand_made.axis(Verdict.EXPLAINED, cause(UNEVEN)), 0.001)
     explained = replace(explained, cutoff_hz=2.0)
     diagnosed[2] = replace(explained, verdict=Verdict.UNEXPLAINED, lines=(line(3.0), line(7.0)))
     assert judge(explained).verdict is Verdict.EXPLAINED
-    shaken = judge(replace(explained, lines=(line(7.02),)))
-    assert shaken.verdict is (Verdict.UNEXPLAINED if lasts else Verdict.EXPLAINED)
-    assert [found.frequency_hz for found in shaken.lines] == ([7.0] if lasts else [])
+    vibrating = judge(replace(explained, lines=(line(7.02),)))
+    assert vibrating.verdict is (Verdict.UNEXPLAINED if lasts else Verdict.EXPLAINED)
+    assert [found.frequency_hz for found in vibrating.lines] == ([7.0] if lasts else [])
 
 
 def test_a_line_that_a_livelier_motion_would_show_in_its_band_is_judged_there(
