@@ -7,17 +7,14 @@ how a motion is designed have tests of their own. The last test has neither.
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 import pytest
 from interrupted_link import InterruptedLink
+from old_gains import assert_old_gains
 
 from edge_ident.commissioning import identification_motions, separation
-from edge_ident.commissioning.identification_motions import IdentificationMotion, Study
-from edge_ident.commissioning.livelier_motion import livelier_motion
 from edge_ident.commissioning.run import Outcome, Plan, commission
 from edge_ident.diagnosis.result import AxisDiagnosis, Verdict
 from edge_ident.drive.description import Drive, load_drive
-from edge_ident.drive.motions import named_trajectory
 from edge_ident.errors import BoardError
 from edge_ident.experiment import plan as planning
 from edge_ident.experiment import together
@@ -27,13 +24,12 @@ from edge_ident.identification.identify import identify
 from edge_ident.signals.recording_files import load_recording
 from firmware_interface.board import Board
 from firmware_interface.link import Link
-from firmware_interface.motion import Multisine, SineComponent, Trajectory, reference
+from firmware_interface.motion import Trajectory
 from firmware_interface.plant import Hidden
 from firmware_interface.registers import Fault, State
 from firmware_interface.virtual.board import VirtualBoard
-from firmware_interface.virtual.settings import CONSERVATIVE_GAINS
 from tests.edge_ident.diagnosis import hand_made
-from tests.short_runs import brief_drive
+from tests.short_runs import Listening, brief_drive
 
 OPEN = hand_made.axis(Verdict.EXPLAINED, hand_made.friction_by_direction())
 RIVAL = "nonlinear_viscous"
@@ -45,11 +41,11 @@ def closed() -> AxisDiagnosis:
     return hand_made.axis(Verdict.EXPLAINED, cause)
 
 
-class Listener:
-    """Remembers what the person at the machine reads, and stops it at a stage."""
+class Listener(Listening):
+    """Keeps what was said, and stops the job at a stage."""
 
     def __init__(self, stop_at: str = "") -> None:
-        self.said: list[str] = []
+        super().__init__()
         self._stage, self._stop_at = "", stop_at
 
     def stage(self, title: str) -> None:
@@ -58,9 +54,6 @@ class Listener:
     def samples(self, in_hand: int, expected: int) -> None:
         if self._stage == self._stop_at and in_hand > 400:
             raise KeyboardInterrupt
-
-    def say(self, message: str) -> None:
-        self.said.append(message)
 
 
 def designed(trajectory: Trajectory | None, pair: PlannedPair = PAIR) -> MotionPlan:
@@ -110,13 +103,6 @@ def run(
         )
     finally:
         board.close()
-
-
-def assert_old_gains(virtual: VirtualBoard) -> None:
-    old = CONSERVATIVE_GAINS.numbers()
-    board = Board.connect(virtual)
-    assert board.active_gains()["x"].numbers() == pytest.approx(old, rel=1e-6)
-    assert not board.status().unconfirmed
 
 
 def test_a_second_motion_leaves_one_cause(script: dict[str, object], tmp_path: Path) -> None:
@@ -259,119 +245,3 @@ def test_two_causes_that_look_alike_on_the_first_motion_become_one(tmp_path: Pat
     assert "position_dependent_friction" in second.ruled_out["z"]
     assert outcome.identification.axes["z"].trusted
     assert separation.diagnoses(outcome.identification).keys() == {"z"}
-
-
-def drawn(seed: int, folder: Path, **plan: object) -> Outcome:
-    """A run on a machine with a fault that nobody chose."""
-    board = Board.connect(VirtualBoard(plant=Hidden.drawn(seed).plant()))
-    wanted = Plan(write=False, **plan)  # type: ignore[arg-type]
-    return commission(board, load_drive(), None, wanted, folder, Listener())
-
-
-def test_the_harmonics_of_a_cause_are_no_lines(tmp_path: Path) -> None:
-    """The other axis's friction turns round at once, which has harmonics above the band."""
-    after = drawn(1007, tmp_path, most_motions=1).identification.axes["z"].diagnosis
-    assert after is not None
-    assert [cause.term.effect for cause in after.causes] == ["cross_axis_coupling"]
-    assert after.verdict is Verdict.EXPLAINED
-    assert after.lines == ()
-
-
-def test_what_friction_makes_at_the_reversals_is_told_from_a_vibration(tmp_path: Path) -> None:
-    outcome = drawn(1049, tmp_path)
-    first, second = (made.found.axes["z"].diagnosis for made in outcome.separation.motions)
-    assert first is not None
-    assert second is not None
-    assert first.verdict is Verdict.UNEXPLAINED
-    assert first.lines
-    assert list(outcome.separation.motions[1].sought) == ["z"]
-    assert second.verdict is Verdict.EXPLAINED
-    assert second.lines == ()
-    assert outcome.trusted
-
-
-def spring() -> VirtualBoard:
-    """On one sinusoid its effort is that of a negative inertia."""
-    return VirtualBoard(plant=Hidden.of(["position_dependent_load"], "x").plant())
-
-
-def test_a_spring_that_looks_like_inertia_is_named_on_a_livelier_motion(tmp_path: Path) -> None:
-    board, listener = Board.connect(spring()), Listener()
-    wanted = Plan(write=False)
-    outcome = commission(board, load_drive(), None, wanted, tmp_path, listener)
-    first, second = outcome.separation.motions
-    assert first.found.axes["x"].adequacy.adequate
-    assert first.found.axes["x"].estimate.parameters[0] < 0.0
-    assert second.plan is None
-    assert second.sought == {"x": ("inertia cannot be told from a spring",)}
-    assert "on capture.npz: axis x, inertia cannot be told from a spring" in listener.said
-    after = outcome.identification.axes["x"]
-    assert after.diagnosis is not None
-    assert [c.term.effect for c in after.diagnosis.causes] == ["position_dependent_load"]
-    assert outcome.trusted
-    assert after.estimate.parameters[0] == pytest.approx(0.43, rel=0.02)
-    assert outcome.separation.ended == "one explanation is left"
-
-
-@pytest.fixture(scope="module")
-def only_one(tmp_path_factory: pytest.TempPathFactory) -> Outcome:
-    """A run on that board to which one motion is allowed."""
-    folder = tmp_path_factory.mktemp("one")
-    return run(spring(), folder, drive=load_drive(), most_motions=1)
-
-
-def test_a_livelier_motion_asks_for_less_effort_than_the_board_allows(
-    only_one: Outcome, tmp_path: Path
-) -> None:
-    """Whatever the sign of the inertia that was found: its amount counts."""
-    [first] = only_one.separation.motions
-    board = Board.connect(spring())
-    study = Plan().study(board, load_drive(), None, tmp_path, Listener())
-    trajectory = livelier_motion(study, first)
-    assert trajectory is not None
-    lively = replace(first, trajectory=named_trajectory(load_drive(), "multisine"))
-    assert livelier_motion(study, lively) is None
-    times = np.linspace(0.0, trajectory.duration_s, 5000)
-    way = reference(trajectory.axes["x"], times, trajectory.lead_in_s, 0.0)
-    inertia, viscous, coulomb, offset = np.abs(first.found.axes["x"].estimate.parameters)
-    effort = inertia * np.abs(way.acceleration_rad_s2) + viscous * np.abs(way.velocity_rad_s)
-    most_nm = np.max(effort) + coulomb + offset
-    assert 1.0 < most_nm < board.limits()["x"].effort_nm
-
-
-def test_no_livelier_motion_where_one_is_allowed(only_one: Outcome) -> None:
-    assert not only_one.trusted
-    assert only_one.separation.ended == (
-        "axis x, inertia cannot be told from a spring after the one motion that was allowed"
-    )
-
-
-def test_no_livelier_motion_without_a_diagnosis(tmp_path: Path) -> None:
-    outcome = run(spring(), tmp_path, drive=load_drive(), diagnose=False)
-    assert len(outcome.separation.motions) == 1
-    assert not outcome.trusted
-
-
-def test_a_livelier_motion_that_takes_too_long_is_not_made(tmp_path: Path) -> None:
-    outcome = run(spring(), tmp_path, drive=load_drive(), most_s=40.0)
-    assert len(outcome.separation.motions) == 1
-    assert outcome.separation.ended.startswith("axis x, inertia cannot be told from a spring: ")
-    assert outcome.separation.ended.endswith("would take 27 s, 13 s of 40 s are left")
-
-
-def test_a_refused_livelier_motion_leaves_a_machine_at_rest_and_the_first_capture(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """The board alone knows that its axis may not go as fast as the description says."""
-
-    def too_fast(study: Study, first: IdentificationMotion) -> Trajectory:
-        axes = {name: Multisine((SineComponent(3.0, 9.0, 0.0),)) for name in first.trajectory.axes}
-        return replace(first.trajectory, axes=axes)
-
-    monkeypatch.setattr(separation, "livelier_motion", too_fast)
-    virtual = spring()
-    with pytest.raises(BoardError):
-        run(virtual, tmp_path, drive=load_drive(), write=True)
-    assert not Board.connect(virtual).status().enabled
-    assert_old_gains(virtual)
-    assert len(load_recording(tmp_path / "capture.npz").time_s) == 8742
