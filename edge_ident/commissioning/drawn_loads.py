@@ -16,6 +16,7 @@ from edge_ident.commissioning.recorded_motion import Moved
 from edge_ident.commissioning.unexplained import drawn_unexplained, encoder_replicas
 from edge_ident.control.position_loop import LoopHardware
 from edge_ident.diagnosis.measures import NO_SHIFT, Timing
+from edge_ident.diagnosis.prepare.masks import run_in
 from edge_ident.estimation.compensation import compensate_effects, without_delay
 from edge_ident.identification.result import Identification
 from edge_ident.model.effect import Motion
@@ -109,11 +110,13 @@ def drawn_loads(
     # slower than a count in half a period of the filter, the direction of friction is not known
     slow = 2.0 * signals.cutoff_hz * hardware.encoder_resolution_rad
     known = signals.moving & (np.abs(signals.regressor[:, 1]) > slow)
+    position = signals.grid.resampled(recording.axes[name].position)
+    if any(named(term.effect).memory_size for term in drawn.terms):
+        known[: run_in(position)] = False  # what they remember from before the recording
     # a motion after that of the identification begins in the state in which that one ended
     recorded = min((during, then), key=lambda need: need.misses(signals.effort, known))
     late_by_s = timing.std_samples * hardware.sample_period_s * rng.normal(size=(DRAWS, 1))
     effort = signals.effort + late_by_s * np.gradient(signals.effort, signals.period_s)
-    position = signals.grid.resampled(recording.axes[name].position)
     noise = encoder_replicas(recorded.axis.parameters[0], signals, position, rng)
     left = (effort - recorded.made[0])[..., ::every]
     unexplained = drawn_unexplained(left, known[::every], noise[..., ::every], rng)

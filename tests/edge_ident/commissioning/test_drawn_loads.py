@@ -6,9 +6,15 @@ import numpy as np
 import pytest
 
 from edge_ident.commissioning.drawn_axes import DRAWS, drawn_axis, from_then_on
+from edge_ident.commissioning.drawn_loads import Grounds, drawn_loads
+from edge_ident.commissioning.recorded_motion import Moved
 from edge_ident.commissioning.unexplained import drawn_unexplained, encoder_replicas
-from edge_ident.model.model import Estimate, Term, base_axis
+from edge_ident.control.position_loop import LoopHardware
+from edge_ident.model.effect import Motion
+from edge_ident.model.inverse import inverse_effort
+from edge_ident.model.model import Estimate, Model, Term, base_axis
 from edge_ident.signals.conditioning import condition
+from edge_ident.signals.recording import AxisRecord, Recording
 
 PERIOD_S = 0.0025
 COUNT_RAD = 2 * np.pi / 8400
@@ -66,3 +72,21 @@ def test_drives_without_anything_tied_to_time_are_the_same_from_then_on() -> Non
     drawn = drawn_axis(base_axis(Estimate(BASE, 0.01 * BASE)), np.random.default_rng(0))
     assert from_then_on(drawn, 9.0) is drawn
     assert drawn.parameters[0] == pytest.approx(BASE)
+
+
+def test_friction_from_before_the_recording_is_no_disturbance_that_comes_back() -> None:
+    """A recording begins right after a reversal: friction still acts as before it."""
+    axis = base_axis(Estimate(BASE, np.zeros(4)))
+    friction = Term("presliding_hysteresis", {"level": 1.2, "distance": 0.05})
+    axis = replace(axis, terms=(*axis.terms, friction))
+    before = 400
+    time_s = PERIOD_S * np.arange(-before, len(TIME_S))
+    way = -np.cos(2.0 * time_s), 2.0 * np.sin(2.0 * time_s), 4.0 * np.cos(2.0 * time_s)
+    effort = inverse_effort(axis, Motion.known(time_s, *way))[before:]
+    position = COUNT_RAD * np.round(way[0][before:] / COUNT_RAD)
+    recording = Recording(TIME_S, {"x": AxisRecord(position, effort, "rad", "N·m")}, "recorded.csv")
+    hardware = LoopHardware(PERIOD_S, PERIOD_S, COUNT_RAD, 5.0)
+    moved, grounds = Moved.of(recording, ("x",)), Grounds(Model({"x": axis}), {}, {})
+    loads, _ = drawn_loads("x", moved, grounds, hardware, 1)
+    later = loads.beside[:, len(TIME_S) // 2 :]
+    assert np.median(np.std(later, axis=0)) < 0.02 * friction.values["level"]
