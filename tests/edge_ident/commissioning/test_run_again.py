@@ -203,10 +203,10 @@ def test_worse_in_one_place_of_the_cycle_only_is_worse() -> None:
     assert compared.verdict == "worse"
 
 
-def test_less_than_a_tenth_of_a_count_is_no_difference() -> None:
+def test_less_than_a_twentieth_of_a_count_is_no_difference() -> None:
     before = np.full(8742, 0.5 * COUNT_RAD)
     compared = compare_motions(
-        recorded({"x": before}), recorded({"x": before + 0.09 * COUNT_RAD}), COUNT_RAD
+        recorded({"x": before}), recorded({"x": before + 0.04 * COUNT_RAD}), COUNT_RAD
     )
     assert compared.verdict == "equal"
 
