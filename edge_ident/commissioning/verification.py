@@ -39,8 +39,8 @@ Verdict = Literal["better", "equal", "worse"]
 _SEGMENTS: Final = 64
 _STANDARD_ERRORS: Final = 2.0
 _REPEATED_COUNTS: Final = 0.05
-"""Encoder counts to which the rms error of a motion repeats: with the same gains, 101 of 102 motions
-of random drives of the independent plant differ by less."""
+"""Encoder counts to which the rms error of a motion repeats: with the same gains, 101 of 102 rms
+errors of random drives of the independent plant differ by less."""
 
 
 @dataclass(frozen=True)
