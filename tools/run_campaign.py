@@ -145,7 +145,7 @@ def _told(behind: Plant, arm: str, motions: int) -> Row:
         made = [IdentificationMotion(capture_file(1), first, capture, found)]
         for number in range(2, motions + 1):
             trajectory = _chosen(arm, study, first, number)
-            capture = captured(study, trajectory, number)
+            capture = captured(study, trajectory, number, made[0].capture)
             study.board.finish()
             last = IdentificationMotion(capture_file(number), trajectory, capture, made[-1].found)
             made.append(judged(study, made, last))

@@ -38,6 +38,8 @@ class Capture:
     Attributes
     ----------
     recording : Recording
+    clock_samples : int
+        The board's clock at the first sample.
     pages : int
         Pages taken, each checked for its index, sample counter and CRC.
     tail_s : float
@@ -47,6 +49,7 @@ class Capture:
     """
 
     recording: Recording
+    clock_samples: int
     pages: int
     tail_s: float
     tracking_rms_rad: dict[str, float]
@@ -90,6 +93,7 @@ def capture_motion(
     on_samples: Callable[[int, int], None],
     file: Path | None = None,
     say: Callable[[str], None] = log.warning,
+    after: "Capture | None" = None,
 ) -> Capture:
     """Run one motion and drain its pages while it lasts.
 
@@ -108,6 +112,8 @@ def capture_motion(
         For the recording.
     say : callable
         Takes what the person should know.
+    after : Capture, optional
+        An earlier motion, from which the recording's time goes on.
 
     Raises
     ------
@@ -129,8 +135,8 @@ def capture_motion(
     with _kept_if_cut_short(board, pages, file, say):
         board.start()
         log.info("motion started, %d samples expected", expected)
-        tail_s = _drain(board, pages, expected, on_samples)
-        capture = _assemble(board, pages, tail_s)
+        begin, tail_s = _drain(board, pages, expected, on_samples)
+        capture = _assemble(board, pages, begin, tail_s, after)
         samples = len(capture.recording.time_s)
         if samples != expected:
             raise LinkError(
@@ -164,8 +170,9 @@ def _drain(
     pages: list[CapturePage],
     expected: int,
     on_samples: Callable[[int, int], None],
-) -> float:
-    """Fetch all pages; gives the board's time from the last sample to the last page, s."""
+) -> tuple[int, float]:
+    """Fetch all pages; gives the board's clock at the first sample, in samples, and its time from
+    the last sample to the last page, s."""
     capture_start = 0
     for page in board.capture_pages():
         if not pages:
@@ -176,7 +183,7 @@ def _drain(
     if not pages:
         raise LinkError("the board captured no samples", "repeat the motion")
     late = (board.status().clock_samples - capture_start - expected) % _CLOCK_RANGE
-    return late * board.identity.sample_period_s
+    return capture_start, late * board.identity.sample_period_s
 
 
 @contextmanager
@@ -192,15 +199,18 @@ def _kept_if_cut_short(
             stop_at_once(board)
             if file is not None and pages:
                 path = partial_file(file)
-                recording = _assemble(board, pages, 0.0).recording
+                recording = _assemble(board, pages, 0, 0.0, None).recording
                 with suppress(OSError):  # the first error is the one to tell
                     save_recording(recording, path)
                     say(f"saved the {len(recording.time_s)} samples captured so far: {path}")
         raise
 
 
-def _assemble(board: Board, pages: list[CapturePage], tail_s: float) -> Capture:
+def _assemble(
+    board: Board, pages: list[CapturePage], begin: int, tail_s: float, after: Capture | None
+) -> Capture:
     identity = board.identity
+    passed = 0 if after is None else (begin - after.clock_samples) % _CLOCK_RANGE
     position = np.concatenate([page.position_rad for page in pages])
     effort = np.concatenate([page.effort_nm for page in pages])
     following = np.concatenate([page.following_error_rad for page in pages])
@@ -219,9 +229,11 @@ def _assemble(board: Board, pages: list[CapturePage], tail_s: float) -> Capture:
         source=f"board {identity.serial_number}",
         # the effort of a row acts for one period, from its computation on
         effort_shift_s=identity.control_delay_s + 0.5 * identity.sample_period_s,
+        begin_s=passed * identity.sample_period_s,
     )
     return Capture(
         recording=recording,
+        clock_samples=begin,
         pages=len(pages),
         tail_s=tail_s,
         tracking_rms_rad={name: rms(following[:, i]) for i, name in enumerate(board.axes)},

@@ -218,8 +218,9 @@ class Trial:
         file = self._beside("capture", second)
         with self._watch.stage("second_motion"):
             capture = capture_motion(
-                board, second.trajectory, self._observer.samples, file, self._observer.say
-            )
+                board, second.trajectory, self._observer.samples, file, self._observer.say,
+                self._before.capture,
+            )  # fmt: skip
             board.finish()
         return Recorded(second, capture, "" if file is None else file.name)
 

@@ -120,10 +120,13 @@ def duration_s(trajectory: Trajectory) -> float:
     return trajectory.lead_in_s + trajectory.duration_s
 
 
-def captured(study: Study, trajectory: Trajectory, number: int) -> Capture:
+def captured(
+    study: Study, trajectory: Trajectory, number: int, after: Capture | None = None
+) -> Capture:
     """An identification motion, saved as soon as its last sample arrives.
 
-    A staircase begins where the axes stand. One that was designed counts from zero.
+    A staircase begins where the axes stand. One that was designed counts from zero. Its time goes
+    on from the motion `after` which it comes.
     """
     if number > 1 and any(isinstance(of, Staircase) for of in trajectory.axes.values()):
         move_to(study.board, dict.fromkeys(study.board.axes, 0.0), study.observer)
@@ -131,7 +134,7 @@ def captured(study: Study, trajectory: Trajectory, number: int) -> Capture:
     file = study.folder / capture_file(number)
     with study.watch.stage("motion"):
         return capture_motion(
-            study.board, trajectory, study.observer.samples, file, study.observer.say
+            study.board, trajectory, study.observer.samples, file, study.observer.say, after
         )
 
 

@@ -6,7 +6,9 @@ the machine then is no ground to design one on, so the drive's own multisine is 
 asks for it.
 
 It also tells a vibration from outside, which any motion shows, from what the controller answers to
-friction at the reversals of the first motion.
+friction at the reversals of the first motion. And what changes with time goes on during it, while
+the motion is another: that tells a drift from what depends on the motion, and one drift from
+another.
 """
 
 from dataclasses import replace
@@ -18,7 +20,7 @@ from edge_ident.diagnosis.present.wording import listed, spoken_line
 from edge_ident.diagnosis.result import Verdict
 from edge_ident.drive.motions import named_trajectory
 from edge_ident.estimation import trust
-from edge_ident.experiment.open_causes import structure_in_band
+from edge_ident.experiment.open_causes import structure_in_band, tied_to_time
 from edge_ident.identification.result import AxisIdentification, Identification
 from edge_ident.model.model import PARAMETERS, AxisModel, Model
 from firmware_interface.motion import Trajectory
@@ -55,6 +57,18 @@ def lines_in_doubt(found: Identification) -> dict[str, tuple[str, ...]]:
         strongest = sorted(diagnosis.lines, key=lambda line: -line.amplitude)[:_TOLD]
         if strongest:
             said[name] = (f"the origin of {listed(list(map(spoken_line, strongest)))}",)
+    return said
+
+
+def changes_in_doubt(found: Identification) -> dict[str, tuple[str, ...]]:
+    """Changes with time that one motion leaves open: sentences by axis."""
+    said: dict[str, tuple[str, ...]] = {}
+    for name, axis in found.axes.items():
+        diagnosis = axis.diagnosis
+        if diagnosis is None or not tied_to_time(diagnosis):
+            continue
+        if any(cause.inseparable for cause in diagnosis.causes) or structure_in_band(diagnosis):
+            said[name] = ("what changes with time",)
     return said
 
 

@@ -17,7 +17,12 @@ from edge_ident.commissioning.identification_motions import (
     identified,
     progress_on,
 )
-from edge_ident.commissioning.livelier_motion import lines_in_doubt, livelier_motion, not_shown
+from edge_ident.commissioning.livelier_motion import (
+    changes_in_doubt,
+    lines_in_doubt,
+    livelier_motion,
+    not_shown,
+)
 from edge_ident.diagnosis.result import AxisDiagnosis, Diagnosis
 from edge_ident.errors import DataError
 from edge_ident.experiment.announcement import announced, inseparable_reasons
@@ -120,7 +125,7 @@ def _unseen(study: Study, motions: Sequence[IdentificationMotion]) -> dict[str, 
 
 
 def _not_known(found: Identification) -> dict[str, tuple[str, ...]]:
-    return lines_in_doubt(found) | not_shown(found)
+    return lines_in_doubt(found) | changes_in_doubt(found) | not_shown(found)
 
 
 def _open(motions: Sequence[IdentificationMotion]) -> str:
@@ -155,7 +160,8 @@ def _next(study: Study, motions: Sequence[IdentificationMotion]) -> _Next:
     None is designed beside an axis that is not to be trusted: its effort cannot be forecast.
     """
     found, sought = motions[-1].found, _unseen(study, motions)
-    if not not_shown(found) and any(map(is_open, _left(motions).values())):
+    first = not_shown(found) or (sought and changes_in_doubt(found))
+    if not first and any(map(is_open, _left(motions).values())):
         plan = _designed(study, motions)
         if plan.trajectory is not None or not sought:
             told = ("it is designed", *announced(plan))
@@ -183,7 +189,7 @@ def _further(study: Study, motions: list[IdentificationMotion]) -> str:
     first, *rest = following.told
     for line in (f"motion {number}, {wanted_s:.0f} s: {first}", *rest):
         study.tell(line)
-    capture = captured(study, trajectory, number)
+    capture = captured(study, trajectory, number, motions[0].capture)
     study.board.finish()
     check_recording(capture.recording)
     made = IdentificationMotion(

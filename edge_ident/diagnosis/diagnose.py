@@ -73,7 +73,8 @@ def diagnose(
     Parameters
     ----------
     recordings : sequence of Recording
-        All have the same axes; they are fitted together.
+        All have the same axes; they are fitted together. Where one goes on from the first
+        (`Recording.begin_s`), so does what changes with time.
     model : Model, optional
         Effects that the machine is known to have.
     validate : Recording, optional
@@ -107,6 +108,8 @@ def diagnose(
     >>> found.axes["x"].verdict.value
     'adequate'
     """
+    begin_s = recordings[0].begin_s
+    recordings = [replace(each, begin_s=each.begin_s - begin_s) for each in recordings]
     names = [name for name in recordings[0].axes if name in (only or recordings[0].axes)]
     _check_axes([*recordings, *([validate] if validate else [])])
     axes, validations = {}, {}

@@ -148,7 +148,7 @@ def _smooth_motions(
         filtered = differentiate(
             position, signals.cutoff_hz, grid.period_s, decimated=signals.sampling is not None
         )
-        time_s = grid.time_s - grid.time_s[0] + signals.begin_s
+        time_s = grid.time_s - grid.time_s[0] + signals.begin_s + recording.begin_s
         return Motion.known(time_s, *filtered)
 
     sources = {term.source_axis for term in axis.terms} & set(recording.axes)

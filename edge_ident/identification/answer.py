@@ -128,7 +128,7 @@ def answer(question: Question, outcome: AxisDiagnosis | str | None) -> AxisIdent
     chosen = _chosen(question, diagnosed, bases, network)
     signals, effects = chosen.compensated.signals, chosen.compensated.effects_effort[part]
     regressor, measured = signals.regressor[part], signals.effort[part] + effects
-    modelled = regressor @ chosen.estimate.parameters + effects
+    modelled, times_s = regressor @ chosen.estimate.parameters + effects, signals.times_s(part)
     metric = compare(measured, modelled)
     axis = question.recording.axes[question.name]
     seen = range_of(signals, axis, part, signals.effort + chosen.compensated.effects_effort)
@@ -156,8 +156,15 @@ def answer(question: Question, outcome: AxisDiagnosis | str | None) -> AxisIdent
         cutoff_hz=signals.cutoff_hz,
         condition_number=least_squares.condition_number(regressor),
         findings=tuple(findings),
-        trace=EffortTrace(signals.times_s(part), measured, modelled),
+        end_s=_end_s(question.recording, float(times_s[-1]), diagnosed),
+        trace=EffortTrace(times_s, measured, modelled),
     )
+
+
+def _end_s(recording: Recording, last_s: float, diagnosed: AxisDiagnosis | None) -> float:
+    """End of the last recording that the answer comes from, since the start of the first."""
+    diagnosed_s = float(diagnosed.traces.time_s[-1]) if diagnosed is not None else 0.0
+    return max(recording.begin_s + last_s, diagnosed_s)
 
 
 def _bases(question: Question) -> tuple[_Base, _Base]:

@@ -87,6 +87,8 @@ class AxisIdentification:
     condition_number : float
         Of the regressor with columns of unit length.
     findings : tuple of Finding
+    end_s : float
+        End of what the model was made from, since the start of the first recording.
     trace : EffortTrace
 
     Examples
@@ -116,12 +118,8 @@ class AxisIdentification:
     cutoff_hz: float
     condition_number: float
     findings: tuple[Finding, ...]
+    end_s: float
     trace: EffortTrace = field(repr=False)
-
-    @property
-    def end_s(self) -> float:
-        """End of what was estimated from, from the start of the recording."""
-        return float(self.trace.time_s[-1])
 
     @property
     def compensated_effects(self) -> tuple[str, ...]:

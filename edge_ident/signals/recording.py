@@ -94,6 +94,9 @@ class Recording:
         File or board that it came from, for messages.
     effort_shift_s : float
         Time from a row's stamp to the middle of the interval in which its effort acted.
+    begin_s : float
+        From the first sample of an earlier recording of the machine to its own, where what changes
+        in the course of time goes on. Files do not hold it.
 
     Examples
     --------
@@ -109,3 +112,4 @@ class Recording:
     axes: Mapping[str, AxisRecord]
     source: str
     effort_shift_s: float = 0.0
+    begin_s: float = 0.0

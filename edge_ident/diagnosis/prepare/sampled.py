@@ -29,6 +29,7 @@ class Sampled:
     positions: Mapping[str, Array]
     effort: Array
     unknown: NDArray[np.bool_]
+    begin_s: float
 
     @classmethod
     def of(cls, recording: Recording, name: str) -> "Sampled":
@@ -39,7 +40,7 @@ class Sampled:
         }
         effort = grid.resampled(recording.axes[name].effort)
         unknown = grid.unknown(recording.axes[name].effort)
-        return cls(name, grid.time_s, grid.period_s, positions, effort, unknown)
+        return cls(name, grid.time_s, grid.period_s, positions, effort, unknown, recording.begin_s)
 
     @property
     def position(self) -> Array:
@@ -52,10 +53,10 @@ class Sampled:
         return {other: position_noise(position) for other, position in self.positions.items()}
 
     def motion(self, position: Array, cutoff_hz: float, stride: int) -> Motion:
-        """Smooth motion, every stride-th sample, time from the first sample."""
+        """Smooth motion, every stride-th sample; its time goes on from the recordings before."""
         smooth = differentiate(position, cutoff_hz, self.period_s)
         position, velocity, acceleration = (signal[::stride] for signal in smooth)
-        time_s = self.time_s[::stride] - self.time_s[0]
+        time_s = self.time_s[::stride] - self.time_s[0] + self.begin_s
         return Motion.known(time_s, position, velocity, acceleration)
 
     def motions(self, cutoff_hz: float, stride: int) -> tuple[dict[str, Motion], dict[str, Motion]]:

@@ -52,7 +52,7 @@ def run(folder: Path, *, confirmed: bool = True) -> tuple[Outcome, dict[str, Any
     if confirmed:
         save_recording(closer(recording), folder / VERIFICATION_FILE)
         change = GainChange(True, False, Verification(dict.fromkeys(designs, TRACKING)), {})
-    capture = Capture(recording, 20, 0.1, {})
+    capture = Capture(recording, 0, 20, 0.1, {})
     first = IdentificationMotion(CAPTURE_FILE, load_drive().trajectory(), capture, found)
     outcome = Outcome(
         capture=capture,
