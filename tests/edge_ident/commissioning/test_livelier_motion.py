@@ -61,6 +61,24 @@ def test_what_friction_makes_at_the_reversals_is_told_from_a_vibration(tmp_path:
     assert outcome.trusted
 
 
+def test_time_goes_on_from_one_motion_to_the_next(tmp_path: Path) -> None:
+    """A drive that warms up: the second motion finds it warm, and no amplifier drifts like that."""
+    outcome = run(drawn(1299), tmp_path)
+    first, second = outcome.separation.motions
+    assert second.sought == {"z": ("what changes with time",)}
+    assert second.recording.begin_s > first.duration_s
+    before, after = (made.found.axes["z"].diagnosis for made in (first, second))
+    assert before is not None
+    assert after is not None
+    assert [other.effect for other in before.causes[0].inseparable] == ["gain_drift"]
+    [cause] = after.causes
+    assert cause.term.effect == "warm_up"
+    assert not cause.inseparable
+    assert after.verdict is Verdict.EXPLAINED
+    assert outcome.identification.axes["z"].end_s > second.recording.begin_s
+    assert outcome.trusted
+
+
 def spring() -> VirtualBoard:
     """On one sinusoid its effort is that of a negative inertia."""
     return VirtualBoard(plant=Hidden.of(["position_dependent_load"], "x").plant())

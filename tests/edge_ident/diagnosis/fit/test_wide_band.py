@@ -193,3 +193,8 @@ def test_another_motion_rules_a_line_out_where_it_would_show_it_and_does_not() -
     hidden = replace(line, amplitude=0.002)  # by noise
     assert held(recorded(5, line=(0.06, 37.3)), "x", [line], known) == (line,)
     assert held(recorded(6), "x", [line, hidden], known) == (hidden,)
+    order = SpectralLine(31.4, None, 0.06, 0.006)
+    assert held(recorded(5, order=(0.06, 31.4)), "x", [order], known) == (order,)
+    assert held(recorded(6), "x", [order, replace(order, amplitude=0.002)], known) == (
+        replace(order, amplitude=0.002),
+    )
