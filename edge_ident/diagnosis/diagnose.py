@@ -3,7 +3,6 @@
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,14 +19,17 @@ from edge_ident.diagnosis.motion_check import with_motion_errors
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.data_quality import data_findings
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
-from edge_ident.diagnosis.recording_checks import contradicted, effort_findings, findings
+from edge_ident.diagnosis.recording_checks import (
+    check_axes,
+    contradicted,
+    effort_findings,
+    findings,
+)
 from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Diagnosis
-from edge_ident.diagnosis.select.backward_elimination import SupportedModel, eliminate_backward
 from edge_ident.diagnosis.select.causes import causes, strongest_first
-from edge_ident.diagnosis.select.forward_selection import select_forward
 from edge_ident.diagnosis.select.judgement import Judgement, Rules, judge
 from edge_ident.diagnosis.select.own_effort import base_space, own_shares
-from edge_ident.diagnosis.select.search import Search
+from edge_ident.diagnosis.select.selection import START, Selected, selected_model
 from edge_ident.diagnosis.select.stability import RUNS
 from edge_ident.diagnosis.select.testability import not_testable
 from edge_ident.diagnosis.select.wide_band_causes import (
@@ -43,18 +45,13 @@ from edge_ident.diagnosis.tolerance import TOLERANCE
 from edge_ident.diagnosis.validation import Judged
 from edge_ident.diagnosis.validation import judge as judge_elsewhere
 from edge_ident.diagnosis.written_model import written_model
-from edge_ident.errors import DataError
 from edge_ident.estimation.trust import Finding
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Model, Term
-from edge_ident.signals.data_checks import check_efforts
 from edge_ident.signals.recording import Recording
 
 Progress = Callable[[str, int, int], None]
 OnRun = Callable[[int], None]
 Array = NDArray[np.float64]
-
-_START: Final = np.array([1.0, 0.0, 0.0, 0.0])
-"""Base parameters that the first fit starts from."""
 
 
 def diagnose(
@@ -111,7 +108,7 @@ def diagnose(
     begin_s = recordings[0].begin_s
     recordings = [replace(each, begin_s=each.begin_s - begin_s) for each in recordings]
     names = [name for name in recordings[0].axes if name in (only or recordings[0].axes)]
-    _check_axes([*recordings, *([validate] if validate else [])])
+    check_axes([*recordings, *([validate] if validate else [])])
     axes, validations = {}, {}
     rules = Rules(tolerance, stability, keep_minor)
     for done, name in enumerate(names):
@@ -132,20 +129,6 @@ def _told(on_progress: Progress, name: str, done: int) -> None:
     on_progress(f"stability, axis {name}", done, RUNS)
 
 
-def _check_axes(recordings: Sequence[Recording]) -> None:
-    """Raise DataError where recordings have different axes, or an effort that never changes."""
-    first = recordings[0]
-    for recording in recordings:
-        check_efforts(recording)
-    for other in recordings[1:]:
-        if set(other.axes) != set(first.axes):
-            raise DataError(
-                f"{other.source} has axes {', '.join(other.axes)}, {first.source} has "
-                f"{', '.join(first.axes)}",
-                "give recordings of the same machine, or rename columns with --column",
-            )
-
-
 def _template(recording: Recording, name: str, model: Model | None) -> AxisModel:
     """The axis with the effects that it is known to have."""
     axis = recording.axes[name]
@@ -157,12 +140,14 @@ def _template(recording: Recording, name: str, model: Model | None) -> AxisModel
 
 
 @dataclass(frozen=True)
-class _Selected:
-    """The base model of an axis, and the model that the selection ends with."""
+class _Searched:
+    """What the search on prepared data found, and what it is worth."""
 
-    search: Search
-    start: FittedModel
-    supported: SupportedModel
+    data: AxisData
+    selected: Selected
+    floor: NoiseFloor
+    checks: tuple[Finding, ...]
+    judged: Judgement
 
 
 @dataclass(frozen=True)
@@ -172,12 +157,8 @@ class _Outcome:
     `base` is the base model without the ripples that were found above the band.
     """
 
-    data: AxisData
-    selected: _Selected
+    search: _Searched
     base: FittedModel
-    floor: NoiseFloor
-    checks: tuple[Finding, ...]
-    judged: Judgement
     carried: Judged
 
 
@@ -195,46 +176,66 @@ def _diagnose_axis(
     if contradicted(efforts):
         content = without_names(content)
     content, out_of_step = orders_in_step(data, template, content, rules.tolerance)
+
+    def searched(known: AxisModel) -> _Searched:
+        return _searched(recordings, name, data, known, efforts, rules, on_run)
+
     known = with_ripples(template, content, rules.tolerance)
-    data, selected = _selected(data, known)
-    search, start = selected.search, selected.start
-    floor = noise_floor(data, start, float(selected.supported.model.base[0]))
-    checks = findings(recordings, name, data, selected.supported.model, efforts, floor)
-    blocked = next((check.message for check in checks if check.blocks), None)
-    judged = judge(search, start, selected.supported, floor, rules, blocked, on_run)
-    content, smaller = larger_orders(content, judged.rest)
+    found = searched(known)
+    content = beside_causes(content, found.judged.supported.model, recordings, name, found.data)
+    if with_ripples(template, content, rules.tolerance) != known:
+        known = with_ripples(template, content, rules.tolerance)
+        found = searched(known)
+    content, smaller = larger_orders(content, found.judged.rest)
     known = with_ripples(template, content, rules.tolerance)
-    judged = _without_orders(data, judged, known, (*out_of_step, *smaller))
-    content = beside_causes(content, judged.supported.model, recordings, name, data)
-    carried = Judged(judged.supported.without_vibrations(data))
+    found = _without_orders(found, known, (*out_of_step, *smaller))
+    data, start = found.data, found.selected.start
+    carried = Judged(found.judged.supported.without_vibrations(data))
     if validate is not None:
         other = _prepared([validate], name, carried.supported.model.axis)
         carried = judge_elsewhere(data, other, start, carried.supported, rules.tolerance)
-    base = start if search.template is template else fit(data, template, _START, ())
-    outcome = _Outcome(data, selected, base, floor, checks, judged, carried)
-    found = _axis_diagnosis(outcome, known, recordings)
-    return with_band_content(found, content, template, rules.tolerance), carried.validation
+    base = start if start.template is template else fit(data, template, START, ())
+    result = _axis_diagnosis(_Outcome(found, base, carried), known, recordings)
+    return with_band_content(result, content, template, rules.tolerance), carried.validation
 
 
-def _without_orders(
-    data: AxisData, judged: Judgement, axis: AxisModel, doubtful: tuple[Cause, ...]
-) -> Judgement:
-    """The judgement with the model fitted again, on an axis that lacks the doubtful orders."""
+def _searched(
+    recordings: Sequence[Recording],
+    name: str,
+    data: AxisData,
+    known: AxisModel,
+    efforts: Sequence[Sequence[Finding]],
+    rules: Rules,
+    on_run: OnRun,
+) -> _Searched:
+    """Search for causes beside what an axis is known to have, and judge them."""
+    data, selected = selected_model(data, known)
+    search, start, model = selected.search, selected.start, selected.supported.model
+    floor = noise_floor(data, start, float(model.base[0]))
+    checks = findings(recordings, name, data, model, efforts, floor)
+    blocked = next((check.message for check in checks if check.blocks), None)
+    judged = judge(search, start, selected.supported, floor, rules, blocked, on_run)
+    return _Searched(data, selected, floor, checks, judged)
+
+
+def _without_orders(found: _Searched, axis: AxisModel, doubtful: tuple[Cause, ...]) -> _Searched:
+    """The same with the model fitted again, on an axis that lacks the doubtful orders."""
     if not doubtful:
-        return judged
-    model = judged.supported.model
-    supported = replace(judged.supported, model=fit(data, axis, model.base, model.terms))
+        return found
+    judged, model = found.judged, found.judged.supported.model
+    supported = replace(judged.supported, model=fit(found.data, axis, model.base, model.terms))
     suspected = strongest_first((*judged.suspected, *doubtful))
-    return replace(judged, supported=supported, suspected=suspected)
+    return replace(found, judged=replace(judged, supported=supported, suspected=suspected))
 
 
 def _axis_diagnosis(
     outcome: _Outcome, template: AxisModel, recordings: Sequence[Recording]
 ) -> AxisDiagnosis:
-    data, base, judged = outcome.data, outcome.base, outcome.judged
+    search, base = outcome.search, outcome.base
+    data, judged, selected = search.data, search.judged, search.selected
     model = outcome.carried.supported.model
     left = float(np.sqrt(model.error / np.count_nonzero(data.valid)))
-    deviations = with_trades(data, outcome.selected.start, model, outcome.floor.rms)
+    deviations = with_trades(data, selected.start, model, search.floor.rms)
     extended = model_fit(data, model, deviations)
     found, minor = _named(outcome, deviations, recordings)
     written = outcome.carried.carried((*found, *minor))
@@ -246,17 +247,17 @@ def _axis_diagnosis(
         refused=judged.supported.refused,
         external_vibrations=judged.supported.vibrations,
         converged=judged.supported.converged,
-        not_testable=not_testable(outcome.selected.search, model, left),
+        not_testable=not_testable(selected.search, model, left),
         base=model_fit(data, base, standard_deviations(data, base)),
         extended=extended,
         timing=timing(data, model),
-        noise_floor=outcome.floor.rms / nonzero_rms(data.effort[data.valid]),
-        noise_floor_source=outcome.floor.source,
+        noise_floor=search.floor.rms / nonzero_rms(data.effort[data.valid]),
+        noise_floor_source=search.floor.source,
         model=written_model(template, extended.estimate, written, data),
         cutoff_hz=max(s.cutoff_hz for s in data.segments),
         knee_hz=max(s.band.knee_hz for s in data.segments),
         traces=traces(data, base, model, contributions(data, model)),
-        findings=outcome.checks,
+        findings=search.checks,
     )
 
 
@@ -264,8 +265,9 @@ def _named(
     outcome: _Outcome, deviations: Array, recordings: Sequence[Recording]
 ) -> tuple[tuple[Cause, ...], tuple[Cause, ...]]:
     """Causes and minor causes of the model, the strongest first."""
-    data, supported = outcome.data, outcome.carried.supported
-    model, space = supported.model, base_space(data, outcome.selected.start)
+    search, supported = outcome.search, outcome.carried.supported
+    data, model = search.data, supported.model
+    space = base_space(data, search.selected.start)
     found = causes(data, supported, own_shares(data, model, space), deviations)
     pairs = list(zip(with_sources(found, data, model, recordings), supported.support, strict=True))
     named_causes = strongest_first(cause for cause, support in pairs if not support.minor)
@@ -275,22 +277,3 @@ def _named(
 def _prepared(recordings: Sequence[Recording], name: str, axis: AxisModel) -> AxisData:
     """The axis, in step with its motion unless a delay in its model accounts for that."""
     return prepare_axis(recordings, name, timed=not delayed(axis))
-
-
-def _selected(data: AxisData, template: AxisModel) -> tuple[AxisData, _Selected]:
-    """Select a model; repeat it where aliasing hides an event, with those samples valid."""
-    selected = _select(data, template)
-    residual = data.effort - selected.supported.model.predicted
-    hidden = data.exceeds_aliasing(residual, float(selected.start.base[0]))
-    if np.any(hidden):
-        data = data.with_valid(hidden)
-        selected = _select(data, template)
-    return data, selected
-
-
-def _select(data: AxisData, template: AxisModel) -> _Selected:
-    start = fit(data, template, _START, ())
-    search = Search.of(data, template, start)
-    selection = select_forward(search, start)
-    supported = eliminate_backward(selection.search, selection.model)
-    return _Selected(selection.search, start, supported)

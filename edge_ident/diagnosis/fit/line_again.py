@@ -103,7 +103,8 @@ class _Seen:
         for n, one in enumerate(rates):
             waves = wide.above(wide.waves(wide.position, float(one)))
             power[n] = np.sum(least_squares(waves, effort) ** 2)
-        return cls(rates, np.sqrt(power), np.sqrt(0.5 * local_level(power)), cell)
+        std = np.asarray(np.sqrt(0.5 * local_level(power)))
+        return cls(np.asarray(rates), np.asarray(np.sqrt(power)), std, cell)
 
     def may_hold(self, rate: float, amplitude: float) -> bool:
         """Whether half of that amplitude may be there."""

@@ -88,15 +88,23 @@ def beside_causes(
     name: str,
     data: AxisData,
 ) -> BandContent:
-    """The content with only those lines that stay once the effort of the causes is subtracted.
+    """What stays of the content once the effort of the causes is subtracted.
 
-    A jump of friction, for example, has harmonics above the band.
+    A jump of friction, for example, has harmonics above the band, and a push is like a wave over
+    the way that the axis has gone meanwhile.
+
+    Parameters
+    ----------
+    model : FittedModel
+        With the causes, and with the orders that are worth naming.
     """
-    if not model.terms or not content.without_cause:
+    if not model.terms or not (content.orders or content.without_cause):
         return content
-    beside = above_band(recordings, name, data, Model({name: model.axis}))
+    causes = replace(model.axis, terms=tuple(_but(model.axis.terms, content.orders)))
+    beside = above_band(recordings, name, data, Model({name: causes}))
     return replace(
         content,
+        orders=tuple(order for order in content.orders if _among(order, beside.orders)),
         unnamed_orders=beside.unnamed_orders,
         lines=beside.lines,
         moving=beside.moving,
@@ -155,6 +163,15 @@ def _new(terms: Sequence[Term], orders: Sequence[Sinusoid]) -> list[Sinusoid]:
     """Orders that are not among the terms."""
     known = [math.tau / float(np.asarray(t.values["period"])) for t in terms if t.effect == _RIPPLE]
     return [s for s in orders if all(abs(s.rate - k) > SAME_ORDER.value * k for k in known)]
+
+
+def _but(terms: Sequence[Term], orders: Sequence[Sinusoid]) -> list[Term]:
+    """Terms without these orders."""
+    return [t for t in terms if t.effect != _RIPPLE or len(_new([t], orders)) == len(orders)]
+
+
+def _among(order: Sinusoid, others: Sequence[Sinusoid]) -> bool:
+    return not _new([_term(other) for other in others], [order])
 
 
 def _sorted(causes: Sequence[Cause]) -> tuple[Cause, ...]:

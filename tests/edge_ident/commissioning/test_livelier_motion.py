@@ -48,6 +48,16 @@ def test_the_harmonics_of_a_cause_are_no_lines(tmp_path: Path) -> None:
     assert after.lines == ()
 
 
+def test_a_push_is_no_wave_over_the_way_that_the_axis_has_gone_meanwhile(tmp_path: Path) -> None:
+    """An order that half a second of effort looked like spoiled the push itself."""
+    outcome = run(drawn(1081), tmp_path, most_motions=1)
+    after = outcome.identification.axes["z"].diagnosis
+    assert after is not None
+    assert [cause.term.effect for cause in after.causes] == ["disturbance_event"]
+    assert after.minor == after.suspected == ()
+    assert after.extended.fitted < 0.001
+
+
 def test_what_friction_makes_at_the_reversals_is_told_from_a_vibration(tmp_path: Path) -> None:
     outcome = run(drawn(1049), tmp_path)
     first, second = (made.found.axes["z"].diagnosis for made in outcome.separation.motions)
