@@ -179,7 +179,9 @@ def _explanations(data: AxisData, problem: Problem) -> Problem:
 def _load(data: AxisData, problem: Problem, terms: tuple[Term, ...]) -> Load:
     base = problem.bases.get(key(terms[-1]), problem.base) if terms else problem.base
     excess_nm = _excess(data, replace(base, terms=(base.terms[0], *terms))) if terms else 0.0
-    return Load(base.parameters, arrives=_arrives(terms, problem), excess_nm=excess_nm)
+    effects = [named(t.effect) for t in terms]
+    lets_go = any(effect.memory_size and effect.overrides("inertia") for effect in effects)
+    return Load(base.parameters, 0.0, _arrives(terms, problem), excess_nm, lets_go)
 
 
 def _arrives(terms: Sequence[Term], problem: Problem) -> float:

@@ -83,6 +83,17 @@ def test_twice_the_motion_asks_for_twice_as_much(seed: int) -> None:
     assert twice.effort_nm == pytest.approx(2.0 * once.effort_nm, rel=1e-6)
 
 
+def test_an_axis_with_play_accelerates_without_its_load() -> None:
+    motion = Multisine((SineComponent(0.5, 3.0, 0.0),))
+    allowed = Allowed(LIMIT, Loops.unknown(), 4.0)
+    carried, free = (
+        allowed.uses(motion, 10.0, 5.0, [LOAD, replace(LOAD, lets_go=lets_go)])[1]
+        for lets_go in (False, True)
+    )
+    assert free.acceleration_rad_s2 == pytest.approx(1.25 * carried.acceleration_rad_s2)
+    assert free.effort_nm == carried.effort_nm
+
+
 def test_a_board_arms_the_motion() -> None:
     recording, diagnosis = rival_pair("asymmetric_friction", "nonlinear_viscous")
     plan = plan_motion(diagnosis, [recording], one_axis())
