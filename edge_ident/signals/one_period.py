@@ -24,7 +24,7 @@ from edge_ident.signals.conditioning import (
     bridge,
     standing,
 )
-from edge_ident.signals.dct import dct2, idct2, subsample
+from edge_ident.signals.dct import POINTS, dct2, idct2, subsample
 from edge_ident.signals.filters import magnitude
 
 Array = NDArray[np.float64]
@@ -65,9 +65,7 @@ class Blocks:
         """
         relative = position - position[0]
         white = np.sqrt(np.mean(np.diff(relative, 3).astype(np.float64) ** 2) / 20.0)
-        return cls(
-            _means(relative), _means(effort), float(max(white, 1.0 / np.sqrt(12.0)))
-        )
+        return cls(_means(relative), _means(effort), float(max(white, 1.0 / np.sqrt(12.0))))
 
 
 def _means(samples: NDArray[np.int64]) -> Array:
@@ -77,7 +75,7 @@ def _means(samples: NDArray[np.int64]) -> Array:
     whole, part = borders // BLOCKS, borders % BLOCKS
     last = np.append(samples, 0)[whole]
     sums = np.diff(before[whole] * BLOCKS + part * last)
-    return sums.astype(np.float32).astype(np.float64) / len(samples)
+    return np.asarray(sums.astype(np.float32).astype(np.float64) / len(samples))
 
 
 def period_samples(period_s: float, sampling_s: float, captured: int) -> int:
@@ -151,7 +149,6 @@ def condition_period(
     sampling_s: float,
     period_s: float,
     effort_shift_s: float,
-    points: int,
 ) -> Period:
     """Filter, differentiate, align and subsample one axis.
 
@@ -164,12 +161,10 @@ def condition_period(
     sampling_s, period_s : float
     effort_shift_s : float
         Time from a sample's stamp to the middle of the interval in which its effort acted.
-    points : int
-        To subsample to.
     """
     block_s = period_s / BLOCKS
     cutoff_hz = choose_cutoff(unit * blocks.noise, motion, sampling_s, period_s)
-    frequency = np.fft.rfftfreq(BLOCKS, block_s)
+    frequency = np.asarray(np.fft.rfftfreq(BLOCKS, block_s), dtype=np.float64)
     gain, rate = magnitude(frequency / cutoff_hz), 2j * np.pi * frequency
     rate[-1] = 0.0  # the last harmonic has no derivative
     position = np.fft.rfft(unit * blocks.position) * gain
@@ -183,9 +178,9 @@ def condition_period(
     raw = np.roll(blocks.position, int(np.floor(shift + 0.5)))
     moving = ~standing(raw, blocks.noise, cutoff_hz, block_s)
     columns = bridge(np.stack([acceleration, velocity, direction, effort]), moving)
-    seen = subsample(columns.T, points)
+    seen = subsample(columns.T)
     return Period(
-        np.column_stack([seen[:, :3], np.ones(points)]), seen[:, 3], float(np.mean(moving))
+        np.column_stack([seen[:, :3], np.ones(POINTS)]), seen[:, 3], float(np.mean(moving))
     )
 
 
