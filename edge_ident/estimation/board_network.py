@@ -54,8 +54,6 @@ class BoardNetwork:
     ----------
     network : Network
         In int8.
-    identity : BoardIdentity
-        Of the board: its sampling, delay, and counts.
 
     Raises
     ------
@@ -64,7 +62,6 @@ class BoardNetwork:
     """
 
     network: Network
-    identity: BoardIdentity
 
     def __post_init__(self) -> None:
         reason = why_not_on_a_board(self.network.manifest)
@@ -74,15 +71,15 @@ class BoardNetwork:
                 "train a network for the motion, without --configuration paper",
             )
 
-    def identify(self, captured: CapturedCounts) -> dict[str, BoardAxis]:
+    def identify(self, captured: CapturedCounts, board: BoardIdentity) -> dict[str, BoardAxis]:
         """What the board says of each axis."""
-        return {name: axis for name, (axis, _) in self.estimates(captured).items()}
+        return {name: axis for name, (axis, _) in self.estimates(captured, board).items()}
 
     def estimates(
-        self, captured: CapturedCounts
+        self, captured: CapturedCounts, board: BoardIdentity
     ) -> dict[str, tuple[BoardAxis, NetworkEstimate | None]]:
         """The same, with the network's estimate where it was asked."""
-        period_s, sampling_s = self.network.manifest.motion.period_s, self.identity.sample_period_s
+        period_s, sampling_s = self.network.manifest.motion.period_s, board.sample_period_s
         samples = period_samples(period_s, sampling_s, len(captured.position))
         if not samples:
             return dict.fromkeys(AXES, (BoardAxis(IdentificationReason.TOO_SHORT), None))
@@ -90,12 +87,15 @@ class BoardNetwork:
             axis: self._axis(
                 Blocks.of(captured.position[:samples, n], captured.effort[:samples, n]),
                 samples * sampling_s,
+                board,
             )
             for n, axis in enumerate(AXES)
         }
 
-    def _axis(self, blocks: Blocks, period_s: float) -> tuple[BoardAxis, NetworkEstimate | None]:
-        seen = self._conditioned(blocks, period_s)
+    def _axis(
+        self, blocks: Blocks, period_s: float, board: BoardIdentity
+    ) -> tuple[BoardAxis, NetworkEstimate | None]:
+        seen = self._conditioned(blocks, period_s, board)
         why_not = self._illegible(seen)
         if why_not:
             return BoardAxis(why_not), None
@@ -108,16 +108,15 @@ class BoardNetwork:
             found,
         )
 
-    def _conditioned(self, blocks: Blocks, period_s: float) -> Period:
-        identity = self.identity
+    def _conditioned(self, blocks: Blocks, period_s: float, board: BoardIdentity) -> Period:
         return condition_period(
             blocks,
             KnownMotion.of(self.network.manifest.motion.regressor),
-            unit=identity.encoder_resolution_rad,
-            effort_unit=identity.effort_per_count_nm,
-            sampling_s=identity.sample_period_s,
+            unit=board.encoder_resolution_rad,
+            effort_unit=board.effort_per_count_nm,
+            sampling_s=board.sample_period_s,
             period_s=period_s,
-            effort_shift_s=identity.control_delay_s + 0.5 * identity.sample_period_s,
+            effort_shift_s=board.control_delay_s + 0.5 * board.sample_period_s,
         )
 
     def _illegible(self, seen: Period) -> IdentificationReason:

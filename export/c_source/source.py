@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Final
 
 from edge_ident.errors import ModelError
-from edge_ident.estimation.manifest import read_content
-from edge_ident.estimation.network import BUILT_IN, load_network
+from edge_ident.estimation.manifest import BUILT_IN, read_content
+from edge_ident.estimation.network import load_network
 from edge_ident.support.atomic_files import atomic_write
 from export.c_source.graph import NEXT_STEP
 from export.c_source.identification import FILE, identification_header

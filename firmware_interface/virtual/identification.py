@@ -17,6 +17,7 @@ from firmware_interface.board_identification import (
     CapturedCounts,
     identification_words,
 )
+from firmware_interface.board_types import BoardIdentity, read_identity
 from firmware_interface.registers import AXES, IdentificationReason, IdentificationState
 from firmware_interface.virtual.drive import DriveSample
 from firmware_interface.virtual.register_file import RegisterFile
@@ -29,7 +30,7 @@ class Identifier(Protocol):
     def network(self) -> int:
         """Code of the network, see `firmware_interface.board_identification.network_code`."""
 
-    def identify(self, captured: CapturedCounts) -> Mapping[str, BoardAxis]:
+    def identify(self, captured: CapturedCounts, board: BoardIdentity) -> Mapping[str, BoardAxis]:
         """What the network says of each axis."""
 
 
@@ -86,7 +87,8 @@ class OwnIdentification:
         if self._state is IdentificationState.RUNNING and self.identifier is not None:
             position, effort, _ = zip(*self._samples, strict=True)
             counts = CapturedCounts(np.array(position, np.int64), np.array(effort, np.int64))
-            self._end(self.identifier.identify(counts))
+            board = read_identity(self.registers.words)
+            self._end(self.identifier.identify(counts, board))
 
     def _end(self, axes: Mapping[str, BoardAxis]) -> None:
         identified = [axis.reason is IdentificationReason.NONE for axis in axes.values()]

@@ -1,0 +1,23 @@
+"""The built-in network on a virtual board, as `edge-ident export --c` puts it on a real one."""
+
+from functools import cached_property
+
+from edge_ident.estimation.manifest import BUILT_IN, load_manifest
+from firmware_interface.board_identification import BoardAxis, CapturedCounts, network_code
+from firmware_interface.board_types import BoardIdentity
+
+
+class VirtualNetwork:
+    """Loaded when a host asks the board what it identified."""
+
+    @cached_property
+    def network(self) -> int:
+        """Its code."""
+        return network_code(load_manifest(BUILT_IN).sha256["int8"])
+
+    def identify(self, captured: CapturedCounts, board: BoardIdentity) -> dict[str, BoardAxis]:
+        """What the board says of each axis."""
+        from edge_ident.estimation.board_network import BoardNetwork
+        from edge_ident.estimation.network import load_network
+
+        return BoardNetwork(load_network("int8")).identify(captured, board)
