@@ -108,7 +108,7 @@ enum fd_identificationreason {
     FD_IDENTIFICATIONREASON_TOO_SHORT = 2, /* the capture is shorter than the motion that the network was trained for */
     FD_IDENTIFICATIONREASON_STANDSTILL = 3, /* the axis stood still */
     FD_IDENTIFICATIONREASON_OTHER_MOTION = 4, /* the axis moved otherwise than the network was trained for */
-    FD_IDENTIFICATIONREASON_NO_EFFORT = 5, /* the effort was zero throughout */
+    FD_IDENTIFICATIONREASON_NO_EFFORT = 5, /* the effort was below one PWM count */
     FD_IDENTIFICATIONREASON_UNEXPLAINED = 6, /* the parameters found leave more than 15 % of the effort */
 };
 

@@ -257,7 +257,7 @@ IDENTIFICATIONREASON_TEXTS: Final = {
         "choose the motion of the network, or train one for this motion",
     ),
     IdentificationReason.NO_EFFORT: (
-        "the effort was zero throughout",
+        "the effort was below one PWM count",
         "have the board checked",
     ),
     IdentificationReason.UNEXPLAINED: (

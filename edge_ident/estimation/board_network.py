@@ -96,7 +96,7 @@ class BoardNetwork:
         self, blocks: Blocks, period_s: float, board: BoardIdentity
     ) -> tuple[BoardAxis, NetworkEstimate | None]:
         seen = self._conditioned(blocks, period_s, board)
-        why_not = self._illegible(seen)
+        why_not = self._illegible(seen, board.effort_per_count_nm)
         if why_not:
             return BoardAxis(why_not), None
         found = estimate_together([Subsampled(seen.regressor, seen.effort)], self.network)[0]
@@ -119,13 +119,13 @@ class BoardNetwork:
             effort_shift_s=board.control_delay_s + 0.5 * board.sample_period_s,
         )
 
-    def _illegible(self, seen: Period) -> IdentificationReason:
+    def _illegible(self, seen: Period, count: float) -> IdentificationReason:
         """Why the network cannot read what an axis did."""
         manifest = self.network.manifest
         if seen.moving_share < FEWEST_MOVING:
             return IdentificationReason.STANDSTILL
         if not motion_mismatch(seen.regressor, self.network) <= manifest.mismatch_limit:
             return IdentificationReason.OTHER_MOTION
-        if not effort_scale(seen.effort, manifest.normalization) > 0.0:
+        if not effort_scale(seen.effort, manifest.normalization) > count:
             return IdentificationReason.NO_EFFORT
         return IdentificationReason.NONE

@@ -2,6 +2,7 @@
 
 #include <math.h>
 
+#include "../port.h"
 #include "equations.h"
 
 #define PARAMETERS NETWORK_PARAMETERS
@@ -134,8 +135,8 @@ static enum fd_identificationreason illegible(const struct conditioned *seen)
     if (!(mismatch(seen) <= NETWORK_MISMATCH_LIMIT)) {
         return FD_IDENTIFICATIONREASON_OTHER_MOTION;
     }
-    return scale_of(seen->effort) > 0.0 ? FD_IDENTIFICATIONREASON_NONE
-                                        : FD_IDENTIFICATIONREASON_NO_EFFORT;
+    return scale_of(seen->effort) > (double)port_settings()->effort_per_count_nm
+        ? FD_IDENTIFICATIONREASON_NONE : FD_IDENTIFICATIONREASON_NO_EFFORT;
 }
 
 struct network_answer read_parameters(const struct conditioned *seen, struct loop_memory *memory,
