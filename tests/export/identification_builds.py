@@ -79,9 +79,7 @@ def packed(captured: CapturedCounts, board: BoardIdentity = BOARD) -> bytes:
     """What identify_counts reads."""
     samples = len(captured.position)
     delay_ns = round(1e9 * board.control_delay_s)
-    head = struct.pack(
-        "<IfII", board.counts_per_turn, board.effort_per_count_nm, delay_ns, samples
-    )
+    head = struct.pack("<IfII", board.counts_per_turn, board.effort_per_count_nm, delay_ns, samples)
     return head + rows(captured).astype("<i4").tobytes()
 
 
@@ -101,6 +99,4 @@ def identified(
 
 def shortened(captured: CapturedCounts, samples: int) -> CapturedCounts:
     """The first samples alone."""
-    return replace(
-        captured, position=captured.position[:samples], effort=captured.effort[:samples]
-    )
+    return replace(captured, position=captured.position[:samples], effort=captured.effort[:samples])

@@ -79,10 +79,7 @@ def write_run_page(outcome: Outcome, document: dict[str, Any], folder: Path) -> 
     verified = outcome.change is not None and outcome.change.verification is not None
     after = load_recording(folder / VERIFICATION_FILE) if verified else None
     axes = outcome.identification.axes
-    details = [
-        _details(f"a{n}", name, axis, _of_board(name, outcome))
-        for n, (name, axis) in enumerate(axes.items())
-    ]
+    details = [_details(f"a{n}", name, outcome) for n, name in enumerate(axes)]
     cards = []
     for n, name in enumerate(axes):
         chart = tracking_chart(f"c{n}", name, before, after) or details[n].charts[0]
@@ -128,13 +125,14 @@ def _of_board(name: str, outcome: Outcome) -> list[Row]:
     return [("The board itself", sentence(said))]
 
 
-def _details(key: str, name: str, axis: AxisIdentification, of_board: list[Row]) -> RunDetails:
+def _details(key: str, name: str, outcome: Outcome) -> RunDetails:
+    axis = outcome.identification.axes[name]
     return RunDetails(
         key,
         name,
         [f"{sentence(f.message)} Next: {f.next_step}. ({f.code})" for f in axis.findings],
         _parameters(axis),
-        Table("How it was identified", ("", ""), [*_conditions(axis), *of_board]),
+        Table("How it was identified", ("", ""), [*_conditions(axis), *_of_board(name, outcome)]),
         identified_charts(key, axis),
         _diagnosis(key, name, axis),
     )

@@ -2,6 +2,8 @@
 
 #include <string.h>
 
+#include "pause.h"
+
 #define BLOCKS PERIOD_BLOCKS
 
 static bool stands(const float *position, const struct standstills *rule, uint32_t first)
@@ -23,6 +25,9 @@ void mark_standstills(const float position[PERIOD_BLOCKS], const struct standsti
     const uint32_t margin = (3u * rule->width + 1u) / 2u;
     memset(still, 0, BLOCKS * sizeof *still);
     for (uint32_t first = 0; first + rule->width <= BLOCKS && rule->width < BLOCKS; first++) {
+        if (first % 16u == 0u) {
+            identification_pause();
+        }
         if (!stands(position, rule, first)) {
             continue;
         }

@@ -4,6 +4,7 @@
 
 #include "../port.h"
 #include "bridging.h"
+#include "pause.h"
 
 #define PI 3.141592653589793
 #define BLOCKS PERIOD_BLOCKS
@@ -12,6 +13,7 @@
 #define SAMPLED_PER_PERIOD 20.0 /* of the cut-off; the rest is why in conditioning.py */
 #define BLOCKS_PER_PERIOD 2.5
 #define FEWEST_PERIODS 10.0
+#define PIECE 8u /* numbers from one pause to the next */
 
 /* What is the same for all samples. */
 struct scales {
@@ -84,11 +86,19 @@ static struct complex derived(struct complex number, double rate)
     return complex_of(-rate * number.im, rate * number.re);
 }
 
+static void pause_between(uint32_t number)
+{
+    if (number % PIECE == 0u) {
+        identification_pause();
+    }
+}
+
 /* ---- from the capture to filtered harmonics */
 
 static void take(struct conditioning_memory *memory, const struct scales *scales)
 {
     for (uint32_t n = 0; n < BLOCKS; n++) {
+        pause_between(n);
         memory->spectrum[n] =
             complex_of(scales->count_rad * ((double)memory->captured.position[n] / scales->samples),
                        scales->count_nm * ((double)memory->captured.effort[n] / scales->samples));
@@ -98,6 +108,7 @@ static void take(struct conditioning_memory *memory, const struct scales *scales
 static void filter(struct conditioning_memory *memory, const struct scales *scales)
 {
     for (uint32_t k = 0; k <= LAST; k++) {
+        pause_between(k);
         const double gain = gain_of(scales, k);
         memory->spectrum[k] = scaled(memory->spectrum[k], gain);
         if (k > 0 && k < LAST) {
@@ -110,8 +121,7 @@ static void filter(struct conditioning_memory *memory, const struct scales *scal
 
 /* Blocks by which the period is to be turned: where the velocity matches that of the network's
  * motion best, by a parabola through the best and its neighbours. */
-static double shift_of(struct conditioning_memory *memory, const struct scales *scales,
-                       void (*pause)(void))
+static double shift_of(struct conditioning_memory *memory, const struct scales *scales)
 {
     struct complex *match = memory->motion;
     uint32_t best = 0;
@@ -125,7 +135,7 @@ static double shift_of(struct conditioning_memory *memory, const struct scales *
             complex_of(network_velocity[0][k - 1u], network_velocity[1][k - 1u]),
             complex_conjugate(derived(position, rate_of(scales, k))));
     }
-    fourier_backward(match, pause);
+    fourier_backward(match);
     for (uint32_t n = 1; n < BLOCKS; n++) {
         best = match[n].re > match[best].re ? n : best;
     }
@@ -139,18 +149,19 @@ static double shift_of(struct conditioning_memory *memory, const struct scales *
 
 /* Velocity and acceleration; the first and the last harmonic have no derivative. */
 static void differentiate(struct conditioning_memory *memory, const struct scales *scales,
-                          double shift, void (*pause)(void))
+                          double shift)
 {
     memory->motion[0] = memory->motion[LAST] = complex_of(0.0, 0.0);
     for (uint32_t k = 1; k < LAST; k++) {
         const double rate = rate_of(scales, k);
         struct complex position, effort;
+        pause_between(k);
         fourier_parts(memory->spectrum, k, &position, &effort);
         const struct complex velocity =
             derived(turned(position, -rate * shift * scales->block_s), rate);
         fourier_put_parts(memory->motion, k, velocity, derived(velocity, rate));
     }
-    fourier_backward(memory->motion, pause);
+    fourier_backward(memory->motion);
     for (uint32_t n = 0; n < BLOCKS; n++) {
         memory->motion[n] = scaled(memory->motion[n], 1.0 / BLOCKS);
     }
@@ -160,6 +171,7 @@ static void differentiate(struct conditioning_memory *memory, const struct scale
 static void take_direction(struct conditioning_memory *memory, const struct scales *scales)
 {
     for (uint32_t n = 0; n < BLOCKS; n++) {
+        pause_between(n);
         const double reached = fmax(0.5 * scales->block_s * fabs(memory->motion[n].im), 1e-300);
         memory->loads[n] =
             complex_of(fmax(-1.0, fmin(1.0, memory->motion[n].re / reached)), 0.0);
@@ -168,21 +180,22 @@ static void take_direction(struct conditioning_memory *memory, const struct scal
 
 /* Direction and effort, filtered alike. */
 static void filter_loads(struct conditioning_memory *memory, const struct scales *scales,
-                         double shift, void (*pause)(void))
+                         double shift)
 {
     const double late_s = shift * scales->block_s + scales->late_s;
-    fourier_forward(memory->loads, pause);
+    fourier_forward(memory->loads);
     memory->loads[0] = complex_of(memory->loads[0].re, memory->spectrum[0].im);
     memory->loads[LAST] = complex_of(gain_of(scales, LAST) * memory->loads[LAST].re,
                                      memory->spectrum[LAST].im);
     for (uint32_t k = 1; k < LAST; k++) {
         struct complex position, effort;
         const struct complex direction = scaled(memory->loads[k], gain_of(scales, k));
+        pause_between(k);
         fourier_parts(memory->spectrum, k, &position, &effort);
         fourier_put_parts(memory->loads, k, direction,
                           turned(effort, -rate_of(scales, k) * late_s));
     }
-    fourier_backward(memory->loads, pause);
+    fourier_backward(memory->loads);
     for (uint32_t n = 0; n < BLOCKS; n++) {
         memory->loads[n] = scaled(memory->loads[n], 1.0 / BLOCKS);
     }
@@ -193,17 +206,18 @@ static void filter_loads(struct conditioning_memory *memory, const struct scales
 /* Two signals to fewer points: the first coefficients of the orthonormal DCT-II, transformed back
  * at that length. */
 static void subsample(struct conditioning_memory *memory, const struct complex *signals,
-                      double *first, double *second, void (*pause)(void))
+                      double *first, double *second)
 {
     struct complex *work = memory->spectrum, coefficients[NETWORK_POINTS];
     for (uint32_t n = 0; n < LAST; n++) {
         work[n] = signals[2u * n];
         work[BLOCKS - 1u - n] = signals[2u * n + 1u];
     }
-    fourier_forward(work, pause);
+    fourier_forward(work);
     for (uint32_t k = 0; k < NETWORK_POINTS; k++) {
         struct complex of_first, of_second;
         const double angle = -0.5 * PI * k / BLOCKS, factor = (k > 0 ? 2.0 : 1.0) / BLOCKS;
+        pause_between(k);
         fourier_parts(work, k, &of_first, &of_second);
         coefficients[k] = complex_of(factor * turned(of_first, angle).re,
                                      factor * turned(of_second, angle).re);
@@ -215,7 +229,7 @@ static void subsample(struct conditioning_memory *memory, const struct complex *
             first[n] += coefficients[k].re * cosine;
             second[n] += coefficients[k].im * cosine;
         }
-        pause();
+        identification_pause();
     }
 }
 
@@ -231,24 +245,28 @@ static void bridge_standstills(struct conditioning_memory *memory, const struct 
     };
     mark_standstills(memory->captured.position, &rule, memory->still);
     result->moving_share = moving_share(memory->still);
+    identification_pause();
     bridge(memory->motion, memory->still);
+    identification_pause();
     bridge(memory->loads, memory->still);
 }
 
-void condition(struct conditioning_memory *memory, struct conditioned *result, void (*pause)(void))
+void condition(struct conditioning_memory *memory, struct conditioned *result)
 {
     const struct scales scales = scales_of(&memory->captured);
     for (uint32_t n = 0; n < 4u * NETWORK_POINTS; n++) {
         memory->cosines[n] = cos(PI * n / (2u * NETWORK_POINTS));
+        pause_between(n);
     }
+    result->last_column = 1.0;
     take(memory, &scales);
-    fourier_forward(memory->spectrum, pause);
+    fourier_forward(memory->spectrum);
     filter(memory, &scales);
-    const double shift = shift_of(memory, &scales, pause);
-    differentiate(memory, &scales, shift, pause);
+    const double shift = shift_of(memory, &scales);
+    differentiate(memory, &scales, shift);
     take_direction(memory, &scales);
-    filter_loads(memory, &scales, shift, pause);
+    filter_loads(memory, &scales, shift);
     bridge_standstills(memory, &scales, shift, result);
-    subsample(memory, memory->motion, result->column[1], result->column[0], pause);
-    subsample(memory, memory->loads, result->column[2], result->effort, pause);
+    subsample(memory, memory->motion, result->column[1], result->column[0]);
+    subsample(memory, memory->loads, result->column[2], result->effort);
 }

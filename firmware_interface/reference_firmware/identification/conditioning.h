@@ -6,9 +6,10 @@
 #include "fourier.h"
 #include "identification_network.h"
 
-/* One axis, SI: acceleration, velocity, its sign; the fourth column is one everywhere. */
+/* One axis, SI: acceleration, velocity, its sign; the last column is the same everywhere. */
 struct conditioned {
     double column[NETWORK_PARAMETERS - 1u][NETWORK_POINTS];
+    double last_column;
     double effort[NETWORK_POINTS];
     double moving_share; /* of the period */
 };
@@ -30,7 +31,7 @@ struct conditioning_memory {
     bool still[PERIOD_BLOCKS];
 };
 
-/* What memory->captured comes to. Pause is called at most some ten thousand multiplications apart. */
-void condition(struct conditioning_memory *memory, struct conditioned *result, void (*pause)(void));
+/* What memory->captured comes to. */
+void condition(struct conditioning_memory *memory, struct conditioned *result);
 
 #endif

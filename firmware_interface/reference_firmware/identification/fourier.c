@@ -2,6 +2,9 @@
 
 #include <math.h>
 
+#include "pause.h"
+
+#define PIECE 32u /* steps from one pause to the next */
 #define TWO_PI_DOUBLE 6.283185307179586
 
 struct complex complex_of(double re, double im)
@@ -44,8 +47,9 @@ static void reorder(struct complex *values)
     }
 }
 
-static void transform(struct complex *values, double sign, void (*pause)(void))
+static void transform(struct complex *values, double sign)
 {
+    uint32_t steps = 0;
     reorder(values);
     for (uint32_t half = 1; half < PERIOD_BLOCKS; half *= 2u) {
         for (uint32_t j = 0; j < half; j++) {
@@ -56,20 +60,22 @@ static void transform(struct complex *values, double sign, void (*pause)(void))
                 const struct complex high = complex_product(values[k + half], turn);
                 values[k] = complex_sum(low, high);
                 values[k + half] = complex_of(low.re - high.re, low.im - high.im);
+                if (++steps % PIECE == 0u) {
+                    identification_pause();
+                }
             }
         }
-        pause();
     }
 }
 
-void fourier_forward(struct complex values[PERIOD_BLOCKS], void (*pause)(void))
+void fourier_forward(struct complex values[PERIOD_BLOCKS])
 {
-    transform(values, -1.0, pause);
+    transform(values, -1.0);
 }
 
-void fourier_backward(struct complex values[PERIOD_BLOCKS], void (*pause)(void))
+void fourier_backward(struct complex values[PERIOD_BLOCKS])
 {
-    transform(values, 1.0, pause);
+    transform(values, 1.0);
 }
 
 void fourier_parts(const struct complex values[PERIOD_BLOCKS], uint32_t frequency,

@@ -14,10 +14,9 @@ struct complex complex_sum(struct complex a, struct complex b);
 struct complex complex_product(struct complex a, struct complex b);
 struct complex complex_conjugate(struct complex a);
 
-/* Sum of x[n] e^(-2 pi i k n / N), and of X[k] e^(2 pi i k n / N) without the factor 1 / N. Pause is
- * called ten times. */
-void fourier_forward(struct complex values[PERIOD_BLOCKS], void (*pause)(void));
-void fourier_backward(struct complex values[PERIOD_BLOCKS], void (*pause)(void));
+/* Sum of x[n] e^(-2 pi i k n / N), and of X[k] e^(2 pi i k n / N) without the factor 1 / N. */
+void fourier_forward(struct complex values[PERIOD_BLOCKS]);
+void fourier_backward(struct complex values[PERIOD_BLOCKS]);
 
 /* Of the transform of a signal a + i b: that of a and that of b, at a frequency. */
 void fourier_parts(const struct complex values[PERIOD_BLOCKS], uint32_t frequency,

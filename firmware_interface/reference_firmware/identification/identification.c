@@ -153,7 +153,7 @@ static bool compute(struct network_answer found[FD_AXES])
         if (!copy(axis, &memory.conditioning.captured)) {
             return false;
         }
-        condition(&memory.conditioning, &seen[axis], identification_pause);
+        condition(&memory.conditioning, &seen[axis]);
     }
     for (unsigned axis = 0; axis < FD_AXES && goes_on(); axis++) {
         found[axis] = read_parameters(&seen[axis], &memory.loop, goes_on);

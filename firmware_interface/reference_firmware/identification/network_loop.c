@@ -4,6 +4,7 @@
 
 #include "../port.h"
 #include "equations.h"
+#include "pause.h"
 
 #define PARAMETERS NETWORK_PARAMETERS
 #define POINTS NETWORK_POINTS
@@ -15,11 +16,22 @@
 #define LARGEST_SHARE 13.815509557963774 /* of a residual: the sigmoid is within 1e-6 of its ends */
 #define TINY 1e-300
 
-/* The regressor at a point, over the scales of the network's motion. */
+/* The regressor at a point. */
 static double column(const struct conditioned *seen, unsigned parameter, uint32_t point)
 {
-    const double value = parameter < PARAMETERS - 1u ? seen->column[parameter][point] : 1.0;
-    return value / network_scales[parameter];
+    return parameter < PARAMETERS - 1u ? seen->column[parameter][point] : seen->last_column;
+}
+
+/* The regressor over the scales of the network's motion. */
+static void scale_columns(struct conditioned *seen)
+{
+    for (unsigned parameter = 0; parameter < PARAMETERS - 1u; parameter++) {
+        identification_pause();
+        for (uint32_t n = 0; n < POINTS; n++) {
+            seen->column[parameter][n] /= network_scales[parameter];
+        }
+    }
+    seen->last_column /= network_scales[PARAMETERS - 1u];
 }
 
 static double modelled(const struct conditioned *seen, const double shares[PARAMETERS],
@@ -48,9 +60,10 @@ static double mismatch(const struct conditioned *seen)
     double largest = 0.0;
     for (unsigned parameter = 0; parameter < PARAMETERS; parameter++) {
         double sum = 0.0;
+        identification_pause();
         for (uint32_t n = 0; n < POINTS; n++) {
-            const double difference = column(seen, parameter, n) * network_scales[parameter]
-                - network_regressor[parameter][n];
+            const double difference =
+                column(seen, parameter, n) - network_regressor[parameter][n];
             sum += difference * difference;
         }
         largest = fmax(largest, sqrt(sum) / network_norms[parameter]);
@@ -63,6 +76,7 @@ static struct equations mapping(const struct conditioned *seen)
 {
     struct equations mapped;
     for (unsigned row = 0; row < PARAMETERS; row++) {
+        identification_pause();
         for (unsigned other = 0; other < PARAMETERS; other++) {
             double sum = 0.0;
             for (uint32_t n = 0; n < POINTS; n++) {
@@ -74,11 +88,12 @@ static struct equations mapping(const struct conditioned *seen)
     return mapped;
 }
 
-static void show(const double remainder[POINTS], double scale, float *image)
+static void show(const double remainder[POINTS], float *image)
 {
     for (uint32_t row = 0; row < POINTS; row++) {
+        identification_pause();
         for (uint32_t n = 0; n < POINTS; n++) {
-            image[row * POINTS + n] = (float)(network_start_effort[row] * (remainder[n] / scale));
+            image[row * POINTS + n] = (float)(network_start_effort[row] * remainder[n]);
         }
     }
 }
@@ -90,11 +105,15 @@ static bool pass(const struct conditioned *seen, const double measured[POINTS],
 {
     double remainder[POINTS];
     float residuals[PARAMETERS], sigmoids[PARAMETERS];
+    identification_pause();
     for (uint32_t n = 0; n < POINTS; n++) {
         remainder[n] = measured[n] - modelled(seen, shares, n);
     }
     const double scale = fmax(scale_of(remainder), TINY);
-    show(remainder, scale, memory->image);
+    for (uint32_t n = 0; n < POINTS; n++) {
+        remainder[n] /= scale;
+    }
+    show(remainder, memory->image);
     if (!NETWORK_RUN(memory->image, &memory->network, residuals, sigmoids)) {
         return false;
     }
@@ -139,13 +158,14 @@ static enum fd_identificationreason illegible(const struct conditioned *seen)
         ? FD_IDENTIFICATIONREASON_NONE : FD_IDENTIFICATIONREASON_NO_EFFORT;
 }
 
-struct network_answer read_parameters(const struct conditioned *seen, struct loop_memory *memory,
+struct network_answer read_parameters(struct conditioned *seen, struct loop_memory *memory,
                                       bool (*goes_on)(void))
 {
     struct network_answer answer = {.reason = illegible(seen)};
     if (answer.reason != FD_IDENTIFICATIONREASON_NONE) {
         return answer;
     }
+    scale_columns(seen);
     const double scale = scale_of(seen->effort);
     const struct equations mapped = mapping(seen);
     double measured[POINTS], shares[PARAMETERS], change = HUGE_VAL;

@@ -17,8 +17,8 @@ struct loop_memory {
     network_memory network;
 };
 
-/* Ends early where gone_on says that nobody wants the answer any more. */
-struct network_answer read_parameters(const struct conditioned *seen, struct loop_memory *memory,
+/* Scales what it has seen. Ends early where goes_on says that nobody wants the answer any more. */
+struct network_answer read_parameters(struct conditioned *seen, struct loop_memory *memory,
                                       bool (*goes_on)(void));
 
 #endif

@@ -1,4 +1,4 @@
-"""The board's answer beside this host's: which of them agree, and what it means where they do not."""
+"""The board's answer beside this host's: what it means where they agree, and where they do not."""
 
 from dataclasses import replace
 from typing import Any
