@@ -110,7 +110,7 @@ def read_identification(read: ReadWords, version: int) -> BoardIdentification | 
         if decode_integer("identification.network", words, _BASE) == 0:
             return None
         if decode_integer(_CRC.name, words, _BASE) == crc32(words[:_WORDS]):
-            return _decoded(words)
+            return decoded_identification(words)
     raise LinkError(
         "what the board identified does not match its CRC",
         "read it again; if that persists, install the same release on board and host",
@@ -162,7 +162,15 @@ def identification_words(found: BoardIdentification) -> list[int]:
     return words + encode(_CRC.name, crc32(words))
 
 
-def _decoded(words: list[int]) -> BoardIdentification:
+def decoded_identification(words: list[int]) -> BoardIdentification:
+    """The reverse of `identification_words`; the CRC is not looked at.
+
+    Raises
+    ------
+    BoardError
+        A value that cannot be.
+    """
+
     def integer(name: str) -> int:
         return received_integer(f"identification.{name}", words, _BASE)
 

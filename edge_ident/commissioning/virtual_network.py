@@ -2,7 +2,7 @@
 
 from functools import cached_property
 
-from edge_ident.estimation.manifest import BUILT_IN, load_manifest
+from edge_ident.estimation.manifest import BUILT_IN, Manifest, load_manifest
 from firmware_interface.board_identification import BoardAxis, CapturedCounts, network_code
 from firmware_interface.board_types import BoardIdentity
 
@@ -10,10 +10,19 @@ from firmware_interface.board_types import BoardIdentity
 class VirtualNetwork:
     """Loaded when a host asks the board what it identified."""
 
-    @cached_property
+    @property
     def network(self) -> int:
         """Its code."""
-        return network_code(load_manifest(BUILT_IN).sha256["int8"])
+        return network_code(self._manifest.sha256["int8"])
+
+    @property
+    def longest_s(self) -> float:
+        """One period of its motion."""
+        return self._manifest.motion.period_s
+
+    @cached_property
+    def _manifest(self) -> Manifest:
+        return load_manifest(BUILT_IN)
 
     def identify(self, captured: CapturedCounts, board: BoardIdentity) -> dict[str, BoardAxis]:
         """What the board says of each axis."""

@@ -4,6 +4,7 @@ How it computes comes from outside, as a microcontroller gets its network: this 
 nothing of identification.
 """
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Protocol
@@ -19,7 +20,7 @@ from firmware_interface.board_identification import (
 )
 from firmware_interface.board_types import BoardIdentity, read_identity
 from firmware_interface.registers import AXES, IdentificationReason, IdentificationState
-from firmware_interface.virtual.drive import DriveSample
+from firmware_interface.virtual.drive import SAMPLE_PERIOD_S, DriveSample
 from firmware_interface.virtual.register_file import RegisterFile
 
 
@@ -29,6 +30,10 @@ class Identifier(Protocol):
     @property
     def network(self) -> int:
         """Code of the network, see `firmware_interface.board_identification.network_code`."""
+
+    @property
+    def longest_s(self) -> float:
+        """How much of a motion it looks at."""
 
     def identify(self, captured: CapturedCounts, board: BoardIdentity) -> Mapping[str, BoardAxis]:
         """What the network says of each axis."""
@@ -58,6 +63,8 @@ class OwnIdentification:
         self._motion = 0
         self._axes: Mapping[str, BoardAxis] = {}
         self._samples: list[DriveSample] = []
+        longest_s = self.identifier.longest_s if self.identifier else 0.0
+        self._most_samples = math.ceil(longest_s / SAMPLE_PERIOD_S)
         self._put()
 
     def begin(self, token: int) -> None:
@@ -68,7 +75,7 @@ class OwnIdentification:
 
     def add(self, sample: DriveSample) -> None:
         """Take a captured sample."""
-        if self.identifier is not None:
+        if len(self._samples) < self._most_samples:
             self._samples.append(sample)
 
     def captured(self) -> None:

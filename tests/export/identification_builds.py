@@ -19,7 +19,11 @@ from edge_ident.estimation.image import effort_image
 from edge_ident.estimation.manifest import BUILT_IN
 from export.c_source.source import export_c
 from firmware_interface import registers
-from firmware_interface.board_identification import BoardIdentification, CapturedCounts, _decoded
+from firmware_interface.board_identification import (
+    BoardIdentification,
+    CapturedCounts,
+    decoded_identification,
+)
 from firmware_interface.board_types import BoardIdentity
 from firmware_interface.registers import AXES
 
@@ -94,7 +98,7 @@ def identified(
 ) -> BoardIdentification:
     """What the firmware finds."""
     done = subprocess.run([program], input=packed(captured, board), capture_output=True, check=True)
-    return _decoded([int(word) for word in done.stdout.split()[:30]])
+    return decoded_identification([int(word) for word in done.stdout.split()[:30]])
 
 
 def shortened(captured: CapturedCounts, samples: int) -> CapturedCounts:

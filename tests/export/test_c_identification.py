@@ -24,7 +24,7 @@ from firmware_interface.board import Board
 from firmware_interface.board_identification import (
     BoardIdentification,
     CapturedCounts,
-    _decoded,
+    decoded_identification,
     network_code,
     read_identification,
 )
@@ -181,7 +181,7 @@ def test_a_cortex_m_finds_the_same(
     captured = simulated()
     said = _on_cortex_m(folder, captured, cpu, fpu, machine)
     words = [value for name, value in said if name == "word"]
-    require_same(_decoded(words), captured)
+    require_same(decoded_identification(words), captured)
     numbers = dict(said)
     assert numbers["thousands"] < 1_000_000
     assert numbers["most"] < 1000 * mhz

@@ -45,6 +45,7 @@ class Extremes:
     """A network that says how far each axis went, and how large its effort was, in counts."""
 
     network = 0x12345678
+    longest_s = 60.0
 
     def identify(self, captured: CapturedCounts, board: BoardIdentity) -> Mapping[str, BoardAxis]:
         assert board.counts_per_turn == 8400

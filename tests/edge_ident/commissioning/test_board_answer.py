@@ -123,7 +123,7 @@ def test_a_reason_is_passed_on_with_its_next_step(found: Identification) -> None
 
 def test_a_board_that_is_slow_is_not_waited_for(found: Identification) -> None:
     answer = asked({}, found, state=IdentificationState.RUNNING)
-    assert answer.sentences == ["the board's own network had no answer after 3 s"]
+    assert answer.sentences == ["the board's own network had no answer after 4 s"]
 
 
 def test_no_network_and_no_answer_are_no_failure(found: Identification) -> None:
