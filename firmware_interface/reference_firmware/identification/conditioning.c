@@ -10,7 +10,9 @@
 #define BLOCKS PERIOD_BLOCKS
 #define LAST (PERIOD_BLOCKS / 2u) /* frequency */
 #define NOISE_SHARE 0.05 /* of encoder noise in the acceleration */
-#define SAMPLED_PER_PERIOD 20.0 /* of the cut-off; the rest is why in conditioning.py */
+/* Samples and blocks in a period of the cut-off, and its periods in the motion: at least. Why, says
+ * edge_ident/signals/conditioning.py. */
+#define SAMPLED_PER_PERIOD 20.0
 #define BLOCKS_PER_PERIOD 2.5
 #define FEWEST_PERIODS 10.0
 #define PIECE 8u /* numbers from one pause to the next */
