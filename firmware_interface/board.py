@@ -10,6 +10,7 @@ from typing import Final, Self
 
 from firmware_interface.board_checks import check_map
 from firmware_interface.board_gains import check_terms, read_active, read_staged
+from firmware_interface.board_identification import BoardIdentification, wait_for_identification
 from firmware_interface.board_session import Session
 from firmware_interface.board_types import (
     AxisLimits,
@@ -64,6 +65,7 @@ class Board:
         self._limits: Mapping[str, AxisLimits] = {}
         self._motion_samples = 0
         self._trajectory_crc = 0
+        self._motion_token: int | None = None
         self._staged_crc: int | None = None
 
     @classmethod
@@ -181,7 +183,8 @@ class Board:
         register = REGISTERS["watchdog.timeout"]
         words = self._session.read(register.address, register.words)
         self._session.beat_every(decode(register.name, words))
-        self._session.command(Opcode.START, MAP_CRCS[self.identity.map_version])
+        started = self._session.command(Opcode.START, MAP_CRCS[self.identity.map_version])
+        self._motion_token = started.last_token
 
     def capture_pages(self) -> Iterator[CapturePage]:
         """Fetch the capture of the motion just started, while it runs, to its last sample.
@@ -225,6 +228,14 @@ class Board:
     def clear_fault(self) -> None:
         """Leave a latched fault, once its cause is gone and the machine at rest; effort is off."""
         self._session.command(Opcode.CLEAR_FAULT)
+
+    def identification(self, longest_s: float) -> BoardIdentification | None:
+        """What the board identified by itself from the motion that this host started last.
+
+        None where it has no network; waits so many seconds at most, see `wait_for_identification`.
+        """
+        read, version = self._session.read, self.identity.map_version
+        return wait_for_identification(read, version, self._motion_token, longest_s)
 
     # ---- gains
 

@@ -8,6 +8,7 @@ from firmware_interface.modbus import open_serial, open_tcp
 
 if TYPE_CHECKING:
     from firmware_interface.plant.plant import Plant
+    from firmware_interface.virtual.identification import Identifier
 
 DEFAULT_BAUD_RATE: Final = 115200
 
@@ -18,6 +19,7 @@ def open_link(
     baud_rate: int = DEFAULT_BAUD_RATE,
     timeout_s: float = 0.3,
     plant: "Plant | None" = None,
+    identifier: "Identifier | None" = None,
 ) -> Link:
     """Open the way to a board.
 
@@ -32,6 +34,8 @@ def open_link(
         The board's worst reply time.
     plant : Plant, optional
         The drive behind a board `virtual`; by default a sound one.
+    identifier : Identifier, optional
+        Of a board `virtual`; by default it does not identify by itself.
 
     Raises
     ------
@@ -42,7 +46,7 @@ def open_link(
         # a host of a real board need not wait until a simulated drive has loaded
         from firmware_interface.virtual.board import VirtualBoard
 
-        return VirtualBoard(plant=plant)
+        return VirtualBoard(plant=plant, identifier=identifier)
     if not url.startswith("tcp://"):
         return open_serial(url, baud_rate, timeout_s)
     host, colon, port = url.removeprefix("tcp://").rpartition(":")

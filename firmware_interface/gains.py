@@ -239,6 +239,7 @@ Bank = Mapping[str, AxisGains]
 GAIN_FIELDS: Final[Mapping[int, tuple[str, ...]]] = {
     3: tuple(field.name for field in fields(AxisGains))[:15],
     4: tuple(field.name for field in fields(AxisGains)),
+    5: tuple(field.name for field in fields(AxisGains)),
 }
 """Fields of `AxisGains` that a board knows, by the version of its register map."""
 OFF: Final = AxisGains.of_numbers([0.0] * 9).numbers()

@@ -266,7 +266,10 @@ def _markdown(source: RegisterMap) -> Iterator[str]:
         yield "| code | name | meaning | next step |"
         yield "| --- | --- | --- | --- |"
         for code in enum.codes:
-            yield f"| {code.value} | {code.name} | {code.meaning} | {code.next_step or ''} |"
+            since = f" (since map {code.since})" if code.since > _FIRST_MAP else ""
+            yield (
+                f"| {code.value} | {code.name} | {code.meaning}{since} | {code.next_step or ''} |"
+            )
 
 
 if __name__ == "__main__":

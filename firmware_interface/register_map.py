@@ -17,12 +17,13 @@ _SAMPLE_WORDS_PER_AXIS: Final = 4
 
 @dataclass(frozen=True)
 class Code:
-    """One value of an enumeration."""
+    """One value of an enumeration; `since` as of a register."""
 
     name: str
     value: int
     meaning: str
     next_step: str | None = None
+    since: int = 3
 
 
 @dataclass(frozen=True)
@@ -65,7 +66,8 @@ class RegisterMap:
         lines.append(f"session lease {self.session_lease!r}")
         page = self.page
         lines.append(f"page {page.address} {page.slots} {page.slot_registers} {page.samples}")
-        lines += [f"{e.name} {c.name} {c.value}" for e in self.enums for c in e.codes]
+        codes = [(e, c) for e in self.enums for c in e.codes if c.since <= self.version]
+        lines += [f"{e.name} {c.name} {c.value}" for e, c in codes]
         lines += [f"{r.name} {r.address} {r.type} {r.count} {r.scale!r}" for r in self.registers]
         return zlib.crc32("\n".join(lines).encode())
 

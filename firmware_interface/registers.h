@@ -6,8 +6,8 @@
 #include <stdint.h>
 
 #define FD_MAGIC 0x4d464453u
-#define FD_MAP_VERSION 4u
-#define FD_MAP_CRC 0x0a052151u
+#define FD_MAP_VERSION 5u
+#define FD_MAP_CRC 0xea1f302fu
 #define FD_FLOAT_TEST 3.1415927f
 #define FD_STORE_SIGNATURE 0x65766173u
 #define FD_SESSION_LEASE_S 5.0f
@@ -90,6 +90,26 @@ enum fd_trajectorykind {
 enum fd_watchdogaction {
     FD_WATCHDOGACTION_QUICK_STOP = 1, /* decelerate to rest under control */
     FD_WATCHDOGACTION_COAST = 2, /* switch the effort off */
+};
+
+/* What the board's own identification does; only a board that has a network identifies. */
+enum fd_identificationstate {
+    FD_IDENTIFICATIONSTATE_NONE = 0, /* no motion was captured since power-up */
+    FD_IDENTIFICATIONSTATE_CAPTURING = 1, /* from START to the last captured sample */
+    FD_IDENTIFICATIONSTATE_RUNNING = 2, /* computes, beside everything else that the board does */
+    FD_IDENTIFICATIONSTATE_DONE = 3, /* an axis without a reason is identified */
+    FD_IDENTIFICATIONSTATE_FAILED = 4, /* no axis is identified; their reasons say why */
+};
+
+/* Why the board did not identify an axis. */
+enum fd_identificationreason {
+    FD_IDENTIFICATIONREASON_NONE = 0, /* it is identified, or not yet */
+    FD_IDENTIFICATIONREASON_STOPPED = 1, /* the motion was stopped before the end of its capture */
+    FD_IDENTIFICATIONREASON_TOO_SHORT = 2, /* the capture is shorter than the motion that the network was trained for */
+    FD_IDENTIFICATIONREASON_STANDSTILL = 3, /* the axis stood still */
+    FD_IDENTIFICATIONREASON_OTHER_MOTION = 4, /* the axis moved otherwise than the network was trained for */
+    FD_IDENTIFICATIONREASON_NO_EFFORT = 5, /* the effort was below one PWM count */
+    FD_IDENTIFICATIONREASON_UNEXPLAINED = 6, /* the parameters found leave more than 15 % of the effort */
 };
 
 #define FD_REG_IDENTITY_MAGIC 0x0000u
@@ -386,7 +406,25 @@ enum fd_watchdogaction {
 #define FD_REG_GAIN_MAXIMUM_Z_TRANSMISSION_LOSS 0x086au
 #define FD_REG_GAIN_MAXIMUM_Z_TRANSMITTED_INERTIA 0x086cu
 #define FD_REG_GAIN_MAXIMUM_Z_TRANSMITTED_FRICTION 0x086eu
-#define FD_REG_END 0x0870u
+#define FD_REG_IDENTIFICATION_STATE 0x0900u
+#define FD_REG_IDENTIFICATION_MOTION 0x0901u
+#define FD_REG_IDENTIFICATION_NETWORK 0x0902u
+#define FD_REG_IDENTIFICATION_X_REASON 0x0904u
+#define FD_REG_IDENTIFICATION_X_IMAGES 0x0905u
+#define FD_REG_IDENTIFICATION_X_INERTIA 0x0906u
+#define FD_REG_IDENTIFICATION_X_VISCOUS_FRICTION 0x0908u
+#define FD_REG_IDENTIFICATION_X_COULOMB_FRICTION 0x090au
+#define FD_REG_IDENTIFICATION_X_OFFSET 0x090cu
+#define FD_REG_IDENTIFICATION_X_RELATIVE_RESIDUAL 0x090eu
+#define FD_REG_IDENTIFICATION_Z_REASON 0x0910u
+#define FD_REG_IDENTIFICATION_Z_IMAGES 0x0911u
+#define FD_REG_IDENTIFICATION_Z_INERTIA 0x0912u
+#define FD_REG_IDENTIFICATION_Z_VISCOUS_FRICTION 0x0914u
+#define FD_REG_IDENTIFICATION_Z_COULOMB_FRICTION 0x0916u
+#define FD_REG_IDENTIFICATION_Z_OFFSET 0x0918u
+#define FD_REG_IDENTIFICATION_Z_RELATIVE_RESIDUAL 0x091au
+#define FD_REG_IDENTIFICATION_CRC 0x091cu
+#define FD_REG_END 0x091eu
 
 /* Every register, by address: FD_REGISTERS(X) expands to
  * X(address, words of a value, values, writable, smallest, largest raw value). */
@@ -684,7 +722,25 @@ enum fd_watchdogaction {
     X(0x0868u, 2u, 1u, 0u, 0u, 0xffffffffu) \
     X(0x086au, 2u, 1u, 0u, 0u, 0xffffffffu) \
     X(0x086cu, 2u, 1u, 0u, 0u, 0xffffffffu) \
-    X(0x086eu, 2u, 1u, 0u, 0u, 0xffffffffu)
+    X(0x086eu, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0900u, 1u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0901u, 1u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0902u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0904u, 1u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0905u, 1u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0906u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0908u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x090au, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x090cu, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x090eu, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0910u, 1u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0911u, 1u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0912u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0914u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0916u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x0918u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x091au, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x091cu, 2u, 1u, 0u, 0u, 0xffffffffu)
 
 /* Fails to compile where a condition does not hold (C99 has no _Static_assert). */
 #define FD_ASSERT(name, condition) typedef char fd_assert_##name[(condition) ? 1 : -1]

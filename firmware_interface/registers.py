@@ -10,8 +10,8 @@ from typing import Final
 from firmware_interface.register import Register
 
 MAGIC: Final = 0x4D464453
-MAP_VERSION: Final = 4
-MAP_CRC: Final = 0x0A052151
+MAP_VERSION: Final = 5
+MAP_CRC: Final = 0xEA1F302F
 FLOAT_TEST: Final = 3.1415927
 STORE_SIGNATURE: Final = 0x65766173
 SESSION_LEASE_S: Final = 5.0
@@ -101,6 +101,28 @@ class WatchdogAction(IntEnum):
 
     QUICK_STOP = 1
     COAST = 2
+
+
+class IdentificationState(IntEnum):
+    """What the board's own identification does; only a board that has a network identifies."""
+
+    NONE = 0
+    CAPTURING = 1
+    RUNNING = 2
+    DONE = 3
+    FAILED = 4
+
+
+class IdentificationReason(IntEnum):
+    """Why the board did not identify an axis."""
+
+    NONE = 0
+    STOPPED = 1
+    TOO_SHORT = 2
+    STANDSTILL = 3
+    OTHER_MOTION = 4
+    NO_EFFORT = 5
+    UNEXPLAINED = 6
 
 
 FAULT_TEXTS: Final = {
@@ -210,6 +232,37 @@ RESULT_TEXTS: Final = {
     Result.NOT_HELD: (
         "the command came from a host that does not control the board",
         "wait until the other host is finished, or stop it with edge-ident stop",
+    ),
+}
+
+IDENTIFICATIONREASON_TEXTS: Final = {
+    IdentificationReason.NONE: (
+        "it is identified, or not yet",
+        "nothing to do",
+    ),
+    IdentificationReason.STOPPED: (
+        "the motion was stopped before the end of its capture",
+        "repeat the motion",
+    ),
+    IdentificationReason.TOO_SHORT: (
+        "the capture is shorter than the motion that the network was trained for",
+        "choose the motion of the network, one whole period of it",
+    ),
+    IdentificationReason.STANDSTILL: (
+        "the axis stood still",
+        "look whether the axis is blocked, or choose a larger motion",
+    ),
+    IdentificationReason.OTHER_MOTION: (
+        "the axis moved otherwise than the network was trained for",
+        "choose the motion of the network, or train one for this motion",
+    ),
+    IdentificationReason.NO_EFFORT: (
+        "the effort was below one PWM count",
+        "have the board checked",
+    ),
+    IdentificationReason.UNEXPLAINED: (
+        "the parameters found leave more than 15 % of the effort",
+        "trust what the host finds and says of this axis",
     ),
 }
 
@@ -2578,6 +2631,143 @@ _ALL = (
         type="f32",
         since=4,
         description="Share of viscous and Coulomb friction beyond the transmission.",
+    ),
+    Register(
+        name="identification.state",
+        address=2304,
+        type="u16",
+        enum="IdentificationState",
+        since=5,
+        description="What the board's own identification does.",
+    ),
+    Register(
+        name="identification.motion",
+        address=2305,
+        type="u16",
+        since=5,
+        description="Token of the START whose motion it is of.",
+    ),
+    Register(
+        name="identification.network",
+        address=2306,
+        type="u32",
+        since=5,
+        description="First four bytes of the SHA-256 of the network's ONNX file; 0 where the board has none.",
+    ),
+    Register(
+        name="identification.x.reason",
+        address=2308,
+        type="u16",
+        enum="IdentificationReason",
+        since=5,
+        description="Why the axis is not identified; then what follows is zero.",
+    ),
+    Register(
+        name="identification.x.images",
+        address=2309,
+        type="u16",
+        since=5,
+        description="Images that the network was shown.",
+    ),
+    Register(
+        name="identification.x.inertia",
+        address=2310,
+        type="f32",
+        unit="kg*m^2",
+        since=5,
+        description="Inertia.",
+    ),
+    Register(
+        name="identification.x.viscous_friction",
+        address=2312,
+        type="f32",
+        unit="N*m*s/rad",
+        since=5,
+        description="Viscous friction.",
+    ),
+    Register(
+        name="identification.x.coulomb_friction",
+        address=2314,
+        type="f32",
+        unit="N*m",
+        since=5,
+        description="Coulomb friction.",
+    ),
+    Register(
+        name="identification.x.offset",
+        address=2316,
+        type="f32",
+        unit="N*m",
+        since=5,
+        description="Constant effort.",
+    ),
+    Register(
+        name="identification.x.relative_residual",
+        address=2318,
+        type="f32",
+        since=5,
+        description="What these leave of the effort, as a share of it.",
+    ),
+    Register(
+        name="identification.z.reason",
+        address=2320,
+        type="u16",
+        enum="IdentificationReason",
+        since=5,
+        description="Why the axis is not identified; then what follows is zero.",
+    ),
+    Register(
+        name="identification.z.images",
+        address=2321,
+        type="u16",
+        since=5,
+        description="Images that the network was shown.",
+    ),
+    Register(
+        name="identification.z.inertia",
+        address=2322,
+        type="f32",
+        unit="kg*m^2",
+        since=5,
+        description="Inertia.",
+    ),
+    Register(
+        name="identification.z.viscous_friction",
+        address=2324,
+        type="f32",
+        unit="N*m*s/rad",
+        since=5,
+        description="Viscous friction.",
+    ),
+    Register(
+        name="identification.z.coulomb_friction",
+        address=2326,
+        type="f32",
+        unit="N*m",
+        since=5,
+        description="Coulomb friction.",
+    ),
+    Register(
+        name="identification.z.offset",
+        address=2328,
+        type="f32",
+        unit="N*m",
+        since=5,
+        description="Constant effort.",
+    ),
+    Register(
+        name="identification.z.relative_residual",
+        address=2330,
+        type="f32",
+        since=5,
+        description="What these leave of the effort, as a share of it.",
+    ),
+    Register(
+        name="identification.crc",
+        address=2332,
+        type="u32",
+        since=5,
+        description="CRC-32 of the words of this group before it, big-endian: what was read in several pieces is of one moment where it matches.",
     ),
 )
 REGISTERS: Final = {register.name: register for register in _ALL}

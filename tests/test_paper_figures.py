@@ -13,7 +13,7 @@ pytest.importorskip("torch")
 pytest.importorskip("onnx")
 
 from edge_ident.errors import DataError, ModelError
-from edge_ident.estimation.network import BUILT_IN
+from edge_ident.estimation.manifest import BUILT_IN
 from edge_ident.signals.recording import AxisRecord, Recording
 from export.configuration import PAPER
 from firmware_interface.plant import Recordings

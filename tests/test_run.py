@@ -75,6 +75,16 @@ def test_parameters_agree_with_the_plants_truth(virtual_run: tuple[dict, Path], 
     assert inertia["unit"] == "kg*m^2"
 
 
+def test_the_virtual_board_identifies_by_itself_and_agrees(virtual_run: tuple[dict, Path]) -> None:
+    said = virtual_run[0]["board_identification"]
+    assert said["state"] == "DONE"
+    for axis in said["axes"].values():
+        assert axis["verdict"] == "agrees"
+        for parameter in axis["parameters"].values():
+            assert parameter["value"] == pytest.approx(parameter["recomputed"], rel=1e-6)
+    assert "The board itself" in (virtual_run[1] / "report.html").read_text("utf-8")
+
+
 def test_network_and_least_squares_stand_side_by_side(virtual_run: tuple[dict, Path]) -> None:
     for axis in virtual_run[0]["identification"]["axes"].values():
         assert axis["estimators"]["cnn"] is not None, axis["cnn_reason"]

@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Final
 
 from edge_ident.errors import EdgeIdentError
-from edge_ident.estimation.network import BUILT_IN
+from edge_ident.estimation.manifest import BUILT_IN
 from tools.paper_figures import convolutions, drives, images, kernels, losses, plane
 from tools.paper_figures.page import Section, Sources, update
 

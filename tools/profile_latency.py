@@ -26,8 +26,8 @@ from edge_ident.commissioning.profiling import profile_device
 from edge_ident.control.gain_design import design
 from edge_ident.control.position_loop import LoopHardware
 from edge_ident.drive.motions import MotionName
-from edge_ident.estimation.manifest import GRAPHS, Graph, load_manifest
-from edge_ident.estimation.network import BUILT_IN, Network
+from edge_ident.estimation.manifest import BUILT_IN, GRAPHS, Graph, load_manifest
+from edge_ident.estimation.network import Network
 from edge_ident.identification.identify import identify
 from edge_ident.model.model import Estimate, base_axis
 from edge_ident.report import profile_document, profile_view, show, write_json

@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     from edge_ident.commissioning.run import Plan, commission
     from edge_ident.commissioning.safety import make_ready
     from edge_ident.commissioning.stopping import stop_machine
+    from edge_ident.commissioning.virtual_network import VirtualNetwork
     from edge_ident.drive.writing import write_drive
     from firmware_interface.board import BoardStatus
     from firmware_interface.connection import DEFAULT_BAUD_RATE
@@ -70,6 +71,7 @@ __all__ = [
     "Forecasts",
     "Hidden",
     "Plan",
+    "VirtualNetwork",
     "ask_ports",
     "back_up",
     "check_change",
@@ -126,6 +128,7 @@ __getattr__ = lazy_names(
         "Forecasts": "edge_ident.commissioning.gain_forecast",
         "Hidden": "firmware_interface.plant.hiding",
         "Plan": "edge_ident.commissioning.run",
+        "VirtualNetwork": "edge_ident.commissioning.virtual_network",
         "ask_ports": "edge_ident.commissioning.ports",
         "back_up": "edge_ident.commissioning.gain_files",
         "check_change": "edge_ident.commissioning.gain_change",

@@ -5,6 +5,7 @@ from contextlib import ExitStack, contextmanager, suppress
 from typing import TYPE_CHECKING
 
 from edge_ident.commissioning.port_notes import noted
+from edge_ident.commissioning.virtual_network import VirtualNetwork
 from edge_ident.errors import EdgeIdentError
 from firmware_interface.board import Board
 from firmware_interface.connection import DEFAULT_BAUD_RATE, open_link
@@ -49,7 +50,7 @@ def connect(
     'IDLE'
     """
     with ExitStack() as ending:
-        link = open_link(device, baud_rate=baud_rate, plant=plant)
+        link = open_link(device, baud_rate=baud_rate, plant=plant, identifier=VirtualNetwork())
         ending.callback(link.close)
         ending.enter_context(noted(device))
         board = Board.connect(link)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
+from edge_ident.commissioning.board_answer import BoardAnswer, board_answer
 from edge_ident.commissioning.capture import Capture, check_drive
 from edge_ident.commissioning.carry_over import reconsidered
 from edge_ident.commissioning.gain_change import check_change, concluded
@@ -111,6 +112,8 @@ class Outcome:
         judges them.
     separation : Separation
         All identification motions, the first included.
+    board : BoardAnswer or None
+        What the board identified by itself from the first motion; None where it has no network.
     """
 
     capture: Capture
@@ -122,6 +125,7 @@ class Outcome:
     conclusion: str
     timing_ms: Mapping[str, float]
     separation: Separation
+    board: BoardAnswer | None = None
 
     def captures(self, folder: Path) -> list[Path]:
         """Files of the identification motions."""
@@ -171,6 +175,7 @@ def commission(
     save_backup(gains_before, board.identity, folder / BACKUP_FILE)
     with ready_to_move(board, observer.say):
         first = _first_motion(study, trajectory)
+        answer = _answer_of_board(study, first)
         with watch.stage("separation"):
             separation = separate(study, [first])
         separation, designs, change = _changed(study, plan, separation, gains_before)
@@ -184,8 +189,17 @@ def commission(
     log.info(conclusion)
     return Outcome(
         first.capture, found, designs, gains_before, change, stored, conclusion, watch.timing_ms(),
-        separation,
+        separation, answer,
     )  # fmt: skip
+
+
+def _answer_of_board(study: Study, first: IdentificationMotion) -> BoardAnswer | None:
+    """What the board identified by itself; its axes rest meanwhile."""
+    with study.watch.stage("board_identification"):
+        answer = board_answer(study.board, first.recording, first.found, study.network)
+    for sentence in answer.sentences if answer else ():
+        log.info(sentence)
+    return answer
 
 
 def _first_motion(study: Study, trajectory: Trajectory) -> IdentificationMotion:

@@ -19,6 +19,7 @@ Variant = Literal["fp32", "int8"]
 Graph = Literal["rank_one", "image"]
 """What a network reads: both efforts, or the image that they make."""
 
+BUILT_IN: Final = Path(__file__).parents[1] / "networks" / "feed_drive.json"
 SCHEMA: Final = "edge-ident/network/2"
 VARIANTS: Final[tuple[Variant, ...]] = ("fp32", "int8")
 GRAPHS: Final[tuple[Graph, ...]] = ("rank_one", "image")

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from edge_ident.errors import ModelError
 from edge_ident.estimation.image import effort_image
 from edge_ident.estimation.manifest import (
+    BUILT_IN,
     GRAPHS,
     VARIANTS,
     Graph,
@@ -28,8 +29,6 @@ from edge_ident.signals.dct import POINTS
 
 Array = NDArray[np.float64]
 Precision = Variant | Literal["fastest"]
-
-BUILT_IN: Final = Path(__file__).parents[1] / "networks" / "feed_drive.json"
 
 _IMAGE_SHAPE: Final = (1, POINTS, POINTS)
 _EFFORTS: Final = np.sin(np.linspace(0.0, 7.0, 2 * POINTS)).reshape(2, 1, POINTS)

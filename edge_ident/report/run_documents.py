@@ -13,6 +13,7 @@ from edge_ident.commissioning.identification_motions import CAPTURE_FILE
 from edge_ident.commissioning.profile import TARGET_MS, Profile, spread
 from edge_ident.commissioning.run import Outcome
 from edge_ident.estimation.network import Network
+from edge_ident.report.board_answer_report import board_answer_document
 from edge_ident.report.documents import design_document, identification_document
 from edge_ident.report.promise_report import promise_document
 from edge_ident.report.run_motions import motions_document
@@ -38,6 +39,7 @@ def run_document(
         "dry_run": outcome.change is not None and outcome.change.dry_run,
         "promise": None if outcome.change is None else promise_document(outcome.change.promise),
         "contradicted": {} if outcome.change is None else dict(outcome.change.contradicted),
+        "board_identification": board_answer_document(outcome),
         "stored": outcome.stored,
         "conclusion": outcome.conclusion,
         "capture": {

@@ -22,6 +22,8 @@ def outcome_view(outcome: Outcome) -> Group:
 
 def _outcome_parts(outcome: Outcome) -> Iterator[RenderableType]:
     yield identification_view(outcome.identification)
+    if outcome.board is not None:
+        yield from map(Text, outcome.board.sentences)
     if outcome.separation.ended:
         yield _motions_table(outcome.separation)
     if outcome.designs:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 WIDTH: Final = 100
 _C_TYPES: Final = {
     "float32": "float",
+    "float64": "double",
     "int8": "int8_t",
     "int32": "int32_t",
     "uint8": "uint8_t",
@@ -54,5 +55,5 @@ def literal(value: Any) -> str:
     if isinstance(value, np.floating):
         digits, exponent = float(value).hex().split("p")
         digits = digits.rstrip("0").rstrip(".") if "." in digits else digits
-        return f"{digits}p{exponent}f"
+        return f"{digits}p{exponent}{'' if value.dtype == np.float64 else 'f'}"
     return str(int(value)) + ("u" if value.dtype.kind == "u" and value.itemsize == 4 else "")

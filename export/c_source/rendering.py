@@ -71,15 +71,7 @@ def render(layers: Sequence[SourceLayer], name: str, file: str, sha256: str) -> 
     file, sha256 : str
         Of the ONNX network.
     """
-    environment = Environment(
-        loader=PackageLoader("export.c_source"),
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
-        undefined=StrictUndefined,
-        autoescape=False,  # C, not HTML
-    )
-    environment.globals["literal"] = literal
+    environment = templates()
     first, last = layers[0].layer, layers[-1].layer
     outputs = last.output_shape[0]
     facts = {
@@ -102,6 +94,20 @@ def render(layers: Sequence[SourceLayer], name: str, file: str, sha256: str) -> 
         form.format(name=name): environment.get_template(template).render(facts)
         for form, template in _TEMPLATES.items()
     }
+
+
+def templates() -> Environment:
+    """The templates of C."""
+    environment = Environment(
+        loader=PackageLoader("export.c_source"),
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+        undefined=StrictUndefined,
+        autoescape=False,  # C, not HTML
+    )
+    environment.globals["literal"] = literal
+    return environment
 
 
 def _memory(layers: Sequence[SourceLayer]) -> Iterator[_Field]:

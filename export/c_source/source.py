@@ -2,15 +2,16 @@
 
 import hashlib
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 
 from edge_ident.errors import ModelError
-from edge_ident.estimation.manifest import read_content
-from edge_ident.estimation.network import BUILT_IN, load_network
+from edge_ident.estimation.manifest import BUILT_IN, read_content
+from edge_ident.estimation.network import load_network
 from edge_ident.support.atomic_files import atomic_write
 from export.c_source.graph import NEXT_STEP
+from export.c_source.identification import FILE, identification_header
 from export.c_source.layout import lay_out
 from export.c_source.reading import read_layers
 from export.c_source.rendering import Sizes, render, sizes_of
@@ -44,6 +45,9 @@ class CSource:
 def export_c(folder: Path, network: Path | None = None) -> CSource:
     """Write NAME.h, NAME.c and NAME_weights.h, with the name of the network's file.
 
+    Beside them identification_network.h, by which the reference firmware knows the network, where
+    a board can identify with it.
+
     Parameters
     ----------
     folder : Path
@@ -56,9 +60,13 @@ def export_c(folder: Path, network: Path | None = None) -> CSource:
         The network fails its checks, is no int8 network of edge-ident, or is too large.
     """
     path = network or BUILT_IN.with_name(f"{BUILT_IN.stem}_int8.onnx")
-    if load_network(path=path).variant != "int8":
+    loaded = load_network(path=path)
+    if loaded.variant != "int8":
         raise ModelError(f"{path}: is not an int8 network", NEXT_STEP)
     source = c_source(read_content(path), path.name)
+    header = identification_header(loaded.manifest, source.name, path.name)
+    if header is not None:
+        source = replace(source, files=source.files | {FILE: header})
     for name, text in source.files.items():
         with atomic_write(folder / name) as partial:
             partial.write_text(text, encoding="ascii", newline="\n")

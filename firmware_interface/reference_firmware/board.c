@@ -4,6 +4,7 @@
 #include "commands.h"
 #include "gain_banks.h"
 #include "gain_store.h"
+#include "identification.h"
 #include "machine.h"
 #include "modbus_rtu.h"
 #include "port.h"
@@ -36,6 +37,7 @@ void board_power_up(void)
     session_init();
     commands_init();
     capture_ring_clear();
+    identification_init();
     load_gains();
     machine_init(self_test_settings());
 }
@@ -45,9 +47,21 @@ void board_sample(void)
     machine_sample();
 }
 
-bool board_poll(void)
+/* All that hosts ask for; true where more of it waits. */
+static bool serve(void)
 {
     const bool request_waits = modbus_rtu_poll();
     const bool command_waits = commands_go_on();
     return request_waits || command_waits;
+}
+
+static void serve_meanwhile(void)
+{
+    (void)serve();
+}
+
+bool board_poll(void)
+{
+    identification_go_on(serve_meanwhile);
+    return serve();
 }

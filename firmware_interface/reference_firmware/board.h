@@ -11,7 +11,8 @@ void board_power_up(void);
 void board_sample(void);
 
 /* [main] Serve the serial line; call it as often as possible, at least every millisecond. True
- * where more work waits: then call it again at once, without sleep. */
+ * where more work waits: then call it again at once, without sleep. On a board that identifies by
+ * itself a call lasts as long as that; meanwhile it serves the line. */
 bool board_poll(void);
 
 #endif

@@ -6,6 +6,7 @@
 #include "drive.h"
 #include "gain_banks.h"
 #include "gain_store.h"
+#include "identification.h"
 #include "machine.h"
 #include "port.h"
 #include "session.h"
@@ -56,6 +57,7 @@ static enum fd_result start(uint32_t argument)
         return FD_RESULT_WRONG_ARGUMENT;
     }
     arming_start();
+    identification_begin(commands_last_token(), machine.to_capture);
     return FD_RESULT_DONE;
 }
 

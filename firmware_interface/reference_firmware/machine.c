@@ -6,6 +6,7 @@
 #include "capture_ring.h"
 #include "drive.h"
 #include "gain_banks.h"
+#include "identification.h"
 #include "port.h"
 #include "register_file.h"
 #include "session.h"
@@ -183,8 +184,10 @@ static void capture(const struct drive_sample *measured)
         return;
     }
     capture_ring_add(measured);
+    identification_add(measured);
     if (capture_ring_counters().samples == machine.to_capture) {
         capture_ring_flush();
+        identification_captured();
         setpoints_stop();
         machine.state = FD_STATE_DRAINING;
     }
@@ -231,6 +234,8 @@ void machine_sample(void)
     control(&measured);
     if (machine.state == FD_STATE_MOVING) {
         capture(&measured);
+    } else {
+        identification_idle();
     }
     follow_up();
     session_sample(machine_busy());

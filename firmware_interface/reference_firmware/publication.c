@@ -6,6 +6,7 @@
 #include "drive.h"
 #include "gain_banks.h"
 #include "gain_store.h"
+#include "identification.h"
 #include "machine.h"
 #include "port.h"
 #include "register_file.h"
@@ -115,4 +116,5 @@ void publish_status(void)
     put_gain_state();
     put_inputs_and_outputs();
     put_capture();
+    identification_publish();
 }

@@ -10,6 +10,7 @@ from firmware_interface.plant.plant import Plant
 from firmware_interface.registers import REGISTERS, Fault, State
 from firmware_interface.virtual.clock import Clock, RequestClock
 from firmware_interface.virtual.commands import Commands
+from firmware_interface.virtual.identification import Identifier
 from firmware_interface.virtual.inputs import Inputs
 from firmware_interface.virtual.machine import Machine
 from firmware_interface.virtual.register_file import RegisterFile
@@ -18,6 +19,7 @@ from firmware_interface.virtual.settings import BoardSettings
 from firmware_interface.virtual.status import fill, publish
 
 _STATE: Final = REGISTERS["status.state"].address
+_IDENTIFIED: Final = REGISTERS["identification.state"].address
 _COMMAND: Final = REGISTERS["command.opcode"].address
 _COMMAND_WORDS: Final = REGISTERS["command.key"].address + 2 - _COMMAND
 _RELEASE, _KEY, _ACKNOWLEDGED = "session.release", "session.key", "capture.pages_acknowledged"
@@ -34,6 +36,8 @@ class VirtualBoard:
         By default requests let board time pass.
     plant : Plant, optional
         The drive behind the board; by default a sound one.
+    identifier : Identifier, optional
+        The board's own network; by default it has none.
 
     Attributes
     ----------
@@ -48,8 +52,10 @@ class VirtualBoard:
         settings: BoardSettings | None = None,
         clock: Clock | None = None,
         plant: Plant | None = None,
+        identifier: Identifier | None = None,
     ) -> None:
         self._clock = clock or RequestClock()
+        self._identifier = identifier
         settings = settings or BoardSettings()
         self.inputs = Inputs(settings.homed, settings.switches_rad)
         self._power_up(settings, plant or Plant(feed_drive()))
@@ -58,6 +64,8 @@ class VirtualBoard:
         """Words of consecutive registers."""
         self._clock.advance(self.machine, address <= _STATE < address + count)
         publish(self._registers, self.machine, self._commands)
+        if address <= _IDENTIFIED < address + count:
+            self.machine.identification.asked()
         return self._registers.host_read(address, count)
 
     def write(self, address: int, words: list[int]) -> None:
@@ -107,7 +115,9 @@ class VirtualBoard:
         self._settings = settings
         self._registers = RegisterFile(settings.map_version)
         fill(self._registers, settings)
-        self.machine = Machine(self._registers, settings, self._clock.now_s, plant, self.inputs)
+        self.machine = Machine(
+            self._registers, settings, self._clock.now_s, plant, self.inputs, self._identifier
+        )
         self._commands = Commands(self.machine, self._registers, settings)
 
     # ---- registers that do something

@@ -155,6 +155,7 @@ class Commands:
         if argument != self._settings.claimed_crc:
             return Result.WRONG_ARGUMENT
         machine.follow(machine.check.trajectory)
+        machine.identification.begin(self.last_token)
         return Result.DONE
 
     def _quick_stop(self) -> Result:

@@ -14,6 +14,7 @@ from firmware_interface.registers import AXES, Fault, Result, State, WatchdogAct
 from firmware_interface.virtual.capture_ring import CaptureRing
 from firmware_interface.virtual.drive import SAMPLE_PERIOD_S, Drive, DriveSample
 from firmware_interface.virtual.gain_banks import GainBanks
+from firmware_interface.virtual.identification import Identifier, OwnIdentification
 from firmware_interface.virtual.inputs import Inputs
 from firmware_interface.virtual.protection import violated
 from firmware_interface.virtual.register_file import RegisterFile
@@ -36,6 +37,8 @@ class Machine:
     now_s : callable
     plant : Plant
     inputs : Inputs
+    identifier : Identifier, optional
+        The board's own network, if it has one.
 
     Attributes
     ----------
@@ -50,6 +53,7 @@ class Machine:
         now_s: Callable[[], float],
         plant: Plant,
         inputs: Inputs,
+        identifier: Identifier | None = None,
     ) -> None:
         self.state = State.INIT
         self.fault = settings.fault if settings_sound(settings) else Fault.SELF_TEST
@@ -60,6 +64,7 @@ class Machine:
         self.session = Session(now_s)
         self.banks = GainBanks(registers, settings)
         self.capture = CaptureRing(registers)
+        self.identification = OwnIdentification(registers, settings.map_version, identifier)
         self.drive = Drive(self.banks.active, settings.limits, plant, inputs.homed)
         self.check: TrajectoryCheck | None = None
         self.roll_back_due = False
@@ -109,6 +114,8 @@ class Machine:
             self._protect(measured)
         if self.state is State.MOVING:
             self._capture_sample(measured)
+        else:
+            self.identification.stopped()
         if self.state is State.CHECKING and self.check:
             self.check.go_on()
         self._follow_up()
@@ -139,8 +146,10 @@ class Machine:
             self._until_capture -= 1
             return
         self.capture.add(measured)
+        self.identification.add(measured)
         if self.capture.samples == self._to_capture:
             self.capture.flush()
+            self.identification.captured()
             self._setpoints.stop()
             self.state = State.DRAINING
 

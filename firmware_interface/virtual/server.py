@@ -16,6 +16,7 @@ from firmware_interface.modbus_server import RtuSession, TcpSession
 from firmware_interface.plant.plant import Plant
 from firmware_interface.virtual.board import VirtualBoard
 from firmware_interface.virtual.clock import RequestClock, WallClock
+from firmware_interface.virtual.identification import Identifier
 from firmware_interface.virtual.settings import BoardSettings
 
 LOOPBACK: Final = "127.0.0.1"
@@ -37,6 +38,7 @@ def serve(
     speed: float | None = 1.0,
     settings: BoardSettings | None = None,
     plant: Plant | None = None,
+    identifier: Identifier | None = None,
 ) -> None:
     """Serve a new board until Ctrl-C or SIGTERM; SIGUSR1 pulls its wired stop, SIGUSR2 releases it.
 
@@ -56,6 +58,8 @@ def serve(
     settings : BoardSettings, optional
     plant : Plant, optional
         The drive behind the board; by default a sound one.
+    identifier : Identifier, optional
+        The board's own network, loaded; by default it has none.
 
     Raises
     ------
@@ -64,7 +68,8 @@ def serve(
     """
     if pty == (tcp_port is not None):
         raise ValueError("choose one of pty and tcp_port")
-    board = VirtualBoard(settings, RequestClock() if speed is None else WallClock(speed), plant)
+    clock = RequestClock() if speed is None else WallClock(speed)
+    board = VirtualBoard(settings, clock, plant, identifier)
     if tcp_port is None:
         serving = serve_pty(board, board.idle, on_ready)
     else:

@@ -11,7 +11,7 @@ import onnx
 import pytest
 from numpy.typing import NDArray
 
-from edge_ident.estimation.network import BUILT_IN
+from edge_ident.estimation.manifest import BUILT_IN
 from export.c_source.source import CSource
 
 Images = NDArray[np.float32]

@@ -10,7 +10,7 @@ import pytest
 pytest.importorskip("onnx")
 
 from edge_ident.errors import ModelError
-from edge_ident.estimation.network import BUILT_IN
+from edge_ident.estimation.manifest import BUILT_IN
 from export.c_source import source as c_source_module
 from export.c_source.source import c_source, export_c
 from tests.export.c_builds import INT8, changed, replace_constants

@@ -13,8 +13,8 @@ pytest.importorskip("onnxscript")
 import onnxruntime  # noqa: E402
 
 from edge_ident.errors import ModelError  # noqa: E402
-from edge_ident.estimation.manifest import VARIANTS, load_manifest  # noqa: E402
-from edge_ident.estimation.network import BUILT_IN, Network, load_network  # noqa: E402
+from edge_ident.estimation.manifest import BUILT_IN, VARIANTS, load_manifest  # noqa: E402
+from edge_ident.estimation.network import Network, load_network  # noqa: E402
 from export import evaluate, onnx_export, quantization  # noqa: E402
 from export.checkpoint import Checkpoint, save  # noqa: E402
 from export.configuration import IMPROVED, Configuration  # noqa: E402

@@ -79,7 +79,7 @@ def write_run_page(outcome: Outcome, document: dict[str, Any], folder: Path) -> 
     verified = outcome.change is not None and outcome.change.verification is not None
     after = load_recording(folder / VERIFICATION_FILE) if verified else None
     axes = outcome.identification.axes
-    details = [_details(f"a{n}", name, axis) for n, (name, axis) in enumerate(axes.items())]
+    details = [_details(f"a{n}", name, outcome) for n, name in enumerate(axes)]
     cards = []
     for n, name in enumerate(axes):
         chart = tracking_chart(f"c{n}", name, before, after) or details[n].charts[0]
@@ -116,13 +116,23 @@ def write_run_page(outcome: Outcome, document: dict[str, Any], folder: Path) -> 
     return write_html("run.html.jinja", content, document, folder)
 
 
-def _details(key: str, name: str, axis: AxisIdentification) -> RunDetails:
+def _of_board(name: str, outcome: Outcome) -> list[Row]:
+    """What the board identified of an axis by itself, if it has a network."""
+    answer = outcome.board
+    if answer is None:
+        return []
+    said = answer.axes[name].sentence if answer.axes else answer.sentences[0]
+    return [("The board itself", sentence(said))]
+
+
+def _details(key: str, name: str, outcome: Outcome) -> RunDetails:
+    axis = outcome.identification.axes[name]
     return RunDetails(
         key,
         name,
         [f"{sentence(f.message)} Next: {f.next_step}. ({f.code})" for f in axis.findings],
         _parameters(axis),
-        _conditions(axis),
+        Table("How it was identified", ("", ""), [*_conditions(axis), *_of_board(name, outcome)]),
         identified_charts(key, axis),
         _diagnosis(key, name, axis),
     )
@@ -155,10 +165,10 @@ def _parameters(axis: AxisIdentification) -> Table:
     return Table("Parameters, with 95 % intervals", ("", *columns, "unit"), rows)
 
 
-def _conditions(axis: AxisIdentification) -> Table:
+def _conditions(axis: AxisIdentification) -> list[Row]:
     timing, metric = axis.timing, axis.metric
     way = "late" if timing.shift_samples >= 0.0 else "early"
-    rows: list[Row] = [
+    return [
         ("Answer", f"{axis.source.spoken}: {axis.reason}"),
         ("Simple model", axis.adequacy.reason),
         ("Fit, time-spectral metric", f"{metric.fit:.4f}, {metric.time_spectral:.4f}"),
@@ -170,7 +180,6 @@ def _conditions(axis: AxisIdentification) -> Table:
         ),
         ("Network", axis.network_reason or "agrees"),
     ]
-    return Table("How it was identified", ("", ""), rows)
 
 
 def _became(outcome: Outcome) -> str:

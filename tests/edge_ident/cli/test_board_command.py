@@ -36,3 +36,13 @@ def test_a_link_takes_no_name_that_is_in_use(tmp_path: Path) -> None:
     assert done.exit_code == 5
     assert (tmp_path / "file").is_file()
     assert CliRunner().invoke(app, ["board", "--tcp", "0", "--link", "name"]).exit_code == 2
+
+
+def test_a_served_board_identifies_by_itself(tmp_path: Path) -> None:
+    with running([*BOARD, str(tmp_path / "board")], errors=None) as process:
+        assert process.stdout is not None
+        command = ["run", "--dry-run", "--json", "--device", process.stdout.readline().strip()]
+        done = CliRunner().invoke(app, [*command, "--output", str(tmp_path / "run")])
+        assert done.exit_code == 0, done.stderr
+    said = json.loads(done.stdout)["board_identification"]
+    assert {axis["verdict"] for axis in said["axes"].values()} == {"agrees"}

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from edge_ident.errors import ModelError
-from edge_ident.estimation.manifest import VARIANTS, Variant, load_manifest
-from edge_ident.estimation.network import BUILT_IN, load_network
+from edge_ident.estimation.manifest import BUILT_IN, VARIANTS, Variant, load_manifest
+from edge_ident.estimation.network import load_network
 from export.configuration import IMPROVED
 from export.manifest import describe, write
 from export.motion import paper_motion

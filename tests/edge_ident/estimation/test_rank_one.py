@@ -7,8 +7,8 @@ import pytest
 from numpy.typing import NDArray
 
 from edge_ident.estimation.image import Normalization, effort_image, effort_scale
-from edge_ident.estimation.manifest import VARIANTS, Variant, load_manifest
-from edge_ident.estimation.network import BUILT_IN, Network
+from edge_ident.estimation.manifest import BUILT_IN, VARIANTS, Variant, load_manifest
+from edge_ident.estimation.network import Network
 from edge_ident.estimation.rank_one import BATCH, FirstLayer, divided
 
 Array = NDArray[np.float64]
