@@ -107,12 +107,8 @@ def drawn_loads(
     during = then = _Need.of(drawn, moved, signals, name)
     if lasting is not drawn:
         then = _Need.of(lasting, moved, signals, name)
-    # slower than a count in half a period of the filter, the direction of friction is not known
-    slow = 2.0 * signals.cutoff_hz * hardware.encoder_resolution_rad
-    known = signals.moving & (np.abs(signals.regressor[:, 1]) > slow)
     position = signals.grid.resampled(recording.axes[name].position)
-    if any(named(term.effect).memory_size for term in drawn.terms):
-        known[: run_in(position)] = False  # what they remember from before the recording
+    known = _known(signals, position, drawn, hardware.encoder_resolution_rad)
     # a motion after that of the identification begins in the state in which that one ended
     recorded = min((during, then), key=lambda need: need.misses(signals.effort, known))
     late_by_s = timing.std_samples * hardware.sample_period_s * rng.normal(size=(DRAWS, 1))
@@ -135,6 +131,19 @@ def drawn_loads(
         return Loads(need.axis.parameters[1:], beside, turning, encoder)
 
     return loads(recorded), _either(loads(during), loads(then))
+
+
+def _known(
+    signals: Signals, position: Array, axis: AxisModel, count_rad: float
+) -> NDArray[np.bool_]:
+    """Samples (N,) at which the direction of friction is known, and what effects remember.
+
+    Slower than a count in half a period of the filter, no encoder shows a direction.
+    """
+    known = signals.moving & (np.abs(signals.regressor[:, 1]) > 2.0 * signals.cutoff_hz * count_rad)
+    if any(named(term.effect).memory_size for term in axis.terms):
+        known[: run_in(position)] = False
+    return known
 
 
 def _either(again: Loads, over: Loads) -> Loads:

@@ -29,7 +29,7 @@ from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Diagnosis
 from edge_ident.diagnosis.select.causes import causes, strongest_first
 from edge_ident.diagnosis.select.judgement import Judgement, Rules, judge
 from edge_ident.diagnosis.select.own_effort import base_space, own_shares
-from edge_ident.diagnosis.select.selection import START, Selected, selected_model
+from edge_ident.diagnosis.select.selection import Selected, fitted_base, selected_model
 from edge_ident.diagnosis.select.stability import RUNS
 from edge_ident.diagnosis.select.testability import not_testable
 from edge_ident.diagnosis.select.wide_band_causes import (
@@ -194,7 +194,7 @@ def _diagnose_axis(
     if validate is not None:
         other = _prepared([validate], name, carried.supported.model.axis)
         carried = judge_elsewhere(data, other, start, carried.supported, rules.tolerance)
-    base = start if start.template is template else fit(data, template, START, ())
+    base = start if start.template is template else fitted_base(data, template)
     result = _axis_diagnosis(_Outcome(found, base, carried), known, recordings)
     return with_band_content(result, content, template, rules.tolerance), carried.validation
 

@@ -8,8 +8,8 @@ shown, and that it does not show, is ruled out; the explanation of the recording
 
 Above the band, a line in time is a vibration from outside if other motions hold it, too. One that
 the recordings before do not hold, or that the last one certainly does not, comes from the motion
-itself: from friction at its reversals. So does an order without a name that the first one certainly
-does not hold, or where the base model was enough for the recordings before.
+itself: from friction at its reversals. Where the base model was enough for the recordings before,
+so does an order without a name.
 """
 
 from collections.abc import Callable, Collection, Mapping, Sequence
@@ -75,7 +75,7 @@ def diagnose_together(
     def judged(name: str) -> AxisDiagnosis:
         earlier = before.get(name)
         together = _diagnosed(recordings, name, recordings[0], model, on_progress)
-        together = _without_own_lines(together, earlier, recordings, name)
+        together = _without_own_lines(together, earlier, recordings[-1], name)
         if earlier is None or together.verdict is not Verdict.UNEXPLAINED:
             return together
         if not tied_to_time(earlier):
@@ -112,25 +112,19 @@ def _diagnosed(
 
 
 def _without_own_lines(
-    together: AxisDiagnosis,
-    earlier: AxisDiagnosis | None,
-    recordings: Sequence[Recording],
-    name: str,
+    together: AxisDiagnosis, earlier: AxisDiagnosis | None, last: Recording, name: str
 ) -> AxisDiagnosis:
     """The diagnosis without lines that only the last motion holds, or only those before.
 
-    Those of an order stay where the axis was diagnosed before, and the first motion may hold them.
+    Those of an order stay where the axis was diagnosed before.
     """
-    first, last = recordings[0], recordings[-1]
     resolved_hz = 1.0 / float(last.time_s[-1] - last.time_s[0])
-    orders = [line for line in together.lines if line.order is not None]
-    passed = held(first, name, orders, together.model) if earlier else ()
     known = [line.frequency_hz for line in (earlier.lines if earlier else ()) if line.frequency_hz]
 
     def lasts(line: SpectralLine) -> bool:
         found = line.frequency_hz
         if found is None:
-            return line in passed
+            return earlier is not None
         if not any(abs(found - other) < resolved_hz for other in known):
             return False
         # inside the band of a livelier motion, the comparison tells

@@ -119,8 +119,7 @@ def answer(question: Question, outcome: AxisDiagnosis | str | None) -> AxisIdent
         Why there is no diagnosis, where the recording is too short for one. None where the base
         model is adequate, or no diagnosis is wanted.
     """
-    diagnosed = None if isinstance(outcome, str) else outcome
-    part = question.part
+    diagnosed, part = None if isinstance(outcome, str) else outcome, question.part
     bases = _bases(question)
     linear, whitened = (base.estimate for base in bases)
     # slow noise moves both answers alike; the network's own figures know white noise alone

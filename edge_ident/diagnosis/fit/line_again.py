@@ -8,7 +8,7 @@ answer to friction at its reversals, is gone in another one.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final, Self
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,7 +42,7 @@ def held(
     name : str
         Of the axis.
     lines : sequence of SpectralLine
-        Orders, or of constant frequency.
+        Of constant frequency.
     axis : AxisModel
         What both recordings agree on.
 
@@ -58,58 +58,56 @@ def held(
     left = wide.weight * (wide.effort - axis.parameters[0] * wide.clean_acceleration)
     rows = wide.weight * wide.base[1:]
     left = left - least_squares(rows, left) @ rows
-    per_order = 1.0 if axis.position_unit == "rad" else math.tau
-    over = _Seen.over_time(wide, left, segment.band.cutoff_hz)
+    limits = math.tau * segment.band.cutoff_hz, math.tau * WIDEST / wide.period_s
+    found = over_time(left, wide.weight, wide.period_s, *limits)
+    energy = 0.5 * float(wide.weight @ wide.weight)
+    power, level = np.asarray(found.power / energy), np.asarray(found.level / energy)
+    seen = _Seen(found.rate, power, level, found.cell)
+    rates = [math.tau * (line.frequency_hz or 0.0) for line in lines]
+    return tuple(
+        line for line, rate in zip(lines, rates, strict=True) if seen.may_hold(rate, line.amplitude)
+    )
 
-    def may_hold(line: SpectralLine) -> bool:
-        if line.order is not None:
-            rate = per_order * line.order
-            return _Seen.over_position(wide, left, rate).may_hold(rate, line.amplitude)
-        assert line.frequency_hz is not None
-        return over.may_hold(math.tau * line.frequency_hz, line.amplitude)
 
-    return tuple(filter(may_hold, lines))
+def may_hold_order(wide: WideSignals, above: Array, rate: float, amplitude: float) -> bool:
+    """Whether a recording may hold an order that another one showed.
+
+    Parameters
+    ----------
+    wide : WideSignals
+    above : (N,) array
+        What is left of its effort above the band.
+    rate : float
+        rad per unit of position.
+    amplitude : float
+    """
+    cell = math.tau / float(np.ptp(wide.position))
+    steps = np.arange(-2 * _CELLS, 2 * _CELLS + 1, dtype=np.float64)
+    rates = np.asarray(rate + 0.5 * cell * steps, dtype=np.float64)
+    rates = rates[rates > 0.0]
+    power = np.empty(len(rates))
+    for n, one in enumerate(rates):
+        waves = wide.above(wide.waves(wide.position, float(one)))
+        power[n] = np.sum(least_squares(waves, above) ** 2)
+    return _Seen(rates, power, local_level(power), cell).may_hold(rate, amplitude)
 
 
 @dataclass(frozen=True)
 class _Seen:
-    """Amplitudes of the sinusoids in a recording, and their standard deviations: (F,) each.
-
-    Half of the power of noise is in phase with a sinusoid and changes its amplitude.
-    """
+    """Squared amplitudes of the sinusoids in a recording, and those of noise: (F,) each."""
 
     rate: Array
-    amplitude: Array
-    std: Array
+    power: Array
+    level: Array
     cell: float
 
-    @classmethod
-    def over_time(cls, wide: WideSignals, left: Array, cutoff_hz: float) -> Self:
-        """Above the cut-off of the comparison."""
-        limits = math.tau * cutoff_hz, math.tau * WIDEST / wide.period_s
-        found = over_time(left, wide.weight, wide.period_s, *limits)
-        energy = 0.5 * float(wide.weight @ wide.weight)
-        seen, std = np.sqrt(np.stack([found.power, 0.5 * found.level]) / energy)
-        return cls(found.rate, seen, std, found.cell)
-
-    @classmethod
-    def over_position(cls, wide: WideSignals, left: Array, rate: float) -> Self:
-        """About a rate, rad per unit of position."""
-        cell = math.tau / float(np.ptp(wide.position))
-        rates = rate + 0.5 * cell * np.arange(-2 * _CELLS, 2 * _CELLS + 1)
-        rates = rates[rates > 0.0]
-        effort = wide.above(left)
-        power = np.empty(len(rates))
-        for n, one in enumerate(rates):
-            waves = wide.above(wide.waves(wide.position, float(one)))
-            power[n] = np.sum(least_squares(waves, effort) ** 2)
-        std = np.asarray(np.sqrt(0.5 * local_level(power)))
-        return cls(np.asarray(rates), np.asarray(np.sqrt(power)), std, cell)
-
     def may_hold(self, rate: float, amplitude: float) -> bool:
-        """Whether half of that amplitude may be there."""
+        """Whether half of that amplitude may be there.
+
+        Half of the power of noise is in phase with a sinusoid and changes its amplitude.
+        """
         near = np.abs(self.rate - rate) < self.cell
         if not np.any(near):
             return True
-        seen, std = np.max(self.amplitude[near]), np.max(self.std[near])
+        seen, std = np.sqrt([np.max(self.power[near]), 0.5 * np.max(self.level[near])])
         return bool(seen + _CERTAIN * std > _HALF * amplitude)

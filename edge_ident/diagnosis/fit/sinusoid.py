@@ -75,12 +75,13 @@ def merged(found: list[list[Sinusoid]]) -> list[Sinusoid]:
     kept: list[Sinusoid] = []
     every = [(k, one) for k, sinusoids in enumerate(found) for one in sinusoids]
     for k, one in sorted(every, key=lambda pair: (not pair[1].nameable, pair[1].std)):
-        again = one.found_again or any(_same(one, other) for n, other in every if n != k)
-        if again and not any(_same(one, other) for other in kept):
+        again = one.found_again or any(same(one, other) for n, other in every if n != k)
+        if again and not any(same(one, other) for other in kept):
             kept.append(one)
     return sorted(kept, key=lambda s: -s.share)
 
 
-def _same(one: Sinusoid, other: Sinusoid) -> bool:
+def same(one: Sinusoid, other: Sinusoid) -> bool:
+    """Whether two sinusoids have the same rate, as far as it is known."""
     apart = abs(one.rate - other.rate)
     return apart < max(3.0 * math.hypot(one.rate_std, other.rate_std), _SAME * one.rate)

@@ -14,8 +14,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from edge_ident.diagnosis.fit.line_again import may_hold_order
 from edge_ident.diagnosis.fit.moving_line import MovingLine, moving_line
-from edge_ident.diagnosis.fit.sinusoid import Sinusoid, merged
+from edge_ident.diagnosis.fit.sinusoid import Sinusoid, merged, same
 from edge_ident.diagnosis.fit.spectral_lines import FALSE_ALARM
 from edge_ident.diagnosis.fit.wide_search import (
     Peak,
@@ -90,7 +91,8 @@ def above_band(
 ) -> BandContent:
     """Find what the effort of an axis holds above the band of the comparison.
 
-    A sinusoid is reported where both halves of a recording, or two recordings, hold it.
+    A sinusoid is reported where both halves of a recording, or two recordings, hold it; an order
+    only where every recording may hold it.
 
     Parameters
     ----------
@@ -105,6 +107,7 @@ def above_band(
     orders: list[list[Sinusoid]] = []
     lines: list[list[Sinusoid]] = []
     moving: list[MovingLine | None] = []
+    left: list[tuple[WideSignals, Array]] = []
     for recording, segment in zip(recordings, data.segments, strict=True):
         wide = WideSignals.of(recording, name, segment, known)
         peaks = search(wide)
@@ -118,13 +121,25 @@ def above_band(
         orders.append(whole_motion + [s for s, p in beside if p.order])
         lines.append([s for s, p in beside if not p.order])
         moving.append(moving_line(wide, peaks, without_inertia))
-    found = merged(orders)
+        left.append((wide, without_inertia))
+    found = [order for order in merged(orders) if _everywhere(order, orders, left)]
     return BandContent(
         share_in_band=_share_in_band(data.segments),
         orders=tuple(s for s in found if s.nameable),
         unnamed_orders=tuple(s for s in found if not s.nameable),
         lines=tuple(merged(lines)),
         moving=tuple(line for line in moving if line is not None),
+    )
+
+
+def _everywhere(
+    order: Sinusoid, found: Sequence[list[Sinusoid]], left: Sequence[tuple[WideSignals, Array]]
+) -> bool:
+    """Whether the recordings that do not show an order may hold it all the same."""
+    return all(
+        any(same(order, other) for other in there)
+        or may_hold_order(wide, above, order.rate, order.amplitude)
+        for there, (wide, above) in zip(found, left, strict=True)
     )
 
 

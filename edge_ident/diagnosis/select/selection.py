@@ -1,7 +1,6 @@
 """The search for causes, from the base model to the model that it ends with."""
 
 from dataclasses import dataclass
-from typing import Final
 
 import numpy as np
 
@@ -10,10 +9,7 @@ from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.select.backward_elimination import SupportedModel, eliminate_backward
 from edge_ident.diagnosis.select.forward_selection import select_forward
 from edge_ident.diagnosis.select.search import Search
-from edge_ident.model.model import AxisModel
-
-START: Final = np.array([1.0, 0.0, 0.0, 0.0])
-"""Base parameters that the first fit starts from."""
+from edge_ident.model.model import PARAMETERS, AxisModel
 
 
 @dataclass(frozen=True)
@@ -23,6 +19,11 @@ class Selected:
     search: Search
     start: FittedModel
     supported: SupportedModel
+
+
+def fitted_base(data: AxisData, template: AxisModel) -> FittedModel:
+    """The base model beside what the axis is known to have; the fit starts from an inertia."""
+    return fit(data, template, np.eye(len(PARAMETERS))[0], ())
 
 
 def selected_model(data: AxisData, template: AxisModel) -> tuple[AxisData, Selected]:
@@ -50,7 +51,7 @@ def selected_model(data: AxisData, template: AxisModel) -> tuple[AxisData, Selec
 
 
 def _select(data: AxisData, template: AxisModel) -> Selected:
-    start = fit(data, template, START, ())
+    start = fitted_base(data, template)
     search = Search.of(data, template, start)
     selection = select_forward(search, start)
     supported = eliminate_backward(selection.search, selection.model)
