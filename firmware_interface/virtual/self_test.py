@@ -37,6 +37,7 @@ def _limits_sound(limits: AxisLimits) -> bool:
     )
     return (
         all(math.isfinite(size) and size > 0.0 for size in sizes)
+        and 0.0 <= limits.effort_jump_nm <= limits.effort_nm
         and limits.effort_nm / EFFORT_PER_COUNT_NM <= _LARGEST_EFFORT_COUNT
         and limits.travel_rad / RAD_PER_COUNT <= _LARGEST_TRAVEL_COUNT
         and limits.gain_step <= 1.0
