@@ -6,6 +6,7 @@
 #include "capture_ring.h"
 #include "drive.h"
 #include "gain_banks.h"
+#include "handover.h"
 #include "identification.h"
 #include "port.h"
 #include "register_file.h"
@@ -22,6 +23,7 @@ void machine_init(bool self_test_passed)
     drive_init();
     drive_set_gains(gain_banks_active());
     setpoints_init();
+    handover_init();
 }
 
 bool machine_moving(void)
@@ -217,6 +219,8 @@ static void control(struct drive_sample *measured)
     if (!setpoints_finite()) {
         fail(FD_FAULT_NOT_FINITE);
     }
+    drive_latch(measured);
+    handover_decide(measured);
     if (!drive_take_sample(setpoints_current(), measured)) {
         fail(FD_FAULT_NOT_FINITE);
     }

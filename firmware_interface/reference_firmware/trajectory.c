@@ -199,6 +199,15 @@ void trajectory_next(struct trajectory *trajectory, struct setpoint setpoints[FD
     trajectory->sample++;
 }
 
+float stop_acceleration_rad_s2(float velocity_rad_s, float acceleration_rad_s2, float stop_s)
+{
+    if (velocity_rad_s * acceleration_rad_s2 >= 0.0f) {
+        return 0.0f;
+    }
+    const float most = 3.0f * fabsf(velocity_rad_s) / stop_s;
+    return copysignf(fminf(fabsf(acceleration_rad_s2), most), acceleration_rad_s2);
+}
+
 float stop_duration_s(const struct setpoint setpoints[FD_AXES])
 {
     float duration = STOP_TIME_S;

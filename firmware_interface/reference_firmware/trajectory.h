@@ -63,4 +63,7 @@ void trajectory_next(struct trajectory *trajectory, struct setpoint setpoints[FD
 /* [both] Time in which a stop brings axes of this speed to rest. */
 float stop_duration_s(const struct setpoint setpoints[FD_AXES]);
 
+/* As much of an acceleration as a stop can begin with: it brakes, and does not turn round. */
+float stop_acceleration_rad_s2(float velocity_rad_s, float acceleration_rad_s2, float stop_s);
+
 #endif

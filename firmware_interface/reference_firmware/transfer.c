@@ -75,11 +75,10 @@ static struct setpoint take_over(struct controller *controller, const struct fd_
 
 /* Where the reference of an axis begins. */
 static struct setpoint beginning(const struct controller *taken, const struct fd_gain_bank *gains,
-                                 const struct setpoint *near, float stop_s, unsigned axis,
-                                 const struct transfer_from *from)
+                                 const struct setpoint *near, float now_nm, float stop_s,
+                                 unsigned axis, const struct transfer_from *from)
 {
     const struct setpoint *far = &from->setpoints[axis];
-    const float now_nm = effort_now_nm(axis, from);
     float jump_nm[2];
     for (unsigned end = 0; end < 2u; end++) {
         const struct setpoint at = between(near, far, (float)end, stop_s);
@@ -93,14 +92,16 @@ void transfer_consider(struct transfer *transfer, const struct fd_gain_bank gain
                        const struct transfer_from *from)
 {
     struct setpoint near[FD_AXES];
+    float now_nm[FD_AXES];
     for (unsigned axis = 0; axis < FD_AXES; axis++) {
         transfer->controllers[axis] = from->controllers[axis];
+        now_nm[axis] = effort_now_nm(axis, from);
         near[axis] = take_over(&transfer->controllers[axis], &gains[axis], axis, from);
     }
     const float stop_s = fmaxf(stop_duration_s(near), stop_duration_s(from->setpoints));
     for (unsigned axis = 0; axis < FD_AXES; axis++) {
         transfer->setpoints[axis] = beginning(&transfer->controllers[axis], &gains[axis],
-                                              &near[axis], stop_s, axis, from);
+                                              &near[axis], now_nm[axis], stop_s, axis, from);
     }
     for (unsigned axis = 0; axis < FD_AXES; axis++) {
         struct controller *taken = &transfer->controllers[axis];
@@ -108,7 +109,7 @@ void transfer_consider(struct transfer *transfer, const struct fd_gain_bank gain
         *taken = shifted(taken, &from->setpoints[axis], begun);
         transfer->jump_nm[axis] =
             asked_nm(*taken, &gains[axis], begun, &transfer->setpoints[OTHER_AXIS(axis)], axis, from)
-            - effort_now_nm(axis, from);
+            - now_nm[axis];
         taken->carried_nm = -transfer->jump_nm[axis];
     }
 }

@@ -15,8 +15,8 @@ from firmware_interface.registers import AXES, Fault, Result, State, WatchdogAct
 from firmware_interface.virtual.capture_ring import CaptureRing
 from firmware_interface.virtual.drive import SAMPLE_PERIOD_S, Drive, DriveSample
 from firmware_interface.virtual.gain_banks import GainBanks
-from firmware_interface.virtual.identification import Identifier, OwnIdentification
 from firmware_interface.virtual.handover import Handover
+from firmware_interface.virtual.identification import Identifier, OwnIdentification
 from firmware_interface.virtual.inputs import Inputs
 from firmware_interface.virtual.protection import violated
 from firmware_interface.virtual.register_file import RegisterFile
