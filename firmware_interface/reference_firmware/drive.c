@@ -80,8 +80,10 @@ void drive_consider(const struct fd_gain_bank offered[FD_AXES],
                     const struct setpoint setpoints[FD_AXES], const struct drive_sample *sample,
                     bool moving, struct transfer *transfer)
 {
+    const float limit_nm[FD_AXES] = {
+        port_settings()->axis[0].effort_nm, port_settings()->axis[1].effort_nm};
     const struct transfer_from from = {
-        controllers, gains, setpoints, sample->position, rad_per_count, moving};
+        controllers, gains, setpoints, sample->position, limit_nm, rad_per_count, moving};
     transfer_consider(transfer, offered, &from);
 }
 

@@ -6,6 +6,7 @@
 #include "drive.h"
 #include "numbers.h"
 #include "settings.h"
+#include "stop.h"
 
 static enum { HOLD, FOLLOW, STOP } mode;
 static struct setpoint current[FD_AXES];
@@ -74,24 +75,9 @@ void setpoints_take_up(const struct setpoint setpoints[FD_AXES], bool moving)
     }
 }
 
-/* The velocity falls along a cubic with a level end. */
-static struct setpoint on_stop(const struct setpoint *from, float duration_s, float share)
-{
-    const float speed = from->velocity_rad_s, gain = from->acceleration_rad_s2 * duration_s;
-    const float left = 1.0f - share;
-    const float way = speed * share * (1.0f - share * share + 0.5f * share * share * share)
-        + gain * share * share * (0.5f - share / 1.5f + 0.25f * share * share);
-    return (struct setpoint){
-        from->position_rad + duration_s * way,
-        speed * (1.0f - share * share * (3.0f - 2.0f * share)) + gain * share * left * left,
-        speed / duration_s * -6.0f * share * left
-            + from->acceleration_rad_s2 * left * (1.0f - 3.0f * share),
-    };
-}
-
 float setpoints_rest_rad(const struct setpoint setpoints[FD_AXES], unsigned axis)
 {
-    return on_stop(&setpoints[axis], stop_duration_s(setpoints), 1.0f).position_rad;
+    return stop_setpoint(&setpoints[axis], stop_duration_s(setpoints), 1.0f).position_rad;
 }
 
 static void advance_stop(void)
@@ -99,7 +85,7 @@ static void advance_stop(void)
     const float duration_s = (float)stop_samples * SAMPLE_PERIOD_S;
     const float share = (float)stop_sample / (float)stop_samples;
     for (unsigned axis = 0; axis < FD_AXES; axis++) {
-        current[axis] = on_stop(&stop_from[axis], duration_s, share);
+        current[axis] = stop_setpoint(&stop_from[axis], duration_s, share);
     }
 }
 

@@ -60,10 +60,4 @@ void trajectory_begin(struct trajectory *trajectory, const struct setpoint rest[
 /* [both] The setpoints of the next sample. */
 void trajectory_next(struct trajectory *trajectory, struct setpoint setpoints[FD_AXES]);
 
-/* [both] Time in which a stop brings axes of this speed to rest. */
-float stop_duration_s(const struct setpoint setpoints[FD_AXES]);
-
-/* As much of an acceleration as a stop can begin with: it brakes, and does not turn round. */
-float stop_acceleration_rad_s2(float velocity_rad_s, float acceleration_rad_s2, float stop_s);
-
 #endif

@@ -2,8 +2,7 @@
 
 #include <math.h>
 
-#include "port.h"
-#include "trajectory.h"
+#include "stop.h"
 
 /* A setpoint from which a stop goes on as the far one's did. */
 static struct setpoint between(const struct setpoint *near, const struct setpoint *far,
@@ -44,7 +43,7 @@ static float asked_nm(struct controller controller, const struct fd_gain_bank *g
     bool finite = true;
     const float effort =
         controller_law_nm(&controller, gains, setpoint, other, from->counts[axis],
-                          from->rad_per_count, port_settings()->axis[axis].effort_nm, &finite);
+                          from->rad_per_count, from->limit_nm[axis], &finite);
     return finite ? effort : NAN;
 }
 
@@ -56,7 +55,7 @@ static float effort_now_nm(unsigned axis, const struct transfer_from *from)
     const float effort = controller_effort_nm(
         &controller, &from->gains[axis], &from->setpoints[axis],
         &from->setpoints[OTHER_AXIS(axis)], from->counts[axis], from->rad_per_count,
-        port_settings()->axis[axis].effort_nm, &finite);
+        from->limit_nm[axis], &finite);
     return finite ? effort : NAN;
 }
 

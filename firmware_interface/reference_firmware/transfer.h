@@ -11,6 +11,7 @@ struct transfer_from {
     const struct fd_gain_bank *gains;
     const struct setpoint *setpoints;
     const int32_t *counts;
+    const float *limit_nm; /* of the effort */
     float rad_per_count;
     bool moving; /* the axes are on their way to rest */
 };

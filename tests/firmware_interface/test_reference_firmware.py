@@ -108,11 +108,12 @@ def test_whatever_comes_over_the_line_nothing_moves_unasked(firmware: Path, seed
     command = [str(firmware / "fuzz_frames"), "--inputs", "60000", "--seed", seed]
     ran = subprocess.run(command, capture_output=True, text=True, check=False)
     assert ran.returncode == 0, ran.stderr
-    inputs, _, replies, exceptions, enabled, outside, starts, *samples = (
+    inputs, _, replies, exceptions, enabled, outside, starts, exchanges, *samples = (
         int(number) for number in re.findall(r"\d+", ran.stdout)
     )
     assert inputs > replies > exceptions > 1000
     assert min(enabled, outside, starts) > 100
+    assert exchanges > 10
     assert len(samples) == 3
     assert min(samples) > 10_000
 
