@@ -119,13 +119,16 @@ static enum fd_result command_at_once(enum fd_opcode opcode, uint32_t argument)
     return commands_last_result();
 }
 
-static void next_command_withdraws_what_no_sample_has_decided(void)
+static void stops_and_the_next_command_come_first(void)
 {
     const uint32_t crc = come_to_rest(60.0f, 0.0f);
     CHECK(command_at_once(FD_OPCODE_COMMIT_RUNNING, crc) == FD_RESULT_PENDING);
     CHECK(command_at_once(FD_OPCODE_CONFIRM, 0) == FD_RESULT_WRONG_STATE);
     simulation_samples(1);
     CHECK(!gain_banks_unconfirmed());
+    CHECK(command_at_once(FD_OPCODE_QUICK_STOP, 0) == FD_RESULT_DONE);
+    CHECK(command_at_once(FD_OPCODE_COMMIT_RUNNING, crc) == FD_RESULT_WRONG_STATE);
+    CHECK(come_to_rest(60.0f, 0.0f) == crc);
     CHECK(command_at_once(FD_OPCODE_COMMIT_RUNNING, crc) == FD_RESULT_PENDING);
     simulation_press_stop(true); /* in the very sample that would decide */
     simulation_samples(1);
@@ -169,8 +172,8 @@ const struct check transfer_checks[] = {
     {"exchange_on_the_way_to_rest_does_not_step_the_effort",
      exchange_on_the_way_to_rest_does_not_step_the_effort},
     {"jump_beyond_its_limit_leaves_all_as_it_is", jump_beyond_its_limit_leaves_all_as_it_is},
-    {"next_command_withdraws_what_no_sample_has_decided",
-     next_command_withdraws_what_no_sample_has_decided},
+    {"stops_and_the_next_command_come_first",
+     stops_and_the_next_command_come_first},
     {"power_cut_at_any_step_leaves_the_old_gains_whole",
      power_cut_at_any_step_leaves_the_old_gains_whole},
     {"board_without_a_limit_does_not_know_the_command",
