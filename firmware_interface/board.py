@@ -10,7 +10,7 @@ from contextlib import suppress
 from typing import Final, Self
 
 from firmware_interface.board_checks import check_map
-from firmware_interface.board_gains import GainVerbs, takes_gains_running
+from firmware_interface.board_gains import GainVerbs
 from firmware_interface.board_identification import BoardIdentification, wait_for_identification
 from firmware_interface.board_session import Session
 from firmware_interface.board_types import (
@@ -228,9 +228,7 @@ class Board(GainVerbs):
         timeout = REGISTERS["watchdog.timeout"]
         stop_s = max(stop_duration_s(limits.speed_rad_s) for limits in self.limits().values())
         patience_s = decode(timeout.name, self._session.read(timeout.address, timeout.words))
-        if patience_s > stop_s and takes_gains_running(
-            self._session.read, self.identity.map_version
-        ):
+        if patience_s > stop_s and self.takes_gains_running():
             self._session.beat()
             self.coming_to_rest = True
         else:

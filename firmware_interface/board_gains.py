@@ -46,14 +46,6 @@ class RunningCommit:
         return self.result is Result.DONE
 
 
-def takes_gains_running(read: ReadWords, version: int) -> bool:
-    """Whether a board of this version of the map takes gains while its control law acts."""
-    capable = REGISTERS["bumpless.capable"]
-    if capable.since > version:
-        return False
-    return bool(received(capable.name, read(capable.address, capable.words)))
-
-
 def read_active(read: ReadWords, version: int) -> dict[str, AxisGains]:
     """Gains in force on a board of this version of the map, all of one bank.
 
@@ -192,6 +184,13 @@ class GainVerbs:
             for axis, register in registers.items()
         }
         return RunningCommit(status.last_result, jumps)
+
+    def takes_gains_running(self) -> bool:
+        """Whether this board takes gains while its control law acts."""
+        capable = REGISTERS["bumpless.capable"]
+        if capable.since > self.identity.map_version:
+            return False
+        return bool(received(capable.name, self._session.read(capable.address, capable.words)))
 
     def confirm(self) -> None:
         """Keep the committed gains."""

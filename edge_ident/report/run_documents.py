@@ -114,6 +114,9 @@ def profile_document(profile: Profile) -> dict[str, Any]:
         "target_ms": TARGET_MS,
         "tail_ms": profile.tail_ms,
         "stop_ms": profile.stop_ms,
+        "ways_ms": {
+            way: dataclasses.asdict(spread(times)) for way, times in profile.ways_ms.items()
+        },
         "runs": [
             {
                 "start": run.start,
