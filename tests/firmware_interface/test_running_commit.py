@@ -45,8 +45,10 @@ def feedforward(rng: np.random.Generator) -> AxisGains:
 class Coming(Bench):
     """A board whose axes come to rest after a motion; its samples are kept."""
 
-    def __init__(self, after_s: float = 0.05, **changed: object) -> None:
+    def __init__(self, after_s: float = 0.05, patience_s: float = 1.0, **changed: object) -> None:
         super().__init__(**changed)
+        self.board.claim()
+        self.board.write_register("watchdog.timeout", patience_s)
         self.samples: list[DriveSample] = []
         self.wait(0.1)
         self.start(SHORT)
@@ -227,6 +229,20 @@ def test_a_beginning_too_near_to_the_end_of_the_travel_is_refused() -> None:
     bench.efforts_nm(1, NEW)
     assert machine.handover.result is Result.TRAJECTORY_LIMITS
     assert machine.banks.active == OLD
+
+
+@pytest.mark.parametrize(("patience_s", "left"), [(0.6, True), (0.4, False)])
+def test_a_host_leaves_the_axes_alone_if_the_watchdog_bears_it(
+    patience_s: float, left: bool
+) -> None:
+    """The longest stop, from the limit of the speed, takes half a second."""
+    board = Coming(patience_s=patience_s).board
+    board.leave_to_rest()
+    assert board.coming_to_rest == left
+    board.settle()
+    assert not board.coming_to_rest
+    assert board.status().state is State.IDLE
+    board.settle()  # which changes nothing
 
 
 # ---- boards that cannot

@@ -69,18 +69,5 @@ def test_a_board_that_cannot_is_driven_with_the_stop(virtual: VirtualBoard, tmp_
     assert not any(STOP in line for line in said)
 
 
-def test_a_watchdog_less_patient_than_a_stop_needs_the_host_until_rest(tmp_path: Path) -> None:
-    virtual = VirtualBoard()
-    board = Board.connect(virtual)
-    board.claim()
-    board.write_register("watchdog.timeout", 0.45)
-    board.release()
-    outcome, _ = run(virtual, tmp_path)
-    assert outcome.confirmed
-    committed = commit_document(outcome.change)
-    assert committed is not None
-    assert not committed["running"]
-
-
 def test_nothing_written_has_no_commit() -> None:
     assert commit_document(None) is None
