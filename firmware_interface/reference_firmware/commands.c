@@ -180,7 +180,7 @@ static enum fd_result commit_running(uint32_t argument)
     if (!handover_capable()) {
         return FD_RESULT_UNKNOWN_COMMAND;
     }
-    enum fd_result result = handover_readiness();
+    enum fd_result result = machine_takes_gains();
     if (result == FD_RESULT_DONE) {
         result = gain_banks_staged(argument, staged);
     }

@@ -4,7 +4,6 @@
 #include <string.h>
 
 #include "gain_banks.h"
-#include "machine.h"
 #include "port.h"
 #include "setpoints.h"
 
@@ -27,16 +26,6 @@ bool handover_capable(void)
         capable = capable && port_settings()->axis[axis].effort_jump_nm > 0.0f;
     }
     return capable;
-}
-
-enum fd_result handover_readiness(void)
-{
-    const bool takes = machine.state == FD_STATE_IDLE || machine.state == FD_STATE_DRAINING
-        || machine.state == FD_STATE_DONE;
-    if (!takes || machine.fault != FD_FAULT_NONE || machine.roll_back_due || machine_sto()) {
-        return FD_RESULT_WRONG_STATE;
-    }
-    return drive_powered() ? FD_RESULT_DONE : FD_RESULT_NOT_ENABLED;
 }
 
 void handover_offer(const struct fd_gain_bank gains[FD_AXES])
@@ -86,17 +75,16 @@ static enum fd_result judged(const struct transfer *transfer)
     return found;
 }
 
-void handover_decide(const struct drive_sample *sample)
+void handover_decide(const struct drive_sample *sample, enum fd_result taken, bool moving)
 {
     struct transfer transfer;
     if (result != FD_RESULT_PENDING) {
         return;
     }
-    if (handover_readiness() != FD_RESULT_DONE || gain_banks_unconfirmed()) {
+    if (taken != FD_RESULT_DONE || gain_banks_unconfirmed()) {
         result = FD_RESULT_WRONG_STATE;
         return;
     }
-    const bool moving = machine.state == FD_STATE_DRAINING && machine_moving();
     drive_consider(offered, setpoints_current(), sample, moving, &transfer);
     for (unsigned axis = 0; axis < FD_AXES; axis++) {
         jump_nm[axis] = shown(transfer.jump_nm[axis]);

@@ -13,9 +13,6 @@ void handover_init(void);
 /* The board takes gains while the law acts. */
 bool handover_capable(void);
 
-/* Whether now is a time for it. */
-enum fd_result handover_readiness(void);
-
 /* Have the next sample decide about these gains; or take back what none has decided yet. */
 void handover_offer(const struct fd_gain_bank gains[FD_AXES]);
 void handover_withdraw(void);
@@ -24,7 +21,8 @@ void handover_withdraw(void);
 enum fd_result handover_result(void);
 float handover_jump_nm(unsigned axis);
 
-/* [sample] Put the gains on offer in force in the sample latched, or leave all as it is. */
-void handover_decide(const struct drive_sample *sample);
+/* [sample] Put the gains on offer in force in the sample latched, or leave all as it is: where the
+ * machine does not take them, it says why. `moving` while the axes are on their way to rest. */
+void handover_decide(const struct drive_sample *sample, enum fd_result taken, bool moving);
 
 #endif

@@ -47,6 +47,16 @@ bool machine_sto(void)
     return port_sto_active() || port_sto_latched();
 }
 
+enum fd_result machine_takes_gains(void)
+{
+    const bool takes = machine.state == FD_STATE_IDLE || machine.state == FD_STATE_DRAINING
+        || machine.state == FD_STATE_DONE;
+    if (!takes || machine.fault != FD_FAULT_NONE || machine.roll_back_due || machine_sto()) {
+        return FD_RESULT_WRONG_STATE;
+    }
+    return drive_powered() ? FD_RESULT_DONE : FD_RESULT_NOT_ENABLED;
+}
+
 void machine_enable(void)
 {
     setpoints_hold_here();
@@ -220,7 +230,8 @@ static void control(struct drive_sample *measured)
         fail(FD_FAULT_NOT_FINITE);
     }
     drive_latch(measured);
-    handover_decide(measured);
+    handover_decide(measured, machine_takes_gains(),
+                    machine.state == FD_STATE_DRAINING && machine_moving());
     if (!drive_take_sample(setpoints_current(), measured)) {
         fail(FD_FAULT_NOT_FINITE);
     }

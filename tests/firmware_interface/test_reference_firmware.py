@@ -87,6 +87,11 @@ CHECKS = (
     "long_trajectories_do_not_block_the_line",
     "fault_during_the_check_ends_it",
     "efforts_and_jumps_are_limits_of_a_trajectory",
+    "exchange_on_the_way_to_rest_does_not_step_the_effort",
+    "jump_beyond_its_limit_leaves_all_as_it_is",
+    "stops_and_the_next_command_come_first",
+    "power_cut_at_any_step_leaves_the_old_gains_whole",
+    "board_without_a_limit_does_not_know_the_command",
 )
 
 
