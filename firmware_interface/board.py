@@ -1,6 +1,7 @@
-"""The board's verbs, on top of a link: motion, effort and gains.
+"""The board's verbs, on top of a link: motion and effort.
 
-How a command travels, and who may give one, is in `firmware_interface.board_session`.
+Those for gains are in `firmware_interface.board_gains`. How a command travels, and who may give
+one, is in `firmware_interface.board_session`.
 """
 
 import math
@@ -9,7 +10,7 @@ from contextlib import suppress
 from typing import Final, Self
 
 from firmware_interface.board_checks import check_map
-from firmware_interface.board_gains import check_terms, read_active, read_staged
+from firmware_interface.board_gains import GainVerbs
 from firmware_interface.board_identification import BoardIdentification, wait_for_identification
 from firmware_interface.board_session import Session
 from firmware_interface.board_types import (
@@ -30,15 +31,12 @@ from firmware_interface.codec import (
     trajectory_words,
 )
 from firmware_interface.errors import BoardError, EdgeIdentError
-from firmware_interface.gain_words import staged_writes
-from firmware_interface.gains import AxisGains
 from firmware_interface.link import Link
 from firmware_interface.map_versions import MAP_CRCS
-from firmware_interface.motion import Trajectory
+from firmware_interface.motion import Trajectory, stop_duration_s
 from firmware_interface.registers import (
     AXES,
     REGISTERS,
-    STORE_SIGNATURE,
     Opcode,
     State,
 )
@@ -46,7 +44,7 @@ from firmware_interface.registers import (
 __all__ = ["AxisLimits", "Board", "BoardIdentity", "BoardStatus", "CapturePage"]
 
 
-class Board:
+class Board(GainVerbs):
     """A connected board; made by `Board.connect`.
 
     Attributes
@@ -54,19 +52,20 @@ class Board:
     axes : tuple of str
         Names, in the order of the capture's columns.
     identity : BoardIdentity
+    coming_to_rest : bool
+        A motion was left to end by itself.
     """
 
     axes: Final = AXES
 
     def __init__(self, link: Link, identity: BoardIdentity) -> None:
-        self.identity = identity
+        super().__init__(Session(link, identity.sample_period_s), identity)
         self._link = link
-        self._session = Session(link, identity.sample_period_s)
         self._limits: Mapping[str, AxisLimits] = {}
         self._motion_samples = 0
         self._trajectory_crc = 0
         self._motion_token: int | None = None
-        self._staged_crc: int | None = None
+        self.coming_to_rest = False
 
     @classmethod
     def connect(cls, link: Link) -> Self:
@@ -216,12 +215,33 @@ class Board:
 
         The last acknowledgement may have been lost: each heartbeat repeats it.
         """
+        self.coming_to_rest = False
         at_its_end = {State.DONE, State.FAULT, State.IDLE}
         self._session.wait_for(at_its_end, "come to rest after the motion")
         self._session.command(Opcode.FINISH)
 
+    def leave_to_rest(self) -> None:
+        """Let the axes come to rest by themselves; `finish` where the board needs this host for it.
+
+        It does unless it takes gains meanwhile, and its watchdog is patient enough for any stop.
+        """
+        timeout = REGISTERS["watchdog.timeout"]
+        stop_s = max(stop_duration_s(limits.speed_rad_s) for limits in self.limits().values())
+        patience_s = decode(timeout.name, self._session.read(timeout.address, timeout.words))
+        if patience_s > stop_s and self.takes_gains_running():
+            self._session.beat()
+            self.coming_to_rest = True
+        else:
+            self.finish()
+
+    def settle(self) -> None:
+        """Finish a motion that was left to end by itself; nothing where none was."""
+        if self.coming_to_rest:
+            self.finish()
+
     def quick_stop(self) -> None:
         """Decelerate to rest and wait for it. No safety function; needs no hold."""
+        self.coming_to_rest = False
         self._session.command(Opcode.QUICK_STOP)
         self._session.wait_for({State.IDLE, State.FAULT}, "stop")
 
@@ -236,57 +256,3 @@ class Board:
         """
         read, version = self._session.read, self.identity.map_version
         return wait_for_identification(read, version, self._motion_token, longest_s)
-
-    # ---- gains
-
-    def active_gains(self) -> dict[str, AxisGains]:
-        """Gains in force, by axis.
-
-        Raises
-        ------
-        LinkError
-            They do not match their CRC, however often they are read.
-        """
-        return read_active(self._session.read, self.identity.map_version)
-
-    def staged_gains(self) -> dict[str, AxisGains]:
-        """Gains in the shadow bank, by axis; `commit` then means these."""
-        gains, self._staged_crc = read_staged(self._session.read, self.identity.map_version)
-        return gains
-
-    def stage_gains(self, gains: Mapping[str, AxisGains]) -> None:
-        """Write the shadow bank with its CRC, read back and compared; not in force yet.
-
-        Raises
-        ------
-        BoardError
-            The board's law, of an older map, lacks a term that the gains use; nothing is written.
-        """
-        version = self.identity.map_version
-        check_terms(gains, self.identity)
-        writes, crc = staged_writes(gains, version)
-        self._session.hold()
-        for address, words in writes:
-            self._session.write_verified(address, words)
-        self._staged_crc = crc
-
-    def commit(self) -> None:
-        """Swap the shadow bank in, as this host staged or last read it.
-
-        Without `confirm` the board rolls back by itself.
-        """
-        if self._staged_crc is None:
-            self.staged_gains()
-        self._session.command(Opcode.COMMIT, self._staged_crc or 0)
-
-    def confirm(self) -> None:
-        """Keep the committed gains."""
-        self._session.command(Opcode.CONFIRM)
-
-    def roll_back(self) -> None:
-        """Return to the gains before the last commit."""
-        self._session.command(Opcode.ROLL_BACK)
-
-    def store(self) -> None:
-        """Write the confirmed gains to permanent memory."""
-        self._session.command(Opcode.STORE, STORE_SIGNATURE)

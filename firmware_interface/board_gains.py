@@ -1,17 +1,49 @@
-"""Gain banks over a link: what is in force, what is staged, and what a board's law can take."""
+"""Gain banks over a link: in force, staged, what a board's law can take, and when."""
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Final
 
+from firmware_interface.board_session import Session
 from firmware_interface.board_types import BoardIdentity, ReadWords
 from firmware_interface.codec import crc32, decode_integer
 from firmware_interface.errors import BoardError, LinkError
-from firmware_interface.gain_words import addresses, bank_spans, decode_gains, read_spans, span_of
+from firmware_interface.gain_words import (
+    addresses,
+    bank_spans,
+    decode_gains,
+    read_spans,
+    span_of,
+    staged_writes,
+)
 from firmware_interface.gains import OFF, AxisGains
-from firmware_interface.received import checked_gains
-from firmware_interface.registers import REGISTERS
+from firmware_interface.received import checked_gains, received
+from firmware_interface.registers import AXES, REGISTERS, STORE_SIGNATURE, Opcode, Result
 
 _TRIES: Final = 3
+_EXPECTED: Final = (Result.EFFORT_JUMP, Result.TRAJECTORY_LIMITS)
+"""What a board says of gains that it takes at rest, but not now."""
+
+
+@dataclass(frozen=True)
+class RunningCommit:
+    """What became of gains that were to come into force while the control law acts.
+
+    Attributes
+    ----------
+    result : Result
+        DONE, or why the board wants them at rest: EFFORT_JUMP or TRAJECTORY_LIMITS.
+    jumps_nm : mapping of axis name to float
+        Effort that the new gains ask for, less that of the old ones, which the board evens out.
+    """
+
+    result: Result
+    jumps_nm: Mapping[str, float]
+
+    @property
+    def taken(self) -> bool:
+        """They are in force."""
+        return self.result is Result.DONE
 
 
 def read_active(read: ReadWords, version: int) -> dict[str, AxisGains]:
@@ -77,3 +109,97 @@ def check_terms(gains: Mapping[str, AxisGains], identity: BoardIdentity) -> None
                     f"{identity.map_version}), and the gains ask for {value:.4g}",
                     "install the firmware of this release on the board, or leave this term out",
                 )
+
+
+class GainVerbs:
+    """The board's verbs for its gain banks.
+
+    Parameters
+    ----------
+    session : Session
+    identity : BoardIdentity
+    """
+
+    def __init__(self, session: Session, identity: BoardIdentity) -> None:
+        self.identity = identity
+        self._session = session
+        self._staged_crc: int | None = None
+
+    def active_gains(self) -> dict[str, AxisGains]:
+        """Gains in force, by axis.
+
+        Raises
+        ------
+        LinkError
+            They do not match their CRC, however often they are read.
+        """
+        return read_active(self._session.read, self.identity.map_version)
+
+    def staged_gains(self) -> dict[str, AxisGains]:
+        """Gains in the shadow bank, by axis; `commit` then means these."""
+        gains, self._staged_crc = read_staged(self._session.read, self.identity.map_version)
+        return gains
+
+    def stage_gains(self, gains: Mapping[str, AxisGains]) -> None:
+        """Write the shadow bank with its CRC, read back and compared; not in force yet.
+
+        Raises
+        ------
+        BoardError
+            The board's law, of an older map, lacks a term that the gains use; nothing is written.
+        """
+        version = self.identity.map_version
+        check_terms(gains, self.identity)
+        writes, crc = staged_writes(gains, version)
+        self._session.hold()
+        for address, words in writes:
+            self._session.write_verified(address, words)
+        self._staged_crc = crc
+
+    def commit(self) -> None:
+        """Swap the shadow bank in, as this host staged or last read it.
+
+        Without `confirm` the board rolls back by itself.
+        """
+        if self._staged_crc is None:
+            self.staged_gains()
+        self._session.command(Opcode.COMMIT, self._staged_crc or 0)
+
+    def commit_running(self) -> RunningCommit:
+        """The same while the control law acts: in IDLE, in DONE, or as the axes come to rest.
+
+        Raises
+        ------
+        BoardError
+            Refused, and not because the gains would have to wait for rest.
+        """
+        if self._staged_crc is None:
+            self.staged_gains()
+        status = self._session.command(
+            Opcode.COMMIT_RUNNING, self._staged_crc or 0, expected=_EXPECTED
+        )
+        registers = {axis: REGISTERS[f"bumpless.{axis}.jump"] for axis in AXES}
+        jumps = {
+            axis: received(register.name, self._session.read(register.address, register.words))
+            for axis, register in registers.items()
+        }
+        return RunningCommit(status.last_result, jumps)
+
+    def takes_gains_running(self) -> bool:
+        """Whether this board takes gains while its control law acts."""
+        capable = REGISTERS["bumpless.capable"]
+        if capable.since > self.identity.map_version:
+            return False
+        return bool(received(capable.name, self._session.read(capable.address, capable.words)))
+
+    def confirm(self) -> None:
+        """Keep the committed gains."""
+        self._session.command(Opcode.CONFIRM)
+
+    def roll_back(self) -> None:
+        """Return to the gains before the last commit."""
+        self._session.command(Opcode.ROLL_BACK)
+
+    def store(self) -> None:
+        """Write the confirmed gains to permanent memory."""
+        self._session.command(Opcode.STORE, STORE_SIGNATURE)

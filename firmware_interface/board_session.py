@@ -12,7 +12,7 @@ again, which says no more the second time.
 import math
 import secrets
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Container
 from contextlib import suppress
 from typing import Final
 
@@ -180,8 +180,17 @@ class Session(BoardLine):
 
     # ---- commands
 
-    def command(self, opcode: Opcode, argument: int = 0) -> BoardStatus:
+    def command(
+        self, opcode: Opcode, argument: int = 0, expected: Container[Result] = ()
+    ) -> BoardStatus:
         """Have a command carried out; one refused because an axis still settles, once it stands.
+
+        Parameters
+        ----------
+        opcode : Opcode
+        argument : int
+        expected : container of Result
+            Refusals that the caller looks at itself.
 
         Raises
         ------
@@ -195,7 +204,7 @@ class Session(BoardLine):
         deadline = time.monotonic() + REST_TIMEOUT_S
         while True:
             status = self._settled(opcode, self._send(opcode, argument))
-            if status.last_result is Result.DONE:
+            if status.last_result is Result.DONE or status.last_result in expected:
                 return status
             if status.last_result is Result.NOT_HELD and opcode not in _ENDS_WHAT_BEGAN:
                 self.claim()

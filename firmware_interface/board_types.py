@@ -121,6 +121,8 @@ class AxisLimits:
         Largest change of a gain in one commit, as a share of its maximum.
     gain_maximum : AxisGains
         Largest value of each number, either sign where it may be negative.
+    effort_jump_nm : float
+        Largest jump of the effort that a commit evens out while the law acts; 0: it takes none.
     """
 
     travel_rad: float
@@ -130,6 +132,7 @@ class AxisLimits:
     following_error_rad: float
     gain_step: float
     gain_maximum: AxisGains
+    effort_jump_nm: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -241,6 +244,8 @@ def read_limits(read: ReadWords, axis: str, version: int = MAP_VERSION) -> AxisL
     def value(name: str) -> float:
         return received(f"limits.{axis}.{name}", words, base)
 
+    jump = REGISTERS[f"bumpless.{axis}.jump_limit"]
+    knows = jump.since <= version
     return AxisLimits(
         travel_rad=value("travel"),
         speed_rad_s=value("speed"),
@@ -249,6 +254,7 @@ def read_limits(read: ReadWords, axis: str, version: int = MAP_VERSION) -> AxisL
         following_error_rad=value("following_error"),
         gain_step=value("gain_step"),
         gain_maximum=checked_gains("gain_maximum", bank)[axis],
+        effort_jump_nm=received(jump.name, read(jump.address, jump.words)) if knows else 0.0,
     )
 
 

@@ -45,7 +45,29 @@ z and b follow the reference. With its step dx since the sample before, and s = 
     b += (s * backlash_offset - b) * (1 - exp(-|dx| / backlash_distance))
 
 Both are 0 where the controller is reset: when the effort is switched on, and when other gains
-come into force. The following error that a board records and limits is r - position, without b.
+come into force at rest. The following error that a board records and limits is r - position,
+without b.
+
+Other gains that come into force while the law acts (COMMIT_RUNNING) take over all of its states:
+last position, filtered velocity w, integral part in N*m, and z and b of the terms that they have.
+With u_old the output of the gains that go, and u_new what the others ask for in the same sample,
+not clipped::
+
+    r, v   = measured + share * (reference before - measured),  0 <= share <= 1
+    jump   = u_new(r, v) - u_old
+    output = effort + deadband_inverse * tanh(effort / deadband_smoothing) + c
+    c[k]   = -jump * exp(-k * period / CARRY_TIME_S)
+
+So the reference begins anew between where the axis is (e = 0, and v = w while the axes come to
+rest; where they are held, v = 0) and where it was, where the jump vanishes, as if it were linear
+in the share; where it does not, at the end with the smaller one. That is a realizable reference.
+What is left of the jump is bridged by c, so that in the sample of the exchange, k = 0, the output
+is u_old. c decays by itself: in the integral part, its usual place, it would stay for ever where
+the law does not integrate. A jump beyond the board's limit refuses the exchange.
+
+Sources: Hanus, Kinnaert, Henrotte, Conditioning technique, a general anti-windup and bumpless
+transfer method, Automatica 23 (1987); Astrom and Hagglund, PID Controllers, 2nd edition, on
+bumpless changes of parameters.
 """
 
 import math
@@ -61,6 +83,10 @@ from firmware_interface.law_memory import NOTHING, Memory
 from firmware_interface.motion import Reference
 
 Array = NDArray[np.float64]
+
+CARRY_TIME_S: Final = 0.05
+"""Time constant in which what bridges an exchange of gains decays. Five of them are the shortest
+stop of the board: less than a hundredth is left when the axes stand."""
 _TABLES: Final = frozenset({"load_table", "local_friction_table"})
 _OVER_POSITION: Final = _TABLES | {"ripple"}
 

@@ -46,6 +46,13 @@ class Memory(NamedTuple):
             b = b - (reached - b) * functions.expm1(-way / gains.backlash_distance_rad)
         return Memory(z, b)
 
+    def kept(self, gains: AxisGains) -> "Memory":
+        """What is left of it for other gains: nothing of a term that they do not have."""
+        return Memory(
+            self.presliding if "presliding" in gains.terms else 0.0,
+            self.backlash_rad if "backlash" in gains.terms else 0.0,
+        )
+
     def along(self, gains: AxisGains, position_rad: Array) -> "Memory":
         """The memory at each sample of a stretch.
 

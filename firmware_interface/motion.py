@@ -5,6 +5,7 @@ from the rest position into the motion, so that capture starts in full swing. Af
 captured sample, and at a quick stop, the reference decelerates to rest.
 """
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
@@ -130,14 +131,28 @@ def stop_duration_s(speed_rad_s: float) -> float:
     return max(STOP_TIME_S, 1.5 * abs(speed_rad_s) / STOP_ACCELERATION_RAD_S2)
 
 
+def stop_acceleration_rad_s2(
+    velocity_rad_s: float, acceleration_rad_s2: float, duration_s: float
+) -> float:
+    """As much of an acceleration as a stop can begin with: it brakes, and does not turn round."""
+    if velocity_rad_s * acceleration_rad_s2 >= 0.0:
+        return 0.0
+    most = 3.0 * abs(velocity_rad_s) / duration_s
+    return math.copysign(min(abs(acceleration_rad_s2), most), acceleration_rad_s2)
+
+
 def stopping_reference(
-    position_rad: float, velocity_rad_s: float, times_s: ArrayLike, duration_s: float
+    position_rad: float,
+    velocity_rad_s: float,
+    times_s: ArrayLike,
+    duration_s: float,
+    acceleration_rad_s2: float = 0.0,
 ) -> Reference:
-    """Reference of a stop: the velocity falls along a cubic with level ends.
+    """Reference of a stop: the velocity falls along a cubic with a level end.
 
     Parameters
     ----------
-    position_rad, velocity_rad_s : float
+    position_rad, velocity_rad_s, acceleration_rad_s2 : float
         Reference at the beginning of the stop.
     times_s : (N,) array_like
         Time since then.
@@ -145,10 +160,15 @@ def stopping_reference(
         From `stop_duration_s`, the longest of all axes.
     """
     share = np.clip(np.asarray(times_s, dtype=np.float64) / duration_s, 0.0, 1.0)
+    gain_rad_s = acceleration_rad_s2 * duration_s
+    way = velocity_rad_s * (share - share**3 + 0.5 * share**4)
+    way = way + gain_rad_s * share**2 * (0.5 - share / 1.5 + 0.25 * share**2)
     return Reference(
-        position_rad + velocity_rad_s * duration_s * (share - share**3 + 0.5 * share**4),
-        velocity_rad_s * (1.0 - 3.0 * share**2 + 2.0 * share**3),
-        velocity_rad_s / duration_s * 6.0 * share * (share - 1.0),
+        position_rad + duration_s * way,
+        velocity_rad_s * (1.0 - 3.0 * share**2 + 2.0 * share**3)
+        + gain_rad_s * share * (1.0 - share) ** 2,
+        velocity_rad_s / duration_s * 6.0 * share * (share - 1.0)
+        + acceleration_rad_s2 * (1.0 - share) * (1.0 - 3.0 * share),
     )
 
 

@@ -7,7 +7,7 @@
 
 #define FD_MAGIC 0x4d464453u
 #define FD_MAP_VERSION 5u
-#define FD_MAP_CRC 0xea1f302fu
+#define FD_MAP_CRC 0x70f6f3ebu
 #define FD_FLOAT_TEST 3.1415927f
 #define FD_STORE_SIGNATURE 0x65766173u
 #define FD_SESSION_LEASE_S 5.0f
@@ -57,6 +57,7 @@ enum fd_opcode {
     FD_OPCODE_STORE = 9, /* write confirmed gains to permanent memory; argument: 0x65766173 */
     FD_OPCODE_ENABLE = 10, /* let the control law act and release the brake, where the axes stand */
     FD_OPCODE_DISABLE = 11, /* apply the brake and switch the effort off, at rest only */
+    FD_OPCODE_COMMIT_RUNNING = 12, /* COMMIT while the control law acts: in IDLE and DONE, or in DRAINING while the axes come to rest; the effort goes on without a jump */
 };
 
 /* What became of the last command. */
@@ -78,6 +79,7 @@ enum fd_result {
     FD_RESULT_PENDING = 14, /* still being carried out */
     FD_RESULT_NOT_ENABLED = 15, /* the effort is off */
     FD_RESULT_NOT_HELD = 16, /* the command came from a host that does not control the board */
+    FD_RESULT_EFFORT_JUMP = 17, /* the effort would jump too far under the staged gains; the old ones stay in force */
 };
 
 /* Which of the two tables the board follows. */
@@ -157,6 +159,11 @@ enum fd_identificationreason {
 #define FD_REG_CAPTURE_PAGES_ACKNOWLEDGED 0x0092u
 #define FD_REG_WATCHDOG_TIMEOUT 0x00a0u
 #define FD_REG_WATCHDOG_ACTION 0x00a1u
+#define FD_REG_BUMPLESS_CAPABLE 0x00c0u
+#define FD_REG_BUMPLESS_X_JUMP_LIMIT 0x00c2u
+#define FD_REG_BUMPLESS_X_JUMP 0x00c4u
+#define FD_REG_BUMPLESS_Z_JUMP_LIMIT 0x00c6u
+#define FD_REG_BUMPLESS_Z_JUMP 0x00c8u
 #define FD_REG_TRAJECTORY_KIND 0x0100u
 #define FD_REG_TRAJECTORY_LEAD_IN_SAMPLES 0x0101u
 #define FD_REG_TRAJECTORY_CAPTURE_SAMPLES 0x0103u
@@ -474,6 +481,11 @@ enum fd_identificationreason {
     X(0x0092u, 2u, 1u, 1u, 0u, 0xffffffffu) \
     X(0x00a0u, 1u, 1u, 1u, 100u, 5000u) \
     X(0x00a1u, 1u, 1u, 1u, 0u, 0xffffffffu) \
+    X(0x00c0u, 1u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x00c2u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x00c4u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x00c6u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x00c8u, 2u, 1u, 0u, 0u, 0xffffffffu) \
     X(0x0100u, 1u, 1u, 1u, 0u, 0xffffffffu) \
     X(0x0101u, 2u, 1u, 1u, 40u, 240000u) \
     X(0x0103u, 2u, 1u, 1u, 1u, 8640000u) \

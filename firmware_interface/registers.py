@@ -11,7 +11,7 @@ from firmware_interface.register import Register
 
 MAGIC: Final = 0x4D464453
 MAP_VERSION: Final = 5
-MAP_CRC: Final = 0xEA1F302F
+MAP_CRC: Final = 0x70F6F3EB
 FLOAT_TEST: Final = 3.1415927
 STORE_SIGNATURE: Final = 0x65766173
 SESSION_LEASE_S: Final = 5.0
@@ -65,6 +65,7 @@ class Opcode(IntEnum):
     STORE = 9
     ENABLE = 10
     DISABLE = 11
+    COMMIT_RUNNING = 12
 
 
 class Result(IntEnum):
@@ -87,6 +88,7 @@ class Result(IntEnum):
     PENDING = 14
     NOT_ENABLED = 15
     NOT_HELD = 16
+    EFFORT_JUMP = 17
 
 
 class TrajectoryKind(IntEnum):
@@ -232,6 +234,10 @@ RESULT_TEXTS: Final = {
     Result.NOT_HELD: (
         "the command came from a host that does not control the board",
         "wait until the other host is finished, or stop it with edge-ident stop",
+    ),
+    Result.EFFORT_JUMP: (
+        "the effort would jump too far under the staged gains; the old ones stay in force",
+        "let the axes come to rest, then commit",
     ),
 }
 
@@ -599,6 +605,55 @@ _ALL = (
         access="rw",
         enum="WatchdogAction",
         description="What the board does then. Cannot be changed from ARM to the end of the motion (exception 6).",
+    ),
+    Register(
+        name="bumpless.capable",
+        address=192,
+        type="u16",
+        minimum=0,
+        maximum=1,
+        since=5,
+        description="1 where the board takes COMMIT_RUNNING; 0 where it takes gains at rest alone.",
+    ),
+    Register(
+        name="bumpless.x.jump_limit",
+        address=194,
+        type="f32",
+        unit="N*m",
+        minimum=0,
+        maximum=1000000.0,
+        since=5,
+        description="Largest jump of the effort that COMMIT_RUNNING evens out; 0 switches it off.",
+    ),
+    Register(
+        name="bumpless.x.jump",
+        address=196,
+        type="f32",
+        unit="N*m",
+        minimum=-1000000.0,
+        maximum=1000000.0,
+        since=5,
+        description="Effort of the staged gains less that of the gains in force, at the last COMMIT_RUNNING that came to be decided.",
+    ),
+    Register(
+        name="bumpless.z.jump_limit",
+        address=198,
+        type="f32",
+        unit="N*m",
+        minimum=0,
+        maximum=1000000.0,
+        since=5,
+        description="Largest jump of the effort that COMMIT_RUNNING evens out; 0 switches it off.",
+    ),
+    Register(
+        name="bumpless.z.jump",
+        address=200,
+        type="f32",
+        unit="N*m",
+        minimum=-1000000.0,
+        maximum=1000000.0,
+        since=5,
+        description="Effort of the staged gains less that of the gains in force, at the last COMMIT_RUNNING that came to be decided.",
     ),
     Register(
         name="trajectory.kind",

@@ -4,9 +4,13 @@ The same measurement as `edge-ident profile`, kept as a script for boards that a
 batches: pass several devices to compare them.
 
     python tools/profile_latency.py --repetitions 100 --output runs/latency virtual /dev/ttyACM0
+    python tools/profile_latency.py --commit
     python tools/profile_latency.py --check
     python tools/profile_latency.py --gains
     python tools/profile_latency.py --network
+
+`--commit` measures the way from the last sample to gains read back alone, with a stop before the
+commit and without, in turn.
 
 The last three need no board. `--check` tells what the check of the base model costs, on two axes of
 44 s; `--gains` what the design of the gains of two axes costs; `--network` what the network costs
@@ -22,12 +26,14 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.commissioning.profiling import profile_device
+from edge_ident.commissioning.commit_ways import measured_ways
+from edge_ident.commissioning.profile import spread
+from edge_ident.commissioning.profiling import board_at, profile_device
 from edge_ident.control.gain_design import design
 from edge_ident.control.position_loop import LoopHardware
 from edge_ident.drive.motions import MotionName
 from edge_ident.estimation.manifest import BUILT_IN, GRAPHS, Graph, load_manifest
-from edge_ident.estimation.network import Network
+from edge_ident.estimation.network import Network, load_network
 from edge_ident.identification.identify import identify
 from edge_ident.model.model import Estimate, base_axis
 from edge_ident.report import profile_document, profile_view, show, write_json
@@ -159,6 +165,18 @@ def show_gains(repetitions: int) -> None:
     )
 
 
+def show_ways(device: str, baud_rate: int | None, repetitions: int) -> None:
+    """Print how long gains take from the last sample on, with a stop and without."""
+    recording = simulate(noise=0.02)
+    with board_at(device, baud_rate) as board:
+        ways_ms = measured_ways(board, recording, load_network("fp32"), repetitions, _Lines())
+    for way, times in ways_ms.items():
+        of = spread(times)
+        print(f"{way}: p50 {of.p50:.0f} ms, p95 {of.p95:.0f} ms, max {of.maximum:.0f} ms")
+    medians = [spread(times).p50 for times in ways_ms.values()]
+    print(f"{medians[0] / medians[-1]:.2f} times as fast without the stop")
+
+
 def _judged(spent_ms: float, limit_ms: float) -> str:
     return f"limit {limit_ms:.0f} ms {'kept' if spent_ms <= limit_ms else 'missed'}"
 
@@ -170,6 +188,7 @@ def main() -> None:
     parser.add_argument("--repetitions", type=int, default=100)
     parser.add_argument("--baud-rate", type=int)
     parser.add_argument("--output", type=Path, default=Path("runs/latency"))
+    parser.add_argument("--commit", action="store_true", help="commit with a stop and without")
     parser.add_argument("--check", action="store_true", help="cost of the check alone")
     parser.add_argument("--gains", action="store_true", help="cost of the gain design alone")
     parser.add_argument("--network", action="store_true", help="cost of the network alone")
@@ -183,6 +202,9 @@ def main() -> None:
     if given.check or given.gains or given.network:
         return
     for number, device in enumerate(given.devices):
+        if given.commit:
+            show_ways(device, given.baud_rate, given.repetitions)
+            continue
         profile = profile_device(device, given.baud_rate, given.repetitions, _Lines())
         show(profile_view(profile))
         path = given.output / f"profile_{number}.json"

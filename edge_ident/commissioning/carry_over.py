@@ -57,6 +57,7 @@ def reconsidered(study: Study, separation: Separation, second: Recorded) -> Sepa
         trajectory, capture, found = second.motion.trajectory, second.capture, separation.found
         made = IdentificationMotion(second.file, trajectory, capture, found, None, {}, against)
         motions = separation.motions
+        study.board.settle()
         return separate(study, [*motions, judged(study, motions, made)])
     except DataError as error:
         log.info("the second motion cannot be judged: %s", error.cause)

@@ -80,6 +80,7 @@ def concluded(board: Board, trial: Trial, *, worth_a_write: bool) -> GainChange:
         A motion did not get to its end.
     """
     if not worth_a_write:
+        board.settle()
         log.info("not worth a write: nothing is written")
         return GainChange(confirmed=False, unchanged=True, promise=trial.promise)
     trial.write()

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 
 from edge_ident.commissioning.promise import WORTH, Promise
 from edge_ident.commissioning.verification import Verification
+from firmware_interface.board_gains import RunningCommit
 
 
 @dataclass(frozen=True)
@@ -28,6 +29,8 @@ class GainChange:
         What was forecast, and what was measured of it; None where no forecast was made.
     diagnosed : mapping of axis name to tuple of str
         Effects of a diagnosis from which the new gains follow.
+    running : RunningCommit or None
+        Of a commit while the axes came to rest; None where they stood, or nothing was written.
     dry_run : bool
         Nothing was to be written: `promise` is the forecast on the motion of the identification.
     """
@@ -40,6 +43,7 @@ class GainChange:
     promise: Promise | None = None
     diagnosed: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     dry_run: bool = False
+    running: RunningCommit | None = None
 
     @property
     def contradicted(self) -> Mapping[str, tuple[str, ...]]:

@@ -2,14 +2,16 @@
 
 import logging
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Final
 
 import numpy as np
 
 from edge_ident.errors import BoardError, GainError
 from firmware_interface.board import AxisLimits, Board
+from firmware_interface.board_gains import RunningCommit
 from firmware_interface.gains import FEEDBACK, POSITIVE, SIGNED, AxisGains
+from firmware_interface.registers import Result
 
 log = logging.getLogger(__name__)
 
@@ -82,8 +84,22 @@ def change_factor(now: float, then: float) -> float:
     return max(now / then, then / now) if now > 0.0 and then > 0.0 else math.inf
 
 
-def write_gains(board: Board, wanted: Mapping[str, AxisGains]) -> None:
+def write_gains(
+    board: Board, wanted: Mapping[str, AxisGains], say: Callable[[str], None] = log.warning
+) -> RunningCommit | None:
     """Stage, read back, commit, read back: the board runs the new gains, unconfirmed.
+
+    Parameters
+    ----------
+    board : Board
+    wanted : mapping of axis name to AxisGains
+    say : callable
+        Takes what the person at the machine should know.
+
+    Returns
+    -------
+    RunningCommit or None
+        What became of a commit while the axes came to rest; None where they stood.
 
     Raises
     ------
@@ -91,7 +107,7 @@ def write_gains(board: Board, wanted: Mapping[str, AxisGains]) -> None:
         What was read back differs; the board still has, or is given back, the old gains.
     """
     stage_gains(board, wanted)
-    commit_gains(board, wanted)
+    return commit_gains(board, wanted, say)
 
 
 def stage_gains(board: Board, wanted: Mapping[str, AxisGains]) -> None:
@@ -107,17 +123,28 @@ def stage_gains(board: Board, wanted: Mapping[str, AxisGains]) -> None:
     log.info("gains staged and read back")
 
 
-def commit_gains(board: Board, wanted: Mapping[str, AxisGains]) -> None:
-    """Put the staged gains in force, unconfirmed, and read them back.
-
-    Raises
-    ------
-    BoardError
-        What was read back differs.
-    """
-    board.commit()
+def commit_gains(
+    board: Board, wanted: Mapping[str, AxisGains], say: Callable[[str], None] = log.warning
+) -> RunningCommit | None:
+    """Put the staged gains in force, unconfirmed, and read them back; as `write_gains`."""
+    running = board.commit_running() if board.coming_to_rest else None
+    if running is not None and not running.taken:
+        say(_why_at_rest(running))
+    if running is None or not running.taken:
+        board.settle()
+        board.commit()
     compare_gains("active", wanted, board.active_gains())
-    log.info("gains committed and read back")
+    how = "while the control law ran" if running is not None and running.taken else "at rest"
+    log.info("gains committed %s and read back", how)
+    return running
+
+
+def _why_at_rest(running: RunningCommit) -> str:
+    """Why gains come into force after a stop on a board that could do without."""
+    if running.result is not Result.EFFORT_JUMP:
+        return "the axes are too near to the end of their travel: gains are committed at rest"
+    jumps = ", ".join(f"{axis} {jump:.2g} N*m" for axis, jump in running.jumps_nm.items())
+    return f"the effort would jump too far ({jumps}): gains are committed at rest"
 
 
 def compare_gains(what: str, wanted: Mapping[str, AxisGains], got: Mapping[str, AxisGains]) -> None:

@@ -37,6 +37,7 @@ from edge_ident.identification.result import Identification
 from edge_ident.signals.recording import Recording
 from edge_ident.support.stopwatch import Stopwatch
 from firmware_interface.board import Board
+from firmware_interface.board_gains import RunningCommit
 from firmware_interface.gains import Bank
 
 log = logging.getLogger(__name__)
@@ -101,6 +102,9 @@ class MotionBefore:
 class Trial:
     """One trial of new gains, step by step.
 
+    The second motion with the old gains may be left to come to rest by itself, so that the write
+    need not wait for it: `edge_ident.commissioning.gain_change.concluded` settles that.
+
     Parameters
     ----------
     board : Board
@@ -137,6 +141,7 @@ class Trial:
         self._recorded: dict[str, Recording] = {before.first.name: before.capture.recording}
         self.promise = Promise({})
         self.second = before.recorded
+        self._running: RunningCommit | None = None
         self._forecast(before.first)
 
     def worth_a_write(self) -> bool:
@@ -160,7 +165,8 @@ class Trial:
     def write(self) -> None:
         """Put the new gains in force, unconfirmed."""
         with self._watch.stage("last_sample_to_verified"):
-            write_gains(self._board, self._wanted)
+            self._running = write_gains(self._board, self._wanted, self._observer.say)
+        self._board.settle()
 
     def verify(self) -> GainChange:
         """Move with the new gains and judge; a motion that goes wrong is the last.
@@ -195,6 +201,7 @@ class Trial:
             others=dict(others),
             promise=self.promise,
             diagnosed=self._before.grounds.diagnosed,
+            running=self._running,
         )
 
     def _forecast(self, motion: NamedMotion) -> None:
@@ -221,7 +228,7 @@ class Trial:
                 board, second.trajectory, self._observer.samples, file, self._observer.say,
                 self._before.capture,
             )  # fmt: skip
-            board.finish()
+            board.leave_to_rest()
         return Recorded(second, capture, "" if file is None else file.name)
 
     def _verified(self, motion: NamedMotion) -> Capture:

@@ -1,7 +1,7 @@
 """What a latency profile says: percentiles of every stage, and whether the target is met."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Final, Literal
 
 import numpy as np
@@ -47,7 +47,11 @@ class Profile:
     tail_ms : float
         Board time from the last captured sample to the last page in hand.
     stop_ms : float
-        From the last page in hand to the machine at rest, after which gains may be committed.
+        From the last page in hand to the machine at rest, for which gains have to wait unless the
+        board takes them while its control law acts.
+    ways_ms : mapping of way to list of float
+        From the last captured sample to gains read back, after motions of their own: committed
+        `at_rest` and, where the board can, while it is `running`.
     """
 
     device: str
@@ -56,6 +60,23 @@ class Profile:
     tail_ms: float
     stop_ms: float
     runs: tuple[ProfileRun, ...]
+    ways_ms: Mapping[str, list[float]] = field(default_factory=dict)
+
+    @property
+    def awaited_stop_ms(self) -> float:
+        """The stop, where gains have to wait for it."""
+        return 0.0 if "running" in self.ways_ms else self.stop_ms
+
+    @property
+    def ways(self) -> str:
+        """One sentence about the ways."""
+        if "running" not in self.ways_ms:
+            return "this board takes gains at rest only"
+        stop, running = (spread(self.ways_ms[way]).p50 for way in ("at_rest", "running"))
+        return (
+            f"last sample to gains read back: {stop:.0f} ms with the stop, {running:.0f} ms "
+            f"without (p50), {stop / running:.2f} times as fast"
+        )
 
     @property
     def network_medians_ms(self) -> dict[Variant, float]:
@@ -70,8 +91,8 @@ class Profile:
         return min(medians, key=lambda precision: medians[precision])
 
     def within_target(self, run: ProfileRun) -> bool:
-        """Whether tail and stop, then 99 of 100 repetitions, take less than the target."""
-        return self.tail_ms + self.stop_ms + spread(run.stages_ms["total"]).p99 < TARGET_MS
+        """Whether tail and awaited stop, then 99 of 100 repetitions, take less than the target."""
+        return self.tail_ms + self.awaited_stop_ms + spread(run.stages_ms["total"]).p99 < TARGET_MS
 
     @property
     def verdict(self) -> str:
@@ -83,7 +104,7 @@ class Profile:
         return (
             f"sub-second target {'met' if met else 'missed'}: 99 % of warm repetitions take "
             f"at most {worst:.0f} ms, the tail of the capture before them {self.tail_ms:.0f} ms "
-            f"and the stop {self.stop_ms:.0f} ms; "
+            f"and the stop that they wait for {self.awaited_stop_ms:.0f} ms; "
             f"{self.faster_precision} is the faster network here, "
             f"by {1.0 - min(medians) / max(medians):.0%}"
         )

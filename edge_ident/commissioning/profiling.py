@@ -4,7 +4,8 @@ One motion is captured; then the work that follows it is repeated: the last page
 (reads change nothing), the recording is identified, gains are designed, and the board's own active
 gains are staged, read back, committed and read again, then rolled back, so that the machine
 never runs other gains than before. Warm: in one process. Cold: a new process each time, from
-its start on. The stop that follows the last sample needs a motion: it is measured once.
+its start on. The stop that follows the last sample needs a motion: it is measured once. So does
+the whole way from there to gains, with that stop and without: `commit_ways`.
 """
 
 import json
@@ -20,6 +21,7 @@ from tempfile import TemporaryDirectory
 from typing import Final
 
 from edge_ident.commissioning.capture import capture_motion, check_drive
+from edge_ident.commissioning.commit_ways import measured_ways
 from edge_ident.commissioning.gain_transfer import compare_gains
 from edge_ident.commissioning.observer import Observer
 from edge_ident.commissioning.port_notes import noted
@@ -55,6 +57,9 @@ STAGES: Final = (
 )
 """In order; `start` (interpreter, imports, network) and `connect` are cold only."""
 
+_MOST_MOTIONS: Final = 5
+"""Of each way from the last sample to gains: a motion takes seconds."""
+
 
 def profile_device(
     device: str | None, baud_rate: int | None, repetitions: int, observer: Observer
@@ -72,16 +77,14 @@ def profile_device(
     """
     with _board_process(device) as url, noted(url), TemporaryDirectory() as folder:
         file = Path(folder) / "capture.npz"
-        link = open_link(url, baud_rate=baud_rate or DEFAULT_BAUD_RATE)
-        try:
-            board = Board.connect(link)
+        with _connected(url, baud_rate) as board:
             tail_ms, stop_ms = _record(board, file, observer)
             recording = load_recording(file)
             networks = [load_network(precision) for precision in VARIANTS]
+            ways_ms = measured_ways(
+                board, recording, networks[0], min(repetitions, _MOST_MOTIONS), observer
+            )
             runs = [_warm(board, recording, of, repetitions, observer) for of in networks]
-            board.release()
-        finally:
-            link.close()
         runs += [_cold(url, baud_rate, file, of, repetitions, observer) for of in networks]
     return Profile(
         device or "virtual board on a pseudo-terminal",
@@ -90,6 +93,7 @@ def profile_device(
         tail_ms,
         stop_ms,
         tuple(runs),
+        ways_ms,
     )
 
 
@@ -204,6 +208,24 @@ def _cold_start(url: str, baud_rate: str, file: str, precision: str, started_s: 
     times["start"] = start_ms
     times["total"] += start_ms + times["connect"]
     print(json.dumps(times))
+
+
+@contextmanager
+def board_at(device: str | None, baud_rate: int | None) -> Iterator[Board]:
+    """A board, or a virtual one in a process of its own, for as long as the body."""
+    with _board_process(device) as url, noted(url), _connected(url, baud_rate) as board:
+        yield board
+
+
+@contextmanager
+def _connected(url: str, baud_rate: int | None) -> Iterator[Board]:
+    link = open_link(url, baud_rate=baud_rate or DEFAULT_BAUD_RATE)
+    try:
+        board = Board.connect(link)
+        yield board
+        board.release()
+    finally:
+        link.close()
 
 
 @contextmanager

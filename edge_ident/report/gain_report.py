@@ -61,7 +61,20 @@ def gain_report_document(report: GainReport) -> dict[str, Any]:
         "unchanged": None if change is None else change.unchanged,
         "promise": None if change is None else promise_document(change.promise),
         "contradicted": {} if change is None else dict(change.contradicted),
+        "commit": commit_document(change),
         "backup": None if report.backup is None else str(report.backup),
+    }
+
+
+def commit_document(change: GainChange | None) -> dict[str, Any] | None:
+    """How new gains came into force; None where none were written."""
+    if change is None or change.unchanged or change.dry_run:
+        return None
+    running = change.running
+    return {
+        "running": running is not None and running.taken,
+        "jump_nm": None if running is None else dict(running.jumps_nm),
+        "refused": None if running is None or running.taken else running.result.name,
     }
 
 

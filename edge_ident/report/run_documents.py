@@ -15,6 +15,7 @@ from edge_ident.commissioning.run import Outcome
 from edge_ident.estimation.network import Network
 from edge_ident.report.board_answer_report import board_answer_document
 from edge_ident.report.documents import design_document, identification_document
+from edge_ident.report.gain_report import commit_document
 from edge_ident.report.promise_report import promise_document
 from edge_ident.report.run_motions import motions_document
 from edge_ident.support.hashing import file_sha256
@@ -40,6 +41,7 @@ def run_document(
         "promise": None if outcome.change is None else promise_document(outcome.change.promise),
         "contradicted": {} if outcome.change is None else dict(outcome.change.contradicted),
         "board_identification": board_answer_document(outcome),
+        "commit": commit_document(outcome.change),
         "stored": outcome.stored,
         "conclusion": outcome.conclusion,
         "capture": {
@@ -112,6 +114,9 @@ def profile_document(profile: Profile) -> dict[str, Any]:
         "target_ms": TARGET_MS,
         "tail_ms": profile.tail_ms,
         "stop_ms": profile.stop_ms,
+        "ways_ms": {
+            way: dataclasses.asdict(spread(times)) for way, times in profile.ways_ms.items()
+        },
         "runs": [
             {
                 "start": run.start,

@@ -67,6 +67,7 @@ def profile_view(profile: Profile) -> Group:
     return Group(
         Text(f"{profile.device}; {profile.machine}; {profile.repetitions} repetitions"),
         *(_stage_table(run) for run in profile.runs),
+        Text(profile.ways),
         Text(f"{profile.verdict} (target {TARGET_MS:.0f} ms)"),
     )
 

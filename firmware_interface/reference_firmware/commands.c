@@ -6,6 +6,7 @@
 #include "drive.h"
 #include "gain_banks.h"
 #include "gain_store.h"
+#include "handover.h"
 #include "identification.h"
 #include "machine.h"
 #include "port.h"
@@ -16,10 +17,12 @@
 static uint16_t tokens[TOKENS_REMEMBERED];
 static uint32_t tokens_seen;
 static enum fd_result last_result;
+static bool awaits_sample; /* the last command is decided by one */
 
 void commands_init(void)
 {
     tokens_seen = 0;
+    awaits_sample = false;
     last_result = FD_RESULT_NONE;
     arming_init();
 }
@@ -31,7 +34,7 @@ uint16_t commands_last_token(void)
 
 enum fd_result commands_last_result(void)
 {
-    return last_result;
+    return awaits_sample && last_result == FD_RESULT_PENDING ? handover_result() : last_result;
 }
 
 static bool remembered(uint16_t token)
@@ -151,6 +154,7 @@ static enum fd_result idle_at_rest(void)
 /* With the lock. */
 static enum fd_result gain_command(uint16_t opcode, uint32_t argument)
 {
+    struct fd_gain_bank staged[FD_AXES];
     enum fd_result result = idle_at_rest();
     if (result != FD_RESULT_DONE) {
         return result;
@@ -161,11 +165,30 @@ static enum fd_result gain_command(uint16_t opcode, uint32_t argument)
     if (opcode == FD_OPCODE_ROLL_BACK) {
         return machine_roll_back();
     }
-    result = gain_banks_commit(argument);
+    result = gain_banks_staged(argument, staged);
     if (result == FD_RESULT_DONE) {
+        gain_banks_commit(staged);
         machine_exchange_gains();
     }
     return result;
+}
+
+/* With the lock. */
+static enum fd_result commit_running(uint32_t argument)
+{
+    struct fd_gain_bank staged[FD_AXES];
+    if (!handover_capable()) {
+        return FD_RESULT_UNKNOWN_COMMAND;
+    }
+    enum fd_result result = machine_takes_gains();
+    if (result == FD_RESULT_DONE) {
+        result = gain_banks_staged(argument, staged);
+    }
+    if (result != FD_RESULT_DONE) {
+        return result;
+    }
+    handover_offer(staged);
+    return FD_RESULT_PENDING;
 }
 
 /* Without the lock, which is held for the beginning only: memory is slow. */
@@ -209,6 +232,8 @@ static enum fd_result execute_at_once(const struct command *command)
     case FD_OPCODE_CONFIRM:
     case FD_OPCODE_ROLL_BACK:
         return gain_command(command->opcode, command->argument);
+    case FD_OPCODE_COMMIT_RUNNING:
+        return commit_running(command->argument);
     default:
         return FD_RESULT_UNKNOWN_COMMAND;
     }
@@ -216,6 +241,9 @@ static enum fd_result execute_at_once(const struct command *command)
 
 static enum fd_result execute(const struct command *command)
 {
+    port_lock();
+    handover_withdraw(); /* what no sample has decided comes too late */
+    port_unlock();
     if (command->opcode == FD_OPCODE_ARM) {
         return arming_begin(command->argument);
     }
@@ -249,6 +277,7 @@ void commands_execute(const struct command *command)
     /* whoever sees the need may stop the machine */
     if (from_holder(command->key) || command->opcode == FD_OPCODE_QUICK_STOP) {
         last_result = execute(command);
+        awaits_sample = command->opcode == FD_OPCODE_COMMIT_RUNNING;
     } else {
         last_result = FD_RESULT_NOT_HELD;
     }
@@ -260,7 +289,7 @@ bool commands_go_on(void)
         return false;
     }
     const enum fd_result result = arming_go_on();
-    if (last_result == FD_RESULT_PENDING) { /* else another command was refused or stopped it */
+    if (last_result == FD_RESULT_PENDING && !awaits_sample) { /* else another command was refused or stopped it */
         last_result = result;
     }
     return arming_pending();

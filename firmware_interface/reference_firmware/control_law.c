@@ -22,6 +22,12 @@ void law_reset(struct law_memory *memory, float reference_rad)
     memory->presliding = memory->backlash_rad = 0.0f;
 }
 
+void law_keep(struct law_memory *memory, const struct fd_gain_bank *gains)
+{
+    memory->presliding = on(gains->presliding_feedforward) ? memory->presliding : 0.0f;
+    memory->backlash_rad = on(gains->backlash_offset) ? memory->backlash_rad : 0.0f;
+}
+
 void law_step(struct law_memory *memory, const struct fd_gain_bank *gains, float reference_rad)
 {
     const float step = reference_rad - memory->reference_rad;

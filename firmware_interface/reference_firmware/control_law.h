@@ -26,6 +26,9 @@ struct law_memory {
 /* Forget the past: the reference stands here. */
 void law_reset(struct law_memory *memory, float reference_rad);
 
+/* Go on with other gains: forget what their terms do not have. */
+void law_keep(struct law_memory *memory, const struct fd_gain_bank *gains);
+
 /* Follow the reference to the next sample. */
 void law_step(struct law_memory *memory, const struct fd_gain_bank *gains, float reference_rad);
 

@@ -71,11 +71,32 @@ static int32_t following_error(const struct setpoint *setpoint, int32_t position
     return (int32_t)(error > INT32_MAX ? INT32_MAX : error < -INT32_MAX ? -INT32_MAX : error);
 }
 
+void drive_latch(struct drive_sample *sample)
+{
+    port_read_encoders(sample->position);
+}
+
+void drive_consider(const struct fd_gain_bank offered[FD_AXES],
+                    const struct setpoint setpoints[FD_AXES], const struct drive_sample *sample,
+                    bool moving, struct transfer *transfer)
+{
+    const float limit_nm[FD_AXES] = {
+        port_settings()->axis[0].effort_nm, port_settings()->axis[1].effort_nm};
+    const struct transfer_from from = {
+        controllers, gains, setpoints, sample->position, limit_nm, rad_per_count, moving};
+    transfer_consider(transfer, offered, &from);
+}
+
+void drive_take_over(const struct fd_gain_bank taken[FD_AXES], const struct transfer *transfer)
+{
+    memcpy(gains, taken, sizeof gains);
+    memcpy(controllers, transfer->controllers, sizeof controllers);
+}
+
 bool drive_take_sample(const struct setpoint setpoints[FD_AXES], struct drive_sample *sample)
 {
     float efforts_nm[FD_AXES] = {0.0f};
     bool finite = true;
-    port_read_encoders(sample->position);
     for (unsigned axis = 0; axis < FD_AXES; axis++) {
         sample->following_error[axis] =
             following_error(&setpoints[axis], sample->position[axis]);

@@ -5,7 +5,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "controller.h"
+#include "transfer.h"
 
 /* One control sample in counts; following error is reference - position. */
 struct drive_sample {
@@ -25,8 +25,16 @@ void drive_power_on(void);
 void drive_power_off(void);
 bool drive_powered(void);
 
-/* Latch the encoders, command the efforts. False where an effort came out as no finite number: then
- * none is commanded. */
+/* Latch the encoders. */
+void drive_latch(struct drive_sample *sample);
+
+/* What these gains would make of the sample latched; or go on with them in it. */
+void drive_consider(const struct fd_gain_bank gains[FD_AXES], const struct setpoint setpoints[FD_AXES],
+                    const struct drive_sample *sample, bool moving, struct transfer *transfer);
+void drive_take_over(const struct fd_gain_bank gains[FD_AXES], const struct transfer *transfer);
+
+/* Command the efforts of the sample latched. False where an effort came out as no finite number:
+ * then none is commanded. */
 bool drive_take_sample(const struct setpoint setpoints[FD_AXES], struct drive_sample *sample);
 
 /* What the law of an axis remembers of its reference. */

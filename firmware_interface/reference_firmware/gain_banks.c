@@ -131,9 +131,8 @@ static bool within_step(const struct fd_gain_bank staged[FD_AXES])
     return true;
 }
 
-enum fd_result gain_banks_commit(uint32_t crc)
+enum fd_result gain_banks_staged(uint32_t crc, struct fd_gain_bank staged[FD_AXES])
 {
-    struct fd_gain_bank staged[FD_AXES];
     if (unconfirmed) {
         return FD_RESULT_UNCONFIRMED;
     }
@@ -144,11 +143,15 @@ enum fd_result gain_banks_commit(uint32_t crc)
     if (!gain_banks_within_maxima(staged) || !within_step(staged)) {
         return FD_RESULT_GAIN_LIMITS;
     }
+    return FD_RESULT_DONE;
+}
+
+void gain_banks_commit(const struct fd_gain_bank staged[FD_AXES])
+{
     memcpy(previous, active, sizeof previous);
     put_active(staged);
     unconfirmed = true;
     committed_us = port_time_us();
-    return FD_RESULT_DONE;
 }
 
 enum fd_result gain_banks_confirm(void)

@@ -28,9 +28,11 @@ const struct fd_gain_bank *gain_banks_off(void);
 /* Each number finite, inside its maximum and of a sign that it may have. */
 bool gain_banks_within_maxima(const struct fd_gain_bank gains[FD_AXES]);
 
-/* Swap the shadow bank in, if it may be and is the one with this CRC; keep what was committed; or
- * return to before. */
-enum fd_result gain_banks_commit(uint32_t crc);
+/* Take the shadow bank, if it may be committed and is the one with this CRC. */
+enum fd_result gain_banks_staged(uint32_t crc, struct fd_gain_bank staged[FD_AXES]);
+
+/* Put in force what was staged; keep it; or return to before. */
+void gain_banks_commit(const struct fd_gain_bank staged[FD_AXES]);
 enum fd_result gain_banks_confirm(void);
 enum fd_result gain_banks_roll_back(void);
 

@@ -6,6 +6,7 @@
 #include "capture_ring.h"
 #include "drive.h"
 #include "gain_banks.h"
+#include "handover.h"
 #include "identification.h"
 #include "port.h"
 #include "register_file.h"
@@ -22,6 +23,7 @@ void machine_init(bool self_test_passed)
     drive_init();
     drive_set_gains(gain_banks_active());
     setpoints_init();
+    handover_init();
 }
 
 bool machine_moving(void)
@@ -43,6 +45,16 @@ bool machine_busy(void)
 bool machine_sto(void)
 {
     return port_sto_active() || port_sto_latched();
+}
+
+enum fd_result machine_takes_gains(void)
+{
+    const bool takes = machine.state == FD_STATE_IDLE || machine.state == FD_STATE_DRAINING
+        || machine.state == FD_STATE_DONE;
+    if (!takes || machine.fault != FD_FAULT_NONE || machine.roll_back_due || machine_sto()) {
+        return FD_RESULT_WRONG_STATE;
+    }
+    return drive_powered() ? FD_RESULT_DONE : FD_RESULT_NOT_ENABLED;
 }
 
 void machine_enable(void)
@@ -217,6 +229,9 @@ static void control(struct drive_sample *measured)
     if (!setpoints_finite()) {
         fail(FD_FAULT_NOT_FINITE);
     }
+    drive_latch(measured);
+    handover_decide(measured, machine_takes_gains(),
+                    machine.state == FD_STATE_DRAINING && machine_moving());
     if (!drive_take_sample(setpoints_current(), measured)) {
         fail(FD_FAULT_NOT_FINITE);
     }

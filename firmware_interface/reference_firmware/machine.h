@@ -45,6 +45,9 @@ bool machine_sto(void);
 void machine_enable(void);
 void machine_disable(void);
 
+/* Whether gains may be exchanged while the law acts; else why not. */
+enum fd_result machine_takes_gains(void);
+
 /* Lead-in and captured motion. */
 void machine_follow(const struct trajectory *trajectory);
 

@@ -6,6 +6,7 @@
 #include "drive.h"
 #include "gain_banks.h"
 #include "gain_store.h"
+#include "handover.h"
 #include "identification.h"
 #include "machine.h"
 #include "port.h"
@@ -15,6 +16,7 @@
 #define FIRMWARE_VERSION 0x0200u
 #define LIMITS_STRIDE (FD_REG_LIMITS_Z_TRAVEL - FD_REG_LIMITS_X_TRAVEL)
 #define MEASURED_STRIDE (FD_REG_MEASURED_Z_POSITION - FD_REG_MEASURED_X_POSITION)
+#define BUMPLESS_STRIDE (FD_REG_BUMPLESS_Z_JUMP - FD_REG_BUMPLESS_X_JUMP)
 #define TICK_US 10000u /* of times that are left */
 
 static void put_identity(const struct board_settings *settings)
@@ -46,9 +48,12 @@ static void put_limits(const struct board_settings *settings)
         register_put_f32((uint16_t)(FD_REG_LIMITS_X_GAIN_STEP + at), limit->gain_step);
         register_put_f32((uint16_t)(FD_REG_LIMITS_X_ACCELERATION + at),
                          limit->acceleration_rad_s2);
+        register_put_f32((uint16_t)(FD_REG_BUMPLESS_X_JUMP_LIMIT + axis * BUMPLESS_STRIDE),
+                         limit->effort_jump_nm);
         maxima[axis] = limit->gain_maximum;
     }
     register_put_gains(GAINS_MAXIMUM, maxima);
+    register_put_u16(FD_REG_BUMPLESS_CAPABLE, handover_capable());
 }
 
 void publish_constants(void)
@@ -84,6 +89,10 @@ static void put_gain_state(void)
     register_put_u16(FD_REG_STATUS_UNCONFIRMED, gain_banks_unconfirmed());
     register_put_u16(FD_REG_STATUS_CONFIRM_REMAINING, ticks(gain_banks_remaining_us()));
     register_put_u32(FD_REG_STATUS_STORES, gain_store_writes());
+    for (uint16_t axis = 0; axis < FD_AXES; axis++) {
+        register_put_f32((uint16_t)(FD_REG_BUMPLESS_X_JUMP + axis * BUMPLESS_STRIDE),
+                         handover_jump_nm(axis));
+    }
 }
 
 static void put_inputs_and_outputs(void)

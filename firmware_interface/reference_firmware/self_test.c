@@ -44,6 +44,7 @@ static bool limits(const struct board_settings *settings, const struct axis_sett
         && positive(axis->effort_nm, LARGEST_EFFORT_COUNTS * settings->effort_per_count_nm)
         && positive(axis->following_error_rad, 1e6f)
         && positive(axis->gain_step, 1.0f)
+        && axis->effort_jump_nm >= 0.0f && axis->effort_jump_nm <= 1e6f
         && axis->gain_maximum.transmission_loss <= LARGEST_LOSS;
 }
 

@@ -6,6 +6,7 @@
 #include "drive.h"
 #include "numbers.h"
 #include "settings.h"
+#include "stop.h"
 
 static enum { HOLD, FOLLOW, STOP } mode;
 static struct setpoint current[FD_AXES];
@@ -44,28 +45,47 @@ void setpoints_follow(const struct trajectory *trajectory)
     mode = FOLLOW;
 }
 
-void setpoints_stop(void)
+/* From the present setpoints. */
+static void begin_stop(void)
 {
-    if (mode != FOLLOW) {
-        return; /* a ramp that begins anew in the middle is up to a third longer */
-    }
     memcpy(stop_from, current, sizeof stop_from);
     stop_samples = (uint32_t)to_int32(stop_duration_s(current) / SAMPLE_PERIOD_S);
     stop_sample = 0;
     mode = STOP;
 }
 
-/* The velocity falls along a cubic with level ends. */
+void setpoints_stop(void)
+{
+    if (mode != FOLLOW) {
+        return; /* a ramp that begins anew in the middle is up to a third longer */
+    }
+    begin_stop();
+    for (unsigned axis = 0; axis < FD_AXES; axis++) {
+        stop_from[axis].acceleration_rad_s2 = 0.0f;
+    }
+}
+
+void setpoints_take_up(const struct setpoint setpoints[FD_AXES], bool moving)
+{
+    memcpy(current, setpoints, sizeof current);
+    if (moving) {
+        begin_stop();
+    } else {
+        hold();
+    }
+}
+
+float setpoints_rest_rad(const struct setpoint setpoints[FD_AXES], unsigned axis)
+{
+    return stop_setpoint(&setpoints[axis], stop_duration_s(setpoints), 1.0f).position_rad;
+}
+
 static void advance_stop(void)
 {
     const float duration_s = (float)stop_samples * SAMPLE_PERIOD_S;
     const float share = (float)stop_sample / (float)stop_samples;
     for (unsigned axis = 0; axis < FD_AXES; axis++) {
-        const float speed = stop_from[axis].velocity_rad_s;
-        current[axis].position_rad = stop_from[axis].position_rad
-            + speed * duration_s * share * (1.0f - share * share + 0.5f * share * share * share);
-        current[axis].velocity_rad_s = speed * (1.0f - share * share * (3.0f - 2.0f * share));
-        current[axis].acceleration_rad_s2 = speed / duration_s * 6.0f * share * (share - 1.0f);
+        current[axis] = stop_setpoint(&stop_from[axis], duration_s, share);
     }
 }
 

@@ -17,6 +17,12 @@ void setpoints_follow(const struct trajectory *trajectory);
 /* Decelerate to rest from the present setpoints; one stop is enough: a second changes nothing. */
 void setpoints_stop(void);
 
+/* Be here now, and come to rest from there or, unless moving, stay. */
+void setpoints_take_up(const struct setpoint setpoints[FD_AXES], bool moving);
+
+/* Where a stop of an axis from these setpoints ends. */
+float setpoints_rest_rad(const struct setpoint setpoints[FD_AXES], unsigned axis);
+
 /* The setpoints of the next sample. */
 const struct setpoint *setpoints_advance(void);
 

@@ -9,6 +9,7 @@
 #define SAMPLE_PERIOD_NS 2500000u
 #define SAMPLE_PERIOD_S 0.0025f
 #define TWO_PI 6.28318530718f
+#define CARRY_LEFT 0.951229425f /* exp(-SAMPLE_PERIOD_S / 50 ms), of what bridges an exchange */
 
 struct axis_settings {
     float travel_rad;
@@ -17,6 +18,7 @@ struct axis_settings {
     float effort_nm; /* at most 32767 PWM counts */
     float following_error_rad;
     float gain_step;
+    float effort_jump_nm; /* that COMMIT_RUNNING evens out; 0 on any axis: the board has no such */
     struct fd_gain_bank gain_maximum;
     struct fd_gain_bank first_gains; /* in force until others are stored */
 };

@@ -11,8 +11,6 @@
 #define TABLE_END (FD_REG_TRAJECTORY_Z_ACCELERATION + 2u)
 #define TURN 18446744073709551616.0 /* 2^64 */
 #define PI 3.141592653589793
-#define STOP_TIME_S 0.25f
-#define STOP_ACCELERATION_RAD_S2 12.0f
 
 /* ---- out of the registers */
 
@@ -197,14 +195,4 @@ void trajectory_next(struct trajectory *trajectory, struct setpoint setpoints[FD
         setpoints[axis] = next;
     }
     trajectory->sample++;
-}
-
-float stop_duration_s(const struct setpoint setpoints[FD_AXES])
-{
-    float duration = STOP_TIME_S;
-    for (unsigned axis = 0; axis < FD_AXES; axis++) {
-        const float speed = fabsf(setpoints[axis].velocity_rad_s);
-        duration = fmaxf(duration, 1.5f * speed / STOP_ACCELERATION_RAD_S2);
-    }
-    return duration;
 }

@@ -60,7 +60,4 @@ void trajectory_begin(struct trajectory *trajectory, const struct setpoint rest[
 /* [both] The setpoints of the next sample. */
 void trajectory_next(struct trajectory *trajectory, struct setpoint setpoints[FD_AXES]);
 
-/* [both] Time in which a stop brings axes of this speed to rest. */
-float stop_duration_s(const struct setpoint setpoints[FD_AXES]);
-
 #endif

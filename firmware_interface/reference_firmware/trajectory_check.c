@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "port.h"
+#include "stop.h"
 
 /* two positions of some rad differ by as much as this share of a step, for rounding alone */
 #define JUMP_MARGIN 1.01f

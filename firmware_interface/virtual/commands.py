@@ -47,13 +47,18 @@ class Commands:
         self._settings = settings
         self._tokens: deque[int] = deque(maxlen=_TOKENS_REMEMBERED)
         self._result = Result.NONE
+        self._opcode = 0
         self.last_token = 0
 
     @property
     def last_result(self) -> Result:
-        """What became of it; of ARM it is known once the check has ended."""
+        """What became of it: of ARM once the check, of COMMIT_RUNNING once a sample decided it."""
         check, state = self._machine.check, self._machine.state
-        if self._result is Result.PENDING and check and state is not State.CHECKING:
+        if self._result is not Result.PENDING:
+            return self._result
+        if self._opcode == Opcode.COMMIT_RUNNING:
+            self._result = self._machine.handover.result
+        elif check and state is not State.CHECKING:
             if state is State.ARMED:
                 self._result = Result.DONE
             else:
@@ -70,7 +75,9 @@ class Commands:
         if held:
             self._machine.session.heard(key)
         if held or opcode == Opcode.QUICK_STOP:
-            self._result = self._execute(opcode, argument)
+            if self._machine.handover.offered is not None:  # no sample has decided it: too late
+                self._machine.handover.end(Result.WRONG_STATE)
+            self._result, self._opcode = self._execute(opcode, argument), opcode
         else:
             self._result = Result.NOT_HELD
 
@@ -90,6 +97,8 @@ class Commands:
                 return self._finish()
             case Opcode.CLEAR_FAULT:
                 return self._clear_fault()
+            case Opcode.COMMIT_RUNNING:
+                return self._commit_running(argument)
         if opcode in _GAIN_COMMANDS:
             return self._gain_command(opcode, argument)
         return Result.UNKNOWN_COMMAND
@@ -188,6 +197,18 @@ class Commands:
 
     # ---- gains
 
+    def _commit_running(self, crc: int) -> Result:
+        machine = self._machine
+        if not machine.handover.capable:
+            return Result.UNKNOWN_COMMAND
+        if machine.takes_gains is not Result.DONE:
+            return machine.takes_gains
+        staged = machine.banks.staged(crc)
+        if isinstance(staged, Result):
+            return staged
+        machine.handover.offer(staged)
+        return Result.PENDING
+
     def _gain_command(self, opcode: int, argument: int) -> Result:
         machine = self._machine
         if machine.state is not State.IDLE:
@@ -195,10 +216,12 @@ class Commands:
         if machine.moving:
             return Result.NOT_AT_REST
         if opcode == Opcode.COMMIT:
-            result = machine.banks.commit(machine.now_s(), argument)
-            if result is Result.DONE:
-                machine.exchange_gains()
-            return result
+            staged = machine.banks.staged(argument)
+            if isinstance(staged, Result):
+                return staged
+            machine.banks.commit(machine.now_s(), staged)
+            machine.exchange_gains()
+            return Result.DONE
         if opcode == Opcode.CONFIRM:
             return machine.banks.confirm()
         if opcode == Opcode.ROLL_BACK:

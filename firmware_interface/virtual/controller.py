@@ -1,9 +1,10 @@
 """The control law of `firmware_interface.control_law`, sample by sample, for one axis."""
 
+import copy
 import math
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
-from firmware_interface.control_law import deadband_nm, feedforward_nm
+from firmware_interface.control_law import CARRY_TIME_S, deadband_nm, feedforward_nm
 from firmware_interface.gains import AxisGains
 from firmware_interface.law_memory import NOTHING
 
@@ -21,6 +22,10 @@ class Setpoint(NamedTuple):
         return all(map(math.isfinite, self))
 
 
+_NOTHING_CARRIED_NM: Final = 1e-6
+"""What is left of a jump counts no longer."""
+
+
 class AxisController:
     """Holds what the law remembers: last position and reference, filtered velocity, and states.
 
@@ -36,6 +41,8 @@ class AxisController:
     gains : AxisGains
     memory : Memory
         What the law remembers of the reference.
+    carried_nm : float
+        What is left of the bias that bridged an exchange of gains.
     finite : bool
         Since the last reset every effort was a number before it was clipped; one that was not
         became 0.
@@ -52,6 +59,7 @@ class AxisController:
         self._last_rad = position_rad
         self._velocity_rad_s = 0.0
         self._integral_nm = 0.0
+        self.carried_nm = 0.0
         self.finite = True
         self._hold_reference(position_rad)
 
@@ -64,18 +72,63 @@ class AxisController:
         self._reference_rad = position_rad
         self.memory = NOTHING
 
+    def taken_over(
+        self, gains: AxisGains, setpoint: Setpoint, position_rad: float, *, moving: bool
+    ) -> tuple["AxisController", Setpoint]:
+        """A controller that goes on from here with other gains, and a reference without error.
+
+        Parameters
+        ----------
+        gains : AxisGains
+        setpoint : Setpoint
+            Of this controller in the sample that comes.
+        position_rad : float
+            Latched in it.
+        moving : bool
+            The axis is on its way to rest: the reference is as fast as it.
+        """
+        taken = copy.copy(self)
+        taken.gains, taken.memory = gains, self.memory.kept(gains)
+        seen = copy.copy(taken)
+        seen._observe(setpoint, position_rad)
+        velocity_rad_s = seen._velocity_rad_s if moving else 0.0
+        return taken, Setpoint(position_rad - seen.memory.backlash_rad, velocity_rad_s, 0.0)
+
+    def shifted(self, way_rad: float) -> "AxisController":
+        """The same with its reference so far away."""
+        shifted = copy.copy(self)
+        shifted._reference_rad += way_rad
+        return shifted
+
+    def asked_nm(self, setpoint: Setpoint, position_rad: float, other: Setpoint) -> float:
+        """Effort of the law in this sample, neither bridged nor clipped; nothing changes."""
+        return copy.copy(self)._law_nm(setpoint, position_rad, other)
+
     def effort_nm(
         self, setpoint: Setpoint, position_rad: float, other: Setpoint | None = None
     ) -> float:
         """Effort for the position just latched; the other axis's setpoint, where there is one."""
-        gains, period = self.gains, self._period_s
-        difference = (position_rad - self._last_rad) / period
+        effort_nm = self._clip(self._law_nm(setpoint, position_rad, other) + self.carried_nm)
+        left = math.exp(-self._period_s / CARRY_TIME_S)
+        carried = abs(self.carried_nm) > _NOTHING_CARRIED_NM
+        self.carried_nm = left * self.carried_nm if carried else 0.0
+        return effort_nm
+
+    def _observe(self, setpoint: Setpoint, position_rad: float) -> None:
+        """Take in what this sample brought."""
+        difference = (position_rad - self._last_rad) / self._period_s
         self._last_rad = position_rad
         self._velocity_rad_s += (
-            period / (gains.velocity_filter_s + period) * (difference - self._velocity_rad_s)
+            self._period_s
+            / (self.gains.velocity_filter_s + self._period_s)
+            * (difference - self._velocity_rad_s)
         )
-        self.memory = self.memory.after(gains, setpoint.position_rad - self._reference_rad)
+        self.memory = self.memory.after(self.gains, setpoint.position_rad - self._reference_rad)
         self._reference_rad = setpoint.position_rad
+
+    def _law_nm(self, setpoint: Setpoint, position_rad: float, other: Setpoint | None) -> float:
+        gains, period = self.gains, self._period_s
+        self._observe(setpoint, position_rad)
         error = setpoint.position_rad + self.memory.backlash_rad - position_rad
         self._integral_nm = self._clip(self._integral_nm + gains.integral * error * period)
         effort_nm = (
@@ -84,7 +137,7 @@ class AxisController:
             + self._integral_nm
             + feedforward_nm(gains, setpoint, other=other, memory=self.memory)
         )
-        return self._clip(deadband_nm(gains, effort_nm))
+        return float(deadband_nm(gains, effort_nm))
 
     def _clip(self, effort_nm: float) -> float:
         """Within the limit; what is no number must not become full effort."""

@@ -12,6 +12,7 @@ from firmware_interface.plant.feed_drive import COUNTS_PER_TURN, FEED_DRIVE
 from firmware_interface.plant.motions import SAMPLE_S
 from firmware_interface.plant.plant import DELAY, Plant
 from firmware_interface.virtual.controller import AxisController, Setpoint
+from firmware_interface.virtual.transfer import Transfer, transfer
 
 SAMPLE_PERIOD_S: Final = SAMPLE_S
 CONTROL_DELAY_S: Final = DELAY * SAMPLE_PERIOD_S
@@ -106,6 +107,17 @@ class Drive:
             self._controllers, FEED_DRIVE, self.position_rad, strict=True
         ):
             controller.exchange(gains[axis], position)
+
+    def considered(
+        self, gains: Mapping[str, AxisGains], setpoints: Sequence[Setpoint], *, moving: bool
+    ) -> Transfer:
+        """What these gains would make of the sample that comes; see `transfer`."""
+        by_axis = [gains[axis] for axis in FEED_DRIVE]
+        return transfer(self._controllers, by_axis, setpoints, self.position_rad, moving=moving)
+
+    def take_over(self, transferred: Transfer) -> None:
+        """Go on with the gains of a transfer, in the sample for which it was considered."""
+        self._controllers = transferred.controllers
 
     def power_on(self) -> None:
         """Release the brake and take up control where the axes stand."""

@@ -63,8 +63,8 @@ class GainBanks:
         """The window has ended without a confirmation."""
         return self.unconfirmed and now_s >= self._deadline_s
 
-    def commit(self, now_s: float, crc: int) -> Result:
-        """Swap the shadow bank in, if it may be and is the one that the host means."""
+    def staged(self, crc: int) -> Bank | Result:
+        """The shadow bank, if it may be committed and is the one that the host means."""
         if self.unconfirmed:
             return Result.UNCONFIRMED
         if not self.staged_crc_ok or self._registers.integer("shadow.crc") != crc:
@@ -72,10 +72,13 @@ class GainBanks:
         staged = decode_gains(self._registers.spans(self._shadow), self._version)
         if not all(self._allowed(axis, staged[axis]) for axis in AXES):
             return Result.GAIN_LIMITS
+        return staged
+
+    def commit(self, now_s: float, staged: Bank) -> None:
+        """Put gains in force that were staged, until they are confirmed."""
         self._previous = self.active
         self._deadline_s = now_s + self._window_s
         self._put_active(staged)
-        return Result.DONE
 
     def confirm(self) -> Result:
         """Keep what was committed."""

@@ -8,12 +8,14 @@ from collections.abc import Callable
 from typing import Final
 
 from firmware_interface.board_types import AxisLimits
+from firmware_interface.gains import Bank
 from firmware_interface.motion import Trajectory
 from firmware_interface.plant.plant import Plant
 from firmware_interface.registers import AXES, Fault, Result, State, WatchdogAction
 from firmware_interface.virtual.capture_ring import CaptureRing
 from firmware_interface.virtual.drive import SAMPLE_PERIOD_S, Drive, DriveSample
 from firmware_interface.virtual.gain_banks import GainBanks
+from firmware_interface.virtual.handover import Handover
 from firmware_interface.virtual.identification import Identifier, OwnIdentification
 from firmware_interface.virtual.inputs import Inputs
 from firmware_interface.virtual.protection import violated
@@ -25,6 +27,8 @@ from firmware_interface.virtual.settings import BoardSettings
 from firmware_interface.virtual.trajectory_check import TrajectoryCheck
 
 _MOTION: Final = frozenset({State.MOVING, State.DRAINING, State.STOPPING})
+_TAKES_GAINS: Final = frozenset({State.IDLE, State.DRAINING, State.DONE})
+"""States in which gains may be exchanged while the law acts."""
 
 
 class Machine:
@@ -44,6 +48,8 @@ class Machine:
     ----------
     check : TrajectoryCheck or None
         What ARM has still to look at, or has passed.
+    handover : Handover
+        Gains that a sample is to put in force.
     """
 
     def __init__(
@@ -63,6 +69,7 @@ class Machine:
         self.inputs = inputs
         self.session = Session(now_s)
         self.banks = GainBanks(registers, settings)
+        self.handover = Handover([settings.limits[axis] for axis in AXES], settings.map_version)
         self.capture = CaptureRing(registers)
         self.identification = OwnIdentification(registers, settings.map_version, identifier)
         self.drive = Drive(self.banks.active, settings.limits, plant, inputs.homed)
@@ -109,7 +116,10 @@ class Machine:
         self._look_around()
         if not self.enabled:
             self._setpoints.hold(self.drive.position_rad)
-        measured = self.drive.sample(self._setpoints.advance())
+        self._setpoints.advance()
+        if self.handover.offered is not None:
+            self._hand_over(self.handover.offered)
+        measured = self.drive.sample(self._setpoints.current)
         if self.enabled:
             self._protect(measured)
         if self.state is State.MOVING:
@@ -132,6 +142,26 @@ class Machine:
         if self.state in (State.CHECKING, State.ARMED):
             self.state = State.IDLE
         return result
+
+    @property
+    def takes_gains(self) -> Result:
+        """Whether gains may be exchanged while the law acts."""
+        if self.state not in _TAKES_GAINS or self.fault or self.roll_back_due:
+            return Result.WRONG_STATE
+        return Result.DONE if self.enabled else Result.NOT_ENABLED
+
+    def _hand_over(self, gains: Bank) -> None:
+        """Put the gains on offer in force in the sample that comes, or leave all as it is."""
+        if self.takes_gains is not Result.DONE or self.banks.unconfirmed:
+            self.handover.end(Result.WRONG_STATE)
+            return
+        moving = self.state is State.DRAINING and self.moving
+        setpoints = self._setpoints.current
+        transfer = self.handover.considered(self.drive, gains, setpoints, moving=moving)
+        if transfer is not None:
+            self.drive.take_over(transfer)
+            self._setpoints.take_up(transfer.setpoints, moving=moving)
+            self.banks.commit(self.now_s(), gains)
 
     def exchange_gains(self) -> None:
         """Put the active bank in force where the axes stand.

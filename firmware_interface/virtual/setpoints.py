@@ -49,14 +49,15 @@ class SetpointGenerator:
 
     def stop(self) -> None:
         """Decelerate to rest from the present reference."""
-        duration = max(stop_duration_s(setpoint.velocity_rad_s) for setpoint in self.current)
-        times = np.arange(1, round(duration / SAMPLE_PERIOD_S) + 1) * SAMPLE_PERIOD_S
-        self._ahead = _rows(
-            [
-                stopping_reference(s.position_rad, s.velocity_rad_s, times, float(times[-1]))
-                for s in self.current
-            ]
-        )
+        self._ahead = _rows(_stop([s._replace(acceleration_rad_s2=0.0) for s in self.current]))
+
+    def take_up(self, setpoints: Sequence[Setpoint], *, moving: bool) -> None:
+        """Be here now, and come to rest from there or, unless moving, stay."""
+        if not moving:
+            self.hold([setpoint.position_rad for setpoint in setpoints])
+            return
+        self.current, self.moving = setpoints, True
+        self._ahead = _rows(_stop(setpoints))
 
     def advance(self) -> Sequence[Setpoint]:
         """The setpoints of the next sample."""
@@ -69,6 +70,23 @@ class SetpointGenerator:
             else:
                 self.current = following
         return self.current
+
+
+def rest_from(setpoints: Sequence[Setpoint]) -> list[float]:
+    """Where a stop from these setpoints ends, by axis."""
+    return [float(axis.position_rad[-1]) for axis in _stop(setpoints)]
+
+
+def _stop(setpoints: Sequence[Setpoint]) -> list[Reference]:
+    """The stop of all axes, from the sample that follows."""
+    duration = max(stop_duration_s(setpoint.velocity_rad_s) for setpoint in setpoints)
+    times = np.arange(1, round(duration / SAMPLE_PERIOD_S) + 1) * SAMPLE_PERIOD_S
+    return [
+        stopping_reference(
+            s.position_rad, s.velocity_rad_s, times, float(times[-1]), s.acceleration_rad_s2
+        )
+        for s in setpoints
+    ]
 
 
 def _stretches(trajectory: Trajectory, rest_rad: Sequence[float]) -> Iterator[list[Reference]]:

@@ -13,6 +13,10 @@ from firmware_interface.registers import AXES, MAP_VERSION, Fault
 CONFIRM_WINDOW_S: Final = 120.0
 """Time in which a commit must be confirmed."""
 
+EFFORT_SHARE_OF_JUMP: Final = 0.2
+"""What bridges an exchange of gains comes on top of a motion's own effort. Hosts keep that within
+eight tenths of the limit, so both together are not clipped."""
+
 CONSERVATIVE_GAINS: Final = AxisGains(
     proportional=30.0,
     derivative=4.0,
@@ -71,6 +75,7 @@ DEFAULT_LIMITS: Final = AxisLimits(
         transmitted_inertia=2.0,
         transmitted_friction=2.0,
     ),
+    effort_jump_nm=EFFORT_SHARE_OF_JUMP * 12.0,
 )
 
 

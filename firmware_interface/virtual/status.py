@@ -60,6 +60,7 @@ def _fill_limits(registers: RegisterFile, axis: str, settings: BoardSettings) ->
     }
     for name, value in values.items():
         registers.put(f"limits.{axis}.{name}", value)
+    registers.put(f"bumpless.{axis}.jump_limit", limits.effort_jump_nm)
     version = settings.map_version
     registers.put_spans(
         bank_spans("gain_maximum", version, (axis,)),
@@ -96,6 +97,9 @@ def publish(registers: RegisterFile, machine: Machine, commands: Commands) -> No
     for axis, position, speed in zip(AXES, drive.position_rad, drive.speed_rad_s, strict=True):
         values[f"measured.{axis}.position"] = position
         values[f"measured.{axis}.speed"] = speed
+    values["bumpless.capable"] = machine.handover.capable
+    for axis, jump in zip(AXES, machine.handover.jumps_nm, strict=True):
+        values[f"bumpless.{axis}.jump"] = jump
     for name, value in values.items():
         registers.put(name, value)
     machine.capture.publish()

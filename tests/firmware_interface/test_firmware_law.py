@@ -34,6 +34,7 @@ class Controller(ctypes.Structure):
         ("last_counts", ctypes.c_int32),
         ("velocity", ctypes.c_float),
         ("integral", ctypes.c_float),
+        ("carried", ctypes.c_float),
         ("memory", Memory),
     )
 

@@ -34,12 +34,13 @@ static void spoil_float(struct board_settings *settings, unsigned which)
         &axis->gain_maximum.proportional, &axis->gain_maximum.ripple_period[3],
         &axis->first_gains.coulomb_smoothing, &axis->first_gains.inertia_feedforward,
         &axis->gain_maximum.load_table[23], &axis->first_gains.presliding_distance,
+        &axis->effort_jump_nm,
     };
     static const float spoilt[] = {NAN, INFINITY, -1.0f};
     *numbers[which / 3u] = spoilt[which % 3u];
 }
 
-#define FLOAT_SPOILS (3u * 13u)
+#define FLOAT_SPOILS (3u * 14u)
 
 /* Numbers that something else cannot bear. */
 static void spoil_size(struct board_settings *settings, unsigned which)

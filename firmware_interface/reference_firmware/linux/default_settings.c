@@ -9,6 +9,7 @@ const struct axis_settings default_axis = {
     .effort_nm = 12.0f,
     .following_error_rad = 0.6f,
     .gain_step = 0.6f,
+    .effort_jump_nm = 2.4f, /* hosts keep a motion's own effort within eight tenths of the limit */
     .gain_maximum = {
         .proportional = 600.0f, .derivative = 60.0f, .integral = 2000.0f, .velocity_filter = 0.1f,
         .inertia_feedforward = 2.0f, .viscous_feedforward = 5.0f, .coulomb_feedforward = 5.0f,

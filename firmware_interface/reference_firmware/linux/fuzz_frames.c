@@ -64,8 +64,9 @@ static void report(double duration_s)
     const struct seen *seen = &invariants_seen;
     printf("%lu inputs in %.0f s, %lu replies, %lu of them exceptions, ", inputs, duration_s,
            seen->replies, seen->exceptions);
-    printf("%lu enabled, %lu trajectories outside the limits, %lu starts, ", seen->enables,
-           seen->refused_trajectories, seen->starts);
+    printf("%lu enabled, %lu trajectories outside the limits, %lu starts, "
+           "%lu exchanges of gains on the way to rest, ",
+           seen->enables, seen->refused_trajectories, seen->starts, seen->exchanges);
     printf("samples: %lu with effort, %lu in motion, %lu in fault; nothing found\n",
            seen->samples_with_effort, seen->samples_in_motion, seen->samples_in_fault);
 }

@@ -10,6 +10,7 @@
 #include "../crc.h"
 #include "../drive.h"
 #include "../gain_banks.h"
+#include "../handover.h"
 #include "../machine.h"
 #include "../register_file.h"
 #include "../session.h"
@@ -35,6 +36,8 @@ static struct {
     bool powered, busy;
     uint32_t holder;
 } left;
+
+static bool unconfirmed; /* as the last sample or call of the main loop left it */
 
 static void hold(bool holds, const char *what)
 {
@@ -73,9 +76,26 @@ static void check_setpoint(unsigned axis)
     }
 }
 
+/* Gains that a sample puts in force, not a command. */
+static void check_exchange(void)
+{
+    if (gain_banks_unconfirmed() && !unconfirmed) {
+        hold(machine.state == FD_STATE_IDLE || machine.state == FD_STATE_DRAINING
+                 || machine.state == FD_STATE_DONE, "gains exchanged in a motion or a stop");
+        hold(drive_powered() && machine.fault == FD_FAULT_NONE, "gains exchanged without effort");
+        for (unsigned axis = 0; axis < FD_AXES; axis++) {
+            hold(fabsf(handover_jump_nm(axis)) <= simulation.settings.axis[axis].effort_jump_nm,
+                 "effort jumped beyond its limit");
+        }
+        invariants_seen.exchanges += setpoints_moving();
+    }
+    unconfirmed = gain_banks_unconfirmed();
+}
+
 static void check_effort(void)
 {
     bool effort = false;
+    check_exchange();
     for (unsigned axis = 0; axis < FD_AXES; axis++) {
         const float limit_counts = roundf(simulation.settings.axis[axis].effort_nm
                                           / simulation.settings.effort_per_count_nm);
@@ -176,6 +196,7 @@ static void look_after(void)
     hold(drive_powered() || !simulation.brake_released, "brake released while not enabled");
     hold(capture.acknowledged <= capture.pages_written, "more pages acknowledged than written");
     hold(capture.overflows <= capture.pages_written, "false overflows");
+    unconfirmed = gain_banks_unconfirmed();
     left.power_ups = simulation.power_ups;
     left.powered = drive_powered();
     left.busy = machine_busy();
@@ -187,6 +208,7 @@ static void look_after(void)
 void invariants_watch(void)
 {
     memset(&left, 0, sizeof left);
+    unconfirmed = false;
     simulation.on_effort = check_effort;
     simulation.before_poll = look_before;
     simulation.after_poll = look_after;

@@ -8,7 +8,7 @@ void invariants_watch(void);
 /* What was seen, so that a run that tried nothing is found out. */
 struct seen {
     unsigned long replies, exceptions, samples_with_effort, samples_in_motion, samples_in_fault;
-    unsigned long starts, enables, refused_trajectories;
+    unsigned long starts, enables, refused_trajectories, exchanges;
 };
 extern struct seen invariants_seen;
 

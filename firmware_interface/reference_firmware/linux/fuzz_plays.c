@@ -112,7 +112,7 @@ static void any_command(void)
     const uint32_t arguments[] = {0, FD_MAP_CRC, FD_STORE_SIGNATURE, table_crc, bank_crc,
                                   fuzz_random()};
     uint16_t words[COMMAND_WORDS];
-    client_command_words(words, (enum fd_opcode)fuzz_below(13), arguments[fuzz_below(6)],
+    client_command_words(words, (enum fd_opcode)fuzz_below(14), arguments[fuzz_below(6)],
                          any_key());
     if (fuzz_rarely(10)) {
         words[1] = (uint16_t)(words[1] - fuzz_below(100)); /* a token seen before */
@@ -169,7 +169,7 @@ static void stage_and_commit(void)
         write_words(piece.address, &words[piece.first], piece.count);
     }
     write_words(FD_REG_SHADOW_CRC, crc, 2u);
-    command(FD_OPCODE_COMMIT, bank_crc);
+    command(fuzz_rarely(2) ? FD_OPCODE_COMMIT_RUNNING : FD_OPCODE_COMMIT, bank_crc);
     if (!fuzz_rarely(3)) {
         command(fuzz_rarely(3) ? FD_OPCODE_ROLL_BACK : FD_OPCODE_CONFIRM, 0);
         command(FD_OPCODE_STORE, FD_STORE_SIGNATURE);
@@ -218,6 +218,9 @@ static void see_through(enum host host)
         }
         if (fuzz_rarely(20)) {
             accident();
+        }
+        if (machine.state == FD_STATE_DRAINING && fuzz_rarely(4)) {
+            stage_and_commit();
         }
     }
 }

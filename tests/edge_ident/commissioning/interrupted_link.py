@@ -92,7 +92,7 @@ PHASES: dict[str, Callable[[InterruptedLink, int, list[int]], bool]] = {
     ),
     "second capture": _moving(2, captured=True),
     "stage": lambda link, address, words: _both_moved(link) and address == _SHADOW and bool(words),
-    "before commit": _commands(Opcode.COMMIT),
+    "before commit": _commands(Opcode.COMMIT_RUNNING),
     "after commit": lambda link, address, words: (
         _both_moved(link) and link.virtual.machine.banks.unconfirmed
     ),

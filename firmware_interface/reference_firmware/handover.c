@@ -1,0 +1,98 @@
+#include "handover.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "gain_banks.h"
+#include "port.h"
+#include "setpoints.h"
+
+#define MOST_SHOWN_NM 1e6f
+
+static struct fd_gain_bank offered[FD_AXES];
+static enum fd_result result;
+static float jump_nm[FD_AXES];
+
+void handover_init(void)
+{
+    result = FD_RESULT_NONE;
+    memset(jump_nm, 0, sizeof jump_nm);
+}
+
+bool handover_capable(void)
+{
+    bool capable = true;
+    for (unsigned axis = 0; axis < FD_AXES; axis++) {
+        capable = capable && port_settings()->axis[axis].effort_jump_nm > 0.0f;
+    }
+    return capable;
+}
+
+void handover_offer(const struct fd_gain_bank gains[FD_AXES])
+{
+    memcpy(offered, gains, sizeof offered);
+    result = FD_RESULT_PENDING;
+}
+
+void handover_withdraw(void)
+{
+    result = result == FD_RESULT_PENDING ? FD_RESULT_WRONG_STATE : result;
+}
+
+enum fd_result handover_result(void)
+{
+    return result;
+}
+
+float handover_jump_nm(unsigned axis)
+{
+    return jump_nm[axis];
+}
+
+/* As a register says it. */
+static float shown(float jump)
+{
+    return isnan(jump) ? MOST_SHOWN_NM : fminf(fmaxf(jump, -MOST_SHOWN_NM), MOST_SHOWN_NM);
+}
+
+/* Every comparison is written so that what is no number fails. */
+static enum fd_result judged(const struct transfer *transfer)
+{
+    enum fd_result found = FD_RESULT_DONE;
+    for (unsigned axis = 0; axis < FD_AXES; axis++) {
+        const struct axis_settings *limit = &port_settings()->axis[axis];
+        const struct setpoint *begun = &transfer->setpoints[axis];
+        const float rest_rad = setpoints_rest_rad(transfer->setpoints, axis);
+        if (!(fabsf(transfer->jump_nm[axis]) <= limit->effort_jump_nm)) {
+            return FD_RESULT_EFFORT_JUMP;
+        }
+        if (!(fabsf(begun->velocity_rad_s) <= limit->speed_rad_s
+              && fabsf(begun->position_rad) <= limit->travel_rad
+              && fabsf(rest_rad) <= limit->travel_rad)) {
+            found = FD_RESULT_TRAJECTORY_LIMITS;
+        }
+    }
+    return found;
+}
+
+void handover_decide(const struct drive_sample *sample, enum fd_result taken, bool moving)
+{
+    struct transfer transfer;
+    if (result != FD_RESULT_PENDING) {
+        return;
+    }
+    if (taken != FD_RESULT_DONE || gain_banks_unconfirmed()) {
+        result = FD_RESULT_WRONG_STATE;
+        return;
+    }
+    drive_consider(offered, setpoints_current(), sample, moving, &transfer);
+    for (unsigned axis = 0; axis < FD_AXES; axis++) {
+        jump_nm[axis] = shown(transfer.jump_nm[axis]);
+    }
+    result = judged(&transfer);
+    if (result == FD_RESULT_DONE) {
+        drive_take_over(offered, &transfer);
+        setpoints_take_up(transfer.setpoints, moving);
+        gain_banks_commit(offered);
+    }
+}
