@@ -87,6 +87,18 @@ _FIRST = ("test_run.py", *LONG)
 """What begins, in this order."""
 
 
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption(
+        "--thorough", action="store_true", help="also the repetitions that the gate leaves out"
+    )
+
+
+@pytest.fixture(scope="session")
+def thorough(pytestconfig: pytest.Config) -> bool:
+    """Whether the repetitions run that the gate leaves out."""
+    return bool(pytestconfig.getoption("--thorough"))
+
+
 def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
     """Files none of whose tests are asked for are not imported: that takes seconds a process."""
     place = collection_path.relative_to(Path(__file__).parent).as_posix()
@@ -107,8 +119,12 @@ def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool 
 
 
 @pytest.hookimpl(tryfirst=True)
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Mark the groups; the long tests begin, so that no worker ends alone."""
+    if not config.getoption("--thorough"):
+        repetitions = [item for item in items if item.get_closest_marker("thorough")]
+        config.hook.pytest_deselected(items=repetitions)
+        items[:] = [item for item in items if item not in repetitions]
     for item in items:
         place = _place(item)
         if place.split("/")[0] in REAL_TIME:
