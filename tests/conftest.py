@@ -66,15 +66,16 @@ LONG = (
 """Folders and files below this one whose tests compute for long, the longest first."""
 DEV = (
     "export/",
+    "edge_ident/test_public_api.py",
     "edge_ident/estimation/test_network.py",
     "edge_ident/estimation/test_rank_one.py",
     "test_notebook.py",
     "test_paper_figures.py",
     "test_site.py",
 )
-"""Those that need training or the site; the gate runs them in README's environment alone."""
+"""Those that need training or the site, and the whole public API, which is the same on every
+Python; the gate runs them in README's environment alone, on the oldest."""
 OLDEST = (
-    "edge_ident/test_public_api.py",
     "edge_ident/cli/test_command.py",
     "edge_ident/drive/",
     "edge_ident/files/",

@@ -145,17 +145,21 @@ def test_what_no_motion_inside_the_limits_can_separate_is_said_so(what: str, sou
     assert to_json(plan_document(plan, None))
 
 
-def test_an_effect_of_usual_size_is_shown_on_the_same_drive(sound: tuple) -> None:
+USUAL = {
+    "stribeck_friction": {"level": 0.5, "speed": 0.3},
+    "torque_ripple": {"cosine": 0.2, "period": 0.9},
+    "asymmetric_friction": {"difference": 0.2},
+}
+
+
+@pytest.mark.parametrize("effect", a_few(USUAL, ["stribeck_friction"]))
+def test_an_effect_of_usual_size_is_shown_on_the_same_drive(effect: str, sound: tuple) -> None:
     """The list above is no accident: ten times what noise hides is separable."""
     recording, diagnosis = sound
-    for first in (
-        term("stribeck_friction", level=0.5, speed=0.3),
-        term("torque_ripple", cosine=0.2, period=0.9),
-        term("asymmetric_friction", difference=0.2),
-    ):
-        plan = plan_motion(supposed(recording, diagnosis, first, None), [recording], one_axis())
-        assert plan.trajectory is not None, first.effect
-        assert not plan.inseparable
+    first = term(effect, **USUAL[effect])
+    plan = plan_motion(supposed(recording, diagnosis, first, None), [recording], one_axis())
+    assert plan.trajectory is not None
+    assert not plan.inseparable
 
 
 def test_one_explanation_leaves_nothing_to_plan(sound: tuple) -> None:
