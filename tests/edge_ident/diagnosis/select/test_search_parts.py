@@ -22,7 +22,7 @@ TEMPLATE = AxisModel((Term(BASE, dict.fromkeys(PARAMETERS, 0.0)),))
 
 
 def swing(
-    seconds: float = 20.0, seed: int = 0, period_s: float = PERIOD_S
+    seconds: float = 15.0, seed: int = 0, period_s: float = PERIOD_S
 ) -> tuple[Array, Array, Array, Array]:
     """Time, position, velocity and acceleration of five sines of random phase."""
     rng = np.random.default_rng(seed)
