@@ -11,6 +11,9 @@ from firmware_interface.gains import AxisGains
 
 Array = NDArray[np.float64]
 
+_REMEMBERING: Final = frozenset({"presliding", "backlash"})
+"""Terms of the gains whose effort depends on where the reference has been."""
+
 
 class Memory(NamedTuple):
     """What the law remembers of the reference.
@@ -37,6 +40,8 @@ class Memory(NamedTuple):
         functions : module
             `math`, or numpy for arrays.
         """
+        if gains.terms.isdisjoint(_REMEMBERING):
+            return self
         sign, way = functions.copysign(1.0, step_rad), abs(step_rad)
         z, b = self
         if "presliding" in gains.terms:
@@ -67,7 +72,7 @@ class Memory(NamedTuple):
         Memory
             Of (N,) arrays, or without arrays where the gains remember nothing.
         """
-        if not gains.terms & {"presliding", "backlash"}:
+        if gains.terms.isdisjoint(_REMEMBERING):
             return self
         steps = np.diff(position_rad)
         z, b = np.empty(len(steps)), np.empty(len(steps))

@@ -66,15 +66,16 @@ LONG = (
 """Folders and files below this one whose tests compute for long, the longest first."""
 DEV = (
     "export/",
+    "edge_ident/test_public_api.py",
     "edge_ident/estimation/test_network.py",
     "edge_ident/estimation/test_rank_one.py",
     "test_notebook.py",
     "test_paper_figures.py",
     "test_site.py",
 )
-"""Those that need training or the site; the gate runs them in README's environment alone."""
+"""Those that need training or the site, and the whole public API, which is the same on every
+Python; the gate runs them in README's environment alone, on the oldest."""
 OLDEST = (
-    "edge_ident/test_public_api.py",
     "edge_ident/cli/test_command.py",
     "edge_ident/drive/",
     "edge_ident/files/",
@@ -85,6 +86,18 @@ OLDEST = (
 """Those that run there as well, on the oldest Python: imports, files, and an identification."""
 _FIRST = ("test_run.py", *LONG)
 """What begins, in this order."""
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption(
+        "--thorough", action="store_true", help="also the repetitions that the gate leaves out"
+    )
+
+
+@pytest.fixture(scope="session")
+def thorough(pytestconfig: pytest.Config) -> bool:
+    """Whether the repetitions run that the gate leaves out."""
+    return bool(pytestconfig.getoption("--thorough"))
 
 
 def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
@@ -107,8 +120,12 @@ def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool 
 
 
 @pytest.hookimpl(tryfirst=True)
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Mark the groups; the long tests begin, so that no worker ends alone."""
+    if not config.getoption("--thorough"):
+        repetitions = [item for item in items if item.get_closest_marker("thorough")]
+        config.hook.pytest_deselected(items=repetitions)
+        items[:] = [item for item in items if item not in repetitions]
     for item in items:
         place = _place(item)
         if place.split("/")[0] in REAL_TIME:

@@ -59,11 +59,11 @@ def fleet_recordings(
     drives : Drives
     seed : int
     motion : Motion, optional
-        Default: the multisine.
+        Default: a multisine of 10 s.
     hidden : iterable of str
         Names of effects, at half of their largest strength.
     """
-    motion, noise, names = motion or multisine(), Noise(0.01), tuple(hidden)
+    motion, noise, names = motion or multisine(4000), Noise(0.01), tuple(hidden)
     sound = simulate(drives, motion, noise=noise, seed=seed, steps_per_sample=_STEPS)
     made = [_recording(sound, unit) for unit in range(drives.shape[0])]
     if names:

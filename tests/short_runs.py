@@ -1,11 +1,8 @@
 """A drive whose motions are short, and observers of a job that nobody watches."""
 
 from dataclasses import replace
-from typing import Final
 
 from edge_ident.drive.description import Drive, load_drive
-
-_SHORTER: Final = 4.0
 
 
 class Silent:
@@ -28,15 +25,21 @@ class Listening(Silent):
         self.said.append(message)
 
 
-def brief_drive() -> Drive:
-    """The built-in drive on a quarter of its default motion, in a quarter of the time."""
+def brief_drive(shorter: float = 4.0) -> Drive:
+    """The built-in drive on a part of its default motion, in the same part of the time.
+
+    Parameters
+    ----------
+    shorter : float
+        A quarter is long enough for the default motion, a half for a multisine.
+    """
     drive = load_drive()
     return replace(
         drive,
-        angular_frequency_rad_s=_SHORTER * drive.angular_frequency_rad_s,
+        angular_frequency_rad_s=shorter * drive.angular_frequency_rad_s,
         lead_in_s=2.0,
         axes={
-            name: replace(axis, amplitude_rad=axis.amplitude_rad / _SHORTER)
+            name: replace(axis, amplitude_rad=axis.amplitude_rad / shorter)
             for name, axis in drive.axes.items()
         },
     )

@@ -84,7 +84,7 @@ def motor(folder: Path) -> Synthetic:
     follows the speed, which no diagnosis can tell from negative viscous friction.
     """
     rng = np.random.default_rng(_SEED)
-    steps = rng.uniform(0.9e-3, 1.1e-3, 10_000)
+    steps = rng.uniform(0.9e-3, 1.1e-3, 6_000)
     angle, speed = np.zeros(len(steps)), 2.0 * np.pi
     effort = np.empty(len(steps))
     for row, step_s in enumerate(steps):

@@ -21,7 +21,7 @@ TRUTH = base_axis(Estimate(np.array([0.5, 0.8, 1.1, 0.2]), np.zeros(4)))
 
 def swung(noise: float = 0.0, offset: float = 0.0, push: float = 0.0) -> Recording:
     """The machine of TRUTH, with another offset or a push for a while."""
-    t, x, v, a = swing(seconds=10.0)
+    t, x, v, a = swing(period_s=1e-3, seconds=10.0)
     effort = rigid(v, a) + offset + push * ((t > 4.0) & (t < 4.5))
     return recorded(t, x, effort, noise=noise, count=1e-7)
 

@@ -16,6 +16,7 @@ import pytest
 
 import edge_ident
 from edge_ident.model.model import PARAMETERS
+from tests.repetitions import a_few
 from tools import example_recordings as made
 
 EXAMPLES = pytest.mark.parametrize("make", made.EXAMPLES, ids=lambda make: make.__name__)
@@ -86,7 +87,9 @@ def test_the_weight_on_the_rotary_joint_is_found() -> None:
     assert found == pytest.approx(made.GRAVITY_NM, rel=CLOSE)
 
 
-@EXAMPLES
+@pytest.mark.parametrize(
+    "make", a_few(made.EXAMPLES, [made.feed_drive]), ids=lambda make: make.__name__
+)
 def test_the_recording_is_the_one_that_the_plant_makes(make: Make, tmp_path: Path) -> None:
     example = make()
     again = tmp_path / example.path.name

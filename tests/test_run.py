@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from edge_ident.drive.writing import drive_text
 from edge_ident.signals.recording_files import load_recording
 from firmware_interface.board import Board
 from firmware_interface.connection import open_link
@@ -19,6 +20,7 @@ from firmware_interface.registers import State
 from firmware_interface.virtual.settings import CONSERVATIVE_GAINS
 from tests.boards import served_board
 from tests.processes import running
+from tests.short_runs import brief_drive
 
 COMMAND = [sys.executable, "-m", "edge_ident"]
 
@@ -43,6 +45,14 @@ print(sorted(set(sys.modules) & {{"torch", "onnx", "scipy", "matplotlib"}}), fil
     return subprocess.run(
         [sys.executable, "-c", source], capture_output=True, text=True, timeout=120, check=False
     )
+
+
+@pytest.fixture(scope="module")
+def brief(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
+    """Options: the same drive, on one period of 5.5 s."""
+    file = tmp_path_factory.mktemp("drive") / "brief.toml"
+    file.write_text(drive_text(brief_drive(), {}), encoding="utf-8")
+    return ["--drive", str(file)]
 
 
 @pytest.fixture(scope="module")
@@ -136,25 +146,25 @@ def test_a_run_repeats_to_the_last_bit(virtual_run: tuple[dict, Path], tmp_path:
 
 
 @pytest.mark.parametrize("where", ["pty=True", "tcp_port=0"])
-def test_the_same_over_a_real_line(where: str, tmp_path: Path) -> None:
+def test_the_same_over_a_real_line(where: str, brief: list[str], tmp_path: Path) -> None:
     with served_board(where) as device:
-        done = edge_ident("run", "--device", device, "--json", "--output", tmp_path)
+        done = edge_ident("run", "--device", device, "--json", "--output", tmp_path, *brief)
         assert done.returncode == 0, done.stderr
         document = json.loads(done.stdout)
         assert document["confirmed"]
-        assert document["capture"]["samples"] == 8742
+        assert document["capture"]["samples"] == 2185
         board = Board.connect(open_link(device))
         designed = document["designs"]["x"]["gains"]["proportional"]
         assert board.active_gains()["x"].proportional == np.float32(designed)
         assert board.status().state is State.IDLE
 
 
-def test_one_period_in_real_time_arrives_whole(tmp_path: Path) -> None:
+def test_one_period_in_real_time_arrives_whole(brief: list[str], tmp_path: Path) -> None:
     with served_board(speed=1.0) as device:
-        done = edge_ident("capture", "--device", device, "--json", "--output", tmp_path)
+        done = edge_ident("capture", "--device", device, "--json", "--output", tmp_path, *brief)
     assert done.returncode == 0, done.stderr
     document = json.loads(done.stdout)
-    assert (document["samples"], document["pages"]) == (8742, 625)
+    assert (document["samples"], document["pages"]) == (2185, 157)
     steps = np.diff(load_recording(Path(document["file"])).axes["x"].position)
     assert np.max(np.abs(steps)) < 2.5 * 1.806 * 0.0025  # no gap: nowhere faster than the motion
 
@@ -179,7 +189,7 @@ def test_dry_run_writes_nothing(tmp_path: Path) -> None:
         assert board.active_gains()["x"].proportional == CONSERVATIVE_GAINS.proportional
 
 
-def test_other_motions_and_cycles(tmp_path: Path) -> None:
+def test_other_motions_and_cycles(brief: list[str], tmp_path: Path) -> None:
     done = edge_ident(
         "run", "--device", "virtual", "--dry-run", "--motion", "multisine", "--json",
         "--output", tmp_path,
@@ -193,10 +203,10 @@ def test_other_motions_and_cycles(tmp_path: Path) -> None:
     for motion, cycles in (("staircase", "1"), ("sinusoid", "2")):
         done = edge_ident(
             "capture", "--device", "virtual", "--motion", motion, "--cycles", cycles,
-            "--output", tmp_path / motion,
+            "--output", tmp_path / motion, *brief,
         )  # fmt: skip
         assert done.returncode == 0, done.stderr
-    assert len(load_recording(tmp_path / "sinusoid" / "capture.npz").time_s) == 17484
+    assert len(load_recording(tmp_path / "sinusoid" / "capture.npz").time_s) == 4371
 
 
 @pytest.mark.parametrize(
@@ -209,9 +219,9 @@ def test_other_motions_and_cycles(tmp_path: Path) -> None:
     ],
 )
 def test_interrupt_leaves_the_machine_stopped_and_the_gains_old(
-    progress: str, ending: signal.Signals, tmp_path: Path
+    progress: str, ending: signal.Signals, brief: list[str], tmp_path: Path
 ) -> None:
-    command = [*COMMAND, "run", "--output", str(tmp_path), "--device"]
+    command = [*COMMAND, "run", *brief, "--output", str(tmp_path), "--device"]
     with served_board(speed=5.0) as device, running([*command, device]) as process:
         wanted = {"motion": "motion started", "verification": "gains committed"}[progress]
         log, deadline = tmp_path / "log.txt", time.monotonic() + 120
@@ -252,14 +262,16 @@ def test_stop_and_clear_fault() -> None:
         assert json.loads(stopped.stdout)["state"] == "IDLE"
 
 
-def test_a_run_cleans_up_after_a_host_that_died(tmp_path: Path) -> None:
+def test_a_run_cleans_up_after_a_host_that_died(brief: list[str], tmp_path: Path) -> None:
     with served_board() as device:
         link = open_link(device)
         board = Board.connect(link)
         board.stage_gains(dict.fromkeys(("x", "z"), replace(CONSERVATIVE_GAINS, proportional=35.0)))
         board.commit()
         link.close()  # neither confirmed nor rolled back
-        done = edge_ident("run", "--device", device, "--dry-run", "--json", "--output", tmp_path)
+        done = edge_ident(
+            "run", "--device", device, "--dry-run", "--json", "--output", tmp_path, *brief
+        )
         assert done.returncode == 0, done.stderr
         assert json.loads(done.stdout)["gains_before"]["x"]["proportional"] == 30.0
 

@@ -111,12 +111,12 @@ class MovingAxis:
         (keep0, push0, hold0), (keep1, push1, hold1), (keep2, push2, hold2) = self._masses
         a0, a1, a2 = self.angle
         v0, v1, v2 = self.velocity
-        before = v2
+        before, load = v2, self.load
         for _ in range(steps):
             before = v2
             a0, a1, a2 = a0 + half * v0, a1 + half * v1, a2 + half * v2
             joint = gear * (a0 - a1) + gear_damping * (v0 - v1)
-            self.load = load = nut * (a1 - a2) + nut_damping * (v1 - v2)
+            load = nut * (a1 - a2) + nut_damping * (v1 - v2)
             v0 = keep0 * v0 + push0 * (torque - joint)
             v1 = keep1 * v1 + push1 * (joint - load)
             v2 = keep2 * v2 + push2 * (load - offset)
@@ -124,7 +124,7 @@ class MovingAxis:
             v1 = v1 - hold1 if v1 > hold1 else v1 + hold1 if v1 < -hold1 else 0.0
             v2 = v2 - hold2 if v2 > hold2 else v2 + hold2 if v2 < -hold2 else 0.0
             a0, a1, a2 = a0 + half * v0, a1 + half * v1, a2 + half * v2
-        self.angle, self.velocity = (a0, a1, a2), (v0, v1, v2)
+        self.angle, self.velocity, self.load = (a0, a1, a2), (v0, v1, v2), load
         if steps:
             self.acceleration = (v2 - before) / step_s
 

@@ -51,6 +51,7 @@ class Plant:
         own = [[e.of_axis(0, axis) for e in effects if e.hit[0, axis]] for axis in axes]
         step_s = sample_s / STEPS_PER_SAMPLE
         self._axes = [MovingAxis(chain, axis, own[axis], step_s) for axis in axes]
+        self._sound = all(axis.sound for axis in self._axes)
         self._encoders = [[e.encoder for e in overriding(some, "encoder")] for some in own]
         self._amplifiers = [[e.applied for e in overriding(some, "applied")] for some in own]
         self._recorders = [e.recorded for e in overriding(effects, "recorded")]
@@ -120,7 +121,7 @@ class Plant:
         return torque
 
     def _steps(self, torque: Sequence[float], count: int) -> None:
-        if all(axis.sound for axis in self._axes):
+        if self._sound:
             for axis, given in zip(self._axes, torque, strict=True):
                 axis.advance_sound(given, count)
             return

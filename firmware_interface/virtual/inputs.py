@@ -59,8 +59,9 @@ class Inputs:
 
     def bar(self, setpoints: Sequence[Setpoint]) -> bool:
         """Whether a setpoint moves onto a switch that is pressed; away from it is allowed."""
-        return any(
-            self.limit_switches >> 2 * axis & (1 if setpoint.velocity_rad_s < 0.0 else 2)
+        pressed = self.limit_switches
+        return pressed != 0 and any(
+            pressed >> 2 * axis & (1 if setpoint.velocity_rad_s < 0.0 else 2)
             for axis, setpoint in enumerate(setpoints)
             if setpoint.velocity_rad_s != 0.0
         )

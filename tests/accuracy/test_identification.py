@@ -17,7 +17,7 @@ def answers() -> list[Answer]:
     """One drive for each effect, hidden in both axes, and a sound one."""
     found = []
     for row, name in enumerate((*HIDDEN, "")):
-        drives, motion = draw_drives(1, SEED + row), multisine(seed=SEED + row)
+        drives, motion = draw_drives(1, SEED + row), multisine(4000, SEED + row)
         effects = draw([name] if name else [], drives, motion, SEED + row, strength=0.7)
         made = simulate(
             drives, motion, effects=effects, noise=Noise(0.02), seed=SEED, steps_per_sample=5

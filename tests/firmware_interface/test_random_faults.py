@@ -17,6 +17,7 @@ from memory_line import MemoryLine, virtual_time
 from pty_bench import pty_bench
 
 from firmware_interface.errors import LinkError
+from tests.repetitions import a_few
 
 
 class HostOnABadLine(RuleBasedStateMachine):
@@ -107,7 +108,7 @@ TestHostOnABadLine.settings = settings(
 )
 
 
-@pytest.mark.parametrize("seed", [*range(20), 1940, 2050])
+@pytest.mark.parametrize("seed", a_few([*range(20), 1940, 2050], [*range(5), 1940, 2050]))
 def test_random_schedules_in_memory(seed: int) -> None:
     """Some of those of tools/fault_schedules.py; the last two have a reply so late that it is all
     that comes to a request for another axis's registers, which got lost."""

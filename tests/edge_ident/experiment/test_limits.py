@@ -17,6 +17,7 @@ from firmware_interface.virtual.settings import CONSERVATIVE_GAINS, DEFAULT_LIMI
 from firmware_interface.virtual.trajectory_check import TrajectoryCheck
 from tests.edge_ident.experiment.problems import one_axis, rival_pair
 from tests.planned import followed, hidden, random_limits
+from tests.repetitions import a_few
 from tools.planned_motions import designed
 
 LIMIT = Use(9.0, 4.0, 60.0, 12.0, math.inf)
@@ -112,8 +113,10 @@ def test_a_board_arms_the_motion() -> None:
     assert check.passed
 
 
-@pytest.mark.long
-@pytest.mark.parametrize("effect", ["asymmetric_friction", "stribeck_friction", "torque_ripple"])
+@pytest.mark.parametrize(
+    "effect",
+    a_few(("asymmetric_friction", "stribeck_friction", "torque_ripple"), ["stribeck_friction"]),
+)
 def test_no_limit_is_exceeded_on_random_machines(effect: str) -> None:
     """Flexible drives in loops of their own, from rest to rest; the plan knows neither."""
     done = [one for one in designed(effect, 3, seed=70) if one.shares]

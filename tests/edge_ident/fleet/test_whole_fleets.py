@@ -37,7 +37,7 @@ def named(recordings: Sequence[Recording]) -> tuple[set[tuple[str, str]], tuple[
 def test_sound_fleets_are_named_no_more_often_than_promised() -> None:
     """More than two of six, where one in 20 may be: by chance once in 450 times."""
     fleets = [fleet_drives(UNITS, seed) for seed in range(1, 7)]
-    made = recordings_of_each(fleets[::2], 1, multisine())
+    made = recordings_of_each(fleets[::2], 1, multisine(4000))
     made += recordings_of_each(fleets[1::2], 2, paper())
     named_fleets = 0
     for recordings in made:
@@ -50,7 +50,7 @@ def test_sound_fleets_are_named_no_more_often_than_promised() -> None:
 def test_a_fifth_more_friction_is_found() -> None:
     found = []
     fleets = [fleet_drives(UNITS, seed, spread=0.02, first_coulomb=1.2) for seed in (1, 2, 3)]
-    for recordings in recordings_of_each(fleets, 1):
+    for recordings in recordings_of_each(fleets, 1, multisine()):
         out, compared = named(recordings)
         found.append(("unit 1", "coulomb_friction") in out)
         friction = next(one for one in compared if one.quantity == "coulomb_friction")

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.diagnose import diagnose
 from edge_ident.diagnosis.fit.bounded import solve, solve_within
 from edge_ident.diagnosis.fit.fitting import fit
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
@@ -15,6 +14,7 @@ from edge_ident.signals.metrics import rms
 from tests.edge_ident.diagnosis.select.test_search_parts import (
     PERIOD_S,
     TEMPLATE,
+    diagnosed,
     recorded,
     rigid,
     swing,
@@ -30,7 +30,7 @@ def late_by(samples: float, extra: float = 0.0) -> AxisDiagnosis:
     t, x, v, a = swing()
     effort = rigid(v, a) + extra * np.abs(v)
     effort = np.interp(t - samples * PERIOD_S, t, effort)
-    return diagnose([recorded(t, x, effort, noise=0.01)]).axes["x"]
+    return diagnosed(recorded(t, x, effort, noise=0.01))
 
 
 @pytest.mark.parametrize("samples", [-0.5, 0.0, 1.2])

@@ -63,7 +63,7 @@ def test_a_search_never_changes(prepared: tuple[AxisData, FittedModel]) -> None:
 
 def test_less_inertia_for_the_encoder_noise_is_no_evidence() -> None:
     """With four fifths of the inertia 0.64 of the noise's energy pass; the rest is added again."""
-    t, x, v, a = swing(seconds=12.0)
+    t, x, v, a = swing(seconds=12.0, period_s=1e-3)
     data = prepare_axis([recorded(t, x, rigid(v, a), noise=0.002, count=1e-3)], "x")
     start = fit(data, TEMPLATE, np.zeros(4), ())
     criterion = Search.of(data, TEMPLATE, start).criterion

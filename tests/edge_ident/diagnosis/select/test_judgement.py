@@ -51,15 +51,15 @@ def test_negative_friction_is_unphysical(viscous: float) -> None:
 def test_a_cause_below_the_tolerance_is_minor_and_no_accusation() -> None:
     _, _, v, a = MOTION
     effort = rigid(v, a) + 0.02 * RIPPLE
-    axis = found(effort, noise=0.005)
+    axis = found(effort, noise=0.005, stability=False)
     assert axis.verdict is Verdict.ADEQUATE
     assert axis.causes == axis.suspected == ()
     assert effects(axis.minor) == ["torque_ripple"]
     assert [term.effect for term in axis.model.terms] == [BASE]
-    kept = found(effort, noise=0.005, keep_minor=True)
+    kept = found(effort, noise=0.005, stability=False, keep_minor=True)
     assert [term.effect for term in kept.model.terms] == [BASE, "torque_ripple"]
     assert effects(kept.minor) == ["torque_ripple"]
-    named = found(effort, noise=0.005, tolerance=0.002)
+    named = found(effort, noise=0.005, stability=False, tolerance=0.002)
     assert effects(named.causes) == ["torque_ripple"]
     assert named.verdict is Verdict.EXPLAINED
 
