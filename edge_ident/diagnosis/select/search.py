@@ -29,13 +29,20 @@ from edge_ident.diagnosis.fit.fitting import (
     jacobian_of,
 )
 from edge_ident.diagnosis.fit.library import Grid, Library
+from edge_ident.diagnosis.fit.noise_floor import noise_floor
 from edge_ident.diagnosis.fit.projection import orthonormal
 from edge_ident.diagnosis.fit.refinement import refined
 from edge_ident.diagnosis.fit.scoring import ResidualSubspace, ScoredCandidate
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.select.criterion import Criterion
 from edge_ident.diagnosis.select.screening import physical, reliable
-from edge_ident.diagnosis.select.thresholds import MOST_REFINED, PROMISING, SLIGHTEST
+from edge_ident.diagnosis.select.thresholds import (
+    ADDED_TERM,
+    MOST_REFINED,
+    PROMISING,
+    SLIGHTEST,
+    STARTS,
+)
 from edge_ident.model.effects import named
 from edge_ident.model.model import PARAMETERS, AxisModel
 from edge_ident.model.search import Excitation
@@ -60,6 +67,8 @@ class Search:
         Of external vibrations.
     library : Library
         Regressors of each candidate at the points of its grid, and at those refined before.
+    noise : float
+        Sum of squares that noise alone leaves.
     refines : bool
         Whether nonlinear parameters are searched between the points of the grids.
     cache : dict
@@ -75,6 +84,7 @@ class Search:
     criterion: Criterion
     spectrum: Spectrum
     library: Library
+    noise: float
     refines: bool = True
     cache: dict[object, ScoredCandidate] = field(default_factory=dict, compare=False)
     refined_rows: dict[object, Array] = field(default_factory=dict, compare=False)
@@ -92,7 +102,8 @@ class Search:
         replica = data.noise_replica
         samples = float(np.count_nonzero(data.valid))
         criterion = Criterion(data, replica, start, searched, samples)
-        return cls(data, replica, template, excitation, criterion, spectrum, library)
+        noise = samples * noise_floor(data, start).rms ** 2
+        return cls(data, replica, template, excitation, criterion, spectrum, library, noise)
 
     def with_samples(self, samples: float) -> Self:
         """The same search, whose criterion counts another number of independent samples."""
@@ -180,28 +191,46 @@ class Search:
         def value(scored: ScoredCandidate) -> float:
             return self.criterion.scored(scored, discrepancy)
 
-        coarse = certain = self._coarse(subspace, without)
+        # beside other causes many starts take too long
+        starts = 1 if fitted.terms or not self.refines else STARTS.value
+        coarse = certain = self._coarse(subspace, without, starts)
         if not np.all(fitted.free[: len(PARAMETERS)]):
             # without bounds a form may be best where no fit inside them follows
             certain = self._coarse(ResidualSubspace.of(self.data, fitted, held=True), without)
             coarse = [*coarse, *certain]
         before = self.criterion.misfit(fitted.error + discrepancy)
         promising = PROMISING.value * (before - min(map(value, certain), default=before))
-        found: list[ScoredCandidate] = []
+        found: dict[Candidate, ScoredCandidate] = {}
+        others = 0
         for scored in sorted(coarse, key=value):
             gained = before - value(scored)
-            if len(found) == MOST_REFINED.value or gained < promising:
-                break
-            if gained < SLIGHTEST.value - self.criterion.penalty(scored.candidate):
-                break
+            candidate = scored.candidate
+            if gained < SLIGHTEST.value - self.criterion.penalty(candidate):
+                continue
+            enough = others == MOST_REFINED.value or gained < promising
+            if enough and not (starts > 1 and self._may_descend(candidate, before, discrepancy)):
+                continue
             best = self._within_bounds(fitted, self._refined(subspace, scored))
-            if self._admissible(best.term, fitted, replica_jacobian):
-                found.append(best)
-        return sorted(found, key=value)
+            if not self._admissible(best.term, fitted, replica_jacobian):
+                continue
+            others += not candidate.descends
+            if candidate not in found or value(best) < value(found[candidate]):
+                found[candidate] = best
+        return sorted(found.values(), key=value)
 
-    def _coarse(self, subspace: ResidualSubspace, without: frozenset[str]) -> list[ScoredCandidate]:
+    def _may_descend(self, candidate: Candidate, before: float, discrepancy: float) -> bool:
+        """Whether a descent may take a candidate beyond what its sparse grid promises: down to
+        noise it would be accepted."""
+        if not candidate.descends:
+            return False
+        least = self.criterion.misfit(self.noise + discrepancy) + self.criterion.penalty(candidate)
+        return before - least > ADDED_TERM.value
+
+    def _coarse(
+        self, subspace: ResidualSubspace, without: frozenset[str], starts: int = 1
+    ) -> list[ScoredCandidate]:
         """Each candidate at the best point of its grid, and the strongest vibration."""
-        coarse = subspace.score_library(self.library, self.grids, without)
+        coarse = subspace.score_library(self.library, self.grids, without, starts)
         strongest = self.spectrum.strongest(subspace.residual)
         if strongest["frequency"].size:
             grid = self.grids[VIBRATION]
