@@ -43,7 +43,6 @@ from edge_ident.diagnosis.select.thresholds import (
     SLIGHTEST,
     STARTS,
 )
-from edge_ident.model.effects import named
 from edge_ident.model.model import PARAMETERS, AxisModel
 from edge_ident.model.search import Excitation
 
@@ -193,41 +192,48 @@ class Search:
 
         # beside other causes many starts take too long
         starts = 1 if fitted.terms or not self.refines else STARTS.value
-        coarse = certain = self._coarse(subspace, without, starts)
-        if not np.all(fitted.free[: len(PARAMETERS)]):
-            # without bounds a form may be best where no fit inside them follows
-            certain = self._coarse(ResidualSubspace.of(self.data, fitted, held=True), without)
-            coarse = [*coarse, *certain]
+        coarse, certain = self._coarse_beside(fitted, subspace, without, starts)
         before = self.criterion.misfit(fitted.error + discrepancy)
         promising = PROMISING.value * (before - min(map(value, certain), default=before))
         found: dict[Candidate, ScoredCandidate] = {}
         others = 0
         for scored in sorted(coarse, key=value):
-            gained = before - value(scored)
-            candidate = scored.candidate
+            candidate, gained = scored.candidate, before - value(scored)
             if gained < SLIGHTEST.value - self.criterion.penalty(candidate):
                 continue
             enough = others == MOST_REFINED.value or gained < promising
             if enough and not (starts > 1 and self._may_descend(candidate, before, discrepancy)):
                 continue
             best = self._within_bounds(fitted, self._refined(subspace, scored))
-            if not self._admissible(best.term, fitted, replica_jacobian):
-                continue
-            others += not candidate.descends
-            if candidate not in found or value(best) < value(found[candidate]):
-                found[candidate] = best
+            if self._admissible(best.term, fitted, replica_jacobian):
+                others += not candidate.descends
+                found[candidate] = min(best, found.get(candidate, best), key=value)
         return sorted(found.values(), key=value)
+
+    def _coarse_beside(
+        self,
+        fitted: FittedModel,
+        subspace: ResidualSubspace,
+        without: frozenset[str],
+        starts: int,
+    ) -> tuple[list[ScoredCandidate], list[ScoredCandidate]]:
+        """All that may be refined, and of these what bounds of the base parameters allow."""
+        coarse = self._coarse(subspace, without, starts)
+        if np.all(fitted.free[: len(PARAMETERS)]):
+            return coarse, coarse
+        # without bounds a form may be best where no fit inside them follows
+        held = ResidualSubspace.of(self.data, fitted, held=True)
+        certain = self._coarse(held, without, starts=1)
+        return [*coarse, *certain], certain
 
     def _may_descend(self, candidate: Candidate, before: float, discrepancy: float) -> bool:
         """Whether a descent may take a candidate beyond what its sparse grid promises: down to
         noise it would be accepted."""
-        if not candidate.descends:
-            return False
         least = self.criterion.misfit(self.noise + discrepancy) + self.criterion.penalty(candidate)
-        return before - least > ADDED_TERM.value
+        return candidate.descends and before - least > ADDED_TERM.value
 
     def _coarse(
-        self, subspace: ResidualSubspace, without: frozenset[str], starts: int = 1
+        self, subspace: ResidualSubspace, without: frozenset[str], starts: int
     ) -> list[ScoredCandidate]:
         """Each candidate at the best point of its grid, and the strongest vibration."""
         coarse = subspace.score_library(self.library, self.grids, without, starts)
@@ -282,7 +288,8 @@ class Search:
                 continue
             rest = self.fit(fitted.base, fitted.without(k))
             # the inertia may be free beside this term, and not without it
-            basis = self._basis_without(fitted, k)
+            others = np.delete(fitted.jacobian, fitted.columns_of(k), axis=1)[self.data.valid]
+            basis = orthonormal(others)
             subspace = replace(ResidualSubspace.of(self.data, rest), basis=basis, key=None)
             better = self._refined(subspace, ScoredCandidate(t, np.inf)).term
             terms = (*fitted.terms[:k], better, *fitted.terms[k + 1 :])
@@ -290,14 +297,3 @@ class Search:
             if candidate.error < fitted.error:
                 fitted = candidate
         return fitted
-
-    def _basis_without(self, fitted: FittedModel, index: int) -> Array:
-        """Orthonormal basis of a model's Jacobian without one term."""
-        kept = np.delete(fitted.jacobian, fitted.columns_of(index), axis=1)
-        return orthonormal(kept[self.data.valid])
-
-
-def unrepeatable(model: FittedModel) -> frozenset[str]:
-    """Effects of a model that an axis can have only once."""
-    names = {term.effect for term in model.axis.terms[1:]}
-    return frozenset(name for name in names if not named(name).search.repeats)
