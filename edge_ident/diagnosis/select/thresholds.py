@@ -245,7 +245,7 @@ STARTS: Final = Threshold(
     "Beside the base model, the gap of a play and the resonance of a compliance are searched from "
     "so many parts of their ranges.",
     "The error has many minima, and a descent seldom crosses from one to the next.",
-    "`test_search_parts.py`: a gap of four counts is found from the right part only",
+    "`test_products.py`: the best point of each part; docs/diagnosis.md, what hides a play",
 )
 SLIGHTEST: Final = Threshold(
     3.0,
