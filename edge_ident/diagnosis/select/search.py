@@ -190,53 +190,52 @@ class Search:
         def value(scored: ScoredCandidate) -> float:
             return self.criterion.scored(scored, discrepancy)
 
-        # beside other causes many starts take too long
-        starts = 1 if fitted.terms or not self.refines else STARTS.value
-        coarse, certain = self._coarse_beside(fitted, subspace, without, starts)
+        coarse = certain = self._coarse(subspace, without)
+        if not np.all(fitted.free[: len(PARAMETERS)]):
+            # without bounds a form may be best where no fit inside them follows
+            certain = self._coarse(ResidualSubspace.of(self.data, fitted, held=True), without)
+            coarse = [*coarse, *certain]
         before = self.criterion.misfit(fitted.error + discrepancy)
         promising = PROMISING.value * (before - min(map(value, certain), default=before))
-        found: dict[Candidate, ScoredCandidate] = {}
-        others = 0
+        found: list[ScoredCandidate] = []
         for scored in sorted(coarse, key=value):
-            candidate, gained = scored.candidate, before - value(scored)
-            if gained < SLIGHTEST.value - self.criterion.penalty(candidate):
-                continue
-            enough = others == MOST_REFINED.value or gained < promising
-            if enough and not (starts > 1 and self._may_descend(candidate, before, discrepancy)):
-                continue
+            gained = before - value(scored)
+            if len(found) == MOST_REFINED.value or gained < promising:
+                break
+            if gained < SLIGHTEST.value - self.criterion.penalty(scored.candidate):
+                break
             best = self._within_bounds(fitted, self._refined(subspace, scored))
             if self._admissible(best.term, fitted, replica_jacobian):
-                others += not candidate.descends
-                found[candidate] = min(best, found.get(candidate, best), key=value)
-        return sorted(found.values(), key=value)
+                found.append(best)
+        if self.refines and not fitted.terms:  # beside other causes it takes too long
+            room = before - self.criterion.misfit(self.noise + discrepancy)
+            descents = self._descents(fitted, subspace, without, room)
+            found += [s for s in descents if self._admissible(s.term, fitted, replica_jacobian)]
+            every = {s.candidate: s for s in sorted(found, key=value, reverse=True)}
+            sparse = [best for candidate, best in every.items() if candidate.descends]
+            found = [s for s in found if not s.candidate.descends] + sparse
+        return sorted(found, key=value)
 
-    def _coarse_beside(
+    def _descents(
         self,
         fitted: FittedModel,
         subspace: ResidualSubspace,
         without: frozenset[str],
-        starts: int,
-    ) -> tuple[list[ScoredCandidate], list[ScoredCandidate]]:
-        """All that may be refined, and of these what bounds of the base parameters allow."""
-        coarse = self._coarse(subspace, without, starts)
-        if np.all(fitted.free[: len(PARAMETERS)]):
-            return coarse, coarse
-        # without bounds a form may be best where no fit inside them follows
-        held = ResidualSubspace.of(self.data, fitted, held=True)
-        certain = self._coarse(held, without, starts=1)
-        return [*coarse, *certain], certain
-
-    def _may_descend(self, candidate: Candidate, before: float, discrepancy: float) -> bool:
-        """Whether a descent may take a candidate beyond what its sparse grid promises: down to
-        noise it would be accepted."""
-        least = self.criterion.misfit(self.noise + discrepancy) + self.criterion.penalty(candidate)
-        return candidate.descends and before - least > ADDED_TERM.value
-
-    def _coarse(
-        self, subspace: ResidualSubspace, without: frozenset[str], starts: int
+        room: float,
     ) -> list[ScoredCandidate]:
+        """Candidates of sparse grids, refined from each part of their ranges, wherever they would
+        be accepted if they explained the `room` down to noise."""
+        scored = subspace.score_library(self.library, self.grids, without, STARTS.value)
+        return [
+            self._within_bounds(fitted, self._refined(subspace, start))
+            for start in scored
+            if start.candidate.descends
+            and room > self.criterion.penalty(start.candidate) + ADDED_TERM.value
+        ]
+
+    def _coarse(self, subspace: ResidualSubspace, without: frozenset[str]) -> list[ScoredCandidate]:
         """Each candidate at the best point of its grid, and the strongest vibration."""
-        coarse = subspace.score_library(self.library, self.grids, without, starts)
+        coarse = subspace.score_library(self.library, self.grids, without)
         strongest = self.spectrum.strongest(subspace.residual)
         if strongest["frequency"].size:
             grid = self.grids[VIBRATION]
