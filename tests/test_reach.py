@@ -30,12 +30,15 @@ SOUND = (
 )
 
 
-def trace(added: Array, noise: MeasurementNoise = FINE, late: int = 0) -> Trace:
-    """A drive that needs `added` (M,) more in every step, recorded so many steps late."""
+def trace(
+    added: Array, noise: MeasurementNoise = FINE, late: int = 0, chain: Array | float = 0.0
+) -> Trace:
+    """A drive that needs `added` (M,) more in every step, recorded so many steps late; `chain` is
+    what the twin's chain takes."""
     first = LEAD - STEPS_PER_SAMPLE // 2 - late
     steps = (SOUND + added)[first : first + SAMPLES * STEPS_PER_SAMPLE]
     effort = steps.reshape(SAMPLES, STEPS_PER_SAMPLE).mean(axis=1)
-    return Trace(effort, SOUND, VELOCITY, LEAD, noise)
+    return Trace(effort, SOUND + chain, VELOCITY, LEAD, noise)
 
 
 def wave(frequency_hz: float, size: float = 0.05) -> Array:
@@ -49,6 +52,18 @@ def test_what_the_base_model_expresses_is_nothing(late: int) -> None:
     seen = trace(other, late=late)
     assert seen.share < 1e-9
     assert seen.detectability < 1e-6
+
+
+def test_what_a_chain_between_rigid_and_the_twins_takes_is_nothing() -> None:
+    """A drive as sound as its twin, a rigid one, and one between; no chain takes the opposite."""
+    chain = wave(5.3)
+    for like_twin in (0.0, 0.4, 1.0):
+        assert trace(like_twin * chain, chain=chain).share < 1e-9
+    assert trace(-0.4 * chain, chain=chain).share == trace(-0.4 * chain).share
+    softer = trace(1.4 * chain, chain=chain)
+    assert softer.share * np.linalg.norm(softer.effort) == pytest.approx(
+        0.4 * trace(chain).share * np.linalg.norm(trace(chain).effort), rel=0.01
+    )
 
 
 def test_a_longer_shift_is_something() -> None:

@@ -53,6 +53,7 @@ OFF: Final = {
     "FOLLOWED": np.inf,
     "MOST_REFINED": 1,
     "PROMISING": 0.0,
+    "STARTS": 1,
     "SLIGHTEST": -np.inf,
     "MOST_ALTERNATIVES": 1,
 }

@@ -5,12 +5,18 @@ A sound twin makes the same motion as the faulty drive, so the difference of the
 fault's effort, sample by sample, and nothing else: neither noise nor the chance of two runs. What
 the base model can express of it is projected out, with every shift that the base model may have.
 
+The twin's chain swings along with a motor that rattles in a gap, and takes torque for that. No
+recording shows this torque, because the faulty drive never gave it. And nobody knows how stiff the
+chain of a sound drive is. So the effort is compared with all sound drives from the rigid one to the
+twin, and the nearest counts. Those between are mixtures of the two: to first order in the
+compliance, the torque that a chain takes beyond a rigid one is in proportion to it.
+
 The ideal test knows this waveform, the twin and the noise. It does not know the base parameters,
-the shift, and the motion but for its record. Its statistic is normal with variance one, and its
-mean is the detectability index d (the generalized matched filter of S. M. Kay, 'Fundamentals of
-Statistical Signal Processing', volume 2, 1998): the norm of the whitened waveform, orthogonal to
-the whitened base model. No test in the same band does better. A diagnosis does worse: it has to
-find the waveform first, among many.
+the shift, the stiffness of a sound chain, and the motion but for its record. Its statistic is
+normal with variance one, and its mean is the detectability index d (the generalized matched filter
+of S. M. Kay, 'Fundamentals of Statistical Signal Processing', volume 2, 1998): the norm of the
+whitened waveform beyond the nearest sound drive. No test in the same band does better. A diagnosis
+does worse: it has to find the waveform first, among many.
 
 Rounding errors are taken as white. On slow motions, with a coarse encoder, they have up to 1.5
 times that variance in the band, and d is up to a fifth too large.
@@ -45,6 +51,7 @@ _WOUND_UP: Final = 2.0 * COUNT_RAD
 chain winds up by less than a count to either side. On slow motions that lasts for a second."""
 _BLOCK: Final = 200
 """Samples."""
+_TINY: Final = float(np.finfo(float).tiny)
 
 
 @dataclass(frozen=True)
@@ -132,29 +139,32 @@ class Trace:
         return self._left(whitened)
 
     def _left(self, seen: Callable[[Array], Array]) -> float:
-        """Norm of what the base model leaves of the fault's effort, seen through a linear map."""
+        """Norm of what the nearest sound drive leaves of the effort, seen through a linear map."""
 
         @cache
         def left(shift: int) -> float:
             columns = seen(self._columns(shift))
-            base, added = columns[:, :-1], columns[:, -1]
+            base, others = columns[:, :4], columns[:, 4:]
             known = np.linalg.qr(base / np.linalg.norm(base, axis=0))[0]
-            return float(np.linalg.norm(added - known @ (known.T @ added)))
+            chain, effort = (others - known @ (known.T @ others)).T
+            compliance = float(chain @ effort) / max(float(chain @ chain), _TINY)
+            return float(np.linalg.norm(effort - min(max(compliance, 0.0), 1.0) * chain))
 
         coarse = min(_SHIFTS[::_COARSE], key=left)
         return min(left(shift) for shift in _SHIFTS if abs(shift - coarse) < _COARSE)
 
     def _columns(self, shift: int) -> Array:
-        """Base regressor and the fault's effort, (N, 5), if efforts act so many steps after stamps.
+        """Base regressor, torque of the twin and effort, (N, 6), if efforts act so many steps after
+        their stamps.
 
-        All are means over one period about that moment.
+        The twin's are means over one period about that moment.
         """
         first = self.lead + shift - STEPS_PER_SAMPLE // 2
         at = first + STEPS_PER_SAMPLE * np.arange(len(self.effort) + 1)
         speed, direction, torque = np.diff(self._sums[:, at]) / STEPS_PER_SAMPLE
         acceleration = np.diff(self.velocity[at]) / SAMPLE_S
         ones = np.ones(len(self.effort))
-        return np.stack([acceleration, speed, direction, ones, self.effort - torque], axis=-1)
+        return np.stack([acceleration, speed, direction, ones, torque, self.effort], axis=-1)
 
     @cached_property
     def _sums(self) -> Array:

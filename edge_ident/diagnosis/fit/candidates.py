@@ -25,6 +25,8 @@ _SMALL: Final = 1e-6
 _STEP: Final = 1e-3
 """Relative step of the derivatives by nonlinear parameters: coarse enough for effects that act in
 jumps."""
+_MANY: Final = 2
+"""Nonlinear parameters beyond which points around one are too sparse to be the last step."""
 _ROUNDING: Final = 1e-11
 """Relative change of an effort that is rounding."""
 _NOTHING: Final = Term(BASE, dict.fromkeys(PARAMETERS, 0.0))
@@ -45,6 +47,14 @@ class Candidate:
     def parameter_count(self) -> int:
         """Number of free parameters."""
         return len(self.form.linear) + len(self.form.nonlinear)
+
+    @property
+    def descends(self) -> bool:
+        """Whether it has so many nonlinear parameters that a descent has to refine them.
+
+        Its grid is sparse: what a descent finds may be far better than the best point.
+        """
+        return len(self.form.nonlinear) > _MANY and len(self.form.linear) == 1
 
 
 def candidates(data: AxisData, rotary: bool) -> tuple[Candidate, ...]:

@@ -19,8 +19,6 @@ Array = NDArray[np.float64]
 _ROUNDS: Final = 3
 _NARROWING: Final = (0.25, 0.4)
 """Width of a round over that of the one before; of few nonlinear parameters, of many."""
-_MANY: Final = 2
-"""Nonlinear parameters beyond which points around one are too sparse to be the last step."""
 _DESCENT_STEPS: Final = 10
 """Evaluations of a descent."""
 _BEYOND: Final = 4.0
@@ -39,7 +37,7 @@ def refined(subspace: ResidualSubspace, scored: ScoredCandidate, grid: Grid) -> 
     names = candidate.form.nonlinear
     width = {name: _spacing(grid, name, scored.term.nonlinear) for name in names}
     around = AROUND.get(len(names), AROUND[max(AROUND)])
-    many = len(names) > _MANY and len(candidate.form.linear) == 1
+    many = candidate.descends
     # points around many parameters are too sparse to improve on what was refined before
     rounds = 0 if many and np.isinf(scored.error) else _ROUNDS
     for _ in range(rounds if names else 0):

@@ -129,7 +129,11 @@ class ResidualSubspace:
         return self.score_at(candidate, nonlinear, found(candidate, nonlinear), grid)
 
     def score_library(
-        self, library: Library, grids: Mapping[Candidate, Grid], without: frozenset[str]
+        self,
+        library: Library,
+        grids: Mapping[Candidate, Grid],
+        without: frozenset[str],
+        starts: int = 1,
     ) -> list[ScoredCandidate]:
         """Each candidate of a library at the best of its points.
 
@@ -140,6 +144,9 @@ class ResidualSubspace:
             The whole ranges that are searched.
         without : frozenset of str
             Effects that are left out.
+        starts : int, optional
+            A candidate that a descent refines comes at the best of so many parts of the range of
+            its first nonlinear parameter.
         """
         components, products = library.orthogonal(self.basis, self.key), library.products(self.left)
         found = []
@@ -148,7 +155,9 @@ class ResidualSubspace:
                 continue
             if self._of(candidate) is self:
                 component, product = components[candidate], products[candidate]
-                found.append(self._best(candidate, points, component, product, grids[candidate]))
+                grid = grids[candidate]
+                for part in _parts(candidate, points, starts):
+                    found.append(self._best(candidate, points, component, product, grid, part))
             else:
                 rows = library[candidate]
                 found.append(self.score_at(candidate, points, rows, grids[candidate]))
@@ -176,6 +185,7 @@ class ResidualSubspace:
         component: Orthogonal,
         product: Array,
         grid: Grid,
+        among: NDArray[np.bool_] | bool = True,
     ) -> ScoredCandidate:
         """The best of D sets, from the products (D, k) of their regressors with the residual."""
         total = float(self.left @ self.left)
@@ -184,11 +194,20 @@ class ResidualSubspace:
             fitted = dict(zip(candidate.form.linear, linear.T, strict=True))
             penalty = ignored_command_penalty(self.data, term(candidate, nonlinear, fitted))
             errors = errors * penalty
-        best = int(np.argmin(errors))
+        best = int(np.argmin(np.where(among, errors, np.inf)))
         at = {name: float(array[best]) for name, array in nonlinear.items()}
         values = dict(zip(candidate.form.linear, linear[best].tolist(), strict=False))
         best_term = FittedTerm(candidate, at, values)
         return ScoredCandidate(best_term, float(errors[best]), _on_edge(candidate, at, grid))
+
+
+def _parts(candidate: Candidate, points: Grid, starts: int) -> list[NDArray[np.bool_] | bool]:
+    """Masks (D,) of the points in each part of the range of the first nonlinear parameter."""
+    if starts == 1 or not candidate.descends:
+        return [True]
+    values, place = np.unique(points[candidate.form.nonlinear[0]], return_inverse=True)
+    part = starts * place // len(values)
+    return [part == one for one in np.unique(part)]
 
 
 def _released(fitted: FittedModel) -> Array:

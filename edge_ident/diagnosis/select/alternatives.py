@@ -10,7 +10,8 @@ from edge_ident.diagnosis.fit.fitting import FittedModel
 from edge_ident.diagnosis.fit.scoring import ScoredCandidate
 from edge_ident.diagnosis.result import Alternative
 from edge_ident.diagnosis.select.acceptance import Decision, Evidence, decide, separable
-from edge_ident.diagnosis.select.search import Search, unrepeatable
+from edge_ident.diagnosis.select.screening import unrepeatable
+from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.select.thresholds import MOST_ALTERNATIVES
 from edge_ident.model.effects import named
 

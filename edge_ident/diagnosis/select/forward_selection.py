@@ -13,7 +13,8 @@ from edge_ident.diagnosis.select.acceptance import Evidence, decide
 from edge_ident.diagnosis.select.criterion import independent_samples
 from edge_ident.diagnosis.select.cross_validation import held_out_gain
 from edge_ident.diagnosis.select.evidence import evidence_for_terms, staying
-from edge_ident.diagnosis.select.search import Search, unrepeatable
+from edge_ident.diagnosis.select.screening import unrepeatable
+from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.select.thresholds import (
     BEAM_WIDTH,
     FEWEST_INDEPENDENT,

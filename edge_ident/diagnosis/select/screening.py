@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.fit.bounded import solve
-from edge_ident.diagnosis.fit.fitting import FittedTerm
+from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm
 from edge_ident.diagnosis.select.thresholds import LARGEST, RELIABILITY
 from edge_ident.model.effects import named
 from edge_ident.model.search import Excitation
@@ -67,3 +67,9 @@ def _reliability_ratio(
         energy = max(float(orthogonal @ orthogonal), _TINY)
         lowest = min(lowest, 1.0 - float(changed @ changed) / energy)
     return lowest
+
+
+def unrepeatable(model: FittedModel) -> frozenset[str]:
+    """Effects of a model that an axis can have only once."""
+    names = {term.effect for term in model.axis.terms[1:]}
+    return frozenset(name for name in names if not named(name).search.repeats)

@@ -29,14 +29,20 @@ from edge_ident.diagnosis.fit.fitting import (
     jacobian_of,
 )
 from edge_ident.diagnosis.fit.library import Grid, Library
+from edge_ident.diagnosis.fit.noise_floor import noise_floor
 from edge_ident.diagnosis.fit.projection import orthonormal
 from edge_ident.diagnosis.fit.refinement import refined
 from edge_ident.diagnosis.fit.scoring import ResidualSubspace, ScoredCandidate
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.select.criterion import Criterion
 from edge_ident.diagnosis.select.screening import physical, reliable
-from edge_ident.diagnosis.select.thresholds import MOST_REFINED, PROMISING, SLIGHTEST
-from edge_ident.model.effects import named
+from edge_ident.diagnosis.select.thresholds import (
+    ADDED_TERM,
+    MOST_REFINED,
+    PROMISING,
+    SLIGHTEST,
+    STARTS,
+)
 from edge_ident.model.model import PARAMETERS, AxisModel
 from edge_ident.model.search import Excitation
 
@@ -60,6 +66,8 @@ class Search:
         Of external vibrations.
     library : Library
         Regressors of each candidate at the points of its grid, and at those refined before.
+    noise : float
+        Sum of squares that noise alone leaves.
     refines : bool
         Whether nonlinear parameters are searched between the points of the grids.
     cache : dict
@@ -75,6 +83,7 @@ class Search:
     criterion: Criterion
     spectrum: Spectrum
     library: Library
+    noise: float
     refines: bool = True
     cache: dict[object, ScoredCandidate] = field(default_factory=dict, compare=False)
     refined_rows: dict[object, Array] = field(default_factory=dict, compare=False)
@@ -92,7 +101,8 @@ class Search:
         replica = data.noise_replica
         samples = float(np.count_nonzero(data.valid))
         criterion = Criterion(data, replica, start, searched, samples)
-        return cls(data, replica, template, excitation, criterion, spectrum, library)
+        noise = samples * noise_floor(data, start).rms ** 2
+        return cls(data, replica, template, excitation, criterion, spectrum, library, noise)
 
     def with_samples(self, samples: float) -> Self:
         """The same search, whose criterion counts another number of independent samples."""
@@ -197,7 +207,31 @@ class Search:
             best = self._within_bounds(fitted, self._refined(subspace, scored))
             if self._admissible(best.term, fitted, replica_jacobian):
                 found.append(best)
+        if self.refines and not fitted.terms:  # beside other causes it takes too long
+            room = before - self.criterion.misfit(self.noise + discrepancy)
+            descents = self._descents(fitted, subspace, without, room)
+            found += [s for s in descents if self._admissible(s.term, fitted, replica_jacobian)]
+            every = {s.candidate: s for s in sorted(found, key=value, reverse=True)}
+            sparse = [best for candidate, best in every.items() if candidate.descends]
+            found = [s for s in found if not s.candidate.descends] + sparse
         return sorted(found, key=value)
+
+    def _descents(
+        self,
+        fitted: FittedModel,
+        subspace: ResidualSubspace,
+        without: frozenset[str],
+        room: float,
+    ) -> list[ScoredCandidate]:
+        """Candidates of sparse grids, refined from each part of their ranges, wherever they would
+        be accepted if they explained the `room` down to noise."""
+        scored = subspace.score_library(self.library, self.grids, without, STARTS.value)
+        return [
+            self._within_bounds(fitted, self._refined(subspace, start))
+            for start in scored
+            if start.candidate.descends
+            and room > self.criterion.penalty(start.candidate) + ADDED_TERM.value
+        ]
 
     def _coarse(self, subspace: ResidualSubspace, without: frozenset[str]) -> list[ScoredCandidate]:
         """Each candidate at the best point of its grid, and the strongest vibration."""
@@ -253,7 +287,8 @@ class Search:
                 continue
             rest = self.fit(fitted.base, fitted.without(k))
             # the inertia may be free beside this term, and not without it
-            basis = self._basis_without(fitted, k)
+            others = np.delete(fitted.jacobian, fitted.columns_of(k), axis=1)[self.data.valid]
+            basis = orthonormal(others)
             subspace = replace(ResidualSubspace.of(self.data, rest), basis=basis, key=None)
             better = self._refined(subspace, ScoredCandidate(t, np.inf)).term
             terms = (*fitted.terms[:k], better, *fitted.terms[k + 1 :])
@@ -261,14 +296,3 @@ class Search:
             if candidate.error < fitted.error:
                 fitted = candidate
         return fitted
-
-    def _basis_without(self, fitted: FittedModel, index: int) -> Array:
-        """Orthonormal basis of a model's Jacobian without one term."""
-        kept = np.delete(fitted.jacobian, fitted.columns_of(index), axis=1)
-        return orthonormal(kept[self.data.valid])
-
-
-def unrepeatable(model: FittedModel) -> frozenset[str]:
-    """Effects of a model that an axis can have only once."""
-    names = {term.effect for term in model.axis.terms[1:]}
-    return frozenset(name for name in names if not named(name).search.repeats)

@@ -115,8 +115,10 @@ class Backlash(Effect):
 
 
 def _physical(values: Values, excitation: Excitation) -> bool:
-    """A gap that the encoder resolves, and no more inertia than the drive moved."""
-    seen = np.all(values["gap"] >= 0.5 * excitation.resolution)
+    """A gap that the encoder resolves and that is wider than what the load's friction winds up the
+    contacts beside it, and no more inertia than the drive moved. A narrower one is a compliance."""
+    wound_up = 2.0 * values["deceleration"] / np.square(values["contact_rate"])
+    seen = np.all(values["gap"] >= np.maximum(0.5 * excitation.resolution, wound_up))
     return bool(seen) and excitation.moved(values["load_inertia"])
 
 

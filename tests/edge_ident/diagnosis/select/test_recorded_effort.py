@@ -104,3 +104,14 @@ def test_a_sound_chain_is_as_stiff_whichever_effect_says_so() -> None:
         play = {"deceleration": 5.0, "gap": 0.8 * lost, "contact_rate": factor * rate / 0.2**0.5}
         gap = {name: np.array([value]) for name, value in play.items()}
         assert named("backlash").search.sound(gap, excitation) is sound
+
+
+def test_a_gap_narrower_than_its_contacts_wind_up_is_no_play() -> None:
+    """Friction of the load winds up both: twice its deceleration over the rate squared."""
+    t, x, v, a = MOTION
+    data = prepare_axis([recorded(t, x, rigid(v, a), noise=0.01)], "x")
+    excitation = data.excitation(np.array([0.5, 0.8, 1.1, 0.2]))
+    for factor, physical in ((1.1, True), (0.9, False)):
+        play = {"gap": factor * 2.0 * 5.0 / 60.0**2, "deceleration": 5.0, "contact_rate": 60.0}
+        values = {name: np.array([value]) for name, value in (play | {"load_inertia": 0.1}).items()}
+        assert named("backlash").search.physical(values, excitation) is physical
