@@ -25,7 +25,7 @@ from edge_ident.diagnosis.recording_checks import (
     effort_findings,
     findings,
 )
-from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Diagnosis
+from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Diagnosis, Verdict
 from edge_ident.diagnosis.select.causes import causes, strongest_first
 from edge_ident.diagnosis.select.judgement import Judgement, Rules, judge
 from edge_ident.diagnosis.select.own_effort import base_space, own_shares
@@ -149,6 +149,14 @@ class _Searched:
     checks: tuple[Finding, ...]
     judged: Judgement
 
+    @property
+    def open(self) -> bool:
+        """Whether more is left than noise, or there are suspicions alone."""
+        if any(check.blocks for check in self.checks):
+            return False
+        causes, suspected = self.judged.supported.model.terms, self.judged.suspected
+        return self.judged.verdict is Verdict.UNEXPLAINED or bool(suspected and not causes)
+
 
 @dataclass(frozen=True)
 class _Outcome:
@@ -177,8 +185,9 @@ def _diagnose_axis(
         content = without_names(content)
     content, out_of_step = orders_in_step(data, template, content, rules.tolerance)
 
-    def searched(known: AxisModel) -> _Searched:
-        return _searched(recordings, name, data, known, efforts, rules, on_run)
+    def searched(known: AxisModel, *, deep: bool = False) -> _Searched:
+        found = _searched(recordings, name, data, known, efforts, rules, on_run, deep)
+        return searched(known, deep=True) if found.open and not deep else found
 
     known = with_ripples(template, content, rules.tolerance)
     found = searched(known)
@@ -207,9 +216,10 @@ def _searched(
     efforts: Sequence[Sequence[Finding]],
     rules: Rules,
     on_run: OnRun,
+    deep: bool,
 ) -> _Searched:
     """Search for causes beside what an axis is known to have, and judge them."""
-    data, selected = selected_model(data, known)
+    data, selected = selected_model(data, known, deep=deep)
     search, start, model = selected.search, selected.start, selected.supported.model
     floor = noise_floor(data, start, float(model.base[0]))
     checks = findings(recordings, name, data, model, efforts, floor)

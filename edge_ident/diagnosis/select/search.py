@@ -70,6 +70,8 @@ class Search:
         Sum of squares that noise alone leaves.
     refines : bool
         Whether nonlinear parameters are searched between the points of the grids.
+    deep : bool
+        Whether candidates of sparse grids are searched from many parts of their ranges.
     cache : dict
         Candidates that were refined before.
     refined_rows : dict
@@ -85,6 +87,7 @@ class Search:
     library: Library
     noise: float
     refines: bool = True
+    deep: bool = False
     cache: dict[object, ScoredCandidate] = field(default_factory=dict, compare=False)
     refined_rows: dict[object, Array] = field(default_factory=dict, compare=False)
 
@@ -207,7 +210,7 @@ class Search:
             best = self._within_bounds(fitted, self._refined(subspace, scored))
             if self._admissible(best.term, fitted, replica_jacobian):
                 found.append(best)
-        if self.refines and not fitted.terms:  # beside other causes it takes too long
+        if self.deep and self.refines and not fitted.terms:  # beside others it takes too long
             room = before - self.criterion.misfit(self.noise + discrepancy)
             descents = self._descents(fitted, subspace, without, room)
             found += [s for s in descents if self._admissible(s.term, fitted, replica_jacobian)]
@@ -217,11 +220,7 @@ class Search:
         return sorted(found, key=value)
 
     def _descents(
-        self,
-        fitted: FittedModel,
-        subspace: ResidualSubspace,
-        without: frozenset[str],
-        room: float,
+        self, fitted: FittedModel, subspace: ResidualSubspace, without: frozenset[str], room: float
     ) -> list[ScoredCandidate]:
         """Candidates of sparse grids, refined from each part of their ranges, wherever they would
         be accepted if they explained the `room` down to noise."""

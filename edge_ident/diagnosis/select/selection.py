@@ -1,6 +1,6 @@
 """The search for causes, from the base model to the model that it ends with."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -26,7 +26,9 @@ def fitted_base(data: AxisData, template: AxisModel) -> FittedModel:
     return fit(data, template, np.eye(len(PARAMETERS))[0], ())
 
 
-def selected_model(data: AxisData, template: AxisModel) -> tuple[AxisData, Selected]:
+def selected_model(
+    data: AxisData, template: AxisModel, *, deep: bool = False
+) -> tuple[AxisData, Selected]:
     """Select a model; repeat it where aliasing hides an event, with those samples valid.
 
     Parameters
@@ -34,6 +36,8 @@ def selected_model(data: AxisData, template: AxisModel) -> tuple[AxisData, Selec
     data : AxisData
     template : AxisModel
         The axis with what it is known to have.
+    deep : bool
+        As `Search` has it.
 
     Returns
     -------
@@ -41,18 +45,18 @@ def selected_model(data: AxisData, template: AxisModel) -> tuple[AxisData, Selec
         With the samples that were compared in the end.
     selected : Selected
     """
-    selected = _select(data, template)
+    selected = _select(data, template, deep)
     residual = data.effort - selected.supported.model.predicted
     hidden = data.exceeds_aliasing(residual, float(selected.start.base[0]))
     if np.any(hidden):
         data = data.with_valid(hidden)
-        selected = _select(data, template)
+        selected = _select(data, template, deep)
     return data, selected
 
 
-def _select(data: AxisData, template: AxisModel) -> Selected:
+def _select(data: AxisData, template: AxisModel, deep: bool) -> Selected:
     start = fitted_base(data, template)
-    search = Search.of(data, template, start)
+    search = replace(Search.of(data, template, start), deep=deep)
     selection = select_forward(search, start)
     supported = eliminate_backward(selection.search, selection.model)
     return Selected(selection.search, start, supported)
