@@ -98,6 +98,10 @@ def _never(values: Values, excitation: Excitation) -> bool:
     return False
 
 
+def _itself(values: Values) -> str:
+    return ""
+
+
 @dataclass(frozen=True)
 class SearchSpec:
     """How the diagnosis searches for one effect.
@@ -133,6 +137,8 @@ class SearchSpec:
     shares_friction : bool
         Whether it makes up the axis's friction together with the base model's: then only the sum
         has to be positive.
+    degenerate : callable
+        Why values are those of another effect, to which this one tends; nothing where they are not.
     """
 
     forms: tuple[Form, ...] = ()
@@ -148,6 +154,7 @@ class SearchSpec:
     repeats: bool = False
     shares_friction: bool = False
     sound: Callable[[Values, Excitation], bool] = _never
+    degenerate: Callable[[Values], str] = _itself
 
     @property
     def linear(self) -> frozenset[str]:

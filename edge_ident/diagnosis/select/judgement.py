@@ -109,7 +109,7 @@ def judge(
     kept = [k for k in range(len(selected.model.terms)) if k not in doubts]
     kept, smaller = _larger_than_rest(assessed, kept)
     doubts |= smaller
-    for doubt in (_traded, _at_standstill, _halves_apart):
+    for doubt in (_traded, _at_standstill, _halves_apart, _degenerate):
         doubtful = doubt(assessed, kept)
         doubts |= doubtful
         kept = [k for k in kept if k not in doubtful]
@@ -192,6 +192,12 @@ def _halves_apart(assessed: Assessment, kept: Sequence[int]) -> dict[int, str]:
     """Reasons against causes of which the halves of the data show different sizes."""
     decisions = decide_halves(assessed.search.data, assessed.fitted(kept), assessed.space)
     return {k: d.reason for k, d in zip(kept, decisions, strict=True) if d and not d.accepted}
+
+
+def _degenerate(assessed: Assessment, kept: Sequence[int]) -> dict[int, str]:
+    """Reasons against causes whose values are those of another effect."""
+    doubts = {k: assessed.degenerate(k) for k in kept}
+    return {k: reason for k, reason in doubts.items() if reason}
 
 
 def _worth_naming(assessed: Assessment, kept: list[int]) -> _Sorted:

@@ -115,11 +115,17 @@ class Backlash(Effect):
 
 
 def _physical(values: Values, excitation: Excitation) -> bool:
-    """A gap that the encoder resolves and that is wider than what the load's friction winds up the
-    contacts beside it, and no more inertia than the drive moved. A narrower one is a compliance."""
-    wound_up = 2.0 * values["deceleration"] / np.square(values["contact_rate"])
-    seen = np.all(values["gap"] >= np.maximum(0.5 * excitation.resolution, wound_up))
+    """A gap that the encoder resolves, and no more inertia than the drive moved."""
+    seen = np.all(values["gap"] >= 0.5 * excitation.resolution)
     return bool(seen) and excitation.moved(values["load_inertia"])
+
+
+def _degenerate(values: Values) -> str:
+    """A gap narrower than what the load's friction winds up the contacts beside it."""
+    wound_up = 2.0 * values["deceleration"] / np.square(values["contact_rate"])
+    if np.all(values["gap"] >= wound_up):
+        return ""
+    return "its gap is narrower than its contacts wind up: that would be a compliance"
 
 
 def _sound(values: Values, excitation: Excitation) -> bool:
@@ -269,6 +275,7 @@ EFFECT: Final = Backlash(
         open_ended=("deceleration", "contact_rate"),
         needs_reversals=True,
         sound=_sound,
+        degenerate=_degenerate,
     ),
     draw=_draw,
     compensation=Compensation(
