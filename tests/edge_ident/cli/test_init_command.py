@@ -241,7 +241,7 @@ def test_ctrl_c_at_a_question_of_a_terminal_writes_nothing(tmp_path: Path) -> No
                     shown += os.read(host, 1024)
                 os.write(host, answer)
             process.send_signal(2)
-            assert process.wait(timeout=30) == 130
+            assert process.wait(timeout=120) == 130
         finally:
             process.kill()
             os.close(host)
