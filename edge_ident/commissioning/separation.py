@@ -157,11 +157,12 @@ class _Next:
 def _next(study: Study, motions: Sequence[IdentificationMotion]) -> _Next:
     """The drive's own livelier motion where one is needed, else the one that is designed.
 
-    None is designed beside an axis that is not to be trusted: its effort cannot be forecast.
+    None is designed beside an axis that is not to be trusted: its effort cannot be forecast. Nor is
+    one designed for changes with time: any other motion shows how they go on.
     """
     found, sought = motions[-1].found, _unseen(study, motions)
-    first = not_shown(found) or (sought and changes_in_doubt(found))
-    if not first and any(map(is_open, _left(motions).values())):
+    own_one = not_shown(found) or (sought and changes_in_doubt(found))
+    if not own_one and any(map(is_open, _left(motions).values())):
         plan = _designed(study, motions)
         if plan.trajectory is not None or not sought:
             told = ("it is designed", *announced(plan))
