@@ -192,9 +192,9 @@ def _diagnose_axis(
     known = with_ripples(template, content, rules.tolerance)
     found = searched(known)
     content = beside_causes(content, found.judged.supported.model, recordings, name, found.data)
-    if with_ripples(template, content, rules.tolerance) != known:
-        known = with_ripples(template, content, rules.tolerance)
-        found = searched(known)
+    fewer = with_ripples(template, content, rules.tolerance)
+    if fewer != known:
+        found = searched(fewer)
     content, smaller = larger_orders(content, found.judged.rest)
     known = with_ripples(template, content, rules.tolerance)
     found = _without_orders(found, known, (*out_of_step, *smaller))

@@ -9,33 +9,10 @@
 
 #include "network.h"
 
-#define REGISTER(address) (*(volatile uint32_t *)(address))
-#define STACK_TOP 0x20400000u
 #define STACK_BYTES 8192u
-#define PATTERN 0xa5a5a5a5u
-#define NANOSECONDS_PER_TICK 40u /* of the boards' 25 MHz; -icount shift=0 makes one an instruction */
+#include "bare_metal.h"
 
 static MEMORY memory;
-
-static uint32_t semihosting(uint32_t operation, const void *argument)
-{
-    register uint32_t r0 __asm__("r0") = operation;
-    register const void *r1 __asm__("r1") = argument;
-    __asm__ volatile("bkpt 0xab" : "+r"(r0) : "r"(r1) : "memory");
-    return r0;
-}
-
-static void print(const char *name, uint32_t value)
-{
-    char text[10];
-    for (size_t i = 0; i < 8; i++) {
-        text[i] = "0123456789abcdef"[value >> (28u - 4u * i) & 15u];
-    }
-    text[8] = '\n';
-    text[9] = '\0';
-    semihosting(4, name);
-    semihosting(4, text);
-}
 
 static uint32_t bits(float value)
 {
@@ -46,49 +23,21 @@ static uint32_t bits(float value)
     return number.bits;
 }
 
-static uint32_t stack_used(void)
-{
-    uint32_t address = STACK_TOP - STACK_BYTES;
-    while (REGISTER(address) == PATTERN) {
-        address += 4u;
-    }
-    return STACK_TOP - address;
-}
-
 __attribute__((noinline)) static void run(size_t image)
 {
     float answer[2][4];
-    const uint32_t begin = REGISTER(0xe000e018);
+    const uint32_t begin = TICK;
     const bool valid = RUN(images[image], &memory, answer[0], answer[1]);
-    const uint32_t end = REGISTER(0xe000e018);
+    const uint32_t end = TICK;
     for (size_t i = 0; i < 8; i++) {
         print(valid ? "answer " : "invalid ", bits(answer[i / 4][i % 4]));
     }
-    print("instructions ", ((begin - end) & 0xffffffu) * NANOSECONDS_PER_TICK);
+    print("instructions ", ((begin - end) & TICKS) * NANOSECONDS_PER_TICK);
 }
 
-void reset(void);
-void reset(void)
+static void program(void)
 {
-    REGISTER(0xe000ed88) |= 15u << 20; /* the floating-point unit */
-    __asm__ volatile("dsb\nisb");
-    REGISTER(0xe000e014) = 0xffffffu; /* SysTick counts down */
-    REGISTER(0xe000e018) = 0u;
-    REGISTER(0xe000e010) = 5u;
-    const uint32_t here = (uint32_t)__builtin_frame_address(0) - 256u;
-    for (uint32_t address = STACK_TOP - STACK_BYTES; address < here; address += 4u) {
-        REGISTER(address) = PATTERN;
-    }
     for (size_t image = 0; image < IMAGES; image++) {
         run(image);
     }
-    print("stack ", stack_used());
-    semihosting(0x18, (const void *)0x20026);
-    for (;;) {
-    }
 }
-
-static const struct {
-    uint32_t stack;
-    void (*reset)(void);
-} vectors __attribute__((section(".vectors"), used)) = {STACK_TOP, reset};

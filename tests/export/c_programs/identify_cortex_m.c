@@ -11,43 +11,21 @@
 #include "port.h"
 #include "register_file.h"
 
-#define REGISTER(address) (*(volatile uint32_t *)(address))
-#define STACK_TOP 0x20400000u
 #define STACK_BYTES 16384u
-#define PATTERN 0xa5a5a5a5u
-#define NANOSECONDS_PER_TICK 40u /* of the boards' 25 MHz; -icount shift=0 makes one an instruction */
+#include "bare_metal.h"
+
 #define WORDS (FD_REG_IDENTIFICATION_CRC + 2u - FD_REG_IDENTIFICATION_STATE)
 
 static uint32_t last_tick, most_ticks;
 static uint64_t ticks;
 
-static uint32_t semihosting(uint32_t operation, const void *argument)
-{
-    register uint32_t r0 __asm__("r0") = operation;
-    register const void *r1 __asm__("r1") = argument;
-    __asm__ volatile("bkpt 0xab" : "+r"(r0) : "r"(r1) : "memory");
-    return r0;
-}
-
-static void print(const char *name, uint32_t value)
-{
-    char text[10];
-    for (size_t i = 0; i < 8; i++) {
-        text[i] = "0123456789abcdef"[value >> (28u - 4u * i) & 15u];
-    }
-    text[8] = '\n';
-    text[9] = '\0';
-    semihosting(4, name);
-    semihosting(4, text);
-}
-
 static void pause(void)
 {
-    const uint32_t now = REGISTER(0xe000e018);
-    const uint32_t passed = (last_tick - now) & 0xffffffu;
+    const uint32_t now = TICK;
+    const uint32_t passed = (last_tick - now) & TICKS;
     ticks += passed;
     most_ticks = passed > most_ticks ? passed : most_ticks;
-    last_tick = REGISTER(0xe000e018);
+    last_tick = TICK;
 }
 
 /* ---- the port */
@@ -86,33 +64,14 @@ static void add_capture(void)
     identification_captured();
 }
 
-static uint32_t stack_used(void)
+static void program(void)
 {
-    uint32_t address = STACK_TOP - STACK_BYTES;
-    while (REGISTER(address) == PATTERN) {
-        address += 4u;
-    }
-    return STACK_TOP - address;
-}
-
-void reset(void);
-void reset(void)
-{
-    REGISTER(0xe000ed88) |= 15u << 20; /* the floating-point unit */
-    __asm__ volatile("dsb\nisb");
-    REGISTER(0xe000e014) = 0xffffffu; /* SysTick counts down */
-    REGISTER(0xe000e018) = 0u;
-    REGISTER(0xe000e010) = 5u;
-    const uint32_t here = (uint32_t)__builtin_frame_address(0) - 256u;
-    for (uint32_t address = STACK_TOP - STACK_BYTES; address < here; address += 4u) {
-        REGISTER(address) = PATTERN;
-    }
     register_file_init();
     identification_init();
-    const uint32_t begin = REGISTER(0xe000e018);
+    const uint32_t begin = TICK;
     add_capture();
-    print("capture ", ((begin - REGISTER(0xe000e018)) & 0xffffffu) * NANOSECONDS_PER_TICK);
-    last_tick = REGISTER(0xe000e018);
+    print("capture ", ((begin - TICK) & TICKS) * NANOSECONDS_PER_TICK);
+    last_tick = TICK;
     identification_go_on(pause);
     pause();
     identification_publish();
@@ -121,13 +80,4 @@ void reset(void)
     }
     print("thousands ", (uint32_t)(ticks * NANOSECONDS_PER_TICK / 1000u));
     print("most ", most_ticks * NANOSECONDS_PER_TICK);
-    print("stack ", stack_used());
-    semihosting(0x18, (const void *)0x20026);
-    for (;;) {
-    }
 }
-
-static const struct {
-    uint32_t stack;
-    void (*reset)(void);
-} vectors __attribute__((section(".vectors"), used)) = {STACK_TOP, reset};
