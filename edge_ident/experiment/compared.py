@@ -29,12 +29,11 @@ from edge_ident.model.effect import Motion
 from edge_ident.model.inverse import inverse_effort
 from edge_ident.model.model import AxisModel
 from edge_ident.signals.conditioning import (
-    ACCELERATION_NOISE_SHARE,
     FEWEST_CUTOFF_PERIODS,
     SAMPLED_PER_PERIOD,
     SAMPLES_PER_CUTOFF_PERIOD,
-    acceleration_noise,
     decimated,
+    resolving_cutoff_hz,
 )
 from firmware_interface.motion import Multisine, Staircase, reference
 
@@ -122,11 +121,10 @@ class Instruments:
 
     def band(self, motion: Motion) -> Band:
         """The band in which a motion would be compared, from its acceleration and the noise."""
-        allowed = ACCELERATION_NOISE_SHARE * float(np.std(motion.acceleration))
-        at_one_hz = acceleration_noise(self.position_noise, 1.0, self.sampling_s)
+        acceleration = float(np.std(motion.acceleration))
         duration_s = float(motion.time_s[-1])
         ceiling_hz = 1.0 / (SAMPLED_PER_PERIOD * self.sampling_s)
-        widest_hz = (allowed / max(at_one_hz, _TINY)) ** 0.4  # that noise grows as f^2.5
+        widest_hz = resolving_cutoff_hz(acceleration, self.position_noise, self.sampling_s)
         widest_hz = min(max(widest_hz, FEWEST_CUTOFF_PERIODS / duration_s), ceiling_hz)
         band = search_band(
             self.inertia, self.position_noise, self.density, widest_hz, self.sampling_s

@@ -224,6 +224,12 @@ def choose_cutoff(position: Array, period_s: float, noise: float | None = None) 
     return cutoff_hz
 
 
+def resolving_cutoff_hz(acceleration: float, position_noise: float, period_s: float) -> float:
+    """Cut-off at which encoder noise reaches its share of an acceleration; it grows as f^2.5."""
+    at_1_hz = acceleration_noise(position_noise, 1.0, period_s)
+    return float((ACCELERATION_NOISE_SHARE * acceleration / max(at_1_hz, _TINY)) ** 0.4)
+
+
 def acceleration_noise(position_noise: float, cutoff_hz: float, period_s: float) -> float:
     """Standard deviation that white position noise has in the filtered second derivative.
 

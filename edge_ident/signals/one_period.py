@@ -16,12 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.signals.conditioning import (
-    ACCELERATION_NOISE_SHARE,
     FEWEST_CUTOFF_PERIODS,
     SAMPLED_PER_PERIOD,
     SAMPLES_PER_CUTOFF_PERIOD,
-    acceleration_noise,
     bridge,
+    resolving_cutoff_hz,
     standing,
 )
 from edge_ident.signals.dct import POINTS, dct2, idct2, subsample
@@ -134,9 +133,7 @@ def choose_cutoff(noise: float, motion: KnownMotion, sampling_s: float, period_s
     ceiling_hz = min(
         1.0 / (SAMPLED_PER_PERIOD * sampling_s), BLOCKS / period_s / SAMPLES_PER_CUTOFF_PERIOD
     )
-    allowed = ACCELERATION_NOISE_SHARE * motion.acceleration_rms
-    at_1_hz = acceleration_noise(noise, 1.0, sampling_s)
-    cutoff_hz = (allowed / max(at_1_hz, _TINY)) ** 0.4
+    cutoff_hz = resolving_cutoff_hz(motion.acceleration_rms, noise, sampling_s)
     return float(max(FEWEST_CUTOFF_PERIODS / period_s, min(ceiling_hz, cutoff_hz)))
 
 
