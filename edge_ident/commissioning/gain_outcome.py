@@ -49,7 +49,7 @@ class GainChange:
     def contradicted(self) -> Mapping[str, tuple[str, ...]]:
         """Diagnosed effects of all axes, where the motions contradict what follows from them."""
         rolled_back = self.verification is not None and not self.confirmed
-        if not rolled_back:
+        if not rolled_back or self._doubtful:
             return {}
         return {axis: effects for axis, effects in self.diagnosed.items() if effects}
 
@@ -76,14 +76,24 @@ class GainChange:
     @property
     def _why_rolled_back(self) -> str:
         assert self.verification is not None
+        chance = ", perhaps by chance," if self._doubtful else ""
         if self.verification.verdict == "worse":
-            return "new gains increased the tracking error and were rolled back"
+            return f"new gains increased the tracking error{chance} and were rolled back"
         worse = [motion for motion, of in self.others.items() if of.verdict == "worse"]
         if worse:
             where = " and the ".join(worse)
-            return f"new gains increased the tracking error on the {where} and were rolled back"
+            said = f"new gains increased the tracking error on the {where}"
+            return f"{said}{chance} and were rolled back"
         broken = "" if self.promise is None else ", ".join(self.promise.broken)
         return f"new gains did not keep what was promised ({broken}) and were rolled back"
+
+    @property
+    def _doubtful(self) -> bool:
+        """Whether the gains were rolled back for nothing but a growth that may be chance."""
+        every = [] if self.verification is None else [self.verification, *self.others.values()]
+        worse = [of for of in every if of.verdict == "worse"]
+        broken = self.promise is not None and bool(self.promise.broken)
+        return bool(worse) and all(of.doubtful for of in worse) and not broken
 
     @property
     def _contradiction(self) -> str:

@@ -6,13 +6,14 @@ and compared segment by segment. How well the motion repeats is taken from how t
 scatters from one segment to the next: what the gains do changes slowly along the cycle, chance
 does not. Gains are
 
-- worse, if on any axis the rms error grew by more than the motion repeats;
-- better, if it fell by more than that on one axis and grew on none;
+- worse, if on any axis the rms error grew by more than a fiftieth, and by more than a twentieth of an
+  encoder count, to which rms errors repeat on machines that nothing but their encoder disturbs;
+- better, if it fell by more than the motion repeats on one axis and grew on none;
 - equal otherwise.
 
-"More than the motion repeats" means more than two standard errors of that mean difference, more
-than a fiftieth of the error before, and more than a twentieth of an encoder count, to which rms
-errors repeat on machines that nothing but their encoder disturbs.
+"More than the motion repeats" means, besides these two, more than two standard errors of that mean
+difference. A growth within them counts against the new gains all the same: what changes quickly
+along the cycle may be what the gains do, and gains that are taken back by chance cost a run.
 
 Whether there is anything to gain is asked beforehand, of a forecast (`promise`).
 """
@@ -50,20 +51,29 @@ class Tracking:
     Attributes
     ----------
     repeatability_rad : float
-        Differences up to this are the motion's own.
+        Differences up to this may be the motion's own.
+    resolved_rad : float
+        Smallest difference that means anything; a larger growth counts against the new gains.
     """
 
     before_rad: float
     after_rad: float
     repeatability_rad: float
+    resolved_rad: float
 
     @property
     def verdict(self) -> Verdict:
         """What the new gains did."""
         grown = self.after_rad - self.before_rad
-        if abs(grown) <= self.repeatability_rad:
-            return "equal"
-        return "worse" if grown > 0.0 else "better"
+        if grown > self.resolved_rad:
+            return "worse"
+        return "better" if -grown > self.repeatability_rad else "equal"
+
+    @property
+    def doubtful(self) -> bool:
+        """Whether the error grew by no more than it may by chance."""
+        grown = self.after_rad - self.before_rad
+        return self.resolved_rad < grown <= self.repeatability_rad
 
     @property
     def ratio(self) -> float:
@@ -84,6 +94,12 @@ class Verification:
         if "worse" in found:
             return "worse"
         return "better" if "better" in found else "equal"
+
+    @property
+    def doubtful(self) -> bool:
+        """Whether it is worse, and chance may be why on every axis."""
+        worse = [tracking for tracking in self.axes.values() if tracking.verdict == "worse"]
+        return bool(worse) and all(tracking.doubtful for tracking in worse)
 
 
 def compare_motions(before: Recording, after: Recording, count_rad: float) -> Verification:
@@ -106,8 +122,10 @@ def compare_motions(before: Recording, after: Recording, count_rad: float) -> Ve
         error = np.sqrt(np.sum(np.diff(grown) ** 2) / 2.0 / (_SEGMENTS - 1) / _SEGMENTS)
         rms_before, rms_after = np.sqrt(old.mean()), np.sqrt(new.mean())
         chance = _STANDARD_ERRORS * error / max(rms_before + rms_after, 1e-12)
-        repeatability = max(chance, _resolved_rad(rms_before, count_rad))
-        found[axis] = Tracking(float(rms_before), float(rms_after), float(repeatability))
+        resolved = _resolved_rad(rms_before, count_rad)
+        found[axis] = Tracking(
+            float(rms_before), float(rms_after), float(max(chance, resolved)), float(resolved)
+        )
     return Verification(found)
 
 

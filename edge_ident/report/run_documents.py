@@ -69,6 +69,8 @@ def _verification(change: GainChange | None) -> dict[str, Any] | None:
             "tracking_rms_after_rad": tracking.after_rad,
             "ratio": tracking.ratio,
             "repeatability_rad": tracking.repeatability_rad,
+            "resolved_rad": tracking.resolved_rad,
+            "doubtful": tracking.doubtful,
             "verdict": tracking.verdict,
         }
         for axis, tracking in change.verification.axes.items()

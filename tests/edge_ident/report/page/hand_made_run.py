@@ -18,7 +18,7 @@ from edge_ident.signals.recording_files import save_recording
 from firmware_interface.board_types import BoardIdentity
 
 BOARD = BoardIdentity("1.0.0", 4711, 1, 0.0025, 0.0005, 8400, 0.004)
-TRACKING = Tracking(0.0824, 0.000605, 0.00165)
+TRACKING = Tracking(0.0824, 0.000605, 0.00165, 0.00165)
 
 
 def closer(recording: Recording) -> Recording:
