@@ -119,7 +119,7 @@ def diagnosed(recording: Recording, cause: str, *alternatives: str) -> Diagnosis
     estimate = model_fit(data, start, standard_deviations(data, start))
     rivals = tuple(Alternative(t.effect, False, "as small", "", t) for t in terms[1:])
     own = Cause(terms[0], 0.1, (0.1, 0.1), 0.1, rivals, "", "")
-    known = pairs[0] if rivals else pairs[0][:1]
+    known = pairs[0] if rivals else start.axis.terms
     axis = AxisDiagnosis(
         verdict=Verdict.EXPLAINED,
         causes=(own,) if rivals else (),
