@@ -49,7 +49,7 @@ class GainChange:
     def contradicted(self) -> Mapping[str, tuple[str, ...]]:
         """Diagnosed effects of all axes, where the motions contradict what follows from them."""
         rolled_back = self.verification is not None and not self.confirmed
-        if not rolled_back or self._doubtful:
+        if not rolled_back or self.in_doubt:
             return {}
         return {axis: effects for axis, effects in self.diagnosed.items() if effects}
 
@@ -75,25 +75,41 @@ class GainChange:
 
     @property
     def _why_rolled_back(self) -> str:
-        assert self.verification is not None
-        chance = ", perhaps by chance," if self._doubtful else ""
-        if self.verification.verdict == "worse":
-            return f"new gains increased the tracking error{chance} and were rolled back"
-        worse = [motion for motion, of in self.others.items() if of.verdict == "worse"]
-        if worse:
-            where = " and the ".join(worse)
-            said = f"new gains increased the tracking error on the {where}"
-            return f"{said}{chance} and were rolled back"
+        if self._changed:
+            return f"{self._changed}: the gains could not be compared, and were rolled back"
+        chance = ", perhaps by chance," if self.in_doubt else ""
+        against = [motion for motion, of in self._motions.items() if not of.keeps]
+        where = f" on the {' and the '.join(against)}" if any(against) else ""
+        if against:
+            return f"new gains increased the tracking error{where}{chance} and were rolled back"
         broken = "" if self.promise is None else ", ".join(self.promise.broken)
         return f"new gains did not keep what was promised ({broken}) and were rolled back"
 
     @property
-    def _doubtful(self) -> bool:
-        """Whether the gains were rolled back for nothing but a growth that may be chance."""
-        every = [] if self.verification is None else [self.verification, *self.others.values()]
-        worse = [of for of in every if of.verdict == "worse"]
+    def _motions(self) -> Mapping[str, Verification]:
+        """Verifications; the motion of the identification needs no name."""
+        return {**({} if self.verification is None else {"": self.verification}), **self.others}
+
+    @property
+    def in_doubt(self) -> bool:
+        """Whether the gains were rolled back for a doubt alone."""
+        verdicts = {of.verdict for of in self._motions.values()}
         broken = self.promise is not None and bool(self.promise.broken)
-        return bool(worse) and all(of.doubtful for of in worse) and not broken
+        return "in doubt" in verdicts and "worse" not in verdicts and not broken
+
+    @property
+    def _changed(self) -> str:
+        """What changed on the machine during the trial, where that alone put it in doubt."""
+        shares: dict[str, float] = {}
+        for of in self._motions.values():
+            for axis, share in of.machine_changed.items():
+                shares[axis] = max(share, shares.get(axis, 0.0))
+        if not self.in_doubt or not shares:
+            return ""
+        parts = ", ".join(
+            f"axis {axis} by {share:.0%} of its effort" for axis, share in shares.items()
+        )
+        return f"the machine itself changed during the trial ({parts})"
 
     @property
     def _contradiction(self) -> str:

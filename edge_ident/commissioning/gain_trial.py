@@ -190,10 +190,10 @@ class Trial:
             moved = Moved.along(after, trajectory)
             errors[motion.name] = {axis: Errors.of(moved.errors(axis)) for axis in moved.ways}
             self.promise = self.promise.measured(errors)
-            if found[motion.name].verdict == "worse" or self.promise.broken:
+            if not found[motion.name].keeps or self.promise.broken:
                 break
         first, *others = found.items()
-        kept = all(of.verdict != "worse" for of in found.values()) and not self.promise.broken
+        kept = all(of.keeps for of in found.values()) and not self.promise.broken
         return GainChange(
             confirmed=kept,
             verification=first[1],

@@ -6,20 +6,24 @@ and compared segment by segment. How well the motion repeats is taken from how t
 scatters from one segment to the next: what the gains do changes slowly along the cycle, chance
 does not. Gains are
 
-- worse, if on any axis the rms error grew by more than a fiftieth, and by more than a twentieth of an
-  encoder count, to which rms errors repeat on machines that nothing but their encoder disturbs;
+- worse, if on any axis the rms error grew by more than the motion repeats;
+- in doubt, if it grew by less than that, but by more than means nothing; or if an axis did not
+  follow at least twice as closely, and the machine itself changed between the two motions;
 - better, if it fell by more than the motion repeats on one axis and grew on none;
 - equal otherwise.
 
-"More than the motion repeats" means, besides these two, more than two standard errors of that mean
-difference. A growth within them counts against the new gains all the same: what changes quickly
-along the cycle may be what the gains do, and gains that are taken back by chance cost a run.
+"More than means nothing" is more than a fiftieth of the error before, and more than a twentieth of
+an encoder count, to which rms errors repeat on machines that nothing but their encoder disturbs.
+"More than the motion repeats" is, besides, more than two standard errors of that mean difference.
+What changes quickly along the cycle may be what the gains do. So doubt counts against the new
+gains: to take back good ones costs a run. A changed machine is one that needs another effort for
+the same motion (`edge_ident.commissioning.machine_change`).
 
 Whether there is anything to gain is asked beforehand, of a forecast (`promise`).
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final, Literal
 
@@ -27,6 +31,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.commissioning.capture import Capture, capture_motion
+from edge_ident.commissioning.machine_change import changed_share
 from edge_ident.commissioning.observer import Observer
 from edge_ident.commissioning.promise import SHARE
 from edge_ident.commissioning.second_motion import NamedMotion
@@ -35,13 +40,15 @@ from edge_ident.signals.recording import AxisRecord, Recording
 from firmware_interface.board import Board
 
 Array = NDArray[np.float64]
-Verdict = Literal["better", "equal", "worse"]
+Verdict = Literal["better", "equal", "in doubt", "worse"]
 
 _SEGMENTS: Final = 64
 _STANDARD_ERRORS: Final = 2.0
 _REPEATED_COUNTS: Final = 0.05
 """Encoder counts to which the rms error of a motion repeats: with the same gains, 101 of 102 rms
 errors of random drives of the independent plant differ by less."""
+_CLEARLY_BETTER: Final = 2.0
+"""Ratio of the errors from which a change of the machine is not asked for."""
 
 
 @dataclass(frozen=True)
@@ -53,27 +60,27 @@ class Tracking:
     repeatability_rad : float
         Differences up to this may be the motion's own.
     resolved_rad : float
-        Smallest difference that means anything; a larger growth counts against the new gains.
+        Smallest difference that means anything.
+    machine_changed : float
+        Share of the effort by which the machine itself changed between the motions; zero where it
+        did not, or was not asked for.
     """
 
     before_rad: float
     after_rad: float
     repeatability_rad: float
     resolved_rad: float
+    machine_changed: float = 0.0
 
     @property
     def verdict(self) -> Verdict:
         """What the new gains did."""
         grown = self.after_rad - self.before_rad
-        if grown > self.resolved_rad:
+        if grown > self.repeatability_rad:
             return "worse"
+        if grown > self.resolved_rad or self.machine_changed > SHARE:
+            return "in doubt"
         return "better" if -grown > self.repeatability_rad else "equal"
-
-    @property
-    def doubtful(self) -> bool:
-        """Whether the error grew by no more than it may by chance."""
-        grown = self.after_rad - self.before_rad
-        return self.resolved_rad < grown <= self.repeatability_rad
 
     @property
     def ratio(self) -> float:
@@ -91,15 +98,19 @@ class Verification:
     def verdict(self) -> Verdict:
         """Of the worst axis; better if one is and none is worse."""
         found = {tracking.verdict for tracking in self.axes.values()}
-        if "worse" in found:
-            return "worse"
-        return "better" if "better" in found else "equal"
+        decisive: tuple[Verdict, ...] = ("worse", "in doubt", "better")
+        return next((verdict for verdict in decisive if verdict in found), "equal")
 
     @property
-    def doubtful(self) -> bool:
-        """Whether it is worse, and chance may be why on every axis."""
-        worse = [tracking for tracking in self.axes.values() if tracking.verdict == "worse"]
-        return bool(worse) and all(tracking.doubtful for tracking in worse)
+    def keeps(self) -> bool:
+        """Whether nothing speaks against the new gains."""
+        return self.verdict in ("better", "equal")
+
+    @property
+    def machine_changed(self) -> Mapping[str, float]:
+        """By axis, where it changed by more than means nothing."""
+        shares = {axis: tracking.machine_changed for axis, tracking in self.axes.items()}
+        return {axis: share for axis, share in shares.items() if share > SHARE}
 
 
 def compare_motions(before: Recording, after: Recording, count_rad: float) -> Verification:
@@ -123,9 +134,13 @@ def compare_motions(before: Recording, after: Recording, count_rad: float) -> Ve
         rms_before, rms_after = np.sqrt(old.mean()), np.sqrt(new.mean())
         chance = _STANDARD_ERRORS * error / max(rms_before + rms_after, 1e-12)
         resolved = _resolved_rad(rms_before, count_rad)
-        found[axis] = Tracking(
+        tracking = Tracking(
             float(rms_before), float(rms_after), float(max(chance, resolved)), float(resolved)
         )
+        if tracking.verdict != "worse" and tracking.ratio < _CLEARLY_BETTER:
+            share = changed_share((before.time_s, after.time_s), (record, after.axes[axis]))
+            tracking = replace(tracking, machine_changed=share)
+        found[axis] = tracking
     return Verification(found)
 
 

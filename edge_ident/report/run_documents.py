@@ -70,7 +70,7 @@ def _verification(change: GainChange | None) -> dict[str, Any] | None:
             "ratio": tracking.ratio,
             "repeatability_rad": tracking.repeatability_rad,
             "resolved_rad": tracking.resolved_rad,
-            "doubtful": tracking.doubtful,
+            "machine_changed": tracking.machine_changed,
             "verdict": tracking.verdict,
         }
         for axis, tracking in change.verification.axes.items()

@@ -48,6 +48,8 @@ def not_worth(change: GainChange) -> str:
 
 def taken_back(change: GainChange) -> str:
     """Why new gains were rolled back, in everyday words."""
+    if change.in_doubt:
+        return "Whether the new gains follow better could not be told."
     verdicts = [of.verdict for of in (change.verification, *change.others.values()) if of]
     if "worse" in verdicts or change.promise is None:
         return "The new gains followed worse."
