@@ -22,6 +22,7 @@ from edge_ident.experiment.distance import Judge, distance
 from edge_ident.experiment.limits import Allowed, Load
 from edge_ident.experiment.rivals import Pair, Rivals, Typical, rivals
 from edge_ident.experiment.search import Problem
+from edge_ident.model.effect import Motion
 from edge_ident.model.effects import named
 from edge_ident.model.inverse import along_motion, inverse_effort, obeyed
 from edge_ident.model.model import PARAMETERS, AxisModel, Term
@@ -179,9 +180,20 @@ def _explanations(data: AxisData, problem: Problem) -> Problem:
 def _load(data: AxisData, problem: Problem, terms: tuple[Term, ...]) -> Load:
     base = problem.bases.get(key(terms[-1]), problem.base) if terms else problem.base
     excess_nm = _excess(data, replace(base, terms=(base.terms[0], *terms))) if terms else 0.0
-    effects = [named(t.effect) for t in terms]
-    lets_go = any(effect.memory_size and effect.overrides("inertia") for effect in effects)
+    speed_rad_s = problem.allowed.limit.speed_rad_s
+    lets_go = any(_lets_go(t, speed_rad_s) for t in terms)
     return Load(base.parameters, 0.0, _arrives(terms, problem), excess_nm, lets_go)
+
+
+def _lets_go(term: Term, speed: float) -> bool:
+    """Whether a cause may let go of the axis: a part of its load, or friction that falls."""
+    effect = named(term.effect)
+    if effect.memory_size:
+        return effect.overrides("inertia")
+    zero = np.zeros(2)
+    from_rest = Motion.known(zero, zero, np.array([0.0, speed]), zero)
+    friction = np.broadcast_to(effect.friction(from_rest, along_motion(term)), zero.shape)
+    return bool(friction[1] < friction[0])
 
 
 def _arrives(terms: Sequence[Term], problem: Problem) -> float:

@@ -118,7 +118,8 @@ class Load:
     excess_nm : float
         What the explanation expects along the recordings beyond what they may hold.
     lets_go : bool
-        Whether a part of the inertia may leave the axis for a while, as in a play.
+        Whether a part of the inertia may leave the axis for a while, as in a play, or friction
+        falls with speed.
     """
 
     base: Array
