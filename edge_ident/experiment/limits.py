@@ -32,7 +32,7 @@ loop does not show: friction that lets go, parts that bend, noise that the contr
 _LETS_GO: Final = 1.25
 """Acceleration of an axis that something lets go of, over that of the reference. Play: up to 1.17
 as a mean over a tenth of a second, on 84 drives of the independent plant. Friction that falls with
-speed lets go of small motions more than that, but none of 146 such drives exceeded 0.84 of its limit.
+speed lets go of small motions more than that; none of 146 such drives exceeded 0.84 of its limit.
 """
 _STEP_S: Final = 0.02
 """Of the looks at a motion: thirty in a period of the fastest line."""
