@@ -80,15 +80,15 @@ class Profile:
 
     @property
     def network_medians_ms(self) -> dict[Variant, float]:
-        """Median time of the warm network, by precision."""
-        warm = [run for run in self.runs if run.start == "warm"]
+        """Median time of the warm network, by precision; none where no network fits the drive."""
+        warm = [run for run in self.runs if run.start == "warm" and "network" in run.stages_ms]
         return {run.precision: spread(run.stages_ms["network"]).p50 for run in warm}
 
     @property
-    def faster_precision(self) -> Variant:
-        """The network to prefer on this machine."""
+    def faster_precision(self) -> Variant | None:
+        """The network to prefer on this machine; None where none fits the drive."""
         medians = self.network_medians_ms
-        return min(medians, key=lambda precision: medians[precision])
+        return min(medians, key=lambda precision: medians[precision], default=None)
 
     def within_target(self, run: ProfileRun) -> bool:
         """Whether tail and awaited stop, then 99 of 100 repetitions, take less than the target."""
@@ -101,12 +101,16 @@ class Profile:
         worst = max(spread(run.stages_ms["total"]).p99 for run in warm)
         medians = self.network_medians_ms.values()
         met = all(self.within_target(run) for run in warm)
+        networks = (
+            f"{self.faster_precision} is the faster network here, "
+            f"by {1.0 - min(medians) / max(medians):.0%}"
+            if medians
+            else "no network fits this drive"
+        )
         return (
             f"sub-second target {'met' if met else 'missed'}: 99 % of warm repetitions take "
             f"at most {worst:.0f} ms, the tail of the capture before them {self.tail_ms:.0f} ms "
-            f"and the stop that they wait for {self.awaited_stop_ms:.0f} ms; "
-            f"{self.faster_precision} is the faster network here, "
-            f"by {1.0 - min(medians) / max(medians):.0%}"
+            f"and the stop that they wait for {self.awaited_stop_ms:.0f} ms; {networks}"
         )
 
 
