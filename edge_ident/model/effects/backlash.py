@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from edge_ident.model.advice import Advice
 from edge_ident.model.compensation import Compensation
 from edge_ident.model.effect import Array, Effect, Motion, Parameter, Values
+from edge_ident.model.play import pushed_load
 from edge_ident.model.search import SOUND_RESONANCE_HZ, Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
 
@@ -101,12 +102,13 @@ class Backlash(Effect):
         begins = np.concatenate([[0], starts[:-2]])
         length = int(np.max(starts[1:] - begins)) + 1
         along = np.minimum(begins[:, None] + np.arange(length), len(motion.time_s) - 1)
-        pushed = _pushed(
+        pushed = pushed_load(
             motion.position[..., along],
             motion.velocity[..., begins],
             carried[..., begins],
             values,
             step_s,
+            _CONTACT_DAMPING,
         )
         contact = np.empty((*pushed.shape[:-2], len(motion.time_s)))
         for row, (begin, start, end) in enumerate(zip(begins, starts, starts[1:], strict=False)):
@@ -189,44 +191,6 @@ def _starts(velocity: Array) -> NDArray[np.intp]:
     even = len(speed) * np.arange(1, count) // count
     quick = [k - near + int(np.argmax(speed[k - near : k + near])) for k in even]
     return np.array([0, *quick, len(speed)])
-
-
-def _pushed(drive: Array, speed: Array, carried: Array, values: Values, step_s: float) -> Array:
-    """Acceleration (..., K, N) that the contacts give a load, by the implicit midpoint rule. Dry
-    friction reduces the speed by at most what it can in a step.
-
-    Parameters
-    ----------
-    drive : (..., K, N) array
-        Positions of the encoder's side along K segments.
-    speed, carried : (..., K) arrays
-        Where they begin: speed, and the contact's acceleration of a load that is carried.
-    """
-    half, friction = 0.5 * values["gap"], step_s * values["deceleration"]
-    rate = np.minimum(values["contact_rate"], 2.0 / step_s)  # what samples resolve
-    spring, damper = rate**2, 2.0 * _CONTACT_DAMPING * rate
-    position = drive[..., 0] - np.copysign(half, carried) - carried / spring
-    implicit = 1.0 + 0.5 * step_s * (damper + 0.5 * step_s * spring)
-    spring, damper = spring / implicit, damper / implicit
-    fading, lift = -np.expm1(-values["damping_rate"] * step_s) / step_s, -values["weight"]
-    least, slowest = -half, -friction
-    drive = np.moveaxis(drive, -1, 0)  # time first: a step reads and writes what lies together
-    middle, moving = 0.5 * (drive[1:] + drive[:-1]), np.diff(drive, axis=0) / step_s
-    pushed = np.empty((len(drive), *position.shape))
-    for push, between, quick in zip(pushed, middle, moving, strict=False):
-        loss = lift - fading * speed
-        ahead = speed + 0.5 * step_s * loss
-        behind = between - position - 0.5 * step_s * ahead
-        depth = behind - np.minimum(np.maximum(behind, least), half)
-        np.add(spring * depth, damper * (quick - ahead), out=push)
-        push[push * depth <= 0.0] = 0.0
-        free = speed + step_s * (loss + push)
-        free -= np.minimum(np.maximum(free, slowest), friction)
-        position = position + 0.5 * step_s * (speed + free)
-        speed = free
-    pushed[-1] = pushed[-2]
-    pushed[1:-1] = 0.5 * (pushed[:-2] + pushed[1:-1])
-    return np.moveaxis(pushed, 0, -1)
 
 
 def _contact(at: Motion, values: Values) -> Array:

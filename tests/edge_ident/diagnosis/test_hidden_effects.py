@@ -49,7 +49,7 @@ def test_two_effects_on_one_axis_are_both_named(batch: Batch) -> None:
 def test_a_disturbance_that_nothing_known_explains_is_not_explained(
     batch: Batch, thorough: bool
 ) -> None:
-    shown = batch.shown(UNKNOWNS if thorough else slice(UNKNOWNS.start, UNKNOWNS.start + 5))
+    shown = batch.shown(UNKNOWNS if thorough else slice(UNKNOWNS.start, UNKNOWNS.start + 3))
     assert shown
     assert all(drive.faulty.verdict == Verdict.UNEXPLAINED for drive in shown), report(shown)
     assert not any(cause.confident for drive in shown for cause in drive.causes), report(shown)

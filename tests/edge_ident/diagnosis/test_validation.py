@@ -17,11 +17,17 @@ RIPPLE_M = 0.31
 
 
 def session(
-    seed: int, *, spring: float = 0.0, push: float = 0.0, offset: float = 0.2, ripple: float = 0.15
+    seed: int,
+    *,
+    spring: float = 0.0,
+    push: float = 0.0,
+    offset: float = 0.2,
+    ripple: float = 0.15,
+    period_s: float = PERIOD_S,
 ) -> Recording:
     """14 s of five sines of random phase on an axis with ripple."""
     rng = np.random.default_rng(seed)
-    t = np.arange(0.0, 14.0, PERIOD_S)
+    t = np.arange(0.0, 14.0, period_s)
     rate = 2.0 * np.pi * np.array([0.11, 0.23, 0.37, 0.61, 0.89])
     angle = rate * t[:, None] + rng.uniform(0.0, 2.0 * np.pi, 5)
     x, v, a = (np.sin(angle) / rate).sum(1), np.cos(angle).sum(1), -(rate * np.sin(angle)).sum(1)
@@ -77,7 +83,11 @@ def test_a_machine_that_is_explained_on_both_days_is_explained() -> None:
 
 
 def test_each_cause_says_in_which_recordings_it_shows() -> None:
-    three = diagnose([session(5), session(6, ripple=0.0), session(7)], stability=False)
+    ripples = {5: 0.15, 6: 0.0, 7: 0.15}
+    three = diagnose(
+        [session(seed, ripple=ripple, period_s=6e-3) for seed, ripple in ripples.items()],
+        stability=False,
+    )
     shown = {c.term.effect: c.shown_in for c in three.axes["x"].causes}
     assert shown["torque_ripple"] == ("session 5", "session 7")
 
