@@ -41,6 +41,17 @@ Cycles = Annotated[
 ]
 
 
+def percentage(text: str) -> float:
+    """A share from a percentage such as 2%."""
+    try:
+        share = float(text.removesuffix("%")) / 100.0
+    except ValueError:
+        share = math.nan
+    if not (text.endswith("%") and 0.0 < share < 1.0):
+        raise typer.BadParameter(f"{text!r} is no percentage between 0% and 100%, such as 2%")
+    return share
+
+
 @dataclass(frozen=True)
 class MotionOptions:
     """How the axes move, and how far a run may go to find out what is wrong."""
@@ -67,6 +78,17 @@ class MotionOptions:
             metavar="NUMBER",
             envvar="EDGE_IDENT_MOST_SECONDS",
             help="Longest duration of all identification motions together; default: no limit.",
+        ),
+    ] = None
+    until: Annotated[
+        float | None,
+        typer.Option(
+            "--until",
+            parser=percentage,
+            metavar="PERCENT",
+            envvar="EDGE_IDENT_UNTIL",
+            help="End the first motion as soon as every parameter is known so well, such as 2%: "
+            "half of its 95 % interval over its value (of the offset, over the Coulomb friction).",
         ),
     ] = None
 
@@ -114,7 +136,11 @@ def run(
     otherwise the old gains are restored. The results are printed and written to the folder given
     by --output (default: edge-ident-runs/DATE-AND-TIME).
 
+    With --until, the first motion ends early where less of it is enough.
+
     Example: `edge-ident run --device /dev/ttyACM0 --dry-run`
+
+    Example: `edge-ident run --device virtual --until 3%`
     """
     known, hidden = given_model(model), faults.hidden()
     plan = commissioning.Plan(
@@ -128,6 +154,7 @@ def run(
         not no_diagnose,
         motions.most_motions,
         motions.most_s,
+        motions.until,
     )
     with session(where, results.output, hidden) as opened:
         board, folder, loaded = opened.board, opened.folder, network.load()

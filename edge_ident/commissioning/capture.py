@@ -4,7 +4,7 @@ import logging
 import shutil
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 
@@ -19,10 +19,15 @@ from edge_ident.signals.recording import AxisRecord, Recording
 from edge_ident.signals.recording_files import save_recording
 from edge_ident.support.interrupts import deaf_to_interrupts
 from firmware_interface.board import Board, CapturePage
+from firmware_interface.board_checks import fault_error
 from firmware_interface.errors import BusyError
 from firmware_interface.motion import Trajectory
+from firmware_interface.registers import State
 
 log = logging.getLogger(__name__)
+
+Enough = Callable[[int, Callable[[], Recording]], bool]
+"""Gets the samples in hand, and what makes a recording of them."""
 
 _CLOCK_RANGE: Final = 2**32
 """The board's clock wraps around after so many samples."""
@@ -46,6 +51,8 @@ class Capture:
         Board time from the last captured sample to the last page in hand.
     tracking_rms_rad : dict of axis name to float
         Root mean square of reference minus position.
+    ended_early : bool
+        As much as was needed is in hand; the axes may still move.
     """
 
     recording: Recording
@@ -53,6 +60,7 @@ class Capture:
     pages: int
     tail_s: float
     tracking_rms_rad: dict[str, float]
+    ended_early: bool = False
 
 
 def check_drive(board: Board, drive: Drive) -> None:
@@ -94,11 +102,12 @@ def capture_motion(
     file: Path | None = None,
     say: Callable[[str], None] = log.warning,
     after: "Capture | None" = None,
+    enough: Enough | None = None,
 ) -> Capture:
-    """Run one motion and drain its pages while it lasts.
+    """Run one motion and drain its pages while it lasts; `come_to_rest` is to follow.
 
     Its lead-in is as long as the way there needs (`with_lead_in`). The recording is saved before
-    anything else is done with it; where the motion ends early, the machine is stopped and what
+    anything else is done with it; where the motion fails, the machine is stopped and what
     there is of the recording is kept beside that file, as `partial_file` names it.
 
     Parameters
@@ -114,6 +123,8 @@ def capture_motion(
         Takes what the person should know.
     after : Capture, optional
         An earlier motion, from which the recording's time goes on.
+    enough : callable, optional
+        Asked after every page whether what is in hand is enough; then the rest is not fetched.
 
     Raises
     ------
@@ -135,10 +146,12 @@ def capture_motion(
     with _kept_if_cut_short(board, pages, file, say):
         board.start()
         log.info("motion started, %d samples expected", expected)
-        begin, tail_s = _drain(board, pages, expected, on_samples)
+        begin, tail_s, ended_early = _drain(board, pages, expected, on_samples, enough)
         capture = _assemble(board, pages, begin, tail_s, after)
         samples = len(capture.recording.time_s)
-        if samples != expected:
+        if ended_early:
+            capture = replace(capture, ended_early=True)
+        elif samples != expected:
             raise LinkError(
                 f"the board captured {samples} samples of {expected}", "repeat the motion"
             )
@@ -146,6 +159,23 @@ def capture_motion(
             save_recording(capture.recording, file)
     log.info("%d pages received %.3f s after the last sample", len(pages), capture.tail_s)
     return capture
+
+
+def come_to_rest(board: Board, capture: Capture) -> None:
+    """Wait for the end of a motion, or stop one that ended early.
+
+    Raises
+    ------
+    BoardError
+        The axes do not come to rest, or a fault stopped them.
+    """
+    if not capture.ended_early:
+        board.finish()
+        return
+    board.quick_stop()
+    status = board.status()
+    if status.state is State.FAULT:
+        raise fault_error(status)
 
 
 def _check_room(file: Path, samples: int, axes: int) -> None:
@@ -170,20 +200,33 @@ def _drain(
     pages: list[CapturePage],
     expected: int,
     on_samples: Callable[[int, int], None],
-) -> tuple[int, float]:
-    """Fetch all pages; gives the board's clock at the first sample, in samples, and its time from
-    the last sample to the last page, s."""
-    capture_start = 0
+    enough: Enough | None,
+) -> tuple[int, float, bool]:
+    """Fetch all pages that are needed.
+
+    Gives the board's clock at the first sample, in samples, its time from the last sample to the
+    last page, s, and whether less than the whole motion was enough.
+    """
+    capture_start, samples, ended_early = 0, 0, False
+
+    def in_hand() -> Recording:
+        return _assemble(board, pages, capture_start, 0.0, None).recording
+
     for page in board.capture_pages():
         if not pages:
             status = board.status()
             capture_start = status.clock_samples - status.samples_captured
         pages.append(page)
-        on_samples(page.first_sample + len(page.position_rad), expected)
+        samples = page.first_sample + len(page.position_rad)
+        on_samples(samples, expected)
+        if enough is not None and samples < expected and enough(samples, in_hand):
+            ended_early = True
+            break
     if not pages:
         raise LinkError("the board captured no samples", "repeat the motion")
-    late = (board.status().clock_samples - capture_start - expected) % _CLOCK_RANGE
-    return capture_start, late * board.identity.sample_period_s
+    last = samples if ended_early else expected
+    late = (board.status().clock_samples - capture_start - last) % _CLOCK_RANGE
+    return capture_start, late * board.identity.sample_period_s, ended_early
 
 
 @contextmanager

@@ -17,7 +17,7 @@ from edge_ident.commissioning.gain_transfer import write_gains
 from edge_ident.commissioning.motor_way import of_motor
 from edge_ident.commissioning.observer import Observer
 from edge_ident.commissioning.promise import Errors, Promise, promised
-from edge_ident.commissioning.recorded_motion import Moved
+from edge_ident.commissioning.recorded_motion import Moved, beginning
 from edge_ident.commissioning.second_motion import (
     NamedMotion,
     confirm_window_s,
@@ -67,9 +67,9 @@ class MotionBefore:
     Attributes
     ----------
     capture : Capture
-        Whole cycles of it.
+        Whole cycles of it, or less than one.
     first : NamedMotion
-        One cycle of it, with which new gains are verified.
+        One cycle of it, or as much as was captured, with which new gains are verified.
     second : NamedMotion
         The motion beside it.
     grounds : Grounds
@@ -93,9 +93,19 @@ class MotionBefore:
         found: Identification,
         recorded: Recorded | None = None,
     ) -> Self:
-        """A named motion of a drive, and what was identified from it."""
-        first = NamedMotion(name, named_trajectory(drive, name, 1))
-        second = second_motion(drive, name)
+        """A named motion of a drive, and what was identified from it.
+
+        Where it ended early, new gains are verified on as much of the cycle as was captured.
+        """
+        cycle, recording = named_trajectory(drive, name, 1), capture.recording
+        samples, sampling_s = len(recording.time_s), drive.sampling_period_s
+        whole = int((samples + 1) * sampling_s / cycle.duration_s)
+        if whole:
+            samples = min(round(whole * cycle.duration_s / sampling_s), samples)
+            capture = replace(capture, recording=beginning(recording, samples))
+        else:
+            cycle = replace(cycle, duration_s=samples * sampling_s)
+        first, second = NamedMotion(name, cycle), second_motion(drive, name)
         return cls(capture, first, second, Grounds.of(found), recorded)
 
 

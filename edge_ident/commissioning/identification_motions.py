@@ -7,7 +7,7 @@ from math import inf
 from pathlib import Path
 from typing import Final
 
-from edge_ident.commissioning.capture import Capture, capture_motion
+from edge_ident.commissioning.capture import Capture, Enough, capture_motion
 from edge_ident.commissioning.homing import move_to
 from edge_ident.commissioning.observer import Observer
 from edge_ident.diagnosis.result import AxisDiagnosis
@@ -121,12 +121,16 @@ def duration_s(trajectory: Trajectory) -> float:
 
 
 def captured(
-    study: Study, trajectory: Trajectory, number: int, after: Capture | None = None
+    study: Study,
+    trajectory: Trajectory,
+    number: int,
+    after: Capture | None = None,
+    enough: Enough | None = None,
 ) -> Capture:
     """An identification motion, saved as soon as its last sample arrives.
 
     A staircase begins where the axes stand. One that was designed counts from zero. Its time goes
-    on from the motion `after` which it comes.
+    on from the motion `after` which it comes. It ends where what is captured is `enough`.
     """
     if number > 1 and any(isinstance(of, Staircase) for of in trajectory.axes.values()):
         move_to(study.board, dict.fromkeys(study.board.axes, 0.0), study.observer)
@@ -134,8 +138,9 @@ def captured(
     file = study.folder / capture_file(number)
     with study.watch.stage("motion"):
         return capture_motion(
-            study.board, trajectory, study.observer.samples, file, study.observer.say, after
-        )
+            study.board, trajectory, study.observer.samples, file, study.observer.say, after,
+            enough,
+        )  # fmt: skip
 
 
 def identified(

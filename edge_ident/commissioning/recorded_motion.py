@@ -42,7 +42,7 @@ class Moved:
         """The beginning of a recording, as long as the trajectory that it follows."""
         wanted_s = trajectory.duration_s
         part = recording.time_s - recording.time_s[0] < wanted_s - 1e-9
-        record = _cut(recording, int(np.sum(part)))
+        record = beginning(recording, int(np.sum(part)))
         period_s = _period_s(record)
         begin = int(min(trajectory.lead_in_s, _WAY_IN_S) / period_s)
         time_s = period_s * np.arange(-begin, len(record.time_s))
@@ -122,7 +122,8 @@ def _period_s(recording: Recording) -> float:
     return float(recording.time_s[-1] - recording.time_s[0]) / (len(recording.time_s) - 1)
 
 
-def _cut(recording: Recording, samples: int) -> Recording:
+def beginning(recording: Recording, samples: int) -> Recording:
+    """The first samples of a recording."""
     axes = {
         name: replace(
             axis,

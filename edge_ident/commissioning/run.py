@@ -3,13 +3,14 @@
 import logging
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 
 from edge_ident.commissioning.board_answer import BoardAnswer, board_answer
-from edge_ident.commissioning.capture import Capture, check_drive
+from edge_ident.commissioning.capture import Capture, check_drive, come_to_rest
 from edge_ident.commissioning.carry_over import reconsidered
+from edge_ident.commissioning.early_answer import EarlyAnswer, Looks
 from edge_ident.commissioning.gain_change import check_change, concluded
 from edge_ident.commissioning.gain_files import save_backup
 from edge_ident.commissioning.gain_outcome import GainChange
@@ -68,6 +69,9 @@ class Plan:
         designed that separate them.
     most_s : float
         Duration of these motions in all, lead-ins included.
+    until : float or None
+        Relative half-width of all intervals at which the first motion ends early; see
+        `edge_ident.commissioning.early_answer`.
     """
 
     motion: MotionName = "sinusoid"
@@ -80,6 +84,7 @@ class Plan:
     diagnose: bool = True
     most_motions: int = 3
     most_s: float = math.inf
+    until: float | None = None
 
     def study(
         self, board: Board, drive: Drive, network: Network | None, folder: Path, observer: Observer
@@ -113,7 +118,9 @@ class Outcome:
     separation : Separation
         All identification motions, the first included.
     board : BoardAnswer or None
-        What the board identified by itself from the first motion; None where it has no network.
+        What the board identified by itself from the whole first motion, if it has a network.
+    early : EarlyAnswer or None
+        Whether the first motion could end early; None where that was not asked for.
     """
 
     capture: Capture
@@ -126,6 +133,7 @@ class Outcome:
     timing_ms: Mapping[str, float]
     separation: Separation
     board: BoardAnswer | None = None
+    early: EarlyAnswer | None = None
 
     def captures(self, folder: Path) -> list[Path]:
         """Files of the identification motions."""
@@ -174,7 +182,7 @@ def commission(
     # before the effort goes on: whatever happens from there, the backup is there
     save_backup(gains_before, board.identity, folder / BACKUP_FILE)
     with ready_to_move(board, observer.say):
-        first = _first_motion(study, trajectory)
+        first, early = _first_motion(study, trajectory, plan.until)
         answer = _answer_of_board(study, first)
         with watch.stage("separation"):
             separation = separate(study, [first])
@@ -189,12 +197,14 @@ def commission(
     log.info(conclusion)
     return Outcome(
         first.capture, found, designs, gains_before, change, stored, conclusion, watch.timing_ms(),
-        separation, answer,
+        separation, answer, early,
     )  # fmt: skip
 
 
 def _answer_of_board(study: Study, first: IdentificationMotion) -> BoardAnswer | None:
-    """What the board identified by itself; its axes rest meanwhile."""
+    """What the board identified by itself, from whole motions alone; its axes rest meanwhile."""
+    if first.capture.ended_early:
+        return None
     with study.watch.stage("board_identification"):
         answer = board_answer(study.board, first.recording, first.found, study.network)
     for sentence in answer.sentences if answer else ():
@@ -202,13 +212,20 @@ def _answer_of_board(study: Study, first: IdentificationMotion) -> BoardAnswer |
     return answer
 
 
-def _first_motion(study: Study, trajectory: Trajectory) -> IdentificationMotion:
-    """The motion that the user asked for, identified."""
-    capture = captured(study, trajectory, 1)
+def _first_motion(
+    study: Study, trajectory: Trajectory, until: float | None
+) -> tuple[IdentificationMotion, EarlyAnswer | None]:
+    """The motion that the user asked for, or as much of it as is needed, identified."""
+    looks = None if until is None else Looks(study, trajectory, until)
+    capture = captured(study, trajectory, 1, enough=None if looks is None else looks.enough)
     with study.watch.stage("last_sample_to_verified"):
-        study.board.finish()
+        come_to_rest(study.board, capture)
         found = identified(study, capture.recording)
-    return IdentificationMotion(CAPTURE_FILE, trajectory, capture, found)
+    if capture.ended_early:
+        captured_s = len(capture.recording.time_s) * study.board.identity.sample_period_s
+        trajectory = replace(trajectory, duration_s=captured_s)
+    first = IdentificationMotion(CAPTURE_FILE, trajectory, capture, found)
+    return first, None if looks is None else looks.answer(capture, found)
 
 
 def board_designs(

@@ -53,6 +53,7 @@ def run_document(
         },
         "motions": motions_document(outcome.separation.motions, folder),
         "motions_ended": outcome.separation.ended,
+        "until": None if outcome.early is None else dataclasses.asdict(outcome.early),
         "network_sha256": network.sha256,
         "board": dataclasses.asdict(identity),
         "version": version("edge-ident"),

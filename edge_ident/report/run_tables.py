@@ -22,6 +22,8 @@ def outcome_view(outcome: Outcome) -> Group:
 
 def _outcome_parts(outcome: Outcome) -> Iterator[RenderableType]:
     yield identification_view(outcome.identification)
+    if outcome.early is not None:
+        yield Text(outcome.early.sentence)
     if outcome.board is not None:
         yield from map(Text, outcome.board.sentences)
     if outcome.separation.ended:
