@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 
 import typer
 
+import edge_ident
 from edge_ident import commissioning, report
 from edge_ident.cli.command import UNTRUSTED, command
 from edge_ident.cli.hiding import HideOptions
@@ -136,26 +137,15 @@ def run(
     otherwise the old gains are restored. The results are printed and written to the folder given
     by --output (default: edge-ident-runs/DATE-AND-TIME).
 
-    With --until, the first motion ends early where less of it is enough.
+    With --until, the first motion ends as soon as its parameters are known so well. The answer
+    says how much of it was needed. New gains are then verified on the same part of the motion.
 
     Example: `edge-ident run --device /dev/ttyACM0 --dry-run`
 
     Example: `edge-ident run --device virtual --until 3%`
     """
     known, hidden = given_model(model), faults.hidden()
-    plan = commissioning.Plan(
-        motions.motion,
-        motions.cycles,
-        gains.bandwidth,
-        not gains.dry_run,
-        gains.store,
-        seed,
-        known,
-        not no_diagnose,
-        motions.most_motions,
-        motions.most_s,
-        motions.until,
-    )
+    plan = _plan(motions, gains, seed, known, diagnose=not no_diagnose)
     with session(where, results.output, hidden) as opened:
         board, folder, loaded = opened.board, opened.folder, network.load()
         with shown_progress() as bars:
@@ -171,3 +161,27 @@ def run(
         say(f"written: {page}")
     if not outcome.trusted:
         raise typer.Exit(UNTRUSTED)
+
+
+def _plan(
+    motions: MotionOptions,
+    gains: GainOptions,
+    seed: int,
+    known: edge_ident.Model | None,
+    *,
+    diagnose: bool,
+) -> commissioning.Plan:
+    """What the options ask for."""
+    return commissioning.Plan(
+        motions.motion,
+        motions.cycles,
+        gains.bandwidth,
+        not gains.dry_run,
+        gains.store,
+        seed,
+        known,
+        diagnose,
+        motions.most_motions,
+        motions.most_s,
+        motions.until,
+    )
