@@ -1,4 +1,4 @@
-"""A motion that ends as soon as its parameters are known: when, what of it is kept, how it stops."""
+"""A motion that ends once its parameters are known: when, what is kept of it, how it stops."""
 
 import threading
 from dataclasses import replace
