@@ -48,9 +48,9 @@ def seeds(kind: str, first: int, count: int) -> Iterator[int]:
 def row(kind: str, seed: int, motion: Any, cycles: int, until: float) -> Row:
     """One drive, with and without the option."""
     began_s = time.process_time()
-    asked = {"kind": kind, "seed": seed, "motion": motion, "cycles": cycles, "until": until}
+    asked = {"kind": kind, "seed": seed, "motion": motion, "cycles": cycles, "asked": until}
     try:
-        found = {arm: _one(kind, seed, motion, cycles, until, arm) for arm in _ARMS}
+        found: Row = {arm: _one(kind, seed, motion, cycles, until, arm) for arm in _ARMS}
     except EdgeIdentError as error:
         found = {"error": error.cause}
     return {**asked, **found, "processor_s": round(time.process_time() - began_s, 2)}

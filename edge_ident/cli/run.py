@@ -167,10 +167,10 @@ def _plan(
     motions: MotionOptions,
     gains: GainOptions,
     seed: int,
-    known: edge_ident.Model | None,
+    known: "edge_ident.Model | None",
     *,
     diagnose: bool,
-) -> commissioning.Plan:
+) -> "commissioning.Plan":
     """What the options ask for."""
     return commissioning.Plan(
         motions.motion,

@@ -7,6 +7,11 @@ from math import inf
 from pathlib import Path
 from typing import Final
 
+# numpy loads these at first use, which would be after the last sample
+import numpy.fft
+import numpy.ma
+import numpy.polynomial  # noqa: F401
+
 from edge_ident.commissioning.capture import Capture, Enough, capture_motion
 from edge_ident.commissioning.homing import move_to
 from edge_ident.commissioning.observer import Observer
