@@ -1,5 +1,6 @@
 """A run as one HTML page."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -116,13 +117,14 @@ def write_run_page(outcome: Outcome, document: dict[str, Any], folder: Path) -> 
     return write_html("run.html.jinja", content, document, folder)
 
 
-def _of_board(name: str, outcome: Outcome) -> list[Row]:
-    """What the board identified of an axis by itself, if it has a network."""
-    answer = outcome.board
-    if answer is None:
-        return []
-    said = answer.axes[name].sentence if answer.axes else answer.sentences[0]
-    return [("The board itself", sentence(said))]
+def _besides(name: str, outcome: Outcome) -> Iterator[Row]:
+    """How much of the motion was needed, and what the board identified of an axis by itself."""
+    early, answer = outcome.early, outcome.board
+    if early is not None:
+        yield "The motion", sentence(early.sentence)
+    if answer is not None:
+        said = answer.axes[name].sentence if answer.axes else answer.sentences[0]
+        yield "The board itself", sentence(said)
 
 
 def _details(key: str, name: str, outcome: Outcome) -> RunDetails:
@@ -132,7 +134,7 @@ def _details(key: str, name: str, outcome: Outcome) -> RunDetails:
         name,
         [f"{sentence(f.message)} Next: {f.next_step}. ({f.code})" for f in axis.findings],
         _parameters(axis),
-        Table("How it was identified", ("", ""), [*_conditions(axis), *_of_board(name, outcome)]),
+        Table("How it was identified", ("", ""), [*_conditions(axis), *_besides(name, outcome)]),
         identified_charts(key, axis),
         _diagnosis(key, name, axis),
     )

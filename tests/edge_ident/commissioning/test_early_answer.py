@@ -1,5 +1,6 @@
 """A motion that ends once its parameters are known: when, what is kept of it, how it stops."""
 
+import html
 import threading
 from dataclasses import replace
 from pathlib import Path
@@ -17,6 +18,7 @@ from edge_ident.commissioning.recorded_motion import beginning
 from edge_ident.commissioning.run import Outcome, Plan, commission
 from edge_ident.drive.motions import named_trajectory
 from edge_ident.errors import BoardError, ModelError
+from edge_ident.report.page.run_page import write_run_page
 from edge_ident.report.run_documents import run_document
 from firmware_interface.board import Board
 from firmware_interface.motion import Multisine, SineComponent, Staircase, Trajectory
@@ -75,14 +77,17 @@ def test_gains_are_designed_and_verified_as_after_a_whole_motion(short) -> None:
     assert made.trajectory.duration_s == len(made.recording.time_s) * SAMPLE_S
 
 
-def test_the_document_tells_how_much_was_needed(short) -> None:
+def test_document_and_page_tell_how_much_was_needed(short) -> None:
     outcome, _, board, folder = short
     network = type("Network", (), {"sha256": ""})()
-    told = run_document(outcome, board.identity, network, folder)["until"]
+    document = run_document(outcome, board.identity, network, folder)
+    told = document["until"]
     assert told["asked"] == 0.03
     assert told["reached"]
     assert told["share"] == outcome.early.share
     assert set(told["widest"]) == {"axis", "parameter", "half_width"}
+    page = write_run_page(outcome, document, folder).read_text("utf-8")
+    assert outcome.early.sentence in html.unescape(page)
 
 
 def test_a_bound_that_is_not_reached_leaves_the_motion_whole(tmp_path: Path) -> None:
