@@ -204,7 +204,7 @@ def period_s(trajectory: Trajectory) -> float:
 
 def earliest_s(trajectory: Trajectory, sampling_s: float) -> float:
     """When the captured part has seen enough speeds for a first look; inf where it never does."""
-    times_s = np.arange(0.0, trajectory.duration_s, sampling_s)
+    times_s = np.arange(0.0, min(period_s(trajectory), trajectory.duration_s), sampling_s)
     earliest = _LEAST_PERIODS * period_s(trajectory)
     for motion in trajectory.axes.values():
         velocity = reference(motion, times_s, trajectory.lead_in_s, 0.0).velocity_rad_s
