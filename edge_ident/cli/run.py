@@ -88,8 +88,8 @@ class MotionOptions:
             parser=percentage,
             metavar="PERCENT",
             envvar="EDGE_IDENT_UNTIL",
-            help="End the first motion as soon as every parameter is known so well, such as 2%: "
-            "half of its 95 % interval over its value (of the offset, over the Coulomb friction).",
+            help="End the first motion as soon as half of every 95 % interval is at most this "
+            "share of the parameter (of the offset: of the Coulomb friction), such as 2%.",
         ),
     ] = None
 
@@ -137,8 +137,8 @@ def run(
     otherwise the old gains are restored. The results are printed and written to the folder given
     by --output (default: edge-ident-runs/DATE-AND-TIME).
 
-    With --until, the first motion ends as soon as its parameters are known so well. The answer
-    says how much of it was needed. New gains are then verified on the same part of the motion.
+    With --until 2%, the first motion ends as soon as every parameter is known to 2 %, and the
+    result says how much of it was needed. New gains are then verified on the part that was made.
 
     Example: `edge-ident run --device /dev/ttyACM0 --dry-run`
 

@@ -27,7 +27,7 @@ from firmware_interface.registers import State
 log = logging.getLogger(__name__)
 
 Enough = Callable[[int, Callable[[], Recording]], bool]
-"""Gets the samples in hand, and what makes a recording of them."""
+"""Whether what is in hand is enough: gets the samples, and what makes a recording of them."""
 
 _CLOCK_RANGE: Final = 2**32
 """The board's clock wraps around after so many samples."""
@@ -220,6 +220,7 @@ def _drain(
         samples = page.first_sample + len(page.position_rad)
         on_samples(samples, expected)
         if enough is not None and samples < expected and enough(samples, in_hand):
+            board.heartbeat()  # until the stop comes, the recording is saved
             ended_early = True
             break
     if not pages:
