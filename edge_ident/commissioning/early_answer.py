@@ -22,7 +22,7 @@ from typing import Final
 import numpy as np
 
 from edge_ident.commissioning.capture import Capture
-from edge_ident.commissioning.identification_motions import Study
+from edge_ident.commissioning.identification_motions import Study, identified
 from edge_ident.errors import DataError
 from edge_ident.identification.identify import identify
 from edge_ident.identification.result import Identification
@@ -122,6 +122,7 @@ class Looks:
         (timeout_s,) = study.board.register_values("watchdog.timeout")
         self._beat_every_s = timeout_s / _BEATS_PER_TIMEOUT
         self._good = 0
+        self._found: Identification | None = None
 
     def enough(self, samples: int, in_hand: Callable[[], Recording]) -> bool:
         """Look, where it is time; see `edge_ident.commissioning.capture.Enough`.
@@ -138,6 +139,12 @@ class Looks:
         pause = took_s / _TIME_SHARE / self._study.board.identity.sample_period_s
         self._next = samples + max(self._every, pause)
         return self._good >= _IN_A_ROW
+
+    def identified(self, capture: Capture) -> Identification:
+        """What the last look found, where the motion ended with it; else what the capture shows."""
+        if capture.ended_early and self._found is not None:
+            return self._found
+        return identified(self._study, capture.recording)
 
     def answer(self, capture: Capture, found: Identification) -> EarlyAnswer:
         """What became of it; the person at the machine is told.
@@ -185,7 +192,7 @@ class Looks:
         except DataError as error:
             log.info("look at %d samples: %s", len(recording.time_s), error.cause)
             return False
-        widest = Widest.of(found)
+        self._found, widest = found, Widest.of(found)
         log.info("look at %d samples: %s", len(recording.time_s), widest)
         adequate = all(axis.adequacy.adequate for axis in found.axes.values())
         return adequate and found.trusted and widest.half_width <= self._asked

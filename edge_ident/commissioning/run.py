@@ -220,7 +220,7 @@ def _first_motion(
     capture = captured(study, trajectory, 1, enough=None if looks is None else looks.enough)
     with study.watch.stage("last_sample_to_verified"):
         come_to_rest(study.board, capture)
-        found = identified(study, capture.recording)
+        found = identified(study, capture.recording) if looks is None else looks.identified(capture)
     if capture.ended_early:
         captured_s = len(capture.recording.time_s) * study.board.identity.sample_period_s
         trajectory = replace(trajectory, duration_s=captured_s)

@@ -18,8 +18,10 @@ from edge_ident.commissioning.recorded_motion import beginning
 from edge_ident.commissioning.run import Outcome, Plan, commission
 from edge_ident.drive.motions import named_trajectory
 from edge_ident.errors import BoardError, ModelError
+from edge_ident.identification.identify import identify
 from edge_ident.report.page.run_page import write_run_page
 from edge_ident.report.run_documents import run_document
+from edge_ident.signals.recording_files import load_recording
 from firmware_interface.board import Board
 from firmware_interface.motion import Multisine, SineComponent, Staircase, Trajectory
 from firmware_interface.plant import Hidden
@@ -68,6 +70,13 @@ def test_the_part_that_was_captured_is_identified_within_its_intervals(short) ->
         truth = [getattr(FEED_DRIVE[name], of) for of in early_answer.PARAMETERS]
         # four parameters of two axes at once: 99.7 % intervals
         assert np.all(abs(axis.estimate.parameters - truth) < 3.0 * axis.estimate.std)
+
+
+def test_the_last_look_is_the_answer_that_the_recording_gives(short) -> None:
+    again = identify(load_recording(short[3] / CAPTURE_FILE), diagnose=False)
+    for name, axis in short[0].identification.axes.items():
+        assert np.array_equal(axis.estimate.parameters, again.axes[name].estimate.parameters)
+        assert np.array_equal(axis.estimate.std, again.axes[name].estimate.std)
 
 
 def test_gains_are_designed_and_verified_as_after_a_whole_motion(short) -> None:
