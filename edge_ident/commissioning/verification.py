@@ -3,8 +3,8 @@
 Each motion is done with the old gains and once more with the new ones. The squared tracking errors
 of both are averaged over short segments of the cycle (over all cycles, where there are several)
 and compared segment by segment. How well the motion repeats is taken from how the difference
-scatters from one segment to the next: what the gains do changes slowly along the cycle, chance
-does not. Gains are
+scatters from one segment to the next: chance changes there, and of what the gains do only a part.
+Gains are
 
 - worse, if on any axis the rms error grew by more than the motion repeats;
 - in doubt, if it grew by less than that, but by more than means nothing; or if an axis did not
@@ -15,9 +15,8 @@ does not. Gains are
 "More than means nothing" is more than a fiftieth of the error before, and more than a twentieth of
 an encoder count, to which rms errors repeat on machines that nothing but their encoder disturbs.
 "More than the motion repeats" is, besides, more than two standard errors of that mean difference.
-What changes quickly along the cycle may be what the gains do. So doubt counts against the new
-gains: to take back good ones costs a run. A changed machine is one that needs another effort for
-the same motion (`edge_ident.commissioning.machine_change`).
+A doubt counts against the new gains: to take back good ones costs a run. A changed machine is one
+that needs another effort for the same motion (`edge_ident.commissioning.machine_change`).
 
 Whether there is anything to gain is asked beforehand, of a forecast (`promise`).
 """

@@ -1,0 +1,48 @@
+"""What is said of new gains that were rolled back for a doubt."""
+
+from edge_ident.commissioning.gain_outcome import GainChange
+from edge_ident.commissioning.verification import Tracking, Verification
+
+FINE = Tracking(1e-3, 0.3e-3, 0.05e-3, 0.02e-3)
+GREW = 1.05e-3
+MAY_BE_CHANCE = Tracking(1e-3, GREW, 0.1e-3, 0.02e-3)
+WORSE = Tracking(1e-3, GREW, 0.03e-3, 0.02e-3)
+CHANGED = Tracking(1e-3, 0.9e-3, 0.05e-3, 0.02e-3, machine_changed=0.07)
+
+
+def rolled_back(**others: Tracking) -> GainChange:
+    """Fine on the motion of the identification, and as told on others."""
+    return GainChange(
+        confirmed=False,
+        verification=Verification({"x": FINE, "z": FINE}),
+        others={motion: Verification({"x": FINE, "z": of}) for motion, of in others.items()},
+        diagnosed={"x": (), "z": ("backlash",)},
+    )
+
+
+def test_what_is_worse_contradicts_the_diagnosis() -> None:
+    change = rolled_back(multisine=WORSE)
+    assert not change.in_doubt
+    assert change.contradicted == {"z": ("backlash",)}
+    assert "increased the tracking error on the multisine and were rolled back" in change.conclusion
+
+
+def test_what_may_be_chance_says_so_and_contradicts_nothing() -> None:
+    change = rolled_back(multisine=MAY_BE_CHANCE)
+    assert change.in_doubt
+    assert change.contradicted == {}
+    assert "on the multisine, perhaps by chance, and were rolled back" in change.conclusion
+
+
+def test_a_machine_that_changed_is_named_with_its_share() -> None:
+    change = rolled_back(multisine=CHANGED)
+    assert change.contradicted == {}
+    assert "the machine itself changed during the trial (axis z by 7% of its effort)" in (
+        change.conclusion
+    )
+
+
+def test_worse_on_one_axis_outweighs_a_doubt_on_another() -> None:
+    both = Verification({"x": CHANGED, "z": WORSE})
+    assert both.verdict == "worse"
+    assert not both.keeps
