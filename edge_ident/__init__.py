@@ -15,7 +15,7 @@ from edge_ident.support.lazy import lazy_names
 TYPE_CHECKING = False  # loading typing takes longer than all that a script's start needs
 if TYPE_CHECKING:
     from edge_ident.baselines.comparison import Comparison, compare, comparison_methods
-    from edge_ident.commissioning.connect import connect
+    from edge_ident.commissioning.link.connect import connect
     from edge_ident.control.drive_gains import GainDesigns, design_gains
     from edge_ident.control.gain_design import GainDesign
     from edge_ident.diagnosis.diagnose import diagnose
@@ -149,7 +149,7 @@ _attribute = lazy_names(
         "Trajectory": "firmware_interface.motion",
         "compare": "edge_ident.baselines.comparison",
         "comparison_methods": "edge_ident.baselines.comparison",
-        "connect": "edge_ident.commissioning.connect",
+        "connect": "edge_ident.commissioning.link.connect",
         "design_gains": "edge_ident.control.drive_gains",
         "diagnose": "edge_ident.diagnosis.diagnose",
         "identify": "edge_ident.identification.identify",

@@ -21,9 +21,9 @@ from typing import Any, Final
 
 import numpy as np
 
-from edge_ident.commissioning.capture import come_to_rest
-from edge_ident.commissioning.early_answer import Looks
-from edge_ident.commissioning.identification_motions import captured
+from edge_ident.commissioning.motion.capture import come_to_rest
+from edge_ident.commissioning.study.early_answer import Looks
+from edge_ident.commissioning.study.identification_motions import captured
 from edge_ident.drive.motions import MOTIONS, named_trajectory
 from edge_ident.errors import EdgeIdentError
 from edge_ident.identification.identify import identify

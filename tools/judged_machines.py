@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.commissioning.capture import Capture, capture_motion
+from edge_ident.commissioning.motion.capture import Capture, capture_motion
 from edge_ident.control.gain_design import design
 from edge_ident.control.position_loop import LoopHardware
 from edge_ident.drive.description import Drive, load_drive

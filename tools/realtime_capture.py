@@ -23,8 +23,8 @@ sys.path[:0] = [str(_ROOT), str(_ROOT / "tests" / "firmware_interface")]
 from fault_line import FaultyLine, Pace  # noqa: E402
 from fault_proxy import FaultProxy  # noqa: E402
 
-from edge_ident.commissioning.capture import Capture, capture_motion  # noqa: E402
-from edge_ident.commissioning.safety import ready_to_move  # noqa: E402
+from edge_ident.commissioning.motion.capture import Capture, capture_motion  # noqa: E402
+from edge_ident.commissioning.motion.safety import ready_to_move  # noqa: E402
 from edge_ident.drive.description import load_drive  # noqa: E402
 from firmware_interface.board import Board  # noqa: E402
 from firmware_interface.connection import open_link  # noqa: E402

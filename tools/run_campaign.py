@@ -29,16 +29,16 @@ from typing import Any, Final
 import numpy as np
 
 import edge_ident
-from edge_ident.commissioning.identification_motions import (
+from edge_ident.commissioning.motion.safety import ready_to_move
+from edge_ident.commissioning.run import Plan, commission
+from edge_ident.commissioning.study.identification_motions import (
     IdentificationMotion,
     Study,
     capture_file,
     captured,
     identified,
 )
-from edge_ident.commissioning.run import Plan, commission
-from edge_ident.commissioning.safety import ready_to_move
-from edge_ident.commissioning.separation import judged
+from edge_ident.commissioning.study.separation import judged
 from edge_ident.diagnosis.tolerance import TOLERANCE
 from edge_ident.drive.description import load_drive
 from edge_ident.drive.motions import named_trajectory

@@ -42,10 +42,10 @@ from conformance_boards import (  # noqa: E402
 from fault_line import FaultyLine, LineFault, Sender  # noqa: E402
 from fault_proxy import FaultProxy  # noqa: E402
 
-from edge_ident.commissioning.capture import capture_motion, check_drive  # noqa: E402
-from edge_ident.commissioning.homing import move_to  # noqa: E402
+from edge_ident.commissioning.motion.capture import capture_motion, check_drive  # noqa: E402
+from edge_ident.commissioning.motion.homing import move_to  # noqa: E402
+from edge_ident.commissioning.motion.safety import make_ready, ready_to_move  # noqa: E402
 from edge_ident.commissioning.run import Plan, commission  # noqa: E402
-from edge_ident.commissioning.safety import make_ready, ready_to_move  # noqa: E402
 from edge_ident.drive.description import load_drive  # noqa: E402
 from edge_ident.errors import EdgeIdentError  # noqa: E402
 from edge_ident.estimation.network import load_network  # noqa: E402

@@ -8,16 +8,15 @@ from typing import TYPE_CHECKING
 from edge_ident.support.lazy import lazy_names
 
 if TYPE_CHECKING:
-    from edge_ident.commissioning.data_sheet import AxisSheet, Entry, fill_sheet, sheet_in_si
-    from edge_ident.commissioning.data_sheet_checks import period_doubts, sheet_doubts
-    from edge_ident.commissioning.data_sheet_entries import SHEET_ENTRIES
-    from edge_ident.commissioning.described_drive import (
+    from edge_ident.commissioning.data_sheet.checks import period_doubts, sheet_doubts
+    from edge_ident.commissioning.data_sheet.described_drive import (
         DescribedDrive,
         describe_drive,
         sampling_period_s,
     )
-    from edge_ident.commissioning.doctor import check_host
-    from edge_ident.commissioning.gain_change import (
+    from edge_ident.commissioning.data_sheet.entries import SHEET_ENTRIES
+    from edge_ident.commissioning.data_sheet.sheet import AxisSheet, Entry, fill_sheet, sheet_in_si
+    from edge_ident.commissioning.gains.change import (
         check_change,
         check_owner,
         commit_staged,
@@ -26,26 +25,27 @@ if TYPE_CHECKING:
         staged_whole,
         wanted_gains,
     )
-    from edge_ident.commissioning.gain_files import back_up, load_gains
-    from edge_ident.commissioning.gain_forecast import Forecaster, Forecasts, check_stable
-    from edge_ident.commissioning.gain_transfer import stage_gains
-    from edge_ident.commissioning.homing import hold, move_by, move_to
-    from edge_ident.commissioning.identification_motions import CAPTURE_FILE
-    from edge_ident.commissioning.link_checks import check_link
-    from edge_ident.commissioning.ports import ask_ports
-    from edge_ident.commissioning.profiling import profile_device
-    from edge_ident.commissioning.record import record_motion
-    from edge_ident.commissioning.register_access import (
+    from edge_ident.commissioning.gains.files import back_up, load_gains
+    from edge_ident.commissioning.gains.forecast import Forecaster, Forecasts, check_stable
+    from edge_ident.commissioning.gains.transfer import stage_gains
+    from edge_ident.commissioning.link.doctor import check_host
+    from edge_ident.commissioning.link.link_checks import check_link
+    from edge_ident.commissioning.link.ports import ask_ports
+    from edge_ident.commissioning.link.register_access import (
         check_write,
         parse_values,
         registers_named,
         registers_of,
         write_register,
     )
+    from edge_ident.commissioning.link.virtual_network import VirtualNetwork
+    from edge_ident.commissioning.motion.homing import hold, move_by, move_to
+    from edge_ident.commissioning.motion.record import record_motion
+    from edge_ident.commissioning.motion.safety import make_ready
+    from edge_ident.commissioning.motion.stopping import stop_machine
+    from edge_ident.commissioning.profiling import profile_device
     from edge_ident.commissioning.run import Plan, commission
-    from edge_ident.commissioning.safety import make_ready
-    from edge_ident.commissioning.stopping import stop_machine
-    from edge_ident.commissioning.virtual_network import VirtualNetwork
+    from edge_ident.commissioning.study.identification_motions import CAPTURE_FILE
     from edge_ident.drive.writing import write_drive
     from firmware_interface.board import BoardStatus
     from firmware_interface.connection import DEFAULT_BAUD_RATE
@@ -113,57 +113,57 @@ __all__ = [
 __getattr__ = lazy_names(
     __name__,
     {
-        "CAPTURE_FILE": "edge_ident.commissioning.identification_motions",
+        "CAPTURE_FILE": "edge_ident.commissioning.study.identification_motions",
         "DEFAULT_BAUD_RATE": "firmware_interface.connection",
         "MAP_VERSION": "firmware_interface.registers",
         "REGISTERS": "firmware_interface.registers",
-        "SHEET_ENTRIES": "edge_ident.commissioning.data_sheet_entries",
-        "AxisSheet": "edge_ident.commissioning.data_sheet",
+        "SHEET_ENTRIES": "edge_ident.commissioning.data_sheet.entries",
+        "AxisSheet": "edge_ident.commissioning.data_sheet.sheet",
         "Bank": "firmware_interface.gains",
         "BoardStatus": "firmware_interface.board",
-        "DescribedDrive": "edge_ident.commissioning.described_drive",
-        "Entry": "edge_ident.commissioning.data_sheet",
+        "DescribedDrive": "edge_ident.commissioning.data_sheet.described_drive",
+        "Entry": "edge_ident.commissioning.data_sheet.sheet",
         "Fault": "firmware_interface.plant.hiding",
-        "Forecaster": "edge_ident.commissioning.gain_forecast",
-        "Forecasts": "edge_ident.commissioning.gain_forecast",
+        "Forecaster": "edge_ident.commissioning.gains.forecast",
+        "Forecasts": "edge_ident.commissioning.gains.forecast",
         "Hidden": "firmware_interface.plant.hiding",
         "Plan": "edge_ident.commissioning.run",
-        "VirtualNetwork": "edge_ident.commissioning.virtual_network",
-        "ask_ports": "edge_ident.commissioning.ports",
-        "back_up": "edge_ident.commissioning.gain_files",
-        "check_change": "edge_ident.commissioning.gain_change",
-        "check_host": "edge_ident.commissioning.doctor",
-        "check_link": "edge_ident.commissioning.link_checks",
-        "check_owner": "edge_ident.commissioning.gain_change",
-        "check_stable": "edge_ident.commissioning.gain_forecast",
-        "check_write": "edge_ident.commissioning.register_access",
+        "VirtualNetwork": "edge_ident.commissioning.link.virtual_network",
+        "ask_ports": "edge_ident.commissioning.link.ports",
+        "back_up": "edge_ident.commissioning.gains.files",
+        "check_change": "edge_ident.commissioning.gains.change",
+        "check_host": "edge_ident.commissioning.link.doctor",
+        "check_link": "edge_ident.commissioning.link.link_checks",
+        "check_owner": "edge_ident.commissioning.gains.change",
+        "check_stable": "edge_ident.commissioning.gains.forecast",
+        "check_write": "edge_ident.commissioning.link.register_access",
         "commission": "edge_ident.commissioning.run",
-        "commit_staged": "edge_ident.commissioning.gain_change",
-        "describe_drive": "edge_ident.commissioning.described_drive",
-        "fill_sheet": "edge_ident.commissioning.data_sheet",
-        "hold": "edge_ident.commissioning.homing",
-        "load_gains": "edge_ident.commissioning.gain_files",
-        "make_ready": "edge_ident.commissioning.safety",
-        "move_by": "edge_ident.commissioning.homing",
-        "move_to": "edge_ident.commissioning.homing",
-        "parse_values": "edge_ident.commissioning.register_access",
-        "period_doubts": "edge_ident.commissioning.data_sheet_checks",
+        "commit_staged": "edge_ident.commissioning.gains.change",
+        "describe_drive": "edge_ident.commissioning.data_sheet.described_drive",
+        "fill_sheet": "edge_ident.commissioning.data_sheet.sheet",
+        "hold": "edge_ident.commissioning.motion.homing",
+        "load_gains": "edge_ident.commissioning.gains.files",
+        "make_ready": "edge_ident.commissioning.motion.safety",
+        "move_by": "edge_ident.commissioning.motion.homing",
+        "move_to": "edge_ident.commissioning.motion.homing",
+        "parse_values": "edge_ident.commissioning.link.register_access",
+        "period_doubts": "edge_ident.commissioning.data_sheet.checks",
         "profile_device": "edge_ident.commissioning.profiling",
-        "record_motion": "edge_ident.commissioning.record",
-        "registers_named": "edge_ident.commissioning.register_access",
-        "registers_of": "edge_ident.commissioning.register_access",
-        "restore_gains": "edge_ident.commissioning.gain_change",
-        "roll_back_unconfirmed": "edge_ident.commissioning.gain_change",
-        "sampling_period_s": "edge_ident.commissioning.described_drive",
+        "record_motion": "edge_ident.commissioning.motion.record",
+        "registers_named": "edge_ident.commissioning.link.register_access",
+        "registers_of": "edge_ident.commissioning.link.register_access",
+        "restore_gains": "edge_ident.commissioning.gains.change",
+        "roll_back_unconfirmed": "edge_ident.commissioning.gains.change",
+        "sampling_period_s": "edge_ident.commissioning.data_sheet.described_drive",
         "serve": "firmware_interface.virtual.server",
         "serve_plant": "firmware_interface.plant.plant_socket",
-        "sheet_doubts": "edge_ident.commissioning.data_sheet_checks",
-        "sheet_in_si": "edge_ident.commissioning.data_sheet",
-        "stage_gains": "edge_ident.commissioning.gain_transfer",
-        "staged_whole": "edge_ident.commissioning.gain_change",
-        "stop_machine": "edge_ident.commissioning.stopping",
-        "wanted_gains": "edge_ident.commissioning.gain_change",
+        "sheet_doubts": "edge_ident.commissioning.data_sheet.checks",
+        "sheet_in_si": "edge_ident.commissioning.data_sheet.sheet",
+        "stage_gains": "edge_ident.commissioning.gains.transfer",
+        "staged_whole": "edge_ident.commissioning.gains.change",
+        "stop_machine": "edge_ident.commissioning.motion.stopping",
+        "wanted_gains": "edge_ident.commissioning.gains.change",
         "write_drive": "edge_ident.drive.writing",
-        "write_register": "edge_ident.commissioning.register_access",
+        "write_register": "edge_ident.commissioning.link.register_access",
     },
 )

@@ -11,9 +11,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from edge_ident.commissioning.gain_trial import Recorded
-from edge_ident.commissioning.identification_motions import IdentificationMotion, Study
-from edge_ident.commissioning.separation import Separation, judged, separate
+from edge_ident.commissioning.gains.trial import Recorded
+from edge_ident.commissioning.study.identification_motions import IdentificationMotion, Study
+from edge_ident.commissioning.study.separation import Separation, judged, separate
 from edge_ident.errors import DataError
 from edge_ident.identification.adequacy import LARGEST_MOVE, SIGNIFICANT
 from edge_ident.identification.identify import identify

@@ -4,11 +4,11 @@ import time
 from dataclasses import replace
 from typing import Final
 
-from edge_ident.commissioning.capture import capture_motion
-from edge_ident.commissioning.gain_transfer import write_gains
-from edge_ident.commissioning.observer import Observer
+from edge_ident.commissioning.gains.transfer import write_gains
+from edge_ident.commissioning.motion.capture import capture_motion
+from edge_ident.commissioning.motion.observer import Observer
+from edge_ident.commissioning.motion.safety import ready_to_move
 from edge_ident.commissioning.run import board_designs
-from edge_ident.commissioning.safety import ready_to_move
 from edge_ident.drive.description import load_drive
 from edge_ident.estimation.network import Network
 from edge_ident.identification.identify import identify

@@ -20,14 +20,14 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Final
 
-from edge_ident.commissioning.capture import capture_motion, check_drive
 from edge_ident.commissioning.commit_ways import measured_ways
-from edge_ident.commissioning.gain_transfer import compare_gains
-from edge_ident.commissioning.observer import Observer
-from edge_ident.commissioning.port_notes import noted
+from edge_ident.commissioning.gains.transfer import compare_gains
+from edge_ident.commissioning.link.port_notes import noted
+from edge_ident.commissioning.motion.capture import capture_motion, check_drive
+from edge_ident.commissioning.motion.observer import Observer
+from edge_ident.commissioning.motion.safety import left_safe, ready_to_move
 from edge_ident.commissioning.profile import Profile, ProfileRun
 from edge_ident.commissioning.run import board_designs
-from edge_ident.commissioning.safety import left_safe, ready_to_move
 from edge_ident.drive.description import load_drive
 from edge_ident.estimation.manifest import VARIANTS, variant_named
 from edge_ident.estimation.network import Network, load_network

@@ -7,25 +7,25 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 
-from edge_ident.commissioning.board_answer import BoardAnswer, board_answer
-from edge_ident.commissioning.capture import Capture, check_drive, come_to_rest
 from edge_ident.commissioning.carry_over import reconsidered
-from edge_ident.commissioning.early_answer import EarlyAnswer, Looks
-from edge_ident.commissioning.gain_change import check_change, concluded
-from edge_ident.commissioning.gain_files import save_backup
-from edge_ident.commissioning.gain_outcome import GainChange
-from edge_ident.commissioning.gain_trial import MotionBefore, Recorded, Trial
-from edge_ident.commissioning.identification_motions import (
+from edge_ident.commissioning.gains.change import check_change, concluded
+from edge_ident.commissioning.gains.files import save_backup
+from edge_ident.commissioning.gains.motor_way import unseen_load
+from edge_ident.commissioning.gains.outcome import GainChange
+from edge_ident.commissioning.gains.trial import MotionBefore, Recorded, Trial
+from edge_ident.commissioning.motion.capture import Capture, check_drive, come_to_rest
+from edge_ident.commissioning.motion.observer import Observer
+from edge_ident.commissioning.motion.safety import make_ready, ready_to_move
+from edge_ident.commissioning.study.board_answer import BoardAnswer, board_answer
+from edge_ident.commissioning.study.early_answer import EarlyAnswer, Looks
+from edge_ident.commissioning.study.identification_motions import (
     CAPTURE_FILE,
     IdentificationMotion,
     Study,
     captured,
     identified,
 )
-from edge_ident.commissioning.motor_way import unseen_load
-from edge_ident.commissioning.observer import Observer
-from edge_ident.commissioning.safety import make_ready, ready_to_move
-from edge_ident.commissioning.separation import Separation, separate
+from edge_ident.commissioning.study.separation import Separation, separate
 from edge_ident.control.gain_design import GainDesign, design
 from edge_ident.control.position_loop import LoopHardware
 from edge_ident.drive.description import Drive
@@ -71,7 +71,7 @@ class Plan:
         Duration of these motions in all, lead-ins included.
     until : float or None
         Relative half-width of all intervals at which the first motion ends early; see
-        `edge_ident.commissioning.early_answer`.
+        `edge_ident.commissioning.study.early_answer`.
     """
 
     motion: MotionName = "sinusoid"

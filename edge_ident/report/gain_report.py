@@ -8,9 +8,9 @@ from typing import Any
 from rich.console import Group, RenderableType
 from rich.text import Text
 
-from edge_ident.commissioning.gain_forecast import Forecast, Forecasts
-from edge_ident.commissioning.gain_outcome import GainChange
-from edge_ident.commissioning.promise import Expected
+from edge_ident.commissioning.gains.forecast import Forecast, Forecasts
+from edge_ident.commissioning.gains.outcome import GainChange
+from edge_ident.commissioning.gains.promise import Expected
 from edge_ident.report.gain_rows import gain_rows
 from edge_ident.report.promise_report import promise_document, promise_view
 from edge_ident.support.json_text import finite

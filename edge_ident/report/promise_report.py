@@ -5,7 +5,7 @@ from typing import Any
 
 from rich.text import Text
 
-from edge_ident.commissioning.promise import Expected, ExpectedErrors, Promise, Promised
+from edge_ident.commissioning.gains.promise import Expected, ExpectedErrors, Promise, Promised
 from edge_ident.support.json_text import finite
 from edge_ident.support.tables import FittingTable
 

@@ -6,12 +6,12 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from edge_ident.commissioning.capture import Capture
-from edge_ident.commissioning.gain_outcome import GainChange
-from edge_ident.commissioning.homing import Held, Homing
-from edge_ident.commissioning.identification_motions import CAPTURE_FILE
+from edge_ident.commissioning.gains.outcome import GainChange
+from edge_ident.commissioning.motion.capture import Capture
+from edge_ident.commissioning.motion.homing import Held, Homing
 from edge_ident.commissioning.profile import TARGET_MS, Profile, spread
 from edge_ident.commissioning.run import Outcome
+from edge_ident.commissioning.study.identification_motions import CAPTURE_FILE
 from edge_ident.estimation.network import Network
 from edge_ident.report.board_answer_report import board_answer_document
 from edge_ident.report.documents import design_document, identification_document

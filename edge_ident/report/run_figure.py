@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from edge_ident.commissioning.identification_motions import CAPTURE_FILE
 from edge_ident.commissioning.run import VERIFICATION_FILE
+from edge_ident.commissioning.study.identification_motions import CAPTURE_FILE
 from edge_ident.identification.identify import identify
 from edge_ident.report.effort_figure import draw_effort
 from edge_ident.signals.recording import Recording

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from edge_ident.commissioning.identification_motions import IdentificationMotion
+from edge_ident.commissioning.study.identification_motions import IdentificationMotion
 from edge_ident.diagnosis.present.wording import listed, spoken
 from edge_ident.experiment.announcement import QUANTITIES, question
 from edge_ident.identification.result import AxisIdentification

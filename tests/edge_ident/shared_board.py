@@ -7,7 +7,8 @@ import pytest
 from typer.testing import CliRunner
 
 from edge_ident.cli import app
-from edge_ident.commissioning import connect, link_checks, stopping
+from edge_ident.commissioning.link import connect, link_checks
+from edge_ident.commissioning.motion import stopping
 from firmware_interface.board import Board
 from firmware_interface.virtual.board import VirtualBoard
 from firmware_interface.virtual.settings import BoardSettings

@@ -13,7 +13,7 @@ import onnxruntime
 from numpy.typing import NDArray
 
 from edge_ident import load_network, simulate
-from edge_ident.commissioning.board_answer import counts_of
+from edge_ident.commissioning.study.board_answer import counts_of
 from edge_ident.estimation.board_network import BoardNetwork
 from edge_ident.estimation.image import effort_image
 from edge_ident.estimation.manifest import BUILT_IN

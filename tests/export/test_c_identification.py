@@ -15,7 +15,7 @@ import pytest
 
 pytest.importorskip("onnx")
 
-from edge_ident.commissioning.capture import capture_motion
+from edge_ident.commissioning.motion.capture import capture_motion
 from edge_ident.drive.description import load_drive
 from edge_ident.estimation.board_network import BoardNetwork
 from edge_ident.estimation.network import load_network

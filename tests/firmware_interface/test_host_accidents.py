@@ -22,7 +22,7 @@ from fault_line import FaultyLine, Sender
 from fault_proxy import FaultProxy
 from pty_bench import connected_board
 
-from edge_ident.commissioning.gain_files import load_gains
+from edge_ident.commissioning.gains.files import load_gains
 from firmware_interface.board import Board, BoardStatus
 from firmware_interface.gain_words import addresses, bank_spans, decode_gains
 from firmware_interface.gains import AxisGains

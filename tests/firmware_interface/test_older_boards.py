@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 from board_bench import BETTER, OLD, Bench, long_motion
 
-from edge_ident.commissioning.gain_transfer import check_gains, write_gains
+from edge_ident.commissioning.gains.transfer import check_gains, write_gains
 from firmware_interface.codec import crc32
 from firmware_interface.errors import BoardError
 from firmware_interface.gain_words import bank_spans, encode_gains, span_of

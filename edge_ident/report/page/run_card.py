@@ -6,9 +6,9 @@ from typing import Final
 
 from markupsafe import Markup, escape
 
-from edge_ident.commissioning.gain_outcome import GainChange
+from edge_ident.commissioning.gains.outcome import GainChange
+from edge_ident.commissioning.gains.verification import Tracking
 from edge_ident.commissioning.run import BACKUP_FILE, Outcome
-from edge_ident.commissioning.verification import Tracking
 from edge_ident.diagnosis.present.wording import spoken
 from edge_ident.identification.result import AxisIdentification
 from edge_ident.model.effects import named

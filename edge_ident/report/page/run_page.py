@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from edge_ident.commissioning.identification_motions import CAPTURE_FILE
 from edge_ident.commissioning.run import BACKUP_FILE, VERIFICATION_FILE, Outcome
+from edge_ident.commissioning.study.identification_motions import CAPTURE_FILE
 from edge_ident.identification.result import AxisIdentification, ParameterSource
 from edge_ident.model.model import PARAMETERS
 from edge_ident.report.gain_rows import gain_rows

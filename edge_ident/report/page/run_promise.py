@@ -5,8 +5,8 @@ import math
 import numpy as np
 from markupsafe import Markup
 
-from edge_ident.commissioning.gain_outcome import GainChange
-from edge_ident.commissioning.promise import WORTH, Promise, Promised
+from edge_ident.commissioning.gains.outcome import GainChange
+from edge_ident.commissioning.gains.promise import WORTH, Promise, Promised
 from edge_ident.commissioning.run import Outcome
 from edge_ident.diagnosis.present.wording import listed, spoken
 from edge_ident.report.page.card import IntervalPicture, IntervalRow, Row, Table

@@ -15,9 +15,9 @@ from threading import Event, Thread
 import numpy as np
 import pytest
 
-from edge_ident.commissioning import stopping
-from edge_ident.commissioning.port_notes import Holder, holder_of, noted
-from edge_ident.commissioning.stopping import stop_machine
+from edge_ident.commissioning.link.port_notes import Holder, holder_of, noted
+from edge_ident.commissioning.motion import stopping
+from edge_ident.commissioning.motion.stopping import stop_machine
 from edge_ident.errors import LinkError
 from firmware_interface.board import Board
 from firmware_interface.connection import open_link

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import pytest
 
-from edge_ident.commissioning import gain_trial
-from edge_ident.commissioning.promise import Expected, ExpectedErrors, Promised
+from edge_ident.commissioning.gains import trial as gain_trial
+from edge_ident.commissioning.gains.promise import Expected, ExpectedErrors, Promised
 
 
 def promise_a_share(monkeypatch: pytest.MonkeyPatch, share: float, spread: float = 1.1) -> None:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import edge_ident
-from edge_ident.commissioning.board_answer import (
+from edge_ident.commissioning.study.board_answer import (
     LONGEST_WAIT_S,
     BoardAnswer,
     Verdict,

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from promised import promise_a_share
 
-from edge_ident.commissioning import gain_transfer
 from edge_ident.commissioning import run as commissioning
+from edge_ident.commissioning.gains import transfer as gain_transfer
 from edge_ident.commissioning.run import Plan, commission
 from edge_ident.control.gain_design import GainDesign
 from edge_ident.errors import BoardError, DataError, GainError

@@ -5,10 +5,10 @@ from collections.abc import Mapping
 
 import pytest
 
-from edge_ident.commissioning.data_sheet import AxisSheet, fill_sheet
-from edge_ident.commissioning.data_sheet_checks import period_doubts, sheet_doubts
-from edge_ident.commissioning.data_sheet_entries import SHEET_ENTRIES
-from edge_ident.commissioning.described_drive import describe_drive, sampling_period_s
+from edge_ident.commissioning.data_sheet.checks import period_doubts, sheet_doubts
+from edge_ident.commissioning.data_sheet.described_drive import describe_drive, sampling_period_s
+from edge_ident.commissioning.data_sheet.entries import SHEET_ENTRIES
+from edge_ident.commissioning.data_sheet.sheet import AxisSheet, fill_sheet
 from edge_ident.errors import DataError
 from firmware_interface.motion import stop_duration_s
 

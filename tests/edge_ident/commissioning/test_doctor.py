@@ -11,7 +11,7 @@ import pytest
 from typer.testing import CliRunner
 
 from edge_ident.cli import app
-from edge_ident.commissioning import doctor, link_checks
+from edge_ident.commissioning.link import doctor, link_checks
 from firmware_interface.registers import Fault
 from firmware_interface.virtual.settings import BoardSettings
 from tests.edge_ident.shared_board import SharedBoard

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from edge_ident.commissioning.drawn_axes import DRAWS, drawn_axis, from_then_on
-from edge_ident.commissioning.drawn_loads import Grounds, drawn_loads
-from edge_ident.commissioning.recorded_motion import Moved
-from edge_ident.commissioning.unexplained import drawn_unexplained, encoder_replicas
+from edge_ident.commissioning.gains.drawn_axes import DRAWS, drawn_axis, from_then_on
+from edge_ident.commissioning.gains.drawn_loads import Grounds, drawn_loads
+from edge_ident.commissioning.gains.unexplained import drawn_unexplained, encoder_replicas
+from edge_ident.commissioning.motion.recorded_motion import Moved
 from edge_ident.control.position_loop import LoopHardware
 from edge_ident.model.effect import Motion
 from edge_ident.model.inverse import inverse_effort

@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 from edge_ident.cli.run import percentage
-from edge_ident.commissioning import early_answer
-from edge_ident.commissioning.capture import capture_motion, come_to_rest, partial_file
-from edge_ident.commissioning.early_answer import Looks, Widest, _while_alive, earliest_s
-from edge_ident.commissioning.gain_trial import MotionBefore
-from edge_ident.commissioning.identification_motions import CAPTURE_FILE
-from edge_ident.commissioning.recorded_motion import beginning
+from edge_ident.commissioning.gains.trial import MotionBefore
+from edge_ident.commissioning.motion.capture import capture_motion, come_to_rest, partial_file
+from edge_ident.commissioning.motion.recorded_motion import beginning
 from edge_ident.commissioning.run import Outcome, Plan, commission
+from edge_ident.commissioning.study import early_answer
+from edge_ident.commissioning.study.early_answer import Looks, Widest, _while_alive, earliest_s
+from edge_ident.commissioning.study.identification_motions import CAPTURE_FILE
 from edge_ident.drive.motions import named_trajectory
 from edge_ident.errors import BoardError, ModelError
 from edge_ident.identification.identify import identify

@@ -1,7 +1,7 @@
 """What is said of new gains that were rolled back for a doubt."""
 
-from edge_ident.commissioning.gain_outcome import GainChange
-from edge_ident.commissioning.verification import Tracking, Verification
+from edge_ident.commissioning.gains.outcome import GainChange
+from edge_ident.commissioning.gains.verification import Tracking, Verification
 
 FINE = Tracking(1e-3, 0.3e-3, 0.05e-3, 0.02e-3)
 GREW = 1.05e-3

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from old_gains import assert_old_gains
 
-from edge_ident.commissioning import separation
-from edge_ident.commissioning.identification_motions import IdentificationMotion, Study
-from edge_ident.commissioning.livelier_motion import livelier_motion
 from edge_ident.commissioning.run import Outcome, Plan, commission
+from edge_ident.commissioning.study import separation
+from edge_ident.commissioning.study.identification_motions import IdentificationMotion, Study
+from edge_ident.commissioning.study.livelier_motion import livelier_motion
 from edge_ident.diagnosis.result import Verdict
 from edge_ident.drive.description import load_drive
 from edge_ident.drive.motions import named_trajectory

@@ -5,8 +5,8 @@ import pytest
 import scipy.stats
 from numpy.typing import NDArray
 
-from edge_ident.commissioning import machine_change
-from edge_ident.commissioning.machine_change import changed_share
+from edge_ident.commissioning.gains import machine_change
+from edge_ident.commissioning.gains.machine_change import changed_share
 from edge_ident.signals.metrics import rms
 from edge_ident.signals.recording import AxisRecord
 

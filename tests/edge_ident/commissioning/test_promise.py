@@ -8,27 +8,27 @@ import pytest
 from interrupted_link import InterruptedLink, Killed
 from promised import promise_a_share
 
-from edge_ident.commissioning import gain_trial
 from edge_ident.commissioning import run as commissioning
-from edge_ident.commissioning.drawn_axes import DRAWS
-from edge_ident.commissioning.drawn_loads import Grounds
-from edge_ident.commissioning.promise import (
+from edge_ident.commissioning.gains import trial as gain_trial
+from edge_ident.commissioning.gains.drawn_axes import DRAWS
+from edge_ident.commissioning.gains.drawn_loads import Grounds
+from edge_ident.commissioning.gains.promise import (
     Errors,
     Expected,
     ExpectedErrors,
     Promise,
     Promised,
 )
-from edge_ident.commissioning.promise import promised as forecast
-from edge_ident.commissioning.recorded_motion import Moved
-from edge_ident.commissioning.run import Outcome, Plan, commission
-from edge_ident.commissioning.second_motion import (
+from edge_ident.commissioning.gains.promise import promised as forecast
+from edge_ident.commissioning.motion.recorded_motion import Moved
+from edge_ident.commissioning.motion.second_motion import (
     NamedMotion,
     confirm_window_s,
     inside_window,
     second_motion,
     within_limits,
 )
+from edge_ident.commissioning.run import Outcome, Plan, commission
 from edge_ident.control.gain_design import GainDesign
 from edge_ident.control.position_loop import LoopHardware
 from edge_ident.drive.description import load_drive

@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 from interrupted_link import PHASES, InterruptedLink, Killed
 
-from edge_ident.commissioning import safety, verification
-from edge_ident.commissioning.approach import with_lead_in
+from edge_ident.commissioning.gains import verification
+from edge_ident.commissioning.gains.verification import compare_motions
+from edge_ident.commissioning.motion import safety
+from edge_ident.commissioning.motion.approach import with_lead_in
 from edge_ident.commissioning.run import Outcome, Plan, commission
-from edge_ident.commissioning.verification import compare_motions
 from edge_ident.drive.description import Drive, load_drive
 from edge_ident.errors import BoardError
 from edge_ident.signals.recording import AxisRecord, Recording
@@ -266,7 +267,7 @@ def test_from_anywhere_within_the_travel_the_default_motions_are_armed(
 
 def at(virtual: VirtualBoard, position_rad: float) -> Board:
     """A board whose axes stand at a position."""
-    from edge_ident.commissioning.homing import move_to
+    from edge_ident.commissioning.motion.homing import move_to
 
     board = Board.connect(virtual)
     if position_rad:

@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
-from edge_ident.commissioning.gain_outcome import GainChange
-from edge_ident.commissioning.promise import (
+from edge_ident.commissioning.gains.outcome import GainChange
+from edge_ident.commissioning.gains.promise import (
     Errors,
     Expected,
     ExpectedErrors,

@@ -10,25 +10,25 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Self
 
-from edge_ident.commissioning.capture import Capture, capture_motion
-from edge_ident.commissioning.drawn_loads import Grounds
-from edge_ident.commissioning.gain_outcome import GainChange
-from edge_ident.commissioning.gain_transfer import write_gains
-from edge_ident.commissioning.motor_way import of_motor
-from edge_ident.commissioning.observer import Observer
-from edge_ident.commissioning.promise import Errors, Promise, promised
-from edge_ident.commissioning.recorded_motion import Moved, beginning
-from edge_ident.commissioning.second_motion import (
+from edge_ident.commissioning.gains.drawn_loads import Grounds
+from edge_ident.commissioning.gains.motor_way import of_motor
+from edge_ident.commissioning.gains.outcome import GainChange
+from edge_ident.commissioning.gains.promise import Errors, Promise, promised
+from edge_ident.commissioning.gains.transfer import write_gains
+from edge_ident.commissioning.gains.verification import (
+    Verification,
+    compare_motions,
+    verification_motion,
+)
+from edge_ident.commissioning.motion.capture import Capture, capture_motion
+from edge_ident.commissioning.motion.observer import Observer
+from edge_ident.commissioning.motion.recorded_motion import Moved, beginning
+from edge_ident.commissioning.motion.second_motion import (
     NamedMotion,
     confirm_window_s,
     inside_window,
     second_motion,
     within_limits,
-)
-from edge_ident.commissioning.verification import (
-    Verification,
-    compare_motions,
-    verification_motion,
 )
 from edge_ident.control.position_loop import LoopHardware
 from edge_ident.drive.description import Drive
@@ -113,7 +113,7 @@ class Trial:
     """One trial of new gains, step by step.
 
     The second motion with the old gains may be left to come to rest by itself, so that the write
-    need not wait for it: `edge_ident.commissioning.gain_change.concluded` settles that.
+    need not wait for it: `edge_ident.commissioning.gains.change.concluded` settles that.
 
     Parameters
     ----------

@@ -14,8 +14,8 @@ another.
 from dataclasses import replace
 from typing import Final
 
-from edge_ident.commissioning.identification_motions import IdentificationMotion, Study
-from edge_ident.commissioning.second_motion import NamedMotion, within_limits
+from edge_ident.commissioning.motion.second_motion import NamedMotion, within_limits
+from edge_ident.commissioning.study.identification_motions import IdentificationMotion, Study
 from edge_ident.diagnosis.present.wording import listed, spoken_line
 from edge_ident.diagnosis.result import Verdict
 from edge_ident.drive.motions import named_trajectory

@@ -7,8 +7,8 @@ import re
 from math import pi
 from typing import Final
 
-from edge_ident.commissioning.data_sheet import AxisSheet, Entry
-from edge_ident.commissioning.quantities import quantity, unit_named, with_unit
+from edge_ident.commissioning.data_sheet.quantities import quantity, unit_named, with_unit
+from edge_ident.commissioning.data_sheet.sheet import AxisSheet, Entry
 from edge_ident.errors import DataError
 from edge_ident.files.units import count_unit
 

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import Final
 
-from edge_ident.commissioning.port_notes import Holder, holder_of
+from edge_ident.commissioning.link.port_notes import Holder, holder_of
 from edge_ident.errors import BoardError, EdgeIdentError, LinkError
 from firmware_interface.board import Board, BoardStatus
 from firmware_interface.connection import open_link

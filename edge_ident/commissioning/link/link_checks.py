@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.commissioning.check import Check
+from edge_ident.commissioning.link.check import Check
 from edge_ident.errors import BoardError, LinkError
 from firmware_interface.board import Board
 from firmware_interface.board_checks import fault_error

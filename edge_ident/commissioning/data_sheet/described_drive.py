@@ -5,8 +5,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Final
 
-from edge_ident.commissioning.data_sheet import AxisSheet
-from edge_ident.commissioning.quantities import quantity, with_unit
+from edge_ident.commissioning.data_sheet.quantities import quantity, with_unit
+from edge_ident.commissioning.data_sheet.sheet import AxisSheet
 from edge_ident.drive.description import TABLE_RANGES, Drive, DriveAxis, load_drive
 from edge_ident.drive.motions import LIMIT_SHARE
 from edge_ident.errors import DataError

@@ -12,9 +12,9 @@ import numpy.fft
 import numpy.ma
 import numpy.polynomial  # noqa: F401
 
-from edge_ident.commissioning.capture import Capture, Enough, capture_motion
-from edge_ident.commissioning.homing import move_to
-from edge_ident.commissioning.observer import Observer
+from edge_ident.commissioning.motion.capture import Capture, Enough, capture_motion
+from edge_ident.commissioning.motion.homing import move_to
+from edge_ident.commissioning.motion.observer import Observer
 from edge_ident.diagnosis.result import AxisDiagnosis
 from edge_ident.drive.description import Drive
 from edge_ident.estimation.network import Network
@@ -45,7 +45,7 @@ class Study:
     Attributes
     ----------
     board : Board
-        At rest, enabled, within `edge_ident.commissioning.safety.left_safe`.
+        At rest, enabled, within `edge_ident.commissioning.motion.safety.left_safe`.
     drive : Drive
     folder : Path
         For the captures.

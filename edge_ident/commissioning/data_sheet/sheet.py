@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
-from edge_ident.commissioning.quantities import with_unit
+from edge_ident.commissioning.data_sheet.quantities import with_unit
 from edge_ident.drive.description import AXIS_RANGES
 from edge_ident.errors import DataError
 

@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator
 from typing import Final
 
-from edge_ident.commissioning.data_sheet import AxisSheet, Entry
+from edge_ident.commissioning.data_sheet.sheet import AxisSheet, Entry
 from edge_ident.signals.scale_checks import LONG_M, SMALL_RAD, TURNS, check_inertia
 
 _TURN: Final = 2.0 * math.pi

@@ -10,8 +10,8 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.commissioning.approach import with_lead_in
-from edge_ident.commissioning.safety import stop_at_once
+from edge_ident.commissioning.motion.approach import with_lead_in
+from edge_ident.commissioning.motion.safety import stop_at_once
 from edge_ident.drive.description import Drive
 from edge_ident.errors import DataError, LinkError
 from edge_ident.signals.metrics import rms

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
-from edge_ident.commissioning.drawn_axes import DRAWS
+from edge_ident.commissioning.gains.drawn_axes import DRAWS
 from edge_ident.signals.conditioning import Signals, filtered_regressor
 from edge_ident.signals.encoder import encoder_count, position_noise
 from edge_ident.signals.filters import differentiate

@@ -4,8 +4,8 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from typing import TYPE_CHECKING
 
-from edge_ident.commissioning.port_notes import noted
-from edge_ident.commissioning.virtual_network import VirtualNetwork
+from edge_ident.commissioning.link.port_notes import noted
+from edge_ident.commissioning.link.virtual_network import VirtualNetwork
 from edge_ident.errors import EdgeIdentError
 from firmware_interface.board import Board
 from firmware_interface.connection import DEFAULT_BAUD_RATE, open_link

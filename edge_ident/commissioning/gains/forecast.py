@@ -4,10 +4,10 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from edge_ident.commissioning.drawn_loads import Grounds
-from edge_ident.commissioning.promise import Expected
-from edge_ident.commissioning.recorded_motion import Moved
-from edge_ident.commissioning.tracking_forecast import drawn_errors
+from edge_ident.commissioning.gains.drawn_loads import Grounds
+from edge_ident.commissioning.gains.promise import Expected
+from edge_ident.commissioning.gains.tracking_forecast import drawn_errors
+from edge_ident.commissioning.motion.recorded_motion import Moved
 from edge_ident.control.gain_design import worst_margins
 from edge_ident.control.position_loop import LoopHardware
 from edge_ident.errors import DataError, GainError, ModelError

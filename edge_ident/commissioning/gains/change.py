@@ -13,15 +13,15 @@ from nothing. Either way a motion decides, and the board rolls back by itself.
 import logging
 from pathlib import Path
 
-from edge_ident.commissioning.capture import capture_motion, check_drive
-from edge_ident.commissioning.gain_files import GainFile
-from edge_ident.commissioning.gain_outcome import GainChange
-from edge_ident.commissioning.gain_transfer import check_factor, check_gains, write_gains
-from edge_ident.commissioning.gain_trial import MotionBefore, Trial
-from edge_ident.commissioning.observer import Observer
-from edge_ident.commissioning.safety import ready_to_move
-from edge_ident.commissioning.second_motion import NamedMotion
-from edge_ident.commissioning.verification import verification_motion
+from edge_ident.commissioning.gains.files import GainFile
+from edge_ident.commissioning.gains.outcome import GainChange
+from edge_ident.commissioning.gains.transfer import check_factor, check_gains, write_gains
+from edge_ident.commissioning.gains.trial import MotionBefore, Trial
+from edge_ident.commissioning.gains.verification import verification_motion
+from edge_ident.commissioning.motion.capture import capture_motion, check_drive
+from edge_ident.commissioning.motion.observer import Observer
+from edge_ident.commissioning.motion.safety import ready_to_move
+from edge_ident.commissioning.motion.second_motion import NamedMotion
 from edge_ident.drive.description import Drive
 from edge_ident.drive.motions import MotionName, named_trajectory
 from edge_ident.errors import BoardError, DataError
@@ -50,7 +50,7 @@ def put_in_force(
     Parameters
     ----------
     board : Board
-        At rest, enabled, within `edge_ident.commissioning.safety.left_safe`.
+        At rest, enabled, within `edge_ident.commissioning.motion.safety.left_safe`.
     wanted : mapping of axis name to AxisGains
         Checked.
     before : MotionBefore
@@ -72,7 +72,8 @@ def put_in_force(
 def concluded(board: Board, trial: Trial, *, worth_a_write: bool) -> GainChange:
     """Write the gains of a trial if they are worth it, and confirm them if they keep the promise.
 
-    The rules are in `edge_ident.commissioning.promise` and `edge_ident.commissioning.verification`.
+    The rules are in `edge_ident.commissioning.gains.promise` and in
+    `edge_ident.commissioning.gains.verification`.
 
     Raises
     ------

@@ -3,8 +3,8 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from edge_ident.commissioning.promise import WORTH, Promise
-from edge_ident.commissioning.verification import Verification
+from edge_ident.commissioning.gains.promise import WORTH, Promise
+from edge_ident.commissioning.gains.verification import Verification
 from firmware_interface.board_gains import RunningCommit
 
 

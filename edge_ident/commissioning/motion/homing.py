@@ -11,10 +11,10 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.commissioning.approach import with_lead_in
-from edge_ident.commissioning.capture import capture_motion
-from edge_ident.commissioning.observer import Observer
-from edge_ident.commissioning.safety import ready_to_move
+from edge_ident.commissioning.motion.approach import with_lead_in
+from edge_ident.commissioning.motion.capture import capture_motion
+from edge_ident.commissioning.motion.observer import Observer
+from edge_ident.commissioning.motion.safety import ready_to_move
 from edge_ident.errors import BoardError
 from firmware_interface.board import AxisLimits, Board
 from firmware_interface.errors import ValueRefusedError

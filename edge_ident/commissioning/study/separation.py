@@ -8,7 +8,7 @@ their time are used up, or when no motion inside the limits separates what is le
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from edge_ident.commissioning.identification_motions import (
+from edge_ident.commissioning.study.identification_motions import (
     IdentificationMotion,
     Study,
     capture_file,
@@ -17,7 +17,7 @@ from edge_ident.commissioning.identification_motions import (
     identified,
     progress_on,
 )
-from edge_ident.commissioning.livelier_motion import (
+from edge_ident.commissioning.study.livelier_motion import (
     changes_in_doubt,
     lines_in_doubt,
     livelier_motion,

@@ -1,6 +1,6 @@
 """Drives like the identified one, and what they need along a motion that was recorded.
 
-They differ in all that is not known; `edge_ident.commissioning.tracking_forecast` says in what.
+They differ in all that is not known, as `edge_ident.commissioning.gains.tracking_forecast` says.
 """
 
 import math
@@ -11,9 +11,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.commissioning.drawn_axes import DRAWS, drawn_axis, from_then_on
-from edge_ident.commissioning.recorded_motion import Moved
-from edge_ident.commissioning.unexplained import drawn_unexplained, encoder_replicas
+from edge_ident.commissioning.gains.drawn_axes import DRAWS, drawn_axis, from_then_on
+from edge_ident.commissioning.gains.unexplained import drawn_unexplained, encoder_replicas
+from edge_ident.commissioning.motion.recorded_motion import Moved
 from edge_ident.control.position_loop import LoopHardware
 from edge_ident.diagnosis.measures import NO_SHIFT, Timing
 from edge_ident.diagnosis.prepare.masks import run_in

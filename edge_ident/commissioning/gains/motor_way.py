@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.commissioning.recorded_motion import Moved
+from edge_ident.commissioning.motion.recorded_motion import Moved
 from edge_ident.control.gain_design import GainDesign
 from edge_ident.signals.recording import AxisRecord, Recording
 from firmware_interface.gains import AxisGains, Bank

@@ -2,10 +2,10 @@
 
 Of every axis and motion: the tracking error now, as measured and as forecast, and the error that
 the new gains will have, with its 90 % interval. The draws come from
-`edge_ident.commissioning.tracking_forecast`. What the forecast of 'now' misses is known, for 'now'
-has been measured. The forecast of 'after' is corrected by the same factor as far as both errors
-have the same course over time, and its interval is as much wider: gains much like those in force
-err alike, quite different ones do not.
+`edge_ident.commissioning.gains.tracking_forecast`. What the forecast of 'now' misses is known, for
+'now' has been measured. The forecast of 'after' is corrected by the same factor as far as both
+errors have the same course over time, and its interval is as much wider: gains much like those in
+force err alike, quite different ones do not.
 
 A promise is worth a write if on some axis and motion the rms error falls by `WORTH` and by more
 than the forecast of 'now' was off, and on none it would certainly grow. It is kept if no measured
@@ -22,9 +22,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.commissioning.drawn_loads import Grounds
-from edge_ident.commissioning.recorded_motion import Moved
-from edge_ident.commissioning.tracking_forecast import Drawn, drawn_errors
+from edge_ident.commissioning.gains.drawn_loads import Grounds
+from edge_ident.commissioning.gains.tracking_forecast import Drawn, drawn_errors
+from edge_ident.commissioning.motion.recorded_motion import Moved
 from edge_ident.control.position_loop import LoopHardware
 from edge_ident.signals.metrics import rms
 from firmware_interface.gains import Bank

@@ -21,8 +21,8 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.commissioning.capture import Capture
-from edge_ident.commissioning.identification_motions import Study, identified
+from edge_ident.commissioning.motion.capture import Capture
+from edge_ident.commissioning.study.identification_motions import Study, identified
 from edge_ident.errors import DataError
 from edge_ident.identification.identify import identify
 from edge_ident.identification.result import Identification
@@ -125,7 +125,7 @@ class Looks:
         self._found: Identification | None = None
 
     def enough(self, samples: int, in_hand: Callable[[], Recording]) -> bool:
-        """Look, where it is time; see `edge_ident.commissioning.capture.Enough`.
+        """Look, where it is time; see `edge_ident.commissioning.motion.capture.Enough`.
 
         There is no look where the motion is over before the next: nothing would be gained.
         """

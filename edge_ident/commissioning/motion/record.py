@@ -2,9 +2,9 @@
 
 from pathlib import Path
 
-from edge_ident.commissioning.capture import Capture, capture_motion, check_drive
-from edge_ident.commissioning.observer import Observer
-from edge_ident.commissioning.safety import ready_to_move
+from edge_ident.commissioning.motion.capture import Capture, capture_motion, check_drive
+from edge_ident.commissioning.motion.observer import Observer
+from edge_ident.commissioning.motion.safety import ready_to_move
 from edge_ident.drive.description import Drive
 from edge_ident.drive.motions import MotionName, named_trajectory
 from edge_ident.errors import DataError

@@ -10,13 +10,13 @@ They differ in all that is not known:
 - the time by which effort and position are apart in the record, within its deviation;
 - how friction turns round, which no encoder resolves: at once, or within a whole count;
 - how much of what is unexplained is the encoder's noise, which no drive has to bring up
-  (`edge_ident.commissioning.unexplained`);
+  (`edge_ident.commissioning.gains.unexplained`);
 - whether the rest belongs to the place in the motion and comes back, or is new each time: each
   drive has a mixture of what was seen and of other noise with the same spectrum;
 - where the encoder's counts lie.
 
 The errors are read as a board reports them, in whole counts, from the way that the motor is to take
-(`edge_ident.commissioning.motor_way`). The 90 % interval goes from the
+(`edge_ident.commissioning.gains.motor_way`). The 90 % interval goes from the
 smallest of `DRAWS` to the largest.
 
 Terms that are tied to time (`Effect.tied_to_time`) act in the recording that they were found in.
@@ -34,10 +34,10 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.commissioning.drawn_axes import DRAWS
-from edge_ident.commissioning.drawn_loads import Grounds, drawn_loads
-from edge_ident.commissioning.motor_way import lead_rad
-from edge_ident.commissioning.recorded_motion import Moved
+from edge_ident.commissioning.gains.drawn_axes import DRAWS
+from edge_ident.commissioning.gains.drawn_loads import Grounds, drawn_loads
+from edge_ident.commissioning.gains.motor_way import lead_rad
+from edge_ident.commissioning.motion.recorded_motion import Moved
 from edge_ident.control.compensation import effort_limit_nm
 from edge_ident.control.gain_design import worst_margins
 from edge_ident.control.position_loop import LoopHardware

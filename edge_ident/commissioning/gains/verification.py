@@ -16,7 +16,7 @@ Gains are
 an encoder count, to which rms errors repeat on machines that nothing but their encoder disturbs.
 "More than the motion repeats" is, besides, more than two standard errors of that mean difference.
 A doubt counts against the new gains: to take back good ones costs a run. A changed machine is one
-that needs another effort for the same motion (`edge_ident.commissioning.machine_change`).
+that needs another effort for the same motion (`edge_ident.commissioning.gains.machine_change`).
 
 Whether there is anything to gain is asked beforehand, of a forecast (`promise`).
 """
@@ -29,11 +29,11 @@ from typing import Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.commissioning.capture import Capture, capture_motion
-from edge_ident.commissioning.machine_change import changed_share
-from edge_ident.commissioning.observer import Observer
-from edge_ident.commissioning.promise import SHARE
-from edge_ident.commissioning.second_motion import NamedMotion
+from edge_ident.commissioning.gains.machine_change import changed_share
+from edge_ident.commissioning.gains.promise import SHARE
+from edge_ident.commissioning.motion.capture import Capture, capture_motion
+from edge_ident.commissioning.motion.observer import Observer
+from edge_ident.commissioning.motion.second_motion import NamedMotion
 from edge_ident.errors import BoardError
 from edge_ident.signals.recording import AxisRecord, Recording
 from firmware_interface.board import Board

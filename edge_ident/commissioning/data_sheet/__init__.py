@@ -1,0 +1,1 @@
+"""From what data sheets say of an axis to a drive description."""

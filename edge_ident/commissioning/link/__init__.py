@@ -1,0 +1,1 @@
+"""The way to a board: ports and devices, checks of host and link, single registers."""

@@ -1,0 +1,1 @@
+"""Motions on a board: made ready, moved, recorded, stopped."""

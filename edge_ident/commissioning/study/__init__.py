@@ -1,0 +1,1 @@
+"""The identification motions of a run, until one explanation is left."""
