@@ -169,7 +169,7 @@ def larger_than_rest(share: float, rest: float, *, tied_to_time: bool = False) -
     return Decision(share >= required, reason, share - required)
 
 
-def same_size(first: float, second: float, std: float) -> Decision:
+def same_size(first: float, second: float, std: float, parts: tuple[str, str]) -> Decision:
     """Decide whether two halves of the data show a cause with one size.
 
     Parameters
@@ -178,10 +178,12 @@ def same_size(first: float, second: float, std: float) -> Decision:
         Size in either half, of that in the model.
     std : float
         Standard deviation of their difference.
+    parts : tuple of str
+        What the halves are called.
     """
     apart, allowed = abs(first - second), max(SAME_SIZE.value, NONZERO.value * std)
     reason = (
-        f"one half of the data shows {first:.2f} times its effort, and the other {second:.2f} times"
+        f"{parts[0]} the data show {first:.2f} times its effort, and {parts[1]} {second:.2f} times"
     )
     return Decision(not apart > allowed, reason, allowed - apart)
 

@@ -1,10 +1,12 @@
 """Whether both halves of the data show a cause with the same size.
 
-They are divided in time where half of the energy of the cause's own effort has passed.
+A cause is a law of the machine, so it holds throughout: early and late, at low and high speed, at
+small and large acceleration. What only looks like it does not. The loop answers a sweep as a delay
+would, by another delay at every frequency, and a spring that is called a delay is another delay at
+every speed.
 
-A cause is a law of the machine, so it holds throughout. A disturbance that no effect explains may
-look like one for a while: the loop answers a sweep as a delay would, by another delay at every
-frequency.
+Each time the data are divided so that both halves have half of the energy of the cause's own
+effort.
 """
 
 from typing import Final
@@ -20,12 +22,15 @@ from edge_ident.diagnosis.select.own_effort import own_efforts
 from edge_ident.diagnosis.select.standstill import tied_to_time
 
 Array = NDArray[np.float64]
+Places = NDArray[np.intp]
 
 _TINY: Final = float(np.finfo(float).tiny)
 
 
 def decide_halves(data: AxisData, model: FittedModel, space: Array) -> list[Decision | None]:
     """For each added term, whether the halves agree; None for what is tied to time.
+
+    The decision is that on the two halves that agree least.
 
     Parameters
     ----------
@@ -35,18 +40,38 @@ def decide_halves(data: AxisData, model: FittedModel, space: Array) -> list[Deci
         Of the base model's columns (`own_effort.base_space`).
     """
     residual, block = (data.effort - model.predicted)[data.valid], data.block[data.valid]
+    divisions = _divisions(data)
     decisions: list[Decision | None] = []
     for term, own in zip(model.terms, own_efforts(data, model, space), strict=True):
         if term.candidate == VIBRATION or tied_to_time(term):
             decisions.append(None)
             continue
-        energy = np.cumsum(own**2)
-        middle = int(np.searchsorted(energy, 0.5 * energy[-1]))
-        parts = slice(0, middle), slice(middle, None)
-        halves = [_scale(own[part], residual[part], block[part]) for part in parts]
-        (first, first_std), (second, second_std) = halves
-        decisions.append(same_size(first, second, float(np.hypot(first_std, second_std))))
+        each = []
+        for parts, order in divisions.items():
+            halves = [_scale(own[k], residual[k], block[k]) for k in _halves(own, order)]
+            (first, first_std), (second, second_std) = halves
+            each.append(same_size(first, second, float(np.hypot(first_std, second_std)), parts))
+        decisions.append(min(each, key=lambda decision: decision.margin))
     return decisions
+
+
+def _divisions(data: AxisData) -> dict[tuple[str, str], Places]:
+    """What the halves are called, and the valid samples in the order in which they are divided."""
+    speed, acceleration = (
+        np.abs(data.of_motion(name)[data.valid]) for name in ("velocity", "acceleration")
+    )
+    return {
+        ("early", "late"): np.arange(len(speed)),
+        ("at low speed", "at high speed"): np.argsort(speed, kind="stable"),
+        ("at small acceleration", "at large"): np.argsort(acceleration, kind="stable"),
+    }
+
+
+def _halves(own: Array, order: Places) -> tuple[Places, Places]:
+    """Samples of either half, from a cause's own effort (n,)."""
+    energy = np.cumsum(own[order] ** 2)
+    middle = int(np.searchsorted(energy, 0.5 * energy[-1]))
+    return order[:middle], order[middle:]
 
 
 def _scale(own: Array, residual: Array, block: NDArray[np.intp]) -> tuple[float, float]:

@@ -87,11 +87,13 @@ FOUND_AGAIN: Final = Threshold(
     "docs/diagnosis_reference.md, the rules on real axes",
 )
 SAME_SIZE: Final = Threshold(
-    0.5,
+    0.4,
     "size of the cause",
     "Two halves of the data that show a cause with sizes farther apart show no law of the machine.",
-    "A judgement: an order above the band has to agree as well (`fit.wide_band`).",
-    "`test_both_halves.py`: a ripple that comes or goes is no law",
+    "The largest model discrepancy that an effect's file states, of parts that collide: no formula "
+    "is farther off.",
+    "`test_both_halves.py`: a ripple that comes or goes is no law; docs/diagnosis.md, how often it "
+    "is right",
 )
 LARGER_IN_TIME: Final = Threshold(
     2.0,
