@@ -17,6 +17,8 @@ from edge_ident.model.effects import named
 Array = NDArray[np.float64]
 
 _ROUNDS: Final = 3
+TO_COMPARE: Final = 6
+"""Rounds after which equal formulas leave equal residuals."""
 _NARROWING: Final = (0.25, 0.4)
 """Width of a round over that of the one before; of few nonlinear parameters, of many."""
 _DESCENT_STEPS: Final = 10
@@ -28,10 +30,13 @@ _STEP: Final = 0.02
 _TINY: Final = float(np.finfo(float).tiny)
 
 
-def refined(subspace: ResidualSubspace, scored: ScoredCandidate, grid: Grid) -> ScoredCandidate:
+def refined(
+    subspace: ResidualSubspace, scored: ScoredCandidate, grid: Grid, most_rounds: int = _ROUNDS
+) -> ScoredCandidate:
     """Refine all nonlinear parameters of a candidate together.
 
-    Up to two are searched on ever finer grids. With more, a descent follows.
+    Up to two are searched on ever finer grids, as many as there are rounds. With more, a descent
+    follows.
     """
     candidate = scored.candidate
     names = candidate.form.nonlinear
@@ -39,7 +44,7 @@ def refined(subspace: ResidualSubspace, scored: ScoredCandidate, grid: Grid) -> 
     around = AROUND.get(len(names), AROUND[max(AROUND)])
     many = candidate.descends
     # points around many parameters are too sparse to improve on what was refined before
-    rounds = 0 if many and np.isinf(scored.error) else _ROUNDS
+    rounds = 0 if many and np.isinf(scored.error) else most_rounds
     for _ in range(rounds if names else 0):
         points = {k: np.full(len(around), v) for k, v in scored.term.nonlinear.items()}
         for k, name in enumerate(names):

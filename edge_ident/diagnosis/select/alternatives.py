@@ -7,7 +7,8 @@ import numpy as np
 
 from edge_ident.diagnosis.fit.external_vibrations import VIBRATION
 from edge_ident.diagnosis.fit.fitting import FittedModel
-from edge_ident.diagnosis.fit.scoring import ScoredCandidate
+from edge_ident.diagnosis.fit.refinement import TO_COMPARE, refined
+from edge_ident.diagnosis.fit.scoring import ResidualSubspace, ScoredCandidate
 from edge_ident.diagnosis.result import Alternative
 from edge_ident.diagnosis.select.acceptance import Decision, Evidence, decide, separable
 from edge_ident.diagnosis.select.screening import unrepeatable
@@ -46,7 +47,9 @@ def compare_alternatives(search: Search, model: FittedModel, index: int) -> Comp
         (s, search.fit(rest.base, (*rest.terms, s.term))) for s in scored[: MOST_ALTERNATIVES.value]
     ]
     found = [
-        _fitted_alternative(search, model, other) for s, other in models if s.candidate != VIBRATION
+        _fitted_alternative(search, model, _closest(search, rest, s, other))
+        for s, other in models
+        if s.candidate != VIBRATION
     ]
     decisions = [
         (decide(model.terms, other.terms, Evidence(search.gain(model, other))), other)
@@ -60,6 +63,19 @@ def compare_alternatives(search: Search, model: FittedModel, index: int) -> Comp
             found.append(_scored_alternative(name, scored, model))
     accepted = decision is not None and decision.accepted
     return ComparedAlternatives(_first_of_each(found), best if accepted else None, decision)
+
+
+def _closest(
+    search: Search, rest: FittedModel, scored: ScoredCandidate, other: FittedModel
+) -> FittedModel:
+    """The other model, at nonlinear parameters that are as near to the best ones as those of a
+    cause that was refined again and again: a wave along the stroke may be a load or a ripple."""
+    candidate = scored.candidate
+    if not candidate.form.nonlinear or candidate.descends:
+        return other
+    subspace, grid = ResidualSubspace.of(search.data, rest), search.grids[candidate]
+    term = refined(subspace, scored, grid, TO_COMPARE).term
+    return min(other, search.fit(rest.base, (*rest.terms, term)), key=lambda fitted: fitted.error)
 
 
 def _fitted_alternative(search: Search, model: FittedModel, other: FittedModel) -> Alternative:
