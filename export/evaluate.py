@@ -1,5 +1,6 @@
 """How well a network identifies drives it has never seen, with the loop that runs at the edge."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
 
@@ -7,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.estimation.image import effort_scale
-from edge_ident.estimation.manifest import Evaluation
+from edge_ident.estimation.manifest import Evaluation, Variant
 from edge_ident.estimation.network import Network
 from edge_ident.estimation.network_estimate import estimate
 from edge_ident.signals.metrics import relative_residual
@@ -131,18 +132,20 @@ def _in_si(
     )
 
 
-def evaluate_all(fp32: Network, int8: Network, drives: EvaluationDrives) -> tuple[Evaluation, ...]:
+def evaluate_all(
+    networks: Mapping[Variant, Network], drives: EvaluationDrives
+) -> tuple[Evaluation, ...]:
     """All figures of a network, and those of least squares and of guessing."""
+    disturbed = ("noisy", drives.noisy), ("one_effect", drives.disturbed)
     return (
-        evaluate("clean", fp32, drives.clean),
-        evaluate("clean_int8", int8, drives.clean),
-        evaluate("noisy", fp32, drives.noisy),
-        evaluate("noisy_int8", int8, drives.noisy),
-        evaluate("one_effect", fp32, drives.disturbed),
-        evaluate("one_effect_int8", int8, drives.disturbed),
+        *(
+            evaluate(name if variant == "fp32" else f"{name}_{variant}", network, some)
+            for name, some in (("clean", drives.clean), *disturbed)
+            for variant, network in networks.items()
+        ),
         *(
             figures(f"{name}_{kind}", some, method(some))
-            for name, some in (("noisy", drives.noisy), ("one_effect", drives.disturbed))
+            for name, some in disturbed
             for kind, method in (("least_squares", solved), ("random_search", guessed))
         ),
     )

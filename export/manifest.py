@@ -9,7 +9,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from edge_ident.estimation.manifest import SCHEMA, Evaluation, Manifest, NetworkMotion
+from edge_ident.estimation.manifest import SCHEMA, Evaluation, Manifest, NetworkMotion, Variant
 from edge_ident.model.model import PARAMETERS, effect_names
 from export.configuration import Configuration
 from export.motion import TrainingMotion
@@ -19,7 +19,7 @@ MISMATCH_LIMIT: Final = 0.3
 
 
 def describe(
-    configuration: Configuration, motion: TrainingMotion, contents: Mapping[str, bytes]
+    configuration: Configuration, motion: TrainingMotion, contents: Mapping[Variant, bytes]
 ) -> Manifest:
     """A manifest without figures.
 
@@ -58,11 +58,13 @@ def with_figures(
     """Add the evaluation, and the standard deviations that follow from it."""
     by_name = {figures.name: figures for figures in evaluation}
     base = by_name["noisy"].share_error_rms
-    coarse = np.maximum(base, by_name["noisy_int8"].share_error_rms)
+    std = {"fp32": base}
+    if "noisy_int8" in by_name:
+        std["int8"] = np.maximum(base, by_name["noisy_int8"].share_error_rms)
     return replace(
         manifest,
         evaluation=evaluation,
-        parameter_std={"fp32": base, "int8": coarse},
+        parameter_std=std,
         parameter_std_per_residual=std_per_residual,
     )
 

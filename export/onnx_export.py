@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from edge_ident.errors import ModelError
 from edge_ident.estimation.image import effort_image
-from edge_ident.estimation.manifest import VARIANTS, Manifest
+from edge_ident.estimation.manifest import Manifest, Variant
 from edge_ident.estimation.network import Network, load_network
 from edge_ident.model.model import PARAMETERS
 from edge_ident.signals.dct import POINTS
@@ -40,10 +40,13 @@ ROUNDING_IMAGES: Final = 8000
 BATCH: Final = 64
 
 
-def export(checkpoint: Path, output: Path, on_progress: Callable[[str], None]) -> Path:
+def export(
+    checkpoint: Path, output: Path, on_progress: Callable[[str], None], *, int8: bool = True
+) -> Path:
     """Write NAME_fp32.onnx, NAME_int8.onnx and NAME.json, and return the path of the last.
 
-    NAME is that of the motion. `on_progress` is called with the name of each stage.
+    NAME is that of the motion. `on_progress` is called with the name of each stage. Without `int8`
+    that network is left out.
 
     Raises
     ------
@@ -57,19 +60,21 @@ def export(checkpoint: Path, output: Path, on_progress: Callable[[str], None]) -
     images, features = _calibration(network, Batches(configuration, motion))
     drives = evaluation_drives(motion, POINTS)
     on_progress("exporting")
-    float_model = to_onnx(network)
-    on_progress("quantizing")
-    models = {"fp32": float_model, "int8": clean(quantize(float_model, images, features))}
+    models: dict[Variant, onnx.ModelProto] = {"fp32": to_onnx(network)}
+    if int8:
+        on_progress("quantizing")
+        models["int8"] = clean(quantize(models["fp32"], images, features))
     output.mkdir(parents=True, exist_ok=True)
     with TemporaryDirectory(dir=output) as folder:  # nothing is replaced before all checks pass
         draft = Path(folder)
         contents = {variant: model.SerializeToString() for variant, model in models.items()}
         described = describe(configuration, motion, contents)
-        fp32, int8 = _written(draft, motion.name, described, contents)
-        check_parity(network, fp32, images)
+        networks = _written(draft, motion.name, described, contents)
+        check_parity(network, networks["fp32"], images)
         on_progress("evaluating")
-        check_quantization(fp32, int8, drives.clean)
-        write(_evaluated(described, fp32, int8, drives), draft / f"{motion.name}.json")
+        if int8:
+            check_quantization(networks["fp32"], networks["int8"], drives.clean)
+        write(_evaluated(described, networks, drives), draft / f"{motion.name}.json")
         for file in draft.iterdir():
             file.replace(output / file.name)
     return output / f"{motion.name}.json"
@@ -87,22 +92,22 @@ def _trained(checkpoint: Path) -> tuple[ResidualNetwork, Checkpoint]:
 
 
 def _written(
-    folder: Path, name: str, manifest: Manifest, contents: Mapping[str, bytes]
-) -> tuple[Network, ...]:
-    """Both networks, written with their manifest and loaded as the runtime does."""
+    folder: Path, name: str, manifest: Manifest, contents: Mapping[Variant, bytes]
+) -> dict[Variant, Network]:
+    """The networks, written with their manifest and loaded as the runtime does."""
     for variant, content in contents.items():
         (folder / f"{name}_{variant}.onnx").write_bytes(content)
     write(manifest, folder / f"{name}.json")
-    return tuple(load_network(path=folder / f"{name}_{variant}.onnx") for variant in VARIANTS)
+    return {of: load_network(path=folder / f"{name}_{of}.onnx") for of in contents}
 
 
 def _evaluated(
-    manifest: Manifest, fp32: Network, int8: Network, drives: EvaluationDrives
+    manifest: Manifest, networks: Mapping[Variant, Network], drives: EvaluationDrives
 ) -> Manifest:
     """The manifest with the networks' figures."""
-    evaluation = evaluate_all(fp32, int8, drives)
+    evaluation = evaluate_all(networks, drives)
     noisy = next(figures for figures in evaluation if figures.name == "noisy")
-    growth = error_per_residual(fp32, drives.disturbed, noisy.share_error_rms)
+    growth = error_per_residual(networks["fp32"], drives.disturbed, noisy.share_error_rms)
     return with_figures(manifest, evaluation, growth)
 
 
@@ -171,7 +176,7 @@ def check_quantization(fp32: Network, int8: Network, drives: DriveSet) -> None:
         raise ModelError(
             f"int8 moves the {name} of a drive by {worst:.2%} of its range "
             f"(limit {INT8_LIMIT:.0%})",
-            "train longer: a network that resolves less than its quantization does not help",
+            "train longer, or leave the int8 network out: --no-int8",
         )
 
 

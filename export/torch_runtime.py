@@ -4,6 +4,7 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
+from edge_ident.estimation.manifest import Variant
 from edge_ident.estimation.network import Network
 from export.checkpoint import Checkpoint
 from export.manifest import describe
@@ -22,7 +23,7 @@ class TorchNetwork(Network):
 
     def __init__(self, network: ResidualNetwork, checkpoint: Checkpoint) -> None:
         self._network = network
-        contents = {"fp32": b"", "int8": b""}
+        contents: dict[Variant, bytes] = {"fp32": b"", "int8": b""}
         self.manifest = describe(checkpoint.configuration, checkpoint.motion, contents)
         self.variant = "fp32"
 

@@ -11,7 +11,7 @@ A quarter of a period, as short as a record can be that turns, needs a network o
 
     python tools/network_figures.py motion runs/quarter.csv --quarter
     edge-ident train --motion-from runs/quarter.csv --output runs/quarter
-    edge-ident export runs/quarter/checkpoint.pt --output runs/quarter
+    edge-ident export runs/quarter/checkpoint.pt --output runs/quarter --no-int8
     python tools/network_figures.py effects --quarter --noise 0.05 \
         --network runs/quarter/quarter_fp32.onnx
 """

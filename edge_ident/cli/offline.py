@@ -79,6 +79,9 @@ NetworkForC = Annotated[
         "built-in network.",
     ),
 ]
+Int8 = Annotated[
+    bool, typer.Option("--int8/--no-int8", help="Also write the int8 network, or leave it out.")
+]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -182,13 +185,15 @@ def export(
     output: NetworkFolder = Path("networks"),
     c: CFolder = None,
     network: NetworkForC = None,
+    int8: Int8 = True,
     json: Json = False,
 ) -> None:
     """Convert a checkpoint to ONNX networks, or write an int8 network as C for a microcontroller.
 
     The networks, fp32 and int8, are checked and written to the folder given by --output (default:
     networks), with a manifest. The path of the manifest is printed. The network that comes with
-    edge-ident is not replaced.
+    edge-ident is not replaced. Where quantization costs too much, nothing is written; --no-int8
+    leaves that network out.
 
     With --c, an int8 network is written as C99: a header, whose path is printed, and two files
     more. This needs onnx, but not torch.
@@ -209,7 +214,9 @@ def export(
         raise typer.BadParameter("goes with --c only", param_hint="--network")
     exporter = _offline("export.onnx_export")
     with shown_progress() as bars:
-        manifest = exporter.export(checkpoint or DEFAULT_RUN / CHECKPOINT, output, bars.stage)
+        manifest = exporter.export(
+            checkpoint or DEFAULT_RUN / CHECKPOINT, output, bars.stage, int8=int8
+        )
     if json:
         print_document({"schema": "edge-ident/export/1", "manifest": str(manifest)})
     else:

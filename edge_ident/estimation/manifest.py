@@ -150,7 +150,7 @@ def _manifest(fields: dict[str, Any]) -> Manifest:
         start_shares=None if start is None else _array(start, (len(PARAMETERS),)),
         parameter_std={
             variant: _array(fields["parameter_std"][variant], (len(PARAMETERS),))
-            for variant in VARIANTS
+            for variant in fields["sha256"]
         },
         parameter_std_per_residual=_array(fields["parameter_std_per_residual"], (len(PARAMETERS),)),
         evaluation=tuple(_evaluation(entry) for entry in fields["evaluation"]),

@@ -66,7 +66,9 @@ def test_an_exact_reader_is_exact_on_clean_drives_and_no_better_than_noise_allow
     drives: EvaluationDrives,
 ) -> None:
     network = StandIn(reader(), START)
-    found = {entry.name: entry for entry in evaluate_all(network, network, drives)}
+    found = {
+        entry.name: entry for entry in evaluate_all({"fp32": network, "int8": network}, drives)
+    }
     assert found["clean"].residual_median < 1e-5
     assert np.all(found["clean"].share_error_p95 < 1e-4)
     assert found["noisy"].residual_median < 0.02
@@ -82,7 +84,7 @@ def test_an_exact_reader_is_exact_on_clean_drives_and_no_better_than_noise_allow
 def test_a_useless_network_is_no_better_than_guessing(drives: EvaluationDrives) -> None:
     """Eight random guesses miss most of the effort, least squares hardly any."""
     network = StandIn(nothing, START)
-    found = {entry.name: entry for entry in evaluate_all(network, network, drives)}
+    found = {entry.name: entry for entry in evaluate_all({"fp32": network}, drives)}
     assert found["noisy"].residual_median > 0.2
     assert found["noisy_random_search"].residual_median > 0.2
     assert found["noisy_least_squares"].residual_median < 0.02

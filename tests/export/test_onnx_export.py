@@ -191,6 +191,18 @@ def test_quantization_that_costs_too_much_replaces_nothing(
     assert (output / "feed_drive.json").read_text() == "the one before"
 
 
+def test_without_int8_the_other_network_is_written(
+    tmp_path: Path, network: ResidualNetwork, small: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(onnx_export, "INT8_LIMIT", 0.0)
+    output = tmp_path / "out"
+    export(finished(tmp_path / "run.pt", network), output, lambda stage: None, int8=False)
+    assert {path.name for path in output.iterdir()} == {"feed_drive.json", "feed_drive_fp32.onnx"}
+    manifest = load_network(path=output / "feed_drive_fp32.onnx").manifest
+    assert set(manifest.parameter_std) == set(manifest.sha256) == {"fp32"}
+    assert not [entry.name for entry in manifest.evaluation if "int8" in entry.name]
+
+
 def test_images_of_another_size_are_not_exported(tmp_path: Path) -> None:
     other = replace(SMALL, points=40)
     path = finished(tmp_path / "run.pt", ResidualNetwork(40), other)
