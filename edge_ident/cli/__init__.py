@@ -1,74 +1,91 @@
 """The command line: thin commands over the public API, one file for each command or family."""
 
 import sys
+from collections.abc import Iterable, Sequence
+from functools import cache
+from importlib import import_module
+from typing import Final
 
 import typer
 
-from edge_ident.cli import (
-    board,
-    capture,
-    checkup,
-    compare,
-    config,
-    diagnose,
-    gains,
-    identify,
-    import_file,
-    init,
-    machine,
-    offline,
-    plan,
-    plant,
-    profile,
-    registers,
-    root,
-    run,
-    run_report,
-    simulate,
-    survey,
-)
+from edge_ident.cli import root, settings
 from edge_ident.cli.command_group import with_example
 from edge_ident.support.interrupts import INTERRUPTED, end_as_by_ctrl_c
 
-app = typer.Typer(
-    name="edge-ident",
-    cls=root.RootGroup,
-    callback=root.begin,
-    help=with_example(root.begin.__doc__ or ""),
-    no_args_is_help=True,
-    rich_markup_mode=None,  # a panel cuts words where the terminal is narrow
-    pretty_exceptions_enable=False,
-)
-for commands in (
-    init,
-    run,
-    capture,
-    profile,
-    machine,
-    identify,
-    import_file,
-    run_report,
-    gains,
-    diagnose,
-    plan,
-    survey,
-    simulate,
-    compare,
-    board,
-    plant,
-    checkup,
-    registers,
-    offline,
-    config,
-):
-    commands.register(app)
+HOMES: Final = {
+    "init": "init",
+    "run": "run",
+    "capture": "capture",
+    "profile": "profile",
+    "home": "machine",
+    "hold": "machine",
+    "stop": "machine",
+    "clear-fault": "machine",
+    "identify": "identify",
+    "import": "import_file",
+    "report": "run_report",
+    "diagnose": "diagnose",
+    "plan": "plan",
+    "survey": "survey",
+    "simulate": "simulate",
+    "compare": "compare",
+    "board": "board",
+    "plant": "plant",
+    "ports": "checkup",
+    "doctor": "checkup",
+    "registers": "registers",
+    "train": "offline",
+    "export": "offline",
+    "gains": "gains",
+    "config": "config",
+}
+"""The module of each command, in the order of the help."""
 
 
 def main() -> None:
     """Run the command line; ending signals interrupt it from here on, so that it can clean up."""
-    whole = typer.main.get_command(app)
+    whole = typer.main.get_command(app_for(sys.argv[1:]))
     try:
         end_as_by_ctrl_c()
         whole(prog_name="edge-ident")
     except KeyboardInterrupt:
         sys.exit(INTERRUPTED)
+
+
+def app_for(arguments: Sequence[str]) -> typer.Typer:
+    """The app, with no more than the command that is named.
+
+    To load and describe all commands takes a sixth of the start of one. All are needed for help,
+    for a name that is none, and where there are settings, which may be those of any command.
+    """
+    named = next((word for word in arguments if not word.startswith("-")), "")
+    if named not in HOMES or named == "config" or settings.settings_file().exists():
+        return whole_app()
+    return _app_of([HOMES[named]])
+
+
+@cache
+def whole_app() -> typer.Typer:
+    """The app with all commands; `app` for short."""
+    return _app_of(dict.fromkeys(HOMES.values()))
+
+
+def _app_of(modules: Iterable[str]) -> typer.Typer:
+    app = typer.Typer(
+        name="edge-ident",
+        cls=root.RootGroup,
+        callback=root.begin,
+        help=with_example(root.begin.__doc__ or ""),
+        no_args_is_help=True,
+        rich_markup_mode=None,  # a panel cuts words where the terminal is narrow
+        pretty_exceptions_enable=False,
+    )
+    for module in modules:
+        import_module(f"{__name__}.{module}").register(app)
+    return app
+
+
+def __getattr__(name: str) -> typer.Typer:
+    if name == "app":
+        return whole_app()
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -150,8 +150,9 @@ def _starts(samples: int, band: int) -> NDArray[np.intp]:
     """First cosines of the groups; the band is made of whole groups."""
     octaves = max(0.0, np.log2(samples / _ALONE))
     beyond = _ALONE * 2.0 ** (np.arange(int(octaves * _TOGETHER) + 1) / _TOGETHER)
-    starts = np.concatenate([np.arange(_ALONE), beyond.astype(np.intp), [band]])
-    return np.unique(starts[starts < samples])
+    starts = np.sort(np.concatenate([np.arange(_ALONE), beyond.astype(np.intp), [band]]))
+    starts = starts[starts < samples]
+    return np.asarray(starts[np.diff(starts, prepend=-1) > 0])
 
 
 def _sums(values: Array, starts: NDArray[np.intp]) -> Array:

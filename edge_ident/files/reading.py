@@ -1,26 +1,23 @@
-"""One door for every format of files; a format's package is loaded when such a file is read."""
+"""One door for every format of files; what reads a format is loaded when such a file is read."""
 
+from collections.abc import Callable
+from importlib import import_module
 from pathlib import Path
 from typing import Any, Final
 
 from edge_ident.errors import DataError
-from edge_ident.files.excel import read_xlsx
-from edge_ident.files.frames import is_frame, read_frame, read_parquet
-from edge_ident.files.matlab import read_hdf5, read_mat
-from edge_ident.files.native import read_npz
 from edge_ident.files.table import Table
-from edge_ident.files.tdms import read_tdms
-from edge_ident.files.text import read_text
 
 _READERS: Final = {
-    ".npz": read_npz,
-    ".mat": read_mat,
-    ".h5": read_hdf5,
-    ".hdf5": read_hdf5,
-    ".tdms": read_tdms,
-    ".parquet": read_parquet,
-    ".xlsx": read_xlsx,
+    ".npz": ("native", "read_npz"),
+    ".mat": ("matlab", "read_mat"),
+    ".h5": ("matlab", "read_hdf5"),
+    ".hdf5": ("matlab", "read_hdf5"),
+    ".tdms": ("tdms", "read_tdms"),
+    ".parquet": ("frames", "read_parquet"),
+    ".xlsx": ("excel", "read_xlsx"),
 }
+"""Module and function of every format but text, by the ending of the name."""
 ENDINGS: Final = (".csv", ".tsv", ".txt", ".dat", ".asc", *_READERS)
 """Of files that hold a table: of text, then of every other format."""
 
@@ -46,11 +43,19 @@ def read_table(source: Any, delimiter: str | None = None, decimal: str | None = 
     path = Path(source)
     if not path.is_file():
         raise DataError(f"{path}: no such file", "give the path of a .csv or .npz recording")
-    reader = _READERS.get(path.suffix.lower())
-    return reader(path) if reader else read_text(path, delimiter, decimal)
+    ending = path.suffix.lower()
+    if ending not in _READERS:
+        from edge_ident.files.text import read_text
+
+        return read_text(path, delimiter, decimal)
+    module, function = _READERS[ending]
+    read: Callable[[Path], Table] = getattr(import_module(f"edge_ident.files.{module}"), function)
+    return read(path)
 
 
 def _frame(source: Any) -> Table:
+    from edge_ident.files.frames import is_frame, read_frame
+
     if not is_frame(source):
         raise TypeError(f"a recording is a path or a data frame, not {type(source).__name__}")
     return read_frame(source)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from edge_ident.errors import DataError
 from edge_ident.signals.conditioning import condition
 from edge_ident.signals.encoder import position_noise
+from edge_ident.signals.metrics import quantile
 from edge_ident.signals.recording import AxisRecord, Recording
 
 Array = NDArray[np.float64]
@@ -72,7 +73,7 @@ def check_table(
     for name, values in columns.items():
         _check_finite(source, name, values, first_row)
     _check_increasing(source, time_s, first_row)
-    period_s = float(np.median(np.diff(time_s)))
+    period_s = quantile(np.diff(time_s), 0.5)
     if period_s >= _SLOWEST_S:
         raise DataError(
             f"{source}, column time_s: {period_s:.4g} s from sample to sample is too slow for any "
@@ -218,7 +219,7 @@ def _check_spike(where: str, values: Array, unit: str, first_row: int) -> None:
     if np.max(size) <= swing:  # of most recordings; what follows takes longer
         return
     around = np.maximum(np.append(size[1:], 0.0), np.insert(size[:-1], 0, 0.0))
-    usual = float(np.percentile(size, 99.9))
+    usual = quantile(size, 0.999)
     spikes = np.flatnonzero(
         (size > _SPIKE_WIDTH * around) & (size > _SPIKE_RATIO * usual) & (size > swing)
     )
@@ -251,7 +252,7 @@ def _check_jump(where: str, steps: Array, first_row: int) -> None:
     if not len(alone):
         return
     moving = steps[steps > 0]
-    usual = max(float(np.percentile(moving, 99)), float(np.min(moving)))
+    usual = max(quantile(moving, 0.99), float(np.min(moving)))
     jumps = alone[steps[alone] > _JUMP_RATIO * usual]
     if len(jumps):
         row = first_row + jumps[0] + 1

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.signals.decimation import LONG
+from edge_ident.signals.metrics import quantile
 from edge_ident.signals.recording import AxisRecord
 from edge_ident.signals.unknown_samples import clipped, stale
 
@@ -80,7 +81,7 @@ class EvenGrid:
         stamps_s = self._stamps_s[~stale(self._stamps_s)]
         after = np.clip(np.searchsorted(stamps_s, self.time_s), 1, len(stamps_s) - 1)
         around_s = stamps_s[after] - stamps_s[after - 1]
-        inside = around_s > GAP * np.median(np.diff(self._stamps_s))
+        inside = around_s > GAP * quantile(np.diff(self._stamps_s), 0.5)
         nearest = np.searchsorted(self._stamps_s, self.time_s - 0.5 * self.period_s)
         nearest = np.clip(nearest, 0, len(effort) - 1)
         return np.asarray(inside | clipped(effort)[nearest])

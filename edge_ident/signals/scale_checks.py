@@ -10,6 +10,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from edge_ident.signals.metrics import quantile
 from edge_ident.signals.recording import AxisRecord, Recording
 
 Array = NDArray[np.float64]
@@ -116,7 +117,7 @@ def _travel(name: str, axis: AxisRecord) -> list[ScaleQuestion]:
 
 
 def _sampling(name: str, axis: AxisRecord, time_s: Array) -> list[ScaleQuestion]:
-    period_s = axis.sampling.period_s if axis.sampling else float(np.median(np.diff(time_s)))
+    period_s = axis.sampling.period_s if axis.sampling else quantile(np.diff(time_s), 0.5)
     if period_s <= _SLOW_S:
         return []
     return [

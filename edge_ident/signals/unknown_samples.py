@@ -5,6 +5,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from edge_ident.signals.metrics import quantile
+
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
@@ -28,7 +30,7 @@ def stale(time_s: Array) -> Mask:
     So the row that ends a pause may be as old as the pause is long.
     """
     steps = np.diff(time_s)
-    ends = np.concatenate([[False], steps > _PAUSE * np.median(steps)])
+    ends = np.concatenate([[False], steps > _PAUSE * quantile(steps, 0.5)])
     ends[-1] = False
     return ends if np.mean(ends) < _SELDOM else np.zeros(len(ends), dtype=np.bool_)
 

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from edge_ident.signals.conditioning import acceleration_noise, filtered_regressor
 from edge_ident.signals.filters import lowpass, magnitude, whitening
+from edge_ident.signals.metrics import quantile
 
 Array = NDArray[np.float64]
 
@@ -144,5 +145,5 @@ def white_noise(effort: Array, position: Array, cutoff_hz: float, period_s: floa
     inverse = np.linalg.pinv(answers @ answers.T, rcond=1e-14, hermitian=True)
     left = high[0][inside] - (inverse @ (answers @ high[0][inside])) @ answers
     # the median ignores the steps of friction, which reach these frequencies now and then
-    deviation = float(np.median(np.abs(left))) / _MEDIAN_OF_NORMAL
+    deviation = quantile(np.abs(left), 0.5) / _MEDIAN_OF_NORMAL
     return float(deviation / np.sqrt(1.0 - 2.0 * above_hz * period_s))
