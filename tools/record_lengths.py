@@ -10,7 +10,8 @@ it has no answer on a quarter, and on two periods it takes the last. The extende
     python tools/record_lengths.py --read runs/record_lengths.jsonl
 
 Errors are those of inertia, viscous and Coulomb friction, in shares of a parameter's range, as in
-`tools/network_figures.py`. A ratio below one is won against least squares.
+`tools/network_figures.py`. A ratio below one is won against least squares, on the axes that a
+method answers for.
 """
 
 import argparse
@@ -155,14 +156,17 @@ def tables(found: list[Case]) -> Iterator[Table]:
 
 
 def _medians(some: list[Case]) -> Iterator[str]:
-    """Over axes and parameters, of the axes on which all that answer do."""
-    opponent = np.median([case.error["least squares"] for case in some])
+    """Over axes and parameters, and over least squares on the axes where a method answers."""
     for method in METHODS:
-        errors = [case.error[method] for case in some if method in case.error]
-        if len(errors) < len(some):
-            yield "–" if not errors else f"{100 * np.median(errors):.2f} ({len(errors)} axes)"
-        else:
-            yield f"{100 * np.median(errors):.2f} ({np.median(errors) / opponent:.2f})"
+        answered = [case for case in some if method in case.error]
+        if not answered:
+            yield "–"
+            continue
+        error, opponent = (
+            np.median([case.error[name] for case in answered]) for name in (method, METHODS[1])
+        )
+        of = "" if len(answered) == len(some) else f", {len(answered)} axes"
+        yield f"{100 * error:.2f} ({error / opponent:.2f}{of})"
 
 
 def main() -> None:
