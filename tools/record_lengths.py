@@ -173,7 +173,7 @@ def main() -> None:
     """Identify and print, or print what a former run found."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--axes", type=int, default=6, help="with each effect, of each length")
-    parser.add_argument("--only", default="", metavar="A,B", help="lengths")
+    parser.add_argument("--only", nargs="+", choices=LENGTHS, default=list(LENGTHS))
     parser.add_argument("--seed", type=int, default=SEED)
     parser.add_argument("--output", type=Path, default=Path("runs/record_lengths.jsonl"))
     parser.add_argument("--read", type=Path, nargs="+", metavar="FILE", help="print its tables")
@@ -182,24 +182,24 @@ def main() -> None:
         lines = [line for path in given.read for line in path.read_text("utf-8").splitlines()]
         found = [Case(**json.loads(line)) for line in lines]
     else:
-        found = run(given.axes, given.only.split(",") if given.only else [], given)
+        found = run(given.axes, given.only, given.seed, given.output)
     for table in tables(found):
         if table.row_count:
             Console(width=120).print(table)
 
 
-def run(axes: int, only: list[str], given: argparse.Namespace) -> list[Case]:
+def run(axes: int, lengths: list[str], seed: int, output: Path) -> list[Case]:
     """All cases; each is written as soon as it is known."""
     network, found = edge_ident.load_network(), []
     rows = [
         (length, effect, number)
-        for length in only or LENGTHS
+        for length in lengths
         for number, effect in enumerate([NO_EFFECT, *EFFECTS])
     ]
-    given.output.parent.mkdir(parents=True, exist_ok=True)
-    with given.output.open("w", encoding="utf-8") as file:
+    output.parent.mkdir(parents=True, exist_ok=True)
+    with output.open("w", encoding="utf-8") as file:
         for length, effect, number in track(rows, "effects"):
-            for case in cases(length, effect, axes, network, given.seed + 10_000 * number):
+            for case in cases(length, effect, axes, network, seed + 10_000 * number):
                 file.write(json.dumps(asdict(case)) + "\n")
                 file.flush()
                 found.append(case)

@@ -55,7 +55,7 @@ def main() -> None:
 def app_for(arguments: Sequence[str]) -> typer.Typer:
     """The app, with no more than the command that is named.
 
-    To load and describe all commands takes a sixth of the start of one. All are needed for help,
+    To load and describe all commands takes an eighth of the start of one. All are needed for help,
     for a name that is none, and where there are settings, which may be those of any command.
     """
     named = next((word for word in arguments if not word.startswith("-")), "")

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from edge_ident.errors import DataError
+from edge_ident.files.frames import is_frame, read_frame
 from edge_ident.files.table import Table
 
 _READERS: Final = {
@@ -44,18 +45,17 @@ def read_table(source: Any, delimiter: str | None = None, decimal: str | None = 
     if not path.is_file():
         raise DataError(f"{path}: no such file", "give the path of a .csv or .npz recording")
     ending = path.suffix.lower()
-    if ending not in _READERS:
-        from edge_ident.files.text import read_text
-
-        return read_text(path, delimiter, decimal)
-    module, function = _READERS[ending]
-    read: Callable[[Path], Table] = getattr(import_module(f"edge_ident.files.{module}"), function)
-    return read(path)
+    if ending in _READERS:
+        return _read(*_READERS[ending], path)
+    return _read("text", "read_text", path, delimiter, decimal)
 
 
 def _frame(source: Any) -> Table:
-    from edge_ident.files.frames import is_frame, read_frame
-
     if not is_frame(source):
         raise TypeError(f"a recording is a path or a data frame, not {type(source).__name__}")
     return read_frame(source)
+
+
+def _read(module: str, function: str, *given: Any) -> Table:
+    read: Callable[..., Table] = getattr(import_module(f"edge_ident.files.{module}"), function)
+    return read(*given)
