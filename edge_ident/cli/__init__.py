@@ -1,5 +1,6 @@
 """The command line: thin commands over the public API, one file for each command or family."""
 
+import os
 import sys
 from collections.abc import Iterable, Sequence
 from functools import cache
@@ -59,7 +60,7 @@ def app_for(arguments: Sequence[str]) -> typer.Typer:
     for a name that is none, and where there are settings, which may be those of any command.
     """
     named = next((word for word in arguments if not word.startswith("-")), "")
-    if named not in HOMES or named == "config" or settings.settings_file().exists():
+    if named not in HOMES or named == "config" or os.path.exists(settings.settings_file()):
         return whole_app()
     return _app_of([HOMES[named]])
 
