@@ -12,7 +12,9 @@ def agreed(
 ) -> tuple[SupportedModel, list[int]]:
     """The selected model or, where the disturbed runs do not find it, one that they agree on.
 
-    The undisturbed data are one sample of many, so what they alone lead to has no precedence.
+    The undisturbed data are one sample of many, so what they alone lead to has no precedence. What
+    the runs find of it has: another model takes its place only where the criterion prefers it to
+    these terms.
 
     Returns
     -------
@@ -21,10 +23,13 @@ def agreed(
         How many of the disturbed runs find each of its terms.
     """
     times = runs.times_found(selected.model)
+    found = [again(number + 1, RUNS + 1).accepted for number in times]
     other = runs.models[0].terms
-    if not other or all(again(found + 1, RUNS + 1).accepted for found in times):
+    if not other or all(found):
         return selected, times
     supported = eliminate_backward(search, search.fit(start.base, other))
     other_times = runs.times_found(supported.model)
-    all_find = all(again(found, RUNS + 1).accepted for found in other_times)
-    return (supported, other_times) if other_times and all_find else (selected, times)
+    all_find = all(again(number, RUNS + 1).accepted for number in other_times)
+    terms = tuple(t for t, kept in zip(selected.model.terms, found, strict=True) if kept)
+    preferred = search.gain(search.fit(start.base, terms), supported.model) > 0.0
+    return (supported, other_times) if other_times and all_find and preferred else (selected, times)
