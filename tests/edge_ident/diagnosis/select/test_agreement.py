@@ -26,12 +26,12 @@ class Rippled:
     search: Search
     start: FittedModel
 
-    def model(self, period: float) -> FittedModel:
-        """With a ripple of some period."""
+    def model(self, *periods: float) -> FittedModel:
+        """With a ripple of each period."""
         form = named("torque_ripple").search.forms[0]
-        zero = dict.fromkeys(form.linear, 0.0)
-        term = FittedTerm(Candidate("torque_ripple", form), {"period": period}, zero)
-        return self.search.fit(self.start.base, (term,))
+        ripple, zero = Candidate("torque_ripple", form), dict.fromkeys(form.linear, 0.0)
+        terms = tuple(FittedTerm(ripple, {"period": period}, zero) for period in periods)
+        return self.search.fit(self.start.base, terms)
 
     def runs(self, *models: FittedModel) -> DisturbedRuns:
         """Disturbed runs that found these models."""
@@ -40,18 +40,22 @@ class Rippled:
         efforts = tuple(own_efforts(data, model, space) for model in models)
         return DisturbedRuns(data, space, models, efforts)
 
-    def selected(self, period: float) -> SupportedModel:
+    def selected(self, *periods: float) -> SupportedModel:
         """What the undisturbed data lead to."""
-        return SupportedModel(self.model(period), (), (), converged=True)
+        return SupportedModel(self.model(*periods), (), (), converged=True)
+
+
+def with_ripples(*periods: float) -> Rippled:
+    t, x, v, a = swing(seconds=12.0)
+    effort = rigid(v, a) + sum(0.3 * np.sin(2.0 * np.pi * x / period) for period in periods)
+    data = prepare_axis([recorded(t, x, effort, noise=0.05)], "x")
+    start = fit(data, TEMPLATE, np.zeros(4), ())
+    return Rippled(Search.of(data, TEMPLATE, start), start)
 
 
 @pytest.fixture(scope="module")
 def rippled() -> Rippled:
-    t, x, v, a = swing(seconds=12.0)
-    effort = rigid(v, a) + 0.3 * np.sin(2.0 * np.pi * x / PERIOD)
-    data = prepare_axis([recorded(t, x, effort, noise=0.05)], "x")
-    start = fit(data, TEMPLATE, np.zeros(4), ())
-    return Rippled(Search.of(data, TEMPLATE, start), start)
+    return with_ripples(PERIOD)
 
 
 def test_what_all_disturbed_runs_find_takes_the_place_of_what_none_finds(rippled: Rippled) -> None:
@@ -80,3 +84,11 @@ def test_a_model_that_is_found_again_stays(rippled: Rippled) -> None:
     selected = rippled.selected(PERIOD)
     runs = rippled.runs(*[rippled.model(PERIOD)] * 4)
     assert agreed(rippled.search, rippled.start, selected, runs) == (selected, [4])
+
+
+def test_what_the_runs_find_of_the_selected_model_stays() -> None:
+    """One run finds less than the others: what it finds, all do."""
+    two = with_ripples(PERIOD, 0.8)
+    runs = two.runs(two.model(PERIOD), *[two.model(PERIOD, 0.8)] * 3)
+    selected = two.selected(PERIOD, 0.8, 0.47)
+    assert agreed(two.search, two.start, selected, runs) == (selected, [4, 3, 0])
