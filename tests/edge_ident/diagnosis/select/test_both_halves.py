@@ -10,6 +10,8 @@ from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.select.acceptance import Decision
 from edge_ident.diagnosis.select.both_halves import decide_halves
 from edge_ident.diagnosis.select.own_effort import base_space
+from edge_ident.diagnosis.select.thresholds import SAME_SIZE
+from edge_ident.model.effects import catalogue
 from edge_ident.model.search import Form
 from tests.edge_ident.diagnosis.select.test_search_parts import TEMPLATE, recorded, rigid, swing
 
@@ -66,6 +68,10 @@ def test_what_acts_in_a_part_of_the_motion_is_no_law(signal: Array, where: str) 
 def test_a_ripple_that_drowns_in_noise_is_no_contradiction() -> None:
     """Sizes that are uncertain may differ."""
     assert decided_on_ripple(0.01).accepted
+
+
+def test_no_formula_is_farther_off_than_halves_may_be_apart() -> None:
+    assert max(effect.search.discrepancy for effect in catalogue().values()) == SAME_SIZE.value
 
 
 def test_an_event_has_no_second_half() -> None:
