@@ -88,21 +88,27 @@ def cases(length: str, effect: str, count: int, network: Network, seed: int) -> 
         }
         shift_s = float(made.effort_shift_s[drive])
         recording = Recording(made.time_s, axes, f"drive {drive}", shift_s)
-        truth = made.base[drive, hit]
-        answers = {
-            "network": _network(recording, AXES[hit], network),
-            "least squares": _least_squares(recording, AXES[hit]),
-            "extended model": _extended(recording, AXES[hit]),
-        }
-        signals = _signals(recording, AXES[hit])
-        peaks = np.max(np.abs(signals.regressor), axis=0)
-        unit = float(effort_scale(signals.effort, "effort-scale")) / peaks
-        error = {
-            name: (np.abs(answer - truth) / unit)[:3].tolist()
-            for name, answer in answers.items()
-            if answer is not None
-        }
+        error = _errors(recording, AXES[hit], made.base[drive, hit], network)
         yield Case(length, effect, error)
+
+
+def _errors(
+    recording: Recording, axis: str, truth: Array, network: Network
+) -> dict[str, list[float]]:
+    """Of each method that has an answer."""
+    answers = {
+        "network": _network(recording, axis, network),
+        "least squares": _least_squares(recording, axis),
+        "extended model": _extended(recording, axis),
+    }
+    signals = _signals(recording, axis)
+    peaks = np.max(np.abs(signals.regressor), axis=0)
+    unit = float(effort_scale(signals.effort, "effort-scale")) / peaks
+    return {
+        name: (np.abs(answer - truth) / unit)[:3].tolist()
+        for name, answer in answers.items()
+        if answer is not None
+    }
 
 
 def _signals(recording: Recording, axis: str) -> Signals:
