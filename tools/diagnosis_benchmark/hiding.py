@@ -92,6 +92,15 @@ class Hidden:
         return Recording(self.time_s, axes, f"drive {row}")
 
 
+def recording_of(made: Recordings, drive: int) -> Recording:
+    """What one of some simulated drives recorded; it states when the effort acts."""
+    axes = {
+        name: AxisRecord(made.position[drive, axis], made.effort[drive, axis], "rad", "N*m")
+        for axis, name in enumerate(AXES)
+    }
+    return Recording(made.time_s, axes, f"drive {drive}", float(made.effort_shift_s[drive]))
+
+
 def faults(batch: Batch, only: int | None = None) -> list[Effect]:
     """All effects of a batch, each of size zero where it is not hidden, on its drives.
 

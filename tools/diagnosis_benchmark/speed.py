@@ -7,9 +7,8 @@ import numpy as np
 from rich.console import Console
 
 from edge_ident.diagnosis import diagnose as engine
-from edge_ident.signals.recording import AxisRecord, Recording
 from firmware_interface.plant import Noise, draw, draw_drives, multisine, simulate
-from tools.diagnosis_benchmark.hiding import AXES
+from tools.diagnosis_benchmark.hiding import AXES, recording_of
 
 SAMPLES: Final = 17_600
 HIDDEN: Final = ("stribeck_friction", "torque_ripple")
@@ -23,11 +22,7 @@ def print_speed(console: Console) -> None:
     drives = draw_drives(1, SEED)
     effects = draw(HIDDEN, drives, motion, SEED, strength=0.8)
     made = simulate(drives, motion, effects=effects, noise=Noise(), seed=SEED)
-    axes = {
-        name: AxisRecord(made.position[0, axis], made.effort[0, axis], "rad", "N*m")
-        for axis, name in enumerate(AXES)
-    }
-    recording = Recording(made.time_s, axes, "speed", float(made.effort_shift_s[0]))
+    recording = recording_of(made, 0)
     times = []
     for _ in range(REPEATS):
         began_s = time.perf_counter()
