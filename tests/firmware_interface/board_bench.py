@@ -78,7 +78,10 @@ class Bench:
         self.board.commit()
 
     def command(self, opcode: int, token: int, argument: int = 0, key: int | None = None) -> Result:
-        """Write a command as it is, once, by the host that holds the board or another one."""
+        """Write a command as it is, once, by the host that holds the board or another one.
+
+        The host's own tokens start below 1,000, at random: take one from 30,000 on.
+        """
         words = encode("command.opcode", opcode) + encode("command.token", token)
         words += encode("command.argument", argument)
         words += encode("command.key", self.key if key is None else key)

@@ -76,7 +76,7 @@ def test_a_motion_is_started_with_the_crc_of_the_boards_own_map() -> None:
     bench = Bench(map_version=3)
     bench.wait(0.1)
     bench.arm(long_motion())
-    assert bench.command(Opcode.START, 900, MAP_CRCS[MAP_VERSION]) is Result.WRONG_ARGUMENT
+    assert bench.command(Opcode.START, 30900, MAP_CRCS[MAP_VERSION]) is Result.WRONG_ARGUMENT
     bench.board.start()
     assert bench.board.status().state is State.MOVING
 

@@ -174,14 +174,14 @@ def test_what_comes_before_the_sample_that_would_decide_refuses(end: str) -> Non
     machine, commands = bench.virtual.machine, bench.virtual._commands
     bench.board.stage_gains(NEW)
     crc, key = crc32(encode_gains(NEW)), bench.key
-    commands.command(Opcode.COMMIT_RUNNING, 900, crc, key)
+    commands.command(Opcode.COMMIT_RUNNING, 30900, crc, key)
     assert commands.last_result is Result.PENDING
     if end == "fault":
         bench.virtual.inputs.press_stop()
     elif end == "withdrawn":
-        commands.command(Opcode.CONFIRM, 901, 0, key)
+        commands.command(Opcode.CONFIRM, 30901, 0, key)
     else:
-        commands.command(Opcode.QUICK_STOP, 901, 0, 0)
+        commands.command(Opcode.QUICK_STOP, 30901, 0, 0)
     bench.pass_samples(1)
     assert machine.handover.result is Result.WRONG_STATE
     assert machine.banks.active == OLD
@@ -193,8 +193,9 @@ def test_in_a_stop_a_motion_or_with_a_trajectory_armed_it_is_refused(state: Stat
     bench = Coming()
     bench.board.stage_gains(NEW)
     bench.virtual.machine.state = state
-    bench.virtual._commands.command(Opcode.COMMIT_RUNNING, 900, crc32(encode_gains(NEW)), bench.key)
-    assert bench.virtual._commands._result is Result.WRONG_STATE
+    commands = bench.virtual._commands
+    commands.command(Opcode.COMMIT_RUNNING, 30900, crc32(encode_gains(NEW)), bench.key)
+    assert commands._result is Result.WRONG_STATE
     assert bench.virtual.machine.handover.offered is None
 
 
@@ -202,8 +203,8 @@ def test_a_command_of_a_host_that_does_not_hold_the_board_withdraws_nothing() ->
     bench = Coming()
     commands = bench.virtual._commands
     bench.board.stage_gains(NEW)
-    commands.command(Opcode.COMMIT_RUNNING, 900, crc32(encode_gains(NEW)), bench.key)
-    commands.command(Opcode.DISABLE, 901, 0, bench.key + 1)
+    commands.command(Opcode.COMMIT_RUNNING, 30900, crc32(encode_gains(NEW)), bench.key)
+    commands.command(Opcode.DISABLE, 30901, 0, bench.key + 1)
     bench.pass_samples(1)
     assert bench.virtual.machine.banks.active == NEW
 
@@ -211,7 +212,7 @@ def test_a_command_of_a_host_that_does_not_hold_the_board_withdraws_nothing() ->
 def test_a_quick_stop_after_the_exchange_rolls_back_once_at_rest() -> None:
     bench = Coming()
     bench.efforts_nm(1, NEW)
-    bench.virtual._commands.command(Opcode.QUICK_STOP, 900, 0, 0)
+    bench.virtual._commands.command(Opcode.QUICK_STOP, 30900, 0, 0)
     bench.pass_samples(2)
     assert bench.virtual.machine.state is State.STOPPING
     assert bench.virtual.machine.banks.active == NEW  # never in a motion

@@ -190,19 +190,19 @@ def test_a_token_seen_before_is_ignored_even_if_not_the_last() -> None:
     bench = Bench()
     bench.board.stage_gains(NEW)
     crc = crc32(encode_gains(NEW))
-    assert bench.command(Opcode.COMMIT, 101, crc) is Result.DONE
-    assert bench.command(Opcode.ROLL_BACK, 102) is Result.DONE
-    assert bench.command(Opcode.COMMIT, 101, crc) is Result.DONE  # still the result of 102
-    assert bench.board.status().last_token == 102
+    assert bench.command(Opcode.COMMIT, 30101, crc) is Result.DONE
+    assert bench.command(Opcode.ROLL_BACK, 30102) is Result.DONE
+    assert bench.command(Opcode.COMMIT, 30101, crc) is Result.DONE  # still the result of 30102
+    assert bench.board.status().last_token == 30102
     assert bench.board.active_gains() == OLD
 
 
 def test_start_needs_the_map_crc(short_motion: Trajectory) -> None:
     bench = Bench()
     bench.arm(short_motion)
-    assert bench.command(Opcode.START, 900, MAP_CRC ^ 1) is Result.WRONG_ARGUMENT
-    assert bench.command(99, 901) is Result.UNKNOWN_COMMAND
-    assert bench.command(Opcode.START, 902, MAP_CRC) is Result.DONE
+    assert bench.command(Opcode.START, 30900, MAP_CRC ^ 1) is Result.WRONG_ARGUMENT
+    assert bench.command(99, 30901) is Result.UNKNOWN_COMMAND
+    assert bench.command(Opcode.START, 30902, MAP_CRC) is Result.DONE
 
 
 def test_registers_keep_their_access_and_ranges() -> None:

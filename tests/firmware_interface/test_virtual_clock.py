@@ -75,12 +75,12 @@ def test_arm_takes_the_longest_trajectory_a_bounded_stretch_at_a_time() -> None:
     sine = Multisine((SineComponent(0.5, 1.0, 0.0),))
     bench.board.write_trajectory(Trajectory({"x": sine, "z": sine}, 21600.0, 1.0))
     crc = bench.board._trajectory_crc
-    assert bench.command(Opcode.ARM, 500, crc) is Result.PENDING
+    assert bench.command(Opcode.ARM, 30500, crc) is Result.PENDING
     left = bench.board.status().samples_to_check
     assert 8_000_000 < left < 8_640_400
     assert left - bench.board.status().samples_to_check <= 1024
     for opcode in (Opcode.ARM, Opcode.START, Opcode.COMMIT, Opcode.DISABLE):
-        assert bench.command(opcode, 501 + opcode, crc) is Result.WRONG_STATE
+        assert bench.command(opcode, 30501 + opcode, crc) is Result.WRONG_STATE
     assert bench.virtual.machine.state is State.CHECKING
     bench.board.quick_stop()
     assert bench.board.status().samples_to_check == 0
@@ -90,7 +90,7 @@ def test_a_fault_ends_the_check() -> None:
     bench = Bench()
     bench.board.enable()
     bench.board.write_trajectory(replace(long_motion(), duration_s=3600.0))
-    assert bench.command(Opcode.ARM, 500, bench.board._trajectory_crc) is Result.PENDING
+    assert bench.command(Opcode.ARM, 30500, bench.board._trajectory_crc) is Result.PENDING
     bench.virtual.inputs.press_stop()
     status = bench.board.status()
     assert (status.state, status.fault) == (State.FAULT, Fault.STO)

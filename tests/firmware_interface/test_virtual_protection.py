@@ -76,10 +76,10 @@ def test_no_axis_that_moves_is_enabled() -> None:
     plant = bench.virtual.machine.drive.plant
     plant._axes[0].velocity = (2.0, 2.0, 2.0)  # rad/s, all that turns with one axis
     bench.wait(0.02)
-    assert bench.command(Opcode.ENABLE, 500) is Result.NOT_AT_REST
+    assert bench.command(Opcode.ENABLE, 30500) is Result.NOT_AT_REST
     assert not bench.virtual.machine.enabled
     bench.wait(1.0)
-    assert bench.command(Opcode.ENABLE, 501) is Result.DONE
+    assert bench.command(Opcode.ENABLE, 30501) is Result.DONE
     pushed = bench.virtual.machine.drive.position_rad
     assert abs(pushed[0]) > 0.01
     bench.wait(1.0)  # held where it was left, not where it came from
@@ -108,11 +108,11 @@ def test_the_stop_is_latched_at_rest_without_effort_too() -> None:
     bench = Bench()
     bench.virtual.inputs.press_stop()
     assert bench.board.status().fault is Fault.STO
-    assert bench.command(Opcode.CLEAR_FAULT, 77) is Result.NOT_HELD
+    assert bench.command(Opcode.CLEAR_FAULT, 30077) is Result.NOT_HELD
     bench.board.claim()
-    assert bench.command(Opcode.CLEAR_FAULT, 78) is Result.STO_ACTIVE
+    assert bench.command(Opcode.CLEAR_FAULT, 30078) is Result.STO_ACTIVE
     bench.virtual.inputs.release_stop()
-    assert bench.command(Opcode.CLEAR_FAULT, 79) is Result.DONE
+    assert bench.command(Opcode.CLEAR_FAULT, 30079) is Result.DONE
 
 
 @pytest.mark.parametrize("end", [0, 1], ids=["negative", "positive"])
