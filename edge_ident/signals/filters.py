@@ -4,6 +4,7 @@ A Butterworth filter run both ways is applied as a gain in the frequency domain 
 Janot et al. 2014 for the practice in robot identification).
 """
 
+from functools import cache, lru_cache
 from typing import Final, Literal
 
 import numpy as np
@@ -59,13 +60,13 @@ def _differentiated(
     trend = _end_matching_quintic(position, cutoff_hz, period_s)
     x = np.linspace(-1.0, 1.0, samples)
     per_second = 2.0 / ((samples - 1) * period_s)
-    rest = position - trend(x)
+    rest = position - np.polyval(trend, x)
     padded, start = _pad(rest, cutoff_hz, period_s, "odd", fading=fading)
     spectrum, frequency = _filtered_spectrum(padded, cutoff_hz, period_s)
     result = []
     for order in range(3):
         filtered = np.fft.irfft(spectrum * (2j * np.pi * frequency) ** order, len(padded))
-        polynomial = (trend.deriv(order) if order else trend)(x) * per_second**order
+        polynomial = np.polyval(np.polyder(trend, order), x) * per_second**order
         result.append(filtered[start : start + samples] + polynomial)
     return result[0], result[1], result[2]
 
@@ -132,8 +133,17 @@ def whitening(frequency: Array) -> Array:
 def _filtered_spectrum(
     padded: Array, cutoff_hz: float, period_s: float
 ) -> tuple[NDArray[np.complex128], Array]:
-    frequency = np.asarray(np.fft.rfftfreq(padded.shape[-1], period_s), dtype=np.float64)
-    return np.fft.rfft(padded) * magnitude(frequency / cutoff_hz), frequency
+    frequency, response = _response(padded.shape[-1], cutoff_hz, period_s)
+    return np.fft.rfft(padded) * response, frequency
+
+
+@lru_cache(maxsize=8)
+def _response(samples: int, cutoff_hz: float, period_s: float) -> tuple[Array, Array]:
+    """Frequencies of a spectrum in Hz, and the filter's magnitude there; read-only."""
+    frequency = np.asarray(np.fft.rfftfreq(samples, period_s), dtype=np.float64)
+    response = magnitude(frequency / cutoff_hz)
+    frequency.flags.writeable = response.flags.writeable = False
+    return frequency, response
 
 
 def _blocks(samples: int, cutoff_hz: float, period_s: float) -> list[tuple[int, int, slice]]:
@@ -177,6 +187,7 @@ def _pad(
     return padded, margin
 
 
+@lru_cache(maxsize=64)
 def fast_length(minimum: int) -> int:
     """Smallest product of 2, 3 and 5 that is not below the minimum."""
     best = 1 << (minimum - 1).bit_length()
@@ -188,24 +199,28 @@ def fast_length(minimum: int) -> int:
     return best
 
 
-def _end_matching_quintic(
-    position: Array, cutoff_hz: float, period_s: float
-) -> "np.polynomial.Polynomial":
-    """Polynomial on [-1, 1] with the data's value, slope and curvature at both ends.
+def _end_matching_quintic(position: Array, cutoff_hz: float, period_s: float) -> Array:
+    """Coefficients (6,) on [-1, 1], the highest power first, of the polynomial with the data's
+    value, slope and curvature at both ends.
 
     The three are read from a cubic fitted over one and a half cut-off periods.
     """
     samples = len(position)
     window = int(np.clip(1.5 / (cutoff_hz * period_s), 8, samples // 2))
-    x = np.linspace(-1.0, 1.0, samples)
-    conditions, values = [], []
-    for part, end in ((slice(0, window), -1.0), (slice(samples - window, samples), 1.0)):
-        local = np.polynomial.Polynomial.fit(x[part], position[part], 3)
-        for order in range(3):
-            powers = [
-                np.prod(np.arange(p, p - order, -1)) * end ** (p - order) if p >= order else 0.0
-                for p in range(6)
-            ]
-            conditions.append(powers)
-            values.append((local.deriv(order) if order else local)(end))
-    return np.polynomial.Polynomial(np.linalg.solve(np.array(conditions), np.array(values)))
+    parts = np.stack([position[:window], position[samples - window :]], axis=1)
+    cubics = np.linalg.lstsq(np.vander(np.linspace(-1.0, 1.0, window), 4), parts)[0]
+    stretch = ((samples - 1) / (window - 1)) ** np.arange(3)
+    first, last = _at_ends(3)
+    values = np.concatenate([stretch * (first @ cubics[:, 0]), stretch * (last @ cubics[:, 1])])
+    return np.asarray(np.linalg.solve(np.concatenate(_at_ends(5)), values))
+
+
+@cache
+def _at_ends(degree: int) -> tuple[Array, Array]:
+    """Value, slope and curvature (3, degree + 1) of every power of x at -1, and at 1."""
+    powers = np.eye(degree + 1)
+    first, last = (
+        np.array([[np.polyval(np.polyder(p, order), end) for p in powers] for order in range(3)])
+        for end in (-1.0, 1.0)
+    )
+    return first, last

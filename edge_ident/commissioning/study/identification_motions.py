@@ -9,8 +9,7 @@ from typing import Final
 
 # numpy loads these at first use, which would be after the last sample
 import numpy.fft
-import numpy.ma
-import numpy.polynomial  # noqa: F401
+import numpy.ma  # noqa: F401
 
 from edge_ident.commissioning.motion.capture import Capture, Enough, capture_motion
 from edge_ident.commissioning.motion.homing import move_to
