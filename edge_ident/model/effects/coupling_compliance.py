@@ -24,6 +24,9 @@ Complex = NDArray[np.complex128]
 
 _STOPPING_RATE: Final = 300.0
 """In 1/s, with which dry friction stops the load in a simulation."""
+_LEAST_MOBILITY: Final = 1e-9
+"""Over the whole response. A load that rings or settles within a sample is stopped by friction of
+the motion's direction; the response at the end of the sample alone would say the opposite."""
 _BLOCK: Final = 64
 """Samples that are computed at once."""
 _STEPS: Final = 8
@@ -167,6 +170,7 @@ def _lag(pole: Complex, load: Array, velocity: Array, most: Array, period_s: flo
     response = rising + falling  # to friction
     lean = pole.real / pole.imag
     mobility = response.real + lean * response.imag
+    mobility = np.maximum(mobility, _LEAST_MOBILITY * np.abs(response))
     # the real part of a product with it: what stops the load
     stopped = (1.0 - 1j * lean) / mobility
     start = load[..., :1] + most * np.sign(velocity[..., :1])

@@ -63,3 +63,19 @@ def test_friction_is_the_same_for_many_samples_at_once() -> None:
     carried = motion.acceleration + DAMPING * motion.velocity + WEIGHT
     wanted = pull_one_by_one(motion) - carried - DECELERATION * motion.direction
     assert found == pytest.approx(np.stack([wanted, wanted]), abs=1e-9 * np.max(np.abs(wanted)))
+
+
+@pytest.mark.parametrize("per_sample", [1.0, 3.0, 4.0, 6.0, 20.0, 400.0, 4e3])
+def test_a_spring_that_samples_do_not_resolve_adds_next_to_nothing(per_sample: float) -> None:
+    """Friction of its load keeps the direction of the motion: all that is left is at reversals."""
+    motion = swinging()
+    values = {
+        "load_inertia": 1.0, "rate": per_sample / PERIOD_S, "damping_ratio": 0.1,
+        "deceleration": DECELERATION, "damping_rate": DAMPING, "weight": WEIGHT,
+    }  # fmt: skip
+    arrays = {name: np.array([[value]]) for name, value in values.items()}
+    with np.errstate(all="raise", under="ignore"):
+        added = named("coupling_compliance").resistance(motion, arrays)
+    # twenty reversals, each with a ringing of few samples, in three thousand
+    assert np.sqrt(np.mean(added**2)) < 0.2 * DECELERATION
+    assert np.median(np.abs(added)) < 0.02 * DECELERATION
