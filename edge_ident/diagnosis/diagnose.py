@@ -7,9 +7,9 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from edge_ident.diagnosis.axis_search import AxisSearch, OnRun, search_axis
 from edge_ident.diagnosis.fit.fitting import FittedModel, delayed, fit
 from edge_ident.diagnosis.fit.held_out import standard_deviations
-from edge_ident.diagnosis.fit.noise_floor import NoiseFloor, noise_floor
 from edge_ident.diagnosis.fit.summary import model_fit, nonzero_rms, timing, traces
 from edge_ident.diagnosis.fit.term_effort import contributions
 from edge_ident.diagnosis.fit.traded import with_trades
@@ -19,17 +19,12 @@ from edge_ident.diagnosis.motion_check import with_motion_errors
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.data_quality import data_findings
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
-from edge_ident.diagnosis.recording_checks import (
-    check_axes,
-    contradicted,
-    effort_findings,
-    findings,
-)
-from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Diagnosis, Verdict
+from edge_ident.diagnosis.recording_checks import check_axes, contradicted, effort_findings
+from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Diagnosis
 from edge_ident.diagnosis.select.causes import causes, strongest_first
-from edge_ident.diagnosis.select.judgement import Judgement, Rules, judge
+from edge_ident.diagnosis.select.judgement import Rules
 from edge_ident.diagnosis.select.own_effort import base_space, own_shares
-from edge_ident.diagnosis.select.selection import Selected, fitted_base, selected_model
+from edge_ident.diagnosis.select.selection import fitted_base
 from edge_ident.diagnosis.select.stability import RUNS
 from edge_ident.diagnosis.select.testability import not_testable
 from edge_ident.diagnosis.select.wide_band_causes import (
@@ -45,12 +40,10 @@ from edge_ident.diagnosis.tolerance import TOLERANCE
 from edge_ident.diagnosis.validation import Judged
 from edge_ident.diagnosis.validation import judge as judge_elsewhere
 from edge_ident.diagnosis.written_model import written_model
-from edge_ident.estimation.trust import Finding
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Model, Term
 from edge_ident.signals.recording import Recording
 
 Progress = Callable[[str, int, int], None]
-OnRun = Callable[[int], None]
 Array = NDArray[np.float64]
 
 
@@ -140,32 +133,13 @@ def _template(recording: Recording, name: str, model: Model | None) -> AxisModel
 
 
 @dataclass(frozen=True)
-class _Searched:
-    """What the search on prepared data found, and what it is worth."""
-
-    data: AxisData
-    selected: Selected
-    floor: NoiseFloor
-    checks: tuple[Finding, ...]
-    judged: Judgement
-
-    @property
-    def open(self) -> bool:
-        """Whether more is left than noise, or there are suspicions alone."""
-        if any(check.blocks for check in self.checks):
-            return False
-        causes, suspected = self.judged.supported.model.terms, self.judged.suspected
-        return self.judged.verdict is Verdict.UNEXPLAINED or bool(suspected and not causes)
-
-
-@dataclass(frozen=True)
 class _Outcome:
     """An axis after the recordings themselves and, where there is one, another have judged it.
 
     `base` is the base model without the ripples that were found above the band.
     """
 
-    search: _Searched
+    search: AxisSearch
     base: FittedModel
     carried: Judged
 
@@ -185,10 +159,7 @@ def _diagnose_axis(
         content = without_names(content)
     content, out_of_step = orders_in_step(data, template, content, rules.tolerance)
 
-    def searched(known: AxisModel, *, deep: bool = False) -> _Searched:
-        found = _searched(recordings, name, data, known, efforts, rules, on_run, deep)
-        return searched(known, deep=True) if found.open and not deep else found
-
+    searched = partial(search_axis, recordings, name, efforts, rules, on_run, data)
     known = with_ripples(template, content, rules.tolerance)
     found = searched(known)
     content = beside_causes(content, found.judged.supported.model, recordings, name, found.data)
@@ -208,27 +179,7 @@ def _diagnose_axis(
     return with_band_content(result, content, template, rules.tolerance), carried.validation
 
 
-def _searched(
-    recordings: Sequence[Recording],
-    name: str,
-    data: AxisData,
-    known: AxisModel,
-    efforts: Sequence[Sequence[Finding]],
-    rules: Rules,
-    on_run: OnRun,
-    deep: bool,
-) -> _Searched:
-    """Search for causes beside what an axis is known to have, and judge them."""
-    data, selected = selected_model(data, known, deep=deep)
-    search, start, model = selected.search, selected.start, selected.supported.model
-    floor = noise_floor(data, start, float(model.base[0]))
-    checks = findings(recordings, name, data, model, efforts, floor)
-    blocked = next((check.message for check in checks if check.blocks), None)
-    judged = judge(search, start, selected.supported, floor, rules, blocked, on_run)
-    return _Searched(data, selected, floor, checks, judged)
-
-
-def _without_orders(found: _Searched, axis: AxisModel, doubtful: tuple[Cause, ...]) -> _Searched:
+def _without_orders(found: AxisSearch, axis: AxisModel, doubtful: tuple[Cause, ...]) -> AxisSearch:
     """The same with the model fitted again, on an axis that lacks the doubtful orders."""
     if not doubtful:
         return found

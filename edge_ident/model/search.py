@@ -129,7 +129,7 @@ class SearchSpec:
         Nonlinear parameters whose grid ends where more makes no difference: the best value may lie
         on the edge.
     essential : tuple of parameter names
-        Linear parameters without which it is another effect.
+        Parameters without which it is another effect, so that the data have to determine them.
     needs_reversals : bool
         Whether the effect shows only where the motion turns.
     repeats : bool

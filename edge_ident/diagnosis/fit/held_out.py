@@ -81,6 +81,26 @@ def standard_deviations(data: AxisData, fitted: FittedModel) -> Array:
     return np.where(free, found, every)
 
 
+def deviations_by_term(fitted: FittedModel, deviations: Array) -> list[dict[str, float]]:
+    """Deviations of each added term's parameters by name, linear ones first.
+
+    Parameters
+    ----------
+    fitted : FittedModel
+    deviations : (P,) array
+        As `standard_deviations` gives them.
+    """
+    _, nonlinear = np.split(deviations, [len(fitted.linear_parameters)])
+    found = []
+    for k, t in enumerate(fitted.terms):
+        names = t.candidate.form.nonlinear
+        own, nonlinear = np.split(nonlinear, [len(names)])
+        linear = deviations[fitted.columns_of(k)]
+        values = np.concatenate([linear, own]).tolist()
+        found.append(dict(zip((*t.linear, *names), values, strict=True)))
+    return found
+
+
 def _deviations(data: AxisData, fitted: FittedModel, jacobian: Array) -> Array:
     """Standard deviations (P,) of the parameters of a Jacobian (n, P)."""
     unit, length = unit_length(jacobian[data.valid])

@@ -1,14 +1,15 @@
 """Refinement: from the best point of a grid to the best nonlinear parameters between its points."""
 
-from collections.abc import Mapping
-from functools import lru_cache
+from collections.abc import Hashable, Mapping
+from dataclasses import dataclass, field
 from typing import Final
 
 import numpy as np
-import scipy.optimize
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.fit.candidates import Candidate
+from edge_ident.diagnosis.fit.descent import descended
+from edge_ident.diagnosis.fit.fitting import FittedTerm
 from edge_ident.diagnosis.fit.library import Grid
 from edge_ident.diagnosis.fit.projection import AROUND
 from edge_ident.diagnosis.fit.scoring import ResidualSubspace, ScoredCandidate
@@ -21,13 +22,48 @@ TO_COMPARE: Final = 6
 """Rounds after which equal formulas leave equal residuals."""
 _NARROWING: Final = (0.25, 0.4)
 """Width of a round over that of the one before; of few nonlinear parameters, of many."""
-_DESCENT_STEPS: Final = 10
-"""Evaluations of a descent."""
-_BEYOND: Final = 4.0
-"""Farthest that a descent may go, over the largest value of the grid."""
-_STEP: Final = 0.02
-"""Step of the derivatives, of a parameter's scale: coarse enough for effects that act in jumps."""
-_TINY: Final = float(np.finfo(float).tiny)
+
+
+@dataclass(frozen=True)
+class Refinements:
+    """Candidates that were refined before; the same ones recur in other contexts.
+
+    Attributes
+    ----------
+    cache : dict
+        By what they were refined from, and beside which model.
+    """
+
+    cache: dict[Hashable, ScoredCandidate] = field(default_factory=dict)
+
+    @property
+    def terms(self) -> tuple[FittedTerm, ...]:
+        """All that were found."""
+        return tuple(scored.term for scored in self.cache.values())
+
+    def refined(
+        self, subspace: ResidualSubspace, scored: ScoredCandidate, grid: Grid
+    ) -> ScoredCandidate:
+        """See `refined`."""
+        key = _context(subspace, scored)
+        if key not in self.cache:
+            self.cache[key] = refined(subspace, scored, grid)
+        return self.cache[key]
+
+    def descended(
+        self, subspace: ResidualSubspace, starts: tuple[ScoredCandidate, ...], grid: Grid
+    ) -> list[ScoredCandidate]:
+        """See `edge_ident.diagnosis.fit.descent.descended`."""
+        keys = [("from", *_context(subspace, start)) for start in starts]
+        if not all(key in self.cache for key in keys):
+            self.cache.update(zip(keys, descended(subspace, starts, grid), strict=True))
+        return [self.cache[key] for key in keys]
+
+
+def _context(subspace: ResidualSubspace, scored: ScoredCandidate) -> tuple[Hashable, ...]:
+    """Of a candidate's refinement: from where, and what the model leaves."""
+    left = float(subspace.residual @ subspace.residual)
+    return (scored.candidate, *scored.term.nonlinear.values(), scored.error, left)
 
 
 def refined(
@@ -54,73 +90,7 @@ def refined(
         closer = subspace.score(candidate, points, grid)
         if np.isfinite(closer.error) and closer.error <= scored.error:
             scored = closer
-    if many:
-        lower = _descended(subspace, scored, grid)
-        if lower.error < scored.error:
-            scored = lower
-    return scored
-
-
-def _descended(subspace: ResidualSubspace, scored: ScoredCandidate, grid: Grid) -> ScoredCandidate:
-    """Descend from a candidate's nonlinear parameters (trust region, variable projection)."""
-    candidate = scored.candidate
-    names = candidate.form.nonlinear
-    start = np.array([scored.term.nonlinear[name] for name in names])
-    low, high, scale = _descent_limits(candidate, start, grid)
-    fixed = scored.term.nonlinear
-
-    def nonlinear_at(points: Array) -> Grid:
-        inside = np.clip(points * scale, low, high)
-        values = {k: np.full(len(points), v) for k, v in fixed.items()}
-        return values | {name: inside[:, k] for k, name in enumerate(names)}
-
-    steps = _STEP * np.concatenate(
-        [np.zeros((1, len(names))), np.eye(len(names)), -np.eye(len(names))]
-    )
-
-    @lru_cache(maxsize=_DESCENT_STEPS)
-    def regressors(point: tuple[float, ...]) -> Array:
-        """Regressors (1 + 2·names, 1, n) at a point and a step to all its sides, in one batch."""
-        return subspace.regressors(candidate, nonlinear_at(np.array(point) + steps))
-
-    @lru_cache(maxsize=2)
-    def residuals(point: tuple[float, ...]) -> Array:
-        """Residuals (1 + 2·names, n) there."""
-        return _residuals(subspace, regressors(point)[:, 0])
-
-    end = scipy.optimize.least_squares(
-        lambda point: residuals(tuple(point))[0],
-        np.clip(start, low, high) / scale,
-        lambda point: _jacobian(residuals(tuple(point))),
-        bounds=(low / scale - 1e-9, high / scale + 1e-9),
-        max_nfev=_DESCENT_STEPS,
-    )
-    rows = regressors(tuple(end.x))[:1]
-    return subspace.score_at(candidate, nonlinear_at(end.x[None]), rows, grid)
-
-
-def _residuals(subspace: ResidualSubspace, rows: Array) -> Array:
-    """Residuals (D, n) beside one regressor each, from (D, n) regressors."""
-    orthogonal = rows - (rows @ subspace.basis) @ subspace.basis.T
-    length = np.maximum(np.einsum("dn,dn->d", orthogonal, orthogonal), _TINY)
-    amplitude = orthogonal @ subspace.residual / length
-    return np.asarray(subspace.residual - amplitude[:, None] * orthogonal)
-
-
-def _jacobian(residuals: Array) -> Array:
-    """Derivatives (n, S) from residuals (1 + 2·S, n) at a point and a step to all its sides."""
-    forward, backward = np.split(residuals[1:], 2)
-    return np.asarray((forward - backward).T / (2.0 * _STEP))
-
-
-def _descent_limits(candidate: Candidate, start: Array, grid: Grid) -> tuple[Array, Array, Array]:
-    """Lower and upper limits and scales of the nonlinear parameters, (S,) each."""
-    names = candidate.form.nonlinear
-    largest = _BEYOND * np.array([float(np.max(np.abs(grid[name]))) for name in names])
-    low, high = np.array([named(candidate.effect).bounds[name] for name in names]).T
-    low, high = np.maximum(low, -largest), np.minimum(high, np.maximum(largest, low + _TINY))
-    scale = np.maximum(np.maximum(np.abs(start), 0.1 * largest), _TINY)
-    return low, high, scale
+    return descended(subspace, (scored,), grid)[0] if many else scored
 
 
 def _within(candidate: Candidate, name: str, grid: Grid, points: Array) -> Array:

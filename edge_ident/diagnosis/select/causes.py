@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.fit.external_vibrations import VIBRATION
+from edge_ident.diagnosis.fit.held_out import deviations_by_term
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.result import Cause
 from edge_ident.diagnosis.select.backward_elimination import SupportedModel, SupportedTerm
@@ -31,17 +32,12 @@ def causes(
         Standard deviations of linear and nonlinear parameters.
     """
     model = supported.model
-    nonlinear_at = len(model.linear_parameters)
     found = []
-    for k, (t, support) in enumerate(zip(model.terms, supported.support, strict=True)):
-        names = t.candidate.form.nonlinear
-        nonlinear = deviations[nonlinear_at : nonlinear_at + len(names)]
-        nonlinear_at += len(names)
-        std = dict(zip(t.linear, deviations[model.columns_of(k)].tolist(), strict=True))
-        std |= dict(zip(names, nonlinear.tolist(), strict=True))
+    stds = deviations_by_term(model, deviations)
+    for t, support, share, std in zip(model.terms, supported.support, shares, stds, strict=True):
         term = t.model_term
         values = {name: float(np.asarray(value)) for name, value in term.values.items()}
-        found.append(_cause(replace(term, values=values, std=std), shares[k], support))
+        found.append(_cause(replace(term, values=values, std=std), share, support))
     return tuple(found)
 
 

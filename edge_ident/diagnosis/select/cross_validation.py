@@ -12,7 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.fit.fitting import FittedModel
-from edge_ident.diagnosis.fit.held_out import held_out_residuals, standard_deviations
+from edge_ident.diagnosis.fit.held_out import (
+    deviations_by_term,
+    held_out_residuals,
+    standard_deviations,
+)
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.select.thresholds import (
     BOOTSTRAP_SEED,
@@ -67,20 +71,17 @@ def held_out_gain(
 
 
 def near_zero(data: AxisData, fitted: FittedModel) -> list[tuple[str, ...]]:
-    """Essential linear parameters of each term that lie within a few deviations of zero."""
+    """Essential parameters of each term that lie within a few deviations of zero."""
     essential = [named(t.candidate.effect).search.essential for t in fitted.terms]
     if not any(essential):
         return [() for _ in fitted.terms]
-    deviations = standard_deviations(data, fitted)[: len(fitted.linear_parameters)]
-    near = np.abs(fitted.linear_parameters) < NONZERO.value * deviations
-    return [
-        tuple(
-            name
-            for name, is_near in zip(t.linear, near[fitted.columns_of(k)], strict=True)
-            if is_near and name in essential[k]
-        )
-        for k, t in enumerate(fitted.terms)
-    ]
+    found = []
+    stds = deviations_by_term(fitted, standard_deviations(data, fitted))
+    for t, names, std in zip(fitted.terms, essential, stds, strict=True):
+        values = {**t.linear, **t.nonlinear}
+        near = [name for name in std if abs(values[name]) < NONZERO.value * std[name]]
+        found.append(tuple(name for name in near if name in names))
+    return found
 
 
 def is_one_off(data: AxisData, effort: Array) -> bool:

@@ -7,6 +7,7 @@ refined between the points of their grids.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from itertools import groupby
 from typing import Self
 
 import numpy as np
@@ -31,7 +32,7 @@ from edge_ident.diagnosis.fit.fitting import (
 from edge_ident.diagnosis.fit.library import Grid, Library
 from edge_ident.diagnosis.fit.noise_floor import noise_floor
 from edge_ident.diagnosis.fit.projection import orthonormal
-from edge_ident.diagnosis.fit.refinement import refined
+from edge_ident.diagnosis.fit.refinement import Refinements
 from edge_ident.diagnosis.fit.scoring import ResidualSubspace, ScoredCandidate
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.select.criterion import Criterion
@@ -72,7 +73,7 @@ class Search:
         Whether nonlinear parameters are searched between the points of the grids.
     deep : bool
         Whether candidates of sparse grids are searched from many parts of their ranges.
-    cache : dict
+    refinements : Refinements
         Candidates that were refined before.
     refined_rows : dict
         Regressors (k, n) at points that were refined before.
@@ -88,7 +89,7 @@ class Search:
     noise: float
     refines: bool = True
     deep: bool = False
-    cache: dict[object, ScoredCandidate] = field(default_factory=dict, compare=False)
+    refinements: Refinements = field(default_factory=Refinements, compare=False)
     refined_rows: dict[object, Array] = field(default_factory=dict, compare=False)
 
     @classmethod
@@ -116,7 +117,7 @@ class Search:
 
         So a repetition costs products alone. The terms of a model are among the points.
         """
-        known = (*model.terms, *(scored.term for scored in self.cache.values()))
+        known = (*model.terms, *self.refinements.terms)
         found: dict[Candidate, dict[tuple[float, ...], FittedTerm]] = {}
         for term in known:
             if term.nonlinear and term.candidate in self.library:
@@ -131,7 +132,7 @@ class Search:
         }
         rows = {candidate: self._rows_at(candidate, points) for candidate, points in more.items()}
         library = self.library.with_points(more, rows)
-        return replace(self, library=library, refines=False, cache={})
+        return replace(self, library=library, refines=False, refinements=Refinements())
 
     def _rows_at(self, candidate: Candidate, points: Grid) -> Array:
         """Regressors (D, k, n) of a candidate at D points, each computed once for the search."""
@@ -153,7 +154,7 @@ class Search:
             criterion=replace(self.criterion, data=data),
             spectrum=self.spectrum.at(kept),
             library=self.library.at(kept),
-            cache={},
+            refinements=Refinements(),
             refined_rows={},
         )
 
@@ -225,12 +226,16 @@ class Search:
         """Candidates of sparse grids, refined from each part of their ranges, wherever they would
         be accepted if they explained the `room` down to noise."""
         scored = subspace.score_library(self.library, self.grids, without, STARTS.value)
-        return [
-            self._within_bounds(fitted, self._refined(subspace, start))
+        starts = [
+            start
             for start in scored
             if start.candidate.descends
             and room > self.criterion.penalty(start.candidate) + ADDED_TERM.value
         ]
+        ends: list[ScoredCandidate] = []
+        for candidate, of_one in groupby(starts, key=lambda start: start.candidate):
+            ends += self.refinements.descended(subspace, tuple(of_one), self.grids[candidate])
+        return [self._within_bounds(fitted, end) for end in ends]
 
     def _coarse(self, subspace: ResidualSubspace, without: frozenset[str]) -> list[ScoredCandidate]:
         """Each candidate at the best point of its grid, and the strongest vibration."""
@@ -242,14 +247,10 @@ class Search:
         return coarse
 
     def _refined(self, subspace: ResidualSubspace, scored: ScoredCandidate) -> ScoredCandidate:
-        """A candidate at its best nonlinear parameters; the same one recurs in other contexts."""
+        """A candidate at its best nonlinear parameters."""
         if not self.refines and scored.candidate != VIBRATION:
             return scored
-        left = float(subspace.residual @ subspace.residual)
-        key = (scored.candidate, *scored.term.nonlinear.values(), scored.error, left)
-        if key not in self.cache:
-            self.cache[key] = refined(subspace, scored, self.grids[scored.candidate])
-        return self.cache[key]
+        return self.refinements.refined(subspace, scored, self.grids[scored.candidate])
 
     def _within_bounds(self, fitted: FittedModel, scored: ScoredCandidate) -> ScoredCandidate:
         """A candidate with the error that it leaves inside the bounds of the base parameters.

@@ -7,17 +7,29 @@ import numpy as np
 from edge_ident.diagnosis.fit.fitting import FittedModel, fit
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.select.backward_elimination import SupportedModel, eliminate_backward
-from edge_ident.diagnosis.select.forward_selection import select_forward
+from edge_ident.diagnosis.select.forward_selection import Selection, select_forward
 from edge_ident.diagnosis.select.search import Search
 from edge_ident.model.model import PARAMETERS, AxisModel
 
 
 @dataclass(frozen=True)
 class Selected:
-    """The base model of an axis, and the model that the selection ends with."""
+    """The base model of an axis, and the model that the selection ends with.
+
+    Attributes
+    ----------
+    search : Search
+    start : FittedModel
+        The base model.
+    grown : FittedModel
+        That forward selection ended with.
+    supported : SupportedModel
+        That backward elimination left of it.
+    """
 
     search: Search
     start: FittedModel
+    grown: FittedModel
     supported: SupportedModel
 
 
@@ -26,37 +38,52 @@ def fitted_base(data: AxisData, template: AxisModel) -> FittedModel:
     return fit(data, template, np.eye(len(PARAMETERS))[0], ())
 
 
-def selected_model(
-    data: AxisData, template: AxisModel, *, deep: bool = False
-) -> tuple[AxisData, Selected]:
-    """Select a model; repeat it where aliasing hides an event, with those samples valid.
+def selected_model(data: AxisData, template: AxisModel) -> Selected:
+    """Select a model of an axis.
 
     Parameters
     ----------
     data : AxisData
     template : AxisModel
         The axis with what it is known to have.
-    deep : bool
-        As `Search` has it.
-
-    Returns
-    -------
-    data : AxisData
-        With the samples that were compared in the end.
-    selected : Selected
     """
-    selected = _select(data, template, deep)
+    start = fitted_base(data, template)
+    return _with_hidden_events(_selected(Search.of(data, template, start), start))
+
+
+def selected_deeper(selected: Selected) -> Selected:
+    """Repeat a selection by a deep search (`Search.deep`), which knows what the first one found.
+
+    Where it ends with the same model, that is the first selection itself.
+    """
+    search = selected.search
+    samples = float(np.count_nonzero(search.data.valid))
+    deep = replace(search.with_samples(samples), deep=True)
+    again = select_forward(deep, selected.start)
+    if again.model.terms == selected.grown.terms:
+        return selected
+    found = _with_hidden_events(_eliminated(again, selected.start))
+    same = found.supported.model.terms == selected.supported.model.terms
+    return selected if same else found
+
+
+def _selected(search: Search, start: FittedModel) -> Selected:
+    return _eliminated(select_forward(search, start), start)
+
+
+def _eliminated(selection: Selection, start: FittedModel) -> Selected:
+    supported = eliminate_backward(selection.search, selection.model)
+    return Selected(selection.search, start, selection.model, supported)
+
+
+def _with_hidden_events(selected: Selected) -> Selected:
+    """Repeat a selection where aliasing hides an event, with those samples valid."""
+    data, template = selected.search.data, selected.start.template
     residual = data.effort - selected.supported.model.predicted
     hidden = data.exceeds_aliasing(residual, float(selected.start.base[0]))
-    if np.any(hidden):
-        data = data.with_valid(hidden)
-        selected = _select(data, template, deep)
-    return data, selected
-
-
-def _select(data: AxisData, template: AxisModel, deep: bool) -> Selected:
+    if not np.any(hidden):
+        return selected
+    data = data.with_valid(hidden)
     start = fitted_base(data, template)
-    search = replace(Search.of(data, template, start), deep=deep)
-    selection = select_forward(search, start)
-    supported = eliminate_backward(selection.search, selection.model)
-    return Selected(selection.search, start, supported)
+    search = replace(Search.of(data, template, start), deep=selected.search.deep)
+    return _selected(search, start)

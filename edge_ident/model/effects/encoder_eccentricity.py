@@ -95,6 +95,7 @@ EFFECT: Final = EncoderEccentricity(
         alternatives=("torque_ripple", "position_dependent_load"),
         experiment="several speeds over whole turns: --motion staircase",
         grid=_grid,
+        essential=("period",),
         physical=_physical,
     ),
     draw=_draw,

@@ -74,6 +74,7 @@ EFFECT: Final = TorqueRipple(
         ),
         experiment="several speeds over the same stroke: --motion staircase",
         grid=_grid,
+        essential=("period",),
         repeats=True,
     ),
     draw=_draw,

@@ -11,6 +11,7 @@ from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm, fit
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.select import backward_elimination
 from edge_ident.diagnosis.select.backward_elimination import eliminate_backward
+from edge_ident.diagnosis.select.cross_validation import near_zero
 from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.select.thresholds import MOST_ROUNDS
 from edge_ident.model.effects import named
@@ -53,3 +54,17 @@ def test_a_diagnosis_says_whether_it_converged() -> None:
     axis = diagnose([recorded(t, x, rigid(v, a), noise=0.05)]).axes["x"]
     assert axis.converged
     assert axis.refused == ()
+
+
+@pytest.mark.parametrize(("period", "determined"), [(0.31, True), (40.0, False)])
+def test_what_repeats_has_a_period_that_the_data_determine(period: float, determined: bool) -> None:
+    """A small part of a wave is as well a part of one twice as long."""
+    t, x, v, a = swing()
+    angle = 2.0 * np.pi / period * x + 0.8
+    wave = np.cos(angle)
+    effort = rigid(v, a) + 0.1 * (wave - np.mean(wave)) / np.std(wave)
+    data = prepare_axis([recorded(t, x, effort, noise=0.05)], "x")
+    ripple = Candidate("torque_ripple", named("torque_ripple").search.forms[0])
+    term = FittedTerm(ripple, {"period": period}, {"cosine": 0.0, "sine": 0.0})
+    model = fit(data, TEMPLATE, np.zeros(4), (term,))
+    assert near_zero(data, model) == [() if determined else ("period",)]

@@ -1,0 +1,99 @@
+"""The search for causes on one axis, and what it is worth."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+
+from edge_ident.diagnosis.fit.noise_floor import NoiseFloor, noise_floor
+from edge_ident.diagnosis.prepare.axis_data import AxisData
+from edge_ident.diagnosis.recording_checks import findings
+from edge_ident.diagnosis.result import Verdict
+from edge_ident.diagnosis.select.judgement import Judgement, Rules, judge
+from edge_ident.diagnosis.select.selection import Selected, selected_deeper, selected_model
+from edge_ident.estimation.trust import Finding
+from edge_ident.model.model import AxisModel
+from edge_ident.signals.recording import Recording
+
+OnRun = Callable[[int], None]
+
+
+@dataclass(frozen=True)
+class AxisSearch:
+    """What the search on prepared data found, and what it is worth.
+
+    Attributes
+    ----------
+    selected : Selected
+    floor : NoiseFloor
+    checks : tuple of Finding
+        On the recordings; those that block forbid every cause.
+    judged : Judgement
+    """
+
+    selected: Selected
+    floor: NoiseFloor
+    checks: tuple[Finding, ...]
+    judged: Judgement
+
+    @property
+    def data(self) -> AxisData:
+        """The data, with the samples that were compared in the end."""
+        return self.selected.search.data
+
+    @property
+    def open(self) -> bool:
+        """Whether more is left than noise, or there are suspicions alone."""
+        if any(check.blocks for check in self.checks):
+            return False
+        causes, suspected = self.judged.supported.model.terms, self.judged.suspected
+        return self.judged.verdict is Verdict.UNEXPLAINED or bool(suspected and not causes)
+
+
+def search_axis(
+    recordings: Sequence[Recording],
+    name: str,
+    efforts: Sequence[Sequence[Finding]],
+    rules: Rules,
+    on_run: OnRun,
+    data: AxisData,
+    known: AxisModel,
+) -> AxisSearch:
+    """Search for causes; where the usual search leaves an axis open, search deeper.
+
+    Parameters
+    ----------
+    recordings : sequence of Recording
+    name : str
+        Of the axis.
+    efforts : sequence of sequence of Finding
+        On the effort of each recording.
+    rules : Rules
+    on_run : callable
+        Gets the number of disturbed runs that are done.
+    data : AxisData
+    known : AxisModel
+        The axis with what it is known to have.
+    """
+    judged = partial(_judged, recordings, name, efforts, rules, on_run)
+    found = judged(selected_model(data, known))
+    if not found.open:
+        return found
+    deeper = selected_deeper(found.selected)
+    return found if deeper is found.selected else judged(deeper)
+
+
+def _judged(
+    recordings: Sequence[Recording],
+    name: str,
+    efforts: Sequence[Sequence[Finding]],
+    rules: Rules,
+    on_run: OnRun,
+    selected: Selected,
+) -> AxisSearch:
+    """What was selected, judged."""
+    search, start, model = selected.search, selected.start, selected.supported.model
+    floor = noise_floor(search.data, start, float(model.base[0]))
+    checks = findings(recordings, name, search.data, model, efforts, floor)
+    blocked = next((check.message for check in checks if check.blocks), None)
+    judged = judge(search, start, selected.supported, floor, rules, blocked, on_run)
+    return AxisSearch(selected, floor, checks, judged)
