@@ -2,7 +2,16 @@
 
 #include <verilated.h>
 
-Vfeed_drive fpga_model;
+// Verilator would start a thread of its own, and two threads take a press of the stop and its release
+// at once: the release could come first
+static VerilatedContext *without_threads()
+{
+    static VerilatedContext context;
+    context.threads(1);
+    return &context;
+}
+
+Vfeed_drive fpga_model(without_threads());
 std::mutex fpga_bus;
 void (*fpga_before_cycle)();
 std::atomic<bool> fpga_interrupt, fpga_stop, fpga_stop_pulse;
