@@ -60,7 +60,9 @@ def check(arm: Board, work: Path) -> bool:
     np.save(work / "images.npy", images())
     edge_ident.save_recording(recording(), work / "recording.npz")
     network = ["-m", "tools.arm_check.answer", str(work / "images.npy")]
-    whole = ["-m", "edge_ident", "identify", str(work / "recording.npz"), "--no-diagnose", "--json"]
+    identify = ["-m", "edge_ident", "identify", str(work / "recording.npz"), "--no-diagnose"]
+    # each machine would choose the quicker precision of its own
+    whole = [*identify, "--precision", "fp32", "--json"]
     wanted = [json.loads(printed([sys.executable, *asked])) for asked in (network, whole)]
     good = True
     for processor in PROCESSORS:
