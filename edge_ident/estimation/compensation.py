@@ -10,9 +10,10 @@ from edge_ident.model.effect import Motion
 from edge_ident.model.effects import named
 from edge_ident.model.inverse import along_motion, inverse_effort, obeyed
 from edge_ident.model.model import AxisModel, Model, Term
-from edge_ident.signals.conditioning import Signals, bridge, condition, with_effort
+from edge_ident.signals.conditioning import Signals, condition, with_effort
 from edge_ident.signals.filters import differentiate, lowpass
 from edge_ident.signals.recording import Recording
+from edge_ident.signals.standstill import bridge
 
 Array = NDArray[np.float64]
 

@@ -110,12 +110,15 @@ def unphysical(estimate: Estimate) -> list[Finding]:
 
 def _wrong_sign(regressor: Array, effort: Array) -> list[Finding]:
     """Inertia negative, and friction that drives the motion."""
-    found = unbounded(regressor, effort)
-    inertia, viscous, coulomb = found.parameters[:3]
+    unit, length = unit_length(regressor)
+    inertia, viscous, coulomb = (np.linalg.lstsq(unit, effort, rcond=1e-9)[0] / length)[:3]
     velocity, direction = regressor[:, 1], regressor[:, 2]
     friction = float(np.mean(velocity * (viscous * velocity + coulomb * direction)))
+    if inertia >= 0.0 or friction >= 0.0:  # of most efforts, and deviations take their time
+        return []
+    found = unbounded(regressor, effort)
     negative = found.parameters[:3] < -_CERTAIN * found.std[:3]
-    if not (negative[0] and friction < 0.0 and (negative[1] or negative[2])):
+    if not (negative[0] and (negative[1] or negative[2])):
         return []
     return [
         Finding(

@@ -29,7 +29,6 @@ from edge_ident.estimation.model_error import regime_spread, regimes, unnoticed_
 from edge_ident.model.effect import Motion
 from edge_ident.model.model import Estimate, regressor
 from edge_ident.signals.conditioning import decimated
-from edge_ident.signals.encoder import encoder_count, position_noise
 from edge_ident.signals.filters import differentiate, lowpass
 from edge_ident.signals.timing import Shift, slow, solve_shift
 
@@ -82,7 +81,7 @@ class Comparison:
     def of(cls, axis: CompensatedAxis) -> "Comparison":
         """Filter an axis."""
         signals, recorded_s = axis.signals, axis.signals.recorded_period_s
-        count, noise = _encoder(axis)
+        count, noise = signals.encoder_count, signals.position_noise
         band, density = _band(axis, noise)
         motion_hz = band.motion_hz(recorded_s)
         stride = max(1, int(1.0 / (_RATE * motion_hz * signals.period_s)))
@@ -142,15 +141,6 @@ class Comparison:
         rate = np.zeros_like(self.regressor)
         rate[:, :2] = self.rates[:, :2]
         return solve_shift(self.regressor, rate, self.effort, -self.rates[:, 2], sampling_s)
-
-
-def _encoder(axis: CompensatedAxis) -> tuple[float, float]:
-    """Resolution of the encoder, and deviation of its noise."""
-    sampling = axis.signals.sampling
-    if sampling is not None:
-        return sampling.count, sampling.position_noise
-    count = encoder_count(axis.position)
-    return count, position_noise(axis.position, count)
 
 
 def _band(axis: CompensatedAxis, noise: float) -> tuple[Band, float]:

@@ -11,10 +11,11 @@ from numpy.typing import NDArray
 
 from edge_ident.model.model import regressor
 from edge_ident.signals.decimation import parts_of
-from edge_ident.signals.encoder import position_noise
+from edge_ident.signals.encoder import encoder_count, position_noise
 from edge_ident.signals.filters import differentiate, lowpass
 from edge_ident.signals.recording import Sampling
 from edge_ident.signals.resampling import EvenGrid
+from edge_ident.signals.standstill import bridge, near_unknown, standing
 
 Array = NDArray[np.float64]
 
@@ -30,10 +31,6 @@ FEWEST_CUTOFF_PERIODS: Final = 10.0
 ACCELERATION_NOISE_SHARE: Final = 0.05
 """Encoder noise allowed in the acceleration; its square biases the inertia, by 0.25 %."""
 _TINY: Final = float(np.finfo(float).tiny)
-_DECAY_PERIODS: Final = 1.5
-"""Cut-off periods after which 3 % of the filter's response are left."""
-_STANDSTILL_NOISE: Final = 8.0
-"""Range of the position, in standard deviations of its noise, up to which the axis stands."""
 
 
 @dataclass(frozen=True)
@@ -62,6 +59,10 @@ class Signals:
         bridged like standstills.
     sampling : Sampling or None
         Of a recording that was decimated before.
+    encoder_count : float
+        Smallest step of the position, 0 where it has none.
+    position_noise : float
+        Standard deviation of the white noise in the position.
     """
 
     grid: EvenGrid
@@ -72,6 +73,8 @@ class Signals:
     acceleration_noise: float
     unknown_share: float = 0.0
     sampling: Sampling | None = None
+    encoder_count: float = 0.0
+    position_noise: float = 0.0
 
     @property
     def period_s(self) -> float:
@@ -122,17 +125,19 @@ def condition(
     grid = EvenGrid.of(time_s)
     period_s = grid.period_s
     if sampling is not None:
-        unknown, noise, cutoff_hz = sampling.unknown, sampling.position_noise, sampling.cutoff_hz
+        unknown, cutoff_hz = sampling.unknown, sampling.cutoff_hz
+        count, noise = sampling.count, sampling.position_noise
     else:
         known = np.zeros(len(time_s), dtype=np.bool_)
         unknown = grid.unknown(effort) if effort.ndim == 1 else known
         position, effort = grid.resampled(position), grid.resampled(effort)
-        noise = position_noise(position)
+        count = encoder_count(position)
+        noise = position_noise(position, count)
         cutoff_hz = choose_cutoff(position, period_s, noise)
     recorded_period_s = sampling.period_s if sampling else period_s
     smooth_effort = lowpass(effort, cutoff_hz, period_s, delay_s=effort_shift_s)
     columns = filtered_regressor(position, cutoff_hz, period_s, decimated=sampling is not None)
-    moving = ~standing(position, noise, cutoff_hz, period_s) & ~_spread(
+    moving = ~standing(position, noise, cutoff_hz, period_s) & ~near_unknown(
         unknown, cutoff_hz, period_s
     )
     acceleration_std = max(float(np.std(columns[:, 0])), _TINY)
@@ -146,6 +151,8 @@ def condition(
         / acceleration_std,
         unknown_share=float(np.mean(unknown)),
         sampling=sampling,
+        encoder_count=count,
+        position_noise=noise,
     )
 
 
@@ -169,7 +176,9 @@ def filtered_regressor(
     position: Array, cutoff_hz: float, period_s: float, *, decimated: bool = False
 ) -> Array:
     """Regressor (N, 4) of a position (N,), all columns filtered alike, the velocity's sign too."""
-    _, velocity, acceleration = differentiate(position, cutoff_hz, period_s, decimated=decimated)
+    velocity, acceleration = differentiate(
+        position, cutoff_hz, period_s, orders=(1, 2), decimated=decimated
+    )
     columns = regressor(velocity, acceleration)
     if decimated:
         columns[:, 2] = _mean_direction(velocity, acceleration, period_s)
@@ -213,8 +222,9 @@ def choose_cutoff(position: Array, period_s: float, noise: float | None = None) 
     noise = position_noise(position) if noise is None else noise
     cutoff_hz = ceiling_hz
     for _ in range(8):  # the rms acceleration itself depends, weakly, on the cut-off
-        stds = [np.std(differentiate(part, cutoff_hz, period_s)[2]) for part in parts_of(position)]
-        allowed = ACCELERATION_NOISE_SHARE * float(np.sqrt(np.mean(np.square(stds))))
+        parts = [differentiate(x, cutoff_hz, period_s, orders=[2])[0] for x in parts_of(position)]
+        mean_square = np.mean([np.var(acceleration) for acceleration in parts])
+        allowed = ACCELERATION_NOISE_SHARE * float(np.sqrt(mean_square))
         excess = acceleration_noise(noise, cutoff_hz, period_s) / max(allowed, _TINY)
         wanted_hz = cutoff_hz * float(max(excess, _TINY) ** -0.4)
         wanted_hz = max(floor_hz, min(ceiling_hz, wanted_hz))
@@ -240,37 +250,6 @@ def acceleration_noise(position_noise: float, cutoff_hz: float, period_s: float)
     return float(np.sqrt(variance))
 
 
-def standing(position: Array, noise: float, cutoff_hz: float, period_s: float) -> NDArray[np.bool_]:
-    """Samples in or near a standstill of at least one cut-off period.
-
-    In a standstill the encoder shows nothing but its own noise, of the standard deviation `noise`.
-    It spoils filtered signals to either side until the filter's response has decayed. A shorter
-    reversal stays in: there the filtered sign of the velocity describes what the filter leaves of
-    the friction.
-
-    Returns
-    -------
-    (N,) array of bool
-    """
-    width = int(np.ceil(1.0 / (cutoff_hz * period_s)))
-    margin = int(np.ceil(_DECAY_PERIODS * width))
-    if width >= len(position):
-        return np.zeros(len(position), dtype=np.bool_)
-    windows = np.lib.stride_tricks.sliding_window_view(position, width)
-    still = np.ptp(windows, axis=1) <= _STANDSTILL_NOISE * noise
-    # from the windows' first samples to all of their samples and the margins at both sides
-    spread = np.convolve(still, np.ones(width + 2 * margin))[margin : margin + len(position)]
-    return np.asarray(spread > 0.5)
-
-
-def _spread(unknown: NDArray[np.bool_], cutoff_hz: float, period_s: float) -> NDArray[np.bool_]:
-    """Samples that the filter mixes with unknown ones."""
-    if not np.any(unknown):
-        return unknown
-    margin = min(int(np.ceil(_DECAY_PERIODS / (cutoff_hz * period_s))), len(unknown) // 2 - 1)
-    return np.asarray(np.convolve(unknown, np.ones(2 * margin + 1), "same") > 0.5)
-
-
 def decimation(samples: int, cutoff_hz: float, period_s: float) -> int:
     """Samples from one to the next after decimation to what the filter passes."""
     fewest = int(1.0 / (SAMPLES_PER_CUTOFF_PERIOD * cutoff_hz * period_s))
@@ -285,14 +264,3 @@ def decimated(samples: int, cutoff_hz: float, period_s: float) -> NDArray[np.int
     """
     margin = min(round(1.0 / (cutoff_hz * period_s)), samples // 20)
     return np.arange(margin, samples - margin, decimation(samples, cutoff_hz, period_s))
-
-
-def bridge(signal: Array, moving: NDArray[np.bool_]) -> Array:
-    """Replace (..., N) signals by straight lines where the axis does not move."""
-    if moving.all() or not moving.any():
-        return signal
-    index = np.arange(signal.shape[-1])
-    bridged = signal.copy()
-    for row in bridged.reshape(-1, len(index)):
-        row[~moving] = np.interp(index[~moving], index[moving], row[moving])
-    return bridged

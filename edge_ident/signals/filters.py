@@ -4,6 +4,7 @@ A Butterworth filter run both ways is applied as a gain in the frequency domain 
 Janot et al. 2014 for the practice in robot identification).
 """
 
+from collections.abc import Sequence
 from functools import cache, lru_cache
 from typing import Final, Literal
 
@@ -20,8 +21,13 @@ _SETTLING_PERIODS: Final = 6
 
 
 def differentiate(
-    position: Array, cutoff_hz: float, period_s: float, *, decimated: bool = False
-) -> tuple[Array, Array, Array]:
+    position: Array,
+    cutoff_hz: float,
+    period_s: float,
+    *,
+    orders: Sequence[int] = (0, 1, 2),
+    decimated: bool = False,
+) -> tuple[Array, ...]:
     """Zero-phase filtered position, velocity and acceleration, correct up to the ends.
 
     A quintic that shares position, slope and curvature with the data at both ends is taken out
@@ -32,29 +38,32 @@ def differentiate(
     Parameters
     ----------
     position : (N,) array
+    orders : sequence of int
+        Of the derivatives that are wanted.
     decimated : bool
         Whether it was low-passed and decimated to few samples per cut-off period. The filter then
         rings where the padded record closes on itself, so the padding fades there.
 
     Returns
     -------
-    position, velocity, acceleration : (N,) arrays
+    tuple of (N,) arrays
+        One for each order.
     """
     blocks = _blocks(len(position), cutoff_hz, period_s)
     if len(blocks) == 1:
-        return _differentiated(position, cutoff_hz, period_s, fading=decimated)
-    result = tuple(np.empty(len(position)) for _ in range(3))
+        return _differentiated(position, cutoff_hz, period_s, orders, fading=decimated)
+    result = tuple(np.empty(len(position)) for _ in orders)
     for begin, end, around in blocks:
         inner = slice(begin - around.start, end - around.start)
-        parts = _differentiated(position[around], cutoff_hz, period_s, fading=True)
+        parts = _differentiated(position[around], cutoff_hz, period_s, orders, fading=True)
         for whole, part in zip(result, parts, strict=True):
             whole[begin:end] = part[inner]
-    return result[0], result[1], result[2]
+    return result
 
 
 def _differentiated(
-    position: Array, cutoff_hz: float, period_s: float, *, fading: bool
-) -> tuple[Array, Array, Array]:
+    position: Array, cutoff_hz: float, period_s: float, orders: Sequence[int], *, fading: bool
+) -> tuple[Array, ...]:
     """The same in one piece."""
     samples = len(position)
     trend = _end_matching_quintic(position, cutoff_hz, period_s)
@@ -64,11 +73,11 @@ def _differentiated(
     padded, start = _pad(rest, cutoff_hz, period_s, "odd", fading=fading)
     spectrum, frequency = _filtered_spectrum(padded, cutoff_hz, period_s)
     result = []
-    for order in range(3):
+    for order in orders:
         filtered = np.fft.irfft(spectrum * (2j * np.pi * frequency) ** order, len(padded))
         polynomial = np.polyval(np.polyder(trend, order), x) * per_second**order
         result.append(filtered[start : start + samples] + polynomial)
-    return result[0], result[1], result[2]
+    return tuple(result)
 
 
 def lowpass(

@@ -59,8 +59,11 @@ def quantile(values: Array, share: float) -> float:
 
     That, and `numpy.median`, load `numpy.ma`: a twentieth of the start of a command.
     """
-    ordered = np.sort(values)
-    return float(np.interp(share * (len(ordered) - 1), np.arange(len(ordered)), ordered))
+    place = share * (len(values) - 1)
+    below = int(place)
+    above = min(below + 1, len(values) - 1)
+    ordered = np.partition(values, (below, above))
+    return float(np.interp(place, (below, above), ordered[[below, above]]))
 
 
 def _correlation(first: Array, second: Array) -> float:

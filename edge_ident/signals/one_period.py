@@ -19,12 +19,11 @@ from edge_ident.signals.conditioning import (
     FEWEST_CUTOFF_PERIODS,
     SAMPLED_PER_PERIOD,
     SAMPLES_PER_CUTOFF_PERIOD,
-    bridge,
     resolving_cutoff_hz,
-    standing,
 )
 from edge_ident.signals.dct import POINTS, dct2, idct2, subsample
 from edge_ident.signals.filters import magnitude
+from edge_ident.signals.standstill import bridge, standing
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]

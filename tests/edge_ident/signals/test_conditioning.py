@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from edge_ident.signals import conditioning, encoder
+from edge_ident.signals import conditioning, encoder, standstill
 from edge_ident.signals.filters import differentiate
 from edge_ident.signals.resampling import EvenGrid
 
@@ -73,14 +73,14 @@ def stick_slip() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 def test_a_standstill_is_found_and_a_quick_reversal_is_not() -> None:
     stuck, where, free = stick_slip()
-    moving = ~conditioning.standing(stuck, encoder.position_noise(stuck), 3.0, PERIOD_S)
+    moving = ~standstill.standing(stuck, encoder.position_noise(stuck), 3.0, PERIOD_S)
     assert not moving[where].any()
     margin = int(1.5 / 3.0 / PERIOD_S) + 60
     assert moving[: where[0] - margin].all()
     assert moving[where[-1] + margin :].all()
     counted = COUNT_RAD * np.round(free / COUNT_RAD)
     noise = encoder.position_noise(counted)
-    assert not conditioning.standing(counted, noise, 3.0, PERIOD_S).any()
+    assert not standstill.standing(counted, noise, 3.0, PERIOD_S).any()
 
 
 def test_bridging_keeps_effort_and_regressor_in_proportion() -> None:
@@ -124,3 +124,17 @@ def test_the_slowest_step_of_a_motion_that_never_returns_is_no_count() -> None:
     assert encoder.encoder_count(1e-3 * np.round(turning / 1e-3)) == pytest.approx(0.0, abs=0)
     coarse = 0.02 * np.round(turning / 0.02)
     assert encoder.encoder_count(coarse) == pytest.approx(0.02)
+
+
+@pytest.mark.parametrize("width", [1, 2, 7, 16, 400])
+def test_an_axis_stands_where_the_range_of_a_window_is_small(width: int) -> None:
+    """As by the plain formula, for every width of the window."""
+    position = np.cumsum(np.random.default_rng(width).integers(-1, 2, 900)).astype(np.float64)
+    windows = np.lib.stride_tricks.sliding_window_view(position, width)
+    still = np.flatnonzero(np.ptp(windows, axis=1) <= 8.0)
+    margin = int(np.ceil(1.5 * width))
+    wanted = np.zeros(len(position), dtype=np.bool_)
+    for first in still:
+        wanted[max(0, first - margin) : first + width + margin] = True
+    found = standstill.standing(position, 1.0, 1.0 / (width * PERIOD_S), PERIOD_S)
+    np.testing.assert_array_equal(found, wanted)

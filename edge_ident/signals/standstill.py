@@ -1,0 +1,68 @@
+"""Samples that tell nothing of a motion: standstills, and what a filter mixes with unknown ones."""
+
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+_DECAY_PERIODS: Final = 1.5
+"""Cut-off periods after which 3 % of the filter's response are left."""
+_STANDSTILL_NOISE: Final = 8.0
+"""Range of the position, in standard deviations of its noise, up to which the axis stands."""
+
+
+def standing(position: Array, noise: float, cutoff_hz: float, period_s: float) -> NDArray[np.bool_]:
+    """Samples in or near a standstill of at least one cut-off period.
+
+    In a standstill the encoder shows nothing but its own noise, of the standard deviation `noise`.
+    It spoils filtered signals to either side until the filter's response has decayed. A shorter
+    reversal stays in: there the filtered sign of the velocity describes what the filter leaves of
+    the friction.
+
+    Returns
+    -------
+    (N,) array of bool
+    """
+    width = int(np.ceil(1.0 / (cutoff_hz * period_s)))
+    margin = int(np.ceil(_DECAY_PERIODS * width))
+    if width >= len(position):
+        return np.zeros(len(position), dtype=np.bool_)
+    still = _range_within(position, width) <= _STANDSTILL_NOISE * noise
+    # from the windows' first samples to all of their samples and the margins at both sides
+    spread = np.convolve(still, np.ones(width + 2 * margin))[margin : margin + len(position)]
+    return np.asarray(spread > 0.5)
+
+
+def near_unknown(
+    unknown: NDArray[np.bool_], cutoff_hz: float, period_s: float
+) -> NDArray[np.bool_]:
+    """Samples that the filter mixes with unknown ones."""
+    if not np.any(unknown):
+        return unknown
+    margin = min(int(np.ceil(_DECAY_PERIODS / (cutoff_hz * period_s))), len(unknown) // 2 - 1)
+    return np.asarray(np.convolve(unknown, np.ones(2 * margin + 1), "same") > 0.5)
+
+
+def bridge(signal: Array, moving: NDArray[np.bool_]) -> Array:
+    """Replace (..., N) signals by straight lines where the axis does not move."""
+    if moving.all() or not moving.any():
+        return signal
+    index = np.arange(signal.shape[-1])
+    bridged = signal.copy()
+    for row in bridged.reshape(-1, len(index)):
+        row[~moving] = np.interp(index[~moving], index[moving], row[moving])
+    return bridged
+
+
+def _range_within(signal: Array, width: int) -> Array:
+    """Range of every `width` neighbours (N - width + 1,) in a signal (N,), by doubling."""
+    largest = smallest = signal
+    reached = 1
+    while reached < width:
+        step = min(reached, width - reached)
+        largest = np.maximum(largest[:-step], largest[step:])
+        smallest = np.minimum(smallest[:-step], smallest[step:])
+        reached += step
+    return np.asarray(largest - smallest)
