@@ -4,7 +4,7 @@ from edge_ident.diagnosis.result import AxisDiagnosis, Verdict
 from edge_ident.estimation.trust import Finding
 from edge_ident.identification.adequacy import Adequacy
 from edge_ident.signals.recording import Recording
-from edge_ident.signals.scale_checks import check_inertia, check_scales
+from edge_ident.signals.scale_checks import check_inertia, check_scale
 
 
 def describe_model(adequacy: Adequacy, outcome: AxisDiagnosis | str | None) -> list[Finding]:
@@ -45,7 +45,7 @@ def describe_model(adequacy: Adequacy, outcome: AxisDiagnosis | str | None) -> l
 def describe_scales(recording: Recording, name: str, inertia: float) -> list[Finding]:
     """Questions about units, from the recording and from the inertia that follows."""
     unit = recording.axes[name].parameter_units[0]
-    asked = [question for question in check_scales(recording) if question.axis == name]
+    asked = check_scale(recording, name)
     return [
         Finding(question.code, question.message, question.next_step, blocks=False)
         for question in asked + check_inertia(name, inertia, unit)

@@ -58,12 +58,13 @@ class ScaleQuestion:
 
 def check_scales(recording: Recording) -> list[ScaleQuestion]:
     """Ask about travels, sampling periods, and signals of one axis in different units."""
-    asked = []
-    for name, axis in recording.axes.items():
-        asked += _travel(name, axis)
-        asked += _sampling(name, axis, recording.time_s)
-        asked += _within_axis(name, axis, recording.time_s)
-    return asked
+    return [question for name in recording.axes for question in check_scale(recording, name)]
+
+
+def check_scale(recording: Recording, name: str) -> list[ScaleQuestion]:
+    """The same of one axis."""
+    axis, time_s = recording.axes[name], recording.time_s
+    return _travel(name, axis) + _sampling(name, axis, time_s) + _within_axis(name, axis, time_s)
 
 
 def check_inertia(name: str, inertia: float, unit: str) -> list[ScaleQuestion]:

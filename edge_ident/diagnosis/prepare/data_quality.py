@@ -7,7 +7,7 @@ import numpy as np
 from edge_ident.diagnosis.result import DataFinding
 from edge_ident.signals.recording import AxisRecord, Recording
 from edge_ident.signals.resampling import GAP, EvenGrid
-from edge_ident.signals.scale_checks import check_scales
+from edge_ident.signals.scale_checks import check_scale
 from edge_ident.signals.unknown_samples import clipped
 
 
@@ -63,8 +63,7 @@ def _units(recording: Recording, name: str) -> list[DataFinding]:
     """Questions that a recording raises and cannot answer."""
     return [
         DataFinding(question.code, name, f"{question.message} {_sentence(question.next_step)}")
-        for question in check_scales(recording)
-        if question.axis == name
+        for question in check_scale(recording, name)
     ]
 
 
