@@ -114,7 +114,7 @@ def _wrong_sign(regressor: Array, effort: Array) -> list[Finding]:
     inertia, viscous, coulomb = (np.linalg.lstsq(unit, effort, rcond=1e-9)[0] / length)[:3]
     velocity, direction = regressor[:, 1], regressor[:, 2]
     friction = float(np.mean(velocity * (viscous * velocity + coulomb * direction)))
-    if inertia >= 0.0 or friction >= 0.0:  # of most efforts, and deviations take their time
+    if inertia >= 0.0 or friction >= 0.0:  # as a rule; deviations would take most of the time
         return []
     found = unbounded(regressor, effort)
     negative = found.parameters[:3] < -_CERTAIN * found.std[:3]

@@ -5,6 +5,7 @@ import pytest
 import scipy.signal
 
 from edge_ident.signals import filters
+from edge_ident.signals.decimation import LONG
 
 PERIOD_S = 0.0025
 
@@ -33,3 +34,12 @@ def test_lowpass_moves_a_signal_by_a_fraction_of_a_sample() -> None:
     time = PERIOD_S * np.arange(6000)
     moved = filters.lowpass(np.sin(3 * time), 20.0, PERIOD_S, delay_s=0.0017)
     np.testing.assert_allclose(moved[500:-500], np.sin(3 * (time - 0.0017))[500:-500], atol=1e-6)
+
+
+@pytest.mark.parametrize("samples", [3000, 2 * LONG + 1000])
+def test_a_derivative_alone_is_the_same(samples: int) -> None:
+    """In one piece and in blocks."""
+    position = np.sin(0.02 * np.arange(samples))
+    every = filters.differentiate(position, 20.0, PERIOD_S)
+    acceleration, velocity = filters.differentiate(position, 20.0, PERIOD_S, orders=(2, 1))
+    np.testing.assert_array_equal([velocity, acceleration], every[1:])
