@@ -4,7 +4,6 @@ from typing import TYPE_CHECKING, Final
 
 from firmware_interface.errors import LinkError
 from firmware_interface.link import Link
-from firmware_interface.modbus import open_serial, open_tcp
 
 if TYPE_CHECKING:
     from firmware_interface.plant.plant import Plant
@@ -47,6 +46,9 @@ def open_link(
         from firmware_interface.virtual.board import VirtualBoard
 
         return VirtualBoard(plant=plant, identifier=identifier)
+    # nor a virtual one until pymodbus has, which takes 5 MiB
+    from firmware_interface.modbus import open_serial, open_tcp
+
     if not url.startswith("tcp://"):
         return open_serial(url, baud_rate, timeout_s)
     host, colon, port = url.removeprefix("tcp://").rpartition(":")
