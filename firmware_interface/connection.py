@@ -46,7 +46,7 @@ def open_link(
         from firmware_interface.virtual.board import VirtualBoard
 
         return VirtualBoard(plant=plant, identifier=identifier)
-    # nor a virtual one until pymodbus has, which takes 5 MiB
+    # nor need that of a virtual one wait for pymodbus, which takes 6 MiB
     from firmware_interface.modbus import open_serial, open_tcp
 
     if not url.startswith("tcp://"):
