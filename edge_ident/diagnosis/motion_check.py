@@ -187,8 +187,8 @@ def _motion(recording: Recording, instants_s: Array, bandwidth_hz: Array) -> Arr
     period_s = float(recording.time_s[1])
     columns = []
     for axis, (cutoff_hz,) in zip(recording.axes.values(), bandwidth_hz, strict=True):
-        position, velocity, _ = differentiate(axis.position, float(cutoff_hz), period_s)
-        columns.append([np.interp(instants_s, recording.time_s, s) for s in (position, velocity)])
+        motion = differentiate(axis.position, float(cutoff_hz), period_s, orders=(0, 1))
+        columns.append([np.interp(instants_s, recording.time_s, signal) for signal in motion])
     return np.moveaxis(np.array(columns), 0, 2)
 
 

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 
 _DECAY_PERIODS: Final = 1.5
 """Cut-off periods after which 3 % of the filter's response are left."""
@@ -13,7 +14,7 @@ _STANDSTILL_NOISE: Final = 8.0
 """Range of the position, in standard deviations of its noise, up to which the axis stands."""
 
 
-def standing(position: Array, noise: float, cutoff_hz: float, period_s: float) -> NDArray[np.bool_]:
+def standing(position: Array, noise: float, cutoff_hz: float, period_s: float) -> Mask:
     """Samples in or near a standstill of at least one cut-off period.
 
     In a standstill the encoder shows nothing but its own noise, of the standard deviation `noise`.
@@ -27,25 +28,44 @@ def standing(position: Array, noise: float, cutoff_hz: float, period_s: float) -
     """
     width = int(np.ceil(1.0 / (cutoff_hz * period_s)))
     margin = int(np.ceil(_DECAY_PERIODS * width))
+    return at_rest(position, _STANDSTILL_NOISE * noise, width, margin)
+
+
+def at_rest(position: Array, most: float, width: int, margin: int = 0) -> Mask:
+    """Samples (N,) of windows in which a position (N,) hardly changes.
+
+    Parameters
+    ----------
+    position : (N,) array
+    most : float
+        Range of the position in such a window.
+    width : int
+        Samples in a window.
+    margin : int
+        Samples to both sides of a window that count with it.
+    """
     if width >= len(position):
         return np.zeros(len(position), dtype=np.bool_)
-    still = _range_within(position, width) <= _STANDSTILL_NOISE * noise
+    still = _range_within(position, width) <= most
     # from the windows' first samples to all of their samples and the margins at both sides
     spread = np.convolve(still, np.ones(width + 2 * margin))[margin : margin + len(position)]
     return np.asarray(spread > 0.5)
 
 
-def near_unknown(
-    unknown: NDArray[np.bool_], cutoff_hz: float, period_s: float
-) -> NDArray[np.bool_]:
+def near_unknown(unknown: Mask, cutoff_hz: float, period_s: float) -> Mask:
     """Samples that the filter mixes with unknown ones."""
     if not np.any(unknown):
         return unknown
     margin = min(int(np.ceil(_DECAY_PERIODS / (cutoff_hz * period_s))), len(unknown) // 2 - 1)
-    return np.asarray(np.convolve(unknown, np.ones(2 * margin + 1), "same") > 0.5)
+    return widened(unknown, margin)
 
 
-def bridge(signal: Array, moving: NDArray[np.bool_]) -> Array:
+def widened(mask: Mask, by: int) -> Mask:
+    """Extend a mask (N,) by a number of samples to either side."""
+    return np.asarray(np.convolve(mask, np.ones(2 * by + 1), "same") > 0.5)
+
+
+def bridge(signal: Array, moving: Mask) -> Array:
     """Replace (..., N) signals by straight lines where the axis does not move."""
     if moving.all() or not moving.any():
         return signal

@@ -20,7 +20,6 @@ from numpy.typing import NDArray
 
 from edge_ident.commissioning.gains.drawn_axes import DRAWS
 from edge_ident.signals.conditioning import Signals, filtered_regressor
-from edge_ident.signals.encoder import encoder_count, position_noise
 from edge_ident.signals.filters import differentiate
 
 Array = NDArray[np.float64]
@@ -48,9 +47,9 @@ def encoder_replicas(
     rng : Generator
     """
     cutoff_hz, period_s = signals.cutoff_hz, signals.period_s
-    true, *_ = differentiate(position, cutoff_hz, period_s)
-    count = encoder_count(position)
-    beyond = math.sqrt(max(position_noise(position, count) ** 2 - count**2 / 12.0, 0.0))
+    (true,) = differentiate(position, cutoff_hz, period_s, orders=[0])
+    count = signals.encoder_count
+    beyond = math.sqrt(max(signals.position_noise**2 - count**2 / 12.0, 0.0))
     found = []
     for lies in rng.uniform(size=DRAWS):
         read = true + beyond * rng.normal(size=len(true))

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from edge_ident.model.effect import Motion
 from edge_ident.signals.decimation import LONG
+from edge_ident.signals.standstill import at_rest, widened
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -41,11 +42,6 @@ _SLOW_SWEEP: Final = 8.0
 def reversals(motion: Motion) -> NDArray[np.intp]:
     """Last samples before the velocity changes its sign."""
     return np.flatnonzero(np.diff(np.sign(motion.velocity)) != 0)
-
-
-def widened(mask: Mask, by: int) -> Mask:
-    """Extend a mask (N,) by a number of samples to either side."""
-    return np.asarray(np.convolve(mask, np.ones(2 * by + 1), "same") > 0.5)
 
 
 def direction_weight(unknown: Mask, cutoff_hz: float, period_s: float) -> Array:
@@ -128,17 +124,9 @@ def unknown_directions(
     near[found] = True
     # the smooth velocity shows the turning points too, a few samples aside
     near = widened(near, width)
-    reversing = _not_away(position, found, noise) | _standing(position, noise, width)
+    still = at_rest(position, _STILL_NOISE * noise, width)
+    reversing = _not_away(position, found, noise) | still
     return reversing, _not_away(position, turns[~near[turns]].tolist(), noise)
-
-
-def _standing(position: Array, noise: float, width: int) -> Mask:
-    """Standstills of at least so many samples."""
-    if width >= len(position):
-        return np.zeros(len(position), dtype=np.bool_)
-    windows = np.lib.stride_tricks.sliding_window_view(position, width)
-    still = np.ptp(windows, axis=1) <= _STILL_NOISE * noise
-    return np.asarray(np.convolve(still, np.ones(width)) > 0.5)
 
 
 def _half_period(cutoff_hz: float, period_s: float) -> int:

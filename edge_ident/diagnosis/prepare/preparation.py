@@ -20,7 +20,6 @@ from edge_ident.diagnosis.prepare.masks import (
     reversals,
     run_in,
     unknown_directions,
-    widened,
 )
 from edge_ident.diagnosis.prepare.sampled import Sampled
 from edge_ident.diagnosis.prepare.timing import in_time
@@ -35,6 +34,7 @@ from edge_ident.signals.conditioning import (
 from edge_ident.signals.encoder import encoder_count
 from edge_ident.signals.filters import lowpass
 from edge_ident.signals.recording import Recording
+from edge_ident.signals.standstill import widened
 
 Array = NDArray[np.float64]
 
