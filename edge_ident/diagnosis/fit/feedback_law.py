@@ -74,8 +74,8 @@ def feedback_law(segment: Segment, effort: Array, regressor: Array) -> FeedbackL
     time_s = (segment.sample_index * segment.period_s)[valid]
     line = strongest_line(segment.motion.velocity, segment.period_s, segment.cutoff_hz)
     angle = 2.0 * np.pi * line.frequency_hz * time_s
-    resting = _filtered(segment, np.ones(len(segment.motion.position)))[valid]
-    ramp = _filtered(segment, segment.motion.time_s - np.mean(segment.motion.time_s))[valid]
+    resting = segment.filter(np.ones(len(segment.motion.position)))[valid]
+    ramp = segment.filter(segment.motion.time_s - np.mean(segment.motion.time_s))[valid]
     slow = np.stack([resting, ramp], axis=1)
     tone = np.stack([resting * np.sin(angle), resting * np.cos(angle)], axis=1)
     laws = [
@@ -95,11 +95,8 @@ def _answer(segment: Segment, lag: float) -> Array:
     time_s = segment.motion.time_s
     before_s = time_s - lag * segment.raw_period_s
     motion = (segment.motion.position, segment.motion.velocity)
-    return -np.stack([_filtered(segment, np.interp(before_s, time_s, x)) for x in motion], axis=1)
-
-
-def _filtered(segment: Segment, signal: Array) -> Array:
-    return np.asarray(segment.filter @ signal)
+    before = np.stack([np.interp(before_s, time_s, x) for x in motion])
+    return -segment.filter(before).T
 
 
 def _fitted(effort: Array, regressor: Array, answers: list[Array], known: Array) -> FeedbackLaw:

@@ -6,10 +6,10 @@ from typing import Final
 
 import numpy as np
 import scipy.linalg
-import scipy.sparse
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.prepare.bandwidth import Band
+from edge_ident.diagnosis.prepare.sampled_filter import SampledFilter
 from edge_ident.model.effect import Motion
 from edge_ident.model.effects import named
 from edge_ident.model.effects.time_delay import LARGEST_SHIFT
@@ -92,7 +92,7 @@ class Segment:
     far: NDArray[np.bool_]
     band: Band
     period_s: float
-    filter: scipy.sparse.csr_array
+    filter: SampledFilter
     aliased_acceleration: float
     position_noise: float
     acceleration_noise: float
@@ -138,7 +138,7 @@ class Segment:
     def predicted(self, axis: AxisModel) -> Array:
         """Filtered effort that a model predicts at the compared samples, (n,) or (D, n)."""
         effort = inverse_effort(obeyed(axis), self.motion, self.others, self.cache)
-        sampled = np.asarray((self.filter @ np.atleast_2d(effort).T).T)
+        sampled = self.filter(np.atleast_2d(effort))
         for term in axis.terms:
             effect = named(term.effect)
             if effect.overrides("withheld"):

@@ -5,7 +5,6 @@ from dataclasses import replace
 from typing import Final
 
 import numpy as np
-import scipy.sparse
 import scipy.special
 from numpy.typing import NDArray
 
@@ -22,6 +21,7 @@ from edge_ident.diagnosis.prepare.masks import (
     unknown_directions,
 )
 from edge_ident.diagnosis.prepare.sampled import Sampled
+from edge_ident.diagnosis.prepare.sampled_filter import SampledFilter
 from edge_ident.diagnosis.prepare.timing import in_time
 from edge_ident.errors import DataError
 from edge_ident.model.effect import Motion
@@ -199,19 +199,15 @@ def _masks(
 
 def _filter_at(
     sample_index: NDArray[np.intp], known: Array, band: Band, period_s: float
-) -> scipy.sparse.csr_array:
-    """The filter, weighted, at a few samples: (n, N) sparse, ends reflected."""
+) -> SampledFilter:
+    """The filter, weighted, at a few samples."""
     samples = len(known)
     reach_s = max(_REACH_PERIODS / band.cutoff_hz, _WHITENING_REACH / band.knee_hz)
     reach = min(int(reach_s / period_s), samples - 1)
     impulse = np.zeros(2 * reach + 1)
     impulse[reach] = 1.0
     kernel = band.lowpass(impulse, period_s)
-    at = np.abs(sample_index[:, None] + np.arange(-reach, reach + 1))
-    at = samples - 1 - np.abs(samples - 1 - at)
-    rows = np.repeat(np.arange(len(sample_index)), len(kernel))
-    entries = (np.tile(kernel, len(sample_index)) * known[at.ravel()], (rows, at.ravel()))
-    return scipy.sparse.csr_array(entries, shape=(len(sample_index), samples))
+    return SampledFilter.of(kernel, sample_index, known)
 
 
 def _others(

@@ -130,8 +130,8 @@ class _Signals:
         rates = [np.gradient(smooth, segment.period_s), smooth, nothing, nothing]
         effort = slow(segment.raw_effort, segment.timing_hz, segment.raw_period_s)
         return cls(
-            columns=segment.filter @ columns,
-            rates=segment.filter @ np.stack(rates, axis=1),
+            columns=segment.filter(columns.T).T,
+            rates=segment.filter(np.stack(rates)).T,
             effort=segment.effort[segment.sample_index],
             effort_rate=segment.sampled(np.gradient(effort, segment.raw_period_s)),
             valid=segment.valid,
@@ -139,7 +139,7 @@ class _Signals:
 
     def beside_friction(self, segment: Segment) -> Self:
         """The same with columns for what a curve of friction adds to the base model."""
-        curve = segment.filter @ _friction_curve(segment.motion.velocity)
+        curve = segment.filter(_friction_curve(segment.motion.velocity).T).T
         at = self.valid
         curve = curve - self.columns @ np.linalg.lstsq(self.columns[at], curve[at], rcond=None)[0]
         return replace(
