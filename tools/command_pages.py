@@ -113,7 +113,7 @@ def _default(option: Any) -> str:
 
 def _marked(text: str) -> str:
     """Options in a sentence as code."""
-    return re.sub(r"(?<![\w-])(--[a-z][a-z-]*)", r"`\1`", text)
+    return re.sub(r"(?<![\w-])(--[a-z][a-z0-9-]*)", r"`\1`", text)
 
 
 def _code(text: str) -> str:

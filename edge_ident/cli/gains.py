@@ -10,6 +10,7 @@ from edge_ident.cli import board_gains
 from edge_ident.cli.command import UNTRUSTED, command
 from edge_ident.cli.command_group import CommandGroup, with_example
 from edge_ident.cli.file_options import RecordingOptions
+from edge_ident.cli.messages import say
 from edge_ident.cli.options import (
     Bandwidth,
     DriveFile,
@@ -72,15 +73,18 @@ def design(
 
     Example: `edge-ident gains capture.npz --bandwidth 12`
     """
-    described = edge_ident.load_drive(drive)
+    described, recorded = edge_ident.load_drive(drive), recording.load()
+    described.check_axes(recorded.axes)
     with progress_if_any() as show:
         found = edge_ident.identify(
-            recording.load(), network.load(), model=given_model(model),
+            recorded, network.load(), model=given_model(model),
             diagnose=not no_diagnose, on_progress=show,
         )  # fmt: skip
     results.show(found)
     if not found.trusted:
         results.deliver(report.gains_document(found, {}), "gains.json")
+        if not results.json:
+            say("no gains were designed: the parameters are not trusted")
         raise typer.Exit(UNTRUSTED)
     designs = edge_ident.design_gains(
         found.model, described, bandwidth_rad_s=bandwidth, control_delay_s=control_delay,

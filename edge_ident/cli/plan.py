@@ -63,6 +63,7 @@ def plan(
     """
     limits = edge_ident.load_drive(drive)
     recordings = [reading.read(file) for file in files]
+    limits.check_axes(recordings[0].axes)
     with shown_progress() as bars:
         diagnosis = edge_ident.diagnose(recordings, model=given_model(model), on_progress=bars.show)
         bars.stage("designing the motion")

@@ -295,6 +295,6 @@ def _trial(
 
 def _conclude(found: Identification, change: GainChange | None, stored: bool) -> str:
     if change is None:
-        axes = ", ".join(name for name, axis in found.axes.items() if not axis.trusted)
-        return f"axis {axes} is not trusted; nothing was written"
+        axes = [f"axis {name}" for name, axis in found.axes.items() if not axis.trusted]
+        return f"not trusted: {', '.join(axes)}; nothing was written"
     return change.conclusion + ("; the active gains are stored" if stored else "")

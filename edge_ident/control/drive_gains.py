@@ -11,7 +11,6 @@ from edge_ident.control.compensation import loop_delay_s, plant_of
 from edge_ident.control.gain_design import GainDesign, design
 from edge_ident.control.position_loop import LoopHardware, open_loop
 from edge_ident.drive.description import Drive, load_drive
-from edge_ident.errors import DataError
 from edge_ident.model.model import AxisModel, Model
 from edge_ident.support.readable import Readable
 
@@ -131,10 +130,7 @@ def design_gains(
 
 
 def _hardware(drive: Drive, axis: str, control_delay_s: float) -> LoopHardware:
-    if axis not in drive.axes:
-        raise DataError(
-            f"the drive description has no axis {axis}", "describe it, or give another description"
-        )
+    drive.check_axes([axis])
     described = drive.axes[axis]
     return LoopHardware(
         drive.sampling_period_s,

@@ -93,7 +93,7 @@ def _judged(
     """What was selected, judged."""
     search, start, model = selected.search, selected.start, selected.supported.model
     floor = noise_floor(search.data, start, float(model.base[0]))
-    checks = findings(recordings, name, search.data, model, efforts, floor)
+    checks = findings(recordings, name, search.data, model, efforts)
     blocked = next((check.message for check in checks if check.blocks), None)
     judged = judge(search, start, selected.supported, floor, rules, blocked, on_run)
     return AxisSearch(selected, floor, checks, judged)

@@ -19,7 +19,12 @@ from edge_ident.diagnosis.motion_check import with_motion_errors
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.data_quality import data_findings
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
-from edge_ident.diagnosis.recording_checks import check_axes, contradicted, effort_findings
+from edge_ident.diagnosis.recording_checks import (
+    check_axes,
+    contradicted,
+    effort_findings,
+    with_unrecorded_axes,
+)
 from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Diagnosis
 from edge_ident.diagnosis.select.causes import causes, strongest_first
 from edge_ident.diagnosis.select.judgement import Rules
@@ -218,7 +223,7 @@ def _axis_diagnosis(
         cutoff_hz=max(s.cutoff_hz for s in data.segments),
         knee_hz=max(s.band.knee_hz for s in data.segments),
         traces=traces(data, base, model, contributions(data, model)),
-        findings=search.checks,
+        findings=with_unrecorded_axes(search.checks, recordings, data, model, search.floor),
     )
 
 

@@ -12,6 +12,7 @@ from edge_ident.diagnosis.fit.feedback_law import feedback_law
 from edge_ident.diagnosis.fit.fitting import FittedModel
 from edge_ident.diagnosis.fit.noise_floor import NoiseFloor
 from edge_ident.diagnosis.prepare.axis_data import AxisData, Segment
+from edge_ident.diagnosis.tolerance import TOLERANCE
 from edge_ident.errors import DataError
 from edge_ident.estimation import least_squares
 from edge_ident.estimation.effort_checks import check_effort, unbounded, unphysical
@@ -31,8 +32,6 @@ _INDEPENDENT: Final = 0.5
 """Share of the effort's variance along the reference, from which the reference drives the axis."""
 _ONE_SPEED: Final = 0.1
 """Standard deviation of the velocity over its mean, up to which an axis keeps one speed."""
-_WORTH_A_REST: Final = 0.01
-"""Share of the effort below which what is left is not worth a sentence: the tolerance's default."""
 _BEYOND_NOISE: Final = 2.0
 """What is left over the noise floor, from which it is no noise whatever the floor's uncertainty."""
 _LATE: Final = "effort_late"
@@ -48,7 +47,6 @@ def findings(
     data: AxisData,
     extended: FittedModel,
     efforts: Sequence[Sequence[Finding]],
-    floor: NoiseFloor,
 ) -> tuple[Finding, ...]:
     """Check one axis.
 
@@ -62,7 +60,6 @@ def findings(
         That the selection ends with.
     efforts : sequence of sequences of Finding
         What `effort_findings` found in each recording.
-    floor : NoiseFloor
 
     Returns
     -------
@@ -79,8 +76,6 @@ def findings(
     if not any(finding.blocks for finding in found):
         found += _unphysical(data, columns, extended)
     found += _narrow_excitation(data)
-    if not any(finding.blocks for finding in found):
-        found += _other_axes(recordings, data, extended, floor)
     return tuple({finding.code: finding for finding in reversed(found)}.values())[::-1]
 
 
@@ -154,8 +149,7 @@ def _unphysical(data: AxisData, columns: Array, extended: FittedModel) -> list[F
     """
     jacobian = np.hstack([columns, extended.jacobian[:, len(PARAMETERS) :]])[data.valid]
     others = extended.predicted - extended.jacobian @ extended.linear_parameters
-    found = unphysical(unbounded(jacobian, (data.effort - others)[data.valid]))
-    return [replace(finding, blocks=False) for finding in found]
+    return unphysical(unbounded(jacobian, (data.effort - others)[data.valid]))
 
 
 def _parts(
@@ -239,17 +233,24 @@ def _narrow_excitation(data: AxisData) -> list[Finding]:
     ]
 
 
-def _other_axes(
-    recordings: Sequence[Recording], data: AxisData, extended: FittedModel, floor: NoiseFloor
-) -> list[Finding]:
-    """A rest beyond the noise, on an axis that was recorded alone."""
-    if any(len(recording.axes) > 1 for recording in recordings):
-        return []
+def with_unrecorded_axes(
+    checks: tuple[Finding, ...],
+    recordings: Sequence[Recording],
+    data: AxisData,
+    extended: FittedModel,
+    floor: NoiseFloor,
+) -> tuple[Finding, ...]:
+    """Add to the checks that the extended model leaves more than noise, on an axis that was
+    recorded alone."""
+    blocked = any(check.blocks for check in checks)
+    if blocked or any(len(recording.axes) > 1 for recording in recordings):
+        return checks
     left = rms((data.effort - extended.predicted)[data.valid])
     share = left / max(rms(data.effort[data.valid]), np.finfo(float).tiny)
-    if share < _WORTH_A_REST or left < _BEYOND_NOISE * floor.rms:
-        return []
-    return [
+    if share < TOLERANCE or left < _BEYOND_NOISE * floor.rms:
+        return checks
+    return (
+        *checks,
         Finding(
             "other_axes_not_recorded",
             f"{share:.1%} of the effort is left, and this axis was recorded alone: if the machine "
@@ -257,8 +258,8 @@ def _other_axes(
             "their pose",
             "record all axes of the machine that move, or keep the others at rest",
             blocks=False,
-        )
-    ]
+        ),
+    )
 
 
 def check_axes(recordings: Sequence[Recording]) -> None:

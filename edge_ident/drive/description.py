@@ -7,7 +7,7 @@ gets an error with its line and the allowed range.
 import math
 import re
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
@@ -99,6 +99,22 @@ class Drive:
     axes: Mapping[str, DriveAxis]
     device: str | None = None
     baud_rate: int | None = None
+
+    def check_axes(self, names: Iterable[str]) -> None:
+        """Check that axes are described.
+
+        Raises
+        ------
+        DataError
+            One is not.
+        """
+        unknown = [name for name in names if name not in self.axes]
+        if unknown:
+            raise DataError(
+                f"the drive description has axes {', '.join(self.axes)}, but not "
+                f"{', '.join(unknown)} of the recording",
+                "give the description of this drive with --drive, or rename columns with --column",
+            )
 
     def trajectory(self, cycles: int | None = None) -> Trajectory:
         """The default motion: one sine per axis, whole cycles of it."""

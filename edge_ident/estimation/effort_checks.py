@@ -11,15 +11,13 @@ from numpy.typing import NDArray
 
 from edge_ident.estimation.covariance import coloured_std
 from edge_ident.estimation.least_squares import motion_noise, unit_length
-from edge_ident.estimation.trust import RESIDUAL_LIMIT, Finding
+from edge_ident.estimation.trust import CERTAIN, RESIDUAL_LIMIT, Finding, negative
 from edge_ident.model.model import PARAMETERS, POSITIVE, Estimate
 from edge_ident.signals.conditioning import Signals
 from edge_ident.signals.motion_lines import ONE_LINE, Line, strongest_line
 
 Array = NDArray[np.float64]
 
-_CERTAIN: Final = 2.0
-"""Standard deviations from which a sign is certain: 2.3 % by chance."""
 _RELATED: Final = 0.01
 """Share of the effort's variance that the base model explains at least of an effort that belongs to
 the motion: a tenth of its rms."""
@@ -86,7 +84,8 @@ def unbounded(regressor: Array, effort: Array) -> Estimate:
 
 
 def unphysical(estimate: Estimate) -> list[Finding]:
-    """Inertia and frictions of an optimum without bounds that are negative beyond doubt.
+    """Inertia and frictions of an optimum without bounds that are negative beyond doubt; they do
+    not block, because an effect of the extended model may explain them.
 
     Parameters
     ----------
@@ -94,17 +93,9 @@ def unphysical(estimate: Estimate) -> list[Finding]:
         Its first four parameters are those of the base model.
     """
     return [
-        Finding(
-            f"negative_{name}",
-            f"the best fit has a negative {name.replace('_', ' ')}: "
-            f"{estimate.parameters[i]:.3g} ± {estimate.std[i]:.2g}, which no machine has. "
-            "The effort is that of a controller, or of a load that is not in the catalogue",
-            "record a motion that does not depend on the axis, such as --motion multisine, and "
-            "the effort that reaches the axis",
-            blocks=True,
-        )
+        negative(name, estimate.parameters[i], estimate.std[i], blocks=False)
         for i, name in enumerate(PARAMETERS)
-        if POSITIVE[i] and estimate.parameters[i] < -_CERTAIN * estimate.std[i]
+        if POSITIVE[i] and estimate.parameters[i] < -CERTAIN * estimate.std[i]
     ]
 
 
@@ -117,7 +108,7 @@ def _wrong_sign(regressor: Array, effort: Array) -> list[Finding]:
     if inertia >= 0.0 or friction >= 0.0:  # as a rule; deviations would take most of the time
         return []
     found = unbounded(regressor, effort)
-    negative = found.parameters[:3] < -_CERTAIN * found.std[:3]
+    negative = found.parameters[:3] < -CERTAIN * found.std[:3]
     if not (negative[0] and (negative[1] or negative[2])):
         return []
     return [
@@ -220,7 +211,7 @@ def _shifted(
     if np.sqrt(np.mean(change**2)) <= _BEYOND_NOISE * noise:
         return False
     share = unbounded(change[:, None], effort)
-    return bool(share.parameters[0] - _CERTAIN * share.std[0] > _SEEN)
+    return bool(share.parameters[0] - CERTAIN * share.std[0] > _SEEN)
 
 
 def _left_of(effort: Array, basis: Array) -> float:

@@ -32,14 +32,16 @@ _FEW_UNKNOWN: Final = 0.001
 """The same, below which it is not worth a sentence."""
 AGREEMENT: Final = 3.0
 """Combined standard deviations by which two estimators may differ: 0.3 % by chance."""
+CERTAIN: Final = 2.0
+"""Standard deviations from which a sign is certain: 2.3 % by chance."""
 _HOPELESS: Final = 100.0
 """Relative standard deviation beyond which more of the same motion is no advice."""
 _SAME_DIRECTION: Final = 1e-6
 """Singular value over the largest, columns of unit length, that counts as zero."""
-_OF_THE_MOTION: Final = ("inseparable", "unphysical_", "undetermined_", "effort_late")
+_OF_THE_MOTION: Final = ("inseparable", "negative_", "undetermined_", "effort_late")
 """Beginnings of the codes of findings that a livelier motion settles."""
 _SPRING: Final = "inertia cannot be told from a spring"
-_SPOKEN: Final = {"unphysical_inertia": _SPRING, "effort_late": _SPRING}
+_SPOKEN: Final = {"negative_inertia": _SPRING, "effort_late": _SPRING}
 """At one frequency, the effort of a spring is that of a negative inertia, and late."""
 _TINY: Final = np.finfo(float).tiny
 
@@ -149,7 +151,11 @@ def _inseparable(regressor: Array) -> list[Finding]:
     length = np.linalg.norm(regressor, axis=0)
     _, singular, directions = np.linalg.svd(regressor / np.maximum(length, _TINY), False)
     lost = directions[singular < _SAME_DIRECTION * singular[0]]
-    names = [name for i, name in enumerate(PARAMETERS) if np.any(np.abs(lost[:, i]) > 0.1)]
+    names = [
+        name.replace("_", " ")
+        for i, name in enumerate(PARAMETERS)
+        if np.any(np.abs(lost[:, i]) > 0.1)
+    ]
     if not names:
         return []
     return [
@@ -186,22 +192,31 @@ def _brief(finding: Finding) -> str:
     return finding.message.partition(": ")[0].partition(" (")[0].replace("_", " ")
 
 
+def negative(name: str, value: float, std: float, *, blocks: bool) -> Finding:
+    """A parameter that is below zero beyond doubt, and that no machine has there."""
+    return Finding(
+        f"negative_{name}",
+        f"the best fit has a negative {name.replace('_', ' ')}: {value:.3g} ± {std:.2g}, which no "
+        "machine has. The effort is that of a controller, or of a load that is not in the "
+        "catalogue",
+        "check the sign and the unit of the effort; then record a motion that does not depend on "
+        "the axis, such as --motion multisine, and the effort that reaches the axis",
+        blocks=blocks,
+    )
+
+
 def _check_parameter(
     index: int, estimate: Estimate, rms_columns: Array, rms_effort: float
 ) -> Finding | None:
     name, value, std = PARAMETERS[index], estimate.parameters[index], estimate.std[index]
-    if POSITIVE[index] and value < -2.0 * std:
-        return Finding(
-            f"unphysical_{name}",
-            f"{name} is negative: {value:.4g} ± {std:.2g}",
-            "check the sign of the effort column and its units",
-            blocks=True,
-        )
+    spoken = name.replace("_", " ")
+    if POSITIVE[index] and value < -CERTAIN * std:
+        return negative(name, value, std, blocks=True)
     moved = std * rms_columns[index] / max(rms_effort, _TINY)
     if moved > UNCERTAIN_EFFORT_LIMIT or (POSITIVE[index] and value <= 0):
         return Finding(
             f"undetermined_{name}",
-            f"{name} is not determined: {value:.4g} ± {std:.2g}, which alone "
+            f"{spoken} is not determined: {value:.4g} ± {std:.2g}, which alone "
             f"moves the effort by {moved:.1%}",
             _better_motion(index, max(std / max(abs(value), _TINY), TARGET), rms_columns),
             blocks=True,
@@ -209,7 +224,7 @@ def _check_parameter(
     if POSITIVE[index] and std > WEAK_LIMIT * value:
         return Finding(
             f"weak_{name}",
-            f"{name} is known only to ±{std / value:.0%}: it makes up "
+            f"{spoken} is known only to ±{std / value:.0%}: it makes up "
             f"{value * rms_columns[index] / rms_effort:.1%} of the effort in this motion",
             _better_motion(index, std / value, rms_columns),
             blocks=False,

@@ -196,12 +196,8 @@ def _pairs(
 
 def _check_axes(diagnosis: Diagnosis, drive: Drive) -> None:
     """Raise DataError where limits and recordings cannot be compared."""
+    drive.check_axes(diagnosis.axes)
     for name, axis in diagnosis.axes.items():
-        if name not in drive.axes:
-            raise DataError(
-                f"the drive description has axes {', '.join(drive.axes)}, the recordings {name}",
-                "give the description of this drive with --drive, or rename columns with --column",
-            )
         units = (axis.model.position_unit, axis.model.effort_unit)
         if units != ("rad", "N*m"):
             raise DataError(

@@ -43,7 +43,10 @@ def read_table(source: Any, delimiter: str | None = None, decimal: str | None = 
         return _frame(source)
     path = Path(source)
     if not path.is_file():
-        raise DataError(f"{path}: no such file", "give the path of a .csv or .npz recording")
+        raise DataError(
+            f"{path}: no such file",
+            f"give the path of a recording ({', '.join(ENDINGS)})",
+        )
     ending = path.suffix.lower()
     if ending in _READERS:
         return _read(*_READERS[ending], path)

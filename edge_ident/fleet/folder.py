@@ -12,6 +12,8 @@ Units = Literal["file", "folder"]
 """What makes a unit: a recording, or all recordings of one subfolder."""
 RESULT: Final = "survey.json"
 """What a folder of results has in it; its tables are no recordings."""
+_BESIDE_CAPTURES: Final = ("log.txt",)
+"""Files that `edge-ident run` and `capture` write into the folder of a recording."""
 
 
 @dataclass(frozen=True)
@@ -81,7 +83,9 @@ def find_recordings(
 
 
 def _taken(path: Path, pattern: str | None) -> bool:
-    return path.match(pattern) if pattern else path.suffix.lower() in ENDINGS
+    if pattern:
+        return path.match(pattern)
+    return path.suffix.lower() in ENDINGS and path.name not in _BESIDE_CAPTURES
 
 
 def _unit_names(folder: Path, files: list[Path], units: Units) -> dict[Path, str]:

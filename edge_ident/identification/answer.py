@@ -2,8 +2,9 @@
 
 - The base model is adequate: least squares, on the signals of the identification or on those of the
   comparison, whichever expects the smaller error. The network confirms it.
-- It is not, and the diagnosis explains the rest: the base parameters of the extended model. Where
-  it calls both models adequate, what lies between them is model error.
+- It is not, and the diagnosis supports causes: the base parameters of the extended model, even
+  where it leaves something unexplained. A parameter that trades places with a cause has a wide
+  interval. Where both models are called adequate, what lies between them is model error.
 - It is not, and nobody diagnosed it: the network where one applies. Under an effect that the base
   model lacks it is closer than least squares, which balances the effect over all samples. Its
   interval reaches as far as least squares.
@@ -17,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.measures import Timing
+from edge_ident.diagnosis.present.wording import listed, spoken
 from edge_ident.diagnosis.result import AxisDiagnosis, Verdict
 from edge_ident.estimation import least_squares
 from edge_ident.estimation.compensation import CompensatedAxis, compensate_effects
@@ -154,7 +156,7 @@ def answer(question: Question, outcome: AxisDiagnosis | str | None) -> AxisIdent
         units=axis.parameter_units,
         cutoff_hz=signals.cutoff_hz,
         condition_number=least_squares.condition_number(regressor),
-        findings=tuple(findings),
+        findings=_once(findings),
         end_s=_end_s(question.recording, float(times_s[-1]), diagnosed),
         trace=EffortTrace(times_s, measured, modelled),
     )
@@ -164,6 +166,16 @@ def _end_s(recording: Recording, last_s: float, diagnosed: AxisDiagnosis | None)
     """End of the last recording that the answer comes from, since the start of the first."""
     diagnosed_s = float(diagnosed.traces.time_s[-1]) if diagnosed is not None else 0.0
     return max(recording.begin_s + last_s, diagnosed_s)
+
+
+def _once(findings: list[Finding]) -> tuple[Finding, ...]:
+    """Findings, each said once: identification and diagnosis make some of the same checks."""
+    kept: dict[tuple[str, str], Finding] = {}
+    for finding in findings:
+        same = (finding.code, finding.message)
+        if same not in kept or finding.blocks:
+            kept[same] = finding
+    return tuple(kept.values())
 
 
 def _bases(question: Question) -> tuple[_Base, _Base]:
@@ -236,7 +248,7 @@ def _extended(question: Question, diagnosed: AxisDiagnosis, bases: tuple[_Base, 
     if diagnosed.verdict is Verdict.ADEQUATE:
         base = _best(bases, question.compensated.signals).estimate
         error = np.hypot(error, estimate.parameters - base.parameters)
-    causes = ", ".join(name.replace("_", " ") for name in effect_names(diagnosed.model))
+    causes = listed(dict.fromkeys(map(spoken, effect_names(diagnosed.model))))
     return _Choice(
         ParameterSource.EXTENDED_MODEL,
         _widened(estimate, error),

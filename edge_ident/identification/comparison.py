@@ -92,7 +92,8 @@ class Comparison:
         position, velocity, acceleration = (x[::stride] for x in smooth_motion)
         unknown = _direction_unknown(axis, velocity, noise, stride)
         weight = direction_weight(unknown, band.cutoff_hz, period_s)
-        motion = Motion.known(position, position, velocity, acceleration)
+        time_s = np.arange(len(position), dtype=np.float64) * period_s
+        motion = Motion.known(time_s, position, velocity, acceleration)
         aliased = _aliased(motion, count, band, recorded_s, period_s)
         samples = _samples(position, weight, aliased, band, period_s)
         effort, effort_rate = _effort(axis, band, weight, period_s, samples)

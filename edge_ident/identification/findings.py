@@ -1,5 +1,6 @@
 """What the check of the base model and the diagnosis say about an answer."""
 
+from edge_ident.diagnosis.present.wording import listed, spoken, verdict_sentence
 from edge_ident.diagnosis.result import AxisDiagnosis, Verdict
 from edge_ident.estimation.trust import Finding
 from edge_ident.identification.adequacy import Adequacy
@@ -53,26 +54,25 @@ def describe_scales(recording: Recording, name: str, inertia: float) -> list[Fin
 
 
 def _verdict(adequacy: Adequacy, diagnosed: AxisDiagnosis) -> list[Finding]:
-    found = ", ".join(cause.term.effect.replace("_", " ") for cause in diagnosed.causes)
-    left = f"{diagnosed.extended.fitted:.2%} of the effort"
     if diagnosed.verdict is Verdict.UNEXPLAINED:
         return [
             Finding(
                 "unexplained",
-                f"{adequacy.reason}; the diagnosis leaves {left} unexplained, where noise leaves "
-                f"{diagnosed.noise_floor:.2%}" + (f" (found: {found})" if found else ""),
+                f"{adequacy.reason}; the diagnosis says {verdict_sentence(diagnosed)}",
                 "run edge-ident diagnose with --output and read its page",
                 blocks=True,
             )
         ]
-    if not diagnosed.causes:
-        found = ", ".join(cause.term.effect.replace("_", " ") for cause in diagnosed.minor)
+    found = listed(
+        dict.fromkeys(spoken(c.term.effect) for c in diagnosed.causes or diagnosed.minor)
+    )
     if not found:
         return []
     return [
         Finding(
             "extended_model",
-            f"the base model lacks {found}; with it the model leaves {left}",
+            f"the base model lacks {found}; with it the model leaves "
+            f"{diagnosed.extended.fitted:.2%} of the effort",
             "run edge-ident diagnose and read its result before you adjust the machine",
             blocks=False,
         )

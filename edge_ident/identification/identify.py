@@ -69,7 +69,8 @@ def identify(
     diagnosed : mapping of axis name to AxisDiagnosis, optional
         Diagnoses that are there already, of this recording with others of the same machine.
     on_progress : callable
-        Gets the stage of the diagnosis, the number of axes done and the number of axes.
+        Gets the stage of the diagnosis, and how many of its parts are done and there are: axes,
+        runs on disturbed data, simulated motions.
     stopwatch : Stopwatch, optional
         Continued if given, so that the caller's stages are reported too.
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.measures import Timing
+from edge_ident.diagnosis.present.wording import listed, spoken
 from edge_ident.diagnosis.result import AxisDiagnosis
 from edge_ident.estimation.trust import Finding
 from edge_ident.identification.adequacy import Adequacy
@@ -132,7 +133,7 @@ class AxisIdentification:
         if self.diagnosis is None:
             return self.adequacy.reason
         causes = (*self.diagnosis.causes, *self.diagnosis.minor)
-        found = ", ".join(cause.term.effect.replace("_", " ") for cause in causes)
+        found = listed(dict.fromkeys(spoken(cause.term.effect) for cause in causes))
         return f"{self.diagnosis.verdict.value}: {found or 'no cause'}; {self.source.spoken} used"
 
     @property

@@ -137,7 +137,8 @@ def _table(report: GainReport, axis: str) -> FittingTable:
         table.add_column(heading, justify="right")
     banks = [report.active[axis]] + ([] if report.new is None else [report.new[axis]])
     for row in gain_rows(banks):
-        table.add_row(row.label(row.name.replace("_", " ")), *row.cells(4), row.change)
+        change = [] if report.new is None else [row.change]
+        table.add_row(row.label(row.name.replace("_", " ")), *row.cells(4), *change)
     for label, shown in _predictions(report, axis):
         table.add_row(label, *shown)
     return table

@@ -7,6 +7,7 @@ from rich.console import Group, RenderableType
 from rich.markup import escape
 from rich.text import Text
 
+from edge_ident.diagnosis.present.wording import timing_sentence
 from edge_ident.identification.result import (
     AxisIdentification,
     Identification,
@@ -36,12 +37,7 @@ def _axis(name: str, axis: AxisIdentification) -> Iterator[RenderableType]:
         f"fit {axis.metric.fit:.3f}, time-spectral {axis.metric.time_spectral:.4f}"
     )
     yield Text(f"  {axis.adequacy.reason}")
-    way = "late" if axis.timing.shift_samples >= 0.0 else "early"
-    yield Text(
-        f"  the effort is {way} by {abs(axis.timing.shift_samples):.2f} ± "
-        f"{axis.timing.std_samples:.2f} samples ({1e3 * abs(axis.timing.shift_s):.3g} ms), "
-        "which is taken into account"
-    )
+    yield Text(f"  {timing_sentence(axis.timing)}")
     if axis.compensated_effects:
         yield Text(f"  compensated effects: {', '.join(axis.compensated_effects)}")
     if axis.network is None:

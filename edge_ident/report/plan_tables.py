@@ -6,7 +6,6 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from rich.box import SIMPLE_HEAD
 from rich.console import Group, RenderableType
 from rich.text import Text
 
@@ -15,7 +14,7 @@ from edge_ident.drive.motion_files import motion_document
 from edge_ident.experiment.announcement import inseparable_sentence
 from edge_ident.experiment.result import AxisUse, MotionPlan, Why
 from edge_ident.support.json_text import finite
-from edge_ident.support.tables import FittingTable
+from edge_ident.support.tables import FittingTable, plain_table
 from firmware_interface.motion import Multisine, Staircase
 
 
@@ -103,7 +102,7 @@ _WHY = {
 
 
 def _pairs_table(plan: MotionPlan) -> FittingTable:
-    table = _table()
+    table = plain_table()
     for heading in ("axis", "explanation", "or"):
         table.add_column(heading)
     table.add_column("because it is")
@@ -125,7 +124,7 @@ def _pairs_table(plan: MotionPlan) -> FittingTable:
 
 def _motion_table(plan: MotionPlan) -> FittingTable:
     assert plan.trajectory is not None
-    table = _table()
+    table = plain_table()
     table.add_column("axis")
     table.add_column(f"motion, {plan.trajectory.duration_s:.1f} s")
     for name, motion in plan.trajectory.axes.items():
@@ -149,7 +148,7 @@ def _lines(motion: Multisine | Staircase) -> Iterator[str]:
 
 
 def _limits_table(plan: MotionPlan) -> FittingTable:
-    table = _table()
+    table = plain_table()
     table.add_column("axis")
     table.add_column("peak")
     for heading in ("as commanded", "with overshoot", "limit"):
@@ -167,7 +166,3 @@ def _limits_table(plan: MotionPlan) -> FittingTable:
             cells = (getattr(of, field) for of in (use.reference, use.worst, use.limit))
             table.add_row(name, label, *(f"{value:.3g}" for value in cells))
     return table
-
-
-def _table() -> FittingTable:
-    return FittingTable(box=SIMPLE_HEAD, padding=(0, 2, 0, 0), pad_edge=False)

@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Sequence
 from typing import Final
 
+from rich.box import SIMPLE_HEAD
 from rich.cells import cell_len
 from rich.console import Console, ConsoleOptions, RenderResult
 from rich.measure import Measurement
@@ -47,6 +48,11 @@ class FittingTable(Table):
             yield Text(" ".join(first), style="bold")
             for heading, cell in zip(headings[1:], cells, strict=True):
                 yield Text(f"  {' '.join(heading).replace('- ', '-')}: {' '.join(cell)}")
+
+
+def plain_table() -> FittingTable:
+    """A table with a line below its headings and nothing at its sides."""
+    return FittingTable(box=SIMPLE_HEAD, padding=(0, 2, 0, 0), pad_edge=False)
 
 
 def _plain(cell: object) -> str:

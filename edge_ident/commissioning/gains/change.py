@@ -1,6 +1,7 @@
 """From gains in force to others: checked, forecast, committed, verified by motions, kept or not.
 
-`run` and `gains commit` go the same way: a motion with the gains in force, then `put_in_force`.
+`run` and `gains commit` go the same way: a motion with the gains in force, then a `Trial` of the
+new ones, which `concluded` keeps or takes back.
 
 How large a step may be: the board's own limits hold for everybody. Beyond them, feedback from a
 file may grow or shrink five times at once and not to or from zero, unless the user says

@@ -2,7 +2,7 @@
 
 Gains that fit one motion may fail on another. So they are judged on a second one, of which nothing
 was identified: the multisine, or the sinusoid where the multisine came first. It is short. It is
-made slower where the drive would need more effort, or fall further behind its path, than is wise.
+made smaller where the drive would need more effort, or fall further behind its path, than is wise.
 """
 
 from collections.abc import Mapping
@@ -24,7 +24,7 @@ LONGEST_S: Final = 8.0
 _SHORTEST_S: Final = 4.0
 _SHARE: Final = 0.6
 """Of effort and following error that a motion may use: feedback and lead-in need the rest."""
-_SLOWER: Final = 0.8
+_SMALLER: Final = 0.8
 _MOST_STEPS: Final = 8
 _STOPPING_S: Final = 2.0
 """Allowance for coming to rest and for the commands around a motion."""
@@ -56,6 +56,9 @@ def within_limits(
 ) -> NamedMotion:
     """The motion, smaller where the drive would use too much effort or fall behind too far.
 
+    It is a fifth of its size at least: dry friction does not get less. The board watches its own
+    limits on every motion.
+
     Parameters
     ----------
     motion : NamedMotion
@@ -70,7 +73,7 @@ def within_limits(
         smaller = _of_size(motion.trajectory, size)
         if all(_fits(smaller, axis, model, gains[axis], limits[axis]) for axis in smaller.axes):
             break
-        size *= _SLOWER
+        size *= _SMALLER
     return replace(motion, trajectory=smaller)
 
 

@@ -36,8 +36,6 @@ _UNEVEN: Final = 0.02
 """The same, relative to its rate."""
 _LEAKED: Final = 0.05
 """Share of a found sinusoid's power that its unevenness may hold."""
-_DECISIVE: Final = 10.0
-"""Noise levels by which an order and a line differ, or the motion does not separate them."""
 _TOGETHER: Final = 0.25
 """Power, of the strongest, down to which sinusoids are taken out at once."""
 _KNEES: Final = 4.0

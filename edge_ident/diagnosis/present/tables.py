@@ -3,14 +3,13 @@
 from collections.abc import Iterator
 from typing import Final
 
-from rich.box import SIMPLE_HEAD
 from rich.console import Group, RenderableType
 from rich.markup import escape
 from rich.text import Text
 
 from edge_ident.diagnosis.present import wording
 from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Diagnosis, Verdict
-from edge_ident.support.tables import FittingTable
+from edge_ident.support.tables import FittingTable, plain_table
 
 _COLOUR: Final = {
     Verdict.ADEQUATE: "green",
@@ -47,7 +46,7 @@ def _axis(name: str, diagnosis: Diagnosis) -> Iterator[RenderableType]:
 
 
 def _causes_table(axis: AxisDiagnosis) -> FittingTable:
-    table = _table()
+    table = plain_table()
     table.add_column("cause")
     table.add_column("reduction of\nheld-out residual", justify="right")
     table.add_column("share of\nthe effort", justify="right")
@@ -72,7 +71,7 @@ def _why(cause: Cause) -> Iterator[Text]:
 def _comparison_table(name: str, diagnosis: Diagnosis) -> FittingTable:
     axis = diagnosis.axes[name]
     models = ("base", "extended") if axis.causes else ("base",)
-    table = _table()
+    table = plain_table()
     table.add_column("")
     for model in models:
         table.add_column(model, justify="right")
@@ -83,7 +82,3 @@ def _comparison_table(name: str, diagnosis: Diagnosis) -> FittingTable:
 
 def _line(markup: str) -> Text:
     return Text.from_markup(markup)
-
-
-def _table() -> FittingTable:
-    return FittingTable(box=SIMPLE_HEAD, padding=(0, 2, 0, 0), pad_edge=False)

@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from edge_ident.diagnosis.measures import ModelFit, SpectralLine, Validation
+from edge_ident.diagnosis.measures import ModelFit, SpectralLine, Timing, Validation
 from edge_ident.diagnosis.result import (
     Alternative,
     AxisDiagnosis,
@@ -84,6 +84,9 @@ def _verdict(axis: AxisDiagnosis) -> str:
     found = listed(dict.fromkeys(spoken(cause.term.effect) for cause in axis.causes))
     if axis.verdict is Verdict.EXPLAINED:
         return f"explained by {found}: the residual falls from {before} to {left}; {floor}"
+    if axis.lines and axis.extended.fitted <= axis.noise_floor:
+        what = f"with {found}, what" if found else "what"
+        return f"unexplained: {what} is left in the band, {left} of the effort, is noise ({floor})"
     none = "no known effect is certain" if axis.suspected else "no known effect fits"
     what = f"{found} found, but a residual of" if found else f"{none}, and"
     return f"unexplained: {what} {left} of the effort is left; {floor}"
@@ -111,12 +114,12 @@ def not_accepted(axis: AxisDiagnosis) -> list[str]:
     return suspected + [minor_sentence(cause) for cause in axis.minor]
 
 
-def timing_sentence(axis: AxisDiagnosis) -> str:
-    """By how much the effort is recorded late."""
-    timing = axis.timing
+def timing_sentence(timing: Timing) -> str:
+    """By how much the effort is recorded late or early."""
+    way = "late" if timing.shift_samples >= 0.0 else "early"
     return (
-        f"effort is recorded {timing.shift_samples:.2f} ± {timing.std_samples:.2f} samples late "
-        f"({1e3 * timing.shift_s:.3g} ms), which is part of both models"
+        f"the effort is {way} by {abs(timing.shift_samples):.2f} ± {timing.std_samples:.2f} "
+        f"samples ({1e3 * abs(timing.shift_s):.3g} ms), which every model here includes"
     )
 
 

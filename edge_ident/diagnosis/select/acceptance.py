@@ -60,7 +60,8 @@ class Decision:
     reason : str
         In words, with the numbers.
     margin : float
-        Gain of the criterion beyond what is required.
+        What there is beyond what is required, in the unit of the rule: of the criterion, of runs,
+        or of the effort.
     """
 
     accepted: bool
@@ -113,6 +114,11 @@ def decide(
 def _criterion_reason(gain: float, required: float, staying: bool) -> str:
     """What a change does to the criterion, and what is required of it."""
     if not staying:
+        if required < 0.0:
+            return (
+                f"it needs one kind of effect fewer and changes the criterion by {gain:+.0f} units "
+                f"(more than {required:.0f} are required)"
+            )
         return f"it gains {gain:.0f} units of the criterion (more than {required:.0f} are required)"
     change = "worse" if gain > 0.0 else "better"
     return (

@@ -1,5 +1,6 @@
 """Comparison of a cause with its alternatives: every other effect in its place."""
 
+from collections.abc import Set
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -26,7 +27,7 @@ class ComparedAlternatives:
     Attributes
     ----------
     alternatives : tuple of Alternative
-        The nearest first.
+        The nearest first; those that these recordings cannot test are left out.
     replacement : FittedModel or None
         The model with the best alternative in the place of the cause, where that is accepted.
     decision : Decision or None
@@ -57,10 +58,9 @@ def compare_alternatives(search: Search, model: FittedModel, index: int) -> Comp
         if not s.on_edge or s.candidate.effect in rest.effects
     ]
     decision, best = max(decisions, key=lambda pair: pair[0].margin, default=(None, None))
-    tried = {alternative.effect for alternative in found}
-    for name in named(term.candidate.effect).search.alternatives:
-        if name not in tried:
-            found.append(_scored_alternative(name, scored, model))
+    declared = set(named(term.candidate.effect).search.alternatives)
+    untried = declared - {alternative.effect for alternative in found}
+    found += [_scored_alternative(s, model) for s in _on_grid(search, rest, untried)]
     accepted = decision is not None and decision.accepted
     return ComparedAlternatives(_first_of_each(found), best if accepted else None, decision)
 
@@ -91,17 +91,24 @@ def _fitted_alternative(search: Search, model: FittedModel, other: FittedModel) 
     return Alternative(term.effect, apart, evidence, named(term.effect).search.experiment, term)
 
 
-def _scored_alternative(
-    name: str, scored: list[ScoredCandidate], model: FittedModel
-) -> Alternative:
-    """An alternative that the effect's file declares, and that was not fitted."""
-    errors = [s.error for s in scored if s.candidate.effect == name]
-    if errors:
-        larger = np.sqrt(min(errors) / max(model.error, _TINY)) - 1.0
-        evidence = f"in its place the residual is {larger:.0%} larger"
+def _on_grid(search: Search, rest: FittedModel, effects: Set[str]) -> list[ScoredCandidate]:
+    """Candidates of these effects on top of a model, at the best points of their grids."""
+    others = frozenset(candidate.effect for candidate in search.library.points) - effects
+    subspace = ResidualSubspace.of(search.data, rest)
+    scored = subspace.score_library(search.library, search.grids, others)
+    return sorted(scored, key=lambda s: s.error)
+
+
+def _scored_alternative(scored: ScoredCandidate, model: FittedModel) -> Alternative:
+    """An alternative that the effect's file declares, and that was not worth a fit: it explains
+    little, or what explains more is not physical or follows the noise of the encoder."""
+    effect = scored.candidate.effect
+    larger = np.sqrt(scored.error / max(model.error, _TINY)) - 1.0
+    if larger > 0.0:
+        evidence = f"in its place the residual is {larger:.0%} larger, at the best values tried"
     else:
-        evidence = "in its place it explains almost none of the residual"
-    return Alternative(name, True, evidence, named(name).search.experiment)
+        evidence = "what fits in its place is not physical, or follows the noise of the encoder"
+    return Alternative(effect, True, evidence, named(effect).search.experiment)
 
 
 def _first_of_each(alternatives: list[Alternative]) -> tuple[Alternative, ...]:

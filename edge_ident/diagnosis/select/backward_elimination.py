@@ -174,6 +174,6 @@ def _replaced(
     assert best.replacement is not None
     assert best.decision is not None
     new = best.replacement.terms[-1].candidate.effect.replace("_", " ")
-    reason = f"{new} in its place is better: {best.decision.reason}"
+    reason = f"{new} in its place is preferred: {best.decision.reason}"
     refused = Refused(model.terms[place].candidate.effect, reason)
     return _Round(gains, decisions, comparisons, best.replacement, refused)

@@ -1,7 +1,9 @@
 """Judgement: which terms of the selected model are supported causes, suspected, or minor.
 
-The rules stand in `select.acceptance`. A cause is suspected where too few runs on disturbed data
-find it, where it is smaller than what is left unexplained, or where no cause may be named at all.
+The rules stand in `select.acceptance`. A cause is suspected where one of them is against it: too
+few runs on disturbed data find it, it is smaller than what is left unexplained, the halves of the
+data disagree about it, it shows at standstill alone, it trades places with the base parameters, the
+model beside it is not physical, or no cause may be named at all.
 It is minor where it is certain and not worth naming, or where the chain of a sound drive has it as
 well. What is not supported leaves the model, and the rest is fitted again.
 """
@@ -31,6 +33,7 @@ from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.select.stability import RUNS, disturbed_runs
 from edge_ident.diagnosis.select.standstill import at_standstill, tied_to_time
 from edge_ident.diagnosis.select.thresholds import TRADED
+from edge_ident.diagnosis.tolerance import TOLERANCE
 
 _SOUND: Final = "certain, and no fault: the chain of a sound drive winds up as much"
 
@@ -49,7 +52,7 @@ class Rules:
         Whether minor causes stay in the model.
     """
 
-    tolerance: float = 0.01
+    tolerance: float = TOLERANCE
     stability: bool = True
     keep_minor: bool = False
 

@@ -15,6 +15,7 @@ from edge_ident.diagnosis.measures import SpectralLine
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.result import Alternative, AxisDiagnosis, Cause, Verdict
 from edge_ident.diagnosis.select.acceptance import larger_than_rest
+from edge_ident.diagnosis.select.causes import strongest_first
 from edge_ident.diagnosis.select.thresholds import SAME_ORDER, TRADED
 from edge_ident.model.effects import named
 from edge_ident.model.model import PARAMETERS, AxisModel, Model, Term
@@ -147,8 +148,8 @@ def with_band_content(
     return replace(
         found,
         verdict=verdict,
-        causes=_sorted((*found.causes, *worth)),
-        minor=_sorted((*found.minor, *minor)),
+        causes=strongest_first((*found.causes, *worth)),
+        minor=strongest_first((*found.minor, *minor)),
         share_in_band=content.share_in_band,
         lines=lines,
     )
@@ -172,10 +173,6 @@ def _but(terms: Sequence[Term], orders: Sequence[Sinusoid]) -> list[Term]:
 
 def _among(order: Sinusoid, others: Sequence[Sinusoid]) -> bool:
     return not _new([_term(other) for other in others], [order])
-
-
-def _sorted(causes: Sequence[Cause]) -> tuple[Cause, ...]:
-    return tuple(sorted(causes, key=lambda cause: -cause.share))
 
 
 def _term(order: Sinusoid) -> Term:

@@ -68,7 +68,7 @@ def _axis(name: str, diagnosis: Diagnosis) -> Iterator[str]:
     yield (
         f"Compared up to {axis.cutoff_hz:.3g} Hz{fading}. Noise floor {axis.noise_floor_source}: "
         f"{wording.percent(axis.noise_floor)} of the effort. All shares are of the valid samples. "
-        f"{_sentence(wording.timing_sentence(axis))}"
+        f"{_sentence(wording.timing_sentence(axis.timing))}"
     )
     yield ""
     if axis.causes:

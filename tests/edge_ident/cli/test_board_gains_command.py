@@ -168,4 +168,4 @@ def test_diff_writes_nothing(shared: SharedBoard, tmp_path: Path) -> None:
 def test_a_file_without_a_verb_is_designed_from(verb: list[str], tmp_path: Path) -> None:
     result = CliRunner().invoke(app, ["gains", *verb, "--json", str(tmp_path / "absent.csv")])
     assert result.exit_code == 5
-    assert "give the path of a .csv or .npz recording" in json.loads(result.stdout)["next_step"]
+    assert "give the path of a recording (.csv, " in json.loads(result.stdout)["next_step"]

@@ -92,7 +92,7 @@ def test_what_nothing_explains_writes_nothing(
 ) -> None:
     outcome, _ = run(board, tmp_path, unknown, monkeypatch)
     assert not outcome.trusted
-    assert outcome.conclusion == "axis x is not trusted; nothing was written"
+    assert outcome.conclusion == "not trusted: axis x; nothing was written"
     assert board.active_gains()["x"].proportional == CONSERVATIVE_GAINS.proportional
 
 

@@ -7,7 +7,11 @@ from edge_ident.diagnosis import recording_checks
 from edge_ident.diagnosis.fit.fitting import fit
 from edge_ident.diagnosis.fit.noise_floor import noise_floor
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
-from edge_ident.diagnosis.recording_checks import effort_findings, findings
+from edge_ident.diagnosis.recording_checks import (
+    effort_findings,
+    findings,
+    with_unrecorded_axes,
+)
 from edge_ident.estimation.trust import Finding
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Term
 from edge_ident.signals.motion_lines import Line, driven, motion_lines, strongest_line
@@ -39,8 +43,8 @@ def found(recording: Recording, name: str) -> dict[str, Finding]:
     start = fit(
         data, AxisModel((base,), axis.position_unit, axis.effort_unit), np.array([1.0, 0, 0, 0]), ()
     )
-    efforts, floor = effort_findings([recording], name), noise_floor(data, start)
-    checks = findings([recording], name, data, start, efforts, floor)
+    checks = findings([recording], name, data, start, effort_findings([recording], name))
+    checks = with_unrecorded_axes(checks, [recording], data, start, noise_floor(data, start))
     return {finding.code: finding for finding in checks}
 
 

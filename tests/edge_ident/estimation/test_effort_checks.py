@@ -135,6 +135,6 @@ def test_an_optimum_is_unphysical_where_a_sign_is_certain() -> None:
     noise = 0.1 * rng.standard_normal(400)
     negative = unphysical(unbounded(columns, columns @ [1.0, -0.5, 0.2, 0.0] + noise))
     assert [(found.code, found.blocks) for found in negative] == [
-        ("negative_viscous_friction", True)
+        ("negative_viscous_friction", False)
     ]
     assert unphysical(unbounded(columns, columns @ [1.0, -0.001, 0.2, -3.0] + noise)) == []

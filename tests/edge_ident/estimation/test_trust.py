@@ -35,7 +35,7 @@ def test_a_weak_inertia_is_reported_with_its_number_and_a_motion() -> None:
     ("values", "std", "residual", "code"),
     [
         (VALUES, (0.01,) * 4, 0.4, "poor_fit"),
-        ((-0.4, 0.9, 1.4, 0.05), (0.01,) * 4, 0.03, "unphysical_inertia"),
+        ((-0.4, 0.9, 1.4, 0.05), (0.01,) * 4, 0.03, "negative_inertia"),
         (VALUES, (0.01, 0.5, 0.01, 0.01), 0.03, "undetermined_viscous_friction"),
         ((0.4, 0.9, -0.001, 0.05), (0.01,) * 4, 0.03, "undetermined_coulomb_friction"),
     ],
@@ -51,7 +51,7 @@ def test_one_way_motion_cannot_tell_coulomb_friction_from_offset() -> None:
     [finding] = check_estimate(estimate(), one_way, one_way @ VALUES, 0.03)
     assert finding.code == "inseparable"
     assert finding.blocks
-    assert finding.message.startswith("coulomb_friction and offset cannot be distinguished")
+    assert finding.message.startswith("coulomb friction and offset cannot be distinguished")
 
 
 def test_a_negative_offset_is_physical() -> None:

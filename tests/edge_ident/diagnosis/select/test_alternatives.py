@@ -5,7 +5,6 @@ import re
 import numpy as np
 import pytest
 
-from edge_ident.diagnosis.result import Alternative
 from edge_ident.diagnosis.select.acceptance import separable
 from tests.edge_ident.diagnosis.select.test_search_parts import diagnosed, recorded, rigid, swing
 
@@ -44,8 +43,21 @@ def test_in_both_directions_the_two_are_separable() -> None:
     found = alternatives(*swing(seconds=10.0))
     others = [alternative for alternative in found.values() if alternative is not None]
     assert found["position_dependent_load"] is None, "the cause: a wave along the stroke is a load"
-    assert all(isinstance(other, Alternative) and other.separable for other in others)
+    fitted = [other for other in others if other.term is not None]
+    assert fitted
+    assert all(other.separable for other in fitted)
     assert {"torque_ripple", "position_dependent_friction"} <= {o.effect for o in others}
+
+
+def test_an_alternative_that_was_not_fitted_says_what_it_would_leave() -> None:
+    """None is named that one axis alone cannot show."""
+    motion = swing(seconds=10.0)
+    others = [other for other in alternatives(*motion).values() if other is not None]
+    unfitted = [other for other in others if other.term is None]
+    assert unfitted
+    assert "cross_axis_coupling" not in {other.effect for other in others}
+    for other in unfitted:
+        assert re.search(r"[1-9][0-9]*% larger, at the best values|not physical", other.evidence)
 
 
 @pytest.mark.parametrize("waves", [1.07, 1.63])
