@@ -123,6 +123,10 @@ class Board(GainVerbs):
         """Let go of the board; it must not be moving."""
         self._session.release()
 
+    def held_by_another(self) -> bool:
+        """Whether another host holds the board now."""
+        return self._session.held_by_another()
+
     def heartbeat(self) -> None:
         """Renew the hold and feed the watchdog."""
         self._session.beat()

@@ -118,12 +118,18 @@ class GainVerbs:
     ----------
     session : Session
     identity : BoardIdentity
+
+    Attributes
+    ----------
+    has_committed : bool
+        Whether this host has put gains in force, or tried to.
     """
 
     def __init__(self, session: Session, identity: BoardIdentity) -> None:
         self.identity = identity
         self._session = session
         self._staged_crc: int | None = None
+        self.has_committed = False
 
     def active_gains(self) -> dict[str, AxisGains]:
         """Gains in force, by axis.
@@ -163,6 +169,7 @@ class GainVerbs:
         """
         if self._staged_crc is None:
             self.staged_gains()
+        self.has_committed = True
         self._session.command(Opcode.COMMIT, self._staged_crc or 0)
 
     def commit_running(self) -> RunningCommit:
@@ -175,6 +182,7 @@ class GainVerbs:
         """
         if self._staged_crc is None:
             self.staged_gains()
+        self.has_committed = True
         status = self._session.command(
             Opcode.COMMIT_RUNNING, self._staged_crc or 0, expected=_EXPECTED
         )

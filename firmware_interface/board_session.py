@@ -20,7 +20,14 @@ from firmware_interface.board_checks import refusal
 from firmware_interface.board_line import BoardLine
 from firmware_interface.board_types import BoardStatus
 from firmware_interface.codec import decode_integer, encode
-from firmware_interface.errors import BoardError, BusyError, LinkError, NoReplyError
+from firmware_interface.errors import (
+    BoardError,
+    BusyError,
+    EdgeIdentError,
+    LinkError,
+    NoReplyError,
+    RestartedError,
+)
 from firmware_interface.link import Link
 from firmware_interface.registers import REGISTERS, SESSION_LEASE_S, Opcode, Result, State
 
@@ -30,6 +37,8 @@ REST_TIMEOUT_S: Final = 10.0
 _STALL_S: Final = 2.0
 """Longest time in which a check of a trajectory, or another host's lease, makes no progress."""
 _TRIES: Final = 3
+_NOBODY: Final = 0
+"""Key of a board that nobody holds."""
 _TOKEN_LEAP: Final = 128
 _TOKEN_SPREAD: Final = 640
 """Sixty-four leaps, and so all that a board remembers, do not go once around all tokens."""
@@ -114,6 +123,12 @@ class Session(BoardLine):
         """Hold the board, where that may have run out."""
         if not self._held or time.monotonic() - self._held_at_s > SESSION_LEASE_S / 2.0:
             self.claim()
+
+    def held_by_another(self) -> bool:
+        """Whether the board knows another host's key now."""
+        register = REGISTERS["session.key"]
+        key = decode_integer(register.name, self.read(register.address, register.words))
+        return key not in (_NOBODY, self._key)
 
     def release(self) -> None:
         """Let go of the board; while it moves, the hold runs out by itself afterwards."""
@@ -215,19 +230,28 @@ class Session(BoardLine):
             time.sleep(POLL_S)
 
     def _send(self, opcode: Opcode, argument: int) -> BoardStatus:
-        """Write a command once and wait until the board has taken it."""
+        """Write a command once and wait until the board has taken it.
+
+        A reply that refuses it is not believed before the board was asked: what stands between
+        host and board may have made it.
+        """
         self._token = self._token % 0xFFFF + 1
         words = encode("command.opcode", opcode) + encode("command.token", self._token)
         words += encode("command.argument", argument) + encode("command.key", self._key)
-        with suppress(NoReplyError):  # the token tells whether it arrived
+        lost: EdgeIdentError = LinkError(
+            f"{opcode.name} did not reach the board: nothing was carried out",
+            "check the cable, then try again",
+        )
+        try:
             self.write(REGISTERS["command.opcode"].address, words)
+        except NoReplyError:
+            pass  # the token tells whether it arrived
+        except RestartedError:
+            raise
+        except BoardError as refused:
+            lost = refused
         status = self._poll(
-            lambda status: status.last_token == self._token,
-            COMMAND_TIMEOUT_S,
-            LinkError(
-                f"{opcode.name} did not reach the board: nothing was carried out",
-                "check the cable, then try again",
-            ),
+            lambda status: status.last_token == self._token, COMMAND_TIMEOUT_S, lost
         )
         if status.last_result is not Result.NOT_HELD and self._held:
             self._note_hold()

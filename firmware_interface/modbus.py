@@ -8,7 +8,8 @@ number. Its nonce, and only that, tells that the board has restarted. A second c
 could pass for the next one, too: between two reads of one length from different places stands one
 of another length. And a reply may be later still: as long as one of the same length from another
 place could be on its way, words count when more replies than that say the same. Capture pages need
-none of this, for they say which they are. Reads are repeated, writes never.
+none of this, for they say which they are. Reads are repeated, writes never: what became of a
+command is read back, also where a reply refuses it, which a gateway may have made.
 """
 
 import errno
@@ -44,6 +45,8 @@ DEVICE_ID: Final = 1
 _NONCE: Final = REGISTERS["identity.nonce"]
 _IDENTITY: Final = (REGISTERS["identity.magic"].address, NONCE_WORDS)
 _TRIES: Final = 3
+_BY_GATEWAY: Final = (10, 11)
+"""Exceptions of a gateway that has no way to the board, or no answer of it."""
 _LATEST_S: Final = 2.0
 """After which no adapter still holds a reply."""
 _SERIAL_ADVICE: Final = (
@@ -103,11 +106,13 @@ class ModbusLink:
             ) from error
 
     def read(self, address: int, count: int) -> list[int]:
-        """Words of consecutive registers; repeated when no reply comes."""
+        """Words of consecutive registers; repeated when no reply comes, or a refusal."""
         for _ in range(_TRIES - 1):
             try:
                 return self._read_clean(address, count)
-            except NoReplyError:
+            except RestartedError:
+                raise
+            except (NoReplyError, BoardError):
                 continue
         return self._read_clean(address, count)
 
@@ -193,11 +198,14 @@ class ModbusLink:
             raise self._refused(reply.exception_code)
         return reply
 
-    def _refused(self, code: int) -> BoardError:
+    def _refused(self, code: int) -> BoardError | NoReplyError:
+        if code in _BY_GATEWAY:
+            self._dirty = True  # the board's own reply may still come
+            return self._no_reply(f"a gateway has no answer of the board (Modbus exception {code})")
         cause = f"{self._name} refuses the request (Modbus exception {code})"
         if code == ExcCodes.DEVICE_BUSY:
             return BusyError(
-                f"{cause}: another host controls the board, or it moves",
+                f"{cause}: another host controls the board, or it has no time",
                 "wait until it is free and at rest, or stop it with edge-ident stop",
             )
         kind = ValueRefusedError if code == ExcCodes.ILLEGAL_VALUE else BoardError

@@ -54,6 +54,8 @@ def tell(error: BaseException, failure: Failure, *, as_json: bool) -> int:
     else:
         say_always(f"error: {failure.cause}")
         say_always(f"next:  {failure.next_step}")
+    for note in _notes(error):
+        say_always(f"note:  {note}")
     if as_json:
         print_failure(error, failure)
     return failure.exit_code
@@ -69,9 +71,15 @@ def print_failure(error: BaseException, failure: Failure) -> None:
             "message": failure.cause,
             "cause": failure.cause,
             "next_step": failure.next_step,
+            "notes": _notes(error),
             "exit_code": failure.exit_code,
         }
     )
+
+
+def _notes(error: BaseException) -> list[str]:
+    """What became of the machine, one line each."""
+    return list(getattr(error, "__notes__", ()))
 
 
 def _remedy(error: OSError) -> str:

@@ -151,11 +151,15 @@ def run(
         with shown_progress() as bars:
             outcome = commissioning.commission(board, opened.drive, loaded, plan, folder, bars)
     document = report.run_document(outcome, board.identity, loaded, folder)
-    save_result_model(outcome.identification.model, outcome.captures(folder), folder, known)
-    page = report.write_run_page(outcome, document, folder)
-    faults.add_to(document, hidden)
-    deliver(document, "report.json", folder, results.json)
     results.show(report.outcome_view(outcome))
+    try:
+        save_result_model(outcome.identification.model, outcome.captures(folder), folder, known)
+        page = report.write_run_page(outcome, document, folder)
+        faults.add_to(document, hidden)
+        deliver(document, "report.json", folder, results.json)
+    except BaseException as error:  # a full disk or Ctrl-C changes nothing on the board any more
+        error.add_note(outcome.conclusion)
+        raise
     if not results.json:
         faults.tell(hidden)
         say(f"written: {page}")

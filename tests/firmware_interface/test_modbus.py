@@ -9,6 +9,7 @@ from contextlib import AbstractContextManager
 import pytest
 from pymodbus.client import ModbusSerialClient, ModbusTcpClient
 from pymodbus.exceptions import ModbusIOException
+from pymodbus.pdu import ExceptionResponse
 
 from firmware_interface import modbus
 from firmware_interface.board import Board
@@ -81,6 +82,24 @@ def test_a_refusal_of_an_address_is_a_board_error(served: Served) -> None:
         with pytest.raises(BoardError, match="exception 2"):
             link.read(0x0F00, 1)
         assert link.read(REGISTERS["identity.map_crc"].address, 2)
+        link.close()
+
+
+@pytest.mark.parametrize("code", [4, 6, 10, 11])
+def test_a_refusal_by_something_in_between_is_asked_about_again(
+    served: Served, monkeypatch: pytest.MonkeyPatch, code: int
+) -> None:
+    """A gateway says that it is busy, or that the board does not answer."""
+    with served(VirtualBoard(), "tcp") as url:
+        link = open_link(url)
+        asked, answers = link._client.read_holding_registers, [ExceptionResponse(3, code)]
+        monkeypatch.setattr(
+            link._client,
+            "read_holding_registers",
+            lambda *at, **how: answers.pop() if answers else asked(*at, **how),
+        )
+        crc = link.read(REGISTERS["identity.map_crc"].address, 2)
+        assert crc == [MAP_CRC >> 16, MAP_CRC & 0xFFFF]
         link.close()
 
 

@@ -129,7 +129,7 @@ def capture_motion(
     Raises
     ------
     DataError
-        The disk has no room for the recording; nothing has moved.
+        The disk has no room for the recording; the motion is not made.
     """
     reachable = with_lead_in(board, trajectory)
     if reachable.lead_in_s > trajectory.lead_in_s:
@@ -186,7 +186,7 @@ def _check_room(file: Path, samples: int, axes: int) -> None:
         raise DataError(
             f"{file.parent} has {free / 1e6:.1f} MB free, but the recording needs "
             f"{needed / 1e6:.1f} MB",
-            "free some space or choose another folder with --output; nothing has moved",
+            "free some space or choose another folder with --output; this motion was not made",
         )
 
 

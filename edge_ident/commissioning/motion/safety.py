@@ -15,6 +15,7 @@ from edge_ident.support.interrupts import deaf_to_interrupts
 from firmware_interface.board import Board, BoardStatus
 from firmware_interface.board_checks import fault_error
 from firmware_interface.errors import BusyError
+from firmware_interface.gains import Bank
 from firmware_interface.registers import Fault, State
 
 log = logging.getLogger(__name__)
@@ -57,6 +58,7 @@ def ready_to_move(board: Board, say: Callable[[str], None]) -> Iterator[None]:
 def effort_on(board: Board, say: Callable[[str], None]) -> Iterator[None]:
     """Switch the effort on where it is off, and off again at the end where it was."""
     if board.status().enabled:
+        say("the axes were enabled already, and stay so: edge-ident stop switches the effort off")
         yield
         return
     say(f"axes enabled ({', '.join(board.axes)}): the drives now produce effort")
@@ -72,8 +74,10 @@ def make_ready(board: Board) -> None:
     """Hold a board and bring what an earlier host left behind to IDLE with confirmed gains.
 
     A host that vanished in the middle of a motion leaves the board moving until its watchdog stops
-    it, then in that fault: nothing is wrong with the machine, and a host is there again. One that
-    vanished between motions leaves the effort on, which no watchdog guards: it goes off.
+    it, then in that fault: nothing is wrong with the machine, and a host is there again. Whatever
+    it began is ended, and its effort goes off. One that vanished between motions may have left the
+    effort on, which no watchdog guards. That looks like effort that somebody wants: it stays, and
+    `effort_on` says so.
 
     Raises
     ------
@@ -125,26 +129,51 @@ def left_safe(board: Board) -> Iterator[None]:
     """Stop the machine, take back unconfirmed gains and switch off if the body does not end well.
 
     The effort goes off unless it was on before. A board that another host has taken over is left
-    to it.
+    to it. What could not be done, and gains that are new, is noted on the exception.
     """
-    was_enabled = board.status().enabled
+    was_enabled, gains = board.status().enabled, board.active_gains()
     try:
         yield
-    except BusyError:
-        raise
     except BaseException as reason:
+        if isinstance(reason, BusyError) and _taken_over(board):
+            raise
         log.warning("ended early (%s): stopping the machine", type(reason).__name__)
         with deaf_to_interrupts():  # a second Ctrl-C must not cut the stop short
-            stop_at_once(board)
-            _attempt("roll back", lambda: _roll_back_unconfirmed(board))
-            if not was_enabled:
-                _attempt("disable", board.disable)
+            for note in _leave(board, was_enabled, gains):
+                log.warning(note)
+                reason.add_note(note)
         raise
 
 
-def stop_at_once(board: Board) -> None:
-    """Stop the machine, or note that it could not be told to."""
-    _attempt("stop", board.quick_stop)
+def stop_at_once(board: Board) -> bool:
+    """Stop the machine; false where it could not be told to, which is noted."""
+    return _attempt("stop", board.quick_stop)
+
+
+def _taken_over(board: Board) -> bool:
+    """Whether another host has the board; any device in between may say that it is busy."""
+    try:
+        return board.held_by_another()
+    except EdgeIdentError:
+        return False
+
+
+def _leave(board: Board, was_enabled: bool, gains: Bank) -> list[str]:
+    """Leave a machine in safety, and say what else its user has to know."""
+    notes: list[str] = []
+    stopped = stop_at_once(board)
+    took_back = _attempt("roll back", lambda: _roll_back_unconfirmed(board))
+    if board.has_committed:
+        told = took_back and _attempt("gains", lambda: notes.append(_in_force(board, gains)))
+        if not told:
+            notes.append("which gains are in force is not known: look with edge-ident gains show")
+    disabled = was_enabled or _attempt("disable", board.disable)
+    if not (stopped and disabled):
+        notes.append(
+            "the board could not be told to stop and to switch off: its axes may still produce "
+            "effort. Use the wired emergency stop, or edge-ident stop once the board answers"
+        )
+    return notes
 
 
 def _roll_back_unconfirmed(board: Board) -> None:
@@ -152,10 +181,19 @@ def _roll_back_unconfirmed(board: Board) -> None:
         board.roll_back()
 
 
-def _attempt(what: str, action: Callable[[], None]) -> None:
+def _in_force(board: Board, before: Bank) -> str:
+    if board.active_gains() == before:
+        return "the gains of before are in force"
+    return "new gains are in force: they were confirmed before this"
+
+
+def _attempt(what: str, action: Callable[[], None]) -> bool:
+    """Try to do something; say in the log what came of it."""
     try:
         action()
-        log.info("%s: done", what)
     except EdgeIdentError as error:
         # a second error must not hide the first; the board's own watchdog is behind this
         log.error("%s: %s", what, error.cause)
+        return False
+    log.info("%s: done", what)
+    return True

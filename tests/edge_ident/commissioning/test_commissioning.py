@@ -169,7 +169,7 @@ def test_no_motion_begins_whose_recording_has_no_room(
     monkeypatch.setattr(shutil, "disk_usage", lambda path: usage)
     with pytest.raises(DataError, match=r"has 0\.1 MB free") as caught:
         run(board, tmp_path)
-    assert "nothing has moved" in caught.value.next_step
+    assert "this motion was not made" in caught.value.next_step
     assert board.status().samples_captured == 0
     assert_old_gains_at_rest(board)
 

@@ -1,0 +1,181 @@
+"""What a host leaves behind when something goes wrong, and what it says about it."""
+
+from collections.abc import Callable
+
+import pytest
+from board_bench import NEW, OLD, Bench, long_motion
+
+from edge_ident.commissioning.motion.safety import left_safe, ready_to_move
+from firmware_interface import board_session
+from firmware_interface.board import Board
+from firmware_interface.errors import BoardError, BusyError, NoReplyError
+from firmware_interface.registers import REGISTERS, SESSION_LEASE_S, State
+from firmware_interface.virtual.board import VirtualBoard
+
+COMMAND = REGISTERS["command.opcode"].address
+BUSY = BusyError("the line refuses the request (Modbus exception 6)", "wait")
+SILENCE = NoReplyError("no reply", "check cable and power of the board")
+
+
+@pytest.fixture(autouse=True)
+def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Ask the board as fast as it answers: its time goes by requests."""
+    monkeypatch.setattr(board_session, "POLL_S", 0.0)
+
+
+class Line:
+    """A link on which something may happen before and after each write, or at a read."""
+
+    def __init__(self, virtual: VirtualBoard) -> None:
+        self._virtual = virtual
+        self.reading: Callable[[], None] = lambda: None
+        self.before: Callable[[int], None] = lambda address: None
+        self.after: Callable[[int], None] = lambda address: None
+
+    def read(self, address: int, count: int) -> list[int]:
+        self.reading()
+        return self._virtual.read(address, count)
+
+    def write(self, address: int, words: list[int]) -> None:
+        self.before(address)
+        self._virtual.write(address, words)
+        self.after(address)
+
+    def close(self) -> None: ...
+
+
+class LineBench(Bench):
+    """The same with a line between host and board."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.line = Line(self.virtual)
+        self.board = Board.connect(self.line)
+
+
+def once(error: Exception) -> Callable[..., None]:
+    """Raises an error the first time it is called with nothing or with a command's address."""
+    left = [error]
+
+    def happen(address: int = COMMAND) -> None:
+        if left and address == COMMAND:
+            raise left.pop()
+
+    return happen
+
+
+def always(error: Exception) -> Callable[..., None]:
+    def happen(address: int = COMMAND) -> None:
+        raise error
+
+    return happen
+
+
+def notes_after(bench: Bench, body: Callable[[], None]) -> str:
+    """What is noted on the error that a body ends with."""
+    try:
+        with left_safe(bench.board):
+            body()
+    except (RuntimeError, BusyError) as error:
+        return "; ".join(getattr(error, "__notes__", []))
+    raise AssertionError("it ended well")
+
+
+def test_a_device_in_between_that_is_busy_does_not_leave_the_machine_moving() -> None:
+    bench = LineBench()
+
+    def body() -> None:
+        bench.start(long_motion())
+        bench.line.reading = once(BUSY)
+        bench.board.status()
+
+    assert notes_after(bench, body) == ""
+    status = bench.board.status()
+    assert (status.state, status.enabled) == (State.IDLE, False)
+
+
+def test_a_board_that_another_host_has_taken_over_is_left_to_it() -> None:
+    bench = LineBench()
+    another = Board.connect(bench.virtual)
+
+    def body() -> None:
+        bench.board.enable()
+        bench.wait(SESSION_LEASE_S + 0.1)
+        another.write_trajectory(long_motion())
+        another.arm()
+        another.start()
+        bench.board.heartbeat()
+
+    assert notes_after(bench, body) == ""
+    assert another.status().state is State.MOVING
+    assert another.status().enabled
+
+
+def test_a_command_that_was_carried_out_is_not_believed_to_be_refused() -> None:
+    bench = LineBench()
+    bench.board.claim()
+    bench.line.after = once(BoardError("refused (Modbus exception 4)", "check"))
+    bench.board.enable()
+    assert bench.board.status().enabled
+
+
+def test_a_command_that_never_came_is_refused_with_the_reason(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(board_session, "COMMAND_TIMEOUT_S", 0.0)
+    bench = LineBench()
+    bench.board.claim()
+    bench.line.before = once(BoardError("refused (Modbus exception 4)", "check"))
+    with pytest.raises(BoardError, match="exception 4"):
+        bench.board.enable()
+    assert not bench.board.status().enabled
+
+
+@pytest.mark.parametrize("confirmed", [False, True])
+def test_which_gains_are_in_force_is_said(confirmed: bool) -> None:
+    bench = LineBench()
+    bench.board.enable()
+
+    def body() -> None:
+        bench.commit()
+        if confirmed:
+            bench.board.confirm()
+        raise RuntimeError
+
+    said = notes_after(bench, body)
+    assert said.startswith("new gains" if confirmed else "the gains of before")
+    assert bench.board.active_gains() == (NEW if confirmed else OLD)
+
+
+@pytest.mark.parametrize("committed", [False, True])
+def test_a_board_that_no_longer_answers_may_still_make_effort(committed: bool) -> None:
+    bench = LineBench()
+
+    def body() -> None:
+        bench.board.enable()
+        if committed:
+            bench.commit()
+        bench.line.reading = bench.line.before = always(SILENCE)
+        raise RuntimeError
+
+    said = notes_after(bench, body)
+    assert "may still produce effort" in said
+    assert ("which gains are in force is not known" in said) == committed
+
+
+def test_a_failure_that_leaves_everything_as_it_was_needs_no_note() -> None:
+    bench = LineBench()
+
+    def body() -> None:
+        raise RuntimeError
+
+    assert notes_after(bench, body) == ""
+
+
+def test_effort_that_was_on_before_stays_on_and_that_is_said() -> None:
+    bench, said = LineBench(), list[str]()
+    bench.board.enable()
+    with ready_to_move(bench.board, said.append):
+        pass
+    assert bench.board.status().enabled
+    assert any("edge-ident stop switches the effort off" in line for line in said)
