@@ -2,7 +2,8 @@
 
 Base and extended model are scored like for like: inside the same physical bounds, on the same
 samples of the other recording. The offset and the timing are fitted anew for each, because they
-differ from one day to the next. Terms that are tied to the time of their recording are left out.
+differ from one day to the next. Terms that are tied to the time of their recording are left out;
+what they change in the base parameters (a warm-up: viscous friction) is fitted anew, too.
 
 Each cause is judged by leaving it out: the rest is fitted again to the first recording, and both
 models predict the other one. A cause carries over if the residual there is certainly smaller with
@@ -34,7 +35,7 @@ from edge_ident.diagnosis.select.backward_elimination import SupportedModel
 from edge_ident.diagnosis.select.causes import causes, strongest_first
 from edge_ident.diagnosis.select.own_effort import base_space, own_shares
 from edge_ident.model.effects import named
-from edge_ident.model.model import BASE, AxisModel
+from edge_ident.model.model import BASE, PARAMETERS, POSITIVE, AxisModel
 from edge_ident.signals.metrics import rms
 
 Array = NDArray[np.float64]
@@ -112,7 +113,7 @@ def _structure_there(other: AxisData, model: FittedModel, tolerance: float) -> b
     """Whether a model leaves structure of another recording."""
     terms = tuple(t for t in model.terms if not named(t.candidate.effect).tied_to_time)
     there = fit(other, model.template, model.base, terms)
-    left = _residual(other, model)
+    left = _residual(other, model, _anew(model))
     there = replace(there, error=float(left @ left))
     return _structure_left(other, fit(other, model.template, model.base, ()), there, tolerance)
 
@@ -164,7 +165,7 @@ def carry_over(data: AxisData, other: AxisData, base: FittedModel, model: Fitted
         Without external vibrations.
     """
     kept = tuple(range(len(model.terms)))
-    start, left = (_residual(other, m) for m in (base, model))
+    start, left = (_residual(other, m, _anew(model)) for m in (base, model))
     found, as_found = model, left
     judged = {k: _not_judged(t.candidate.effect) for k, t in enumerate(model.terms)}
     while weighed := _weighed(data, other, found, kept, left):
@@ -216,7 +217,7 @@ def _weighed(
         if named(effect).tied_to_time:
             continue
         less = fit(data, model.template, model.base, model.without(k))
-        without = _residual(other, less)
+        without = _residual(other, less, _anew(model))
         gain = gain_of(block, without, left)
         refitted = gain_of(block, *(r - basis @ (basis.T @ r) for r in (without, left)))
         carries = gain.certain or (gain.value > 0.0 and refitted.certain)
@@ -252,15 +253,25 @@ def _not_judged(effect: str) -> CarriedCause:
     return CarriedCause(effect, None, None, None, None, reason)
 
 
-def _residual(other: AxisData, model: FittedModel) -> Array:
-    """What a model leaves at the valid samples of another recording, offset and timing anew."""
+def _anew(model: FittedModel) -> list[int]:
+    """Places of the base parameters that differ between recordings: the offset, and what terms of
+    the model that are tied to time change."""
+    effects = [named(t.candidate.effect) for t in model.terms]
+    changed = {name for e in effects if e.tied_to_time for name in e.changes_base}
+    return [k for k, name in enumerate(PARAMETERS) if name in {"offset", *changed}]
+
+
+def _residual(other: AxisData, model: FittedModel, anew: list[int]) -> Array:
+    """What a model leaves at the valid samples of another recording, where the timing and these
+    base parameters are fitted anew."""
     axis = _carried_axis(model.axis)
     residual = (other.effort - other.predicted(axis))[other.valid]
     early, late = other.timing_limits
     if delayed(axis):
         early = late = np.zeros(len(other.segments))
-    columns = np.hstack([base_regressor(other)[:, 3:], other.timing_columns])[other.valid]
-    low, high = np.array([-np.inf, *early]), np.array([np.inf, *late])
+    columns = np.hstack([base_regressor(other)[:, anew], other.timing_columns])[other.valid]
+    least = [-axis.parameters[k] if POSITIVE[k] else -np.inf for k in anew]
+    low, high = np.array([*least, *early]), np.array([*np.full(len(anew), np.inf), *late])
     return np.asarray(residual - columns @ solve_within(columns, residual, low, high).solution)
 
 

@@ -4,7 +4,8 @@
   comparison, whichever expects the smaller error. The network confirms it.
 - It is not, and the diagnosis supports causes: the base parameters of the extended model, even
   where it leaves something unexplained. A parameter that trades places with a cause has a wide
-  interval. Where both models are called adequate, what lies between them is model error.
+  interval. Where what they add is minor, the difference to the base model is model error; and the
+  base model stays the answer where it fits better.
 - It is not, and nobody diagnosed it: the network where one applies. Under an effect that the base
   model lacks it is closer than least squares, which balances the effect over all samples. Its
   interval reaches as far as least squares.
@@ -134,7 +135,7 @@ def answer(question: Question, outcome: AxisDiagnosis | str | None) -> AxisIdent
     axis = question.recording.axes[question.name]
     seen = range_of(signals, axis, part, signals.effort + chosen.compensated.effects_effort)
     base = base_axis(chosen.estimate, axis.position_unit, axis.effort_unit, seen)
-    findings = _what_was_done(question, outcome, seen)
+    findings = _what_was_done(question, outcome, seen, chosen.source)
     findings += check_estimate(chosen.estimate, regressor, measured, metric.relative_residual)
     findings += describe_scales(question.recording, question.name, chosen.estimate.parameters[0])
     if network is not None and question.adequacy.adequate:
@@ -190,7 +191,10 @@ def _bases(question: Question) -> tuple[_Base, _Base]:
 
 
 def _what_was_done(
-    question: Question, outcome: AxisDiagnosis | str | None, seen: SupportedRange
+    question: Question,
+    outcome: AxisDiagnosis | str | None,
+    seen: SupportedRange,
+    source: ParameterSource,
 ) -> list[Finding]:
     """Findings about the data, the known effects and the model."""
     known, signals = question.compensated, question.compensated.signals
@@ -198,7 +202,8 @@ def _what_was_done(
     findings += departures(known.effects, seen, question.recording.axes[question.name])
     findings += tied_to_time(known.tied_to_time)
     findings += check_effort(signals, question.part)
-    findings += describe_model(question.adequacy, outcome)
+    extended = source is ParameterSource.EXTENDED_MODEL
+    findings += describe_model(question.adequacy, outcome, extended=extended)
     return findings
 
 
@@ -209,7 +214,9 @@ def _chosen(
     network: Estimate | None,
 ) -> _Choice:
     if diagnosed is not None and len(diagnosed.model.terms) > 1 + len(question.compensated.effects):
-        return _extended(question, diagnosed, bases)
+        extended = _extended(question, diagnosed, bases)
+        if diagnosed.verdict is not Verdict.ADEQUATE or _fits(extended, question, bases[0]):
+            return extended
     adequate = question.adequacy.adequate or (
         diagnosed is not None and diagnosed.verdict is Verdict.ADEQUATE
     )
@@ -227,6 +234,14 @@ def _chosen(
         known,
         "effects outside the base model change the network's result less than least squares",
     )
+
+
+def _fits(extended: _Choice, question: Question, base: _Base) -> bool:
+    """Whether it leaves no more than the base model, nearer to reversals than a diagnosis looks."""
+    part, with_causes, known = question.part, extended.compensated.signals, question.compensated
+    left = with_causes.effort - with_causes.regressor @ extended.estimate.parameters
+    of_base = known.signals.effort - known.signals.regressor @ base.estimate.parameters
+    return bool(np.linalg.norm(left[part]) <= np.linalg.norm(of_base[part]))
 
 
 def _best(bases: tuple[_Base, _Base], signals: Signals) -> _Base:
@@ -249,12 +264,15 @@ def _extended(question: Question, diagnosed: AxisDiagnosis, bases: tuple[_Base, 
         base = _best(bases, question.compensated.signals).estimate
         error = np.hypot(error, estimate.parameters - base.parameters)
     causes = listed(dict.fromkeys(map(spoken, effect_names(diagnosed.model))))
+    reason = f"the base model is inadequate; the extended model has {causes}"
+    if diagnosed.verdict is Verdict.ADEQUATE:
+        reason = f"what it adds to the base model is minor, and certain: {causes}"
     return _Choice(
         ParameterSource.EXTENDED_MODEL,
         _widened(estimate, error),
         error,
         compensated,
-        f"the base model is inadequate; the extended model has {causes}",
+        reason,
     )
 
 

@@ -8,7 +8,9 @@ from edge_ident.signals.recording import Recording
 from edge_ident.signals.scale_checks import check_inertia, check_scale
 
 
-def describe_model(adequacy: Adequacy, outcome: AxisDiagnosis | str | None) -> list[Finding]:
+def describe_model(
+    adequacy: Adequacy, outcome: AxisDiagnosis | str | None, *, extended: bool
+) -> list[Finding]:
     """Findings about the model that an answer belongs to.
 
     Parameters
@@ -18,6 +20,8 @@ def describe_model(adequacy: Adequacy, outcome: AxisDiagnosis | str | None) -> l
     outcome : AxisDiagnosis, str or None
         Of the diagnosis where the base model is not adequate, here or in another recording, or why
         there was none.
+    extended : bool
+        Whether the answer is that of the extended model.
     """
     if adequacy.adequate and outcome is None:
         return []
@@ -40,7 +44,8 @@ def describe_model(adequacy: Adequacy, outcome: AxisDiagnosis | str | None) -> l
                 blocks=True,
             )
         ]
-    return [*_verdict(adequacy, outcome), *outcome.findings]
+    said = extended or outcome.verdict is Verdict.UNEXPLAINED
+    return [*(_verdict(adequacy, outcome) if said else []), *outcome.findings]
 
 
 def describe_scales(recording: Recording, name: str, inertia: float) -> list[Finding]:

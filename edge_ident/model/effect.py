@@ -201,6 +201,10 @@ class Effect:
         """Resisting effort that does not depend on the direction of sliding."""
         return _NOTHING
 
+    def held_travel(self, values: Values) -> Array:
+        """Travel of the encoder's side in which dry friction may hold what lies behind."""
+        return _NOTHING
+
     def friction(self, at: Motion, values: Values) -> Array:
         """Level of dry friction; it acts against the direction, and holds an axis at rest."""
         return _NOTHING

@@ -11,11 +11,11 @@ from dataclasses import dataclass, replace
 from edge_ident.errors import DataError
 from edge_ident.files.headings import split_heading
 from edge_ident.files.table import Column, Table
-from edge_ident.files.units import Unit
+from edge_ident.files.units import Unit, known_unit
 from edge_ident.signals.column_proposals import Proposal, propose_axes, propose_time
 from edge_ident.signals.column_roles import role_of
 from edge_ident.signals.column_units import checked_options, conversion, weak
-from edge_ident.signals.contract_columns import EFFORTS, TIME, parse_name
+from edge_ident.signals.contract_columns import EFFORTS, TIME, name_with, parse_name
 from edge_ident.signals.read_options import ReadOptions
 
 
@@ -77,7 +77,7 @@ def map_columns(table: Table, options: ReadOptions) -> ColumnMapping:
     checked_options(options)
     said, units = _said(table, options)
     targets = {heading: Proposal(target, "as given") for heading, target in said.items()}
-    targets |= {name: Proposal(name, "the contract's name") for name in _contract(table, said)}
+    targets |= _contract(table, said)
     free = [column for column in table.columns if column.heading not in targets]
     free = [replace(c, unit=units.get(c.heading, c.unit)) for c in free]
     native = any(proposal.target != TIME for proposal in targets.values())
@@ -124,14 +124,34 @@ def _said(table: Table, options: ReadOptions) -> tuple[dict[str, str], dict[str,
     return said, units
 
 
-def _contract(table: Table, said: Mapping[str, str]) -> list[str]:
-    """Headings that are names of the contract, unless it is by chance: no time, no whole axis."""
-    names = [c.heading for c in table.columns if c.heading not in (*said, *said.values())]
-    parsed = {name: found for name in names if (found := parse_name(name)) is not None}
+def _contract(table: Table, said: Mapping[str, str]) -> dict[str, Proposal]:
+    """Headings that are names of the contract, also in another unit, such as `x_position_deg`;
+    unless it is by chance: no time, no whole axis."""
+    targets = {
+        column.heading: target
+        for column in table.columns
+        if column.heading not in (*said, *said.values()) and (target := _contract_name(column))
+    }
+    parsed = {target: parse_name(target) or ("", "", "") for target in targets.values()}
     positions = {axis for axis, quantity, _ in parsed.values() if quantity == "position"}
     efforts = {axis for axis, quantity, _ in parsed.values() if quantity in EFFORTS}
     meant = TIME in parsed or positions & efforts or any(t != TIME for t in said.values())
-    return list(parsed) if meant else []
+    if not meant or len(parsed) < len(targets):
+        targets = {heading: heading for heading in targets if parse_name(heading) and meant}
+    return {
+        heading: Proposal(
+            target, "the contract's name" if heading == target else "its name, in another unit"
+        )
+        for heading, target in targets.items()
+    }
+
+
+def _contract_name(column: Column) -> str | None:
+    """A column's name in the contract, where its heading is that but for the unit."""
+    if parse_name(column.heading) is not None:
+        return column.heading
+    unit = None if column.unit is None else known_unit(column.unit)
+    return None if unit is None else name_with(column.name, unit.base)
 
 
 def _column(table: Table, name: str) -> Column:

@@ -52,6 +52,14 @@ def parse_name(name: str) -> tuple[str, str, str] | None:
     return match["axis"], match["quantity"], match["unit"]
 
 
+def name_with(name: str, base: str) -> str | None:
+    """Column's name in the contract of an axis and quantity, such as `x_position`, and the SI unit
+    that its own unit is a multiple of; None where there is none."""
+    ends = [end for end, text in UNITS.items() if text == base]
+    whole = f"{name}_{ends[0]}" if ends else ""
+    return whole if whole != TIME and parse_name(whole) else None
+
+
 def recording_of(
     source: str, columns: Mapping[str, Array], effort_shift_s: float, held: str
 ) -> Recording:

@@ -2,7 +2,8 @@
 
 Friction at a stop answers whatever pushes, up to its level in either direction. So what the effort
 does there, within twice the Coulomb friction, is no evidence of an event: a sound axis does it,
-too. While the table sticks, its chain winds up, and an encoder on the motor sees it creep.
+too. While the table sticks, its chain winds up, and an encoder on the motor sees it creep; so does
+one on a guide with presliding.
 """
 
 from typing import Final
@@ -47,6 +48,7 @@ def at_standstill(data: AxisData, model: FittedModel) -> dict[int, str]:
     inertia, _, coulomb, _ = np.maximum(model.axis.parameters, _TINY)
     most = 2.0 * coulomb
     wound_up = most / (inertia * (2.0 * np.pi * SOUND_RESONANCE_HZ) ** 2)
+    wound_up += sum(_held_travel(t) for t in model.terms)
     doubts = {}
     for k, t in enumerate(model.terms):
         if not tied_to_time(t):
@@ -60,6 +62,12 @@ def at_standstill(data: AxisData, model: FittedModel) -> dict[int, str]:
         if held and largest <= most:
             doubts[k] = "it acts while the axis stands or nearly stops, and friction may do as much"
     return doubts
+
+
+def _held_travel(term: FittedTerm) -> float:
+    """Travel in which friction may hold the axis by a term of the model."""
+    values = {name: np.asarray(value) for name, value in term.model_term.values.items()}
+    return float(named(term.candidate.effect).held_travel(values))
 
 
 def _of_term(segment: Segment, model: FittedModel, index: int) -> Array:

@@ -74,6 +74,7 @@ EFFECT: Final = PositionDependentFriction(
         discrepancy=0.05,
         repeats=True,
         shares_friction=True,
+        essential=("period",),
     ),
     draw=_draw,
     compensation=Compensation(over="position"),

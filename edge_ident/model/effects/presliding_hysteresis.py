@@ -40,6 +40,10 @@ class PreslidingHysteresis(Effect):
         """Of the bristles."""
         return np.asarray(values["level"] * np.mean(at.memory, axis=0))
 
+    def held_travel(self, values: Values) -> Array:
+        """That in which the bristles stretch."""
+        return values["distance"]
+
     def friction(self, at: Motion, values: Values) -> Array:
         """What the bristles take over from Coulomb friction."""
         return -values["level"]

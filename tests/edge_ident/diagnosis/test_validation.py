@@ -23,6 +23,8 @@ def session(
     push: float = 0.0,
     offset: float = 0.2,
     ripple: float = 0.15,
+    cold: float = 0.0,
+    lasts_s: float = 4.0,
     period_s: float = PERIOD_S,
 ) -> Recording:
     """14 s of five sines of random phase on an axis with ripple."""
@@ -33,6 +35,7 @@ def session(
     x, v, a = (np.sin(angle) / rate).sum(1), np.cos(angle).sum(1), -(rate * np.sin(angle)).sum(1)
     effort = 0.5 * a + 0.8 * v + 1.1 * np.sign(v) + offset
     effort += ripple * np.sin(2.0 * np.pi * x / RIPPLE_M) + spring * x
+    effort += cold * np.exp(-t / lasts_s) * v
     effort += push * np.exp(-(((t - 9.0) / 0.15) ** 2)) + NOISE * rng.standard_normal(len(t))
     axis = AxisRecord(np.round(x / 1e-5) * 1e-5, effort, "rad", "N*m")
     return Recording(t, {"x": axis}, f"session {seed}")
@@ -90,6 +93,16 @@ def test_each_cause_says_in_which_recordings_it_shows() -> None:
     )
     shown = {c.term.effect: c.shown_in for c in three.axes["x"].causes}
     assert shown["torque_ripple"] == ("session 5", "session 7")
+
+
+def test_a_colder_day_does_not_refute_a_warm_up() -> None:
+    """Viscous friction is another every day: base and extended model leave the same there."""
+    colder = session(9, cold=0.6, lasts_s=1e6)
+    found = diagnose([session(8, cold=0.6)], validate=colder, stability=False)
+    assert "warm_up" in [c.term.effect for c in found.axes["x"].causes]
+    carried = found.validation["x"]
+    assert carried.extended <= 1.01 * carried.base
+    assert found.axes["x"].verdict is Verdict.EXPLAINED
 
 
 def test_the_interval_of_a_gain_covers_it() -> None:

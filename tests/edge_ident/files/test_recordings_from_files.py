@@ -70,6 +70,19 @@ def test_an_export_in_mm_and_ms_gives_the_same_parameters(exported: Path, tmp_pa
     assert "X.ActPos [mm] → x_position_m, times 0.001 (a position in mm)" in messages
 
 
+def test_a_contracts_name_in_another_unit_keeps_its_axis(tmp_path: Path) -> None:
+    """Degrees and mm are converted, beside a column that has the contract's own name."""
+    made = linear(sound())
+    expected = edge_ident.load_recording(native(tmp_path / "native.npz", made)).axes["x"]
+    path = tmp_path / "mm.csv"
+    table = np.column_stack([made.time_s, 1e3 * made.position, made.effort])
+    np.savetxt(path, table, delimiter=",", header="time_s,x_position_mm,x_force_n", comments="")
+    read = edge_ident.load_recording(path)
+    assert list(read.axes) == ["x"]
+    np.testing.assert_allclose(read.axes["x"].position, expected.position, rtol=1e-9)
+    assert (read.axes["x"].position_unit, read.axes["x"].effort_unit) == ("m", "N")
+
+
 def test_every_command_takes_the_same_options(exported: Path, tmp_path: Path) -> None:
     options = ["--column", "X.ActPos [mm]=x_position_m", "--column", "X.Kraft=x_force_n",
                "--period", "0.0025"]  # fmt: skip

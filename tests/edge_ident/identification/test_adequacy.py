@@ -156,7 +156,7 @@ def test_an_axis_at_rest_is_refused() -> None:
 def test_a_recording_too_short_for_a_diagnosis_says_so(left: float, blocks: bool) -> None:
     """What a diagnosis would not name either forbids nothing; the intervals hold model error."""
     adequacy = Adequacy(left, 5.0, ("viscous_friction",), 0.03)
-    (finding,) = describe_model(adequacy, "only 17 independent samples")
+    (finding,) = describe_model(adequacy, "only 17 independent samples", extended=False)
     assert finding.code == "not_diagnosed"
     assert "17 independent samples" in finding.message
     assert finding.blocks is blocks

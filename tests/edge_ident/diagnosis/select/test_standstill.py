@@ -34,14 +34,16 @@ def motion() -> tuple[Array, Array, Array, Array]:
     return t, position, swing * sine**3, 3.0 * swing * rate * sine**2 * cosine
 
 
-def doubts(centre_s: float, level: float, duration_s: float = 0.2) -> dict[int, str]:
-    """Of a model that claims an event around a moment."""
+def doubts(
+    centre_s: float, level: float, duration_s: float = 0.2, *beside: FittedTerm
+) -> dict[int, str]:
+    """Of a model that claims an event around a moment, beside what else it has."""
     t, x, v, a = motion()
     values = {"time": centre_s - 0.5 * duration_s, "duration": duration_s}
     data = prepare_axis([recorded(t, x, rigid(v, a), noise=0.01)], "x")
     form = Form(("level",), ("time", "duration"))
     term = FittedTerm(Candidate("disturbance_event", form), values, {"level": 0.0})
-    model = fit(data, TEMPLATE, np.zeros(4), (term,))
+    model = fit(data, TEMPLATE, np.zeros(4), (*beside, term))
     event = Term("disturbance_event", {**values, "level": level})
     return at_standstill(data, replace(model, axis=AxisModel((*model.axis.terms[:-1], event))))
 
@@ -62,3 +64,14 @@ def test_no_friction_is_as_large_as_that() -> None:
 
 def test_what_lasts_beyond_the_stop_is_no_friction() -> None:
     assert doubts(STOP_S, 0.9 * COULOMB, duration_s=1.5) == {}
+
+
+def test_a_guide_with_presliding_creeps_to_its_stop() -> None:
+    """The axis is 16 mrad from its stop, and friction needs 20 mrad to build up."""
+    form = Form(("level",), ("distance",))
+    presliding = FittedTerm(
+        Candidate("presliding_hysteresis", form), {"distance": 0.02}, {"level": 0.5 * COULOMB}
+    )
+    creeps_s = STOP_S + 0.3
+    assert doubts(creeps_s, 0.9 * COULOMB) == {}
+    assert list(doubts(creeps_s, 0.9 * COULOMB, 0.2, presliding)) == [1]
