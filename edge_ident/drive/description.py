@@ -112,7 +112,7 @@ class Drive:
         if unknown:
             raise DataError(
                 f"the drive description has axes {', '.join(self.axes)}, but not "
-                f"{', '.join(unknown)} of the recording",
+                f"{', '.join(unknown)}",
                 "give the description of this drive with --drive, or rename columns with --column",
             )
 

@@ -1,10 +1,13 @@
 """The search above the band: sinusoids of position and of time, the strongest first.
 
 Each is taken out before the next is looked for, together with all before it (orthogonal matching
-pursuit; Pati, Rezaiifar and Krishnaprasad, Asilomar 1993).
+pursuit; Pati, Rezaiifar and Krishnaprasad, Asilomar 1993). The peak of a periodogram is pulled by
+its neighbours and by how the axis answers. So the rates of all orders are fitted together, beside
+the base model, before they are taken out: what a wrong rate leaves would look like more orders.
 """
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -40,6 +43,10 @@ _TOGETHER: Final = 0.25
 """Power, of the strongest, down to which sinusoids are taken out at once."""
 _KNEES: Final = 4.0
 """Highest frequency, in knees, at which the acceleration says something about a wave."""
+_STEPS: Final = 3
+"""Of Gauss and Newton; a peak is near enough for the first to be nearly right."""
+_FARTHEST: Final = 1.0
+"""Resolution cells by which a fit may move a rate."""
 _TINY: Final = float(np.finfo(float).tiny)
 
 
@@ -84,6 +91,7 @@ def search(wide: WideSignals) -> list[Peak]:
         peaks = _pursuit(wide, _without_friction(wide, left), [], most, white=True)
         if not peaks:
             break
+    peaks = _with_halves(wide, peaks)
     return _pursuit(wide, detectable(wide, mass), peaks, _MOST, white=False)
 
 
@@ -93,18 +101,64 @@ def _pursuit(
     """Take sinusoids out of a signal above the band; all of them, the known ones first."""
     peaks = new = list(known)
     grid = _order_grid(wide, white)
-    taken, left = np.empty((0, len(signal))), signal
+    left = signal
     while True:
         if new:
-            added = columns(wide, new)
-            added = wide.above(wide.white(added) if white else added)
-            taken = np.concatenate([taken, added])
+            peaks = _fitted_together(wide, peaks) if white else peaks
+            waves = columns(wide, peaks)
+            taken = wide.above(wide.white(waves) if white else waves)
             left = signal - least_squares(taken, signal) @ taken
         new = _strongest(wide, _clipped(wide, left), peaks, grid, white)
         new = new[: len(known) + most - len(peaks)]
         if not new:
             return peaks
         peaks = peaks + new
+
+
+def _fitted_together(wide: WideSignals, orders: list[Peak]) -> list[Peak]:
+    """Orders at the rates that explain the effort best, all together and beside the base model."""
+    rows, effort = _seen(wide, wide.base), _seen(wide, wide.effort)
+    most = _FARTHEST * 2.0 * np.pi / max(float(np.ptp(wide.position)), _TINY)
+    found = orders
+    for _ in range(_STEPS):
+        moves, _ = _moves(wide, found, rows, effort)
+        found = [replace(p, rate=p.rate + float(m)) for p, m in zip(found, moves, strict=True)]
+        if any(abs(p.rate - was.rate) > most for p, was in zip(found, orders, strict=True)):
+            return orders
+    return found
+
+
+def _with_halves(wide: WideSignals, orders: list[Peak]) -> list[Peak]:
+    """Orders whose deviations hold what lies between the halves of the recording, too."""
+    if not orders:
+        return []
+    _, apart = _moves(wide, orders, _seen(wide, wide.base), _seen(wide, wide.effort))
+    return [
+        replace(p, rate_std=math.hypot(p.rate_std, 0.5 * float(a) / math.sqrt(2.0)))
+        for p, a in zip(orders, apart, strict=True)
+    ]
+
+
+def _moves(
+    wide: WideSignals, orders: list[Peak], base: Array, effort: Array
+) -> tuple[Array, Array]:
+    """A step of the rates (P,) towards the least residual, and how far the steps of the halves of
+    the recording lie apart, (P,)."""
+    waves = columns(wide, orders)
+    rows = np.concatenate([base, _seen(wide, waves)])
+    amplitudes = least_squares(rows, effort)[len(base) :]
+    cosines, sines = (part[:, None] for part in (amplitudes[::2], amplitudes[1::2]))
+    along = wide.position - np.mean(wide.position)
+    turned = along * (sines * waves[::2] - cosines * waves[1::2])
+    rows = np.concatenate([rows, _seen(wide, turned)])
+    middle = int(np.searchsorted(np.cumsum(wide.weight), 0.5 * np.sum(wide.weight)))
+    parts = [slice(None), slice(0, middle), slice(middle, None)]
+    whole, early, late = (least_squares(rows[:, p], effort[p])[-len(orders) :] for p in parts)
+    return whole, np.abs(early - late)
+
+
+def _seen(wide: WideSignals, signals: Array) -> Array:
+    return wide.above(wide.white(signals))
 
 
 def columns(wide: WideSignals, peaks: list[Peak]) -> Array:

@@ -25,6 +25,7 @@ NOISE = 0.03
 PERIOD_S = 0.0025
 COUNT = 2.0 * np.pi / 2**16
 TURN = 2.0 * np.pi
+ORDERS = (36.0, 72.0)
 
 
 def recorded(
@@ -206,3 +207,33 @@ def test_an_order_is_in_every_recording_that_would_show_it() -> None:
     noisy = replace(noisy, effort=noisy.effort + 30.0 * NOISE * noise)
     hidden = replace(recorded(6), axes={"x": noisy})
     assert len(content(waves, hidden).orders) == 1
+
+
+def answered(seed: int) -> Recording:
+    """An axis that goes to and fro, pushed by two strong orders, which its controller lets move it:
+    most of their effort is inertia."""
+    rng = np.random.default_rng(seed)
+    fine_s = np.arange(0.0, 16.0, 1e-4)
+    wanted = 1.2 * np.sin(1.1 * fine_s) + 0.5 * np.sin(2.9 * fine_s + 1.0)
+    ripple = 0.9 * np.cos(ORDERS[0] * wanted) + 0.6 * np.sin(ORDERS[1] * wanted)
+    speed = np.gradient(wanted, fine_s)
+    moved = -0.5 * ripple / (INERTIA * (400.0 + (ORDERS[0] * speed) ** 2))
+    position = wanted + moved
+    velocity = np.gradient(position, fine_s)
+    acceleration = np.gradient(velocity, fine_s)
+    effort = INERTIA * acceleration + VISCOUS * velocity + COULOMB * np.sign(velocity)
+    effort += 0.9 * np.cos(ORDERS[0] * position) + 0.6 * np.sin(ORDERS[1] * position)
+    at = slice(5, None, 10)
+    noise = NOISE * rng.standard_normal(len(fine_s[at]))
+    axis = AxisRecord(1e-6 * np.round(position[at] / 1e-6), effort[at] + noise, "rad", "N*m")
+    return Recording(fine_s[at] - fine_s[at][0], {"x": axis}, "an answer")
+
+
+@pytest.mark.parametrize("seed", [11, 12, 13])
+def test_an_order_that_moves_the_axis_beside_another_has_its_rate(seed: int) -> None:
+    """Neither what the axis answers nor the other order, in the band, pulls it away."""
+    found = content(answered(seed))
+    order = max(found.orders, key=lambda one: one.amplitude)
+    assert abs(order.rate - ORDERS[1]) < 3.0 * order.rate_std
+    assert order.rate_std < 2e-4 * ORDERS[1]
+    assert not found.lines
