@@ -237,7 +237,7 @@ def _chosen(
 
 
 def _fits(extended: _Choice, question: Question, base: _Base) -> bool:
-    """Whether it leaves no more than the base model, nearer to reversals than a diagnosis looks."""
+    """Whether the extended model leaves no more than the base model, also near reversals."""
     part, with_causes, known = question.part, extended.compensated.signals, question.compensated
     left = with_causes.effort - with_causes.regressor @ extended.estimate.parameters
     of_base = known.signals.effort - known.signals.regressor @ base.estimate.parameters

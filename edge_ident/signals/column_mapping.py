@@ -136,8 +136,10 @@ def _contract(table: Table, said: Mapping[str, str]) -> dict[str, Proposal]:
     positions = {axis for axis, quantity, _ in parsed.values() if quantity == "position"}
     efforts = {axis for axis, quantity, _ in parsed.values() if quantity in EFFORTS}
     meant = TIME in parsed or positions & efforts or any(t != TIME for t in said.values())
-    if not meant or len(parsed) < len(targets):
-        targets = {heading: heading for heading in targets if parse_name(heading) and meant}
+    if not meant:
+        return {}
+    if len(parsed) < len(targets):  # two headings for one column: that of the contract counts
+        targets = {heading: heading for heading in targets if parse_name(heading)}
     return {
         heading: Proposal(
             target, "the contract's name" if heading == target else "its name, in another unit"

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterable, Mapping
-from typing import Any, Final
+from typing import Any
 
 from edge_ident.diagnosis.measures import ModelFit, SpectralLine, Timing, Validation
 from edge_ident.diagnosis.result import (
@@ -12,11 +12,9 @@ from edge_ident.diagnosis.result import (
     Refused,
     Verdict,
 )
+from edge_ident.diagnosis.select.thresholds import STRUCTURE
 from edge_ident.model.model import AxisModel, Term, base_axis
 from edge_ident.model.model_files import values_document
-
-_NOISE: Final = 1.2
-"""What is left over the noise floor, up to which it is noise."""
 
 
 def spoken(effect: str) -> str:
@@ -87,14 +85,17 @@ def _verdict(axis: AxisDiagnosis) -> str:
     found = listed(dict.fromkeys(spoken(cause.term.effect) for cause in axis.causes))
     if axis.verdict is Verdict.EXPLAINED:
         return f"explained by {found}: the residual falls from {before} to {left}; {floor}"
-    if axis.lines and axis.extended.fitted <= axis.noise_floor:
+    if axis.extended.fitted <= STRUCTURE.value * axis.noise_floor:
         what = f"with {found}, what" if found else "what"
-        return f"unexplained: {what} is left in the band, {left} of the effort, is noise ({floor})"
-    if found and axis.extended.fitted <= _NOISE * axis.noise_floor:
-        return (
-            f"unexplained: with {found}, what is left here, {left} of the effort, is noise "
-            f"({floor}), but not what is left of the other recording"
-        )
+        if axis.lines:
+            return (
+                f"unexplained: {what} is left in the band, {left} of the effort, is noise ({floor})"
+            )
+        if found:
+            return (
+                f"unexplained: {what} is left here, {left} of the effort, is noise ({floor}), but "
+                "not what is left of the other recording"
+            )
     none = "no known effect is certain" if axis.suspected else "no known effect fits"
     what = f"{found} found, but a residual of" if found else f"{none}, and"
     return f"unexplained: {what} {left} of the effort is left; {floor}"
