@@ -160,9 +160,9 @@ def _orders(
     """Amplitudes of orders, whose waves are (2·P, N)."""
     if not peaks:
         return []
-    base = wide.above(wide.white(wide.base))
-    filtered = wide.above(wide.white(waves))
-    effort = wide.above(wide.white(wide.effort)) - mass * base[0]
+    base = wide.white_above(wide.base)
+    filtered = wide.white_above(waves)
+    effort = wide.white_above(wide.effort) - mass * base[0]
     rows = np.concatenate([base[1:], filtered])
     moved = least_squares(filtered, base[0]).reshape(-1, 2)
     speed = rms(wide.velocity[wide.weight > 0.5])
@@ -195,7 +195,7 @@ def _orders(
 def _laws_of_speed(wide: WideSignals, rows: Array, effort: Array, waves: Array) -> list[float]:
     """Energy that each order explains if it grows with the square of the speed, as an error of the
     encoder does, over that of a constant amplitude."""
-    squared = wide.above(wide.white(wide.velocity**2 * waves))
+    squared = wide.white_above(wide.velocity**2 * waves)
     whole = np.concatenate([rows, squared])
     gram = whole @ whole.T
     length = np.sqrt(np.maximum(np.diag(gram), _TINY))
@@ -279,8 +279,7 @@ def _recorded(wide: WideSignals, halves: list[_Half]) -> list[float]:
 
 def _crossed(wide: WideSignals, rows: Array, effort: Array, first: int) -> list[_Half]:
     """Fit each half, and try what it gives on the other one; sinusoids begin at row `first`."""
-    middle = int(np.searchsorted(np.cumsum(wide.weight), 0.5 * np.sum(wide.weight)))
-    parts = [(rows[:, p], effort[p]) for p in (slice(0, middle), slice(middle, None))]
+    parts = [(rows[:, half], effort[half]) for half in wide.halves]
     fits = [least_squares(*part) for part in parts]
     halves = []
     for (part, signal), fit, other in zip(parts, fits, fits[::-1], strict=True):

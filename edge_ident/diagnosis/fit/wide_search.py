@@ -87,7 +87,7 @@ def search(wide: WideSignals) -> list[Peak]:
     peaks: list[Peak] = []
     for most in (_STRONG, _MOST):
         mass = inertia(wide, columns(wide, peaks))
-        left = wide.above(wide.white(wide.effort - mass * wide.acceleration))
+        left = wide.white_above(wide.effort - mass * wide.acceleration)
         peaks = _pursuit(wide, _without_friction(wide, left), [], most, white=True)
         if not peaks:
             break
@@ -106,7 +106,7 @@ def _pursuit(
         if new:
             peaks = _fitted_together(wide, peaks) if white else peaks
             waves = columns(wide, peaks)
-            taken = wide.above(wide.white(waves) if white else waves)
+            taken = wide.white_above(waves) if white else wide.above(waves)
             left = signal - least_squares(taken, signal) @ taken
         new = _strongest(wide, _clipped(wide, left), peaks, grid, white)
         new = new[: len(known) + most - len(peaks)]
@@ -117,11 +117,11 @@ def _pursuit(
 
 def _fitted_together(wide: WideSignals, orders: list[Peak]) -> list[Peak]:
     """Orders at the rates that explain the effort best, all together and beside the base model."""
-    rows, effort = _seen(wide, wide.base), _seen(wide, wide.effort)
+    base, effort = wide.white_above(wide.base), wide.white_above(wide.effort)
     most = _FARTHEST * 2.0 * np.pi / max(float(np.ptp(wide.position)), _TINY)
     found = orders
     for _ in range(_STEPS):
-        moves, _ = _moves(wide, found, rows, effort)
+        moves = least_squares(_with_moves(wide, found, base, effort), effort)[-len(found) :]
         found = [replace(p, rate=p.rate + float(m)) for p, m in zip(found, moves, strict=True)]
         if any(abs(p.rate - was.rate) > most for p, was in zip(found, orders, strict=True)):
             return orders
@@ -132,33 +132,25 @@ def _with_halves(wide: WideSignals, orders: list[Peak]) -> list[Peak]:
     """Orders whose deviations hold what lies between the halves of the recording, too."""
     if not orders:
         return []
-    _, apart = _moves(wide, orders, _seen(wide, wide.base), _seen(wide, wide.effort))
+    effort = wide.white_above(wide.effort)
+    rows = _with_moves(wide, orders, wide.white_above(wide.base), effort)
+    early, late = (least_squares(rows[:, p], effort[p])[-len(orders) :] for p in wide.halves)
     return [
-        replace(p, rate_std=math.hypot(p.rate_std, 0.5 * float(a) / math.sqrt(2.0)))
-        for p, a in zip(orders, apart, strict=True)
+        replace(p, rate_std=math.hypot(p.rate_std, 0.5 * float(apart) / math.sqrt(2.0)))
+        for p, apart in zip(orders, early - late, strict=True)
     ]
 
 
-def _moves(
-    wide: WideSignals, orders: list[Peak], base: Array, effort: Array
-) -> tuple[Array, Array]:
-    """A step of the rates (P,) towards the least residual, and how far the steps of the halves of
-    the recording lie apart, (P,)."""
+def _with_moves(wide: WideSignals, orders: list[Peak], base: Array, effort: Array) -> Array:
+    """Rows (4 + 3·P, N): the base model, the waves of the orders, and what a move of each rate
+    adds to its wave, as large as the wave is in the effort (N,)."""
     waves = columns(wide, orders)
-    rows = np.concatenate([base, _seen(wide, waves)])
+    rows = np.concatenate([base, wide.white_above(waves)])
     amplitudes = least_squares(rows, effort)[len(base) :]
     cosines, sines = (part[:, None] for part in (amplitudes[::2], amplitudes[1::2]))
     along = wide.position - np.mean(wide.position)
     turned = along * (sines * waves[::2] - cosines * waves[1::2])
-    rows = np.concatenate([rows, _seen(wide, turned)])
-    middle = int(np.searchsorted(np.cumsum(wide.weight), 0.5 * np.sum(wide.weight)))
-    parts = [slice(None), slice(0, middle), slice(middle, None)]
-    whole, early, late = (least_squares(rows[:, p], effort[p])[-len(orders) :] for p in parts)
-    return whole, np.abs(early - late)
-
-
-def _seen(wide: WideSignals, signals: Array) -> Array:
-    return wide.above(wide.white(signals))
+    return np.concatenate([rows, wide.white_above(turned)])
 
 
 def columns(wide: WideSignals, peaks: list[Peak]) -> Array:
@@ -206,7 +198,7 @@ def _strongest(
     wide: WideSignals, residual: Array, peaks: list[Peak], grid: _Grid, white: bool
 ) -> list[Peak]:
     """The strongest sinusoids that noise does not make: those within a quarter of the first."""
-    seen = wide.above(wide.white(residual) if white else residual)
+    seen = wide.white_above(residual) if white else wide.above(residual)
     weighted = wide.weight * residual
     orders = over_position(seen, wide.position, grid)
     lines = orders if white else _lines(wide, residual)

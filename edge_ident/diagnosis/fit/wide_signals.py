@@ -138,6 +138,13 @@ class WideSignals:
         return None
 
     @cached_property
+    def halves(self) -> tuple[slice, slice]:
+        """The record in two parts with as many samples of known direction each."""
+        known = np.cumsum(self.weight)
+        middle = int(np.searchsorted(known, 0.5 * np.sum(self.weight)))
+        return slice(0, middle), slice(middle, None)
+
+    @cached_property
     def usual_speeds(self) -> tuple[float, float]:
         """Speeds that one sample in twenty does not reach, and exceeds."""
         speed = np.abs(self.velocity[self.weight > 0.5])
@@ -152,6 +159,10 @@ class WideSignals:
     def white(self, signals: Array) -> Array:
         """The same, not weighted."""
         return lowpass(signals, WIDEST / self.period_s, self.period_s, knee_hz=self.knee_hz)
+
+    def white_above(self, signals: Array) -> Array:
+        """The white signals (..., N), weighted, without what lies below the cut-off."""
+        return self.above(self.white(signals))
 
     def above(self, signals: Array) -> Array:
         """Signals (..., N), weighted, without what lies below the cut-off."""

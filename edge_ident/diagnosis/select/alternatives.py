@@ -44,11 +44,12 @@ def compare_alternatives(search: Search, model: FittedModel, index: int) -> Comp
     term = model.terms[index]
     rest = search.fit(model.base, model.without(index))
     scored = search.score(rest, unrepeatable(rest) | {term.candidate.effect})
+    subspace = ResidualSubspace.of(search.data, rest)
     models = [
         (s, search.fit(rest.base, (*rest.terms, s.term))) for s in scored[: MOST_ALTERNATIVES.value]
     ]
     found = [
-        _fitted_alternative(search, model, _closest(search, rest, s, other))
+        _fitted_alternative(search, model, _closest(search, subspace, rest, s, other))
         for s, other in models
         if s.candidate != VIBRATION
     ]
@@ -60,21 +61,24 @@ def compare_alternatives(search: Search, model: FittedModel, index: int) -> Comp
     decision, best = max(decisions, key=lambda pair: pair[0].margin, default=(None, None))
     declared = set(named(term.candidate.effect).search.alternatives)
     untried = declared - {alternative.effect for alternative in found}
-    found += [_scored_alternative(s, model) for s in _on_grid(search, rest, untried)]
+    found += [_scored_alternative(s, model) for s in _on_grid(search, subspace, untried)]
     accepted = decision is not None and decision.accepted
     return ComparedAlternatives(_first_of_each(found), best if accepted else None, decision)
 
 
 def _closest(
-    search: Search, rest: FittedModel, scored: ScoredCandidate, other: FittedModel
+    search: Search,
+    subspace: ResidualSubspace,
+    rest: FittedModel,
+    scored: ScoredCandidate,
+    other: FittedModel,
 ) -> FittedModel:
     """The other model, at nonlinear parameters that are as near to the best ones as those of a
     cause that was refined again and again: a wave along the stroke may be a load or a ripple."""
     candidate = scored.candidate
     if not candidate.form.nonlinear or candidate.descends:
         return other
-    subspace, grid = ResidualSubspace.of(search.data, rest), search.grids[candidate]
-    term = refined(subspace, scored, grid, TO_COMPARE).term
+    term = refined(subspace, scored, search.grids[candidate], TO_COMPARE).term
     return min(other, search.fit(rest.base, (*rest.terms, term)), key=lambda fitted: fitted.error)
 
 
@@ -91,10 +95,11 @@ def _fitted_alternative(search: Search, model: FittedModel, other: FittedModel) 
     return Alternative(term.effect, apart, evidence, named(term.effect).search.experiment, term)
 
 
-def _on_grid(search: Search, rest: FittedModel, effects: Set[str]) -> list[ScoredCandidate]:
-    """Candidates of these effects on top of a model, at the best points of their grids."""
+def _on_grid(
+    search: Search, subspace: ResidualSubspace, effects: Set[str]
+) -> list[ScoredCandidate]:
+    """Candidates of these effects on the residual of a model, at the best points of their grids."""
     others = frozenset(candidate.effect for candidate in search.library.points) - effects
-    subspace = ResidualSubspace.of(search.data, rest)
     scored = subspace.score_library(search.library, search.grids, others)
     return sorted(scored, key=lambda s: s.error)
 
