@@ -17,7 +17,7 @@ from edge_ident.signals.encoder import encoder_count, position_noise
 from edge_ident.signals.filters import differentiate
 from edge_ident.signals.recording import AxisRecord, Recording
 from edge_ident.signals.resampling import EvenGrid
-from edge_ident.simulation.loop import counted
+from edge_ident.simulation.loop import Counting
 
 Array = NDArray[np.float64]
 
@@ -264,7 +264,7 @@ def measured_position(motion: TrainingMotion, position: Array, rng: np.random.Ge
     quantization = motion.count / np.sqrt(12.0)
     noise = np.sqrt(max(motion.noise**2 - quantization**2, 0.0))
     read = position + noise * rng.normal(size=position.shape)
-    return counted(read, np.array(motion.count))
+    return Counting(np.array(motion.count)).counted(read)
 
 
 def _with_partner(

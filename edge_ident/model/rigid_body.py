@@ -24,7 +24,11 @@ class RigidBody(Effect):
 
     def load(self, at: Motion, values: Values) -> Array:
         """Viscous friction and offset."""
-        return values["viscous_friction"] * at.velocity + values["offset"]
+        return self.load_at(at.velocity, values)
+
+    def load_at(self, velocity: Array, values: Values) -> Array:
+        """The same at a velocity, all that it depends on."""
+        return values["viscous_friction"] * velocity + values["offset"]
 
     def friction(self, at: Motion, values: Values) -> Array:
         """Coulomb's."""

@@ -128,17 +128,17 @@ def _followed(
 ) -> Array:
     """What is read, true positions and velocities, and commands: (4, A, D, N)."""
     period_s, total = references.period_s, len(references.time_s)
-    encoder, resolution = (
-        r[:, None] for r in (sampling.encoder_resolution, sampling.effort_resolution)
+    encoder, converter = (
+        Counting(r[:, None]) for r in (sampling.encoder_resolution, sampling.effort_resolution)
     )
-    controllers = Controllers(gains, period_s, counted(plant.reading, encoder))
+    controllers = Controllers(gains, period_s, encoder.counted(plant.reading))
     samples = np.empty((total, 4, *plant.position.shape))
     command = np.zeros(plant.position.shape)
     plant.set_time(float(references.time_s[0]))
-    for k in range(total):
-        read = counted(plant.reading, encoder)
-        before, wanted = command, controllers.effort(references.at(k), read)
-        command = counted(wanted, resolution)
+    for k, reference in enumerate(references.samples):
+        read = encoder.counted(plant.reading)
+        before, wanted = command, controllers.effort(reference, read)
+        command = converter.counted(wanted)
         samples[k] = read, plant.position, plant.velocity, command
         plant.advance(before, command)
         if k % _PROGRESS_SAMPLES == 0:
@@ -147,7 +147,23 @@ def _followed(
     return np.ascontiguousarray(np.moveaxis(samples, 0, -1))
 
 
-def counted(values: Array, resolution: Array) -> Array:
-    """Round to whole counts; a resolution of zero leaves a value as it is."""
-    step = np.where(resolution > 0.0, resolution, 1.0)
-    return np.where(resolution > 0.0, np.round(values / step) * step, values)
+class Counting:
+    """Rounding to whole counts.
+
+    Parameters
+    ----------
+    resolution : array
+        One count; a resolution of zero leaves a value as it is.
+    """
+
+    def __init__(self, resolution: Array) -> None:
+        self._counts = resolution > 0.0
+        self._all, self._none = bool(self._counts.all()), not self._counts.any()
+        self._step = np.where(self._counts, resolution, 1.0)
+
+    def counted(self, values: Array) -> Array:
+        """Round values that broadcast with the resolution."""
+        if self._none:
+            return values
+        rounded = np.rint(values / self._step) * self._step
+        return np.asarray(rounded if self._all else np.where(self._counts, rounded, values))

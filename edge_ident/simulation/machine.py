@@ -84,6 +84,8 @@ class Machine:
             for hook in ("load", "friction", "inertia", "rates")
         )
         self._crossings = [part.effect.overrides("cross_inertia") for part in parts.all]
+        self._crossed = any(self._crossings)
+        self._base_friction = np.maximum(parts.base["coulomb_friction"], 0.0)
         self._time_s: float | Array = 0.0
         self._zero = np.zeros(position.shape)
         self._state = np.zeros((parts.states, position.shape[1]))
@@ -201,9 +203,12 @@ class Machine:
     def _balance(
         self, state: Array, direction: Array, torque: Array, since_s: float = 0.0
     ) -> _Balance:
-        at, base = self._instant(state, direction, since_s), self._parts.base
-        push = torque - RIGID_BODY.load(at, base)
+        base, velocity = self._parts.base, state[self._count : 2 * self._count]
+        push = torque - RIGID_BODY.load_at(velocity, base)
         inertia, friction = base["inertia"], base["coulomb_friction"]
+        if not self._parts.all:
+            return _Balance([], push, self._base_friction, inertia)
+        at = self._instant(state, direction, since_s)
         seen = [part.at(at, state) for part in self._parts.all]
         of_parts = list(zip(self._parts.all, seen, strict=True))
         for part, one in compress(of_parts, self._loads):
@@ -214,7 +219,7 @@ class Machine:
             inertia[part.axis] += part.effect.inertia(one, part.values)
         if any(self._frictions):
             inertia_effort = push - direction * friction
-            friction_effort = base["viscous_friction"] * at.velocity + direction * friction
+            friction_effort = base["viscous_friction"] * velocity + direction * friction
             friction = friction.copy()
         for part, one in compress(of_parts, self._frictions):
             one = replace(
@@ -229,7 +234,7 @@ class Machine:
     def _accelerate(self, balance: _Balance, direction: Array) -> Array:
         slides = direction != 0.0
         free = balance.push - direction * balance.friction
-        if not any(self._crossings):
+        if not self._crossed:
             return np.where(slides, free / balance.inertia, 0.0)
         matrix = np.zeros((free.shape[1], self._count, self._count))
         for i in range(self._count):

@@ -49,9 +49,10 @@ class References:
         """Positions (A, M) from time zero on."""
         return self.position[:, self.time_s > -0.5 * self.period_s]
 
-    def at(self, k: int) -> Array:
-        """Position, velocity and acceleration of all axes at sample k, (3, A)."""
-        return np.stack([self.position[:, k], self.velocity[:, k], self.acceleration[:, k]])
+    @property
+    def samples(self) -> Array:
+        """Position, velocity and acceleration of all axes, sample by sample, (N, 3, A)."""
+        return np.stack([self.position.T, self.velocity.T, self.acceleration.T], axis=1)
 
     def motion(self, axis: int) -> Array:
         """Position, velocity and acceleration of one axis, (3, N)."""

@@ -9,7 +9,7 @@ from edge_ident.signals.recording import AxisRecord, Recording
 from edge_ident.simulation.control import Controllers
 from edge_ident.simulation.feedback import soft_gains
 from edge_ident.simulation.flexible import reduced_model
-from edge_ident.simulation.loop import counted
+from edge_ident.simulation.loop import Counting
 from edge_ident.simulation.references import named_references, recorded_references
 from edge_ident.simulation.scenario import Scenario, simulate_drives
 from firmware_interface.gains import AxisGains
@@ -53,10 +53,13 @@ def test_soft_gains_of_the_built_in_drive_are_much_like_the_boards_start_up_gain
 
 
 def test_counting_rounds_to_whole_counts_and_leaves_exact_axes_alone() -> None:
-    resolution = np.array([[0.25], [0.0]])
-    np.testing.assert_array_equal(
-        counted(np.array([[0.3, -0.4], [0.3, -0.4]]), resolution), [[0.25, -0.5], [0.3, -0.4]]
-    )
+    values = np.array([[0.3, -0.4], [0.3, -0.4]])
+    for resolution, expected in (
+        ([[0.25], [0.0]], [[0.25, -0.5], [0.3, -0.4]]),
+        ([[0.25], [0.25]], [[0.25, -0.5], [0.25, -0.5]]),
+        ([[0.0], [0.0]], values),
+    ):
+        np.testing.assert_array_equal(Counting(np.array(resolution)).counted(values), expected)
 
 
 def short_references() -> Recording:
