@@ -65,7 +65,7 @@ class Found:
     uses: Mapping[str, tuple[Use, Use]]
     tried: int
 
-    def value(self, reachable: Mapping[str, Array]) -> tuple[int, float]:
+    def value(self, reachable: Mapping[str, NDArray[np.bool_]]) -> tuple[int, float]:
         """How good it is: the pairs that it separates, then the smallest of their distances."""
         shares = np.concatenate([self.distances[n] / self.needed[n] for n in self.distances])
         counted = shares[np.concatenate([reachable[n] for n in self.distances])]
