@@ -33,6 +33,26 @@ _TINY: Final = float(np.finfo(float).tiny)
 
 
 @dataclass(frozen=True)
+class Timing:
+    """Shift between effort and position, part of the base model.
+
+    Attributes
+    ----------
+    shift_s : float
+        By which the effort is recorded late, beyond what the recording states.
+    shift_samples, std_samples : float
+        The same in sampling periods, and its standard deviation.
+    """
+
+    shift_s: float = 0.0
+    shift_samples: float = 0.0
+    std_samples: float = 0.0
+
+
+NO_SHIFT: Final = Timing()
+
+
+@dataclass(frozen=True)
 class Shift:
     """By which the effort is recorded late.
 

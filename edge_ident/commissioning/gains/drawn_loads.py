@@ -15,7 +15,6 @@ from edge_ident.commissioning.gains.drawn_axes import DRAWS, drawn_axis, from_th
 from edge_ident.commissioning.gains.unexplained import drawn_unexplained, encoder_replicas
 from edge_ident.commissioning.motion.recorded_motion import Moved
 from edge_ident.control.position_loop import LoopHardware
-from edge_ident.diagnosis.measures import NO_SHIFT, Timing
 from edge_ident.diagnosis.prepare.masks import run_in
 from edge_ident.estimation.compensation import compensate_effects, without_delay
 from edge_ident.identification.result import Identification
@@ -26,6 +25,7 @@ from edge_ident.model.model import AxisModel, Model, Term
 from edge_ident.signals.conditioning import Signals
 from edge_ident.signals.filters import lowpass
 from edge_ident.signals.recording import Recording
+from edge_ident.signals.timing import NO_SHIFT, Timing
 from edge_ident.simulation.loop_response import Loads
 
 Array = NDArray[np.float64]

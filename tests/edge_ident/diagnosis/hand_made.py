@@ -12,8 +12,8 @@ from edge_ident.diagnosis.result import (
     DataFinding,
     Diagnosis,
     NotTestable,
-    Verdict,
 )
+from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.model.effect import Motion
 from edge_ident.model.inverse import inverse_effort
 from edge_ident.model.model import AxisModel, Estimate, Term, base_axis

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from edge_ident.diagnosis.motion_check import with_motion_errors
-from edge_ident.diagnosis.result import Diagnosis, Verdict
+from edge_ident.diagnosis.result import Diagnosis
+from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.model.effect import Motion
 from edge_ident.model.inverse import inverse_effort
 from edge_ident.model.model import AxisModel, Estimate, Term, base_axis
