@@ -16,7 +16,7 @@ from edge_ident.diagnosis.measures import ModelFit, SpectralLine, Traces, Valida
 from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.estimation.trust import Finding
 from edge_ident.model.model import AxisModel, Model, Term
-from edge_ident.signals.timing import NO_SHIFT, Timing
+from edge_ident.model.timing import NO_SHIFT, Timing
 from edge_ident.support.readable import Readable
 
 if TYPE_CHECKING:

@@ -38,10 +38,10 @@ from edge_ident.identification.findings import describe_model, describe_scales
 from edge_ident.identification.result import AxisIdentification, EffortTrace, ParameterSource
 from edge_ident.model.model import Estimate, Model, base_axis, effect_names
 from edge_ident.model.supported_range import SupportedRange
+from edge_ident.model.timing import Timing
 from edge_ident.signals.conditioning import Signals
 from edge_ident.signals.metrics import compare
 from edge_ident.signals.recording import Recording
-from edge_ident.signals.timing import Timing
 from edge_ident.support.words import listed, spoken
 
 if TYPE_CHECKING:

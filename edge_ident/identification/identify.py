@@ -22,13 +22,12 @@ from edge_ident.identification.comparison import Comparison
 from edge_ident.identification.long_recordings import at_needed_rate
 from edge_ident.identification.network_answers import network_input, run_network
 from edge_ident.identification.result import Identification
-from edge_ident.model.effects.time_delay import LARGEST_SHIFT
 from edge_ident.model.model import Estimate, Model
+from edge_ident.model.timing import LARGEST_SHIFT, Timing
 from edge_ident.signals.data_checks import check_efforts
 from edge_ident.signals.decimation import LONG
 from edge_ident.signals.metrics import relative_residual
 from edge_ident.signals.recording import Recording
-from edge_ident.signals.timing import Timing
 from edge_ident.support.stopwatch import Stopwatch
 
 if TYPE_CHECKING:

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from edge_ident.estimation.trust import Finding
 from edge_ident.identification.adequacy import Adequacy
 from edge_ident.model.model import AxisModel, Estimate, Model, effect_names
+from edge_ident.model.timing import Timing
 from edge_ident.signals.metrics import Metric
-from edge_ident.signals.timing import Timing
 from edge_ident.support.readable import Readable
 from edge_ident.support.words import listed, spoken
 

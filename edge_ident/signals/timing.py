@@ -16,7 +16,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.model.effects.time_delay import LARGEST_SHIFT
+from edge_ident.model.timing import LARGEST_SHIFT
 from edge_ident.signals.filters import lowpass
 
 Array = NDArray[np.float64]
@@ -30,26 +30,6 @@ CERTAIN: Final = 3.0
 """Standard deviations beyond the limit from which a shift is a delay: the usual three-sigma rule.
 """
 _TINY: Final = float(np.finfo(float).tiny)
-
-
-@dataclass(frozen=True)
-class Timing:
-    """Shift between effort and position, part of the base model.
-
-    Attributes
-    ----------
-    shift_s : float
-        By which the effort is recorded late, beyond what the recording states.
-    shift_samples, std_samples : float
-        The same in sampling periods, and its standard deviation.
-    """
-
-    shift_s: float = 0.0
-    shift_samples: float = 0.0
-    std_samples: float = 0.0
-
-
-NO_SHIFT: Final = Timing()
 
 
 @dataclass(frozen=True)

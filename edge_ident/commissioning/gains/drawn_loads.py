@@ -16,16 +16,17 @@ from edge_ident.commissioning.gains.unexplained import drawn_unexplained, encode
 from edge_ident.commissioning.motion.recorded_motion import Moved
 from edge_ident.control.position_loop import LoopHardware
 from edge_ident.diagnosis.prepare.masks import run_in
-from edge_ident.estimation.compensation import compensate_effects, without_delay
+from edge_ident.estimation.compensation import compensate_effects
+from edge_ident.estimation.known_effects import without_delay
 from edge_ident.identification.result import Identification
-from edge_ident.model.effect import Motion
 from edge_ident.model.effects import named
 from edge_ident.model.inverse import along_motion, inverse_effort
 from edge_ident.model.model import AxisModel, Model, Term
+from edge_ident.model.motion import Motion
+from edge_ident.model.timing import NO_SHIFT, Timing
 from edge_ident.signals.conditioning import Signals
 from edge_ident.signals.filters import lowpass
 from edge_ident.signals.recording import Recording
-from edge_ident.signals.timing import NO_SHIFT, Timing
 from edge_ident.simulation.loop_response import Loads
 
 Array = NDArray[np.float64]

@@ -15,8 +15,8 @@ from edge_ident.diagnosis.measures import ModelFit, Traces
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.timing import whole_shift
 from edge_ident.model.model import Estimate
+from edge_ident.model.timing import NO_SHIFT, Timing
 from edge_ident.signals.metrics import compare, rms
-from edge_ident.signals.timing import NO_SHIFT, Timing
 
 Array = NDArray[np.float64]
 

@@ -10,7 +10,7 @@ from edge_ident.diagnosis.select.thresholds import STRUCTURE
 from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.model.model import AxisModel, Term, base_axis
 from edge_ident.model.model_files import values_document
-from edge_ident.signals.timing import Timing
+from edge_ident.model.timing import Timing
 from edge_ident.support.words import listed, spoken
 
 

@@ -10,9 +10,9 @@ from edge_ident.commissioning.gains.drawn_loads import Grounds, drawn_loads
 from edge_ident.commissioning.gains.unexplained import drawn_unexplained, encoder_replicas
 from edge_ident.commissioning.motion.recorded_motion import Moved
 from edge_ident.control.position_loop import LoopHardware
-from edge_ident.model.effect import Motion
 from edge_ident.model.inverse import inverse_effort
 from edge_ident.model.model import Estimate, Model, Term, base_axis
+from edge_ident.model.motion import Motion
 from edge_ident.signals.conditioning import condition
 from edge_ident.signals.recording import AxisRecord, Recording
 
