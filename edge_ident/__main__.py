@@ -8,8 +8,8 @@ import gc
 
 from edge_ident.support.interrupts import end_at_once
 
-_ALLOCATED = 50_000
-"""Objects after which garbage is looked for: about as many as a command loads, which all stay."""
+_ALLOCATED = 100_000
+"""Objects after which garbage is looked for: more than a command loads, which all stay."""
 
 
 def main() -> None:

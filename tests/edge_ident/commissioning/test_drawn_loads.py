@@ -56,6 +56,16 @@ def test_a_disturbance_stays_and_is_as_strong_whether_or_not_it_comes_back() -> 
     assert strength == pytest.approx(float(slow_rms(disturbance)), rel=0.1)
 
 
+def test_replicas_at_every_other_sample_are_those_of_all() -> None:
+    position = np.sin(2.0 * TIME_S)
+    signals = condition(TIME_S, position, position)
+    drawn = [
+        encoder_replicas(BASE, signals, position, np.random.default_rng(1), every)
+        for every in (1, 2)
+    ]
+    np.testing.assert_array_equal(drawn[0][:, ::2], drawn[1])
+
+
 @pytest.mark.parametrize(("end_s", "inertia"), [(9.0, 0.53), (1.0, 0.43), (None, 0.43)])
 def test_a_payload_taken_up_in_the_recording_stays(end_s: float | None, inertia: float) -> None:
     values = {"inertia": 0.1, "time": 4.0, "coulomb_friction": 0.2, "offset": 0.0}
