@@ -4,12 +4,18 @@ Loading the command line takes a quarter of a second. So that Ctrl-C in this tim
 without a traceback, this file loads nothing heavy before it has set the signals' handlers.
 """
 
+import gc
+
 from edge_ident.support.interrupts import end_at_once
+
+_ALLOCATED = 100_000
+"""Objects after which garbage is looked for: more than a command loads, which all stay."""
 
 
 def main() -> None:
     """Entry point of the `edge-ident` script."""
     end_at_once()
+    gc.set_threshold(_ALLOCATED)
     from edge_ident.cli import main as command_line
 
     try:
@@ -17,6 +23,7 @@ def main() -> None:
     finally:
         # nothing is left to be cleaned up while the interpreter shuts down
         end_at_once()
+        gc.freeze()
 
 
 if __name__ == "__main__":

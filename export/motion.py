@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.errors import DataError, ModelError
-from edge_ident.model.effect import Motion
 from edge_ident.model.effects import named
 from edge_ident.model.model import AxisModel, Model, regressor
+from edge_ident.model.motion import Motion
 from edge_ident.signals.conditioning import choose_cutoff
 from edge_ident.signals.dct import POINTS, subsample
 from edge_ident.signals.encoder import encoder_count, position_noise

@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.estimation.image import effort_scale
-from edge_ident.model.effect import Motion
 from edge_ident.model.effects import catalogue, named, random_term
 from edge_ident.model.inverse import inverse_effort
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Term, regressor
+from edge_ident.model.motion import Motion
 from edge_ident.model.strengths import scale_of
 from edge_ident.signals.conditioning import condition
 from edge_ident.signals.dct import subsample

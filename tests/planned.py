@@ -19,8 +19,9 @@ from edge_ident.diagnosis.fit.noise_floor import noise_floor
 from edge_ident.diagnosis.fit.summary import model_fit, traces
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
-from edge_ident.diagnosis.result import Alternative, AxisDiagnosis, Cause, Diagnosis, Verdict
+from edge_ident.diagnosis.result import Alternative, AxisDiagnosis, Cause, Diagnosis
 from edge_ident.diagnosis.select.screening import physical
+from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.drive.description import Drive, DriveAxis, load_drive
 from edge_ident.model.effects import named
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Term

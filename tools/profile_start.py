@@ -63,7 +63,7 @@ def start_cost(repetitions: int) -> None:
     imports_ms, identify_ms = np.median(costs[:, :, 0], axis=0)
     times = float(np.median(costs[:, 1, 0] / costs[:, 0, 0]))
     print(
-        f"identify: {identify_ms:.0f} ms of processor time, {times:.1f} times the {imports_ms:.0f} "
+        f"identify: {identify_ms:.0f} ms of processor time, {times:.2f} times the {imports_ms:.0f} "
         f"ms of importing numpy and onnxruntime; limit {START_LIMIT} {_kept(times <= START_LIMIT)}"
     )
     for command, mib in memory_mib.items():

@@ -28,8 +28,9 @@ from typing import Final
 import numpy as np
 
 from edge_ident.diagnosis import diagnose as engine
-from edge_ident.diagnosis.result import Diagnosis, Verdict
+from edge_ident.diagnosis.result import Diagnosis
 from edge_ident.diagnosis.select.thresholds import thresholds
+from edge_ident.diagnosis.verdict import Verdict
 from firmware_interface.plant import EFFECTS
 from tools.diagnosis_benchmark.cases import CLEAN, PAIRS, SINGLE, UNKNOWN_KIND, Batch, Case
 from tools.diagnosis_benchmark.exchanging import changed_threshold, remembering

@@ -1,11 +1,10 @@
 """Data goes to stdout, messages to stderr; how much is said is chosen once for a command."""
 
-import logging
 import shutil
 import sys
 import textwrap
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -42,22 +41,28 @@ def verbosity() -> Verbosity:
 def telling(wanted: Verbosity) -> Iterator[None]:
     """Tell as much as wanted while the body runs."""
     _chosen.append(wanted)
-    handler = _log_on_stderr() if wanted.verbose else None
+    try:
+        with _log_on_stderr() if wanted.verbose else nullcontext():
+            yield
+    finally:
+        _chosen.pop()
+
+
+@contextmanager
+def _log_on_stderr() -> Iterator[None]:
+    import logging
+
+    handler = logging.StreamHandler()
+    handler.setFormatter(logging.Formatter("%(message)s"))
+    loggers = [logging.getLogger(name) for name in _LOGGERS]
+    for logger in loggers:
+        logger.setLevel(logging.INFO)
+        logger.addHandler(handler)
     try:
         yield
     finally:
-        _chosen.pop()
-        for name in _LOGGERS if handler else ():
-            logging.getLogger(name).removeHandler(handler)  # type: ignore[arg-type]
-
-
-def _log_on_stderr() -> logging.Handler:
-    handler = logging.StreamHandler()
-    handler.setFormatter(logging.Formatter("%(message)s"))
-    for name in _LOGGERS:
-        logging.getLogger(name).setLevel(logging.INFO)
-        logging.getLogger(name).addHandler(handler)
-    return handler
+        for logger in loggers:
+            logger.removeHandler(handler)
 
 
 def say(message: str) -> None:

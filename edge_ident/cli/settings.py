@@ -3,7 +3,6 @@
 import json
 import os
 import re
-import tomllib
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, Final
@@ -35,7 +34,7 @@ def read_settings() -> dict[str, Any]:
     """
     path = settings_file()
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
+        return _from_toml(path.read_text(encoding="utf-8"))
     except (FileNotFoundError, NotADirectoryError):
         return {}
     except (OSError, ValueError) as error:
@@ -43,6 +42,12 @@ def read_settings() -> dict[str, Any]:
             f"{path}: the settings cannot be read: {error}",
             "correct the file, or remove it to use the defaults",
         ) from error
+
+
+def _from_toml(text: str) -> dict[str, Any]:
+    import tomllib  # most users have no settings
+
+    return tomllib.loads(text)
 
 
 def write_setting(key: str, value: Any) -> Path:

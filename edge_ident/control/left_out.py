@@ -13,10 +13,10 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.model.effect import Motion
 from edge_ident.model.effects import named
 from edge_ident.model.inverse import inverse_effort
 from edge_ident.model.model import AxisModel, Term, regressor
+from edge_ident.model.motion import Motion
 from edge_ident.model.supported_range import SupportedRange
 from firmware_interface.gains import AxisGains
 

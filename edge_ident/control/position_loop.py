@@ -277,5 +277,6 @@ def _frequencies(resonances: tuple[tuple[float, float], ...], nyquist_rad_s: flo
         steps = width * np.concatenate([-_AROUND_RESONANCE, [0.0], _AROUND_RESONANCE])
         near = rate * (1.0 + steps[np.abs(steps) < 0.5])
         parts.append(np.abs((near + nyquist_rad_s) % (2.0 * nyquist_rad_s) - nyquist_rad_s))
-    grid = np.unique(np.concatenate(parts))
-    return grid[(grid >= _LOWEST_RAD_S) & (grid <= _HIGHEST * nyquist_rad_s)]
+    grid = np.sort(np.concatenate(parts))
+    once = np.diff(grid, prepend=0.0) > 0.0  # numpy.unique would load numpy.ma
+    return grid[once & (grid >= _LOWEST_RAD_S) & (grid <= _HIGHEST * nyquist_rad_s)]

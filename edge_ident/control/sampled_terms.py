@@ -12,10 +12,10 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.model.effect import Motion
 from edge_ident.model.effects import named
 from edge_ident.model.inverse import along_motion
 from edge_ident.model.model import Term
+from edge_ident.model.motion import Motion
 from firmware_interface.gains import FRICTION_ENTRIES, TABLE_ENTRIES
 
 Array = NDArray[np.float64]

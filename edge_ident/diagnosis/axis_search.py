@@ -7,9 +7,9 @@ from functools import partial
 from edge_ident.diagnosis.fit.noise_floor import NoiseFloor, noise_floor
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.recording_checks import findings
-from edge_ident.diagnosis.result import Verdict
 from edge_ident.diagnosis.select.judgement import Judgement, Rules, judge
 from edge_ident.diagnosis.select.selection import Selected, selected_deeper, selected_model
+from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.estimation.trust import Finding
 from edge_ident.model.model import AxisModel
 from edge_ident.signals.recording import Recording

@@ -1,8 +1,7 @@
-"""What was measured in a diagnosis: fits, timing, lines above the band, and signals over time."""
+"""What was measured in a diagnosis: fits, lines above the band, and signals over time."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -67,26 +66,6 @@ class Traces:
     since_reversal: Array
     valid: NDArray[np.bool_]
     file: NDArray[np.intp]
-
-
-@dataclass(frozen=True)
-class Timing:
-    """Shift between effort and position, part of the base model.
-
-    Attributes
-    ----------
-    shift_s : float
-        By which the effort is recorded late, beyond what the recording states.
-    shift_samples, std_samples : float
-        The same in sampling periods, and its standard deviation.
-    """
-
-    shift_s: float = 0.0
-    shift_samples: float = 0.0
-    std_samples: float = 0.0
-
-
-NO_SHIFT: Final = Timing()
 
 
 @dataclass(frozen=True)

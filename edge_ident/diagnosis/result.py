@@ -7,22 +7,16 @@ figures of one table have one denominator.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from enum import StrEnum
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.measures import (
-    NO_SHIFT,
-    ModelFit,
-    SpectralLine,
-    Timing,
-    Traces,
-    Validation,
-)
+from edge_ident.diagnosis.measures import ModelFit, SpectralLine, Traces, Validation
+from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.estimation.trust import Finding
 from edge_ident.model.model import AxisModel, Model, Term
+from edge_ident.model.timing import NO_SHIFT, Timing
 from edge_ident.support.readable import Readable
 
 if TYPE_CHECKING:
@@ -30,17 +24,6 @@ if TYPE_CHECKING:
     from rich.console import RenderableType
 
 Array = NDArray[np.float64]
-
-
-class Verdict(StrEnum):
-    """Whether the model of an axis is complete."""
-
-    ADEQUATE = "adequate"
-    """The residual of the base model is within the noise floor."""
-    EXPLAINED = "explained"
-    """The residual of the extended model is within the noise floor."""
-    UNEXPLAINED = "unexplained"
-    """The residual has structure that no known effect accounts for."""
 
 
 @dataclass(frozen=True)

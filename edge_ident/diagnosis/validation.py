@@ -29,11 +29,12 @@ from edge_ident.diagnosis.fit.projection import orthonormal
 from edge_ident.diagnosis.fit.summary import nonzero_rms
 from edge_ident.diagnosis.measures import CarriedCause, Validation
 from edge_ident.diagnosis.prepare.axis_data import AxisData
-from edge_ident.diagnosis.result import Cause, Verdict
+from edge_ident.diagnosis.result import Cause
 from edge_ident.diagnosis.select.acceptance import structure_left
 from edge_ident.diagnosis.select.backward_elimination import SupportedModel
 from edge_ident.diagnosis.select.causes import causes, strongest_first
 from edge_ident.diagnosis.select.own_effort import base_space, own_shares
+from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.model.effects import named
 from edge_ident.model.model import BASE, PARAMETERS, POSITIVE, AxisModel
 from edge_ident.signals.metrics import rms

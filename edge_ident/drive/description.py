@@ -9,13 +9,13 @@ import re
 import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from importlib.resources import files
 from pathlib import Path
 from typing import Any, Final
 
 from edge_ident.errors import DataError
 from firmware_interface.motion import Multisine, SineComponent, Trajectory
 
+BUILT_IN: Final = Path(__file__).with_name("feed_drive.toml")
 AXIS_RANGES: Final = {
     "gear_ratio": (1e-3, 1e4),
     "encoder_counts_per_turn": (4, 2**31),
@@ -155,8 +155,7 @@ def load_drive(path: str | Path | None = None) -> Drive:
     0.0025
     """
     if path is None:
-        text = (files("edge_ident.drive") / "feed_drive.toml").read_text("utf-8")
-        return _Reader("feed_drive.toml", text).drive()
+        return _Reader(BUILT_IN.name, BUILT_IN.read_text("utf-8")).drive()
     path = Path(path)
     if not path.is_file():
         raise DataError(f"{path}: no such file", "give the path of a drive description (.toml)")

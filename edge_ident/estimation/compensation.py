@@ -6,14 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.errors import ModelError
-from edge_ident.model.effect import Motion
-from edge_ident.model.effects import named
-from edge_ident.model.inverse import along_motion, inverse_effort, obeyed
 from edge_ident.model.model import AxisModel, Model, Term
 from edge_ident.signals.conditioning import Signals, condition, with_effort
-from edge_ident.signals.filters import differentiate, lowpass
 from edge_ident.signals.recording import Recording
-from edge_ident.signals.standstill import bridge
 
 Array = NDArray[np.float64]
 
@@ -81,11 +76,29 @@ def compensate_effects(
         The model lacks the axis, knows it in other units, or couples it to one that was not
         recorded.
     """
-    axis = recording.axes[name]
-    known = None if model is None else _known(model, recording, name)
-    effects = () if known is None else known.terms[1:]
+    if model is None:
+        return _conditioned(recording, name, (), recording.effort_shift_s - late_s, of_motion)
+    from edge_ident.estimation.known_effects import subtracted, without_delay
+
+    known = _known(model, recording, name)
+    effects = known.terms[1:]
     delay_s, acting = without_delay(effects)
     shift_s = recording.effort_shift_s - delay_s - late_s
+    plain = _conditioned(recording, name, effects, shift_s, of_motion)
+    if not acting:
+        return plain
+    return subtracted(plain, replace(known, terms=(known.terms[0], *acting)), recording, name)
+
+
+def _conditioned(
+    recording: Recording,
+    name: str,
+    effects: tuple[Term, ...],
+    shift_s: float,
+    of_motion: Signals | None,
+) -> CompensatedAxis:
+    """The axis before anything is subtracted from its effort."""
+    axis = recording.axes[name]
     if of_motion is None:
         columns = recording.time_s, axis.position, axis.effort
         signals = condition(*columns, effort_shift_s=shift_s, sampling=axis.sampling)
@@ -93,24 +106,7 @@ def compensate_effects(
         signals = with_effort(of_motion, axis.effort, shift_s)
     position, effort = (signals.grid.resampled(x) for x in (axis.position, axis.effort))
     nothing = np.broadcast_to(0.0, effort.shape)
-    plain = CompensatedAxis(signals, nothing, effects, shift_s, position, effort, nothing)
-    if known is None or not acting:
-        return plain
-    undelayed = replace(known, terms=(known.terms[0], *acting))
-    motion, others = _smooth_motions(undelayed, recording, name, signals)
-    withheld = _withheld(undelayed, effort)
-    added = _added(obeyed(undelayed), motion, others)
-    filtered = lowpass(added, signals.cutoff_hz, signals.period_s)
-    filtered += lowpass(withheld, signals.cutoff_hz, signals.period_s, delay_s=shift_s)
-    effects_effort = bridge(filtered, signals.moving)
-    return replace(
-        plain,
-        signals=replace(signals, effort=signals.effort - effects_effort),
-        effects_effort=effects_effort,
-        effort=effort - withheld,
-        effects_unfiltered=added,
-        tied_to_time=tuple(t.effect for t in effects if named(t.effect).tied_to_time),
-    )
+    return CompensatedAxis(signals, nothing, effects, shift_s, position, effort, nothing)
 
 
 def _known(model: Model, recording: Recording, name: str) -> AxisModel:
@@ -128,42 +124,3 @@ def _known(model: Model, recording: Recording, name: str) -> AxisModel:
             "give a model in the recording's units",
         )
     return axis
-
-
-def without_delay(effects: tuple[Term, ...]) -> tuple[float, tuple[Term, ...]]:
-    """Time by which the effort column is late, and the effects that do something else."""
-    delays = [named(term.effect).effort_delay for term in effects]
-    late = [float(term.values[name]) for term, name in zip(effects, delays, strict=True) if name]
-    acting = tuple(term for term, name in zip(effects, delays, strict=True) if not name)
-    return sum(late), acting
-
-
-def _smooth_motions(
-    axis: AxisModel, recording: Recording, name: str, signals: Signals
-) -> tuple[Motion, dict[str, Motion]]:
-    """The axis's motion, and those of the axes that act on it, all filtered alike."""
-    grid = signals.grid
-
-    def smooth(of_axis: str) -> Motion:
-        position = grid.resampled(recording.axes[of_axis].position)
-        filtered = differentiate(
-            position, signals.cutoff_hz, grid.period_s, decimated=signals.sampling is not None
-        )
-        time_s = grid.time_s - grid.time_s[0] + signals.begin_s + recording.begin_s
-        return Motion.known(time_s, *filtered)
-
-    sources = {term.source_axis for term in axis.terms} & set(recording.axes)
-    return smooth(name), {source: smooth(source) for source in sources if source is not None}
-
-
-def _added(axis: AxisModel, motion: Motion, others: dict[str, Motion]) -> Array:
-    """What the effects add to the effort that the motion needs."""
-    base = replace(axis, terms=axis.terms[:1])
-    return inverse_effort(axis, motion, others) - inverse_effort(base, motion)
-
-
-def _withheld(axis: AxisModel, effort: Array) -> Array:
-    """What was recorded, but not given."""
-    terms = axis.terms[1:]
-    parts = [named(term.effect).withheld(effort, along_motion(term)) for term in terms]
-    return np.asarray(np.sum(parts, axis=0))

@@ -46,8 +46,6 @@ class Network:
     variant : {"fp32", "int8"}
     graph : {"rank_one", "image"}
         Whether it reads efforts or their image; both give the same answers, to rounding.
-    sha256 : str
-        Of the file that was loaded.
 
     Examples
     --------
@@ -65,7 +63,6 @@ class Network:
         self.manifest = manifest
         self.variant = variant
         self.graph = graph
-        self.sha256 = hashlib.sha256(content).hexdigest()
         self._content = content
         if graph == "rank_one":
             parts = divided(content)
@@ -76,6 +73,11 @@ class Network:
                 )
             self._rank_one = RankOneGraph(*parts)
         self.residuals_of(np.zeros((1, POINTS)), np.zeros((1, POINTS)))  # warm up
+
+    @cached_property
+    def sha256(self) -> str:
+        """Of the file that was loaded."""
+        return hashlib.sha256(self._content).hexdigest()
 
     def residuals_of(self, model_effort: Array, measured_effort: Array) -> Array:
         """Guess minus truth, in shares, from the efforts that an image is made of.

@@ -1,8 +1,8 @@
 """An ONNX file as nested fields, to read and change a graph without the package onnx.
 
 A message of Protocol Buffers is a row of fields. Each has a number, which its schema names, and a
-value: an integer or bytes, which may be a message again. Source: Protocol Buffers, Encoding; the
-numbers are those of onnx.proto.
+value: an integer or bytes, which may be a message again. Bytes are read as views, because most of a
+file is weights. Source: Protocol Buffers, Encoding; the numbers are those of onnx.proto.
 """
 
 from collections.abc import Iterable, Mapping
@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-Field = tuple[int, int | bytes]
+Field = tuple[int, int | bytes | memoryview]
 
 GRAPH: Final = 7
 """Of the model; those below are of the graph."""
@@ -44,7 +44,7 @@ class Node:
     attributes: Mapping[str, tuple[int, ...]]
 
     @classmethod
-    def of(cls, content: bytes) -> "Node":
+    def of(cls, content: bytes | memoryview) -> "Node":
         """Read a node's message."""
         found = fields(content)
         return cls(
@@ -55,7 +55,7 @@ class Node:
         )
 
 
-def fields(message: bytes) -> list[Field]:
+def fields(message: bytes | memoryview) -> list[Field]:
     """Fields of a message in their order; those of a fixed width as bytes.
 
     Raises
@@ -64,7 +64,7 @@ def fields(message: bytes) -> list[Field]:
         It is no message.
     """
     found: list[Field] = []
-    at = 0
+    message, at = memoryview(message), 0
     while at < len(message):
         key, at = _varint(message, at)
         number, kind = key >> 3, key & 7
@@ -84,14 +84,14 @@ def fields(message: bytes) -> list[Field]:
     return found
 
 
-def messages(found: Iterable[Field], number: int) -> list[bytes]:
+def messages(found: Iterable[Field], number: int) -> list[bytes | memoryview]:
     """Values of all fields with that number that are bytes."""
-    return [value for which, value in found if which == number and isinstance(value, bytes)]
+    return [value for which, value in found if which == number and not isinstance(value, int)]
 
 
-def message(*parts: tuple[int, int | bytes | str]) -> bytes:
+def message(*parts: tuple[int, int | bytes | memoryview | str]) -> bytes:
     """The bytes of a message; none of its fields may have a fixed width."""
-    pieces = []
+    pieces: list[bytes | memoryview] = []
     for number, value in parts:
         if isinstance(value, int):
             pieces += [_encoded(number << 3 | _VARINT), _encoded(value)]
@@ -131,7 +131,7 @@ def _text(found: Iterable[Field], number: int) -> str:
     return "".join(str(value, "utf-8") for value in messages(found, number))
 
 
-def _varint(content: bytes, at: int) -> tuple[int, int]:
+def _varint(content: memoryview, at: int) -> tuple[int, int]:
     value = shift = 0
     while True:
         if at >= len(content) or shift > 63:

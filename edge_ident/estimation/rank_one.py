@@ -255,7 +255,7 @@ def _behind(graph: list[Field], first: tuple[Node, Node], layer: FirstLayer) -> 
         (number, value)
         for number, value in graph
         if number != INPUT
-        and not (number == NODE and isinstance(value, bytes) and Node.of(value).outputs in gone)
+        and not (number == NODE and not isinstance(value, int) and Node.of(value).outputs in gone)
     ]
     return [*kept, float_input(first[1].outputs[0], "n", *layer.shape)]
 

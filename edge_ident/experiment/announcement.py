@@ -4,8 +4,8 @@ import math
 from collections.abc import Iterator
 from typing import Final
 
-from edge_ident.diagnosis.present.wording import listed, spoken
 from edge_ident.experiment.result import AxisUse, MotionPlan, PlannedPair
+from edge_ident.support.words import listed, spoken
 
 QUANTITIES: Final = (
     ("travel", "travel_rad", "rad"),

@@ -22,10 +22,10 @@ from edge_ident.experiment.distance import Judge, distance
 from edge_ident.experiment.limits import Allowed, Load
 from edge_ident.experiment.rivals import Pair, Rivals, Typical, rivals
 from edge_ident.experiment.search import Problem
-from edge_ident.model.effect import Motion
 from edge_ident.model.effects import named
 from edge_ident.model.inverse import along_motion, inverse_effort, obeyed
 from edge_ident.model.model import PARAMETERS, AxisModel, Term
+from edge_ident.model.motion import Motion
 from edge_ident.model.search import Excitation
 from edge_ident.signals.metrics import rms
 from edge_ident.signals.recording import Recording

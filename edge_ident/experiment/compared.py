@@ -25,9 +25,9 @@ from edge_ident.diagnosis.prepare.masks import (
     unknown_directions,
 )
 from edge_ident.diagnosis.prepare.preparation import FEWEST_SAMPLES, MOST_SAMPLES
-from edge_ident.model.effect import Motion
 from edge_ident.model.inverse import inverse_effort
 from edge_ident.model.model import AxisModel
+from edge_ident.model.motion import Motion
 from edge_ident.signals.conditioning import (
     FEWEST_CUTOFF_PERIODS,
     SAMPLED_PER_PERIOD,

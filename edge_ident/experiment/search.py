@@ -20,9 +20,9 @@ from edge_ident.experiment.distance import Judge, distance
 from edge_ident.experiment.limits import Allowed, Load
 from edge_ident.experiment.rivals import Pair
 from edge_ident.experiment.shapes import Shape
-from edge_ident.model.effect import Motion
 from edge_ident.model.effects import named
 from edge_ident.model.model import AxisModel, Term
+from edge_ident.model.motion import Motion
 from firmware_interface.motion import Multisine, Staircase
 
 Array = NDArray[np.float64]

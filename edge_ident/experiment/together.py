@@ -21,8 +21,9 @@ import numpy as np
 from edge_ident.diagnosis.diagnose import diagnose
 from edge_ident.diagnosis.fit.line_again import held
 from edge_ident.diagnosis.measures import SpectralLine
-from edge_ident.diagnosis.result import AxisDiagnosis, Verdict
+from edge_ident.diagnosis.result import AxisDiagnosis
 from edge_ident.diagnosis.tolerance import TOLERANCE
+from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.experiment.open_causes import (
     explanations,
     structure_in_band,

@@ -14,13 +14,12 @@ Every deviation includes the model error (`edge_ident.estimation.model_error`).
 """
 
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.measures import Timing
-from edge_ident.diagnosis.present.wording import listed, spoken
-from edge_ident.diagnosis.result import AxisDiagnosis, Verdict
+from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.estimation import least_squares
 from edge_ident.estimation.compensation import CompensatedAxis, compensate_effects
 from edge_ident.estimation.effort_checks import check_effort
@@ -39,9 +38,14 @@ from edge_ident.identification.findings import describe_model, describe_scales
 from edge_ident.identification.result import AxisIdentification, EffortTrace, ParameterSource
 from edge_ident.model.model import Estimate, Model, base_axis, effect_names
 from edge_ident.model.supported_range import SupportedRange
+from edge_ident.model.timing import Timing
 from edge_ident.signals.conditioning import Signals
 from edge_ident.signals.metrics import compare
 from edge_ident.signals.recording import Recording
+from edge_ident.support.words import listed, spoken
+
+if TYPE_CHECKING:
+    from edge_ident.diagnosis.result import AxisDiagnosis
 
 Array = NDArray[np.float64]
 
@@ -112,7 +116,7 @@ class _Choice:
     reason: str
 
 
-def answer(question: Question, outcome: AxisDiagnosis | str | None) -> AxisIdentification:
+def answer(question: Question, outcome: "AxisDiagnosis | str | None") -> AxisIdentification:
     """Choose the answer for one axis, and check it.
 
     Parameters
@@ -163,7 +167,7 @@ def answer(question: Question, outcome: AxisDiagnosis | str | None) -> AxisIdent
     )
 
 
-def _end_s(recording: Recording, last_s: float, diagnosed: AxisDiagnosis | None) -> float:
+def _end_s(recording: Recording, last_s: float, diagnosed: "AxisDiagnosis | None") -> float:
     """End of the last recording that the answer comes from, since the start of the first."""
     diagnosed_s = float(diagnosed.traces.time_s[-1]) if diagnosed is not None else 0.0
     return max(recording.begin_s + last_s, diagnosed_s)
@@ -192,7 +196,7 @@ def _bases(question: Question) -> tuple[_Base, _Base]:
 
 def _what_was_done(
     question: Question,
-    outcome: AxisDiagnosis | str | None,
+    outcome: "AxisDiagnosis | str | None",
     seen: SupportedRange,
     source: ParameterSource,
 ) -> list[Finding]:
@@ -209,7 +213,7 @@ def _what_was_done(
 
 def _chosen(
     question: Question,
-    diagnosed: AxisDiagnosis | None,
+    diagnosed: "AxisDiagnosis | None",
     bases: tuple[_Base, _Base],
     network: Estimate | None,
 ) -> _Choice:
@@ -248,31 +252,26 @@ def _best(bases: tuple[_Base, _Base], signals: Signals) -> _Base:
     return min(bases, key=lambda base: base.expected_error(signals))
 
 
-def _extended(question: Question, diagnosed: AxisDiagnosis, bases: tuple[_Base, _Base]) -> _Choice:
+def _extended(
+    question: Question, diagnosed: "AxisDiagnosis", bases: tuple[_Base, _Base]
+) -> _Choice:
     """The base parameters of the extended model."""
-    model = Model({question.name: diagnosed.model})
+    name, known = question.name, question.compensated.signals
     compensated = compensate_effects(
-        question.recording,
-        question.name,
-        model,
-        late_s=diagnosed.timing.shift_s,
-        of_motion=question.compensated.signals,
-    )
+        question.recording, name, Model({name: diagnosed.model}),
+        late_s=diagnosed.timing.shift_s, of_motion=known,
+    )  # fmt: skip
     estimate = Estimate(diagnosed.model.parameters, diagnosed.extended.estimate.std)
     error = _model_error(compensated, question.part, estimate.std)
     if diagnosed.verdict is Verdict.ADEQUATE:
-        base = _best(bases, question.compensated.signals).estimate
+        base = _best(bases, known).estimate
         error = np.hypot(error, estimate.parameters - base.parameters)
     causes = listed(dict.fromkeys(map(spoken, effect_names(diagnosed.model))))
     reason = f"the base model is inadequate; the extended model has {causes}"
     if diagnosed.verdict is Verdict.ADEQUATE:
         reason = f"what it adds to the base model is minor, and certain: {causes}"
     return _Choice(
-        ParameterSource.EXTENDED_MODEL,
-        _widened(estimate, error),
-        error,
-        compensated,
-        reason,
+        ParameterSource.EXTENDED_MODEL, _widened(estimate, error), error, compensated, reason
     )
 
 

@@ -26,8 +26,8 @@ from edge_ident.errors import DataError
 from edge_ident.estimation.compensation import CompensatedAxis
 from edge_ident.estimation.least_squares import solve
 from edge_ident.estimation.model_error import regime_spread, regimes, unnoticed_error
-from edge_ident.model.effect import Motion
 from edge_ident.model.model import Estimate, regressor
+from edge_ident.model.motion import Motion
 from edge_ident.signals.conditioning import decimated
 from edge_ident.signals.filters import differentiate, lowpass
 from edge_ident.signals.timing import Shift, slow, solve_shift

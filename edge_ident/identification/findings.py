@@ -1,15 +1,20 @@
 """What the check of the base model and the diagnosis say about an answer."""
 
-from edge_ident.diagnosis.present.wording import listed, spoken, verdict_sentence
-from edge_ident.diagnosis.result import AxisDiagnosis, Verdict
+from typing import TYPE_CHECKING
+
+from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.estimation.trust import Finding
 from edge_ident.identification.adequacy import Adequacy
 from edge_ident.signals.recording import Recording
 from edge_ident.signals.scale_checks import check_inertia, check_scale
+from edge_ident.support.words import listed, spoken
+
+if TYPE_CHECKING:
+    from edge_ident.diagnosis.result import AxisDiagnosis
 
 
 def describe_model(
-    adequacy: Adequacy, outcome: AxisDiagnosis | str | None, *, extended: bool
+    adequacy: Adequacy, outcome: "AxisDiagnosis | str | None", *, extended: bool
 ) -> list[Finding]:
     """Findings about the model that an answer belongs to.
 
@@ -58,7 +63,9 @@ def describe_scales(recording: Recording, name: str, inertia: float) -> list[Fin
     ]
 
 
-def _verdict(adequacy: Adequacy, diagnosed: AxisDiagnosis) -> list[Finding]:
+def _verdict(adequacy: Adequacy, diagnosed: "AxisDiagnosis") -> list[Finding]:
+    from edge_ident.diagnosis.present.wording import verdict_sentence
+
     if diagnosed.verdict is Verdict.UNEXPLAINED:
         return [
             Finding(

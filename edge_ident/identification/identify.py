@@ -6,13 +6,11 @@ where it is not, the axis is diagnosed, and the parameters of the extended model
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.measures import Timing
-from edge_ident.diagnosis.result import AxisDiagnosis
 from edge_ident.errors import DataError
 from edge_ident.estimation import least_squares
 from edge_ident.estimation.alignment import Subsampled
@@ -24,13 +22,16 @@ from edge_ident.identification.comparison import Comparison
 from edge_ident.identification.long_recordings import at_needed_rate
 from edge_ident.identification.network_answers import network_input, run_network
 from edge_ident.identification.result import Identification
-from edge_ident.model.effects.time_delay import LARGEST_SHIFT
 from edge_ident.model.model import Estimate, Model
+from edge_ident.model.timing import LARGEST_SHIFT, Timing
 from edge_ident.signals.data_checks import check_efforts
 from edge_ident.signals.decimation import LONG
 from edge_ident.signals.metrics import relative_residual
 from edge_ident.signals.recording import Recording
 from edge_ident.support.stopwatch import Stopwatch
+
+if TYPE_CHECKING:
+    from edge_ident.diagnosis.result import AxisDiagnosis
 
 Progress = Callable[[str, int, int], None]
 
@@ -49,7 +50,7 @@ def identify(
     model: Model | None = None,
     seed: int = 0,
     diagnose: bool = True,
-    diagnosed: Mapping[str, AxisDiagnosis] | None = None,
+    diagnosed: "Mapping[str, AxisDiagnosis] | None" = None,
     on_progress: Progress = lambda stage, done, of: None,
     stopwatch: Stopwatch | None = None,
 ) -> Identification:
@@ -125,7 +126,7 @@ def _looked_at_together(recording: Recording) -> list[list[str]]:
 
 def _diagnosed(
     recording: Recording, name: str, model: Model | None, on_progress: Progress
-) -> AxisDiagnosis | str:
+) -> "AxisDiagnosis | str":
     """Diagnose an axis, or say why its recording is too short for that.
 
     The diagnosis needs scipy, which an adequate axis does without.

@@ -8,18 +8,19 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.measures import Timing
-from edge_ident.diagnosis.present.wording import listed, spoken
-from edge_ident.diagnosis.result import AxisDiagnosis
 from edge_ident.estimation.trust import Finding
 from edge_ident.identification.adequacy import Adequacy
 from edge_ident.model.model import AxisModel, Estimate, Model, effect_names
+from edge_ident.model.timing import Timing
 from edge_ident.signals.metrics import Metric
 from edge_ident.support.readable import Readable
+from edge_ident.support.words import listed, spoken
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from rich.console import RenderableType
+
+    from edge_ident.diagnosis.result import AxisDiagnosis
 
 
 class ParameterSource(StrEnum):
@@ -112,7 +113,7 @@ class AxisIdentification:
     whitened: Estimate
     adequacy: Adequacy
     timing: Timing
-    diagnosis: AxisDiagnosis | None
+    diagnosis: "AxisDiagnosis | None"
     model: AxisModel
     metric: Metric
     units: tuple[str, str, str, str]

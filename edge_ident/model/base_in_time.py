@@ -8,9 +8,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from edge_ident.model.effect import Effect, Motion, Values
+from edge_ident.model.effect import Effect, Values
 from edge_ident.model.effects import named
 from edge_ident.model.model import PARAMETERS, AxisModel
+from edge_ident.model.motion import Motion
 
 
 def base_at(axis: AxisModel, time_s: float) -> AxisModel:

@@ -10,7 +10,8 @@ from typing import Final
 import numpy as np
 
 from edge_ident.model.compensation import Compensation
-from edge_ident.model.effect import Array, Effect, Motion, Parameter, Values
+from edge_ident.model.effect import Array, Effect, Parameter, Values
+from edge_ident.model.motion import Motion
 from edge_ident.model.search import Form, SearchSpec
 from edge_ident.model.waves import wave
 

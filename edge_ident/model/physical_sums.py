@@ -9,9 +9,10 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.model.effect import Effect, Motion
+from edge_ident.model.effect import Effect
 from edge_ident.model.effects import named
 from edge_ident.model.model import AxisModel, Term
+from edge_ident.model.motion import Motion
 
 _EVER: Final = (-1e12, 1e12)
 """Long before and long after any record, in s."""

@@ -11,8 +11,9 @@ import numpy as np
 
 from edge_ident.errors import ModelError
 from edge_ident.model.compensation import Over
-from edge_ident.model.effect import Array, Effect, Motion
+from edge_ident.model.effect import Array, Effect
 from edge_ident.model.model import PARAMETERS
+from edge_ident.model.motion import Motion
 from edge_ident.model.search import Excitation, Form
 from edge_ident.model.strengths import no_draw
 from firmware_interface.gains import AxisGains

@@ -6,7 +6,8 @@ model (a reconstruction, see `edge_ident.model.model`).
 
 from typing import Final
 
-from edge_ident.model.effect import Array, Effect, Motion, Parameter, Values
+from edge_ident.model.effect import Array, Effect, Parameter, Values
+from edge_ident.model.motion import Motion
 from edge_ident.model.search import SearchSpec
 
 _MANY: Final = 1e9

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from edge_ident.diagnosis.result import AxisDiagnosis, Cause
 from edge_ident.estimation.trust import Finding
 from edge_ident.identification.result import (
     AxisIdentification,
@@ -15,7 +14,6 @@ from edge_ident.identification.result import (
     ParameterSource,
 )
 from edge_ident.model.model import PARAMETERS, Estimate
-from edge_ident.model.model_files import values_document
 from edge_ident.signals.metrics import rms
 from edge_ident.signals.recording import Recording
 from edge_ident.support.hashing import file_sha256
@@ -23,6 +21,7 @@ from edge_ident.support.json_text import finite
 
 if TYPE_CHECKING:
     from edge_ident.control.gain_design import GainDesign
+    from edge_ident.diagnosis.result import AxisDiagnosis, Cause
 
 
 def identification_document(identification: Identification) -> dict[str, Any]:
@@ -77,7 +76,7 @@ def _base(axis: AxisIdentification) -> dict[str, Any] | None:
     return {"parameters": _estimate(axis.least_squares, axis.units)}
 
 
-def _short_diagnosis(diagnosis: AxisDiagnosis | None) -> dict[str, Any] | None:
+def _short_diagnosis(diagnosis: "AxisDiagnosis | None") -> dict[str, Any] | None:
     """Verdict and causes; all of it is what `diagnose` prints."""
     if diagnosis is None:
         return None
@@ -96,7 +95,9 @@ def _short_diagnosis(diagnosis: AxisDiagnosis | None) -> dict[str, Any] | None:
     }
 
 
-def _cause(cause: Cause, diagnosis: AxisDiagnosis) -> dict[str, Any]:
+def _cause(cause: "Cause", diagnosis: "AxisDiagnosis") -> dict[str, Any]:
+    from edge_ident.model.model_files import values_document
+
     return {
         "effect": cause.term.effect,
         "parameters": values_document(cause.term, diagnosis.model),

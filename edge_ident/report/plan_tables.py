@@ -9,12 +9,12 @@ from typing import Any
 from rich.console import Group, RenderableType
 from rich.text import Text
 
-from edge_ident.diagnosis.present.wording import spoken
 from edge_ident.drive.motion_files import motion_document
 from edge_ident.experiment.announcement import inseparable_sentence
 from edge_ident.experiment.result import AxisUse, MotionPlan, Why
 from edge_ident.support.json_text import finite
 from edge_ident.support.tables import FittingTable, plain_table
+from edge_ident.support.words import spoken
 from firmware_interface.motion import Multisine, Staircase
 
 

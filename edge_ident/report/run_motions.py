@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 
 from edge_ident.commissioning.study.identification_motions import IdentificationMotion
-from edge_ident.diagnosis.present.wording import listed, spoken
 from edge_ident.experiment.announcement import QUANTITIES, question
 from edge_ident.identification.result import AxisIdentification
 from edge_ident.report.plan_tables import uses_document
 from edge_ident.support.hashing import file_sha256
+from edge_ident.support.words import listed, spoken
 from firmware_interface.motion import Staircase, reference
 
 _LOOKS_PER_S = 100

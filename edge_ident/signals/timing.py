@@ -16,7 +16,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.model.effects.time_delay import LARGEST_SHIFT
+from edge_ident.model.timing import LARGEST_SHIFT
 from edge_ident.signals.filters import lowpass
 
 Array = NDArray[np.float64]

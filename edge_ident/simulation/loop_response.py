@@ -47,6 +47,8 @@ _AT_ONCE: Final = 0.0005
 _CLOSING_S: Final = 0.5
 """In which the end of a path leads back to its begin: a loop forgets within that."""
 _LOWEST_RAD_S: Final = 1e-3
+_TOGETHER: Final = 5
+"""Drives whose friction is sought at once: what that takes stays in a processor's cache."""
 
 
 @dataclass(frozen=True)
@@ -114,9 +116,10 @@ def tracking_errors(path: Path, loads: Loads, gains: AxisGains, hardware: LoopHa
     )
     forward = spectra.of_rows(_fed_forward(path, gains, spectra, hardware.sample_period_s))
     linear = loop.compliance * (spectra.of_rows(needed) - loop.late * forward)
-    start = np.broadcast_to(way.velocity_rad_s, needed.shape)
+    del needed  # all of this is large
+    start = np.broadcast_to(way.velocity_rad_s, loads.beside.shape)
     error, state = loop.with_friction(linear, way.velocity_rad_s, start, _REPETITIONS)
-    limit_nm, lacking = hardware.effort_limit_nm, np.zeros(needed.shape)
+    limit_nm, lacking = hardware.effort_limit_nm, np.zeros(())
     for _ in range(_CLIPPINGS):
         command = spectra.back(forward + loop.law * error)
         beyond = command - np.clip(command, -limit_nm, limit_nm)
@@ -177,6 +180,23 @@ class _Loop:
         Where the splitting begins is where it ended for nearly the same loop, else the reference's
         speed.
         """
+        error, reached = np.empty_like(linear), np.empty(state.shape)
+        for at in range(0, len(linear), _TOGETHER):
+            part = slice(at, at + _TOGETHER)
+            found = self._of(part)._split(linear[part], velocity, state[part], repetitions)
+            error[part], reached[part] = found
+        return error, reached
+
+    def _of(self, part: slice) -> "_Loop":
+        """Some of the drives."""
+        return replace(
+            self, compliance=self.compliance[part], base=self.base[part],
+            turning=self.turning[part], step=self.step[part],
+        )  # fmt: skip
+
+    def _split(
+        self, linear: Complex, velocity: Array, state: Array, repetitions: int
+    ) -> tuple[Complex, Array]:
         s, spectra, step = 1j * self.spectra.omega, self.spectra, self.step
         coulomb = self.base[:, 2:3]
         at_once = _AT_ONCE * float(np.max(np.abs(velocity)))

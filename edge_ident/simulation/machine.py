@@ -18,8 +18,8 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.model.effect import Motion
 from edge_ident.model.model import AxisModel
+from edge_ident.model.motion import Motion
 from edge_ident.model.rigid_body import RIGID_BODY
 from edge_ident.simulation.parts import Part, Parts
 

@@ -7,9 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.errors import ModelError
-from edge_ident.model.effect import Effect, Motion, Values
+from edge_ident.model.effect import Effect, Values
 from edge_ident.model.effects import named
 from edge_ident.model.model import PARAMETERS, AxisModel, Term
+from edge_ident.model.motion import Motion
 
 Array = NDArray[np.float64]
 

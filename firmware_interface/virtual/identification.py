@@ -5,6 +5,7 @@ nothing of identification.
 """
 
 import math
+from array import array
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Protocol
@@ -62,21 +63,23 @@ class OwnIdentification:
         self._state = IdentificationState.NONE
         self._motion = 0
         self._axes: Mapping[str, BoardAxis] = {}
-        self._samples: list[DriveSample] = []
+        self._forget()
         longest_s = self.identifier.longest_s if self.identifier else 0.0
         self._most_samples = math.ceil(longest_s / SAMPLE_PERIOD_S)
         self._put()
 
     def begin(self, token: int) -> None:
         """A motion begins: what was found of another is gone."""
-        self._motion, self._axes, self._samples = token, {}, []
+        self._motion, self._axes = token, {}
+        self._forget()
         self._state = IdentificationState.CAPTURING
         self._put()
 
     def add(self, sample: DriveSample) -> None:
         """Take a captured sample."""
-        if len(self._samples) < self._most_samples:
-            self._samples.append(sample)
+        if len(self._position) < self._most_samples * len(AXES):
+            self._position.extend(sample.position)
+            self._effort.extend(sample.effort)
 
     def captured(self) -> None:
         """The last sample was captured."""
@@ -92,16 +95,23 @@ class OwnIdentification:
     def asked(self) -> None:
         """A host is about to read: compute, if there is something to compute."""
         if self._state is IdentificationState.RUNNING and self.identifier is not None:
-            position, effort, _ = zip(*self._samples, strict=True)
-            counts = CapturedCounts(np.array(position, np.int64), np.array(effort, np.int64))
+            by_sample = (
+                np.array(of).reshape(-1, len(AXES)) for of in (self._position, self._effort)
+            )
+            counts = CapturedCounts(*by_sample)
             board = read_identity(self.registers.words)
             self._end(self.identifier.identify(counts, board))
 
     def _end(self, axes: Mapping[str, BoardAxis]) -> None:
         identified = [axis.reason is IdentificationReason.NONE for axis in axes.values()]
-        self._axes, self._samples = axes, []
+        self._axes = axes
+        self._forget()
         self._state = IdentificationState.DONE if any(identified) else IdentificationState.FAILED
         self._put()
+
+    def _forget(self) -> None:
+        """Nothing is captured: counts (samples, axes), row after row, as a board keeps them."""
+        self._position, self._effort = array("q"), array("q")
 
     def _put(self) -> None:
         """Put it where the host reads it."""

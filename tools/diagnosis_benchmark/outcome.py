@@ -9,10 +9,11 @@ from typing import Any, Final, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.result import Cause, Diagnosis, Verdict
-from edge_ident.model.effect import Motion
+from edge_ident.diagnosis.result import Cause, Diagnosis
+from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.model.effects import named
 from edge_ident.model.model import PARAMETERS, AxisModel
+from edge_ident.model.motion import Motion
 from firmware_interface.plant import SAMPLE_S
 from tools.diagnosis_benchmark.cases import Case
 from tools.diagnosis_benchmark.hiding import AXES, load_batch

@@ -15,14 +15,15 @@ from edge_ident.commissioning.gains.drawn_axes import DRAWS, drawn_axis, from_th
 from edge_ident.commissioning.gains.unexplained import drawn_unexplained, encoder_replicas
 from edge_ident.commissioning.motion.recorded_motion import Moved
 from edge_ident.control.position_loop import LoopHardware
-from edge_ident.diagnosis.measures import NO_SHIFT, Timing
 from edge_ident.diagnosis.prepare.masks import run_in
-from edge_ident.estimation.compensation import compensate_effects, without_delay
+from edge_ident.estimation.compensation import compensate_effects
+from edge_ident.estimation.known_effects import without_delay
 from edge_ident.identification.result import Identification
-from edge_ident.model.effect import Motion
 from edge_ident.model.effects import named
 from edge_ident.model.inverse import along_motion, inverse_effort
 from edge_ident.model.model import AxisModel, Model, Term
+from edge_ident.model.motion import Motion
+from edge_ident.model.timing import NO_SHIFT, Timing
 from edge_ident.signals.conditioning import Signals
 from edge_ident.signals.filters import lowpass
 from edge_ident.signals.recording import Recording
@@ -112,12 +113,12 @@ def drawn_loads(
     # a motion after that of the identification begins in the state in which that one ended
     recorded = min((during, then), key=lambda need: need.misses(signals.effort, known))
     late_by_s = timing.std_samples * hardware.sample_period_s * rng.normal(size=(DRAWS, 1))
-    effort = signals.effort + late_by_s * np.gradient(signals.effort, signals.period_s)
-    noise = encoder_replicas(recorded.axis.parameters[0], signals, position, rng)
-    left = (effort - recorded.made[0])[..., ::every]
-    unexplained = drawn_unexplained(left, known[::every], noise[..., ::every], rng)
+    rate = np.gradient(signals.effort, signals.period_s)[::every]
+    effort, made = signals.effort[::every] + late_by_s * rate, recorded.made[:, ::every]
+    noise = encoder_replicas(recorded.axis.parameters[0], signals, position, rng, every)
+    unexplained = drawn_unexplained(effort - made[0], known[::every], noise, rng)
     # what deviations of the parameters explain is no noise: it comes back
-    unexplained += np.where(known, recorded.made[0] - recorded.made[1:], 0.0)[..., ::every]
+    unexplained += np.where(known[::every], made[0] - made[1:], 0.0)
     unexplained = np.pad(unexplained, ((0, 0), (moved.begin // every, 0)))
     # no encoder shows how friction turns round within a count: a length of unknown order
     turning = hardware.encoder_resolution_rad * _AT_ONCE ** rng.uniform(size=DRAWS)
@@ -130,7 +131,8 @@ def drawn_loads(
         beside = need.wanted[1:, first::every] + unexplained
         return Loads(need.axis.parameters[1:], beside, turning, encoder)
 
-    return loads(recorded), _either(loads(during), loads(then))
+    in_recording = loads(recorded)
+    return in_recording, in_recording if during is then else _either(loads(during), loads(then))
 
 
 def _known(

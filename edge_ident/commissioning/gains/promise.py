@@ -16,7 +16,7 @@ error is above its limit. All errors of a right forecast together stay below the
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from statistics import NormalDist
+from statistics import NormalDist, median
 from typing import Final
 
 import numpy as np
@@ -81,7 +81,7 @@ class Expected:
         read_rad : float
             To how much it is read; half of that is added at both ends.
         """
-        middle = float(np.median(drawn))
+        middle = float(median(drawn))
         if not (math.isfinite(middle) and middle > 0.0):
             return cls(middle, 0.0, math.inf)
         ends = np.log([max(float(np.min(drawn)), _TINY) / middle, float(np.max(drawn)) / middle])
@@ -295,5 +295,5 @@ def _ratio(one: float, other: float) -> float:
 
 def _missed(measured: float, drawn: Array) -> float:
     """Measured over forecast; one where there is no forecast."""
-    middle = float(np.median(drawn))
+    middle = float(median(drawn))
     return measured / middle if math.isfinite(middle) and min(measured, middle) > 0.0 else 1.0

@@ -30,9 +30,13 @@ _TINY: Final = 1e-30
 
 
 def encoder_replicas(
-    parameters: Array, signals: Signals, position: Array, rng: np.random.Generator
+    parameters: Array,
+    signals: Signals,
+    position: Array,
+    rng: np.random.Generator,
+    every: int = 1,
 ) -> Array:
-    """What noise of the encoder alone would leave unexplained by a base model, (DRAWS, N).
+    """What noise of the encoder alone would leave unexplained by a base model, (DRAWS, M).
 
     The motion is read again with counts that lie elsewhere.
 
@@ -45,18 +49,21 @@ def encoder_replicas(
     position : (N,) array
         As recorded, evenly sampled.
     rng : Generator
+    every : int
+        Of the N samples, every so many are wanted.
     """
     cutoff_hz, period_s = signals.cutoff_hz, signals.period_s
     (true,) = differentiate(position, cutoff_hz, period_s, orders=[0])
     count = signals.encoder_count
     beyond = math.sqrt(max(signals.position_noise**2 - count**2 / 12.0, 0.0))
-    found = []
-    for lies in rng.uniform(size=DRAWS):
+    of_true = (filtered_regressor(true, cutoff_hz, period_s) @ parameters)[::every]
+    found = np.empty((DRAWS, len(of_true)))
+    for row, lies in zip(found, rng.uniform(size=DRAWS), strict=True):
         read = true + beyond * rng.normal(size=len(true))
         if count:
             read = count * (np.round(read / count + lies) - lies)
-        found.append(filtered_regressor(read, cutoff_hz, period_s) @ parameters)
-    return np.array(found) - filtered_regressor(true, cutoff_hz, period_s) @ parameters
+        row[:] = (filtered_regressor(read, cutoff_hz, period_s) @ parameters)[::every] - of_true
+    return found
 
 
 def drawn_unexplained(

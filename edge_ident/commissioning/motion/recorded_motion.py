@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.errors import DataError
-from edge_ident.model.effect import Motion
+from edge_ident.model.motion import Motion
 from edge_ident.signals.conditioning import choose_cutoff
 from edge_ident.signals.filters import differentiate
 from edge_ident.signals.recording import AxisRecord, Recording

@@ -7,9 +7,8 @@ from math import inf
 from pathlib import Path
 from typing import Final
 
-# numpy loads these at first use, which would be after the last sample
-import numpy.fft
-import numpy.ma  # noqa: F401
+# numpy loads it at first use, which would be after the last sample
+import numpy.fft  # noqa: F401
 
 from edge_ident.commissioning.motion.capture import Capture, Enough, capture_motion
 from edge_ident.commissioning.motion.homing import move_to

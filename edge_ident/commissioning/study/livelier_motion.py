@@ -16,13 +16,14 @@ from typing import Final
 
 from edge_ident.commissioning.motion.second_motion import NamedMotion, within_limits
 from edge_ident.commissioning.study.identification_motions import IdentificationMotion, Study
-from edge_ident.diagnosis.present.wording import listed, spoken_line
-from edge_ident.diagnosis.result import Verdict
+from edge_ident.diagnosis.present.wording import spoken_line
+from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.drive.motions import named_trajectory
 from edge_ident.estimation import trust
 from edge_ident.experiment.open_causes import structure_in_band, tied_to_time
 from edge_ident.identification.result import AxisIdentification, Identification
 from edge_ident.model.model import PARAMETERS, AxisModel, Model
+from edge_ident.support.words import listed
 from firmware_interface.motion import Trajectory
 
 _TOLD: Final = 2

@@ -11,10 +11,11 @@ from numpy.typing import NDArray
 
 from edge_ident.diagnosis.fit.fitting import FittedModel, delayed
 from edge_ident.diagnosis.fit.held_out import held_out_residuals
-from edge_ident.diagnosis.measures import NO_SHIFT, ModelFit, Timing, Traces
+from edge_ident.diagnosis.measures import ModelFit, Traces
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.timing import whole_shift
 from edge_ident.model.model import Estimate
+from edge_ident.model.timing import NO_SHIFT, Timing
 from edge_ident.signals.metrics import compare, rms
 
 Array = NDArray[np.float64]

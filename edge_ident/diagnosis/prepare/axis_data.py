@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 
 from edge_ident.diagnosis.prepare.bandwidth import Band
 from edge_ident.diagnosis.prepare.sampled_filter import SampledFilter
-from edge_ident.model.effect import Motion
 from edge_ident.model.effects import named
-from edge_ident.model.effects.time_delay import LARGEST_SHIFT
 from edge_ident.model.inverse import along_motion, inverse_effort, obeyed
 from edge_ident.model.model import AxisModel
+from edge_ident.model.motion import Motion
 from edge_ident.model.search import Excitation
 from edge_ident.model.supported_range import SupportedRange
+from edge_ident.model.timing import LARGEST_SHIFT
 from edge_ident.signals.filters import lowpass
 from edge_ident.signals.metrics import rms
 

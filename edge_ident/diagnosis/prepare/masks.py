@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.model.effect import Motion
+from edge_ident.model.motion import Motion
 from edge_ident.signals.decimation import LONG
 from edge_ident.signals.standstill import at_rest, widened
 

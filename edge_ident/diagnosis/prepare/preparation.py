@@ -24,7 +24,7 @@ from edge_ident.diagnosis.prepare.sampled import Sampled
 from edge_ident.diagnosis.prepare.sampled_filter import SampledFilter
 from edge_ident.diagnosis.prepare.timing import in_time
 from edge_ident.errors import DataError
-from edge_ident.model.effect import Motion
+from edge_ident.model.motion import Motion
 from edge_ident.signals.conditioning import (
     SAMPLES_PER_CUTOFF_PERIOD,
     acceleration_noise,

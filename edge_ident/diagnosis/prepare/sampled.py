@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.model.effect import Motion
+from edge_ident.model.motion import Motion
 from edge_ident.signals.encoder import position_noise
 from edge_ident.signals.filters import differentiate
 from edge_ident.signals.recording import Recording

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.prepare.axis_data import Segment
-from edge_ident.model.effects.time_delay import LARGEST_SHIFT
 from edge_ident.model.model import regressor
+from edge_ident.model.timing import LARGEST_SHIFT
 from edge_ident.signals.timing import CERTAIN, Shift, beyond_limit, slow, solve_shift, within_limits
 
 Array = NDArray[np.float64]

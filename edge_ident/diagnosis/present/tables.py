@@ -8,8 +8,10 @@ from rich.markup import escape
 from rich.text import Text
 
 from edge_ident.diagnosis.present import wording
-from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Diagnosis, Verdict
+from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Diagnosis
+from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.support.tables import FittingTable, plain_table
+from edge_ident.support.words import spoken
 
 _COLOUR: Final = {
     Verdict.ADEQUATE: "green",
@@ -53,7 +55,7 @@ def _causes_table(axis: AxisDiagnosis) -> FittingTable:
     table.add_column("parameters")
     for cause in axis.causes:
         table.add_row(
-            wording.spoken(cause.term.effect),
+            spoken(cause.term.effect),
             "\n".join(wording.gain(cause)),
             wording.percent(cause.share),
             "\n".join(wording.values(cause.term, axis.model)),
@@ -62,7 +64,7 @@ def _causes_table(axis: AxisDiagnosis) -> FittingTable:
 
 
 def _why(cause: Cause) -> Iterator[Text]:
-    yield Text(f"  {wording.spoken(cause.term.effect)}: {cause.evidence}")
+    yield Text(f"  {spoken(cause.term.effect)}: {cause.evidence}")
     yield Text(f"    accepted: {cause.decision}")
     for alternative in cause.alternatives:
         yield Text(f"    {wording.alternative_sentence(alternative)}")

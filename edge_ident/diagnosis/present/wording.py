@@ -1,31 +1,17 @@
 """The sentences of a diagnosis, for the terminal and the page alike."""
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
-from edge_ident.diagnosis.measures import ModelFit, SpectralLine, Timing, Validation
-from edge_ident.diagnosis.result import (
-    Alternative,
-    AxisDiagnosis,
-    Cause,
-    Refused,
-    Verdict,
-)
+from edge_ident.diagnosis.measures import ModelFit, SpectralLine, Validation
+from edge_ident.diagnosis.result import Alternative, AxisDiagnosis, Cause, Refused
 from edge_ident.diagnosis.select.thresholds import STRUCTURE
+from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.model.model import AxisModel, Term, base_axis
 from edge_ident.model.model_files import values_document
-
-
-def spoken(effect: str) -> str:
-    """An effect's name in words."""
-    return effect.replace("_", " ")
-
-
-def listed(items: Iterable[str]) -> str:
-    """Join items as a, b and c; empty for no item."""
-    *first, last = list(items) or [""]
-    return f"{', '.join(first)} and {last}" if first else last
+from edge_ident.model.timing import Timing
+from edge_ident.support.words import listed, spoken
 
 
 def percent(share: float) -> str:

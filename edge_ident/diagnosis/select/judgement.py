@@ -16,7 +16,7 @@ from edge_ident.diagnosis.fit.external_vibrations import VIBRATION
 from edge_ident.diagnosis.fit.fitting import FittedModel
 from edge_ident.diagnosis.fit.held_out import standard_deviations
 from edge_ident.diagnosis.fit.noise_floor import NoiseFloor
-from edge_ident.diagnosis.result import Cause, Refused, Verdict
+from edge_ident.diagnosis.result import Cause, Refused
 from edge_ident.diagnosis.select.acceptance import Decision, again, larger_than_rest
 from edge_ident.diagnosis.select.agreement import agreed
 from edge_ident.diagnosis.select.assessment import Assessment
@@ -34,6 +34,7 @@ from edge_ident.diagnosis.select.stability import RUNS, disturbed_runs
 from edge_ident.diagnosis.select.standstill import at_standstill, tied_to_time
 from edge_ident.diagnosis.select.thresholds import TRADED
 from edge_ident.diagnosis.tolerance import TOLERANCE
+from edge_ident.diagnosis.verdict import Verdict
 
 _SOUND: Final = "certain, and no fault: the chain of a sound drive winds up as much"
 

@@ -13,10 +13,11 @@ from edge_ident.diagnosis.fit.sinusoid import Sinusoid
 from edge_ident.diagnosis.fit.wide_band import BandContent, above_band
 from edge_ident.diagnosis.measures import SpectralLine
 from edge_ident.diagnosis.prepare.axis_data import AxisData
-from edge_ident.diagnosis.result import Alternative, AxisDiagnosis, Cause, Verdict
+from edge_ident.diagnosis.result import Alternative, AxisDiagnosis, Cause
 from edge_ident.diagnosis.select.acceptance import larger_than_rest
 from edge_ident.diagnosis.select.causes import strongest_first
 from edge_ident.diagnosis.select.thresholds import SAME_ORDER, TRADED
+from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.model.effects import named
 from edge_ident.model.model import PARAMETERS, AxisModel, Model, Term
 from edge_ident.signals.recording import Recording

@@ -17,7 +17,6 @@ from edge_ident.errors import ModelError
 from edge_ident.model.effect import Effect
 from edge_ident.model.external_vibration import EXTERNAL_VIBRATION
 from edge_ident.model.model import Term
-from edge_ident.model.registration import check_effect
 from edge_ident.model.rigid_body import RIGID_BODY
 from edge_ident.model.strengths import Draws, Scale
 
@@ -33,6 +32,8 @@ def catalogue() -> Mapping[str, Effect]:
     ModelError
         An effect's file does not hold what the project relies on.
     """
+    from edge_ident.model.registration import check_effect
+
     names = sorted(module.name for module in pkgutil.iter_modules(__path__))
     modules = {name: importlib.import_module(f"{__name__}.{name}") for name in names}
     for name, module in modules.items():

@@ -12,7 +12,8 @@ import numpy as np
 
 from edge_ident.model.advice import Advice
 from edge_ident.model.compensation import Compensation
-from edge_ident.model.effect import Array, Effect, Motion, Parameter, Values
+from edge_ident.model.effect import Array, Effect, Parameter, Values
+from edge_ident.model.motion import Motion
 from edge_ident.model.search import Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
 

@@ -16,10 +16,7 @@ from edge_ident.model.compensation import Compensation
 from edge_ident.model.effect import Array, Effect, Parameter, Values
 from edge_ident.model.search import Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
-
-LARGEST_SHIFT: Final = 1.5
-"""Largest shift of a controller's timing, in sampling periods: one for its calculation, half a one
-because its command is held."""
+from edge_ident.model.timing import LARGEST_SHIFT
 
 
 class TimeDelay(Effect):

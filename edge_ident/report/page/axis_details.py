@@ -16,6 +16,7 @@ from edge_ident.report.page.map_charts import cause_chart, residual_charts
 from edge_ident.report.page.spectrum_chart import spectrum_chart
 from edge_ident.report.page.time_charts import busiest, effort_chart, residual_chart
 from edge_ident.report.page.wording import digits, sentence, unit_text, with_interval
+from edge_ident.support.words import spoken
 
 
 @dataclass(frozen=True)
@@ -104,7 +105,7 @@ def _parameters(axis: AxisDiagnosis) -> Table:
     models = _models(axis)
     columns = [_values(fit, axis.model) for fit in models.values()]
     rows: list[Row] = [
-        (terms.spoken(name), *(with_interval(*column[name]) for column in columns), unit)
+        (spoken(name), *(with_interval(*column[name]) for column in columns), unit)
         for name, unit in zip(PARAMETERS, _units(axis.model), strict=True)
     ]
     return Table("Parameters, with 95 % intervals", ("", *models, "unit"), rows)
@@ -132,7 +133,7 @@ def _quality(axis: AxisDiagnosis, validation: Validation | None) -> Table:
     rows: list[Row] = [
         (labels.get(label, label), *cells[:count])
         for label, *cells in terms.before_and_after(axis, validation)
-        if not label.startswith(tuple(terms.spoken(name) for name in PARAMETERS))
+        if not label.startswith(tuple(spoken(name) for name in PARAMETERS))
     ]
     return Table("How well the models fit", ("", *_models(axis)), rows)
 
@@ -141,8 +142,7 @@ def _follows(name: str, diagnosis: Diagnosis) -> Table:
     found = explained_variance(name, diagnosis.axes)
     kinds = ("base", "extended")[: len(_models(diagnosis.axes[name]))]
     rows: list[Row] = [
-        (terms.spoken(of), *(f"{100 * found[kind][of]:.0f} %" for kind in kinds))
-        for of in found["base"]
+        (spoken(of), *(f"{100 * found[kind][of]:.0f} %" for kind in kinds)) for of in found["base"]
     ]
     return Table(
         "How much of the error follows each quantity (share of its variance)",
@@ -174,7 +174,7 @@ def _validation(validation: Validation | None) -> Table | None:
     verdicts = {True: "yes", False: "no", None: "not asked"}
     rows: list[Row] = [
         (
-            terms.spoken(cause.effect),
+            spoken(cause.effect),
             "–" if cause.without is None else terms.percent(cause.without),
             "–" if cause.gain is None else f"{100 * cause.gain:.0f} %",
             verdicts[cause.carries_over],
@@ -190,7 +190,6 @@ def _not_testable(axis: AxisDiagnosis) -> Table | None:
     if not axis.not_testable:
         return None
     rows: list[Row] = [
-        (terms.spoken(effect.effect), effect.reason, effect.experiment)
-        for effect in axis.not_testable
+        (spoken(effect.effect), effect.reason, effect.experiment) for effect in axis.not_testable
     ]
     return Table("What this motion cannot show", ("effect", "why", "motion that shows it"), rows)

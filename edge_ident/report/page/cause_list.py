@@ -9,6 +9,7 @@ from edge_ident.diagnosis.present import wording as terms
 from edge_ident.diagnosis.result import AxisDiagnosis, Cause
 from edge_ident.model.effects import named
 from edge_ident.report.page.wording import digits, effort_word, sentence, unit_text
+from edge_ident.support.words import listed, spoken
 
 
 @dataclass(frozen=True)
@@ -61,7 +62,7 @@ def cause_bars(axis: AxisDiagnosis) -> list[Bar]:
 
 
 def _bar(kind: str, cause: Cause, axis: AxisDiagnosis, longest: float) -> Bar:
-    share, term = _share(cause.share, axis), terms.spoken(cause.term.effect)
+    share, term = _share(cause.share, axis), spoken(cause.term.effect)
     facts = [sentence(cause.evidence)] if cause.evidence else []
     if kind == "supported":
         gain, interval = terms.gain(cause)
@@ -71,7 +72,7 @@ def _bar(kind: str, cause: Cause, axis: AxisDiagnosis, longest: float) -> Bar:
     else:
         facts.append(f"{kind.capitalize()}: {cause.decision}.")
     if len(cause.shown_in) > 1:
-        facts.append(f"Seen in {terms.listed(cause.shown_in)}.")
+        facts.append(f"Seen in {listed(cause.shown_in)}.")
     values = ", ".join(map(unit_text, terms.values(cause.term, axis.model)))
     return Bar(
         kind,

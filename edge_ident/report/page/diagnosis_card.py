@@ -7,8 +7,8 @@ from typing import Final
 import numpy as np
 from markupsafe import Markup, escape
 
-from edge_ident.diagnosis.present.wording import spoken
-from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Diagnosis, Verdict
+from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Diagnosis
+from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.model.effects import named
 from edge_ident.report.page.card import PICTURE_HEIGHT, Card, Status
 from edge_ident.report.page.chart import Chart
@@ -34,6 +34,7 @@ from edge_ident.report.page.wording import (
     recorded,
     sentence,
 )
+from edge_ident.support.words import spoken
 
 _STATUS: Final[dict[Verdict, tuple[Status, str]]] = {
     Verdict.ADEQUATE: ("good", "model fits"),

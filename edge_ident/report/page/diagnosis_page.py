@@ -3,13 +3,13 @@
 from pathlib import Path
 
 from edge_ident.diagnosis.present.document import diagnosis_document
-from edge_ident.diagnosis.present.wording import listed
 from edge_ident.diagnosis.result import Diagnosis
 from edge_ident.report.page.axis_details import axis_details
 from edge_ident.report.page.diagnosis_card import diagnosis_card
 from edge_ident.report.page.provenance import Provenance
 from edge_ident.report.page.rendering import write_html
 from edge_ident.report.page.wording import sentence
+from edge_ident.support.words import listed
 
 
 def write_page(

@@ -13,7 +13,6 @@ from edge_ident.diagnosis.present.explained_variance import (
     groups,
     running_time,
 )
-from edge_ident.diagnosis.present.wording import spoken
 from edge_ident.diagnosis.result import AxisDiagnosis, Cause
 from edge_ident.model.effects import named
 from edge_ident.report.page.chart import Chart, Layer
@@ -21,6 +20,7 @@ from edge_ident.report.page.paths import PER_BIN, means
 from edge_ident.report.page.scale import Scale, across, around
 from edge_ident.report.page.time_charts import models, noise_band, reach
 from edge_ident.report.page.wording import digits, effort_word, unit_text
+from edge_ident.support.words import spoken
 
 Array = NDArray[np.float64]
 Axes = Mapping[str, AxisDiagnosis]

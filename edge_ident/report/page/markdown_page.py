@@ -12,6 +12,7 @@ from edge_ident.report.page.axis_details import axis_details
 from edge_ident.report.page.chart import Chart
 from edge_ident.report.page.chart_files import save_chart
 from edge_ident.report.page.diagnosis_card import diagnosis_card
+from edge_ident.support.words import listed, spoken
 
 MARKDOWN_FILE: Final = "report.md"
 
@@ -39,7 +40,7 @@ def write_markdown(diagnosis: Diagnosis, sources: Sequence[str], folder: Path) -
 
 
 def _page(diagnosis: Diagnosis, sources: Sequence[str], folder: Path) -> Iterator[str]:
-    yield f"# What the model gets wrong about {wording.listed(sources)}"
+    yield f"# What the model gets wrong about {listed(sources)}"
     yield ""
     yield from _table(
         ("axis", "verdict"),
@@ -90,7 +91,7 @@ def _causes(axis: AxisDiagnosis) -> Iterator[str]:
         ),
         [
             (
-                wording.spoken(cause.term.effect),
+                spoken(cause.term.effect),
                 *wording.gain(cause),
                 wording.percent(cause.share),
                 "<br>".join(wording.values(cause.term, axis.model)),
@@ -113,7 +114,7 @@ def _refused(axis: AxisDiagnosis) -> Iterator[str]:
 
 
 def _why(cause: Cause) -> Iterator[str]:
-    yield f"- **{wording.spoken(cause.term.effect)}**: {_plain(cause.evidence)}"
+    yield f"- **{spoken(cause.term.effect)}**: {_plain(cause.evidence)}"
     yield f"  - accepted: {_plain(cause.decision)}"
     for alternative in cause.alternatives:
         yield f"  - {_plain(wording.alternative_sentence(alternative))}"
@@ -125,7 +126,7 @@ def _explained_variance(name: str, axes: Mapping[str, AxisDiagnosis]) -> Iterato
     yield from _table(
         ("variance of the residual explained by", *models),
         [
-            (wording.spoken(of), *(f"{100 * found[model][of]:.0f} %" for model in models))
+            (spoken(of), *(f"{100 * found[model][of]:.0f} %" for model in models))
             for of in found["base"]
         ],
     )
@@ -159,7 +160,7 @@ def _not_testable(axis: AxisDiagnosis) -> Iterator[str]:
         yield ""
         yield from _table(
             ("effect", "why", "motion that excites it"),
-            [(wording.spoken(e.effect), e.reason, e.experiment) for e in axis.not_testable],
+            [(spoken(e.effect), e.reason, e.experiment) for e in axis.not_testable],
         )
 
 

@@ -9,7 +9,6 @@ from markupsafe import Markup, escape
 from edge_ident.commissioning.gains.outcome import GainChange
 from edge_ident.commissioning.gains.verification import Tracking
 from edge_ident.commissioning.run import BACKUP_FILE, Outcome
-from edge_ident.diagnosis.present.wording import spoken
 from edge_ident.identification.result import AxisIdentification
 from edge_ident.model.effects import named
 from edge_ident.model.model import PARAMETERS
@@ -29,6 +28,7 @@ from edge_ident.report.page.wording import (
     to_its_std,
     unit_text,
 )
+from edge_ident.support.words import spoken
 from firmware_interface.gains import GAIN_FIELDS, OFF
 
 _FIRST_TERMS: Final = tuple(gain for gain in GAIN_FIELDS[3] if gain in OFF)

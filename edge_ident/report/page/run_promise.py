@@ -8,11 +8,11 @@ from markupsafe import Markup
 from edge_ident.commissioning.gains.outcome import GainChange
 from edge_ident.commissioning.gains.promise import WORTH, Promise, Promised
 from edge_ident.commissioning.run import Outcome
-from edge_ident.diagnosis.present.wording import listed, spoken
 from edge_ident.report.page.card import IntervalPicture, IntervalRow, Row, Table
 from edge_ident.report.page.scale import Scale
 from edge_ident.report.page.wording import digits, minus
 from edge_ident.report.promise_report import promise_rows, tried
+from edge_ident.support.words import listed, spoken
 
 _ROOM = 1.3
 """By this factor the scale goes beyond the smallest and the largest error."""

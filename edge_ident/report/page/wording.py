@@ -9,8 +9,8 @@ from typing import Final
 
 from markupsafe import Markup, escape
 
-from edge_ident.diagnosis.present.wording import listed
 from edge_ident.model.model import NORMAL_95
+from edge_ident.support.words import listed
 
 _EFFORT_WORDS: Final = {"N": "force", "N*m": "torque", "A": "current", "V": "voltage"}
 _MILLI_BELOW: Final = 0.1

@@ -1,11 +1,16 @@
 """A command starts without the others, and is the same as among them."""
 
+import json
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 import typer
 
 from edge_ident.cli import HOMES, app_for, settings, whole_app
+from edge_ident.signals.recording_files import save_recording
+from edge_ident.simulation.simulate import simulate
 
 
 @pytest.fixture(autouse=True)
@@ -43,3 +48,49 @@ def test_help_a_wrong_name_and_the_settings_know_all(arguments: list[str]) -> No
 def test_settings_may_be_those_of_any_command(no_settings: Path) -> None:
     no_settings.write_text('device = "virtual"\n')
     assert app_for(["identify"]) is whole_app()
+
+
+@pytest.fixture(scope="module")
+def identified(tmp_path_factory: pytest.TempPathFactory) -> dict:
+    """What a process has loaded and done in which the script identified two sound axes."""
+    file = tmp_path_factory.mktemp("start") / "drive.npz"
+    save_recording(simulate(), file)
+    source = f"""
+import gc, json, sys
+from edge_ident.__main__ import main
+def looks():
+    return sum(generation["collections"] for generation in gc.get_stats())
+before = looks()
+sys.argv = ["edge-ident", "identify", {str(file)!r}, "--json"]
+try:
+    main()
+except SystemExit as end:
+    assert not end.code, end.code
+found = {{"loaded": list(sys.modules), "looks": looks() - before, "frozen": gc.get_freeze_count()}}
+print(json.dumps(found), file=sys.stderr)
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", source], capture_output=True, text=True, check=True
+    )
+    return json.loads(done.stderr.splitlines()[-1])
+
+
+def test_sound_axes_load_nothing_of_effects_boards_and_diagnoses(identified: dict) -> None:
+    loaded = set(identified["loaded"])
+    assert {"edge_ident.identification.answer", "edge_ident.estimation.network"} <= loaded
+    beside = {"logging", "tomllib", "numpy.ma", "numpy.random", "rich", "jinja2", "scipy"}
+    ours = {
+        "edge_ident.control.position_loop",
+        "edge_ident.diagnosis.result",
+        "edge_ident.estimation.known_effects",
+        "edge_ident.model.effect",
+        "edge_ident.model.effects",
+        "edge_ident.model.model_files",
+        "firmware_interface.gains",
+    }
+    assert not loaded & (beside | ours)
+
+
+def test_no_garbage_is_looked_for_while_a_command_loads_and_ends(identified: dict) -> None:
+    assert identified["looks"] == 0
+    assert identified["frozen"] > 0

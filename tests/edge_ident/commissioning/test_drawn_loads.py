@@ -10,9 +10,9 @@ from edge_ident.commissioning.gains.drawn_loads import Grounds, drawn_loads
 from edge_ident.commissioning.gains.unexplained import drawn_unexplained, encoder_replicas
 from edge_ident.commissioning.motion.recorded_motion import Moved
 from edge_ident.control.position_loop import LoopHardware
-from edge_ident.model.effect import Motion
 from edge_ident.model.inverse import inverse_effort
 from edge_ident.model.model import Estimate, Model, Term, base_axis
+from edge_ident.model.motion import Motion
 from edge_ident.signals.conditioning import condition
 from edge_ident.signals.recording import AxisRecord, Recording
 
@@ -54,6 +54,16 @@ def test_a_disturbance_stays_and_is_as_strong_whether_or_not_it_comes_back() -> 
     _, drawn = unexplained(disturbance)
     strength = np.sqrt(np.mean(slow_rms(drawn) ** 2))
     assert strength == pytest.approx(float(slow_rms(disturbance)), rel=0.1)
+
+
+def test_replicas_at_every_other_sample_are_those_of_all() -> None:
+    position = np.sin(2.0 * TIME_S)
+    signals = condition(TIME_S, position, position)
+    drawn = [
+        encoder_replicas(BASE, signals, position, np.random.default_rng(1), every)
+        for every in (1, 2)
+    ]
+    np.testing.assert_array_equal(drawn[0][:, ::2], drawn[1])
 
 
 @pytest.mark.parametrize(("end_s", "inertia"), [(9.0, 0.53), (1.0, 0.43), (None, 0.43)])

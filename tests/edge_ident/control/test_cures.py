@@ -8,10 +8,10 @@ import pytest
 
 from edge_ident.control.gain_design import GainDesign, design
 from edge_ident.control.law_numbers import table_fade_speed, wave_fade_speed
-from edge_ident.model.effect import Motion
 from edge_ident.model.effects import catalogue, named
 from edge_ident.model.inverse import inverse_effort
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Term
+from edge_ident.model.motion import Motion
 from firmware_interface.control_law import deadband_nm, exact_effort_nm, feedforward_nm
 from firmware_interface.law_memory import Memory
 from firmware_interface.motion import Reference

@@ -9,7 +9,7 @@ a broken diagnosis from a working one, no more.
 import numpy as np
 import pytest
 
-from edge_ident.diagnosis.result import Verdict
+from edge_ident.diagnosis.verdict import Verdict
 from firmware_interface.plant import EFFECTS, UNKNOWN, multisine
 from tests.hidden_drives import Batch, report
 from tools.diagnosis_benchmark.outcome import all_named

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from edge_ident.diagnosis.motion_check import with_motion_errors
-from edge_ident.diagnosis.result import Diagnosis, Verdict
-from edge_ident.model.effect import Motion
+from edge_ident.diagnosis.result import Diagnosis
+from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.model.inverse import inverse_effort
 from edge_ident.model.model import AxisModel, Estimate, Term, base_axis
+from edge_ident.model.motion import Motion
 from edge_ident.signals.recording import AxisRecord, Recording
 from tests.edge_ident.diagnosis import hand_made
 from tests.edge_ident.diagnosis.hand_made import PERIOD_S, STD, TRUTH

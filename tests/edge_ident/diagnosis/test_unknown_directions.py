@@ -7,9 +7,9 @@ from numpy.typing import NDArray
 
 from edge_ident.diagnosis.diagnose import diagnose
 from edge_ident.diagnosis.prepare.masks import tapered, unknown_directions
-from edge_ident.diagnosis.result import Verdict
-from edge_ident.model.effect import Motion
+from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.model.effects import named
+from edge_ident.model.motion import Motion
 from edge_ident.signals.recording import AxisRecord, Recording
 
 Array = NDArray[np.float64]

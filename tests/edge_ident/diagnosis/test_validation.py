@@ -6,7 +6,8 @@ from numpy.typing import NDArray
 
 from edge_ident.diagnosis.diagnose import diagnose
 from edge_ident.diagnosis.fit.block_gain import gain_of
-from edge_ident.diagnosis.result import Diagnosis, Verdict
+from edge_ident.diagnosis.result import Diagnosis
+from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.signals.recording import AxisRecord, Recording
 
 Array = NDArray[np.float64]

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from edge_ident.estimation.image import Normalization, effort_image, effort_scale
 from edge_ident.estimation.manifest import BUILT_IN, VARIANTS, Variant, load_manifest
 from edge_ident.estimation.network import Network
+from edge_ident.estimation.onnx_fields import GRAPH, fields, messages
 from edge_ident.estimation.rank_one import BATCH, FirstLayer, divided
 from edge_ident.signals.metrics import rms
 
@@ -158,3 +159,10 @@ def test_what_is_left_of_the_graph_is_whole() -> None:
     onnx.checker.check_model(model)
     assert [node.op_type for node in model.graph.node][:2] == ["Relu", "Conv"]
     assert [item.name for item in model.graph.input] == ["max_pool2d"]
+
+
+def test_a_file_is_read_without_a_copy_of_its_weights() -> None:
+    file = content()
+    (graph,) = messages(fields(file), GRAPH)
+    assert isinstance(graph, memoryview)
+    assert graph.obj is file

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from edge_ident.diagnosis.result import Verdict
+from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.errors import DataError
 from edge_ident.identification.adequacy import Adequacy
 from edge_ident.identification.findings import describe_model

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from edge_ident.model.effects.time_delay import LARGEST_SHIFT
 from edge_ident.model.model import PARAMETERS
+from edge_ident.model.timing import LARGEST_SHIFT
 from edge_ident.signals.conditioning import condition
 from edge_ident.signals.timing import Shift, slow, solve_shift
 

@@ -9,10 +9,10 @@ from collections.abc import Mapping
 import numpy as np
 import pytest
 
-from edge_ident.model.effect import Motion
 from edge_ident.model.effects import catalogue, random_term
 from edge_ident.model.inverse import inverse_effort
 from edge_ident.model.model import BASE, AxisModel, Term
+from edge_ident.model.motion import Motion
 from edge_ident.model.strengths import scale_of
 from edge_ident.signals.filters import lowpass
 from edge_ident.simulation.loop import Sampling, Simulation, simulate

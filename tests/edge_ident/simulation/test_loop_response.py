@@ -66,6 +66,25 @@ def test_an_axis_with_dry_friction_that_turns_and_sticks(gains: AxisGains) -> No
     assert apart < max(0.05 * own, HARDWARE.encoder_resolution_rad)
 
 
+@pytest.mark.parametrize("limit_nm", [12.0, 1.5], ids=["free", "clipped"])
+def test_a_drive_among_many_is_the_drive_alone(limit_nm: float) -> None:
+    """Seven drives; where effort lacks, all are asked until the last of them has settled."""
+    time_s = HARDWARE.sample_period_s * np.arange(800)
+    trajectory = named_trajectory(load_drive(), "multisine", 1)
+    way = reference(trajectory.axes["x"], time_s, 1.0, 0.0)
+    base = BASE * np.linspace(0.8, 1.2, 7)[:, None]
+    noise = 0.01 * np.random.default_rng(0).normal(size=(2, 7, len(time_s)))
+    loads = Loads(base, noise[0], np.full(7, 1e-3), COUNT_RAD * noise[1])
+    path = Path(way, HARDWARE.sample_period_s)
+    hardware = replace(HARDWARE, effort_limit_nm=limit_nm)
+    together = tracking_errors(path, loads, DESIGNED, hardware)
+    for n in range(7):
+        parts = (of[n : n + 1] for of in (loads.base, loads.beside, loads.turning, loads.noise))
+        alone = tracking_errors(path, Loads(*parts), DESIGNED, hardware)
+        apart = (1e-9 if limit_nm > 10.0 else 1e-2) * np.max(np.abs(alone))
+        np.testing.assert_allclose(together[n : n + 1], alone, rtol=0.0, atol=apart)
+
+
 def test_a_lag_by_friction_is_friction_over_stiffness() -> None:
     """At constant speed, without feed-forward."""
     samples = 4000

@@ -8,7 +8,7 @@ import pytest
 
 from edge_ident.diagnosis.measures import Traces
 from edge_ident.diagnosis.present.explained_variance import acceleration_at, explained_variance
-from edge_ident.diagnosis.result import Verdict
+from edge_ident.diagnosis.verdict import Verdict
 from tests.edge_ident.diagnosis import hand_made
 
 AXIS = hand_made.axis(Verdict.ADEQUATE)

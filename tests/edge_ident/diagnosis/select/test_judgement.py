@@ -7,11 +7,12 @@ from edge_ident.diagnosis.diagnose import diagnose
 from edge_ident.diagnosis.fit.fitting import fit
 from edge_ident.diagnosis.fit.noise_floor import NoiseFloor
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
-from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Verdict
+from edge_ident.diagnosis.result import AxisDiagnosis, Cause
 from edge_ident.diagnosis.select.assessment import Assessment
 from edge_ident.diagnosis.select.criterion import Criterion
 from edge_ident.diagnosis.select.physics import unphysical
 from edge_ident.diagnosis.select.search import Search
+from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.model.model import BASE
 from tests.edge_ident.diagnosis.select.test_search_parts import TEMPLATE, recorded, rigid, swing
 

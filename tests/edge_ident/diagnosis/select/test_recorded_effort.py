@@ -9,13 +9,13 @@ from edge_ident.diagnosis.fit.candidates import Candidate
 from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm, fit
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
-from edge_ident.diagnosis.result import Verdict
 from edge_ident.diagnosis.select.own_effort import base_space, own_shares
 from edge_ident.diagnosis.select.recorded_effort import recorded_sizes
-from edge_ident.model.effect import Motion
+from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.model.effects import named
 from edge_ident.model.inverse import inverse_effort
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Term
+from edge_ident.model.motion import Motion
 from edge_ident.model.search import SOUND_RESONANCE_HZ, Form
 from tests.edge_ident.diagnosis.select.test_search_parts import TEMPLATE, recorded, rigid, swing
 

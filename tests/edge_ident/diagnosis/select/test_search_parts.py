@@ -11,7 +11,8 @@ from edge_ident.diagnosis.fit.fitting import fit
 from edge_ident.diagnosis.fit.noise_floor import noise_floor
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.present.wording import external_vibrations, verdict_sentence
-from edge_ident.diagnosis.result import AxisDiagnosis, Verdict
+from edge_ident.diagnosis.result import AxisDiagnosis
+from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Model, Term
 from edge_ident.signals.recording import AxisRecord, Recording
 

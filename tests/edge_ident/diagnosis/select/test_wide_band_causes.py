@@ -5,7 +5,7 @@ import pytest
 
 from edge_ident.diagnosis.diagnose import diagnose
 from edge_ident.diagnosis.present.wording import verdict_sentence
-from edge_ident.diagnosis.result import Verdict
+from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.model.model import Model
 from tests.edge_ident.diagnosis.fit.test_wide_band import recorded
 

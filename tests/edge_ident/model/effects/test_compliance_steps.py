@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from edge_ident.model.effect import Motion
 from edge_ident.model.effects import named
+from edge_ident.model.motion import Motion
 
 PERIOD_S = 0.004
 RATE, RATIO, DECELERATION, DAMPING, WEIGHT = 25.0, 0.05, 1.5, 0.3, 0.2

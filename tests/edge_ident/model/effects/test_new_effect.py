@@ -16,11 +16,11 @@ from edge_ident.diagnosis.fit.candidates import candidates
 from edge_ident.errors import ModelError
 from edge_ident.identification.identify import identify
 from edge_ident.model import effects
-from edge_ident.model.effect import Motion
 from edge_ident.model.effects import catalogue, named
 from edge_ident.model.inverse import inverse_effort
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Model, Term
 from edge_ident.model.model_files import load_model, save_model
+from edge_ident.model.motion import Motion
 from edge_ident.model.supported_range import SupportedRange
 from edge_ident.signals.recording import AxisRecord, Recording
 from edge_ident.simulation.references import recorded_references

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from edge_ident.model.effect import Motion
 from edge_ident.model.inverse import inverse_effort
 from edge_ident.model.model import BASE, AxisModel, Term
+from edge_ident.model.motion import Motion
 
 INERTIA, VISCOUS, COULOMB, OFFSET = 0.4, 0.9, 1.4, 0.1
 PERIOD_S = 0.0025

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from edge_ident.diagnosis.present.document import diagnosis_document
-from edge_ident.diagnosis.result import Diagnosis, Verdict
+from edge_ident.diagnosis.result import Diagnosis
+from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.model.effects import catalogue
 from edge_ident.report.page.diagnosis_page import write_page
 from edge_ident.report.page.provenance import Provenance
