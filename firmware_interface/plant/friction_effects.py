@@ -107,7 +107,8 @@ class PositionFriction(Effect):
     def draw(cls, strength: Array, rng: np.random.Generator, scales: Scales) -> Self:
         """Size in shares of the table's Coulomb friction; one to three waves along the stroke."""
         level = scales.drives.chain.coulomb[2]
-        waves = rng.integers(1, 4, strength.shape) * rng.choice([-1.0, 1.0], strength.shape)
+        count = rng.integers(1, 4, strength.shape).astype(np.float64)
+        waves = count * rng.choice([-1.0, 1.0], strength.shape)
         return cls(strength * level, waves, scales.centre, scales.travel)
 
     def table_friction(self, state: State, direction: Value) -> Value:

@@ -77,7 +77,7 @@ def multisine(samples: int = 8000, seed: int = 0, period_s: float = 10.0) -> Mot
     order = np.arange(1, round(2.5 * period_s) + 1)
     rate = 2 * np.pi * order / period_s
     phase = rng.uniform(0, 2 * np.pi, (2, len(order)))
-    wave = order**-0.5 * np.exp(1j * phase)
+    wave = np.exp(1j * phase) * order**-0.5
     peak = abs(_sums(_over_a_period(period_s), wave)).max(axis=0)
     speed = 2.0 / peak[:, None] * wave
     parts = np.concatenate([speed / (1j * rate), speed, 1j * rate * speed])
