@@ -42,6 +42,7 @@ def fetch_pages(
         check_capture(status)
         watch.look(status)
         session.keep(status)
+        came = status.pages_written > fetched
         for index in range(fetched, status.pages_written):
             try:
                 page = read_page(session, identity, index)
@@ -56,7 +57,8 @@ def fetch_pages(
                 session.keep()
         if status.state is not State.MOVING:
             return
-        time.sleep(POLL_S)
+        if not came:  # while pages were read, more may have come
+            time.sleep(POLL_S)
 
 
 def read_page(session: Session, identity: BoardIdentity, index: int) -> CapturePage:
