@@ -19,9 +19,12 @@ busy machine the clock tells more of the others than of the work.
 """
 
 import argparse
+import os
 import time
 from pathlib import Path
 from typing import Final
+
+os.environ.setdefault("OMP_NUM_THREADS", "1")  # before numpy is loaded, as edge-ident does
 
 import numpy as np
 from numpy.typing import NDArray
