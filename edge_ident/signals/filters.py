@@ -7,7 +7,7 @@ Janot et al. 2014 for the practice in robot identification).
 import math
 from collections.abc import Sequence
 from functools import cache, lru_cache
-from typing import Final, Literal
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -68,7 +68,7 @@ def _differentiated(
     samples = len(position)
     trend, powers = _end_matching_quintic(position, cutoff_hz, period_s), _powers(samples)
     per_second = 2.0 / ((samples - 1) * period_s)
-    padded, start = _pad(position - trend @ powers, cutoff_hz, period_s, "odd", fading=fading)
+    padded, start = _pad(position - trend @ powers, cutoff_hz, period_s, odd=True, fading=fading)
     spectrum, frequency = _filtered_spectrum(padded, cutoff_hz, period_s)
     result = []
     for order in orders:
@@ -81,7 +81,9 @@ def _differentiated(
 @lru_cache(maxsize=2)
 def _powers(samples: int) -> Array:
     """Powers (6, N) from the fifth to none of N numbers from -1 to 1; read-only."""
-    powers = np.vander(np.linspace(-1.0, 1.0, samples), 6).T.copy()
+    powers, x = np.ones((6, samples)), np.linspace(-1.0, 1.0, samples)
+    for lower in range(5, 0, -1):
+        np.multiply(powers[lower], x, out=powers[lower - 1])
     powers.flags.writeable = False
     return powers
 
@@ -124,7 +126,7 @@ def _lowpassed(
     fading: bool,
 ) -> Array:
     """The same in one piece."""
-    padded, start = _pad(signal, cutoff_hz, period_s, "even", fading=fading)
+    padded, start = _pad(signal, cutoff_hz, period_s, odd=False, fading=fading)
     spectrum, frequency = _filtered_spectrum(padded, cutoff_hz, period_s)
     if np.isfinite(knee_hz):
         spectrum *= whitening(frequency / knee_hz)
@@ -189,8 +191,8 @@ def _pad(
     signal: Array,
     cutoff_hz: float,
     period_s: float,
-    reflect_type: Literal["even", "odd"],
     *,
+    odd: bool,
     fading: bool,
 ) -> tuple[Array, int]:
     """Reflect both ends until the wrap-around cannot be felt, to a length that the FFT likes."""
@@ -198,7 +200,7 @@ def _pad(
     margin = 2 * settled if fading else settled
     samples = signal.shape[-1]
     total = fast_length(samples + 2 * margin)
-    padded = _reflected(signal, margin, total - samples - margin, odd=reflect_type == "odd")
+    padded = _reflected(signal, margin, total - samples - margin, odd=odd)
     if fading:
         fade = np.cos(np.linspace(0.0, 0.5 * np.pi, settled)) ** 2
         end = margin + samples + settled
