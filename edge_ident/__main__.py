@@ -2,9 +2,13 @@
 
 Loading the command line takes a quarter of a second. So that Ctrl-C in this time ends the process
 without a traceback, this file loads nothing heavy before it has set the signals' handlers.
+
+numpy's threads gain nothing on matrices as small as these, and wait for each other where other
+programs have the cores. It asks how many to start when it is loaded.
 """
 
 import gc
+import os
 
 from edge_ident.support.interrupts import end_at_once
 
@@ -15,6 +19,7 @@ _ALLOCATED = 100_000
 def main() -> None:
     """Entry point of the `edge-ident` script."""
     end_at_once()
+    os.environ.setdefault("OMP_NUM_THREADS", "1")
     gc.set_threshold(_ALLOCATED)
     from edge_ident.cli import main as command_line
 

@@ -107,7 +107,7 @@ class Board(GainVerbs):
 
     def write_register(self, name: str, *values: float) -> None:
         """Write one register, read back and compared; see `codec.encode` for ValueError."""
-        self._session.write_verified(REGISTERS[name].address, encode(name, *values))
+        self._session.write_verified([(REGISTERS[name].address, encode(name, *values))])
 
     # ---- who commands
 
@@ -170,8 +170,7 @@ class Board(GainVerbs):
                 f"the board cannot follow this motion: {error}", "choose another motion"
             ) from error
         self._session.hold()
-        for address, words in writes:
-            self._session.write_verified(address, words)
+        self._session.write_verified(writes)
         self._trajectory_crc = crc32(trajectory_words(writes))
         motion_s = trajectory.lead_in_s + trajectory.duration_s
         self._motion_samples = math.ceil(motion_s / self.identity.sample_period_s) + 1

@@ -8,17 +8,11 @@ from firmware_interface.board_session import Session
 from firmware_interface.board_types import BoardIdentity, ReadWords
 from firmware_interface.codec import crc32, decode_integer
 from firmware_interface.errors import BoardError, LinkError
-from firmware_interface.gain_words import (
-    addresses,
-    bank_spans,
-    decode_gains,
-    read_spans,
-    span_of,
-    staged_writes,
-)
+from firmware_interface.gain_words import bank_spans, decode_gains, span_of, staged_writes
 from firmware_interface.gains import OFF, AxisGains
 from firmware_interface.received import checked_gains, received
 from firmware_interface.registers import AXES, REGISTERS, STORE_SIGNATURE, Opcode, Result
+from firmware_interface.spans import addresses, read_spans
 
 _TRIES: Final = 3
 _EXPECTED: Final = (Result.EFFORT_JUMP, Result.TRAJECTORY_LIMITS)
@@ -147,19 +141,20 @@ class GainVerbs:
         return gains
 
     def stage_gains(self, gains: Mapping[str, AxisGains]) -> None:
-        """Write the shadow bank with its CRC, read back and compared; not in force yet.
+        """Write the shadow bank with its CRC, then read all of it back; not in force yet.
 
         Raises
         ------
         BoardError
             The board's law, of an older map, lacks a term that the gains use; nothing is written.
+        LinkError
+            What was read back differs.
         """
         version = self.identity.map_version
         check_terms(gains, self.identity)
         writes, crc = staged_writes(gains, version)
         self._session.hold()
-        for address, words in writes:
-            self._session.write_verified(address, words)
+        self._session.write_verified(writes)
         self._staged_crc = crc
 
     def commit(self) -> None:

@@ -1,5 +1,6 @@
 """Words to and from a board: read back what is written, and notice what comes late or restarts."""
 
+from collections.abc import Sequence
 from contextlib import suppress
 from typing import Final
 
@@ -7,6 +8,7 @@ from firmware_interface.board_checks import went_back
 from firmware_interface.board_types import BoardStatus, read_nonce, read_status
 from firmware_interface.errors import LinkError, NoReplyError, RestartedError
 from firmware_interface.link import Link
+from firmware_interface.spans import addresses, read_spans
 
 _TRIES: Final = 3
 
@@ -41,21 +43,24 @@ class BoardLine:
             self._restarted(error.nonce)
             raise
 
-    def write_verified(self, address: int, words: list[int]) -> None:
-        """Write registers, read back and compared.
+    def write_verified(self, writes: Sequence[tuple[int, list[int]]]) -> None:
+        """Write registers, (address, words) each, then read all of them back and compare.
 
         Raises
         ------
         LinkError
             What was read back differs.
         """
-        with suppress(NoReplyError):  # what counts is what reads back
-            self.write(address, words)
-        if self.read(address, len(words)) != words:
-            raise LinkError(
-                f"registers from {address:#06x} read back differently from what was written",
-                "check the cable and that no other host talks to the board, then try again",
-            )
+        for address, words in writes:
+            with suppress(NoReplyError):  # what counts is what reads back
+                self.write(address, words)
+        found = read_spans(self.read, [(address, len(words)) for address, words in writes])
+        for address, words in writes:
+            if [found[there] for there in addresses([(address, len(words))])] != words:
+                raise LinkError(
+                    f"registers from {address:#06x} read back differently from what was written",
+                    "check the cable and that no other host talks to the board, then try again",
+                )
 
     def status(self) -> BoardStatus:
         """State, fault, last command and counters, all of one moment.

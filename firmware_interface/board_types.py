@@ -8,10 +8,11 @@ from numpy.typing import NDArray
 
 from firmware_interface.codec import RawPage, decode_integer
 from firmware_interface.errors import LinkError
-from firmware_interface.gain_words import addresses, bank_spans, decode_gains, read_spans
+from firmware_interface.gain_words import bank_spans, decode_gains
 from firmware_interface.gains import GAIN_FIELDS, AxisGains
 from firmware_interface.received import checked_gains, received, received_integer
 from firmware_interface.registers import AXES, MAGIC, MAP_VERSION, REGISTERS, Fault, Result, State
+from firmware_interface.spans import addresses, read_spans
 
 Array = NDArray[np.float64]
 ReadWords = Callable[[int, int], list[int]]

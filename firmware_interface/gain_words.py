@@ -1,19 +1,17 @@
-"""Gain banks as words: in which order, at which addresses, and in which transfers.
+"""Gain banks as words: in which order, and at which addresses.
 
 A bank's words stand in the order of their addresses: of all axes the numbers that map 3 had, then
 of all axes those that came with map 4. Its CRC-32 is of all of them.
 """
 
 import struct
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Final
 
 from firmware_interface.codec import bytes_to_words, crc32, encode, words_to_bytes
 from firmware_interface.gains import AxisGains
 from firmware_interface.registers import AXES, MAP_VERSION, REGISTERS
-
-Span = tuple[int, int]
-"""Address of the first of consecutive registers, and how many they are."""
+from firmware_interface.spans import WRITTEN_WORDS, Span, addresses, transfers
 
 _FIRST: Final = {3: "proportional", 4: "friction_top_speed"}
 """The first number that each version of the map brought."""
@@ -26,8 +24,6 @@ _WORDS: Final = {
     for version in _FIRST
 }
 """Words of one axis that each version of the map brought."""
-_TRANSFER_WORDS: Final = 122
-"""Whole values in one transfer: Modbus reads at most 125 registers and writes at most 123."""
 
 
 def encode_gains(gains: Mapping[str, AxisGains], version: int = MAP_VERSION) -> list[int]:
@@ -83,32 +79,6 @@ def span_of(name: str) -> Span:
     return REGISTERS[name].address, REGISTERS[name].words
 
 
-def addresses(spans: Iterable[Span]) -> Iterator[int]:
-    """Of all words, in their order."""
-    for address, count in spans:
-        yield from range(address, address + count)
-
-
-def transfers(spans: Iterable[Span]) -> Iterator[Span]:
-    """The same words in as few transfers as it takes, by address."""
-    ordered = sorted(addresses(spans))
-    first = 0
-    for n in range(1, len(ordered) + 1):
-        broken = n == len(ordered) or ordered[n] != ordered[n - 1] + 1
-        if broken or n - first == _TRANSFER_WORDS:
-            yield ordered[first], n - first
-            first = n
-
-
-def read_spans(read: Callable[[int, int], list[int]], spans: Sequence[Span]) -> dict[int, int]:
-    """Words by their address."""
-    return {
-        first + n: word
-        for first, count in transfers(spans)
-        for n, word in enumerate(read(first, count))
-    }
-
-
 def staged_writes(
     gains: Mapping[str, AxisGains], version: int = MAP_VERSION
 ) -> tuple[list[tuple[int, list[int]]], int]:
@@ -117,5 +87,7 @@ def staged_writes(
     spans = bank_spans("shadow", version)
     words = dict(zip(addresses(spans), bank, strict=True))
     words |= zip(addresses([crc]), encode("shadow.crc", crc32(bank)), strict=True)
-    parts = sorted(transfers([*spans, crc]), key=lambda part: part[0] <= crc[0] < sum(part))
+    parts = sorted(
+        transfers([*spans, crc], WRITTEN_WORDS), key=lambda part: part[0] <= crc[0] < sum(part)
+    )
     return [(first, [words[a] for a in addresses([(first, n)])]) for first, n in parts], crc32(bank)

@@ -5,6 +5,7 @@ batches: pass several devices to compare them.
 
     python tools/profile_latency.py --repetitions 100 --output runs/latency virtual /dev/ttyACM0
     python tools/profile_latency.py --commit
+    python tools/profile_latency.py --stages
     python tools/profile_latency.py --check
     python tools/profile_latency.py --gains
     python tools/profile_latency.py --network
@@ -12,16 +13,21 @@ batches: pass several devices to compare them.
 `--commit` measures the way from the last sample to gains read back alone, with a stop before the
 commit and without, in turn.
 
-The last three need no board. `--check` tells what the check of the base model costs, on two axes of
-44 s; `--gains` what the design of the gains of two axes costs; `--network` what the network costs
-that reads efforts, beside the one that reads their images. All measure processor time, because on a
-busy machine the clock tells more of the others than of the work.
+The last four need no board. `--stages` tells what the stages of the identification of two axes of
+22 s cost, `cnn` with `align`, `image` and `network` in it; `--check` what the check of the base
+model costs, on two axes of 44 s; `--gains` what the design of the gains of two axes costs;
+`--network` what the network costs that reads efforts, beside the one that reads their images. All
+measure processor time, because on a busy machine the clock tells more of the others than of the
+work.
 """
 
 import argparse
+import os
 import time
 from pathlib import Path
 from typing import Final
+
+os.environ.setdefault("OMP_NUM_THREADS", "1")  # before numpy is loaded, as edge-ident does
 
 import numpy as np
 from numpy.typing import NDArray
@@ -68,6 +74,18 @@ class _Lines:
 
     def say(self, message: str) -> None:
         print(message, flush=True)
+
+
+def identification_costs(repetitions: int) -> dict[str, float]:
+    """Median processor time of each stage of an identification with its network, ms."""
+    recording, network = simulate(noise=0.02), load_network("fp32")
+    spent: dict[str, list[float]] = {}
+    for _ in range(repetitions):
+        watch = Stopwatch(time.process_time)
+        times_ms = identify(recording, network, diagnose=False, stopwatch=watch).timing_ms
+        for stage, stage_ms in times_ms.items():
+            spent.setdefault(stage, []).append(stage_ms)
+    return {stage: float(np.median(of_stage)) for stage, of_stage in spent.items()}
 
 
 def check_cost(motion: MotionName, repetitions: int) -> tuple[float, float]:
@@ -146,6 +164,12 @@ def show_network(repetitions: int) -> None:
     )
 
 
+def show_stages(repetitions: int) -> None:
+    """Print what the stages of an identification cost."""
+    for stage, spent_ms in identification_costs(repetitions).items():
+        print(f"{stage}: {spent_ms:.1f} ms of processor time")
+
+
 def show_check(repetitions: int) -> None:
     """Print what the check of the base model costs."""
     for motion in MOTIONS:
@@ -189,17 +213,21 @@ def main() -> None:
     parser.add_argument("--baud-rate", type=int)
     parser.add_argument("--output", type=Path, default=Path("runs/latency"))
     parser.add_argument("--commit", action="store_true", help="commit with a stop and without")
+    parser.add_argument("--stages", action="store_true", help="cost of the identification alone")
     parser.add_argument("--check", action="store_true", help="cost of the check alone")
     parser.add_argument("--gains", action="store_true", help="cost of the gain design alone")
     parser.add_argument("--network", action="store_true", help="cost of the network alone")
     given = parser.parse_args()
-    if given.check:
-        show_check(given.repetitions)
-    if given.gains:
-        show_gains(given.repetitions)
-    if given.network:
-        show_network(given.repetitions)
-    if given.check or given.gains or given.network:
+    parts = {
+        show_stages: given.stages,
+        show_check: given.check,
+        show_gains: given.gains,
+        show_network: given.network,
+    }
+    for show_part, asked in parts.items():
+        if asked:
+            show_part(given.repetitions)
+    if any(parts.values()):
         return
     for number, device in enumerate(given.devices):
         if given.commit:

@@ -50,7 +50,6 @@ STAGES: Final = (
     "estimate",
     "gains",
     "stage",
-    "read_back",
     "commit",
     "verify",
     "total",
@@ -119,11 +118,10 @@ def _warm(
 ) -> ProfileRun:
     observer.stage(f"warm, {network.variant}")
 
-    def repeat() -> dict[str, float]:
-        return _after_the_last_sample(board, recording, network, Stopwatch())
-
     with left_safe(board):
-        times = _repeat(repeat, repetitions, observer)
+        times = _repeat(
+            lambda: _after_the_last_sample(board, recording, network), repetitions, observer
+        )
     return ProfileRun("warm", network.variant, network.graph, times)
 
 
@@ -170,43 +168,40 @@ def _repeat(
 
 
 def _after_the_last_sample(
-    board: Board, recording: Recording, network: Network, watch: Stopwatch
+    board: Board, recording: Recording, network: Network
 ) -> dict[str, float]:
     """Everything that follows a motion, with the board's own gains in place of new ones."""
     active = board.active_gains()
-    with watch.stage("total"):
-        with watch.stage("page_tail"):
-            board.read_last_page()
-        found = identify(recording, network, diagnose=False, stopwatch=watch)
-        with watch.stage("gains"):
-            board_designs(board, found)
-        with watch.stage("stage"):
-            board.stage_gains(active)
-        with watch.stage("read_back"):
-            compare_gains("staged", active, board.staged_gains())
-        with watch.stage("commit"):
-            board.commit()
-        with watch.stage("verify"):
-            compare_gains("active", active, board.active_gains())
-    board.roll_back()
+    watch = Stopwatch()
+    with watch.stage("page_tail"):
+        board.read_last_page()
+    found = identify(recording, network, diagnose=False, stopwatch=watch)
+    with watch.stage("gains"):
+        board_designs(board, found)
+    with watch.stage("stage"):
+        board.stage_gains(active)
+    with watch.stage("commit"):
+        board.commit()
+    with watch.stage("verify"):
+        compare_gains(active, board.active_gains())
     times = watch.timing_ms()
+    board.roll_back()
     return {stage: times[stage] for stage in STAGES if stage in times}
 
 
 def _cold_start(url: str, baud_rate: str, file: str, precision: str, started_s: str) -> None:
     """One cold repetition, in the process that exists for it; prints its times as JSON."""
-    watch = Stopwatch()
     recording = load_recording(Path(file))
     network = load_network(variant_named(precision))
     start_ms = 1e3 * (time.time() - float(started_s))
-    with watch.stage("connect"):
-        link = open_link(url, baud_rate=int(baud_rate))
-        board = Board.connect(link)
+    watch = Stopwatch()
+    board = Board.connect(open_link(url, baud_rate=int(baud_rate)))
+    connect_ms = watch.timing_ms()["total"]
     with left_safe(board):
-        times = _after_the_last_sample(board, recording, network, watch)
+        times = _after_the_last_sample(board, recording, network)
     board.close()
-    times["start"] = start_ms
-    times["total"] += start_ms + times["connect"]
+    times["start"], times["connect"] = start_ms, connect_ms
+    times["total"] += start_ms + connect_ms
     print(json.dumps(times))
 
 

@@ -6,6 +6,7 @@ start, so one network serves the sine of one axis and the cosine of the other.
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Final
 
 import numpy as np
@@ -15,6 +16,7 @@ from edge_ident.signals.conditioning import Signals
 from edge_ident.signals.dct import dct2, idct2, subsample
 
 Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
 
 _MISSING_SHARE: Final = 0.002
 """Share of a period that a recording may lack at its end."""
@@ -57,27 +59,25 @@ def align(signals: Signals, velocity: Array, period_s: float) -> Subsampled | No
         return None
     samples = min(samples, available)
     periods = available // samples
-
-    def average(signal: Array) -> Array:
-        whole = signal[: periods * samples]
-        return np.asarray(whole.reshape(periods, samples, *signal.shape[1:]).mean(axis=0))
-
-    regressor, effort = average(signals.regressor), average(signals.effort)
-    shift = _circular_shift(regressor[:, 1], _upsample(velocity, samples))
-    return Subsampled(
-        regressor=subsample(np.roll(regressor, shift, axis=0), len(velocity)),
-        effort=subsample(np.roll(effort, shift), len(velocity)),
-    )
+    columns = np.stack([*signals.regressor.T, signals.effort])[:, : periods * samples]
+    period = columns.reshape(len(columns), periods, samples).mean(axis=1)
+    shift = _circular_shift(period[1], _spectrum(tuple(velocity.tolist()), samples))
+    seen = subsample(np.roll(period, shift, axis=1).T, len(velocity))
+    return Subsampled(regressor=seen[:, :-1], effort=seen[:, -1])
 
 
-def _circular_shift(signal: Array, reference: Array) -> int:
-    """Samples by which to roll a signal for the best match with the reference."""
-    product = np.fft.rfft(reference) * np.conj(np.fft.rfft(signal))
+def _circular_shift(signal: Array, reference: Complex) -> int:
+    """Samples by which to roll a signal for the best match with the reference's spectrum."""
+    product = reference * np.conj(np.fft.rfft(signal))
     return int(np.argmax(np.fft.irfft(product, len(signal))))
 
 
-def _upsample(signal: Array, samples: int) -> Array:
-    """Inverse of `edge_ident.signals.dct.subsample` for a signal without higher coefficients."""
+@lru_cache(maxsize=8)
+def _spectrum(velocity: tuple[float, ...], samples: int) -> Complex:
+    """Spectrum of a signal that `edge_ident.signals.dct.subsample` made of so many samples.
+
+    It had no higher coefficients. The network's motion is the same for every recording.
+    """
     coefficients = np.zeros(samples)
-    coefficients[: len(signal)] = dct2(signal)
-    return np.asarray(idct2(coefficients) * np.sqrt(samples / len(signal)))
+    coefficients[: len(velocity)] = dct2(np.array(velocity))
+    return np.fft.rfft(idct2(coefficients) * np.sqrt(samples / len(velocity)))

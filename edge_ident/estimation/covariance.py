@@ -57,30 +57,25 @@ class _Cosines:
     number : (N,) array
         Of cosines in each group.
     walk : (N, M) array
-    products : (N, K²) array
-        Sums of the products of the regressor's column space, in cosines.
-    cross : (N, K) array
-        Sums of its products with the residual.
-    squares : (N,) array
-        Sums of the residual's squares.
+    products : (N, (K + 1)²) array
+        Sums of the products of the residual and of the regressor's column space, in cosines; the
+        residual comes last.
+    ridge : (K + 1, K + 1) array
+        Keeps columns without content in the band from making their sum singular.
     """
 
     number: Array
     walk: Array
     products: Array
-    cross: Array
-    squares: Array
+    ridge: Array
 
     @classmethod
     def of(cls, basis: Array, noise: Array, walk: Array, starts: NDArray[np.intp]) -> "_Cosines":
         """Take cosines together, from each start to the next."""
-        return cls(
-            number=np.diff(starts, append=len(noise)).astype(np.float64),
-            walk=walk,
-            products=_sums(_products(basis), starts),
-            cross=_sums(basis * noise[:, None], starts),
-            squares=_sums(noise**2, starts),
-        )
+        columns = np.concatenate([basis, noise[:, None]], axis=1)
+        number = np.diff(starts, append=len(noise)).astype(np.float64)
+        products = _sums(_products(columns), starts)
+        return cls(number, walk, products, _RANK * np.eye(columns.shape[1]))
 
 
 @dataclass(frozen=True)
@@ -148,7 +143,9 @@ def _std(weights: Array, walk: Array, spectra: _Spectra) -> Array:
 
 def _starts(samples: int, band: int) -> NDArray[np.intp]:
     """First cosines of the groups; the band is made of whole groups."""
-    octaves = max(0.0, np.log2(samples / _ALONE))
+    if samples <= _ALONE:
+        return np.arange(samples)
+    octaves = np.log2(samples / _ALONE)
     beyond = _ALONE * 2.0 ** (np.arange(int(octaves * _TOGETHER) + 1) / _TOGETHER)
     starts = np.sort(np.concatenate([np.arange(_ALONE), beyond.astype(np.intp), [band]]))
     starts = starts[starts < samples]
@@ -168,30 +165,32 @@ def _walk(starts: NDArray[np.intp], samples: int, band: int) -> Array:
     middle = 0.5 * (starts + np.append(starts[1:], samples) - 1.0)
     last = np.log2(1.0 + (band - 1) / _LOWEST_RESOLVED)
     place = np.log2(1.0 + middle / _LOWEST_RESOLVED) / last * max(1, round(last))
-    steps = np.clip(place[:, None] - np.arange(max(1, round(last))), 0.0, 1.0)
-    return np.column_stack([np.ones(len(starts)), steps])
+    walk = np.ones((len(starts), max(1, round(last)) + 1))
+    walk[:, 1:] = np.minimum(np.maximum(place[:, None] - np.arange(walk.shape[1] - 1), 0.0), 1.0)
+    return walk
 
 
 def _fit(cosines: _Cosines) -> _Spectra:
     """Modes of the restricted posterior by Fisher scoring, all step sizes at once."""
     walk, squares = cosines.walk, _products(cosines.walk)
     sizes, columns = len(_STEPS), walk.shape[1]
-    prior = np.array([[0.0, *np.full(columns - 1, step**-2)] for step in _STEPS])
+    prior = np.outer(np.array(_STEPS) ** -2, np.arange(columns) > 0)
+    ridge = prior[:, :, None] * np.eye(columns)
     current = np.tile(_start(cosines), (sizes, 1))
     for left in reversed(range(_LARGEST_ITERATIONS)):
-        chi2, free, volume = _restricted(cosines, current @ walk.T)
+        log_power = current @ walk.T
+        chi2, free, normal = _restricted(cosines, log_power)
         gradient = 0.5 * (chi2 - free) @ walk - prior * current
-        information = 0.5 * (free @ squares).reshape(sizes, columns, columns)
-        information += prior[:, :, None] * np.eye(columns)
+        information = 0.5 * (free @ squares).reshape(ridge.shape) + ridge
         covariance = np.asarray(np.linalg.inv(information), dtype=np.float64)
         change = _each(covariance, gradient)
-        largest = np.max(np.abs(change @ walk.T), axis=1, keepdims=True)
-        if np.max(largest) < _CONVERGED or left == 0:
+        largest = np.abs(change @ walk.T).max(axis=1, keepdims=True)
+        if largest.max() < _CONVERGED or left == 0:
             break
         current = current + change / np.maximum(1.0, largest / _LARGEST_CHANGE)
     evidence = -0.5 * (
-        np.sum(cosines.number * (current @ walk.T) + chi2, axis=1)
-        + volume
+        np.sum(cosines.number * log_power + chi2, axis=1)
+        + np.linalg.slogdet(normal)[1]
         + np.linalg.slogdet(information)[1]
         + np.sum(prior * current**2, axis=1)
         - np.sum(np.log(prior[:, 1:]), axis=1)
@@ -212,19 +211,21 @@ def _restricted(cosines: _Cosines, log_power: Array) -> tuple[Array, Array, Arra
         Squares over their power.
     free : (S, N) array
         What these should be: one for each cosine, less the part that the parameters took.
-    volume : (S,) array
-        Logarithm of the determinant of the parameters' normal matrix.
+    normal : (S, K, K) array
+        Normal matrix of the parameters.
     """
-    precision, count = np.exp(-log_power), cosines.cross.shape[1]
-    normal = (precision @ cosines.products).reshape(len(precision), count, count)
-    # columns without content in the band must not make it singular
-    normal += _RANK * np.mean(precision) * np.eye(count)
-    inverse = np.asarray(np.linalg.inv(normal), dtype=np.float64)
-    fitted = _each(inverse, precision @ cosines.cross)
-    taken = _products(fitted) @ cosines.products.T - 2.0 * fitted @ cosines.cross.T
-    chi2 = np.maximum(cosines.squares + taken, 0.0) * precision
-    lost = precision * (inverse.reshape(len(precision), -1) @ cosines.products.T)
-    return chi2, np.maximum(cosines.number - lost, 0.0), np.linalg.slogdet(normal)[1]
+    precision = np.exp(-log_power)
+    sums = (precision @ cosines.products).reshape(-1, *cosines.ridge.shape)
+    normal = (sums + precision.mean() * cosines.ridge)[:, :-1, :-1]
+    inverse = np.linalg.inv(normal)
+    left = np.ones(sums.shape[:2])
+    left[:, :-1] = -_each(inverse, sums[:, :-1, -1])
+    lost = np.zeros_like(sums)
+    lost[:, :-1, :-1] = inverse
+    squares = _products(left) @ cosines.products.T
+    taken = lost.reshape(len(lost), -1) @ cosines.products.T
+    chi2 = np.maximum(squares, 0.0) * precision
+    return chi2, np.maximum(cosines.number - taken * precision, 0.0), normal
 
 
 def _each(matrices: Array, vectors: Array) -> Array:
@@ -243,9 +244,9 @@ def _start(cosines: _Cosines) -> Array:
     That of a mean of n squares lies about 1/n of it below. Where the parameters took the noise out,
     it says little.
     """
-    number, count = cosines.number, cosines.cross.shape[1]
-    free = np.maximum(number - np.sum(cosines.products[:, :: count + 1], axis=1), 1e-3 * number)
-    logarithm = np.log(cosines.squares / free + 1e-9) + 1.27 / number
+    number, squares = cosines.number, cosines.products[:, :: len(cosines.ridge) + 1]
+    free = np.maximum(number - np.sum(squares[:, :-1], axis=1), 1e-3 * number)
+    logarithm = np.log(squares[:, -1] / free + 1e-9) + 1.27 / number
     weight = free / np.sqrt(number)
     rows = cosines.walk * weight[:, None]
     return np.asarray(np.linalg.lstsq(rows, logarithm * weight, rcond=None)[0])

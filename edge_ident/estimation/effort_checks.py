@@ -52,6 +52,10 @@ _MOST: Final = 1 << 14
 """Samples by which a shift is judged: what is left of an effort is known to a hundredth."""
 _LINE_SAMPLES: Final = 1 << 16
 """Samples, from the first on, that tell whether a motion has one frequency."""
+_LINE_RATE: Final = 10.0
+"""Of these, as many in a cut-off period as count: a millionth of the power folds into the band."""
+_DIVISOR: Final = 32
+"""Of their number: the transform of a prime takes five times as long."""
 _FEWEST: Final = 24
 """Samples, six for each parameter."""
 _TINY: Final = float(np.finfo(float).tiny)
@@ -216,8 +220,8 @@ def _shifted(
 
 def _left_of(effort: Array, basis: Array) -> float:
     """What an orthonormal basis (n, R) leaves of an effort (n,), over its norm."""
-    size = max(float(np.linalg.norm(effort)), _TINY)
-    return float(np.linalg.norm(effort - basis @ (effort @ basis))) / size
+    left = effort - basis @ (effort @ basis)
+    return float(np.sqrt((left @ left) / max(float(effort @ effort), _TINY)))
 
 
 def _reach_s(signals: Signals) -> float:
@@ -229,8 +233,11 @@ def _reach_s(signals: Signals) -> float:
 
 
 def _line(signals: Signals) -> Line:
-    velocity = signals.regressor[:_LINE_SAMPLES, 1]
-    return strongest_line(velocity, signals.period_s, signals.cutoff_hz)
+    """The strongest line of the velocity, from as many samples as its bandwidth needs."""
+    step = max(1, int(1.0 / (_LINE_RATE * signals.cutoff_hz * signals.period_s)))
+    velocity = signals.regressor[:_LINE_SAMPLES:step, 1]
+    whole = len(velocity) - len(velocity) % _DIVISOR
+    return strongest_line(velocity[:whole], step * signals.period_s, signals.cutoff_hz)
 
 
 def _unrelated(regressor: Array, effort: Array) -> list[Finding]:

@@ -44,10 +44,10 @@ def fit(signals: Signals, part: NDArray[np.intp]) -> Estimate:
     """
     effort = signals.effort[part]
     unit, length = unit_length(signals.regressor[part])
-    pseudo = np.asarray(np.linalg.pinv(unit, rcond=_RANK), dtype=np.float64)
-    plain, inverse = pseudo @ effort, pseudo @ pseudo.T
-    noise_shift, noise_std = _encoder_noise_bias(signals, inverse, plain, len(part), length)
-    turn_shift, turn_std = _reversal_bias(signals, part, inverse, plain, length)
+    plain, inverse = _solved(unit, effort)
+    noise = motion_noise(signals)
+    noise_shift, noise_std = _encoder_noise_bias(noise, inverse, plain, len(part), length)
+    turn_shift, turn_std = _reversal_bias(signals, noise, part, inverse, plain, length)
     normalized = plain + noise_shift + turn_shift
     std = coloured_std(unit, effort - unit @ normalized)
     std = np.sqrt(std**2 + noise_std**2 + turn_std**2)
@@ -87,8 +87,7 @@ def solve(regressor: Array, effort: Array, *, acceleration_noise: float = 0.0) -
         Standard deviation that white noise of the encoder has in the first column.
     """
     unit, length = unit_length(regressor)
-    pseudo = np.asarray(np.linalg.pinv(unit, rcond=_RANK), dtype=np.float64)
-    plain, inverse = pseudo @ effort, pseudo @ pseudo.T
+    plain, inverse = _solved(unit, effort)
     power = len(effort) * (acceleration_noise / length[0]) ** 2
     half = 0.5 * power / (1.0 + power * inverse[0, 0]) * plain[0] * inverse[0]
     normalized = plain + half
@@ -107,15 +106,23 @@ def motion_noise(signals: Signals) -> tuple[float, float]:
     return acceleration, acceleration * np.sqrt(5.0 / 3.0) / (2.0 * np.pi * signals.cutoff_hz)
 
 
+def _solved(unit: Array, effort: Array) -> tuple[Array, Array]:
+    """Parameters (P,), and the inverse (P, P) of the normal matrix."""
+    left, singular, right = np.linalg.svd(unit, full_matrices=False)
+    kept = singular > _RANK * singular[0]
+    inverse = right[kept].T / singular[kept]
+    return inverse @ (left[:, kept].T @ effort), inverse @ inverse.T
+
+
 def _encoder_noise_bias(
-    signals: Signals, inverse: Array, plain: Array, samples: int, length: Array
+    noise: tuple[float, float], inverse: Array, plain: Array, samples: int, length: Array
 ) -> tuple[Array, Array]:
     """Correction of the plain estimate for noise in its regressor, and its standard deviation.
 
     Noise of covariance S in N samples reduces the parameters β by (XᵀX)⁻¹·N·S·β. Where that is not
     small, the motion shows mostly noise: the correction is reduced, its standard deviation is not.
     """
-    deviation = np.array([*motion_noise(signals), 0.0, 0.0])
+    deviation = np.array([*noise, 0.0, 0.0])
     power = samples * (deviation / length) ** 2
     bias = inverse @ (power * plain)
     share = float(np.diag(inverse) @ power)
@@ -123,7 +130,12 @@ def _encoder_noise_bias(
 
 
 def _reversal_bias(
-    signals: Signals, part: NDArray[np.intp], inverse: Array, plain: Array, length: Array
+    signals: Signals,
+    noise: tuple[float, float],
+    part: NDArray[np.intp],
+    inverse: Array,
+    plain: Array,
+    length: Array,
 ) -> tuple[Array, Array]:
     """Correction of the plain estimate for reversals seen too early or late, and its deviation.
 
@@ -136,8 +148,7 @@ def _reversal_bias(
     turns = np.flatnonzero((velocity[1:] * velocity[:-1] <= 0.0) & signals.moving[1:])
     turns = turns[(turns >= part[0]) & (turns <= part[-1])]
     lost = lowpass(velocity, 0.5 * signals.cutoff_hz, signals.period_s)[turns] - velocity[turns]
-    _, noise = motion_noise(signals)
-    significant = 1.0 - np.minimum(1.0, (noise / np.maximum(np.abs(lost), _TINY)) ** 2)
+    significant = 1.0 - np.minimum(1.0, (noise[1] / np.maximum(np.abs(lost), _TINY)) ** 2)
     early_s = lost / np.maximum(np.abs(acceleration[turns]), _TINY)
     early_s = np.clip(early_s, -1.0 / signals.cutoff_hz, 1.0 / signals.cutoff_hz)
     step = decimation(len(velocity), signals.cutoff_hz, signals.period_s)

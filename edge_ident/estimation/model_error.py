@@ -53,6 +53,34 @@ class RegimeSpread:
     largest_move: Array
 
 
+@dataclass(frozen=True)
+class RegimeMoves:
+    """Parameters without each of K quarters of the motion, less those of all of it.
+
+    Attributes
+    ----------
+    move : (K, P) array
+    by_noise : (K, P) array
+        Deviation by noise of each move, in deviations by noise of the parameter.
+    """
+
+    move: Array
+    by_noise: Array
+
+    def beyond(self, std: Array) -> RegimeSpread:
+        """What deviations by noise (P,) of the parameters leave of the moves."""
+        noise = self.by_noise * std
+        beyond = (self.move**2 - noise**2).reshape(-1, QUARTERS, len(std))
+        variance = (QUARTERS - 1) / QUARTERS * beyond.sum(axis=1)
+        with np.errstate(over="ignore"):  # a move that noise cannot make at all
+            certainty = np.abs(self.move) / np.maximum(noise, _TINY)
+        return RegimeSpread(
+            model_error=np.sqrt(np.maximum(variance.max(axis=0), 0.0)),
+            significance=certainty.max(axis=0),
+            largest_move=np.abs(self.move).max(axis=0),
+        )
+
+
 def regimes(
     regressor: Array, position: Array, samples: NDArray[np.intp]
 ) -> tuple[Array, Array, Array, Array]:
@@ -101,6 +129,11 @@ def regime_spread(
     std : (P,) array
         Standard deviations by noise of the parameters from all samples.
     """
+    return regime_moves(regressor, effort, regimes).beyond(std)
+
+
+def regime_moves(regressor: Array, effort: Array, regimes: Sequence[Array]) -> RegimeMoves:
+    """The first half of `regime_spread`, which needs no deviations."""
     unit, length = unit_length(regressor)
     count = unit.shape[1]
     quarters = [_quarters(values) for values in regimes]
@@ -111,20 +144,9 @@ def regime_spread(
         whole += rows.sum(axis=0)
         parts += [_sums(rows, quarter[block]) for quarter in quarters]
     inverse, parameters = _solved(whole[None], count)
-    kept = (whole - parts).reshape(-1, len(whole))
-    inverses, moved = _solved(kept, count)
-    move = moved - parameters
+    inverses, moved = _solved((whole - parts).reshape(-1, len(whole)), count)
     share = np.diagonal(inverses, axis1=1, axis2=2) / np.diagonal(inverse, axis1=1, axis2=2) - 1.0
-    noise = np.sqrt(np.maximum(share, 0.0)) * std * length
-    beyond = (move**2 - noise**2).reshape(len(regimes), QUARTERS, count)
-    variance = (QUARTERS - 1) / QUARTERS * beyond.sum(axis=1)
-    with np.errstate(over="ignore"):  # a move that noise cannot make at all
-        certainty = np.abs(move) / np.maximum(noise, _TINY)
-    return RegimeSpread(
-        model_error=np.sqrt(np.maximum(variance.max(axis=0), 0.0)) / length,
-        significance=np.max(certainty, axis=0),
-        largest_move=np.max(np.abs(move), axis=0) / length,
-    )
+    return RegimeMoves((moved - parameters) / length, np.sqrt(np.maximum(share, 0.0)))
 
 
 def _quarters(values: Array) -> NDArray[np.intp]:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from edge_ident.diagnosis.select.thresholds import STRUCTURE
 from edge_ident.diagnosis.tolerance import TOLERANCE
 from edge_ident.estimation.least_squares import unit_length
-from edge_ident.estimation.model_error import SMALLEST_EXCESS, regime_spread, regimes
+from edge_ident.estimation.model_error import SMALLEST_EXCESS
 from edge_ident.estimation.trust import RESIDUAL_LIMIT
 from edge_ident.identification.comparison import Comparison
 from edge_ident.model.model import PARAMETERS
@@ -108,8 +108,7 @@ def judge(compared: Comparison) -> Adequacy:
     noise = float(np.sqrt(compared.noise[0] + found[0] ** 2 * compared.noise[1]))
     normal = unit.T @ unit + 1e-10 * np.eye(len(PARAMETERS))
     std = noise * np.sqrt(np.diag(np.linalg.inv(normal))) / length
-    divided = regimes(rows, compared.position, compared.samples)
-    spread = regime_spread(rows, effort, divided, std)
+    spread = compared.moves.beyond(std)
     relative = spread.largest_move / np.maximum(np.abs(found), _TINY)
     moved = (relative > LARGEST_MOVE) & (spread.significance > SIGNIFICANT)
     names = tuple(name for name, far in zip(PARAMETERS[:3], moved[:3], strict=True) if far)

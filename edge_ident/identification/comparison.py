@@ -8,6 +8,7 @@ needs, because it precedes every answer.
 """
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Final
 
 import numpy as np
@@ -25,7 +26,7 @@ from edge_ident.diagnosis.prepare.masks import (
 from edge_ident.errors import DataError
 from edge_ident.estimation.compensation import CompensatedAxis
 from edge_ident.estimation.least_squares import solve
-from edge_ident.estimation.model_error import regime_spread, regimes, unnoticed_error
+from edge_ident.estimation.model_error import RegimeMoves, regime_moves, regimes, unnoticed_error
 from edge_ident.model.model import Estimate, regressor
 from edge_ident.model.motion import Motion
 from edge_ident.signals.conditioning import decimated
@@ -98,15 +99,15 @@ class Comparison:
         samples = _samples(position, weight, aliased, band, period_s)
         effort, effort_rate = _effort(axis, band, weight, period_s, samples)
         smooth = slow(acceleration, signals.cutoff_hz, period_s)
-        slow_columns = np.gradient(smooth, period_s), smooth
-        rates = [band.lowpass(column * weight, period_s)[samples] for column in slow_columns]
-        unweighted = regressor(velocity, acceleration).T
-        del smooth_motion, motion, slow_columns, smooth, velocity, acceleration  # they are large
-        columns = [band.lowpass(column * weight, period_s)[samples] for column in unweighted]
+        columns = np.stack(
+            [*regressor(velocity, acceleration).T, np.gradient(smooth, period_s), smooth]
+        )
+        del smooth_motion, motion, smooth, velocity, acceleration  # they are large
+        columns = band.lowpass(columns * weight, period_s)[:, samples]
         return cls(
-            regressor=np.column_stack(columns),
+            regressor=columns[:4].T.copy(),
             effort=effort,
-            rates=np.column_stack([*rates, effort_rate]),
+            rates=np.column_stack([*columns[4:], effort_rate]),
             position=position[samples],
             weight=weight,
             samples=samples,
@@ -127,9 +128,14 @@ class Comparison:
 
     def model_error(self, std: Array) -> Array:
         """Deviation (4,) by model error of parameters whose noise has deviations std (4,)."""
+        unnoticed = unnoticed_error(self.regressor, self.effort)
+        return np.hypot(self.moves.beyond(std).model_error, unnoticed)
+
+    @cached_property
+    def moves(self) -> RegimeMoves:
+        """Of the base model's parameters, where parts of the motion are left out."""
         divided = regimes(self.regressor, self.position, self.samples)
-        noticed = regime_spread(self.regressor, self.effort, divided, std).model_error
-        return np.hypot(noticed, unnoticed_error(self.regressor, self.effort))
+        return regime_moves(self.regressor, self.effort, divided)
 
     def shift(self, sampling_s: float) -> Shift:
         """By which the effort is recorded late, to first order.
@@ -167,7 +173,7 @@ def _effort(
     in_step = lowpass(axis.effort, motion_hz, signals.period_s, delay_s=axis.shift_s)
     in_step = (in_step - axis.effects_unfiltered)[:: round(period_s / signals.period_s)]
     rate = np.gradient(slow(in_step, signals.cutoff_hz, period_s), period_s)
-    filtered = [band.lowpass(x * weight, period_s)[at] for x in (in_step, rate)]
+    filtered = band.lowpass(np.stack([in_step, rate]) * weight, period_s)[:, at]
     return filtered[0], filtered[1]
 
 

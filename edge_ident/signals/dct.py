@@ -3,6 +3,7 @@
 The orthonormal scaling and truncation are a reconstruction.
 """
 
+from functools import lru_cache
 from typing import Final
 
 import numpy as np
@@ -31,16 +32,21 @@ def subsample(signal: Array, points: int = POINTS) -> Array:
     """
     if len(signal) < points:
         raise ValueError(f"cannot subsample {len(signal)} samples to {points}")
-    return np.asarray(idct2(dct2(signal)[:points]) * np.sqrt(points / len(signal)))
+    return np.asarray(idct2(dct2(signal, points)) * np.sqrt(points / len(signal)))
 
 
-def dct2(signal: Array) -> Array:
-    """Orthonormal DCT-II along the first axis."""
+def dct2(signal: Array, count: int | None = None) -> Array:
+    """Orthonormal DCT-II along the first axis, all coefficients or the first ones.
+
+    The even samples, then the odd ones backwards, have the coefficients in their spectrum: that of
+    k in the real part, that of N - k in the imaginary one (Makhoul 1980).
+    """
     n = len(signal)
-    mirrored = np.concatenate([signal, signal[::-1]])
-    spectrum = np.fft.rfft(mirrored, axis=0)[:n]
-    twiddle = _along_first(np.exp(-0.5j * np.pi * np.arange(n) / n), signal.ndim)
-    result = np.real(spectrum * twiddle) / np.sqrt(2.0 * n)
+    count = count or n
+    reordered = np.concatenate([signal[::2], signal[1::2][::-1]])
+    spectrum = np.fft.rfft(reordered, axis=0)[:count] / _turns(n, signal.ndim)[:count]
+    mirrored = -np.imag(spectrum[max(1, n - count + 1) : (n + 1) // 2])[::-1]
+    result = np.concatenate([np.real(spectrum), mirrored]) * np.sqrt(2.0 / n)
     result[0] /= np.sqrt(2.0)
     return np.asarray(result)
 
@@ -48,12 +54,16 @@ def dct2(signal: Array) -> Array:
 def idct2(coefficients: Array) -> Array:
     """Inverse of `dct2` along the first axis."""
     n = len(coefficients)
-    scaled = coefficients * np.sqrt(2.0 * n)
+    half = (n + 1) // 2
+    scaled = coefficients * np.sqrt(0.5 * n)
     scaled[0] *= np.sqrt(2.0)
-    twiddle = _along_first(np.exp(0.5j * np.pi * np.arange(n) / n), coefficients.ndim)
-    # the mirrored signal's spectrum is zero at its Nyquist frequency
-    spectrum = np.concatenate([scaled * twiddle, np.zeros_like(scaled[:1])])
-    return np.asarray(np.fft.irfft(spectrum, 2 * n, axis=0)[:n])
+    mirrored = np.zeros_like(scaled[: n // 2 + 1])
+    mirrored[1:] = scaled[: half - 1 : -1]
+    spectrum = (scaled[: n // 2 + 1] - 1j * mirrored) * _turns(n, coefficients.ndim)
+    reordered = np.fft.irfft(spectrum, n, axis=0)
+    result = np.empty_like(reordered)
+    result[::2], result[1::2] = reordered[:half], reordered[half:][::-1]
+    return result
 
 
 def transformable(samples: int) -> int:
@@ -68,5 +78,9 @@ def transformable(samples: int) -> int:
     return max(int(power) for power in powers)
 
 
-def _along_first(vector: NDArray[np.complex128], ndim: int) -> NDArray[np.complex128]:
-    return vector.reshape(-1, *([1] * (ndim - 1)))
+@lru_cache(maxsize=32)
+def _turns(samples: int, ndim: int) -> NDArray[np.complex128]:
+    """Quarter of a turn over `samples`, along the first of `ndim` axes, up to half; read-only."""
+    turns = np.exp(0.5j * np.pi / samples * np.arange(samples // 2 + 1))
+    turns.flags.writeable = False
+    return turns.reshape(-1, *([1] * (ndim - 1)))

@@ -33,7 +33,8 @@ class Metric:
 def compare(measured: Array, modelled: Array) -> Metric:
     """Measure the match of two (N,) efforts."""
     shown = transformable(len(measured))
-    spectral = _correlation(np.abs(dct2(measured[:shown])), np.abs(dct2(modelled[:shown])))
+    spectra = np.abs(dct2(np.stack([measured[:shown], modelled[:shown]]).T))
+    spectral = _correlation(spectra[:, 0], spectra[:, 1])
     error = float(np.linalg.norm(measured - modelled))
     spread = float(np.linalg.norm(measured - np.mean(measured)))
     return Metric(
@@ -61,9 +62,9 @@ def quantile(values: Array, share: float) -> float:
     """
     place = share * (len(values) - 1)
     below = int(place)
-    above = min(below + 1, len(values) - 1)
-    ordered = np.partition(values, (below, above))
-    return float(np.interp(place, (below, above), ordered[[below, above]]))
+    ordered = np.partition(values, below)
+    above = ordered[below + 1 :].min() if place > below else ordered[below]
+    return float(np.interp(place, (below, below + 1), (ordered[below], above)))
 
 
 def _correlation(first: Array, second: Array) -> float:

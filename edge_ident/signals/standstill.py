@@ -48,8 +48,7 @@ def at_rest(position: Array, most: float, width: int, margin: int = 0) -> Mask:
         return np.zeros(len(position), dtype=np.bool_)
     still = _range_within(position, width) <= most
     # from the windows' first samples to all of their samples and the margins at both sides
-    spread = np.convolve(still, np.ones(width + 2 * margin))[margin : margin + len(position)]
-    return np.asarray(spread > 0.5)
+    return _spread(still, width + 2 * margin)[margin : margin + len(position)]
 
 
 def near_unknown(unknown: Mask, cutoff_hz: float, period_s: float) -> Mask:
@@ -62,18 +61,30 @@ def near_unknown(unknown: Mask, cutoff_hz: float, period_s: float) -> Mask:
 
 def widened(mask: Mask, by: int) -> Mask:
     """Extend a mask (N,) by a number of samples to either side."""
-    return np.asarray(np.convolve(mask, np.ones(2 * by + 1), "same") > 0.5)
+    return _spread(mask, 2 * by + 1)[by : by + len(mask)]
 
 
 def bridge(signal: Array, moving: Mask) -> Array:
     """Replace (..., N) signals by straight lines where the axis does not move."""
     if moving.all() or not moving.any():
         return signal
-    index = np.arange(signal.shape[-1])
+    still, known = np.flatnonzero(~moving), np.flatnonzero(moving)
     bridged = signal.copy()
-    for row in bridged.reshape(-1, len(index)):
-        row[~moving] = np.interp(index[~moving], index[moving], row[moving])
+    for row in bridged.reshape(-1, signal.shape[-1]):
+        row[still] = np.interp(still, known, row[known])
     return bridged
+
+
+def _spread(mask: Mask, width: int) -> Mask:
+    """Samples (N + width - 1,) up to `width` - 1 after one of a mask (N,), by doubling."""
+    spread = np.zeros(len(mask) + width - 1, dtype=np.bool_)
+    spread[: len(mask)] = mask
+    reached = 1
+    while reached < width:
+        step = min(reached, width - reached)
+        spread[step:] |= spread[:-step].copy()
+        reached += step
+    return spread
 
 
 def _range_within(signal: Array, width: int) -> Array:

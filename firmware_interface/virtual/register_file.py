@@ -5,7 +5,6 @@ from typing import Final
 
 from firmware_interface.codec import decode, encode
 from firmware_interface.errors import BoardError, ValueRefusedError
-from firmware_interface.gain_words import Span, addresses
 from firmware_interface.received import valid_value
 from firmware_interface.register import WORDS, Register
 from firmware_interface.registers import (
@@ -15,6 +14,7 @@ from firmware_interface.registers import (
     PAGE_SLOTS,
     REGISTERS,
 )
+from firmware_interface.spans import Span, addresses
 
 _END: Final = PAGE_ADDRESS + PAGE_SLOTS * PAGE_SLOT_REGISTERS
 _CHECKED: Final = [

@@ -20,7 +20,6 @@ from firmware_interface.codec import (
     encode_trajectory,
 )
 from firmware_interface.gain_words import (
-    addresses,
     bank_spans,
     decode_gains,
     encode_gains,
@@ -29,6 +28,7 @@ from firmware_interface.gain_words import (
 from firmware_interface.gains import OFF, POSITIVE, SIGNED, AxisGains
 from firmware_interface.motion import Multisine, SineComponent, Staircase, Trajectory
 from firmware_interface.registers import PAGE_ADDRESS, PAGE_WORDS, REGISTERS
+from firmware_interface.spans import addresses
 
 LIMITS = {
     "u16": (0, 2**16 - 1),

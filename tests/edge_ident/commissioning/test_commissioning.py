@@ -200,9 +200,9 @@ def test_a_difference_in_the_last_bit_is_seen() -> None:
     read = float(np.nextafter(value, np.float32(1)))
     written = {"x": replace(CONSERVATIVE_GAINS, inertia_feedforward=float(value))}
     got = {"x": replace(CONSERVATIVE_GAINS, inertia_feedforward=read)}
-    gain_transfer.compare_gains("staged", written, written)
-    with pytest.raises(BoardError, match="staged inertia_feedforward reads back"):
-        gain_transfer.compare_gains("staged", written, got)
+    gain_transfer.compare_gains(written, written)
+    with pytest.raises(BoardError, match="active inertia_feedforward reads back"):
+        gain_transfer.compare_gains(written, got)
 
 
 def test_many_cycles_do_not_outlast_the_window_to_confirm(tmp_path: Path) -> None:

@@ -18,6 +18,13 @@ def test_dct_agrees_with_scipy_and_inverts(samples: int, seed: int) -> None:
     np.testing.assert_allclose(dct.idct2(coefficients), data, atol=1e-12)
 
 
+@pytest.mark.parametrize("samples", [9, 10])
+def test_the_first_coefficients_are_those_of_all(samples: int) -> None:
+    data = np.random.default_rng(samples).normal(size=(samples, 2))
+    for count in range(1, samples + 1):
+        np.testing.assert_allclose(dct.dct2(data, count), dct.dct2(data)[:count], atol=1e-14)
+
+
 def test_subsampling_keeps_a_band_limited_signal() -> None:
     n = np.arange(8742)
     fine = 0.4 + np.cos(np.pi * 7 * (n + 0.5) / 8742)

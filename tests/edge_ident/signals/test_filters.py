@@ -43,3 +43,29 @@ def test_a_derivative_alone_is_the_same(samples: int) -> None:
     every = filters.differentiate(position, 20.0, PERIOD_S)
     acceleration, velocity = filters.differentiate(position, 20.0, PERIOD_S, orders=(2, 1))
     np.testing.assert_array_equal([velocity, acceleration], every[1:])
+
+
+@pytest.mark.parametrize("samples", [40, 400, 9001])
+@pytest.mark.parametrize("delay_s", [0.0, 0.0013])
+def test_a_signal_is_continued_by_reflection_and_turned_in_phase(
+    samples: int, delay_s: float
+) -> None:
+    """Spelled out with numpy's own; a short signal is reflected several times."""
+    signal = np.random.default_rng(samples).normal(size=(2, samples))
+    margin = int(np.ceil(6 / (5.0 * PERIOD_S)))
+    total = filters.fast_length(samples + 2 * margin)
+    padded = np.pad(signal, [(0, 0), (margin, total - samples - margin)], mode="reflect")
+    frequency = np.fft.rfftfreq(total, PERIOD_S)
+    gain = np.exp(-2j * np.pi * frequency * delay_s) / (1.0 + (frequency / 5.0) ** 8)
+    expected = np.fft.irfft(np.fft.rfft(padded) * gain, total)[:, margin : margin + samples]
+    filtered = filters.lowpass(signal, 5.0, PERIOD_S, delay_s=delay_s)
+    np.testing.assert_allclose(filtered, expected, atol=1e-12)
+
+
+@pytest.mark.parametrize("samples", [100, 2000])
+def test_what_starts_and_ends_flat_is_reflected_with_its_sign_turned(samples: int) -> None:
+    """A constant rate goes on beyond both ends, so that it stays constant up to them."""
+    time = PERIOD_S * np.arange(samples)
+    velocity, acceleration = filters.differentiate(0.7 * time, 5.0, PERIOD_S, orders=(1, 2))
+    np.testing.assert_allclose(velocity, 0.7, atol=1e-9)
+    np.testing.assert_allclose(acceleration, 0.0, atol=1e-7)
