@@ -1,11 +1,11 @@
 """What known effects account for along a measured motion, and an effort without it."""
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from edge_ident.estimation.compensated_axis import CompensatedAxis
 from edge_ident.model.effects import named
 from edge_ident.model.inverse import along_motion, inverse_effort, obeyed
 from edge_ident.model.model import AxisModel, Term
@@ -15,15 +15,12 @@ from edge_ident.signals.filters import differentiate, lowpass
 from edge_ident.signals.recording import Recording
 from edge_ident.signals.standstill import bridge
 
-if TYPE_CHECKING:
-    from edge_ident.estimation.compensation import CompensatedAxis
-
 Array = NDArray[np.float64]
 
 
 def subtracted(
-    plain: "CompensatedAxis", acting: AxisModel, recording: Recording, name: str
-) -> "CompensatedAxis":
+    plain: CompensatedAxis, acting: AxisModel, recording: Recording, name: str
+) -> CompensatedAxis:
     """An axis, its effort less what effects account for.
 
     Parameters

@@ -21,7 +21,8 @@ from numpy.typing import NDArray
 
 from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.estimation import least_squares
-from edge_ident.estimation.compensation import CompensatedAxis, compensate_effects
+from edge_ident.estimation.compensated_axis import CompensatedAxis
+from edge_ident.estimation.compensation import compensate_effects
 from edge_ident.estimation.effort_checks import check_effort
 from edge_ident.estimation.model_error import regime_spread, regimes
 from edge_ident.estimation.outside_support import departures, range_of

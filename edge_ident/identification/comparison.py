@@ -24,7 +24,7 @@ from edge_ident.diagnosis.prepare.masks import (
     run_in,
 )
 from edge_ident.errors import DataError
-from edge_ident.estimation.compensation import CompensatedAxis
+from edge_ident.estimation.compensated_axis import CompensatedAxis
 from edge_ident.estimation.least_squares import solve
 from edge_ident.estimation.model_error import RegimeMoves, regime_moves, regimes, unnoticed_error
 from edge_ident.model.model import Estimate, regressor

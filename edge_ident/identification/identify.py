@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from edge_ident.errors import DataError
 from edge_ident.estimation import least_squares
 from edge_ident.estimation.alignment import Subsampled
-from edge_ident.estimation.compensation import CompensatedAxis, compensate_effects
+from edge_ident.estimation.compensated_axis import CompensatedAxis
+from edge_ident.estimation.compensation import compensate_effects
 from edge_ident.estimation.network import Network
 from edge_ident.identification.adequacy import judge
 from edge_ident.identification.answer import Question, answer
