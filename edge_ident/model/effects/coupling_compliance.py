@@ -29,6 +29,8 @@ _LEAST_MOBILITY: Final = 1e-9
 the motion's direction; the response at the end of the sample alone would say the opposite."""
 _BLOCK: Final = 64
 """Samples that are computed at once."""
+_CACHED: Final = 8192
+"""Numbers that are multiplied at once, in a processor's cache."""
 _STEPS: Final = 8
 """Samples that are computed one by one where friction changes."""
 
@@ -190,10 +192,8 @@ def _lag(
     load = np.ascontiguousarray(load.reshape(-1, load.shape[-1]).T)
     added = np.empty(load.shape, dtype=np.complex128)
     added[0] = first
-    for part, earlier, later in (
-        (added.real, before.real, now.real),
-        (added.imag, before.imag, now.imag),
-    ):
+    parts = (added.real, before.real, now.real), (added.imag, before.imag, now.imag)
+    for part, earlier, later in parts:
         np.multiply(load[1:], later, out=part[1:])
         part[1:] += load[:-1] * earlier
     wanted = velocity[..., 1:].reshape(-1, len(load) - 1).T / free - _real_product(added[1:], stops)
@@ -203,10 +203,13 @@ def _lag(
 
 
 def _real_product(states: Complex, factor: Complex) -> Array:
-    """Real part of products of states (N, D) with a factor (D,) each."""
-    product = states.real * factor.real
-    product -= states.imag * factor.imag
-    return np.asarray(product)
+    """Real part of products of states (N, D) with a factor (D,) each, a few samples at once."""
+    product, count = np.empty(states.shape), max(1, _CACHED // len(factor))
+    for first in range(0, len(states), count):
+        part, found = states[first : first + count], product[first : first + count]
+        np.multiply(part.real, factor.real, out=found)
+        found -= part.imag * factor.imag
+    return product
 
 
 def _filtered(added: Complex, decay: Complex) -> Complex:
@@ -217,8 +220,9 @@ def _filtered(added: Complex, decay: Complex) -> Complex:
     count = -(-len(added) // _BLOCK)
     states = np.zeros((count, _BLOCK, len(decay)), dtype=np.complex128)
     states.reshape(-1, len(decay))[: len(added)] = added
+    left = np.empty((count, len(decay)), dtype=np.complex128)
     for k in range(1, _BLOCK):
-        states[:, k] += decay * states[:, k - 1]
+        states[:, k] += np.multiply(decay, states[:, k - 1], out=left)
     powers = decay ** np.arange(1, _BLOCK + 1)[:, None]
     for before, block in pairwise(states):
         block += powers * before[-1]
