@@ -1,9 +1,9 @@
 """The inverse direction: the effort column that belongs to a known motion, for any model."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from types import MappingProxyType
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +15,11 @@ from edge_ident.model.model import AxisModel, Term
 from edge_ident.model.motion import Motion
 
 Array = NDArray[np.float64]
+Kept = dict[object, Any]
+"""Slow results along one motion."""
 
+_MOVED: Final = "moved"
+"""Key of the last motion that is not the reading: what moves it, and what is kept along it."""
 _ALONE: Final[Mapping[str, Motion]] = MappingProxyType({})
 
 
@@ -23,7 +27,7 @@ def inverse_effort(
     axis: AxisModel,
     motion: Motion,
     others: Mapping[str, Motion] = _ALONE,
-    kept: dict[object, Array] | None = None,
+    kept: Kept | None = None,
 ) -> Array:
     """Effort (N,) or (D, N) of an axis along its motion as the encoder reads it.
 
@@ -44,9 +48,7 @@ def inverse_effort(
     """
     # in physical order: encoder, resistances, actuator, record
     terms = [(named(term.effect), along_motion(term), term.source_axis) for term in axis.terms]
-    kept = None if any(effect.overrides("true_motion") for effect, _, _ in terms) else kept
-    for effect, values, _ in terms:
-        motion = effect.true_motion(motion, values)
+    motion, kept = _true_motion(terms, motion, kept)
     motion = _with_base_efforts(motion, terms[0][1])
     effort: Array = np.zeros(())
     for effect, values, source in terms:
@@ -57,6 +59,25 @@ def inverse_effort(
     for effect, values, _ in terms:
         effort = effect.recorded(effort, motion.time_s, values)
     return effort
+
+
+def _true_motion(
+    terms: Sequence[tuple[Effect, Values, str | None]], motion: Motion, kept: Kept | None
+) -> tuple[Motion, Kept | None]:
+    """The motion of the axis, and what is kept along it. The last motion that is not the reading
+    is kept, too, because many calls in turn are about the same one."""
+    movers = [(e, values) for e, values, _ in terms if e.overrides("true_motion")]
+    if not movers:
+        return motion, kept
+    key = tuple((e.name, *(x.tobytes() for x in values.values())) for e, values in movers)
+    if kept and _MOVED in kept and kept[_MOVED][0] == key:
+        return kept[_MOVED][1], kept[_MOVED][2]
+    for effect, values in movers:
+        motion = effect.true_motion(motion, values)
+    if kept is None or any(x.size > 1 for _, values in movers for x in values.values()):
+        return motion, None
+    kept[_MOVED] = key, motion, {}
+    return motion, kept[_MOVED][2]
 
 
 def _with_base_efforts(motion: Motion, base: Values) -> Motion:
@@ -71,9 +92,7 @@ def _with_base_efforts(motion: Motion, base: Values) -> Motion:
     )
 
 
-def _resistance(
-    effect: Effect, motion: Motion, values: Values, kept: dict[object, Array] | None
-) -> Array:
+def _resistance(effect: Effect, motion: Motion, values: Values, kept: Kept | None) -> Array:
     """What an effect resists with. An effect with memory is proportional to one parameter (checked
     in `edge_ident.model.registration`), so its effort is kept for a value of one."""
     scale = effect.memory_scale
@@ -84,7 +103,7 @@ def _resistance(
     if key not in kept:
         at_one = {name: value.reshape(1) for name, value in others.items()}
         kept[key] = effect.resistance(motion, {**at_one, scale: np.ones(1)})
-    return values[scale] * kept[key]
+    return np.asarray(values[scale] * kept[key])
 
 
 def obeyed(axis: AxisModel) -> AxisModel:

@@ -4,7 +4,7 @@ A regressor is the change that a small amplitude makes to the prediction of a mo
 serves loads, friction, memory, actuator, encoder and timing: each effect's file says how it acts.
 """
 
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -33,6 +33,8 @@ _NOTHING: Final = Term(BASE, dict.fromkeys(PARAMETERS, 0.0))
 """A base term without effort."""
 _ROW_LIMIT: Final = 1_000_000
 """Samples computed at once: they fit a processor's cache and a small board's memory."""
+_FEWER: Final = 8
+"""Times fewer where others are computed along with them: many arrays take their room."""
 
 
 @dataclass(frozen=True)
@@ -103,15 +105,54 @@ def effort_adds(name: str) -> bool:
     return effect.additive or effect.overrides("withheld")
 
 
+def alone(axis: AxisModel, place: int) -> AxisModel:
+    """What the effort of one term depends on: the term itself, and what moves the encoder.
+
+    The other terms stay where one changes what all of them resist with, and the base term where
+    the effort follows it. Places stay as they are, but for what is left out.
+
+    Parameters
+    ----------
+    place : int
+        Of the term.
+    """
+    effect = named(axis.terms[place].effect)
+    if effect.overrides("true_motion") or not all(_reaches(t.effect) for t in axis.terms):
+        return axis
+    base = axis.terms[0] if place == 0 or effect.follows_base else _NOTHING
+    kept = [base]
+    for k, t in enumerate(axis.terms[1:], 1):
+        other = named(t.effect)
+        if k == place or other.overrides("true_motion") or (place == 0 and other.follows_base):
+            kept.append(t)
+    return replace(axis, terms=tuple(kept))
+
+
+def _beside(axis: AxisModel, candidate: Candidate) -> AxisModel:
+    """What of a model the regressors of a candidate depend on; without effort, where they add."""
+    if not adds(candidate):
+        return axis
+    whole = replace(axis, terms=(*axis.terms, term(candidate, {}, {})))
+    needed = alone(whole, len(axis.terms))
+    return replace(axis, terms=needed.terms[:-1])
+
+
+def _reaches(name: str) -> bool:
+    """Whether an effect lets what the others resist with reach the effort column as it is."""
+    effect = named(name)
+    changes = effect.overrides("command") or effect.overrides("recorded")
+    return effect.overrides("withheld") or not changes
+
+
 def cached_regressors(
     data: AxisData, axis: AxisModel, candidate: Candidate, nonlinear: Mapping[str, float]
 ) -> Array:
-    """Regressors (k, n) of a candidate that adds, computed once for the data; for a form without
-    linear parameters (1, n), its effort."""
-    key = (candidate, tuple(sorted(nonlinear.items())))
+    """Regressors (k, n) of a candidate on top of a model, computed once for the data and for what
+    they depend on; for a form without linear parameters (1, n), its effort."""
+    needed = _beside(axis, candidate)
+    key = (candidate, tuple(sorted(nonlinear.items())), effort_key(needed))
     if key not in data.cache:
-        base = replace(axis, terms=axis.terms[:1])
-        data.cache[key] = regressors(data, base, candidate, nonlinear)[0]
+        data.cache[key] = regressors(data, needed, candidate, nonlinear)[0]
     return data.cache[key]
 
 
@@ -164,10 +205,14 @@ def known_effort(data: AxisData, axis: AxisModel) -> Array:
     return cached_effort(data, replace(axis, terms=(_NOTHING, *axis.terms[1:])))
 
 
+def effort_key(axis: AxisModel) -> Hashable:
+    """What makes the effort of a model."""
+    return tuple((t.effect, t.source_axis, *map(float, t.values.values())) for t in axis.terms)
+
+
 def cached_effort(data: AxisData, axis: AxisModel) -> Array:
     """Effort (n,) that a model predicts, computed once for the data."""
-    terms = ((t.effect, t.source_axis, *map(float, t.values.values())) for t in axis.terms)
-    key = ("effort", *terms)
+    key = ("effort", effort_key(axis))
     if key not in data.cache:
         data.cache[key] = data.predicted(axis)
     return data.cache[key]
@@ -189,20 +234,32 @@ def regressors(data: AxisData, axis: AxisModel, candidate: Candidate, nonlinear:
     """
     values = {name: np.atleast_1d(value) for name, value in nonlinear.items()}
     count = len(next(iter(values.values()))) if values else 1
-    names = candidate.form.linear or (None,)
+    linear = candidate.form.linear
     batch = max(1, _ROW_LIMIT // data.samples)
-    result = np.empty((count, len(names), len(data.effort)))
+    result = np.empty((count, max(len(linear), 1), len(data.effort)))
+    axis = _beside(axis, candidate)
     present: Array | float = 0.0
-    # what the actuator withholds is read from the recorded effort, and changes no other term
-    if adds(candidate) and all(effort_adds(t.effect) for t in axis.terms):
-        axis = replace(axis, terms=(_NOTHING,))
-    else:
+    places = [slice(k, k + 1) for k in range(len(linear))]  # a wave of one amplitude costs less
+    if axis.terms[0] is not _NOTHING:
         present = cached_effort(data, axis)
+        places = [slice(None)]  # all others are computed along with it
+        batch = max(1, batch // _FEWER)
     for first in range(0, count, batch):
         part = {name: array[first : first + batch] for name, array in values.items()}
-        for k, name in enumerate(names):
-            amplitudes = {} if name is None else {name: _SMALL}
-            added = replace(axis, terms=(*axis.terms, term(candidate, part, amplitudes)))
-            step = 1.0 if name is None else _SMALL
-            result[first : first + batch, k] = (data.predicted(added) - present) / step
+        for k in places or [slice(None)]:
+            rows = _with_small(data, axis, candidate, part, linear[k]) - present
+            result[first : first + batch, k] = rows.swapaxes(0, 1) / (_SMALL if linear else 1.0)
     return result
+
+
+def _with_small(
+    data: AxisData, axis: AxisModel, candidate: Candidate, points: Values, linear: tuple[str, ...]
+) -> Array:
+    """Efforts (K, D, n) of a model with a candidate at D points: small amplitudes of each of K
+    linear parameters in turn; (1, D, n) without linear parameters."""
+    count, size = max(map(np.size, points.values()), default=1), max(len(linear), 1)
+    small = _SMALL * np.repeat(np.eye(size), count, axis=1)
+    sets = {name: np.tile(array, size) for name, array in points.items()}
+    added = term(candidate, sets, dict(zip(linear, small, strict=False)))
+    rows = data.predicted(replace(axis, terms=(*axis.terms, added)))
+    return np.asarray(rows).reshape(size, count, -1)

@@ -60,13 +60,13 @@ def descended(
     points = space.begin.copy()
     rows, residuals = space.around(points)
     damping, ended = np.full(len(points), _DAMPING), np.zeros(len(points), dtype=np.bool_)
-    for _ in range(_EVALUATIONS - 1):
+    for more in reversed(range(_EVALUATIONS - 1)):
         moved = space.inside(points + space.moves(points, residuals, damping))
-        rows_there, residuals_there = space.around(moved)
+        rows_there, residuals_there = space.around(moved, slopes=more > 0)
         ratio = _energy(residuals_there) / _energy(residuals)
         lower = ratio < 1.0
         points[lower], rows[lower] = moved[lower], rows_there[lower]
-        residuals[lower] = residuals_there[lower]
+        residuals[lower, : residuals_there.shape[1]] = residuals_there[lower]
         damping *= np.where(lower, _LESS, _MORE)
         ended |= np.where(lower, ratio > 1.0 - _WORTH, damping > _MOST_DAMPING)
         if np.all(ended):
@@ -113,11 +113,12 @@ class _Space:
         begin = np.clip(values, low, high) / scale
         return cls(subspace, candidate, begin, scale, low / scale, high / scale)
 
-    def around(self, points: Array) -> tuple[Array, Array]:
+    def around(self, points: Array, *, slopes: bool = True) -> tuple[Array, Array]:
         """Regressors (D, n) at points (D, S); and residuals (D, 1 + 2·S, n) there, a step to the
-        upper side of each parameter, and a step to the lower side of each."""
-        count = points.shape[1]
-        steps = _STEP * np.concatenate([np.eye(count), -np.eye(count)])
+        upper side of each parameter, and a step to the lower side of each. Without slopes, only
+        those at the points, (D, 1, n)."""
+        aside = _STEP * np.eye(points.shape[1])
+        steps = [*aside, *-aside] if slopes else []
         near = [points, *(self.inside(points + step) for step in steps)]
         sets = self.nonlinear(np.stack(near, axis=1))
         rows = self.subspace.regressors(self.candidate, sets)[:, 0]

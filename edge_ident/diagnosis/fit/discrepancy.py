@@ -22,6 +22,13 @@ def model_discrepancy(data: AxisData, fitted: FittedModel) -> float:
 
     Of each added effect only the component orthogonal to the base model counts.
     """
+    key = ("discrepancy", fitted.key)
+    if key not in data.results:
+        data.results[key] = _discrepancy(data, fitted)
+    return float(data.results[key])
+
+
+def _discrepancy(data: AxisData, fitted: FittedModel) -> float:
     valid = data.valid
     base = fitted.jacobian[valid, : len(PARAMETERS)]
     varying = base @ fitted.base

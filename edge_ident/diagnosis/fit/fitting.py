@@ -1,7 +1,8 @@
 """Least-squares fits of models with several terms."""
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Final
 
 import numpy as np
@@ -12,11 +13,14 @@ from edge_ident.diagnosis.fit.candidates import (
     Candidate,
     adds,
     base_regressor,
+    cached_effort,
     cached_regressors,
     effort_adds,
+    effort_key,
     known_effort,
     term,
 )
+from edge_ident.diagnosis.fit.jacobian import derivatives
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.model.effects import named
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Term
@@ -27,7 +31,6 @@ _ITERATIONS: Final = 4
 """Gauss-Newton steps; all but a few amplitudes are linear."""
 _CONVERGED: Final = 1e-3
 """Error of the linear prediction of a step, of the residual, at which the iteration ends."""
-_SMALL: Final = 1e-6
 
 
 @dataclass(frozen=True)
@@ -78,6 +81,12 @@ class FittedModel:
     free: NDArray[np.bool_]
     error: float
     unbounded: Array
+
+    @cached_property
+    def key(self) -> Hashable:
+        """What tells the model from others that are fitted to the same data."""
+        candidates = tuple(t.candidate for t in self.terms)
+        return effort_key(self.axis), candidates, self.timing.tobytes(), self.free.tobytes()
 
     @property
     def linear_parameters(self) -> Array:
@@ -148,14 +157,29 @@ def fit(
         Terms to add, with linear parameters to start from.
     """
     terms = tuple(terms)
-    if additive(template, terms):
-        return _fit_additive(data, template, terms)
+    adds_up = additive(template, terms)
+    key: tuple[Hashable, ...] = ("fit", effort_key(replace(template, terms=template.terms[1:])))
+    key += tuple((t.candidate, *t.nonlinear.values()) for t in terms)
+    if not adds_up:  # where it starts from matters
+        key += (base.tobytes(), *(tuple(t.linear.values()) for t in terms))
+    if key not in data.results and adds_up:
+        data.results[key] = _fit_additive(data, template, terms)
+    elif key not in data.results:
+        data.results[key] = _fit_in_steps(data, template, base, terms)
+    found: FittedModel = data.results[key]
+    return found
+
+
+def _fit_in_steps(
+    data: AxisData, template: AxisModel, base: Array, terms: tuple[FittedTerm, ...]
+) -> FittedModel:
+    """Steps of Gauss and Newton."""
     low, high = _bounds(data, template, terms)
     timing = np.zeros(len(data.segments))
     axis = build(template, base, terms)
-    made = data.predicted(axis)
+    made = cached_effort(data, axis)
     for _ in range(_ITERATIONS):
-        jacobian = _jacobian(data, axis, made, terms)
+        jacobian = derivatives(data, axis, made, [t.linear for t in terms])
         present = _linear_parameters(base, timing, terms)
         predicted = made + data.timing_columns @ timing
         residual = (data.effort - predicted)[data.valid]
@@ -163,7 +187,7 @@ def fit(
         base, timing, terms = _split(present + step.solution, timing, terms)
         axis = build(template, base, terms)
         linear_prediction = predicted + jacobian @ step.solution
-        made = data.predicted(axis)
+        made = cached_effort(data, axis)
         predicted = made + data.timing_columns @ timing
         if np.max(np.abs(predicted - linear_prediction)) < _CONVERGED * np.std(residual):
             break
@@ -239,11 +263,9 @@ def _bounds(
 
 def _additive_jacobian(data: AxisData, template: AxisModel, terms: tuple[FittedTerm, ...]) -> Array:
     """Derivatives (n, P) by base parameters and linear parameters."""
-    parts = [base_regressor(data).T, data.timing_columns.T]
-    parts += [
-        cached_regressors(data, template, t.candidate, t.nonlinear) for t in terms if t.linear
-    ]
-    return np.vstack(parts).T
+    linear = [t for t in terms if t.linear]
+    rows = (cached_regressors(data, template, t.candidate, t.nonlinear) for t in linear)
+    return np.vstack([base_regressor(data).T, data.timing_columns.T, *rows]).T
 
 
 def _linear_parameters(base: Array, timing: Array, terms: Sequence[FittedTerm]) -> Array:
@@ -270,26 +292,9 @@ def _split(
     return base, timing, moved
 
 
-def _jacobian(
-    data: AxisData, axis: AxisModel, predicted: Array, terms: tuple[FittedTerm, ...]
-) -> Array:
-    """Derivatives (n, P) by base parameters, timing and linear parameters, in one batch."""
-    places = [(0, name) for name in PARAMETERS]
-    for k, t in enumerate(terms, len(axis.terms) - len(terms)):
-        places += [(k, name) for name in t.linear]
-    changed = list(axis.terms)
-    for row, (index, name) in enumerate(places):
-        values = dict(changed[index].values)
-        array = np.asarray(values[name], dtype=np.float64) * np.ones(len(places))
-        array[row] += _SMALL
-        changed[index] = replace(changed[index], values={**values, name: array})
-    rows = data.predicted(replace(axis, terms=tuple(changed)))
-    derivatives = ((rows - predicted) / _SMALL).T
-    return np.hstack([derivatives[:, :4], data.timing_columns, derivatives[:, 4:]])
-
-
 def jacobian_of(data: AxisData, fitted: FittedModel) -> Array:
     """The Jacobian (n, P) of a fitted model on other data at the same samples."""
     if additive(fitted.template, fitted.terms):
         return _additive_jacobian(data, fitted.template, fitted.terms)
-    return _jacobian(data, fitted.axis, data.predicted(fitted.axis), fitted.terms)
+    linear = [t.linear for t in fitted.terms]
+    return derivatives(data, fitted.axis, cached_effort(data, fitted.axis), linear)

@@ -11,7 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.fit.bounded import solve
-from edge_ident.diagnosis.fit.candidates import cached_derivatives, slopes, term, to_both_sides
+from edge_ident.diagnosis.fit.candidates import (
+    alone,
+    cached_derivatives,
+    slopes,
+    term,
+    to_both_sides,
+)
 from edge_ident.diagnosis.fit.fitting import FittedModel, additive
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.estimation.covariance import coloured_std
@@ -33,6 +39,13 @@ def held_out_residuals(data: AxisData, fitted: FittedModel) -> Array:
     parameters anew, nonlinear ones by their derivatives. What acts in the held-out blocks only
     stays as it was fitted.
     """
+    key = ("held out", fitted.key)
+    if key not in data.results:
+        data.results[key] = _held_out_residuals(data, fitted)
+    return np.asarray(data.results[key])
+
+
+def _held_out_residuals(data: AxisData, fitted: FittedModel) -> Array:
     derivatives = _nonlinear_derivatives(data, fitted)
     jacobian = np.hstack([fitted.jacobian, derivatives])
     start = np.concatenate([fitted.linear_parameters, np.zeros(derivatives.shape[1])])
@@ -130,8 +143,9 @@ def _derivatives(data: AxisData, fitted: FittedModel, index: int) -> Array:
     t, at = fitted.terms[index], len(fitted.template.terms) + index
     sides, steps = to_both_sides(t.candidate, t.nonlinear)
     moved = term(t.candidate, sides, t.linear)
-    terms = (*fitted.axis.terms[:at], moved, *fitted.axis.terms[at + 1 :])
-    low, high = np.split(data.predicted(replace(fitted.axis, terms=terms)), 2)
+    needed = alone(fitted.axis, at)
+    terms = tuple(moved if one is fitted.axis.terms[at] else one for one in needed.terms)
+    low, high = np.split(data.predicted(replace(needed, terms=terms)), 2)
     return slopes(low, high, steps)
 
 

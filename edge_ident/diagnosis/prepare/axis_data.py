@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 import scipy.linalg
@@ -99,7 +99,7 @@ class Segment:
     effort_noise: float
     applied_s: float = 0.0
     timing_column: Array = field(default_factory=lambda: np.zeros(0))
-    cache: dict[object, Array] = field(default_factory=dict, compare=False)
+    cache: dict[object, Any] = field(default_factory=dict, compare=False)
 
     @property
     def cutoff_hz(self) -> float:
@@ -131,9 +131,8 @@ class Segment:
         """
         part = slice(self.sample_index[0], self.sample_index[-1] + 1)
         effort = self.band.lowpass(self.raw_effort, self.raw_period_s)[:: self.stride]
-        motion = (self.motion.position, self.motion.velocity, self.motion.acceleration)
-        position, velocity, acceleration = (signal[part] for signal in motion)
-        return position, velocity, acceleration, effort[part]
+        m = self.motion
+        return m.position[part], m.velocity[part], m.acceleration[part], effort[part]
 
     def predicted(self, axis: AxisModel) -> Array:
         """Filtered effort that a model predicts at the compared samples, (n,) or (D, n)."""
@@ -179,6 +178,8 @@ class AxisData:
         Whether one is late by more than a controller's timing can be. Then all stay as they are.
     cache : dict
         Regressors that were computed before.
+    results : dict
+        What was computed from this effort at these samples; data with another have their own.
     """
 
     segments: tuple[Segment, ...]
@@ -187,6 +188,7 @@ class AxisData:
     block: NDArray[np.intp]
     late: bool
     cache: dict[object, Array] = field(default_factory=dict, compare=False)
+    results: dict[object, Any] = field(default_factory=dict, compare=False, init=False)
 
     @property
     def reverses(self) -> bool:
@@ -224,10 +226,8 @@ class AxisData:
     def other_axes(self) -> tuple[str, ...]:
         """Axes that are in every recording and move in one of them."""
         shared = set.intersection(*(set(s.others) for s in self.segments))
-        return tuple(sorted(name for name in shared if self._moves(name)))
-
-    def _moves(self, other: str) -> bool:
-        return any(np.ptp(s.others[other].position) > 0 for s in self.segments)
+        moves = {n for n in shared for s in self.segments if np.ptp(s.others[n].position) > 0.0}
+        return tuple(sorted(moves))
 
     @property
     def since_reversal(self) -> Array:

@@ -85,9 +85,12 @@ class Criterion:
 
     def _encoder_noise(self, fitted: FittedModel) -> float:
         """Sum of squares that the encoder noise has in the effort of a model."""
-        late = self.data.timing_columns @ fitted.timing
-        passed = cached_effort(self.noise_replica, fitted.axis) + late - fitted.predicted
-        return float(np.sum(np.square(passed[self.data.valid])))
+        key = ("encoder noise", fitted.key)
+        if key not in self.data.results:
+            late = self.data.timing_columns @ fitted.timing
+            passed = cached_effort(self.noise_replica, fitted.axis) + late - fitted.predicted
+            self.data.results[key] = np.sum(np.square(passed[self.data.valid]))
+        return float(self.data.results[key])
 
     @cached_property
     def _base_noise(self) -> float:

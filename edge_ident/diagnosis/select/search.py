@@ -5,7 +5,7 @@ projection on what that model spans (variable projection: Golub and Pereyra 1973
 refined between the points of their grids.
 """
 
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, field, replace
 from itertools import groupby
 from typing import Self
@@ -24,7 +24,6 @@ from edge_ident.diagnosis.fit.external_vibrations import VIBRATION, Spectrum
 from edge_ident.diagnosis.fit.fitting import (
     FittedModel,
     FittedTerm,
-    additive,
     build,
     fit,
     jacobian_of,
@@ -76,7 +75,7 @@ class Search:
     refinements : Refinements
         Candidates that were refined before.
     refined_rows : dict
-        Regressors (k, n) at points that were refined before.
+        Regressors (k, n) at such points.
     """
 
     data: AxisData
@@ -194,10 +193,11 @@ class Search:
         def value(scored: ScoredCandidate) -> float:
             return self.criterion.scored(scored, discrepancy)
 
-        coarse = certain = self._coarse(subspace, without)
+        coarse = certain = self._coarse(subspace, without, fitted.key)
         if not np.all(fitted.free[: len(PARAMETERS)]):
             # without bounds a form may be best where no fit inside them follows
-            certain = self._coarse(ResidualSubspace.of(self.data, fitted, held=True), without)
+            held = ResidualSubspace.of(self.data, fitted, held=True)
+            certain = self._coarse(held, without, ("held", fitted.key))
             coarse = [*coarse, *certain]
         before = self.criterion.misfit(fitted.error + discrepancy)
         promising = PROMISING.value * (before - min(map(value, certain), default=before))
@@ -237,14 +237,20 @@ class Search:
             ends += self.refinements.descended(subspace, tuple(of_one), self.grids[candidate])
         return [self._within_bounds(fitted, end) for end in ends]
 
-    def _coarse(self, subspace: ResidualSubspace, without: frozenset[str]) -> list[ScoredCandidate]:
-        """Each candidate at the best point of its grid, and the strongest vibration."""
-        coarse = subspace.score_library(self.library, self.grids, without)
-        strongest = self.spectrum.strongest(subspace.residual)
-        if strongest["frequency"].size:
-            grid = self.grids[VIBRATION]
-            coarse.append(subspace.score(VIBRATION, strongest, grid, recurring=True))
-        return coarse
+    def _coarse(
+        self, subspace: ResidualSubspace, without: frozenset[str], model: Hashable
+    ) -> list[ScoredCandidate]:
+        """Each candidate at the best point of its grid, and the strongest vibration, once a model:
+        criteria that count other samples ask again."""
+        library, coarse = self.data.results.get(("coarse", model, without), (None, []))
+        if library is not self.library:
+            coarse = subspace.score_library(self.library, self.grids, without)
+            strongest = self.spectrum.strongest(subspace.residual)
+            if strongest["frequency"].size:
+                grid = self.grids[VIBRATION]
+                coarse.append(subspace.score(VIBRATION, strongest, grid, recurring=True))
+            self.data.results["coarse", model, without] = self.library, coarse
+        return list(coarse)
 
     def _refined(self, subspace: ResidualSubspace, scored: ScoredCandidate) -> ScoredCandidate:
         """A candidate at its best nonlinear parameters."""
@@ -264,19 +270,12 @@ class Search:
 
     def _admissible(self, term: FittedTerm, fitted: FittedModel, replica_jacobian: Array) -> bool:
         """Whether a candidate is physical, and more than encoder noise."""
-        valid = self.data.valid
-        rows = self._regressors(self.data, term, fitted)
+        valid, of_term = self.data.valid, (fitted.axis, term.candidate, term.nonlinear)
+        rows = cached_regressors(self.data, *of_term)
         if not physical(term, rows, self.excitation):
             return False
-        replica = self._regressors(self.noise_replica, term, fitted)
+        replica = cached_regressors(self.noise_replica, *of_term)
         return reliable(rows[:, valid], replica[:, valid], fitted.jacobian[valid], replica_jacobian)
-
-    def _regressors(self, data: AxisData, term: FittedTerm, fitted: FittedModel) -> Array:
-        """Regressors (k, n) of a term on top of a model."""
-        if additive(self.template, (*fitted.terms, term)):
-            return cached_regressors(data, self.template, term.candidate, term.nonlinear)
-        rows = regressors(data, fitted.axis, term.candidate, term.nonlinear)
-        return np.asarray(rows[0])
 
     def polished(self, fitted: FittedModel) -> FittedModel:
         """Refine the nonlinear parameters of each term once more, beside all the others."""

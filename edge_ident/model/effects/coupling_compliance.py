@@ -30,6 +30,8 @@ _LEAST_MOBILITY: Final = 1e-9
 the motion's direction; the response at the end of the sample alone would say the opposite."""
 _BLOCK: Final = 64
 """Samples that are computed at once."""
+_CACHED: Final = 8192
+"""Numbers that are multiplied at once, in a processor's cache."""
 _STEPS: Final = 8
 """Samples that are computed one by one where friction changes."""
 
@@ -97,12 +99,14 @@ class CouplingCompliance(Effect):
         viscous = values["damping_rate"] * motion.velocity
         smooth = motion.acceleration + viscous + values["weight"]
         period_s = float(motion.time_s[1] - motion.time_s[0])
-        u = _lag(pole, smooth, motion.velocity, values["deceleration"], period_s)
+        states, response = _lag(pole, smooth, motion.velocity, values["deceleration"], period_s)
+        # the lag is the imaginary part of u over that of the pole, and its speed the real part
+        # of u with pole.real times the lag: so the pull is the real part of a product with u
+        by_speed = 2.0 * values["damping_ratio"] * rate
+        weight = (by_speed - 1j * (rate**2 + by_speed * pole.real) / pole.imag) * response
+        pull = _real_product(states, np.broadcast_to(weight, smooth[..., :1].shape).ravel())
         carried = smooth + values["deceleration"] * motion.direction
-        lag = u.imag / pole.imag
-        lag_speed = u.real + pole.real * lag
-        pull = _pull(lag, lag_speed, values)
-        return values["load_inertia"] * (pull - carried)
+        return values["load_inertia"] * (pull.T.reshape(smooth.shape) - carried)
 
 
 def _physical(values: Values, excitation: Excitation) -> bool:
@@ -156,8 +160,11 @@ def _pull(lag: Array, lag_speed: Array, values: Values) -> Array:
     return rate * (rate * lag + 2.0 * values["damping_ratio"] * lag_speed)
 
 
-def _lag(pole: Complex, load: Array, velocity: Array, most: Array, period_s: float) -> Complex:
-    """u = d' - conj(pole)·d, which obeys u' = pole·u + load + friction, from the steady lag.
+def _lag(
+    pole: Complex, load: Array, velocity: Array, most: Array, period_s: float
+) -> tuple[Complex, Complex]:
+    """States (N, D) and the response that they are in units of: their product u = d' - conj(pole)·d
+    obeys u' = pole·u + load + friction, from the steady lag.
 
     Dry friction, of `most` at most, is constant over a sample: what stops the load at its end, or
     all there is. Friction reaches the motion through a linear filter. So the sequence of friction
@@ -173,22 +180,37 @@ def _lag(pole: Complex, load: Array, velocity: Array, most: Array, period_s: flo
     mobility = response.real + lean * response.imag
     mobility = np.maximum(mobility, _LEAST_MOBILITY * np.abs(response))
     # the real part of a product with it: what stops the load
-    stopped = (1.0 - 1j * lean) / mobility
-    start = load[..., :1] + most * np.sign(velocity[..., :1])
-    forcing = falling * load[..., :-1] + rising * load[..., 1:]
-    wanted = velocity[..., 1:] / mobility - (stopped * forcing).real
-    # in units of the response, and time first: a step reads and writes what lies together
-    added = np.concatenate([-start / pole, forcing], axis=-1) / response
-    added = np.moveaxis(added, -1, 0)
-    shape, added = added.shape, added.reshape(len(added), -1)
-    decays, gain, limit = (
+    stopped = (1.0 - 1j * lean) / mobility * response
+    start = -(load[..., :1] + most * np.sign(velocity[..., :1])) / (pole * response)
+    decays, gain, limit, stops, free, before, now, first = (
         np.broadcast_to(x, load[..., :1].shape).ravel()
-        for x in (decay, stopped * decay * response, most)
-    )
-    wanted = np.moveaxis(wanted, -1, 0).reshape(len(added) - 1, -1)
-    wanted = wanted - (gain * _filtered(added, decays)[:-1]).real
-    added[1:] += _friction(wanted, decays, gain, limit)
-    return np.moveaxis(_filtered(added, decays).reshape(shape), 0, -1) * response
+        for x in (
+            decay, stopped * decay, most, stopped, mobility, falling / response, rising / response,
+            start,
+        )
+    )  # fmt: skip
+    # time first: a step reads and writes what lies together
+    load = np.ascontiguousarray(load.reshape(-1, load.shape[-1]).T)
+    added = np.empty(load.shape, dtype=np.complex128)
+    added[0] = first
+    parts = (added.real, before.real, now.real), (added.imag, before.imag, now.imag)
+    for part, earlier, later in parts:
+        np.multiply(load[1:], later, out=part[1:])
+        part[1:] += load[:-1] * earlier
+    wanted = velocity[..., 1:].reshape(-1, len(load) - 1).T / free - _real_product(added[1:], stops)
+    wanted -= _real_product(_filtered(added, decays)[:-1], gain)
+    added.real[1:] += _friction(wanted, decays, gain, limit)
+    return _filtered(added, decays), response
+
+
+def _real_product(states: Complex, factor: Complex) -> Array:
+    """Real part of products of states (N, D) with a factor (D,) each, a few samples at once."""
+    product, count = np.empty(states.shape), max(1, _CACHED // len(factor))
+    for first in range(0, len(states), count):
+        part, found = states[first : first + count], product[first : first + count]
+        np.multiply(part.real, factor.real, out=found)
+        found -= part.imag * factor.imag
+    return product
 
 
 def _filtered(added: Complex, decay: Complex) -> Complex:
@@ -199,8 +221,9 @@ def _filtered(added: Complex, decay: Complex) -> Complex:
     count = -(-len(added) // _BLOCK)
     states = np.zeros((count, _BLOCK, len(decay)), dtype=np.complex128)
     states.reshape(-1, len(decay))[: len(added)] = added
+    left = np.empty((count, len(decay)), dtype=np.complex128)
     for k in range(1, _BLOCK):
-        states[:, k] += decay * states[:, k - 1]
+        states[:, k] += np.multiply(decay, states[:, k - 1], out=left)
     powers = decay ** np.arange(1, _BLOCK + 1)[:, None]
     for before, block in pairwise(states):
         block += powers * before[-1]

@@ -71,10 +71,12 @@ class PreslidingHysteresis(Effect):
         for first, last in zip([0, *turns], [*turns, len(direction)], strict=True):
             before = max(first - 1, 0)
             moved = position[..., first:last] - position[..., before, None]
-            bristles = np.clip(start + moved / reach, -1.0, 1.0)
-            held[..., first:last] = np.mean(bristles, axis=0)
+            bristles = moved / reach
+            bristles += start
+            np.minimum(np.maximum(bristles, -1.0, out=bristles), 1.0, out=bristles)
+            held[..., first:last] = np.add.reduce(bristles)
             start = bristles[..., -1:]
-        return np.asarray(values["level"] * (held - direction))
+        return np.asarray(values["level"] * (held / _BRISTLES - direction))
 
 
 def _physical(values: Values, excitation: Excitation) -> bool:
