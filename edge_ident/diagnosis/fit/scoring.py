@@ -22,8 +22,9 @@ Array = NDArray[np.float64]
 
 _SLIGHT: Final = 1e-6
 """Relative change of a command that tells whether the actuator follows it."""
-_MOST_IGNORED: Final = 0.4
-"""Share of ignored samples from which the actuator follows no command at all."""
+_MOST_IGNORED: Final = 0.5
+"""Share of ignored samples from which there are more of them, each a free parameter, than samples
+that determine the model."""
 
 
 @dataclass(frozen=True)

@@ -121,7 +121,8 @@ def _largest(search: Search, start: FittedModel, without: frozenset[str]) -> Fit
     best = start
     beam = [start]
     for _ in range(MOST_TERMS.value - len(start.terms)):
-        larger = _distinct(model for parent in beam for model in _children(search, parent, without))
+        children = (model for parent in beam for model in _children(search, parent, without))
+        larger = _distinct(search, children)
         if not larger:
             break
         least = min(model.error for model in larger)
@@ -177,11 +178,11 @@ def _pruned(search: Search, model: FittedModel) -> FittedModel:
     return model
 
 
-def _distinct(models: Iterable[FittedModel]) -> list[FittedModel]:
-    """The best model of each set of effects."""
+def _distinct(search: Search, models: Iterable[FittedModel]) -> list[FittedModel]:
+    """The best model of each set of effects: of two forms of one, the longer leaves less."""
     kept: dict[tuple[str, ...], FittedModel] = {}
     for model in models:
         key = tuple(sorted(t.candidate.effect for t in model.terms))
-        if key not in kept or model.error < kept[key].error:
+        if key not in kept or search.gain(kept[key], model) > 0.0:
             kept[key] = model
     return list(kept.values())

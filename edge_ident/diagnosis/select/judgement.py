@@ -70,6 +70,8 @@ class Judgement:
         Strongest first.
     rest : float
         Rms of what the supported model leaves beyond noise, over that of the effort.
+    certain : FittedModel
+        With all that no doubt is about, the minor included.
     """
 
     verdict: Verdict
@@ -77,6 +79,7 @@ class Judgement:
     suspected: tuple[Cause, ...]
     minor: tuple[Cause, ...]
     rest: float
+    certain: FittedModel
 
 
 def judge(
@@ -255,6 +258,7 @@ def _judgement(
         suspected=strongest_first(doubtful),
         minor=strongest_first(minor),
         rest=assessed.rest(supported.model),
+        certain=assessed.fitted(sorted({*found.named, *found.minor, *found.sound})),
     )
 
 
