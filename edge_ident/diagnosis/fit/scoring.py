@@ -1,5 +1,6 @@
 """Scores of candidates on the residual of a model."""
 
+import math
 from collections.abc import Hashable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -22,6 +23,8 @@ Array = NDArray[np.float64]
 
 _SLIGHT: Final = 1e-6
 """Relative change of a command that tells whether the actuator follows it."""
+_MOST_IGNORED: Final = 0.4
+"""Share of ignored samples from which the actuator follows no command at all."""
 _TINY: Final = float(np.finfo(float).tiny)
 
 
@@ -191,8 +194,8 @@ class ResidualSubspace:
         errors, linear = component.fit(candidate, product, total)
         if named(candidate.effect).overrides("withheld"):
             fitted = dict(zip(candidate.form.linear, linear.T, strict=True))
-            added = term(candidate, nonlinear, fitted)
-            errors = errors * ignored_command_penalty(self.data, added, errors)
+            penalty = ignored_command_penalty(self.data, term(candidate, nonlinear, fitted))
+            errors = errors * penalty
         best = int(np.argmin(np.where(among, errors, np.inf)))
         at = {name: float(array[best]) for name, array in nonlinear.items()}
         values = dict(zip(candidate.form.linear, linear[best].tolist(), strict=False))
@@ -217,20 +220,23 @@ def _released(fitted: FittedModel) -> Array:
     return np.where(free, fitted.derivatives, 0.0)
 
 
-def ignored_command_penalty(data: AxisData, added: Term, errors: Array) -> Array:
-    """Factor (D,) on the errors (D,) of models whose actuator ignores commands; one for all others.
+def ignored_command_penalty(data: AxisData, added: Term) -> Array:
+    """Factor (D,) on the error of a model whose actuator ignores commands; one for all others.
 
-    What the actuator withholds is read from the effort itself, and no motion predicts it. Where any
-    other command has the density of the residual, an ignored one may be anything in the range of
-    those that are ignored. The factor is the ratio of these likelihoods, of equal entropy.
+    The effort that the actuator withholds is read from the effort itself. No motion predicts it.
+    So each such sample is a free parameter and is penalized like one; or it may be anything in the
+    range of those that are ignored, where any other command has the density of noise. The shorter
+    description counts: a narrow deadband leaves little free.
     """
     effect = named(added.effect)
     if not effect.overrides("withheld"):
         return np.ones(1)
     share, width = _ignored(data, effect, along_motion(added))
-    variance = errors / np.count_nonzero(data.valid)
-    entropy = np.sqrt(2.0 * np.pi * np.e * np.maximum(variance, _TINY))
-    return np.asarray(np.maximum(width / entropy, 1.0) ** (2.0 * share))
+    noise = min(s.effort_noise for s in data.segments)
+    as_wide = math.sqrt(2.0 * math.pi * math.e) * max(noise, _TINY)  # as entropic as noise
+    in_range = 2.0 * np.log(np.maximum(width / as_wide, 1.0))
+    each = np.minimum(np.log(np.count_nonzero(data.valid)), in_range)
+    return np.asarray(np.where(share < _MOST_IGNORED, np.exp(share * each), np.inf))
 
 
 def _ignored(data: AxisData, effect: Effect, values: Values) -> tuple[Array, Array]:

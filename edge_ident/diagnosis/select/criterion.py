@@ -64,7 +64,7 @@ class Criterion:
         discrepancy = max(self.discrepancy(before), self.discrepancy(after))
         errors = [self.error(model) + discrepancy for model in (before, after)]
         misfit = self.misfit(errors[0]) - self.misfit(errors[1])
-        return misfit - self._penalties(after, discrepancy) + self._penalties(before, discrepancy)
+        return misfit - self._penalties(after) + self._penalties(before)
 
     def expected_gain(self, scored: ScoredCandidate, fitted: FittedModel) -> float:
         """Gain of a model by a candidate, from the candidate's score alone."""
@@ -119,14 +119,13 @@ class Criterion:
         effects = len(catalogue())
         return {c: 2.0 * math.log(effects * _count(grid)) for c, grid in self.grids.items()}
 
-    def _penalties(self, fitted: FittedModel, discrepancy: float = 0.0) -> float:
-        """Penalties of all added terms, where formulas may be off by so much."""
+    def _penalties(self, fitted: FittedModel) -> float:
+        """Penalties of all added terms."""
         total = 0.0
         for t in fitted.terms:
             total += self.penalty(t.candidate)
             if named(t.candidate.effect).overrides("withheld"):
-                error = np.array([fitted.error + discrepancy])
-                factor = ignored_command_penalty(self.data, t.model_term, error)[0]
+                factor = ignored_command_penalty(self.data, t.model_term)[0]
                 total += self.samples * float(np.log(factor))
         return total
 
