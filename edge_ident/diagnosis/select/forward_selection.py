@@ -121,8 +121,7 @@ def _largest(search: Search, start: FittedModel, without: frozenset[str]) -> Fit
     best = start
     beam = [start]
     for _ in range(MOST_TERMS.value - len(start.terms)):
-        children = (model for parent in beam for model in _children(search, parent, without))
-        larger = _distinct(search, children)
+        larger = _distinct(model for parent in beam for model in _children(search, parent, without))
         if not larger:
             break
         least = min(model.error for model in larger)
@@ -178,11 +177,11 @@ def _pruned(search: Search, model: FittedModel) -> FittedModel:
     return model
 
 
-def _distinct(search: Search, models: Iterable[FittedModel]) -> list[FittedModel]:
-    """The best model of each set of effects: of two forms of one, the longer leaves less."""
+def _distinct(models: Iterable[FittedModel]) -> list[FittedModel]:
+    """The best model of each set of effects."""
     kept: dict[tuple[str, ...], FittedModel] = {}
     for model in models:
         key = tuple(sorted(t.candidate.effect for t in model.terms))
-        if key not in kept or search.gain(kept[key], model) > 0.0:
+        if key not in kept or model.error < kept[key].error:
             kept[key] = model
     return list(kept.values())
