@@ -42,11 +42,19 @@ class AxisSearch:
 
     @property
     def open(self) -> bool:
-        """Whether more is left than noise, or there are suspicions alone."""
+        """Whether there are suspicions alone, or so much is left that a deeper search may pay.
+
+        The tolerance is no measure of that: play acts mostly at reversals and above the band, which
+        holds a small part of what it takes off the recorded effort.
+        """
         if any(check.blocks for check in self.checks):
             return False
-        causes, suspected = self.judged.supported.model.terms, self.judged.suspected
-        return self.judged.verdict is Verdict.UNEXPLAINED or bool(suspected and not causes)
+        judged = self.judged
+        if judged.verdict is Verdict.UNEXPLAINED:
+            return True
+        if judged.suspected and not judged.supported.model.terms:
+            return True
+        return bool(self.selected.search.worth_descending(judged.certain))
 
 
 def search_axis(

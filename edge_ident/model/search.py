@@ -32,12 +32,15 @@ class Form:
         Whether another axis takes part.
     rotary : bool
         Whether positions are taken for angles.
+    known : tuple of pairs of parameter name and float
+        Values that follow from that, and need no search.
     """
 
     linear: tuple[str, ...]
     nonlinear: tuple[str, ...] = ()
     coupled: bool = False
     rotary: bool = False
+    known: tuple[tuple[str, float], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -118,7 +121,7 @@ class SearchSpec:
         The motion that shows it, and tells it from its alternatives.
     grid : callable
         From an `Excitation` to values of the nonlinear parameters, arrays of one length. A form
-        without nonlinear parameters takes the first values.
+        without nonlinear parameters takes the first values, and those that it knows.
     physical : callable
         Whether values (a mapping of arrays) are as large as a recording of an `Excitation` allows.
     discrepancy : float

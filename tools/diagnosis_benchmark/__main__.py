@@ -35,7 +35,7 @@ What counts, and how:
     python -m tools.diagnosis_benchmark --read FILE             the tables of a former run
 
 Simulations are kept in runs/diagnosis_benchmark and used again. Seeds 1 to 99 are for development;
-the figures in docs/diagnosis.md are of seeds 13997, 20011, 23017, 29009 and 31013, which no
+the figures in docs/diagnosis.md are of seeds 13997, 20011, 23017, 29009, 31013 and 37013, which no
 development had seen.
 """
 
@@ -62,7 +62,7 @@ from tools.diagnosis_benchmark.speed import print_speed
 from tools.diagnosis_benchmark.tables import print_tables
 
 DEVELOPMENT_SEED: Final = 1
-REPORTING_SEED: Final = 31013
+REPORTING_SEED: Final = 37013
 SPEED: Final = "speed"
 
 

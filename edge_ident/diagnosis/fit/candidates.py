@@ -81,7 +81,8 @@ def grid(candidate: Candidate, excitation: Excitation) -> dict[str, Array]:
     """
     values = named(candidate.effect).search.grid(excitation)
     if not candidate.form.nonlinear:
-        return {name: array[:1] for name, array in values.items()}
+        first = {name: array[:1] for name, array in values.items()}
+        return first | {name: np.array([value]) for name, value in candidate.form.known}
     return values
 
 

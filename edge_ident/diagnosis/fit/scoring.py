@@ -1,5 +1,6 @@
 """Scores of candidates on the residual of a model."""
 
+import math
 from collections.abc import Hashable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -24,6 +25,7 @@ _SLIGHT: Final = 1e-6
 """Relative change of a command that tells whether the actuator follows it."""
 _MOST_IGNORED: Final = 0.4
 """Share of ignored samples from which the actuator follows no command at all."""
+_TINY: Final = float(np.finfo(float).tiny)
 
 
 @dataclass(frozen=True)
@@ -222,31 +224,41 @@ def ignored_command_penalty(data: AxisData, added: Term) -> Array:
     """Factor (D,) on the error of a model whose actuator ignores commands; one for all others.
 
     The effort that the actuator withholds is read from the effort itself. No motion predicts it.
-    So each such sample is a free parameter and is penalized like one.
+    So each such sample is a free parameter and is penalized like one; or it may be anything in the
+    range of those that are ignored, where any other command has the density of noise. The shorter
+    description counts: a narrow deadband leaves little free.
     """
     effect = named(added.effect)
     if not effect.overrides("withheld"):
         return np.ones(1)
-    values = along_motion(added)
-    share = _ignored_share(data, effect, values)
-    factor = np.exp(share * np.log(np.count_nonzero(data.valid)))
-    return np.asarray(np.where(share < _MOST_IGNORED, factor, np.inf))
+    share, width = _ignored(data, effect, along_motion(added))
+    noise = min(s.effort_noise for s in data.segments)
+    as_wide = math.sqrt(2.0 * math.pi * math.e) * max(noise, _TINY)  # as entropic as noise
+    in_range = 2.0 * np.log(np.maximum(width / as_wide, 1.0))
+    each = np.minimum(np.log(np.count_nonzero(data.valid)), in_range)
+    return np.asarray(np.where(share < _MOST_IGNORED, np.exp(share * each), np.inf))
 
 
-def _ignored_share(data: AxisData, effect: Effect, values: Values) -> Array:
-    """Share (D,) of the samples at which an actuator ignores commands, computed once."""
+def _ignored(data: AxisData, effect: Effect, values: Values) -> tuple[Array, Array]:
+    """Share (D,) of the samples at which an actuator ignores commands, and the width (D,) of the
+    range of what it withholds there, computed once."""
     key = (effect.name, *(value.tobytes() for value in values.values()))
     if key not in data.cache:
-        ignored, count = np.zeros(1), 0
-        for s in data.segments:
-            more = _SLIGHT * s.raw_effort
-            change = effect.withheld(s.raw_effort + more, values)
-            change = change - effect.withheld(s.raw_effort, values)
-            ignores = np.abs(change) > 0.5 * np.abs(more)
-            ignored = ignored + np.sum(np.atleast_2d(ignores), axis=1)
-            count += len(s.raw_effort)
-        data.cache[key] = ignored / count
-    return data.cache[key]
+        parts = [_ignored_in(s.raw_effort, effect, values) for s in data.segments]
+        ignores, withheld = (np.concatenate(part, axis=-1) for part in zip(*parts, strict=True))
+        low = np.min(np.where(ignores, withheld, np.inf), axis=-1)
+        high = np.max(np.where(ignores, withheld, -np.inf), axis=-1)
+        data.cache[key] = np.array([np.mean(ignores, axis=-1), np.maximum(high - low, 0.0)])
+    share, width = data.cache[key]
+    return share, width
+
+
+def _ignored_in(raw: Array, effect: Effect, values: Values) -> tuple[NDArray[np.bool_], Array]:
+    """Where an actuator ignores a command (M,), and what it withholds, (D, M) each."""
+    more = _SLIGHT * raw
+    withheld = np.atleast_2d(effect.withheld(raw, values))
+    change = effect.withheld(raw + more, values) - withheld
+    return np.abs(change) > 0.5 * np.abs(more), withheld
 
 
 def _on_edge(candidate: Candidate, at: Mapping[str, float], grid: Grid) -> bool:

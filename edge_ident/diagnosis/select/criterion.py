@@ -75,6 +75,18 @@ class Criterion:
         """Value of a model with a candidate, without the penalties of its other terms."""
         return self.misfit(scored.error + discrepancy) + self.penalty(scored.candidate)
 
+    def room(self, fitted: FittedModel, noise: float) -> float:
+        """Gain over a model, before any penalty, of one that leaves nothing but noise.
+
+        Parameters
+        ----------
+        fitted : FittedModel
+        noise : float
+            Sum of squares that noise alone leaves.
+        """
+        discrepancy = self.discrepancy(fitted)
+        return self.misfit(fitted.error + discrepancy) - self.misfit(noise + discrepancy)
+
     def error(self, fitted: FittedModel) -> float:
         """Sum of squared residuals, as if the encoder noise passed as in the base model.
 

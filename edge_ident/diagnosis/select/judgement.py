@@ -4,8 +4,8 @@ The rules stand in `select.acceptance`. A cause is suspected where one of them i
 few runs on disturbed data find it, it is smaller than what is left unexplained, the halves of the
 data disagree about it, it shows at standstill alone, it trades places with the base parameters, the
 model beside it is not physical, or no cause may be named at all.
-It is minor where it is certain and not worth naming, or where the chain of a sound drive has it as
-well. What is not supported leaves the model, and the rest is fitted again.
+It is minor where it is certain and not worth naming, or where a sound drive's chain has it as well.
+What is not supported leaves the model, and the rest is fitted again.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -71,6 +71,8 @@ class Judgement:
         Strongest first.
     rest : float
         Rms of what the supported model leaves beyond noise, over that of the effort.
+    certain : FittedModel
+        With all that no doubt is about, the minor included.
     """
 
     verdict: Verdict
@@ -78,6 +80,7 @@ class Judgement:
     suspected: tuple[Cause, ...]
     minor: tuple[Cause, ...]
     rest: float
+    certain: FittedModel
 
 
 def judge(
@@ -244,11 +247,8 @@ def _judgement(
     doubtful = [replace(every[k], decision=r) for k, r in found.doubts.items() if own[k]]
     vibrations = [Refused(VIBRATION.effect, r) for k, r in found.doubts.items() if not own[k]]
     staying = sorted({*found.sound, *(found.minor if rules.keep_minor else ())})
-    minor = [
-        replace(every[k], decision=_minor_reason(assessed, k))
-        for k in found.minor
-        if own[k] and k not in staying
-    ]
+    left_out = [k for k in found.minor if own[k] and k not in staying]
+    minor = [replace(every[k], decision=_minor_reason(assessed, k)) for k in left_out]
     supported = _supported(assessed, selected, found.named, staying, times)
     return Judgement(
         verdict=_verdict(assessed, found),
@@ -256,6 +256,7 @@ def _judgement(
         suspected=strongest_first(doubtful),
         minor=strongest_first(minor),
         rest=assessed.rest(supported.model),
+        certain=assessed.fitted(sorted({*found.named, *found.minor, *found.sound})),
     )
 
 

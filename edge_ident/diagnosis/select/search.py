@@ -114,14 +114,17 @@ class Search:
     def with_refined_points(self, model: FittedModel) -> Self:
         """The same search, whose library also has the points that it refined; it refines no more.
 
-        So a repetition costs products alone. The terms of a model are among the points.
+        So a repetition costs products alone. The terms of a model are among the points, and no
+        point that follows encoder noise: a candidate counts at its best one, and that is refused.
         """
-        known = (*model.terms, *self.refinements.terms)
+        base = self.criterion.start
+        replica_jacobian = jacobian_of(self.noise_replica, base)[self.data.valid]
+        refined = (t for t in self.refinements.terms if t.candidate in self.library)
+        sure = [t for t in refined if self._admissible(t, base, replica_jacobian)]
         found: dict[Candidate, dict[tuple[float, ...], FittedTerm]] = {}
-        for term in known:
+        for term in (*model.terms, *sure):
             if term.nonlinear and term.candidate in self.library:
-                same = found.setdefault(term.candidate, {})
-                same[tuple(term.nonlinear.values())] = term
+                found.setdefault(term.candidate, {})[tuple(term.nonlinear.values())] = term
         more = {
             candidate: {
                 name: np.array([t.nonlinear[name] for t in terms.values()])
@@ -165,6 +168,11 @@ class Search:
     def gain(self, before: FittedModel, after: FittedModel) -> float:
         """Gain of the criterion from one model to another."""
         return self.criterion.gain(before, after)
+
+    def worth_descending(self, fitted: FittedModel) -> frozenset[Candidate]:
+        """Candidates of sparse grids that would be accepted if they explained all but noise."""
+        room = self.criterion.room(fitted, self.noise) - ADDED_TERM.value
+        return frozenset(c for c in self.library if c.descends and room > self.criterion.penalty(c))
 
     def fit(self, base: Array, terms: tuple[FittedTerm, ...]) -> FittedModel:
         """Fit a model to the data."""
@@ -212,8 +220,7 @@ class Search:
             if self._admissible(best.term, fitted, replica_jacobian):
                 found.append(best)
         if self.deep and self.refines and not fitted.terms:  # beside others it takes too long
-            room = before - self.criterion.misfit(self.noise + discrepancy)
-            descents = self._descents(fitted, subspace, without, room)
+            descents = self._descents(fitted, subspace, without)
             found += [s for s in descents if self._admissible(s.term, fitted, replica_jacobian)]
             every = {s.candidate: s for s in sorted(found, key=value, reverse=True)}
             sparse = [best for candidate, best in every.items() if candidate.descends]
@@ -221,21 +228,17 @@ class Search:
         return sorted(found, key=value)
 
     def _descents(
-        self, fitted: FittedModel, subspace: ResidualSubspace, without: frozenset[str], room: float
+        self, fitted: FittedModel, subspace: ResidualSubspace, without: frozenset[str]
     ) -> list[ScoredCandidate]:
-        """Candidates of sparse grids, refined from each part of their ranges, wherever they would
-        be accepted if they explained the `room` down to noise."""
+        """Candidates of sparse grids, refined from each part of their ranges."""
         scored = subspace.score_library(self.library, self.grids, without, STARTS.value)
-        starts = [
-            start
-            for start in scored
-            if start.candidate.descends
-            and room > self.criterion.penalty(start.candidate) + ADDED_TERM.value
+        worth = self.worth_descending(fitted)
+        starts = [start for start in scored if start.candidate in worth]
+        return [
+            self._within_bounds(fitted, end)
+            for candidate, of_one in groupby(starts, key=lambda start: start.candidate)
+            for end in self.refinements.descended(subspace, tuple(of_one), self.grids[candidate])
         ]
-        ends: list[ScoredCandidate] = []
-        for candidate, of_one in groupby(starts, key=lambda start: start.candidate):
-            ends += self.refinements.descended(subspace, tuple(of_one), self.grids[candidate])
-        return [self._within_bounds(fitted, end) for end in ends]
 
     def _coarse(
         self, subspace: ResidualSubspace, without: frozenset[str], model: Hashable

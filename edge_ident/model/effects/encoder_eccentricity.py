@@ -22,6 +22,9 @@ _ITERATIONS: Final = 5
 _CONVERGED: Final = 1e-13
 _SMALLEST: Final = 0.1
 """Of the encoder's resolution."""
+_TURN_RAD: Final = 2.0 * np.pi
+"""Period where the recorded angle is the encoder's own. A travel of less than a turn does not
+determine it."""
 
 
 class EncoderEccentricity(Effect):
@@ -91,7 +94,10 @@ EFFECT: Final = EncoderEccentricity(
         ),
     ),
     search=SearchSpec(
-        forms=(Form(("cosine", "sine"), ("period",)),),
+        forms=(
+            Form(("cosine", "sine"), ("period",)),
+            Form(("cosine", "sine"), rotary=True, known=(("period", _TURN_RAD),)),
+        ),
         signature="repeats every turn and grows with the square of the speed",
         alternatives=("torque_ripple", "position_dependent_load"),
         experiment="several speeds over whole turns: --motion staircase",

@@ -1,0 +1,67 @@
+"""Where a search goes on: what is left of an axis, and what the search already knows."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from edge_ident.diagnosis.axis_search import AxisSearch
+from edge_ident.diagnosis.fit.candidates import Candidate
+from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm
+from edge_ident.diagnosis.fit.noise_floor import noise_floor
+from edge_ident.diagnosis.fit.scoring import ScoredCandidate
+from edge_ident.diagnosis.prepare.preparation import prepare_axis
+from edge_ident.diagnosis.result import Verdict
+from edge_ident.diagnosis.select.backward_elimination import SupportedModel
+from edge_ident.diagnosis.select.judgement import Judgement
+from edge_ident.diagnosis.select.search import Search
+from edge_ident.diagnosis.select.selection import Selected, fitted_base
+from tests.edge_ident.diagnosis.select.test_search_parts import TEMPLATE, recorded, rigid, swing
+
+
+@pytest.fixture(scope="module")
+def search() -> Search:
+    """An axis with a ripple that is four times its noise, and less than a tolerance of a tenth."""
+    t, x, v, a = swing()
+    ripple = 0.05 * np.cos(2.0 * np.pi / 0.5 * x)
+    data = prepare_axis([recorded(t, x, rigid(v, a) + ripple, noise=0.01)], "x")
+    return Search.of(data, TEMPLATE, fitted_base(data, TEMPLATE))
+
+
+def ripple_of(search: Search) -> Candidate:
+    """The one candidate of its effect."""
+    return next(c for c in search.library if c.effect == "torque_ripple")
+
+
+def explained(search: Search) -> FittedModel:
+    """With the ripple."""
+    term = FittedTerm(ripple_of(search), {"period": 0.5}, {"cosine": 0.05, "sine": 0.0})
+    return search.fit(search.criterion.start.base, (term,))
+
+
+def found(search: Search, certain: FittedModel) -> AxisSearch:
+    """An axis that is adequate beside a generous tolerance, and all that is certain about it."""
+    start = search.criterion.start
+    supported = SupportedModel(start, (), (), converged=True)
+    judged = Judgement(Verdict.ADEQUATE, supported, (), (), 0.0, certain)
+    floor = noise_floor(search.data, start)
+    return AxisSearch(Selected(search, start, start, supported), floor, (), judged)
+
+
+def test_an_axis_is_open_while_the_criterion_could_gain(search: Search) -> None:
+    assert found(search, search.criterion.start).open
+    assert not found(search, explained(search)).open
+
+
+def test_a_point_that_is_refused_hides_no_other(search: Search) -> None:
+    """A candidate counts at its best point, and one that no drive could have may be the best."""
+    ripple = ripple_of(search)
+    sizes = {0.51: 0.05, 0.49: 1e6}
+    terms = [
+        FittedTerm(ripple, {"period": p}, {"cosine": s, "sine": 0.0}) for p, s in sizes.items()
+    ]
+    refined = {term.nonlinear["period"]: ScoredCandidate(term, 0.0) for term in terms}
+    knowing = replace(search, refinements=replace(search.refinements, cache=dict(refined)))
+    again = knowing.with_refined_points(search.criterion.start)
+    assert 0.51 in again.library.points[ripple]["period"]
+    assert 0.49 not in again.library.points[ripple]["period"]
