@@ -83,4 +83,4 @@ def _turns(samples: int, ndim: int) -> NDArray[np.complex128]:
     """Quarter of a turn over `samples`, along the first of `ndim` axes, up to half; read-only."""
     turns = np.exp(0.5j * np.pi / samples * np.arange(samples // 2 + 1))
     turns.flags.writeable = False
-    return turns.reshape(-1, *([1] * (ndim - 1)))
+    return np.asarray(turns.reshape(-1, *([1] * (ndim - 1))))

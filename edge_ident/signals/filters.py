@@ -252,7 +252,8 @@ def _end_matching_quintic(position: Array, cutoff_hz: float, period_s: float) ->
 @lru_cache(maxsize=32)
 def _to_cubic(samples: int) -> Array:
     """Matrix (4, N) of a least-squares cubic on [-1, 1]; read-only."""
-    matrix = np.linalg.pinv(np.vander(np.linspace(-1.0, 1.0, samples), 4))
+    powers = np.vander(np.linspace(-1.0, 1.0, samples), 4)
+    matrix = np.asarray(np.linalg.pinv(powers), dtype=np.float64)
     matrix.flags.writeable = False
     return matrix
 

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from edge_ident.diagnosis.fit.fitting import FittedModel
 from edge_ident.diagnosis.fit.projection import orthonormal
 from edge_ident.diagnosis.fit.summary import nonzero_rms
+from edge_ident.diagnosis.fit.term_effort import reduced_axis
 from edge_ident.diagnosis.prepare.axis_data import AxisData, Segment
 from edge_ident.model.effects import named
 from edge_ident.model.inverse import along_motion, inverse_effort, obeyed
@@ -60,7 +61,7 @@ def recorded_sizes(data: AxisData, model: FittedModel) -> list[float]:
     whole, scale = left(model.axis), nonzero_rms(effort)
     sizes = {}
     for terms in set(together):
-        more = left(model.axis_without(terms)) - whole
+        more = left(reduced_axis(data, model, terms)) - whole
         sizes[terms] = float(np.sign(more) * np.sqrt(np.abs(more))) / scale
     return [sizes[terms] for terms in together]
 

@@ -17,7 +17,14 @@ from edge_ident.model.inverse import inverse_effort
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Term
 from edge_ident.model.motion import Motion
 from edge_ident.model.search import SOUND_RESONANCE_HZ, Form
-from tests.edge_ident.diagnosis.select.test_search_parts import TEMPLATE, recorded, rigid, swing
+from edge_ident.signals.metrics import rms
+from tests.edge_ident.diagnosis.select.test_search_parts import (
+    PERIOD_S,
+    TEMPLATE,
+    recorded,
+    rigid,
+    swing,
+)
 
 Array = NDArray[np.float64]
 
@@ -56,6 +63,28 @@ def test_what_acts_at_reversals_is_larger_in_the_recorded_effort_than_in_a_narro
     own = added - basis @ (basis.T @ added)
     truth = float(np.sqrt(np.mean(own**2) / np.mean(effort**2)))
     assert in_band < size < 1.1 * truth
+
+
+@pytest.mark.parametrize("samples", [1.55, 6.0])
+def test_a_delay_is_as_large_as_what_exceeds_a_controllers_timing(samples: float) -> None:
+    """The base model is late by 1.5 samples, too."""
+    t, x, v, a = MOTION
+    delay_s = samples * PERIOD_S
+    effort = np.interp(t - delay_s, t, rigid(v, a))
+    data = prepare_axis([recorded(t, x, effort, noise=1e-4)], "x", timed=False)
+    (form,) = named("time_delay").search.forms
+    term = FittedTerm(Candidate("time_delay", form), {}, {"delay": delay_s})
+    model = fit(data, TEMPLATE, np.array([0.5, 0.8, 1.1, 0.2]), (term,))
+    space = base_space(data, fit(data, TEMPLATE, np.zeros(4), ()))
+    whole = (data.predicted(model.axis) - data.predicted(model.axis_without([0])))[data.valid]
+    whole_share = rms(whole - space @ (space.T @ whole)) / rms(data.effort[data.valid])
+    found = model.terms[0].linear["delay"] / PERIOD_S
+    expected = (found - 1.5) / found * whole_share
+    (in_band,) = own_shares(data, model, space)
+    (size,) = recorded_sizes(data, model)
+    assert in_band == pytest.approx(expected, rel=0.1)
+    assert size < 2.0 * expected  # friction's steps at reversals are in the recorded effort, too
+    assert found == pytest.approx(samples, rel=0.01)
 
 
 def test_an_effort_that_is_not_in_the_record_counts_against_its_cause() -> None:
