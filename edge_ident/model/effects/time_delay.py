@@ -3,7 +3,7 @@
 recorded(t) = effort(t - delay), the same at all amplitudes and frequencies. A shift of up to 1.5
 sampling periods is in every recording of a digital controller (`edge_ident.signals.timing`), and
 no delay in this sense: it belongs to the base model. A longer delay is a cause. It then accounts
-for the whole shift, the share of the controller included.
+for the whole shift, the share of the controller included; its size is what exceeds that share.
 Source: linear phase of a pure delay.
 """
 
