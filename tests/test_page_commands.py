@@ -8,7 +8,6 @@ import re
 import shlex
 import shutil
 from collections.abc import Iterator
-from importlib import resources
 from pathlib import Path
 from typing import Final
 
@@ -100,6 +99,9 @@ STORIES: Final = {
 }
 """What runs, and a page that says it: several pages say the same."""
 
+WHOLE: Final = description.BUILT_IN
+"""The built-in drive as it is shipped."""
+
 
 @pytest.fixture(scope="module")
 def brief(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
@@ -107,7 +109,7 @@ def brief(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
     folder = tmp_path_factory.mktemp("built-in")
     (folder / "feed_drive.toml").write_text(drive_text(brief_drive(2.0), {}), encoding="utf-8")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(description, "files", lambda package: folder)
+        patch.setattr(description, "BUILT_IN", folder / "feed_drive.toml")
         yield
 
 
@@ -141,7 +143,7 @@ def test_every_command_of_a_page_runs(
     write_files_of(page)
     for command in runnable(page):
         if command.startswith("edge-ident profile"):  # the network knows the whole motion alone
-            monkeypatch.setattr(description, "files", resources.files)
+            monkeypatch.setattr(description, "BUILT_IN", WHOLE)
         words = shlex.split(command)
         assert words[0].endswith("edge-ident"), f"{command}: say here why it does not run"
         result = CliRunner().invoke(app, [existing(word) for word in words[1:]])

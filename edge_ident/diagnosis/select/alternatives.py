@@ -49,14 +49,14 @@ def compare_alternatives(search: Search, model: FittedModel, index: int) -> Comp
         (s, search.fit(rest.base, (*rest.terms, s.term))) for s in scored[: MOST_ALTERNATIVES.value]
     ]
     found = [
-        _fitted_alternative(search, model, _closest(search, subspace, rest, s, other))
+        _fitted_alternative(search, model, rest, _closest(search, subspace, rest, s, other))
         for s, other in models
         if s.candidate != VIBRATION
     ]
     decisions = [
         (decide(model.terms, other.terms, Evidence(search.gain(model, other))), other)
         for s, other in models
-        if not s.on_edge or s.candidate.effect in rest.effects
+        if (not s.on_edge or s.candidate.effect in rest.effects) and _enters(search, rest, other)
     ]
     decision, best = max(decisions, key=lambda pair: pair[0].margin, default=(None, None))
     declared = set(named(term.candidate.effect).search.alternatives)
@@ -64,6 +64,14 @@ def compare_alternatives(search: Search, model: FittedModel, index: int) -> Comp
     found += [_scored_alternative(s, model) for s in _on_grid(search, subspace, untried)]
     accepted = decision is not None and decision.accepted
     return ComparedAlternatives(_first_of_each(found), best if accepted else None, decision)
+
+
+def _enters(search: Search, rest: FittedModel, other: FittedModel) -> bool:
+    """Whether a model would be accepted without the term that is to be replaced.
+
+    The discrepancy of an effect that is far too large hides that it fits worse than nothing.
+    """
+    return decide(rest.terms, other.terms, Evidence(search.gain(rest, other))).accepted
 
 
 def _closest(
@@ -82,11 +90,13 @@ def _closest(
     return min(other, search.fit(rest.base, (*rest.terms, term)), key=lambda fitted: fitted.error)
 
 
-def _fitted_alternative(search: Search, model: FittedModel, other: FittedModel) -> Alternative:
+def _fitted_alternative(
+    search: Search, model: FittedModel, rest: FittedModel, other: FittedModel
+) -> Alternative:
     """The alternative is the last term of the other model."""
     added = other.terms[-1].model_term
     term = replace(added, values={name: float(np.asarray(v)) for name, v in added.values.items()})
-    apart = separable(search.gain(other, model))
+    apart = separable(search.gain(other, model)) or search.gain(rest, other) < 0.0
     larger = np.sqrt(other.error / max(model.error, _TINY)) - 1.0
     if apart:
         evidence = f"in its place the residual is {larger:.1%} larger"

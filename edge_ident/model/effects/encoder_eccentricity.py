@@ -55,9 +55,10 @@ class EncoderEccentricity(Effect):
 
 
 def _physical(values: Values, excitation: Excitation) -> bool:
-    """An error that is more than a trace of the encoder's own rounding."""
+    """More than a trace of the encoder's own rounding, and no reading that turns back."""
     amplitude = np.hypot(values["cosine"], values["sine"])
-    return bool(np.all(amplitude > _SMALLEST * excitation.resolution))
+    more = amplitude > _SMALLEST * excitation.resolution
+    return bool(np.all(more & (2.0 * np.pi * amplitude < values["period"])))
 
 
 def _grid(excitation: Excitation) -> dict[str, Array]:
