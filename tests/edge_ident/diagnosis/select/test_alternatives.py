@@ -1,12 +1,25 @@
 """Which alternatives a motion separates from a cause, and which it does not."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm, fit
+from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.select.acceptance import separable
-from tests.edge_ident.diagnosis.select.test_search_parts import diagnosed, recorded, rigid, swing
+from edge_ident.diagnosis.select.alternatives import compare_alternatives
+from edge_ident.diagnosis.select.criterion import Criterion
+from edge_ident.diagnosis.select.search import Search
+from edge_ident.diagnosis.select.selection import selected_model
+from tests.edge_ident.diagnosis.select.test_search_parts import (
+    TEMPLATE,
+    diagnosed,
+    recorded,
+    rigid,
+    swing,
+)
 
 
 def alternatives(
@@ -77,3 +90,24 @@ def test_a_wave_that_hardly_repeats_is_a_load_or_a_ripple(waves: float) -> None:
 def test_ten_units_separate() -> None:
     assert separable(10.0)
     assert not separable(9.99)
+
+
+def test_what_fits_worse_than_nothing_is_no_alternative_however_large_its_discrepancy(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A fit that has run away has an effort so large that its discrepancy covers every residual."""
+    t, x, v, a = swing(seconds=10.0)
+    data = prepare_axis([recorded(t, x, rigid(v, a) + 0.3 * np.abs(v), noise=0.01)], "x")
+    selected = selected_model(data, TEMPLATE)
+    search, model = selected.search, selected.supported.model
+    assert [term.candidate.effect for term in model.terms] == ["asymmetric_friction"]
+
+    def run_away(rest: np.ndarray, terms: tuple[FittedTerm, ...]) -> FittedModel:
+        found = fit(data, TEMPLATE, rest, terms)
+        return replace(found, error=1e3 * selected.start.error) if len(terms) == 1 else found
+
+    monkeypatch.setattr(Search, "fit", lambda self, base, terms: run_away(base, terms))
+    monkeypatch.setattr(Criterion, "discrepancy", lambda self, fitted: 1e9)
+    compared = compare_alternatives(search, model, 0)
+    assert compared.replacement is None
+    assert all(alternative.separable for alternative in compared.alternatives)

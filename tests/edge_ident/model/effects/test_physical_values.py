@@ -1,0 +1,32 @@
+"""Values that a recording allows, and those that no machine has."""
+
+import numpy as np
+import pytest
+
+from edge_ident.model.effects import named
+from edge_ident.model.search import Excitation
+
+EXCITATION = Excitation(
+    travel=3.0,
+    speed=2.0,
+    typical_speed=1.0,
+    acceleration=3.0,
+    effort=5.0,
+    resolution=1e-3,
+    duration_s=20.0,
+    cutoff_hz=6.0,
+    sampling_s=0.0025,
+    base=np.array([0.4, 0.9, 1.4, 0.0]),
+)
+
+
+@pytest.mark.parametrize(
+    ("amplitude", "allowed"), [(1e-5, False), (0.01, True), (0.99, True), (1.01, False)]
+)
+def test_an_eccentric_encoder_reads_more_than_a_trace_and_never_backwards(
+    amplitude: float, allowed: bool
+) -> None:
+    """An error of one radian at one turn stops the reading once a turn; a larger one turns it."""
+    values = {"cosine": 0.6 * amplitude, "sine": 0.8 * amplitude, "period": 2.0 * np.pi}
+    arrays = {name: np.array([value]) for name, value in values.items()}
+    assert named("encoder_eccentricity").search.physical(arrays, EXCITATION) is allowed
