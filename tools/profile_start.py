@@ -35,8 +35,8 @@ def process_cost(arguments: Sequence[str]) -> tuple[float, float]:
     RuntimeError
         It fails.
     """
-    # compiled files stay, as where edge-ident is installed; and what numpy's threads cost while they
-    # start is no time of either, for the command line starts none
+    # compiled files stay, as where edge-ident is installed; the command line starts no threads of
+    # numpy, so its opponent does not either
     kept = {k: v for k, v in os.environ.items() if k != "PYTHONDONTWRITEBYTECODE"}
     kept["OMP_NUM_THREADS"] = "1"
     process = subprocess.Popen(
