@@ -4,7 +4,7 @@ import shutil
 import sys
 import textwrap
 from collections.abc import Iterator
-from contextlib import contextmanager, nullcontext
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -48,21 +48,12 @@ def telling(wanted: Verbosity) -> Iterator[None]:
         _chosen.pop()
 
 
-@contextmanager
-def _log_on_stderr() -> Iterator[None]:
-    import logging
+def _log_on_stderr() -> AbstractContextManager[None]:
+    import logging  # only a person who asks for it needs it
 
-    handler = logging.StreamHandler()
-    handler.setFormatter(logging.Formatter("%(message)s"))
-    loggers = [logging.getLogger(name) for name in _LOGGERS]
-    for logger in loggers:
-        logger.setLevel(logging.INFO)
-        logger.addHandler(handler)
-    try:
-        yield
-    finally:
-        for logger in loggers:
-            logger.removeHandler(handler)
+    from edge_ident.cli.logs import logged
+
+    return logged(logging.StreamHandler(), "%(message)s", _LOGGERS)
 
 
 def say(message: str) -> None:

@@ -12,6 +12,7 @@ import typer
 
 import edge_ident
 from edge_ident import commissioning
+from edge_ident.cli.logs import logged
 from edge_ident.cli.options import BoardOptions
 from edge_ident.cli.settings import read_settings
 
@@ -96,16 +97,11 @@ def session(
 @contextmanager
 def _log_file(path: Path) -> Iterator[None]:
     handler = _LogFile(path, encoding="utf-8")
-    handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(name)s: %(message)s"))
-    loggers = [logging.getLogger(name) for name in ("edge_ident", "firmware_interface")]
-    for logger in loggers:
-        logger.setLevel(logging.INFO)
-        logger.addHandler(handler)
+    line = "%(asctime)s %(levelname)s %(name)s: %(message)s"
     try:
-        yield
+        with logged(handler, line, ("edge_ident", "firmware_interface")):
+            yield
     finally:
-        for logger in loggers:
-            logger.removeHandler(handler)
         with suppress(OSError):
             handler.close()
 
