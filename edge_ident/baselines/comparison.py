@@ -191,7 +191,8 @@ def _run(name: str, method: Method, problem: Problem) -> Row:
     if estimate is None:
         return Row(name, None, None, reason, (), time_ms)
     metric = measure(problem.effort, problem.regressor @ estimate.parameters)
-    findings = check_estimate(estimate, problem.regressor, problem.effort, metric.relative_residual)
+    columns = problem.part.columns
+    findings = check_estimate(estimate, columns, problem.effort, metric.relative_residual)
     for finding in findings:
         if finding.code == "inseparable":  # then any number is one of infinitely many
             return Row(name, None, None, finding.message, (), time_ms)

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.estimation import least_squares
+from edge_ident.estimation.least_squares import EstimationPart
 from edge_ident.estimation.network import Network
 from edge_ident.model.model import Estimate
 from edge_ident.signals.conditioning import Signals, condition
@@ -27,7 +28,7 @@ class Problem:
     ----------
     signals : Signals
         Filtered, on an even grid of N samples.
-    part : (M,) array of int
+    part : EstimationPart
         The samples of it from which all methods estimate and on which all are scored.
     regressor, effort : (M, 4) and (M,) arrays
         Filtered, of those samples.
@@ -47,7 +48,7 @@ class Problem:
     """
 
     signals: Signals
-    part: NDArray[np.intp]
+    part: EstimationPart
     regressor: Array
     effort: Array
     time_s: Array
@@ -96,8 +97,8 @@ def pose(
     return Problem(
         signals=signals,
         part=part,
-        regressor=signals.regressor[part],
-        effort=signals.effort[part],
+        regressor=part.columns.values,
+        effort=signals.effort[part.samples],
         time_s=signals.grid.time_s,
         axis=signals.grid.axis(axis),
         effort_shift_s=recording.effort_shift_s,

@@ -114,8 +114,8 @@ def _checked(recording: Recording, name: str) -> tuple[list[Finding], bool]:
         recording.time_s, axis.position, axis.effort, effort_shift_s=recording.effort_shift_s
     )
     part = least_squares.estimation_part(signals)
-    regressor, effort = signals.regressor[part], signals.effort[part]
-    doubts = check_estimate(least_squares.fit(signals, part), regressor, effort, 0.0)
+    effort = signals.effort[part.samples]
+    doubts = check_estimate(least_squares.fit(signals, part), part.columns, effort, 0.0)
     line = strongest_line(signals.regressor[:, 1], signals.period_s, signals.cutoff_hz)
     return check_effort(signals, part) + _doubts(doubts), line.share >= ONE_LINE
 

@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 from edge_ident.signals.dct import dct2, transformable
 
 Array = NDArray[np.float64]
+Svd = tuple[Array, Array, Array]
 
 _NORMAL_95: Final = 1.959964
 """Half a 95 % interval in standard deviations."""
@@ -96,7 +97,7 @@ class _Spectra:
     share: Array
 
 
-def coloured_std(regressor: Array, residual: Array) -> Array:
+def coloured_std(regressor: Array, residual: Array, svd: Svd | None = None) -> Array:
     """Standard deviation of each ordinary least-squares parameter.
 
     Scaled so that value ± 1.96 std is a 95 % interval, however few the samples.
@@ -105,17 +106,21 @@ def coloured_std(regressor: Array, residual: Array) -> Array:
     ----------
     regressor : (N, K) array, N > K
     residual : (N,) array
+    svd : tuple of arrays, optional
+        Reduced singular value decomposition of the regressor, where it is known already.
 
     Returns
     -------
     (K,) array
     """
     samples, count = transformable(len(regressor)), regressor.shape[1]
-    regressor, residual = regressor[:samples], residual[:samples]
+    if svd is None or samples < len(regressor):
+        svd = np.linalg.svd(regressor[:samples], full_matrices=False)
+    residual = residual[:samples]
     scale = float(np.sqrt(np.mean(residual**2)))
     if scale == 0.0:
         return np.zeros(count)
-    left, singular, right = np.linalg.svd(regressor, full_matrices=False)
+    left, singular, right = svd
     kept = singular > _RANK * singular[0]
     basis, noise = dct2(left[:, kept]), dct2(residual / scale)
     band = min(samples, max(int(_BAND * samples), count + 4))

@@ -9,8 +9,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from edge_ident.estimation.columns import Columns
 from edge_ident.estimation.covariance import coloured_std
-from edge_ident.estimation.least_squares import motion_noise, unit_length
+from edge_ident.estimation.least_squares import EstimationPart, motion_noise
 from edge_ident.estimation.trust import CERTAIN, RESIDUAL_LIMIT, Finding, negative
 from edge_ident.model.model import PARAMETERS, POSITIVE, Estimate
 from edge_ident.signals.conditioning import Signals
@@ -50,6 +51,8 @@ _BEYOND_NOISE: Final = 2.0
 late, and is tuned to amplify it at most twice (peak of the sensitivity; Åström and Murray)."""
 _MOST: Final = 1 << 14
 """Samples by which a shift is judged: what is left of an effort is known to a hundredth."""
+_AT_ONCE: Final = 1 << 17
+"""Of them, those of several shifts that are judged at once."""
 _LINE_SAMPLES: Final = 1 << 16
 """Samples, from the first on, that tell whether a motion has one frequency."""
 _LINE_RATE: Final = 10.0
@@ -58,33 +61,38 @@ _DIVISOR: Final = 32
 """Of their number: the transform of a prime takes five times as long."""
 _FEWEST: Final = 24
 """Samples, six for each parameter."""
+_RANK: Final = 1e-9
+"""Singular value over the largest that counts as zero."""
 _TINY: Final = float(np.finfo(float).tiny)
 
 
-def check_effort(signals: Signals, part: NDArray[np.intp]) -> list[Finding]:
+def check_effort(signals: Signals, part: EstimationPart) -> list[Finding]:
     """Findings against the effort of an axis; the most telling alone, because it explains others.
 
     Parameters
     ----------
     signals : Signals
-    part : array of int
-        Samples to judge by, `edge_ident.estimation.least_squares.estimation_part`.
+    part : EstimationPart
+        What to judge by.
     """
-    regressor, effort = signals.regressor[part], signals.effort[part]
+    columns, effort = part.columns, signals.effort[part.samples]
     return (
-        _copy_of_velocity(regressor, effort)
-        or _wrong_sign(regressor, effort)
-        or _recorded_late(signals, part)
-        or _unrelated(regressor, effort)
+        _copy_of_velocity(columns.values[:, 1], effort)
+        or _wrong_sign(columns, effort)
+        or _recorded_late(signals, part.samples)
+        or _unrelated(columns, effort)
     )
 
 
 def unbounded(regressor: Array, effort: Array) -> Estimate:
     """Least squares without bounds on (N, P) columns, with deviations for coloured residuals."""
-    unit, length = unit_length(regressor)
-    normalized = np.linalg.lstsq(unit, effort, rcond=1e-9)[0]
-    std = coloured_std(unit, effort - unit @ normalized)
-    return Estimate(normalized / length, std / length)
+    return _unbounded(Columns(regressor), effort)
+
+
+def _unbounded(columns: Columns, effort: Array) -> Estimate:
+    normalized = columns.solved(effort, _RANK)
+    std = coloured_std(columns.unit, effort - columns.unit @ normalized, columns.svd)
+    return Estimate(normalized / columns.length, std / columns.length)
 
 
 def unphysical(estimate: Estimate) -> list[Finding]:
@@ -103,15 +111,14 @@ def unphysical(estimate: Estimate) -> list[Finding]:
     ]
 
 
-def _wrong_sign(regressor: Array, effort: Array) -> list[Finding]:
+def _wrong_sign(columns: Columns, effort: Array) -> list[Finding]:
     """Inertia negative, and friction that drives the motion."""
-    unit, length = unit_length(regressor)
-    inertia, viscous, coulomb = (np.linalg.lstsq(unit, effort, rcond=1e-9)[0] / length)[:3]
-    velocity, direction = regressor[:, 1], regressor[:, 2]
+    inertia, viscous, coulomb = (columns.solved(effort, _RANK) / columns.length)[:3]
+    velocity, direction = columns.values[:, 1], columns.values[:, 2]
     friction = float(np.mean(velocity * (viscous * velocity + coulomb * direction)))
     if inertia >= 0.0 or friction >= 0.0:  # as a rule; deviations would take most of the time
         return []
-    found = unbounded(regressor, effort)
+    found = _unbounded(columns, effort)
     negative = found.parameters[:3] < -CERTAIN * found.std[:3]
     if not (negative[0] and (negative[1] or negative[2])):
         return []
@@ -126,9 +133,8 @@ def _wrong_sign(regressor: Array, effort: Array) -> list[Finding]:
     ]
 
 
-def _copy_of_velocity(regressor: Array, effort: Array) -> list[Finding]:
+def _copy_of_velocity(velocity: Array, effort: Array) -> list[Finding]:
     """An effort that is a multiple of the velocity and nothing else."""
-    velocity = regressor[:, 1]
     factor = float(velocity @ effort) / max(float(velocity @ velocity), _TINY)
     left = np.linalg.norm(effort - factor * velocity)
     if left > _COPY * np.linalg.norm(effort):
@@ -157,8 +163,9 @@ def _recorded_late(signals: Signals, part: NDArray[np.intp]) -> list[Finding]:
     inside = inside[:: -(-len(inside) // _MOST) or 1]
     if len(inside) < _FEWEST or not reach:
         return []
-    basis = np.linalg.qr(unit_length(signals.regressor[inside])[0])[0]
-    left = np.array([_left_of(signals.effort[inside + shift], basis) for shift in shifts])
+    basis = np.linalg.qr(signals.regressor[inside])[0]
+    blocks = np.array_split(shifts, -(-len(shifts) * len(inside) // _AT_ONCE))
+    left = np.concatenate([_left_of(signals.effort[inside + b[:, None]], basis) for b in blocks])
     best = int(np.argmin(left))
     late_s = float(shifts[best]) * period_s
     if abs(late_s) < border_s or left[best] > _FALLS * left[reach] or left[best] > RESIDUAL_LIMIT:
@@ -209,8 +216,8 @@ def _shifted(
     regressor = signals.regressor
     fitted = np.linalg.lstsq(regressor[inside], signals.effort[inside + shift], rcond=None)[0]
     both = np.stack([regressor[away - shift] @ fitted, signals.effort[away]], axis=1)
-    unit, _ = unit_length(regressor[away])
-    change, effort = (both - unit @ np.linalg.lstsq(unit, both, rcond=1e-9)[0]).T
+    columns = Columns(regressor[away])
+    change, effort = (x - columns.unit @ columns.solved(x, _RANK) for x in both.T)
     noise = np.linalg.norm(fitted[:2] * motion_noise(signals))
     if np.sqrt(np.mean(change**2)) <= _BEYOND_NOISE * noise:
         return False
@@ -218,10 +225,11 @@ def _shifted(
     return bool(share.parameters[0] - CERTAIN * share.std[0] > _SEEN)
 
 
-def _left_of(effort: Array, basis: Array) -> float:
-    """What an orthonormal basis (n, R) leaves of an effort (n,), over its norm."""
-    left = effort - basis @ (effort @ basis)
-    return float(np.sqrt((left @ left) / max(float(effort @ effort), _TINY)))
+def _left_of(efforts: Array, basis: Array) -> Array:
+    """What an orthonormal basis (n, R) leaves of efforts (S, n), over their norms."""
+    left = efforts - (efforts @ basis) @ basis.T
+    lengths = [np.einsum("sn,sn->s", x, x) for x in (left, efforts)]
+    return np.asarray(np.sqrt(lengths[0] / np.maximum(lengths[1], _TINY)))
 
 
 def _reach_s(signals: Signals) -> float:
@@ -240,11 +248,10 @@ def _line(signals: Signals) -> Line:
     return strongest_line(velocity[:whole], step * signals.period_s, signals.cutoff_hz)
 
 
-def _unrelated(regressor: Array, effort: Array) -> list[Finding]:
+def _unrelated(columns: Columns, effort: Array) -> list[Finding]:
     """An effort of which the motion explains nothing."""
     variation = float(np.var(effort))
-    unit, _ = unit_length(regressor)
-    left = effort - unit @ np.linalg.lstsq(unit, effort, rcond=1e-9)[0]
+    left = effort - columns.unit @ columns.solved(effort, _RANK)
     explained = 1.0 - float(np.var(left)) / max(variation, _TINY)
     if explained > max(_RELATED, _BY_CHANCE / len(effort)):
         return []

@@ -6,12 +6,15 @@ Source: IDIM-LS with parallel filtering and decimation (Gautier 1997; Janot et a
 correction is that of errors in variables with known variance (Fuller 1987), to first order.
 """
 
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.errors import DataError
+from edge_ident.estimation.columns import Columns
 from edge_ident.estimation.covariance import coloured_std
 from edge_ident.model.model import Estimate
 from edge_ident.signals.conditioning import Signals, decimated, decimation
@@ -24,12 +27,30 @@ _FEWEST_SAMPLES: Final = 12
 _NOISE_POWER_STD: Final = 0.5
 """Relative deviation of the encoder noise's power from that predicted for white noise: at constant
 speed quantization makes tones, most of them outside the band."""
-_RANK: Final = 1e-10
-"""Singular value over the largest that counts as zero."""
 _TINY: Final = float(np.finfo(float).tiny)
 
 
-def fit(signals: Signals, part: NDArray[np.intp]) -> Estimate:
+@dataclass(frozen=True)
+class EstimationPart:
+    """Samples of signals that an estimate is made from.
+
+    Attributes
+    ----------
+    samples : (n,) array of int
+    regressor : (N, 4) array
+        Of all samples.
+    """
+
+    samples: NDArray[np.intp]
+    regressor: Array
+
+    @cached_property
+    def columns(self) -> Columns:
+        """The regressor at these samples."""
+        return Columns(self.regressor[self.samples])
+
+
+def fit(signals: Signals, part: EstimationPart) -> Estimate:
     """Estimate the base model's parameters.
 
     The estimate is corrected for the bias by encoder noise and by reversals that the filter moves.
@@ -39,22 +60,20 @@ def fit(signals: Signals, part: NDArray[np.intp]) -> Estimate:
     Parameters
     ----------
     signals : Signals
-    part : array of int
-        Samples to estimate from, `estimation_part` of the signals.
+    part : EstimationPart
+        `estimation_part` of the signals, with any effort.
     """
-    effort = signals.effort[part]
-    unit, length = unit_length(signals.regressor[part])
-    plain, inverse = _solved(unit, effort)
-    noise = motion_noise(signals)
-    noise_shift, noise_std = _encoder_noise_bias(noise, inverse, plain, len(part), length)
-    turn_shift, turn_std = _reversal_bias(signals, noise, part, inverse, plain, length)
+    effort, columns = signals.effort[part.samples], part.columns
+    plain, noise = columns.solved(effort), motion_noise(signals)
+    noise_shift, noise_std = _encoder_noise_bias(noise, columns, plain)
+    turn_shift, turn_std = _reversal_bias(signals, noise, part, plain)
     normalized = plain + noise_shift + turn_shift
-    std = coloured_std(unit, effort - unit @ normalized)
+    std = coloured_std(columns.unit, effort - columns.unit @ normalized, columns.svd)
     std = np.sqrt(std**2 + noise_std**2 + turn_std**2)
-    return Estimate(normalized / length, std / length)
+    return Estimate(normalized / columns.length, std / columns.length)
 
 
-def estimation_part(signals: Signals) -> NDArray[np.intp]:
+def estimation_part(signals: Signals) -> EstimationPart:
     """Samples to estimate from: moving, and decimated to what the filter passes.
 
     Raises
@@ -69,10 +88,10 @@ def estimation_part(signals: Signals) -> NDArray[np.intp]:
             f"only {len(moving)} independent samples show the axis in motion",
             "record a longer motion, or one with less time at rest",
         )
-    return moving
+    return EstimationPart(moving, signals.regressor)
 
 
-def solve(regressor: Array, effort: Array, *, acceleration_noise: float = 0.0) -> Estimate:
+def solve(columns: Columns, effort: Array, *, acceleration_noise: float = 0.0) -> Estimate:
     """Ordinary least squares, for a regressor with little noise or none.
 
     A loop follows the noise of its encoder up to its bandwidth. There the noise in the recorded
@@ -81,23 +100,18 @@ def solve(regressor: Array, effort: Array, *, acceleration_noise: float = 0.0) -
 
     Parameters
     ----------
-    regressor : (N, 4) array
+    columns : Columns
+        (N, 4).
     effort : (N,) array
     acceleration_noise : float
         Standard deviation that white noise of the encoder has in the first column.
     """
-    unit, length = unit_length(regressor)
-    plain, inverse = _solved(unit, effort)
-    power = len(effort) * (acceleration_noise / length[0]) ** 2
+    plain, inverse = columns.solved(effort), columns.inverse
+    power = len(effort) * (acceleration_noise / columns.length[0]) ** 2
     half = 0.5 * power / (1.0 + power * inverse[0, 0]) * plain[0] * inverse[0]
     normalized = plain + half
-    std = coloured_std(unit, effort - unit @ normalized)
-    return Estimate(normalized / length, np.hypot(std, half) / length)
-
-
-def condition_number(regressor: Array) -> float:
-    """Condition number of an (N, 4) regressor with columns of unit length."""
-    return float(np.linalg.cond(unit_length(regressor)[0]))
+    std = coloured_std(columns.unit, effort - columns.unit @ normalized, columns.svd)
+    return Estimate(normalized / columns.length, np.hypot(std, half) / columns.length)
 
 
 def motion_noise(signals: Signals) -> tuple[float, float]:
@@ -106,16 +120,8 @@ def motion_noise(signals: Signals) -> tuple[float, float]:
     return acceleration, acceleration * np.sqrt(5.0 / 3.0) / (2.0 * np.pi * signals.cutoff_hz)
 
 
-def _solved(unit: Array, effort: Array) -> tuple[Array, Array]:
-    """Parameters (P,), and the inverse (P, P) of the normal matrix."""
-    left, singular, right = np.linalg.svd(unit, full_matrices=False)
-    kept = singular > _RANK * singular[0]
-    inverse = right[kept].T / singular[kept]
-    return inverse @ (left[:, kept].T @ effort), inverse @ inverse.T
-
-
 def _encoder_noise_bias(
-    noise: tuple[float, float], inverse: Array, plain: Array, samples: int, length: Array
+    noise: tuple[float, float], columns: Columns, plain: Array
 ) -> tuple[Array, Array]:
     """Correction of the plain estimate for noise in its regressor, and its standard deviation.
 
@@ -123,19 +129,14 @@ def _encoder_noise_bias(
     small, the motion shows mostly noise: the correction is reduced, its standard deviation is not.
     """
     deviation = np.array([*noise, 0.0, 0.0])
-    power = samples * (deviation / length) ** 2
-    bias = inverse @ (power * plain)
-    share = float(np.diag(inverse) @ power)
+    power = len(columns.values) * (deviation / columns.length) ** 2
+    bias = columns.inverse @ (power * plain)
+    share = float(np.diag(columns.inverse) @ power)
     return bias / (1.0 + share), (_NOISE_POWER_STD + share) * np.abs(bias)
 
 
 def _reversal_bias(
-    signals: Signals,
-    noise: tuple[float, float],
-    part: NDArray[np.intp],
-    inverse: Array,
-    plain: Array,
-    length: Array,
+    signals: Signals, noise: tuple[float, float], part: EstimationPart, plain: Array
 ) -> tuple[Array, Array]:
     """Correction of the plain estimate for reversals seen too early or late, and its deviation.
 
@@ -145,22 +146,15 @@ def _reversal_bias(
     is as large as the correction would be with all of it.
     """
     acceleration, velocity = signals.regressor[:, 0], signals.regressor[:, 1]
+    length, samples = part.columns.length, part.samples
     turns = np.flatnonzero((velocity[1:] * velocity[:-1] <= 0.0) & signals.moving[1:])
-    turns = turns[(turns >= part[0]) & (turns <= part[-1])]
+    turns = turns[(turns >= samples[0]) & (turns <= samples[-1])]
     lost = lowpass(velocity, 0.5 * signals.cutoff_hz, signals.period_s)[turns] - velocity[turns]
     significant = 1.0 - np.minimum(1.0, (noise[1] / np.maximum(np.abs(lost), _TINY)) ** 2)
     early_s = lost / np.maximum(np.abs(acceleration[turns]), _TINY)
     early_s = np.clip(early_s, -1.0 / signals.cutoff_hz, 1.0 / signals.cutoff_hz)
     step = decimation(len(velocity), signals.cutoff_hz, signals.period_s)
-    samples = early_s / (step * signals.period_s)
-    pulses = (
-        inverse @ (signals.regressor[turns] / length).T * (2.0 * plain[2] / length[2] * samples)
-    )
+    early = early_s / (step * signals.period_s)
+    moved = (signals.regressor[turns] / length).T * (2.0 * plain[2] / length[2] * early)
+    pulses = part.columns.inverse @ moved
     return pulses @ significant, np.linalg.norm(pulses, axis=1)
-
-
-def unit_length(regressor: Array) -> tuple[Array, Array]:
-    """Columns (N, P) of unit length, and the lengths (P,) that they had; one for empty ones."""
-    length = np.linalg.norm(regressor, axis=0)
-    length = np.where(length > 0, length, 1.0)
-    return regressor / length, length

@@ -12,6 +12,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from edge_ident.estimation.columns import Columns
 from edge_ident.model.model import PARAMETERS, POSITIVE, Estimate
 from edge_ident.signals.conditioning import Signals
 from edge_ident.signals.resampling import UNEVEN
@@ -66,19 +67,20 @@ class Finding:
 
 
 def check_estimate(
-    estimate: Estimate, regressor: Array, effort: Array, relative_residual: float
+    estimate: Estimate, columns: Columns, effort: Array, relative_residual: float
 ) -> list[Finding]:
     """Findings against an estimate.
 
     Parameters
     ----------
     estimate : Estimate
-    regressor : (N, 4) array
+    columns : Columns
+        (N, 4).
     effort : (N,) array
     relative_residual : float
     """
     rms_effort = float(np.sqrt(np.mean(effort**2)))
-    rms_columns = np.sqrt(np.mean(regressor**2, axis=0))
+    rms_columns = np.sqrt(np.mean(columns.values**2, axis=0))
     findings = []
     if relative_residual > RESIDUAL_LIMIT:
         findings.append(
@@ -91,7 +93,7 @@ def check_estimate(
                 blocks=True,
             )
         )
-    findings += _inseparable(regressor)
+    findings += _inseparable(columns)
     for index in range(len(PARAMETERS)):
         finding = _check_parameter(index, estimate, rms_columns, rms_effort)
         if finding:
@@ -143,13 +145,12 @@ def _unknown(signals: Signals) -> list[Finding]:
     ]
 
 
-def _inseparable(regressor: Array) -> list[Finding]:
+def _inseparable(columns: Columns) -> list[Finding]:
     """Parameters whose columns of the regressor are the same in this motion.
 
     Standard deviations do not show this: least squares splits such parameters evenly.
     """
-    length = np.linalg.norm(regressor, axis=0)
-    _, singular, directions = np.linalg.svd(regressor / np.maximum(length, _TINY), False)
+    _, singular, directions = columns.svd
     lost = directions[singular < _SAME_DIRECTION * singular[0]]
     names = [
         name.replace("_", " ")

@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 
 from edge_ident.diagnosis.select.thresholds import STRUCTURE
 from edge_ident.diagnosis.tolerance import TOLERANCE
-from edge_ident.estimation.least_squares import unit_length
 from edge_ident.estimation.model_error import SMALLEST_EXCESS
 from edge_ident.estimation.trust import RESIDUAL_LIMIT
 from edge_ident.identification.comparison import Comparison
@@ -101,10 +100,10 @@ class Adequacy:
 
 def judge(compared: Comparison) -> Adequacy:
     """Judge the base model."""
-    rows, effort = compared.regressor, compared.effort
-    unit, length = unit_length(rows)
-    found = np.linalg.lstsq(unit, effort, rcond=None)[0] / length
-    left, scale = rms(effort - rows @ found), max(rms(effort), _TINY)
+    columns, effort = compared.columns, compared.effort
+    unit, length = columns.unit, columns.length
+    found = columns.solved(effort) / length
+    left, scale = rms(effort - columns.values @ found), max(rms(effort), _TINY)
     noise = float(np.sqrt(compared.noise[0] + found[0] ** 2 * compared.noise[1]))
     normal = unit.T @ unit + 1e-10 * np.eye(len(PARAMETERS))
     std = noise * np.sqrt(np.diag(np.linalg.inv(normal))) / length

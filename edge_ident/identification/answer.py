@@ -20,10 +20,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.verdict import Verdict
-from edge_ident.estimation import least_squares
 from edge_ident.estimation.compensated_axis import CompensatedAxis
 from edge_ident.estimation.compensation import compensate_effects
 from edge_ident.estimation.effort_checks import check_effort
+from edge_ident.estimation.least_squares import EstimationPart
 from edge_ident.estimation.model_error import regime_spread, regimes
 from edge_ident.estimation.outside_support import departures, range_of
 from edge_ident.estimation.trust import (
@@ -62,8 +62,8 @@ class Question:
         Of the axis.
     compensated : CompensatedAxis
         With its effort in step.
-    part : array of int
-        Samples that least squares estimates from.
+    part : EstimationPart
+        What least squares estimates from.
     linear : Estimate
         Least squares; its deviations are those by noise.
     compared : Comparison
@@ -76,7 +76,7 @@ class Question:
     recording: Recording
     name: str
     compensated: CompensatedAxis
-    part: NDArray[np.intp]
+    part: EstimationPart
     linear: Estimate
     compared: Comparison
     network: Estimate | None
@@ -127,21 +127,21 @@ def answer(question: Question, outcome: "AxisDiagnosis | str | None") -> AxisIde
         Why there is no diagnosis, where the recording is too short for one. None where the base
         model is adequate, or no diagnosis is wanted.
     """
-    diagnosed, part = None if isinstance(outcome, str) else outcome, question.part
+    diagnosed, samples = None if isinstance(outcome, str) else outcome, question.part.samples
     bases = _bases(question)
     linear, whitened = (base.estimate for base in bases)
     # slow noise moves both answers alike; the network's own figures know white noise alone
     network = None if question.network is None else _widened(question.network, linear.std)
     chosen = _chosen(question, diagnosed, bases, network)
-    signals, effects = chosen.compensated.signals, chosen.compensated.effects_effort[part]
-    regressor, measured = signals.regressor[part], signals.effort[part] + effects
-    modelled, times_s = regressor @ chosen.estimate.parameters + effects, signals.times_s(part)
-    metric = compare(measured, modelled)
-    axis = question.recording.axes[question.name]
-    seen = range_of(signals, axis, part, signals.effort + chosen.compensated.effects_effort)
+    columns, signals = question.part.columns, chosen.compensated.signals
+    effects, times_s = chosen.compensated.effects_effort[samples], signals.times_s(samples)
+    measured = signals.effort[samples] + effects
+    modelled = columns.values @ chosen.estimate.parameters + effects
+    axis, metric = question.recording.axes[question.name], compare(measured, modelled)
+    seen = range_of(signals, axis, samples, signals.effort + chosen.compensated.effects_effort)
     base = base_axis(chosen.estimate, axis.position_unit, axis.effort_unit, seen)
     findings = _what_was_done(question, outcome, seen, chosen.source)
-    findings += check_estimate(chosen.estimate, regressor, measured, metric.relative_residual)
+    findings += check_estimate(chosen.estimate, columns, measured, metric.relative_residual)
     findings += describe_scales(question.recording, question.name, chosen.estimate.parameters[0])
     if network is not None and question.adequacy.adequate:
         findings += compare_estimators(network, linear)
@@ -161,7 +161,7 @@ def answer(question: Question, outcome: "AxisDiagnosis | str | None") -> AxisIde
         metric=metric,
         units=axis.parameter_units,
         cutoff_hz=signals.cutoff_hz,
-        condition_number=least_squares.condition_number(regressor),
+        condition_number=columns.condition_number,
         findings=_once(findings),
         end_s=_end_s(question.recording, float(times_s[-1]), diagnosed),
         trace=EffortTrace(times_s, measured, modelled),
@@ -243,10 +243,10 @@ def _chosen(
 
 def _fits(extended: _Choice, question: Question, base: _Base) -> bool:
     """Whether the extended model leaves no more than the base model, also near reversals."""
-    part, with_causes, known = question.part, extended.compensated.signals, question.compensated
-    left = with_causes.effort - with_causes.regressor @ extended.estimate.parameters
-    of_base = known.signals.effort - known.signals.regressor @ base.estimate.parameters
-    return bool(np.linalg.norm(left[part]) <= np.linalg.norm(of_base[part]))
+    samples, regressor = question.part.samples, question.part.columns.values
+    left = extended.compensated.signals.effort[samples] - regressor @ extended.estimate.parameters
+    of_base = question.compensated.signals.effort[samples] - regressor @ base.estimate.parameters
+    return bool(np.linalg.norm(left) <= np.linalg.norm(of_base))
 
 
 def _best(bases: tuple[_Base, _Base], signals: Signals) -> _Base:
@@ -280,11 +280,11 @@ def _widened(estimate: Estimate, by: Array) -> Estimate:
     return Estimate(estimate.parameters, np.hypot(estimate.std, by))
 
 
-def _model_error(axis: CompensatedAxis, part: NDArray[np.intp], std: Array) -> Array:
+def _model_error(axis: CompensatedAxis, part: EstimationPart, std: Array) -> Array:
     """Deviation (4,) by model error of least-squares parameters whose noise has deviations std."""
-    regressor = axis.signals.regressor[part]
-    divided = regimes(regressor, axis.position[part], part)
-    return regime_spread(regressor, axis.signals.effort[part], divided, std).model_error
+    regressor, samples = part.columns.values, part.samples
+    divided = regimes(regressor, axis.position[samples], samples)
+    return regime_spread(regressor, axis.signals.effort[samples], divided, std).model_error
 
 
 def _reason(network: Estimate | None, base: _Base) -> str:

@@ -24,6 +24,7 @@ from edge_ident.diagnosis.prepare.masks import (
     run_in,
 )
 from edge_ident.errors import DataError
+from edge_ident.estimation.columns import Columns
 from edge_ident.estimation.compensated_axis import CompensatedAxis
 from edge_ident.estimation.least_squares import solve
 from edge_ident.estimation.model_error import RegimeMoves, regime_moves, regimes, unnoticed_error
@@ -121,10 +122,15 @@ class Comparison:
         effort, rate = _effort(axis, self.band, self.weight, self.period_s, self.samples)
         return replace(self, effort=effort, rates=np.column_stack([self.rates[:, :2], rate]))
 
+    @cached_property
+    def columns(self) -> Columns:
+        """The regressor, decomposed."""
+        return Columns(self.regressor)
+
     def fit(self) -> Estimate:
         """Least squares, with deviations by noise."""
         deviation = float(np.sqrt(self.noise[1]))
-        return solve(self.regressor, self.effort, acceleration_noise=deviation)
+        return solve(self.columns, self.effort, acceleration_noise=deviation)
 
     def model_error(self, std: Array) -> Array:
         """Deviation (4,) by model error of parameters whose noise has deviations std (4,)."""

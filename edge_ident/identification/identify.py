@@ -9,13 +9,13 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from edge_ident.errors import DataError
 from edge_ident.estimation import least_squares
 from edge_ident.estimation.alignment import Subsampled
 from edge_ident.estimation.compensated_axis import CompensatedAxis
 from edge_ident.estimation.compensation import compensate_effects
+from edge_ident.estimation.least_squares import EstimationPart
 from edge_ident.estimation.network import Network
 from edge_ident.identification.adequacy import judge
 from edge_ident.identification.answer import Question, answer
@@ -179,11 +179,11 @@ def _look(
     return question, subsampled
 
 
-def _left(estimate: Estimate, axis: CompensatedAxis, part: NDArray[np.intp]) -> float:
+def _left(estimate: Estimate, axis: CompensatedAxis, part: EstimationPart) -> float:
     """Relative residual of an estimate on a part of the samples, as a share of the whole effort."""
-    known = axis.effects_effort[part]
-    modelled = axis.signals.regressor[part] @ estimate.parameters
-    return relative_residual(axis.signals.effort[part] + known, modelled + known)
+    known = axis.effects_effort[part.samples]
+    modelled = part.columns.values @ estimate.parameters
+    return relative_residual(axis.signals.effort[part.samples] + known, modelled + known)
 
 
 def _in_step(

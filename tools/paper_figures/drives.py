@@ -256,7 +256,10 @@ def draw(cases: list[Case]) -> Figure:
         column, row = divmod(number, len(AXES))
         top, bottom = grid[2 * row : 2 * row + 2, column]
         problem = case.problem
-        time_s, model = problem.time_s[problem.part], problem.regressor @ case.found["network"]
+        time_s, model = (
+            problem.time_s[problem.part.samples],
+            problem.regressor @ case.found["network"],
+        )
         top.plot(problem.time_s, problem.axis.effort, color="0.8", linewidth=0.5, label="recorded")
         top.plot(time_s, problem.effort, linewidth=1.6, label="filtered")
         top.plot(time_s, model, "--", linewidth=1.2, label="network's model")

@@ -74,4 +74,5 @@ def _instruments(problem: Problem, parameters: Array, course: Course) -> Array:
     """The simulated regressor, filtered as the measured one is, at the same samples."""
     cutoff_hz, period_s = problem.signals.cutoff_hz, problem.signals.period_s
     response = simulate(parameters, course, period_s)
-    return filtered_regressor(response.position, cutoff_hz, period_s)[problem.part]
+    columns = filtered_regressor(response.position, cutoff_hz, period_s)
+    return np.asarray(columns[problem.part.samples])

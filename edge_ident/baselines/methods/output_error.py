@@ -86,8 +86,8 @@ class _Residuals:
         response = simulate(shares * self._scale, self._course, signals.period_s)
         effort = lowpass(
             response.effort, signals.cutoff_hz, signals.period_s, delay_s=0.5 * signals.period_s
-        )[problem.part]
-        position = (response.position - self._course.position)[problem.part]
+        )[problem.part.samples]
+        position = (response.position - self._course.position)[problem.part.samples]
         self.simulations += 1
         missed = np.linalg.norm(effort - problem.effort) / np.linalg.norm(problem.effort)
         problem.note(f"simulation {self.simulations}, residual {missed:.2%}")

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from edge_ident.diagnosis.fit.fitting import FittedModel, jacobian_of
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.select.thresholds import NEGATIVE
+from edge_ident.estimation.columns import unit_length
 from edge_ident.estimation.covariance import coloured_std
-from edge_ident.estimation.least_squares import unit_length
 from edge_ident.model.effects import named
 from edge_ident.model.model import PARAMETERS
 from edge_ident.signals.metrics import rms

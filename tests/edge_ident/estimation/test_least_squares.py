@@ -5,6 +5,7 @@ import pytest
 import scipy.signal
 
 from edge_ident.estimation import least_squares
+from edge_ident.estimation.columns import Columns
 from edge_ident.model import model
 from edge_ident.signals.conditioning import Signals, condition
 from edge_ident.signals.filters import lowpass
@@ -32,7 +33,7 @@ def drive(noise: np.ndarray, phase: float = 0.0, amplitude: float = 2 * np.pi) -
 
 def solve(signals) -> tuple:
     part = least_squares.estimation_part(signals)
-    return signals.regressor[part], signals.effort[part]
+    return part.columns, signals.effort[part.samples]
 
 
 def fit(signals: Signals) -> model.Estimate:
@@ -94,7 +95,7 @@ def test_half_of_the_noise_in_the_regressor_is_corrected_and_the_rest_is_doubted
     noisy = clean + np.array([0.2, 0.0, 0.0, 0.0]) * rng.standard_normal((20000, 4))
     effort = clean @ TRUTH
     half = 0.5 * TRUTH[0] * 0.2**2 / (1.0 + 0.2**2)
-    found = least_squares.solve(noisy, effort, acceleration_noise=0.2)
+    found = least_squares.solve(Columns(noisy), effort, acceleration_noise=0.2)
     assert TRUTH[0] - found.parameters[0] == pytest.approx(half, rel=0.2)
     assert found.std[0] == pytest.approx(half, rel=0.2)
 
@@ -103,16 +104,16 @@ def test_plain_standard_errors_would_not_do() -> None:
     """The reason for the robust covariance: independent residuals are assumed too small."""
     rng = np.random.default_rng(3)
     noise = 0.01 * scipy.signal.lfilter([1], [1, -0.995], rng.normal(size=8742))
-    regressor, effort = solve(condition(*drive(noise)))
-    found = least_squares.solve(regressor, effort)
+    columns, effort = solve(condition(*drive(noise)))
+    found, regressor = least_squares.solve(columns, effort), columns.values
     residual = effort - regressor @ found.parameters
     plain = np.sqrt(np.diag(np.linalg.inv(regressor.T @ regressor)) * np.mean(residual**2))
     assert np.all(found.std > 1.15 * plain)
 
 
 def test_the_slow_sinusoid_is_well_conditioned() -> None:
-    regressor, _ = solve(condition(*drive(np.zeros(8742))))
-    assert least_squares.condition_number(regressor) == pytest.approx(4.5, abs=0.3)  # paper.md
+    columns, _ = solve(condition(*drive(np.zeros(8742))))
+    assert columns.condition_number == pytest.approx(4.5, abs=0.3)  # paper.md
 
 
 def test_emps_figures(measured_data: MeasuredData) -> None:
@@ -120,8 +121,8 @@ def test_emps_figures(measured_data: MeasuredData) -> None:
     axis = load_recording(measured_data / "emps_train.csv").axes["q"]
     time = load_recording(measured_data / "emps_train.csv").time_s
     signals = condition(time, axis.position, axis.effort)
-    regressor, effort = solve(signals)
-    found = least_squares.solve(regressor, effort)
+    columns, effort = solve(signals)
+    found, regressor = least_squares.solve(columns, effort), columns.values
     np.testing.assert_allclose(found.parameters, PUBLISHED, rtol=0.01)
     residual = effort - regressor @ found.parameters
     assert np.linalg.norm(residual) / np.linalg.norm(effort) == pytest.approx(0.0408, abs=0.002)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from edge_ident.estimation import least_squares
+from edge_ident.estimation.columns import Columns
 from edge_ident.estimation.model_error import (
     SMALLEST_EXCESS,
     RegimeSpread,
@@ -21,7 +22,7 @@ TRUTH = np.array([0.4, 0.9, 1.4, 0.05])
 
 def spread(effort: np.ndarray) -> RegimeSpread:
     regimes = (np.abs(VELOCITY), POSITION, TIME, ACCELERATION)
-    std = least_squares.solve(REGRESSOR, effort).std
+    std = least_squares.solve(Columns(REGRESSOR), effort).std
     return regime_spread(REGRESSOR, effort, regimes, std)
 
 
@@ -39,7 +40,7 @@ def test_noise_alone_is_hardly_any_model_error() -> None:
     """What noise makes of the moves is taken off: the rest is at most about its own deviation."""
     ratio = []
     for seed in range(20):
-        std = least_squares.solve(REGRESSOR, noisy(seed)).std
+        std = least_squares.solve(Columns(REGRESSOR), noisy(seed)).std
         ratio.append(spread(noisy(seed)).model_error / std)
     assert np.median(ratio) < 1.0
     assert np.quantile(ratio, 0.9) < 3.0
@@ -52,7 +53,7 @@ def test_noise_alone_is_hardly_any_model_error() -> None:
 def test_a_wrong_model_has_an_error_as_large_as_its_bias(lacking: np.ndarray, index: int) -> None:
     effort = noisy(1) + lacking
     found = spread(effort)
-    bias = abs(least_squares.solve(REGRESSOR, effort).parameters[index] - TRUTH[index])
+    bias = abs(least_squares.solve(Columns(REGRESSOR), effort).parameters[index] - TRUTH[index])
     assert found.significance[index] > 4.0
     assert bias < 3.0 * found.model_error[index]
 
@@ -62,7 +63,7 @@ def test_what_one_regime_alone_shows_is_no_model_error() -> None:
     regressor = REGRESSOR.copy()
     regressor[500:, 0] *= 1e-3
     effort = regressor @ TRUTH + 0.05 * np.random.default_rng(3).standard_normal(len(TIME))
-    std = least_squares.solve(regressor, effort).std
+    std = least_squares.solve(Columns(regressor), effort).std
     found = regime_spread(regressor, effort, (TIME,), std)
     assert found.largest_move[0] > 5.0 * std[0]
     assert found.model_error[0] < 0.5 * found.largest_move[0]

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from edge_ident.estimation.columns import Columns
 from edge_ident.estimation.trust import check_estimate, compare_estimators, not_shown
 from edge_ident.model.model import Estimate
 
@@ -18,11 +19,13 @@ def estimate(values=VALUES, std=(0.01, 0.01, 0.01, 0.01)) -> Estimate:
 
 
 def test_a_good_estimate_raises_nothing() -> None:
-    assert check_estimate(estimate(), REGRESSOR, EFFORT, 0.03) == []
+    assert check_estimate(estimate(), Columns(REGRESSOR), EFFORT, 0.03) == []
 
 
 def test_a_weak_inertia_is_reported_with_its_number_and_a_motion() -> None:
-    [finding] = check_estimate(estimate(std=(0.08, 0.01, 0.01, 0.01)), REGRESSOR, EFFORT, 0.03)
+    [finding] = check_estimate(
+        estimate(std=(0.08, 0.01, 0.01, 0.01)), Columns(REGRESSOR), EFFORT, 0.03
+    )
     assert finding.code == "weak_inertia"
     assert not finding.blocks
     assert "±20%" in finding.message
@@ -41,21 +44,21 @@ def test_a_weak_inertia_is_reported_with_its_number_and_a_motion() -> None:
     ],
 )
 def test_reasons_to_refuse(values, std, residual: float, code: str) -> None:
-    findings = check_estimate(estimate(values, std), REGRESSOR, EFFORT, residual)
+    findings = check_estimate(estimate(values, std), Columns(REGRESSOR), EFFORT, residual)
     assert [finding.code for finding in findings if finding.blocks] == [code]
 
 
 def test_one_way_motion_cannot_tell_coulomb_friction_from_offset() -> None:
     one_way = REGRESSOR.copy()
     one_way[:, 1], one_way[:, 2] = 2.0 + VELOCITY, 1.0
-    [finding] = check_estimate(estimate(), one_way, one_way @ VALUES, 0.03)
+    [finding] = check_estimate(estimate(), Columns(one_way), one_way @ VALUES, 0.03)
     assert finding.code == "inseparable"
     assert finding.blocks
     assert finding.message.startswith("coulomb friction and offset cannot be distinguished")
 
 
 def test_a_negative_offset_is_physical() -> None:
-    assert check_estimate(estimate((0.4, 0.9, 1.4, -0.5)), REGRESSOR, EFFORT, 0.03) == []
+    assert check_estimate(estimate((0.4, 0.9, 1.4, -0.5)), Columns(REGRESSOR), EFFORT, 0.03) == []
 
 
 def test_estimators_may_differ_within_their_uncertainty_only() -> None:
@@ -68,7 +71,7 @@ def test_estimators_may_differ_within_their_uncertainty_only() -> None:
 
 def test_what_a_livelier_motion_settles_is_told_in_words() -> None:
     """A wrong sign shows in inertia alone: on one sinusoid that is a spring as well."""
-    negative = check_estimate(estimate((-0.4, 0.9, 1.4, 0.05)), REGRESSOR, EFFORT, 0.03)
+    negative = check_estimate(estimate((-0.4, 0.9, 1.4, 0.05)), Columns(REGRESSOR), EFFORT, 0.03)
     beside = compare_estimators(estimate((0.45, 0.9, 1.4, 0.05)), estimate())
     assert not_shown([*negative, *beside]) == ("inertia cannot be told from a spring",)
     assert not_shown(beside) == (
@@ -77,7 +80,9 @@ def test_what_a_livelier_motion_settles_is_told_in_words() -> None:
 
 
 def test_a_livelier_motion_settles_no_poor_fit_and_no_doubt() -> None:
-    poor = check_estimate(estimate(), REGRESSOR, EFFORT, 0.4)
-    weak = check_estimate(estimate(VALUES, (0.08, 0.01, 0.01, 0.01)), REGRESSOR, EFFORT, 0.03)
+    poor = check_estimate(estimate(), Columns(REGRESSOR), EFFORT, 0.4)
+    weak = check_estimate(
+        estimate(VALUES, (0.08, 0.01, 0.01, 0.01)), Columns(REGRESSOR), EFFORT, 0.03
+    )
     assert [finding.code for finding in (*poor, *weak)] == ["poor_fit", "weak_inertia"]
     assert not_shown([*poor, *weak]) == ()
