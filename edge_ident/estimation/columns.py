@@ -68,6 +68,6 @@ class Columns:
 
 def unit_length(regressor: Array) -> tuple[Array, Array]:
     """Columns (N, P) of unit length, and the lengths (P,) that they had; one for empty ones."""
-    length = np.sqrt(np.einsum("np,np->p", regressor, regressor))
+    length = np.linalg.norm(regressor, axis=0)
     length = np.where(length > 0, length, 1.0)
     return regressor / length, length

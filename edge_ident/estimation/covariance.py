@@ -46,6 +46,8 @@ _CONVERGED: Final = 0.05
 """Change of a logarithm of power, of which hardly anything is left in the next iteration."""
 _RANK: Final = 1e-10
 """Singular value over the largest that counts as zero."""
+_ROUNDING: Final = 1e-14
+"""Of a normal matrix, relative."""
 _TINY: Final = float(np.finfo(float).tiny)
 
 
@@ -254,4 +256,7 @@ def _start(cosines: _Cosines) -> Array:
     logarithm = np.log(squares[:, -1] / free + 1e-9) + 1.27 / number
     weight = free / np.sqrt(number)
     rows = cosines.walk * weight[:, None]
-    return np.asarray(np.linalg.lstsq(rows, logarithm * weight, rcond=None)[0])
+    # normal equations take a quarter of the time, and this is only where the search begins
+    normal = rows.T @ rows
+    ridge = _ROUNDING * np.trace(normal) * np.eye(len(normal))
+    return np.asarray(np.linalg.solve(normal + ridge, rows.T @ (logarithm * weight)))

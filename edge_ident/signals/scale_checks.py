@@ -118,7 +118,13 @@ def _travel(name: str, axis: AxisRecord) -> list[ScaleQuestion]:
 
 
 def _sampling(name: str, axis: AxisRecord, time_s: Array) -> list[ScaleQuestion]:
-    period_s = axis.sampling.period_s if axis.sampling else quantile(np.diff(time_s), 0.5)
+    if axis.sampling:
+        period_s = axis.sampling.period_s
+    else:
+        steps = np.diff(time_s)
+        if 2 * np.count_nonzero(steps > _SLOW_S) < len(steps):  # as a rule; a median takes longer
+            return []
+        period_s = quantile(steps, 0.5)
     if period_s <= _SLOW_S:
         return []
     return [
