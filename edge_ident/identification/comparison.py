@@ -204,7 +204,7 @@ def _first_away(position: Array, turns: NDArray[np.intp], least: float) -> NDArr
     """
     nearby = np.minimum(turns[:, None] + np.arange(_NEARBY), len(position) - 1)
     away = np.abs(position[nearby] - position[turns, None]) > least
-    after = np.argmax(away, axis=1)
+    after: NDArray[np.intp] = np.argmax(away, axis=1)
     for number in np.flatnonzero(~away.any(axis=1)):
         after[number] = _first_beyond(position[turns[number] :], least)
     return after

@@ -123,7 +123,7 @@ def condition(
         Of samples that were decimated before.
     """
     grid = EvenGrid.of(time_s)
-    period_s = grid.period_s
+    period_s, motion = grid.period_s, None
     if sampling is not None:
         unknown, cutoff_hz = sampling.unknown, sampling.cutoff_hz
         count, noise = sampling.count, sampling.position_noise
@@ -133,10 +133,11 @@ def condition(
         position, effort = grid.resampled(position), grid.resampled(effort)
         count = encoder_count(position)
         noise = position_noise(position, count)
-        cutoff_hz = choose_cutoff(position, period_s, noise)
+        cutoff_hz, motion = _cutoff_and_motion(position, period_s, noise)
     recorded_period_s = sampling.period_s if sampling else period_s
     smooth_effort = lowpass(effort, cutoff_hz, period_s, delay_s=effort_shift_s)
-    columns = filtered_regressor(position, cutoff_hz, period_s, decimated=sampling is not None)
+    decimated = sampling is not None
+    columns = filtered_regressor(position, cutoff_hz, period_s, decimated=decimated, motion=motion)
     moving = ~standing(position, noise, cutoff_hz, period_s) & ~near_unknown(
         unknown, cutoff_hz, period_s
     )
@@ -173,10 +174,23 @@ def with_effort(signals: Signals, effort: Array, effort_shift_s: float) -> Signa
 
 
 def filtered_regressor(
-    position: Array, cutoff_hz: float, period_s: float, *, decimated: bool = False
+    position: Array,
+    cutoff_hz: float,
+    period_s: float,
+    *,
+    decimated: bool = False,
+    motion: tuple[Array, ...] | None = None,
 ) -> Array:
-    """Regressor (N, 4) of a position (N,), all columns filtered alike, the velocity's sign too."""
-    velocity, acceleration = differentiate(
+    """Regressor (N, 4) of a position (N,), all columns filtered alike, the velocity's sign too.
+
+    Parameters
+    ----------
+    decimated : bool
+        See `differentiate`.
+    motion : tuple of (N,) arrays, optional
+        Velocity and acceleration, where they are known already.
+    """
+    velocity, acceleration = motion or differentiate(
         position, cutoff_hz, period_s, orders=(1, 2), decimated=decimated
     )
     columns = regressor(velocity, acceleration)
@@ -217,21 +231,28 @@ def choose_cutoff(position: Array, period_s: float, noise: float | None = None) 
     float
         In Hz.
     """
+    return _cutoff_and_motion(position, period_s, noise)[0]
+
+
+def _cutoff_and_motion(
+    position: Array, period_s: float, noise: float | None
+) -> tuple[float, tuple[Array, ...] | None]:
+    """The widest cut-off; velocity and acceleration of a position that was looked at as a whole."""
     ceiling_hz = 1.0 / (SAMPLED_PER_PERIOD * period_s)
     floor_hz = FEWEST_CUTOFF_PERIODS / (period_s * len(position))
     noise = position_noise(position) if noise is None else noise
     cutoff_hz = ceiling_hz
     for _ in range(8):  # the rms acceleration itself depends, weakly, on the cut-off
-        parts = [differentiate(x, cutoff_hz, period_s, orders=[2])[0] for x in parts_of(position)]
-        mean_square = np.mean([np.var(acceleration) for acceleration in parts])
+        motions = [differentiate(x, cutoff_hz, period_s, orders=(1, 2)) for x in parts_of(position)]
+        mean_square = np.mean([np.var(acceleration) for _, acceleration in motions])
         allowed = ACCELERATION_NOISE_SHARE * float(np.sqrt(mean_square))
         excess = acceleration_noise(noise, cutoff_hz, period_s) / max(allowed, _TINY)
         wanted_hz = cutoff_hz * float(max(excess, _TINY) ** -0.4)
         wanted_hz = max(floor_hz, min(ceiling_hz, wanted_hz))
         if abs(wanted_hz - cutoff_hz) < 0.01 * cutoff_hz:
-            break
+            return cutoff_hz, motions[0] if len(motions) == 1 else None
         cutoff_hz = wanted_hz
-    return cutoff_hz
+    return cutoff_hz, None
 
 
 def resolving_cutoff_hz(acceleration: float, position_noise: float, period_s: float) -> float:

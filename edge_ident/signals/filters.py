@@ -70,12 +70,21 @@ def _differentiated(
     per_second = 2.0 / ((samples - 1) * period_s)
     padded, start = _pad(position - trend @ powers, cutoff_hz, period_s, odd=True, fading=fading)
     spectrum, frequency = _filtered_spectrum(padded, cutoff_hz, period_s)
-    result = []
-    for order in orders:
-        filtered = np.fft.irfft(spectrum * (2j * np.pi * frequency) ** order, len(padded))
-        polynomial = per_second**order * np.polyder(trend, order)
-        result.append(filtered[start : start + samples] + polynomial @ powers[order:])
-    return tuple(result)
+    rate = 2j * np.pi * frequency
+    spectra, polynomials = np.empty((len(orders), len(rate)), complex), np.zeros((len(orders), 6))
+    for number, order in enumerate(orders):
+        np.multiply(spectrum, rate**order, out=spectra[number])
+        polynomials[number, order:] = per_second**order * _slopes(order) * trend[: 6 - order]
+    # two transforms together take little longer than one
+    filtered = np.fft.irfft(spectra, len(padded))[:, start : start + samples]
+    filtered += polynomials @ powers
+    return tuple(filtered)
+
+
+@cache
+def _slopes(order: int) -> Array:
+    """Derivatives at 1 of the powers from the fifth down to that of the order."""
+    return np.asarray(np.polyder(np.ones(6), order), dtype=np.float64)
 
 
 @lru_cache(maxsize=2)
