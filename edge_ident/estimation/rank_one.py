@@ -115,19 +115,22 @@ class FirstLayer:
         -------
         (n, maps, rows, columns) array
         """
-        found = np.empty((len(model), *self.shape), dtype=np.float32)
-        product = np.empty(self.shape, dtype=np.float32)  # one after the other stays in the cache
-        for number, (even, odd) in enumerate(model):
+        maps, rows, columns = self.shape
+        flat = model.reshape(len(model), 2, maps * rows, -1)  # one product for all maps
+        found = np.empty((len(model), maps * rows, columns), dtype=np.float32)
+        product = np.empty_like(found[0])  # one after the other stays in the cache
+        for number, (even, odd) in enumerate(flat):
             largest = found[number]
             to_even, to_odd = measured[number if len(measured) > 1 else 0]
             np.matmul(even, to_even, out=largest)
-            for rows, columns in ((even, to_odd), (odd, to_even), (odd, to_odd)):
-                np.matmul(rows, columns, out=product)
+            for left, right in ((even, to_odd), (odd, to_even), (odd, to_odd)):
+                np.matmul(left, right, out=product)
                 np.maximum(largest, product, out=largest)
+        maximum = found.reshape(-1, *self.shape)
         constants = self._bias + offset[:, None] * self._sums
         if constants.any():
-            found += constants[:, :, None, None].astype(np.float32)
-        return found
+            maximum += constants[:, :, None, None].astype(np.float32)
+        return maximum
 
 
 class RankOneGraph:

@@ -37,10 +37,10 @@ def encoder_count(position: Array) -> float:
     parts, least = parts_of(position), 1e-9 * np.ptp(position)
     # a motion goes up and down for long: a merge sort takes an eighth of the time
     steps = np.concatenate([np.diff(np.sort(part, kind="stable")) for part in parts])
-    count = float(np.min(steps, initial=np.inf, where=steps > least))
+    count = float(np.min(steps[steps > least], initial=np.inf))
     if not np.isfinite(count):
         return 0.0
-    moves = float(np.mean([np.mean(np.diff(part) != 0.0) for part in parts])) > _ALWAYS
+    moves = float(np.mean([np.mean(part[1:] != part[:-1]) for part in parts])) > _ALWAYS
     rounding = count / np.sqrt(12.0)
     return 0.0 if moves and _white_noise(position) < _NO_ROUNDING * rounding else count
 

@@ -69,9 +69,11 @@ def bridge(signal: Array, moving: Mask) -> Array:
     if moving.all() or not moving.any():
         return signal
     still, known = np.flatnonzero(~moving), np.flatnonzero(moving)
-    bridged = signal.copy()
-    for row in bridged.reshape(-1, signal.shape[-1]):
-        row[still] = np.interp(still, known, row[known])
+    after = np.searchsorted(known, still)
+    first, last = known[np.maximum(after - 1, 0)], known[np.minimum(after, len(known) - 1)]
+    begin, bridged = signal[..., first], signal.copy()
+    slope = (signal[..., last] - begin) / np.maximum(last - first, 1)
+    bridged[..., still] = begin + slope * (still - first)
     return bridged
 
 

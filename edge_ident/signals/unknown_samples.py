@@ -42,8 +42,8 @@ def clipped(effort: Array) -> Mask:
     clipped.
     """
     found = np.zeros(len(effort), dtype=np.bool_)
-    for sign in (1.0, -1.0):
-        if np.mean(effort == sign * np.max(sign * effort)) <= _AT_PEAK:
+    for sign, peak in ((1.0, np.max(effort)), (-1.0, np.min(effort))):
+        if np.count_nonzero(effort == peak) <= _AT_PEAK * len(effort):
             continue
         levels, counts = np.unique(sign * effort, return_counts=True)
         if len(levels) < _FEWEST_LEVELS:
