@@ -63,22 +63,28 @@ class _Cosines:
     products : (N, (K + 1)²) array
         Sums of the products of the residual and of the regressor's column space, in cosines; the
         residual comes last.
-    ridge : (K + 1, K + 1) array
+    of_columns : (K², N) array
+        Of them, those without the residual.
+    ridge : (K, K) array
         Keeps columns without content in the band from making their sum singular.
     """
 
     number: Array
     walk: Array
     products: Array
+    of_columns: Array
     ridge: Array
 
     @classmethod
     def of(cls, basis: Array, noise: Array, walk: Array, starts: NDArray[np.intp]) -> "_Cosines":
         """Take cosines together, from each start to the next."""
         columns = np.concatenate([basis, noise[:, None]], axis=1)
-        number = np.diff(starts, append=len(noise)).astype(np.float64)
+        number = np.empty(len(starts))
+        number[:-1], number[-1] = starts[1:] - starts[:-1], len(noise) - starts[-1]
         products = _sums(_products(columns), starts)
-        return cls(number, walk, products, _RANK * np.eye(columns.shape[1]))
+        of_columns = products.reshape(-1, columns.shape[1], columns.shape[1])[:, :-1, :-1]
+        flat = of_columns.reshape(len(products), -1).T.copy()
+        return cls(number, walk, products, flat, _RANK * np.eye(basis.shape[1]))
 
 
 @dataclass(frozen=True)
@@ -221,16 +227,14 @@ def _restricted(cosines: _Cosines, log_power: Array) -> tuple[Array, Array, Arra
     normal : (S, K, K) array
         Normal matrix of the parameters.
     """
-    precision = np.exp(-log_power)
-    sums = (precision @ cosines.products).reshape(-1, *cosines.ridge.shape)
-    normal = (sums + precision.mean() * cosines.ridge)[:, :-1, :-1]
+    precision, columns = np.exp(-log_power), len(cosines.ridge)
+    sums = (precision @ cosines.products).reshape(-1, columns + 1, columns + 1)
+    normal = sums[:, :-1, :-1] + precision.sum() / precision.size * cosines.ridge
     inverse = np.linalg.inv(normal)
     left = np.ones(sums.shape[:2])
     left[:, :-1] = -_each(inverse, sums[:, :-1, -1])
-    lost = np.zeros_like(sums)
-    lost[:, :-1, :-1] = inverse
     squares = _products(left) @ cosines.products.T
-    taken = lost.reshape(len(lost), -1) @ cosines.products.T
+    taken = inverse.reshape(len(inverse), -1) @ cosines.of_columns
     chi2 = np.maximum(squares, 0.0) * precision
     return chi2, np.maximum(cosines.number - taken * precision, 0.0), normal
 
@@ -251,7 +255,7 @@ def _start(cosines: _Cosines) -> Array:
     That of a mean of n squares lies about 1/n of it below. Where the parameters took the noise out,
     it says little.
     """
-    number, squares = cosines.number, cosines.products[:, :: len(cosines.ridge) + 1]
+    number, squares = cosines.number, cosines.products[:, :: len(cosines.ridge) + 2]
     free = np.maximum(number - np.sum(squares[:, :-1], axis=1), 1e-3 * number)
     logarithm = np.log(squares[:, -1] / free + 1e-9) + 1.27 / number
     weight = free / np.sqrt(number)

@@ -145,8 +145,8 @@ def white_noise(effort: Array, position: Array, cutoff_hz: float, period_s: floa
     answers = np.stack([*(scaled[_LAGS - lag : last - lag] for lag in lags), inside])
     # normal equations take a quarter of the time, and squares of 1e-7 are resolved
     products = answers @ answers.T
-    inverse = np.linalg.pinv(products[:-1, :-1], rcond=1e-14, hermitian=True)
-    left = inside - (inverse @ products[:-1, -1]) @ answers[:-1]
+    answer = np.linalg.lstsq(products[:-1, :-1], products[:-1, -1], rcond=1e-14)[0]
+    left = inside - answer @ answers[:-1]
     # the median ignores the steps of friction, which reach these frequencies now and then
     deviation = quantile(np.abs(left), 0.5) / _MEDIAN_OF_NORMAL
     return float(deviation / np.sqrt(1.0 - 2.0 * above_hz * period_s))
