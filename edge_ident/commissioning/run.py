@@ -24,6 +24,7 @@ from edge_ident.commissioning.study.identification_motions import (
     Study,
     captured,
     identified,
+    rehearse,
 )
 from edge_ident.commissioning.study.separation import Separation, separate
 from edge_ident.control.gain_design import GainDesign, design
@@ -175,29 +176,28 @@ def commission(
     """
     check_drive(board, drive)
     study = plan.study(board, drive, network, folder, observer)
-    watch = study.watch
     trajectory = named_trajectory(drive, plan.motion, plan.cycles)
     make_ready(board)
     gains_before = board.active_gains()
     # before the effort goes on: whatever happens from there, the backup is there
     save_backup(gains_before, board.identity, folder / BACKUP_FILE)
+    rehearse(study, trajectory)
     with ready_to_move(board, observer.say):
         first, early = _first_motion(study, trajectory, plan.until)
         answer = _answer_of_board(study, first)
-        with watch.stage("separation"):
+        with study.watch.stage("separation"):
             separation = separate(study, [first])
         separation, designs, change = _changed(study, plan, separation, gains_before)
-        found = separation.found
         stored = plan.store and change is not None and (change.confirmed or change.unchanged)
         if stored:
             board.store()
-    conclusion = _conclude(found, change, stored)
+    conclusion = _conclude(separation.found, change, stored)
     if change is not None and change.verification is not None:
         conclusion += unseen_load(designs)
     log.info(conclusion)
     return Outcome(
-        first.capture, found, designs, gains_before, change, stored, conclusion, watch.timing_ms(),
-        separation, answer, early,
+        first.capture, separation.found, designs, gains_before, change, stored, conclusion,
+        study.watch.timing_ms(), separation, answer, early,
     )  # fmt: skip
 
 
