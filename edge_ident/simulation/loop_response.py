@@ -48,7 +48,7 @@ _CLOSING_S: Final = 0.5
 """In which the end of a path leads back to its begin: a loop forgets within that."""
 _LOWEST_RAD_S: Final = 1e-3
 _TOGETHER: Final = 5
-"""Drives whose friction is sought at once: what that takes stays in a processor's cache."""
+"""Drives that are looked at together: what that takes stays in a processor's cache."""
 
 
 @dataclass(frozen=True)
@@ -108,18 +108,30 @@ def tracking_errors(path: Path, loads: Loads, gains: AxisGains, hardware: LoopHa
     gains : AxisGains
     hardware : LoopHardware
     """
-    way, spectra = path.way, _Spectra.of(path)
-    inertia, viscous, _, offset = loads.base.T[..., None]
-    loop = _Loop.of(spectra, loads, gains, hardware)
+    spectra = _Spectra.of(path)
+    forward = spectra.of_rows(_fed_forward(path, gains, spectra, hardware.sample_period_s))
+    found = np.empty((len(loads.beside), spectra.samples - path.begin))
+    for at in range(0, len(found), _TOGETHER):
+        part = slice(at, at + _TOGETHER)
+        some = Loads(loads.base[part], loads.beside[part], loads.turning[part], loads.noise[part])
+        loop = _Loop.of(spectra, some, gains, hardware)
+        errors = _errors(path.way, some, loop, forward, hardware.effort_limit_nm)
+        found[part] = errors[:, path.begin :]
+    return found
+
+
+def _errors(
+    way: Reference, loads: Loads, loop: "_Loop", forward: Complex, limit_nm: float
+) -> Array:
+    """Reference less position, (D, N), along a whole path."""
+    spectra, (inertia, viscous, _, offset) = loop.spectra, loads.base.T[..., None]
     needed = (
         loads.beside + inertia * way.acceleration_rad_s2 + viscous * way.velocity_rad_s + offset
     )
-    forward = spectra.of_rows(_fed_forward(path, gains, spectra, hardware.sample_period_s))
     linear = loop.compliance * (spectra.of_rows(needed) - loop.late * forward)
-    del needed  # all of this is large
     start = np.broadcast_to(way.velocity_rad_s, loads.beside.shape)
     error, state = loop.with_friction(linear, way.velocity_rad_s, start, _REPETITIONS)
-    limit_nm, lacking = hardware.effort_limit_nm, np.zeros(())
+    lacking = np.zeros(())
     for _ in range(_CLIPPINGS):
         command = spectra.back(forward + loop.law * error)
         beyond = command - np.clip(command, -limit_nm, limit_nm)
@@ -129,7 +141,7 @@ def tracking_errors(path: Path, loads: Loads, gains: AxisGains, hardware: LoopHa
         less = loop.compliance * loop.late * spectra.of_rows(lacking)
         error, state = loop.with_friction(linear + less, way.velocity_rad_s, state, _FOLLOWING)
     read = loop.compliance * loop.late * loop.law * spectra.of_rows(loads.noise)
-    return spectra.back(error + read)[..., path.begin :]
+    return spectra.back(error + read)
 
 
 @dataclass(frozen=True)
@@ -180,23 +192,6 @@ class _Loop:
         Where the splitting begins is where it ended for nearly the same loop, else the reference's
         speed.
         """
-        error, reached = np.empty_like(linear), np.empty(state.shape)
-        for at in range(0, len(linear), _TOGETHER):
-            part = slice(at, at + _TOGETHER)
-            found = self._of(part)._split(linear[part], velocity, state[part], repetitions)
-            error[part], reached[part] = found
-        return error, reached
-
-    def _of(self, part: slice) -> "_Loop":
-        """Some of the drives."""
-        return replace(
-            self, compliance=self.compliance[part], base=self.base[part],
-            turning=self.turning[part], step=self.step[part],
-        )  # fmt: skip
-
-    def _split(
-        self, linear: Complex, velocity: Array, state: Array, repetitions: int
-    ) -> tuple[Complex, Array]:
         s, spectra, step = 1j * self.spectra.omega, self.spectra, self.step
         coulomb = self.base[:, 2:3]
         at_once = _AT_ONCE * float(np.max(np.abs(velocity)))

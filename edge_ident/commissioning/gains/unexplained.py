@@ -82,19 +82,23 @@ def drawn_unexplained(
     rng : Generator
     """
     drives, samples = left.shape
-    seen = np.fft.rfft(np.where(known, left, 0.0))
-    noise = _smooth(np.abs(np.fft.rfft(np.where(known, replicas, 0.0))) ** 2)
-    true = np.clip(1.0 - noise / np.maximum(_smooth(np.abs(seen) ** 2), _TINY), 0.0, 1.0)
     share = max(float(np.mean(known)), 1.0 / samples)
-    turned = seen / math.sqrt(share) * np.exp(2j * np.pi * rng.uniform(size=seen.shape))
-    again = true * np.cos(rng.uniform(0.0, 0.5 * np.pi, (drives, 1)))
-    back = np.fft.irfft(again * seen + np.sqrt(true - again**2) * turned, samples)
-    return np.asarray(np.where(known, back, np.fft.irfft(np.sqrt(true) * turned, samples)))
+    turns = rng.uniform(size=(drives, samples // 2 + 1))
+    back = np.cos(rng.uniform(0.0, 0.5 * np.pi, drives))
+    found = np.empty(left.shape)
+    for row, of_left, replica, turn, comes in zip(found, left, replicas, turns, back, strict=True):
+        # one after the other: the spectra of all are large
+        seen, noise = (np.fft.rfft(np.where(known, of, 0.0)) for of in (of_left, replica))
+        strength = np.maximum(_smooth(np.abs(seen) ** 2), _TINY)
+        true = np.clip(1.0 - _smooth(np.abs(noise) ** 2) / strength, 0.0, 1.0)
+        turned = seen / math.sqrt(share) * np.exp(2j * np.pi * turn)
+        mixed = comes * true * seen + np.sqrt(true - (comes * true) ** 2) * turned
+        both = np.fft.irfft(np.stack([mixed, np.sqrt(true) * turned]), samples)
+        row[:] = np.where(known, *both)
+    return found
 
 
 def _smooth(power: Array) -> Array:
     """Mean over neighbouring frequencies."""
-    around = np.pad(
-        power, [(0, 0)] * (power.ndim - 1) + [(_NEIGHBOURS, _NEIGHBOURS)], mode="reflect"
-    )
+    around = np.pad(power, _NEIGHBOURS, mode="reflect")
     return np.asarray(np.mean(sliding_window_view(around, 2 * _NEIGHBOURS + 1, axis=-1), axis=-1))

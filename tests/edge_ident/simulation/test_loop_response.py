@@ -68,7 +68,7 @@ def test_an_axis_with_dry_friction_that_turns_and_sticks(gains: AxisGains) -> No
 
 @pytest.mark.parametrize("limit_nm", [12.0, 1.5], ids=["free", "clipped"])
 def test_a_drive_among_many_is_the_drive_alone(limit_nm: float) -> None:
-    """Seven drives; where effort lacks, all are asked until the last of them has settled."""
+    """Seven drives; where effort lacks, some are asked until the last of them has settled."""
     time_s = HARDWARE.sample_period_s * np.arange(800)
     trajectory = named_trajectory(load_drive(), "multisine", 1)
     way = reference(trajectory.axes["x"], time_s, 1.0, 0.0)
