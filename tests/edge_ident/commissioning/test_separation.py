@@ -72,7 +72,7 @@ def script(monkeypatch: pytest.MonkeyPatch) -> dict[str, object]:
     }
     adequate = hand_made.axis(Verdict.ADEQUATE)
 
-    def found(recording, network, *, diagnosed, **_):  # type: ignore[no-untyped-def]
+    def found(recording, network, *, diagnosed=None, **_):  # type: ignore[no-untyped-def]
         first = {"x": OPEN, "z": adequate}
         plain = identify(recording, network, diagnose=False)
         axes = {
