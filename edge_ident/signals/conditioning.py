@@ -128,16 +128,15 @@ def condition(
         unknown, cutoff_hz = sampling.unknown, sampling.cutoff_hz
         count, noise = sampling.count, sampling.position_noise
     else:
-        known = np.zeros(len(time_s), dtype=np.bool_)
-        unknown = grid.unknown(effort) if effort.ndim == 1 else known
+        unknown = grid.unknown(effort) if effort.ndim == 1 else np.zeros(len(time_s), np.bool_)
         position, effort = grid.resampled(position), grid.resampled(effort)
         count = encoder_count(position)
         noise = position_noise(position, count)
         cutoff_hz, motion = _cutoff_and_motion(position, period_s, noise)
     recorded_period_s = sampling.period_s if sampling else period_s
     smooth_effort = lowpass(effort, cutoff_hz, period_s, delay_s=effort_shift_s)
-    decimated = sampling is not None
-    columns = filtered_regressor(position, cutoff_hz, period_s, decimated=decimated, motion=motion)
+    thinned = sampling is not None
+    columns = filtered_regressor(position, cutoff_hz, period_s, decimated=thinned, motion=motion)
     moving = ~standing(position, noise, cutoff_hz, period_s) & ~near_unknown(
         unknown, cutoff_hz, period_s
     )
