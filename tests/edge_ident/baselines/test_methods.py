@@ -72,9 +72,10 @@ def test_encoder_noise_in_the_acceleration_biases_least_squares_only(
     monkeypatch: pytest.MonkeyPatch, method: str, with_reference: bool, bound: float
 ) -> None:
     """Errors in variables: a filter too wide for the encoder takes a sixth off the inertia."""
-    choose = conditioning.choose_cutoff
+    # noise of the acceleration grows as the 2.5th power of the cut-off, so this one is 2.5 times
+    # as wide
     monkeypatch.setattr(
-        conditioning, "choose_cutoff", lambda x, period_s, noise: 2.5 * choose(x, period_s)
+        conditioning, "ACCELERATION_NOISE_SHARE", 2.5**2.5 * conditioning.ACCELERATION_NOISE_SHARE
     )
     rng = np.random.default_rng(5)
     noise = {"effort_noise": coloured(rng, 0.02), "position_noise": 1e-3 * rng.normal(size=8742)}
