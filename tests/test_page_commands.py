@@ -33,6 +33,7 @@ NOT_RUN: Final = {
     r"edge-ident board ": "serves until Ctrl-C; tests/test_run.py starts it",
     r"edge-ident survey .*--cluster ": "tests/edge_ident/fleet/test_cluster.py has a cluster",
     r"edge-ident ports": "opens every serial port of this machine",
+    r"edge-ident profile": "goes by the clock; tests/test_run.py runs it",
     r"edge-ident doctor": "judges clocks; tests/edge_ident/commissioning/test_doctor.py runs it",
     r"ExecStart=": "stands in the unit of a service; docs/tutorial.md runs the command",
     r"edge-ident (gains show|stop), ": "names several commands; boards.md has each",
@@ -52,8 +53,6 @@ NOT_RUN: Final = {
 """Beginning of a command, and why it does not run here."""
 ELSEWHERE: Final = ("commands.md", "bringup.md")
 """Pages without an order of commands, and one whose test does what its reader does by hand."""
-_SHORT: Final = {"edge-ident profile": "edge-ident profile --device virtual --repetitions 1"}
-"""The same in seconds."""
 _COMMAND: Final = re.compile(
     r"^(\$ )?(?=(\S*/)?(edge-ident|python3?|pip|make|podman|firmware|\.) )"
 )
@@ -84,8 +83,8 @@ def runnable(page: Path) -> tuple[str, ...]:
 
 
 def here(command: str) -> str:
-    """A command on the board that there is, and short."""
-    return _SHORT.get(command) or _BOARD.sub("--device shared", command)
+    """A command on the board that there is."""
+    return _BOARD.sub("--device shared", command)
 
 
 def told_elsewhere(story: tuple[str, ...]) -> bool:
@@ -98,9 +97,6 @@ STORIES: Final = {
     runnable(page): page for page in WITH_COMMANDS if not told_elsewhere(runnable(page))
 }
 """What runs, and a page that says it: several pages say the same."""
-
-WHOLE: Final = description.BUILT_IN
-"""The built-in drive as it is shipped."""
 
 
 @pytest.fixture(scope="module")
@@ -142,8 +138,6 @@ def test_every_command_of_a_page_runs(
     shutil.copytree(stock, tmp_path, dirs_exist_ok=True)
     write_files_of(page)
     for command in runnable(page):
-        if command.startswith("edge-ident profile"):  # the network knows the whole motion alone
-            monkeypatch.setattr(description, "BUILT_IN", WHOLE)
         words = shlex.split(command)
         assert words[0].endswith("edge-ident"), f"{command}: say here why it does not run"
         result = CliRunner().invoke(app, [existing(word) for word in words[1:]])
