@@ -106,7 +106,7 @@ def test_a_host_too_slow_for_the_board_is_told_that_samples_are_lost(
         serving(command_of_either(speed=20.0)) as served,
         FaultProxy(served.url, tmp_path, FaultyLine(pace=Pace(19200))) as proxy,
     ):
-        with closing(connected_board(proxy.url, 0.3)) as board:
+        with closing(connected_board(proxy.url, 2.0)) as board:
             board.enable()
             with pytest.raises(LinkError, match="overwritten") as caught, left_safe(board):
                 capture_motion(board, LONG, lambda in_hand, expected: None)
