@@ -63,9 +63,12 @@ def exact_board() -> BoardNetwork:
     return BoardNetwork(network)
 
 
+@cache
 def simulated(**options: Any) -> CapturedCounts:
-    """Counts of a drive in closed loop."""
-    return counts_of(simulate(**options), BOARD, AXES)
+    """Counts of a drive in closed loop, for all tests that ask: nobody may write to them."""
+    captured = counts_of(simulate(**options), BOARD, AXES)
+    captured.position.flags.writeable = captured.effort.flags.writeable = False
+    return captured
 
 
 def build(folder: Path, target: str) -> Path:
