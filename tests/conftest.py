@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from tests.measured import MeasuredData
+from tests.repetitions import THOROUGH
 
 _MARK = "EDGE_IDENT_TESTS"
 """Environment variable that every process below the tests inherits."""
@@ -94,6 +95,12 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     )
 
 
+def pytest_configure(config: pytest.Config) -> None:
+    """Tell what is decided when tests are imported, in the workers of pytest-xdist as well."""
+    if config.getoption("--thorough"):
+        os.environ[THOROUGH] = "yes"
+
+
 @pytest.fixture(scope="session")
 def thorough(pytestconfig: pytest.Config) -> bool:
     """Whether the repetitions run that the gate leaves out."""
@@ -123,7 +130,10 @@ def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Mark the groups; the long tests begin, so that no worker ends alone."""
     if not config.getoption("--thorough"):
-        repetitions = [item for item in items if item.get_closest_marker("thorough")]
+        repeated = ["thorough", *(["stand_in"] if _measured().folder.is_dir() else [])]
+        repetitions = [
+            item for item in items if any(item.get_closest_marker(kind) for kind in repeated)
+        ]
         config.hook.pytest_deselected(items=repetitions)
         items[:] = [item for item in items if item not in repetitions]
     for item in items:
@@ -147,7 +157,12 @@ def _turn(item: pytest.Item) -> int:
 
 @pytest.fixture(scope="session")
 def measured_data() -> MeasuredData:
-    """Measured recordings: of EDGE_IDENT_DATA, else of ../shared/data beside the checkout."""
+    """Measured recordings."""
+    return _measured()
+
+
+def _measured() -> MeasuredData:
+    """Of EDGE_IDENT_DATA, else of ../shared/data beside the checkout."""
     given = os.environ.get("EDGE_IDENT_DATA")
     return MeasuredData(Path(given) if given else Path(__file__).parents[2] / "shared" / "data")
 

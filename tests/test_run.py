@@ -20,6 +20,7 @@ from firmware_interface.registers import State
 from firmware_interface.virtual.settings import CONSERVATIVE_GAINS
 from tests.boards import served_board
 from tests.processes import running
+from tests.repetitions import a_few
 from tests.short_runs import brief_drive
 
 COMMAND = [sys.executable, "-m", "edge_ident"]
@@ -211,12 +212,15 @@ def test_other_motions_and_cycles(brief: list[str], tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("progress", "ending"),
-    [
-        ("motion", signal.SIGINT),
-        ("motion", signal.SIGTERM),
-        ("verification", signal.SIGINT),
-        ("verification", signal.SIGHUP),
-    ],
+    a_few(
+        [
+            ("motion", signal.SIGINT),
+            ("motion", signal.SIGTERM),
+            ("verification", signal.SIGINT),
+            ("verification", signal.SIGHUP),
+        ],
+        [("motion", signal.SIGTERM), ("verification", signal.SIGINT)],
+    ),
 )
 def test_interrupt_leaves_the_machine_stopped_and_the_gains_old(
     progress: str, ending: signal.Signals, brief: list[str], tmp_path: Path

@@ -22,6 +22,7 @@ from edge_ident.signals.recording_files import load_recording
 from edge_ident.simulation.simulate import simulate
 from edge_ident.support.json_text import to_json
 from export.motion import motion_from
+from tests.repetitions import a_few
 from tests.synthetic import LAP_S, Synthetic, arm, carriage, motor
 
 
@@ -55,6 +56,7 @@ def found_on(axis: AxisDiagnosis) -> list[str]:
     return [cause.term.effect for cause in axis.causes]
 
 
+@pytest.mark.stand_in
 def test_the_slide_has_friction_by_direction_and_a_late_effort(slide: Synthetic) -> None:
     axis = diagnosed(slide.path).axes["q"]
     # beyond what the base model expresses, a delay of several samples is the larger one
@@ -92,6 +94,7 @@ def test_a_network_can_be_trained_for_the_slides_laps(slide: Synthetic) -> None:
     assert (found.position_unit, found.effort_unit) == ("m", "N")
 
 
+@pytest.mark.stand_in
 def test_the_motor_has_ripple_of_12_and_18_orders(turning: Synthetic) -> None:
     axis = diagnosed(turning.path).axes["m"]
     assert found_on(axis) == ["torque_ripple", "torque_ripple"]
@@ -119,6 +122,7 @@ def test_a_motor_that_turns_one_way_is_not_trusted(turning: Synthetic) -> None:
     assert not found.trusted
 
 
+@pytest.mark.stand_in
 def test_the_arm_bears_weight_and_its_joints_are_coupled(joints: Synthetic) -> None:
     axes = diagnosed(joints.path).axes
     assert found_on(axes["j1"]) == ["position_dependent_load", "cross_axis_coupling"]
@@ -136,6 +140,7 @@ def test_an_arm_that_bears_weight_is_not_trusted_by_its_base_model(joints: Synth
         assert {"poor_fit", "base_inadequate"} <= codes
 
 
+@pytest.mark.stand_in
 def test_the_arms_answer_is_that_of_the_extended_model(joints: Synthetic) -> None:
     found = identify(load_recording(joints.path), None)
     assert found.trusted
@@ -162,7 +167,7 @@ def written(found: Diagnosis, folder: Path) -> Model:
     return load_model(folder / "model.json")
 
 
-@pytest.mark.parametrize("machine", ["slide", "joints", "turning"])
+@pytest.mark.parametrize("machine", a_few(["slide", "joints", "turning"], ["turning"]))
 def test_a_written_model_leaves_the_same_residual_in_every_command(
     machine: str, request: pytest.FixtureRequest, tmp_path: Path
 ) -> None:
@@ -189,6 +194,7 @@ def test_a_written_model_leaves_the_same_residual_in_every_command(
             assert "outside_support" not in codes, "it is the recording that supports the model"
 
 
+@pytest.mark.stand_in
 def test_a_written_model_can_be_simulated_along_its_recording(
     slide: Synthetic, tmp_path: Path
 ) -> None:

@@ -105,13 +105,16 @@ class MovingAxis:
         self.angle = a0 + half * w0, a1 + half * w1, a2 + half * w2
 
     def advance_sound(self, torque: float, steps: int) -> None:
-        """As many steps of a sound axis, in one loop: calls would take most of the time."""
+        """As many steps of a sound axis, in one loop: calls would take most of the time.
+
+        Where a step leaves an axis standing that stood before, so do all others.
+        """
         step_s, half, offset = self._step_s, self._step_s / 2, self._offset
         gear, nut, gear_damping, nut_damping = self._joints
         (keep0, push0, hold0), (keep1, push1, hold1), (keep2, push2, hold2) = self._masses
         a0, a1, a2 = self.angle
         v0, v1, v2 = self.velocity
-        before, load = v2, self.load
+        before, load, stood = v2, self.load, not (v0 or v1 or v2)
         for _ in range(steps):
             before = v2
             a0, a1, a2 = a0 + half * v0, a1 + half * v1, a2 + half * v2
@@ -124,6 +127,10 @@ class MovingAxis:
             v1 = v1 - hold1 if v1 > hold1 else v1 + hold1 if v1 < -hold1 else 0.0
             v2 = v2 - hold2 if v2 > hold2 else v2 + hold2 if v2 < -hold2 else 0.0
             a0, a1, a2 = a0 + half * v0, a1 + half * v1, a2 + half * v2
+            if stood:
+                if not (v0 or v1 or v2):
+                    break
+                stood = False
         self.angle, self.velocity, self.load = (a0, a1, a2), (v0, v1, v2), load
         if steps:
             self.acceleration = (v2 - before) / step_s

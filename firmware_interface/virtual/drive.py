@@ -74,6 +74,8 @@ class Drive:
         """The encoders stood still for the last 50 ms."""
         if len(self._positions) < _REST_SAMPLES:
             return False
+        if self._positions.count(self._positions[-1]) == _REST_SAMPLES:
+            return True
         columns = zip(*self._positions, strict=True)
         return all(max(column) - min(column) <= _REST_COUNTS for column in columns)
 

@@ -74,7 +74,9 @@ def curves(folder: Path) -> list[dict[str, str]]:
 
 
 @pytest.mark.parametrize(
-    "recipe", [TINY, replace(WITHOUT_EFFECTS, start_shares=None)], ids=["start", "random starts"]
+    "recipe",
+    [TINY, pytest.param(replace(WITHOUT_EFFECTS, start_shares=None), marks=pytest.mark.thorough)],
+    ids=["start", "random starts"],
 )
 def test_resumed_run_equals_an_uninterrupted_one(tmp_path: Path, recipe: Configuration) -> None:
     whole = run(tmp_path / "whole" / "run.pt", recipe=recipe)

@@ -26,8 +26,9 @@ from hypothesis import settings
 
 from firmware_interface.board import Board
 from firmware_interface.motion import Multisine, SineComponent, Trajectory
+from tests.repetitions import examples
 
-settings.register_profile("seeded", derandomize=True, deadline=None)
+settings.register_profile("seeded", derandomize=True, deadline=None, max_examples=examples(100))
 settings.load_profile("seeded")
 
 _PROGRAMS: Final = {"c": "firmware", "fpga": "fpga"}

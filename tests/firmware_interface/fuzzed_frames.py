@@ -6,7 +6,9 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from raw_line import crc16
 
-SOME = settings(max_examples=300, derandomize=True, deadline=None)
+from tests.repetitions import examples
+
+SOME = settings(max_examples=examples(300), derandomize=True, deadline=None)
 bodies = st.one_of(
     st.binary(max_size=40),
     st.builds(  # a function code and a length that may be right, over any content

@@ -16,6 +16,7 @@ from firmware_interface.registers import MAP_CRC, REGISTERS, Opcode
 from firmware_interface.virtual.board import VirtualBoard
 from firmware_interface.virtual.clock import RequestClock
 from firmware_interface.virtual.trajectory_check import TRAJECTORY_ADDRESS, TRAJECTORY_WORDS
+from tests.repetitions import examples
 
 
 class Wire(asyncio.Transport):
@@ -84,7 +85,7 @@ def commanded(board: VirtualBoard, opcode: Opcode, token: int) -> bytes:
     return struct.pack(">BHHBHHII", 16, 0x80, 6, 12, opcode, token, crc, KEY)
 
 
-@settings(SOME, max_examples=150)
+@settings(SOME, max_examples=examples(150))
 @given(st.lists(requests, max_size=12), st.booleans())
 def test_any_requests_leave_setpoints_and_efforts_numbers_and_gains_whole(
     script: list[object], enabled: bool
@@ -110,7 +111,7 @@ def test_any_requests_leave_setpoints_and_efforts_numbers_and_gains_whole(
         assert board.machine.capture._acknowledged <= board.machine.capture.pages_written
 
 
-@settings(SOME, max_examples=80)
+@settings(SOME, max_examples=examples(80))
 @given(st.lists(st.one_of(bodies.map(rtu), bodies, st.binary(max_size=300)), max_size=5))
 def test_any_bytes_to_the_board_on_a_serial_line(pieces: list[bytes]) -> None:
     """It answers or keeps silent, and after a silence answers a right request."""
@@ -126,7 +127,7 @@ def test_any_bytes_to_the_board_on_a_serial_line(pieces: list[bytes]) -> None:
     assert b"MFDS" in replies[0]
 
 
-@settings(SOME, max_examples=80)
+@settings(SOME, max_examples=examples(80))
 @given(
     st.lists(st.one_of(bodies.map(lambda body: tcp(body, 7)), st.binary(max_size=300)), max_size=5)
 )

@@ -19,6 +19,7 @@ from firmware_interface.errors import BoardError, LinkError
 from firmware_interface.modbus import ModbusLink
 from firmware_interface.registers import MAGIC, PAGE_WORDS
 from firmware_interface.virtual.board import VirtualBoard
+from tests.repetitions import examples
 
 IDENTITY = struct.pack(f">BB{NONCE_WORDS}H", 3, 2 * NONCE_WORDS, MAGIC >> 16, MAGIC & 0xFFFF,
                        *range(NONCE_WORDS - 2))  # fmt: skip
@@ -140,7 +141,7 @@ def a_page(index: int, first: int, samples: int) -> list[int]:
     return encode_page(RawPage(index, first, column, column, column))
 
 
-@settings(SOME, max_examples=50)
+@settings(SOME, max_examples=examples(50))
 @given(st.lists(st.integers(0, 0xFFFF), min_size=PAGE_WORDS, max_size=PAGE_WORDS))
 @example([0] * PAGE_WORDS)
 @example([0xFFFF] * PAGE_WORDS)

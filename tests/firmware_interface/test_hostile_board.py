@@ -19,6 +19,7 @@ from firmware_interface.errors import BoardError, EdgeIdentError, LinkError
 from firmware_interface.motion import Trajectory
 from firmware_interface.registers import AXES, PAGE_ADDRESS, REGISTERS
 from firmware_interface.virtual.board import VirtualBoard
+from tests.repetitions import examples
 
 Served = Callable[[VirtualBoard, str], AbstractContextManager[str]]
 
@@ -105,7 +106,7 @@ def read_everything(virtual: VirtualBoard) -> None:
     board.staged_gains()
 
 
-@settings(max_examples=60)
+@settings(max_examples=examples(60))
 @given(data=st.data())
 def test_any_words_at_all_end_in_values_or_in_an_error(data: st.DataObject) -> None:
     """Whole groups of random words, behind an identity that is in order."""

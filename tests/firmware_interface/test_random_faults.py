@@ -17,7 +17,7 @@ from memory_line import MemoryLine, virtual_time
 from pty_bench import pty_bench
 
 from firmware_interface.errors import LinkError
-from tests.repetitions import a_few
+from tests.repetitions import a_few, examples
 
 
 class HostOnABadLine(RuleBasedStateMachine):
@@ -104,7 +104,7 @@ class HostOnABadLine(RuleBasedStateMachine):
 
 TestHostOnABadLine = HostOnABadLine.TestCase
 TestHostOnABadLine.settings = settings(
-    max_examples=12, stateful_step_count=12, derandomize=True, deadline=None
+    max_examples=examples(12), stateful_step_count=12, derandomize=True, deadline=None
 )
 
 

@@ -25,6 +25,7 @@ from firmware_interface.registers import MAP_CRC, REGISTERS, Opcode, Result, Sta
 from firmware_interface.spans import addresses
 from firmware_interface.virtual.drive import SAMPLE_PERIOD_S
 from firmware_interface.virtual.trajectory_check import TRAJECTORY_ADDRESS, TRAJECTORY_WORDS
+from tests.repetitions import examples
 
 FOREIGN = 0x0BADC0DE
 SHADOW = bank_spans("shadow")
@@ -253,4 +254,4 @@ class BoardUnderRandomHosts(RuleBasedStateMachine):
 
 
 TestBoardUnderRandomHosts = BoardUnderRandomHosts.TestCase
-TestBoardUnderRandomHosts.settings = settings(max_examples=25, stateful_step_count=30)
+TestBoardUnderRandomHosts.settings = settings(max_examples=examples(25), stateful_step_count=30)

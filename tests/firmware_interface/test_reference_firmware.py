@@ -31,6 +31,7 @@ from firmware_interface.gains import AxisGains
 from firmware_interface.motion import Multisine, SineComponent, Trajectory
 from firmware_interface.plant.feed_drive import FEED_DRIVE
 from firmware_interface.registers import REGISTERS, Fault, Opcode, State
+from tests.repetitions import a_few
 
 SLOT_BYTES = 1024
 PARTS = [*SOURCE.glob("*.[ch]"), *SOURCE.glob("identification/*.[ch]")]
@@ -303,7 +304,7 @@ def test_every_power_up_draws_another_nonce(firmware: Path) -> None:
     assert len(nonces) == 3
 
 
-@pytest.mark.parametrize("programs", ["firmware", "fpga"])
+@pytest.mark.parametrize("programs", a_few(["firmware", "fpga"], ["fpga"]))
 def test_a_whole_run_ends_with_new_gains(
     programs: str, request: pytest.FixtureRequest, tmp_path: Path
 ) -> None:

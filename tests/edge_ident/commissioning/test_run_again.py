@@ -27,15 +27,7 @@ from firmware_interface.virtual.board import VirtualBoard
 from firmware_interface.virtual.settings import CONSERVATIVE_GAINS
 from tests.short_runs import Listening, Silent, brief_drive
 
-ENDED = (
-    "identification lead-in",
-    "asking for the window",
-    "stage",
-    "before commit",
-    "after commit",
-    "second verification capture",
-    "before confirm",
-)
+ENDED = ("identification lead-in", "stage", "after commit", "before confirm")
 """Moving, with gains in no bank, in the shadow bank and in force."""
 COUNT_RAD = 2 * np.pi / 8400
 

@@ -103,7 +103,13 @@ def test_the_same_loop_with_a_reference_that_moves_shows_the_machine() -> None:
 
 @pytest.mark.parametrize("seed", a_few([1, 2], [1]))
 @pytest.mark.parametrize(
-    "motion", [paper(3000), multisine(4000), stairs(4000)], ids=lambda m: m.name
+    "motion",
+    [
+        paper(3000),
+        pytest.param(multisine(4000), marks=pytest.mark.thorough),
+        stairs(4000),
+    ],
+    ids=lambda m: m.name,
 )
 def test_drives_in_closed_loop_that_follow_a_reference_show_the_machine(
     motion: Motion, seed: int
@@ -165,7 +171,7 @@ def test_an_effort_is_not_late_at_one_frequency_where_several_show_it_in_time(
     late = Finding("effort_late", "", "", blocks=True)
     said = iter([[late] if sinusoid else [], [late] if lively else []])
     monkeypatch.setattr(recording_checks, "check_effort", lambda *_: next(said))
-    recordings = [plant(None, motion, 1) for motion in (paper(4000), multisine(2000))]
+    recordings = [plant(None, motion, 1) for motion in (paper(1000), multisine(1000))]
     assert [late in found for found in effort_findings(recordings, "x")] == left
 
 

@@ -44,7 +44,11 @@ def sound(
     return time_s, position + 1e-5 * noise, effort
 
 
-@pytest.mark.parametrize("motion", [multisine(3000), staircase(3000)], ids=lambda m: m.name)
+@pytest.mark.parametrize(
+    "motion",
+    [multisine(3000), pytest.param(staircase(3000), marks=pytest.mark.thorough)],
+    ids=lambda m: m.name,
+)
 def test_no_fault_of_a_drive_is_taken_for_a_wrong_recording(motion: Motion) -> None:
     drives = draw_drives(2, 5)
     for name in ("backlash", "time_delay", "position_dependent_load"):

@@ -15,6 +15,7 @@ from edge_ident.files.headings import split_heading
 from edge_ident.files.table import Table
 from edge_ident.files.text import read_text
 from edge_ident.files.units import count_unit, known_unit, stated_unit
+from tests.repetitions import examples
 
 
 @dataclass(frozen=True)
@@ -57,7 +58,7 @@ tables = st.lists(st.tuples(numbers, numbers, numbers), min_size=3, max_size=30)
 
 
 @settings(
-    max_examples=60, deadline=None, derandomize=True,
+    max_examples=examples(60), deadline=None, derandomize=True,
     suppress_health_check=[HealthCheck.function_scoped_fixture],
 )  # fmt: skip
 @given(way=dialects, rows=tables)
@@ -78,7 +79,7 @@ lines = st.lists(st.lists(cells, max_size=4).map(";".join), max_size=12).map("\n
 
 
 @settings(
-    max_examples=150, deadline=None, derandomize=True,
+    max_examples=examples(150), deadline=None, derandomize=True,
     suppress_health_check=[HealthCheck.function_scoped_fixture],
 )  # fmt: skip
 @given(content=st.one_of(st.binary(max_size=60), lines.map(str.encode)))

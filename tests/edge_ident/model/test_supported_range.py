@@ -18,6 +18,7 @@ from edge_ident.model.supported_range import SupportedRange
 from edge_ident.signals.recording import AxisRecord, Recording
 from edge_ident.signals.recording_files import save_recording
 from edge_ident.simulation.flexible import reduced_model
+from tests.repetitions import a_few
 
 WIDE = SupportedRange((-10.0, 10.0), (-20.0, 20.0), (-50.0, 50.0), (-30.0, 30.0))
 SLOW = replace(WIDE, speed=(-0.5, 0.5))
@@ -72,7 +73,9 @@ def file(tmp_path: Path) -> Path:
     return tmp_path / "laps.npz"
 
 
-@pytest.mark.parametrize(("supported", "warned"), [(SLOW, True), (WIDE, False), (None, False)])
+@pytest.mark.parametrize(
+    ("supported", "warned"), a_few([(SLOW, True), (WIDE, False), (None, False)], [(SLOW, True)])
+)
 def test_identify_and_simulate_say_where_the_motion_leaves_the_range(
     file: Path, tmp_path: Path, supported: SupportedRange | None, warned: bool
 ) -> None:

@@ -20,6 +20,7 @@ from tests.edge_ident.diagnosis.select.test_search_parts import (
     rigid,
     swing,
 )
+from tests.repetitions import a_few
 
 Array = NDArray[np.float64]
 START = np.array([1.0, 0.0, 0.0, 0.0])
@@ -34,7 +35,7 @@ def late_by(samples: float, extra: float = 0.0) -> AxisDiagnosis:
     return diagnosed(recorded(t, x, effort, noise=0.01))
 
 
-@pytest.mark.parametrize("samples", [-0.5, 0.0, 1.2])
+@pytest.mark.parametrize("samples", a_few([-0.5, 0.0, 1.2], [1.2]))
 def test_a_controllers_timing_is_measured_and_accuses_nobody(samples: float) -> None:
     found = late_by(samples)
     assert found.verdict is Verdict.ADEQUATE
