@@ -79,12 +79,11 @@ Python; the gate runs them in README's environment alone, on the oldest."""
 OLDEST = (
     "edge_ident/cli/test_command.py",
     "edge_ident/drive/",
-    "edge_ident/files/",
     "edge_ident/identification/test_identify.py",
     "edge_ident/model/test_model_files.py",
     "edge_ident/support/",
 )
-"""Those that run there as well, on the oldest Python: imports, files, and an identification."""
+"""Those that run there as well, on the oldest Python: imports, models, and an identification."""
 _FIRST = ("test_run.py", *LONG)
 """What begins, in this order."""
 

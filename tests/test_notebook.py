@@ -19,6 +19,7 @@ pytest.importorskip("ipykernel", reason="needs the extra docs: pip install -e '.
 pytest.importorskip("matplotlib", reason="needs the extra report: pip install -e '.[report]'")
 
 
+@pytest.mark.thorough
 def test_every_cell_runs() -> None:
     book = nbformat.read(NOTEBOOK, as_version=4)
     book.cells.append(nbformat.v4.new_code_cell(CHECKS))

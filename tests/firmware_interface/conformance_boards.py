@@ -29,8 +29,8 @@ from firmware_interface.motion import Multisine, SineComponent, Trajectory
 from firmware_interface.registers import REGISTERS, Fault, Result, State
 
 SPEED = 20.0
-FPGA_SPEED = 8.0
-"""A simulated FPGA takes a core for itself where it is 20 times as fast as time."""
+FPGA_SPEED = 5.0
+"""A simulated FPGA takes a core for itself where it is 20 times as fast as time, also at rest."""
 SOURCE = Path(registers.__file__).with_name("reference_firmware")
 FPGA_SOURCE = SOURCE.with_name("hdl")
 _SERVE = """

@@ -157,9 +157,9 @@ def test_a_pulse_of_the_wired_stop_shorter_than_a_sample_is_seen(firmware: Path)
 
 
 def test_the_line_is_served_while_a_long_trajectory_is_checked(firmware: Path) -> None:
-    """Six hours of eight sines on each axis, in real time: only counts are compared, no times."""
+    """Two hours of eight sines on each axis, in real time: only counts are compared, no times."""
     sines = Multisine(tuple(SineComponent(0.05, 0.3 + 0.1 * n, 0.0) for n in range(8)))
-    motion = Trajectory({"x": sines, "z": sines}, duration_s=21_600.0, lead_in_s=600.0)
+    motion = Trajectory({"x": sines, "z": sines}, duration_s=7_200.0, lead_in_s=600.0)
     with serving(c_command(firmware, speed=1.0)) as served, served.connected() as board:
         board.enable()
         board.write_trajectory(motion)
@@ -174,7 +174,7 @@ def test_the_line_is_served_while_a_long_trajectory_is_checked(firmware: Path) -
         assert board.status().state is State.ARMED
         assert len(left) > 20
         assert left == sorted(left, reverse=True)
-        assert left[0] > 8_000_000
+        assert left[0] > 2_500_000
 
 
 def trajectory_command(board: Board, token: int) -> list[int]:

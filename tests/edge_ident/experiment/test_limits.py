@@ -117,10 +117,11 @@ def test_a_board_arms_the_motion() -> None:
     "effect",
     a_few(("asymmetric_friction", "stribeck_friction", "torque_ripple"), ["stribeck_friction"]),
 )
-def test_no_limit_is_exceeded_on_random_machines(effect: str) -> None:
+def test_no_limit_is_exceeded_on_random_machines(effect: str, thorough: bool) -> None:
     """Flexible drives in loops of their own, from rest to rest; the plan knows neither."""
-    done = [one for one in designed(effect, 3, seed=70) if one.shares]
-    assert len(done) >= 2
+    machines = 3 if thorough else 2
+    done = [one for one in designed(effect, machines, seed=70) if one.shares]
+    assert len(done) >= machines - 1
     for one in done:  # what lasts for 20 ms is no limit that a plan keeps, see docs/plan.md
         shares = {name: share for name, share in one.shares.items() if name != "jolt"}
         over = {name: share for name, share in shares.items() if share > 1.0}

@@ -47,6 +47,7 @@ def test_sound_fleets_are_named_no_more_often_than_promised() -> None:
     assert named_fleets <= stats.binom.isf(0.0125, len(fleets), FALSE_ALARM)
 
 
+@pytest.mark.thorough
 def test_a_fifth_more_friction_is_found() -> None:
     found = []
     fleets = [fleet_drives(UNITS, seed, spread=0.02, first_coulomb=1.2) for seed in (1, 2, 3)]
