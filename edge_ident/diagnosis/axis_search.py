@@ -4,9 +4,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 
+from edge_ident.diagnosis.fit.fitting import delayed
 from edge_ident.diagnosis.fit.noise_floor import NoiseFloor, noise_floor
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.recording_checks import findings
+from edge_ident.diagnosis.select.hidden_delay import delayed_data
 from edge_ident.diagnosis.select.judgement import Judgement, Rules, judge
 from edge_ident.diagnosis.select.selection import Selected, selected_deeper, selected_model
 from edge_ident.diagnosis.verdict import Verdict
@@ -66,7 +68,8 @@ def search_axis(
     data: AxisData,
     known: AxisModel,
 ) -> AxisSearch:
-    """Search for causes; where the usual search leaves an axis open, search deeper.
+    """Search for causes; where these hid that the effort is late, search with a delay, too; where
+    the usual search leaves an axis open, search deeper.
 
     Parameters
     ----------
@@ -84,6 +87,10 @@ def search_axis(
     """
     judged = partial(_judged, recordings, name, efforts, rules, on_run)
     found = judged(selected_model(data, known))
+    late = delayed_data(found.selected)
+    if late is not None:
+        again = judged(selected_model(late, known))
+        found = again if delayed(again.selected.supported.model.axis) else found
     if not found.open:
         return found
     deeper = selected_deeper(found.selected)

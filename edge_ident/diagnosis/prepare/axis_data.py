@@ -26,7 +26,7 @@ _OUTLIER: Final = 5.0
 """Standard deviations of a residual beyond which no noise explains it."""
 UNKNOWN: Final = 1e-6
 """Direction weight where the direction is unknown: zero, but for rounding."""
-_WHOLE_BAND: Final = 0.4
+WHOLE_BAND: Final = 0.4
 """Of the sampling rate; below it a shift by a fraction of a sample is exact."""
 
 
@@ -157,7 +157,7 @@ def filtered_effort(
     raw: Array, direction_weight: Array, band: Band, period_s: float, shift_s: float
 ) -> Array:
     """Filter a raw effort (..., M): in step with the motion, weighted, low-pass."""
-    in_step = lowpass(raw, _WHOLE_BAND / period_s, period_s, delay_s=shift_s)
+    in_step = lowpass(raw, WHOLE_BAND / period_s, period_s, delay_s=shift_s)
     return band.lowpass(direction_weight * in_step, period_s)
 
 

@@ -12,9 +12,10 @@ from typing import Final, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.prepare.axis_data import Segment
+from edge_ident.diagnosis.prepare.axis_data import WHOLE_BAND, Segment
 from edge_ident.model.model import regressor
 from edge_ident.model.timing import LARGEST_SHIFT
+from edge_ident.signals.filters import lowpass
 from edge_ident.signals.timing import CERTAIN, Shift, beyond_limit, slow, solve_shift, within_limits
 
 Array = NDArray[np.float64]
@@ -59,10 +60,28 @@ def in_time(segments: Sequence[Segment], *, move: bool) -> Timed:
     """
     shifts = tuple(_Signals.of(s).shift(s) for s in segments)
     late = any(map(_late, segments, shifts))
-    if move and not late:
+    if late:
+        return Timed(tuple(map(out_of_step, segments, shifts)), late)
+    if move:
         segments = [_in_step(s) for s in segments]
     segments = tuple(replace(s, timing_column=_Signals.of(s).timing_column) for s in segments)
     return Timed(segments, late)
+
+
+def out_of_step(segment: Segment, shift: Shift) -> Segment:
+    """A recording whose effort is as it was recorded, with what timing at its limit adds to it.
+
+    The rate of a slow part says what a shift does to first order and to that part. So far out of
+    step the base model would leave what its own timing explains, and a delay would have that.
+    """
+    segment = segment.in_step(0.0) if segment.applied_s else segment
+    if not beyond_limit(shift, segment.raw_period_s):
+        return replace(segment, timing_column=_Signals.of(segment).timing_column)
+    largest_s = float(np.copysign(LARGEST_SHIFT * segment.raw_period_s, shift.unlimited_s))
+    inertia, viscous, *_ = np.maximum(_Signals.of(segment.in_step(largest_s)).parameters, 0.0)
+    effort = inertia * segment.motion.acceleration + viscous * segment.motion.velocity
+    late = lowpass(effort, WHOLE_BAND / segment.period_s, segment.period_s, delay_s=largest_s)
+    return replace(segment, timing_column=segment.filter(late - effort) / largest_s)
 
 
 def _in_step(segment: Segment) -> Segment:
@@ -81,6 +100,21 @@ def _in_step(segment: Segment) -> Segment:
     return segment
 
 
+def late_beside(segment: Segment, others: Array) -> bool:
+    """Whether the effort of a recording is late, once the effort of other terms is taken off.
+
+    What they leave of a delay is most of little; of what the base model leaves it may be little.
+
+    Parameters
+    ----------
+    segment : Segment
+        In step as far as timing goes.
+    others : (n,) array
+        What those terms contribute to the effort at the compared samples.
+    """
+    return _late(segment, whole_shift(segment, others), others)
+
+
 def whole_shift(segment: Segment, others: Array) -> Shift:
     """By which the effort of a recording is late, beside the base model and other terms.
 
@@ -90,23 +124,23 @@ def whole_shift(segment: Segment, others: Array) -> Shift:
     others : (n,) array
         What those terms contribute to the effort at the compared samples.
     """
-    signals = _Signals.of(segment)
-    further = replace(signals, effort=signals.effort - others).shift(segment)
+    further = _Signals.of(segment).beside(others).shift(segment)
     whole_s = further.unlimited_s + segment.applied_s
     return within_limits(whole_s, further.unlimited_std_s, segment.raw_period_s)
 
 
-def _late(segment: Segment, shift: Shift) -> bool:
-    """Whether a shift is beyond the limit, and most of what the base model leaves."""
+def _late(segment: Segment, shift: Shift, others: Array | float = 0.0) -> bool:
+    """Whether a shift is beyond the limit, and most of what the base model leaves beside others."""
     if not beyond_limit(shift, segment.raw_period_s):
         return False
-    before, moved = _Signals.of(segment).left, segment
+    before, moved = _Signals.of(segment).beside(others).left, segment
     for _ in range(_STEPS):
-        moved = moved.in_step(moved.applied_s + shift.unlimited_s)
-        signals = _Signals.of(moved)
+        moved = moved.in_step(shift.unlimited_s)
+        signals = _Signals.of(moved).beside(others)
         if signals.left < (1.0 - _MOST) * before:
             return True
-        shift = signals.shift(moved)
+        further = signals.shift(moved)
+        shift = replace(shift, unlimited_s=moved.applied_s + further.unlimited_s)
     return False
 
 
@@ -136,6 +170,10 @@ class _Signals:
             effort_rate=segment.sampled(np.gradient(effort, segment.raw_period_s)),
             valid=segment.valid,
         )
+
+    def beside(self, others: Array | float) -> Self:
+        """The same without what other terms contribute to the effort, (n,)."""
+        return replace(self, effort=self.effort - others)
 
     def beside_friction(self, segment: Segment) -> Self:
         """The same with columns for what a curve of friction adds to the base model."""
