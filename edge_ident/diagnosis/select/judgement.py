@@ -2,8 +2,8 @@
 
 The rules stand in `select.acceptance`. A cause is suspected where one of them is against it: too
 few runs on disturbed data find it, it is smaller than what is left unexplained, the halves of the
-data disagree about it, it shows at standstill alone, it trades places with the base parameters, the
-model beside it is not physical, or no cause may be named at all.
+data disagree about it, it shows at standstill alone, it trades places with the base parameters, an
+unnamed law fits better, the model beside it is not physical, or no cause may be named at all.
 It is minor where it is certain and not worth naming, or where a sound drive's chain has it as well.
 What is not supported leaves the model, and the rest is fitted again.
 """
@@ -33,6 +33,7 @@ from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.select.stability import RUNS, disturbed_runs
 from edge_ident.diagnosis.select.standstill import at_standstill, tied_to_time
 from edge_ident.diagnosis.select.thresholds import TRADED
+from edge_ident.diagnosis.select.unnamed_laws import unnamed
 from edge_ident.diagnosis.tolerance import TOLERANCE
 from edge_ident.diagnosis.verdict import Verdict
 
@@ -114,12 +115,12 @@ def judge(
     doubts = _not_found_again(found)
     assessed = Assessment.of(search, start, selected.model, floor, rules.tolerance)
     kept = [k for k in range(len(selected.model.terms)) if k not in doubts]
-    kept, smaller = _larger_than_rest(assessed, kept)
-    doubts |= smaller
-    for doubt in (_traded, _at_standstill, _halves_apart, _degenerate):
-        doubtful = doubt(assessed, kept)
-        doubts |= doubtful
-        kept = [k for k in kept if k not in doubtful]
+    before = None
+    while kept != before:  # beside the others more is left unexplained then
+        before = kept
+        for doubt in (_smaller, _traded, _at_standstill, _halves_apart, _another_law):
+            doubts |= (doubtful := doubt(assessed, kept))
+            kept = [k for k in kept if k not in doubtful]
     reason = blocked or (
         unphysical(search.data, assessed.fitted(kept), assessed.tolerance) if kept else None
     )
@@ -152,8 +153,8 @@ def _not_found_again(found: Sequence[int]) -> dict[int, str]:
     return {k: d.reason for k, d in enumerate(decisions) if not d.accepted}
 
 
-def _larger_than_rest(assessed: Assessment, kept: list[int]) -> tuple[list[int], dict[int, str]]:
-    """Drop the weakest term and fit again, until each is larger than what is left."""
+def _smaller(assessed: Assessment, kept: list[int]) -> dict[int, str]:
+    """Reasons against the weakest term, and the next, until each is larger than what is left."""
     doubts: dict[int, str] = {}
     while kept:
         model = assessed.fitted(kept)
@@ -163,7 +164,7 @@ def _larger_than_rest(assessed: Assessment, kept: list[int]) -> tuple[list[int],
             break
         doubts[kept[weakest]] = decision.reason
         kept = [k for k in kept if k != kept[weakest]]
-    return kept, doubts
+    return doubts
 
 
 def _beside_rest(assessed: Assessment, model: FittedModel) -> list[Decision]:
@@ -201,9 +202,10 @@ def _halves_apart(assessed: Assessment, kept: Sequence[int]) -> dict[int, str]:
     return {k: d.reason for k, d in zip(kept, decisions, strict=True) if d and not d.accepted}
 
 
-def _degenerate(assessed: Assessment, kept: Sequence[int]) -> dict[int, str]:
-    """Reasons against causes whose values are those of another effect."""
-    doubts = {k: assessed.degenerate(k) for k in kept}
+def _another_law(assessed: Assessment, kept: Sequence[int]) -> dict[int, str]:
+    """Reasons against causes that are another effect by their values, or none of the catalogue."""
+    others = unnamed(assessed.search, assessed.fitted(kept))
+    doubts = {k: assessed.degenerate(k) or others.get(place, "") for place, k in enumerate(kept)}
     return {k: reason for k, reason in doubts.items() if reason}
 
 

@@ -53,7 +53,7 @@ DECISIVE: Final = Threshold(
     10.0,
     "units of the criterion",
     "Two models differ by this, or the motion does not separate them. A replacement that adds a "
-    "kind of effect gains more than this.",
+    "kind of effect gains more than this, and so does an unnamed law in a cause's place.",
     "Kass and Raftery, JASA 90 (1995) 773: a difference of ten is very strong evidence.",
     "`test_alternatives.py`: a separable and an inseparable pair",
 )

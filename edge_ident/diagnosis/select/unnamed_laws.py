@@ -1,0 +1,133 @@
+"""Laws that are not in the catalogue and that a named effect may be taken for.
+
+What a machine has can change along the stroke, or with time: the inertia of a crank or of a reel
+that is wound, the force constant of a motor, friction that differs from place to place. Along one
+motion each looks like the effect of the catalogue with the same period or the same course in time,
+and the catalogue would name that. Here each takes the cause's place with no more parameters. Where
+one describes the effort decisively better, the cause is none.
+Source: Lagrange's equation for inertia along the stroke, J(x)·a + J'(x)·v²/2.
+"""
+
+import math
+from collections.abc import Callable
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm
+from edge_ident.diagnosis.fit.projection import orthonormal
+from edge_ident.diagnosis.prepare.axis_data import Segment
+from edge_ident.diagnosis.select.recorded_effort import along
+from edge_ident.diagnosis.select.search import Search
+from edge_ident.diagnosis.select.thresholds import DECISIVE
+from edge_ident.model.effect import Values
+from edge_ident.model.model import AxisModel
+from edge_ident.model.motion import Motion
+
+Array = NDArray[np.float64]
+Law = Callable[[Motion, Array, Values], Array]
+"""Columns (k, N) along a motion, from the effort (N,) of the model without the cause, and from the
+cause's parameters."""
+
+
+def _waves(motion: Motion, values: Values) -> tuple[Array, Array]:
+    """Cosine and sine (2, N) over the position, and their derivatives by it."""
+    rate = math.tau / float(values["period"])
+    cosine, sine = np.cos(rate * motion.position), np.sin(rate * motion.position)
+    return np.stack([cosine, sine]), rate * np.stack([-sine, cosine])
+
+
+def _inertia(motion: Motion, effort: Array, values: Values) -> Array:
+    wave, slope = _waves(motion, values)
+    return wave * motion.acceleration + 0.5 * slope * motion.velocity**2
+
+
+def _viscous(motion: Motion, effort: Array, values: Values) -> Array:
+    return _waves(motion, values)[0] * motion.velocity
+
+
+def _force(motion: Motion, effort: Array, values: Values) -> Array:
+    return _waves(motion, values)[0] * effort
+
+
+def _course(motion: Motion, values: Values) -> Array:
+    """What a drift has done by then, (1, N); of a drift with a curvature, what its parts have."""
+    if np.any(values.get("curvature", 0.0)):
+        return np.stack([motion.time_s, motion.time_s**2])
+    return np.asarray(-np.expm1(-motion.time_s / float(values["time_constant"])))[None]
+
+
+def _inertia_in_time(motion: Motion, effort: Array, values: Values) -> Array:
+    return _course(motion, values) * motion.acceleration
+
+
+def _coulomb_in_time(motion: Motion, effort: Array, values: Values) -> Array:
+    return _course(motion, values) * motion.direction
+
+
+def _saturating(motion: Motion, effort: Array, values: Values) -> Array:
+    return effort[None] ** 3
+
+
+_ALONG: Final[dict[str, Law]] = {
+    "an inertia that changes along the stroke": _inertia,
+    "viscous friction that changes along the stroke": _viscous,
+    "a force constant of the motor that changes along the stroke": _force,
+}
+_IN_TIME: Final[dict[str, Law]] = {
+    "an inertia that changes with time": _inertia_in_time,
+    "dry friction that changes with time": _coulomb_in_time,
+}
+_OF_LOAD: Final[dict[str, Law]] = {"a motor whose force saturates": _saturating}
+
+
+def unnamed(search: Search, model: FittedModel) -> dict[int, str]:
+    """Reasons against terms in whose place a law outside the catalogue is decisively better.
+
+    Parameters
+    ----------
+    search : Search
+    model : FittedModel
+
+    Returns
+    -------
+    mapping of place to str
+        Places are those of `model.terms`.
+    """
+    doubts = {}
+    for k, term in enumerate(model.terms):
+        laws, values = _laws(term)
+        if not laws:
+            continue
+        rest = search.fit(model.base, model.without(k))
+        misfits = {name: search.criterion.misfit(_left(search, rest, law, values))
+                   for name, law in laws.items()}  # fmt: skip
+        best = min(misfits, key=lambda name: misfits[name])
+        if search.criterion.misfit(model.error) - misfits[best] > DECISIVE.value:
+            doubts[k] = f"{best}, which is not in the catalogue, describes the effort better"
+    return doubts
+
+
+def _laws(term: FittedTerm) -> tuple[dict[str, Law], Values]:
+    """Laws that have no more parameters than a term, and its values."""
+    values = {name: np.asarray(value) for name, value in term.model_term.values.items()}
+    if set(term.linear) == {"cosine", "sine"} and "period" in values:
+        return _ALONG, values
+    if set(term.linear) == {"share"}:
+        return _OF_LOAD, values
+    return (_IN_TIME if "time_constant" in values else {}), values
+
+
+def _left(search: Search, rest: FittedModel, law: Law, values: Values) -> float:
+    """Sum of squares that a law leaves beside the other terms."""
+    data = search.data
+    columns = np.hstack([_columns(s, rest.axis, law, values) for s in data.segments]).T
+    basis = orthonormal(np.hstack([rest.jacobian, columns])[data.valid])
+    residual = (data.effort - rest.predicted)[data.valid]
+    return float(np.sum((residual - basis @ (basis.T @ residual)) ** 2))
+
+
+def _columns(segment: Segment, axis: AxisModel, law: Law, values: Values) -> Array:
+    """Columns (k, n) of a law at the compared samples of a recording."""
+    return segment.filter(law(segment.motion, along(segment, axis), values))
