@@ -190,6 +190,7 @@ def test_dry_run_writes_nothing(tmp_path: Path) -> None:
         assert board.active_gains()["x"].proportional == CONSERVATIVE_GAINS.proportional
 
 
+@pytest.mark.thorough
 def test_other_motions_and_cycles(brief: list[str], tmp_path: Path) -> None:
     done = edge_ident(
         "run", "--device", "virtual", "--dry-run", "--motion", "multisine", "--json",
@@ -266,6 +267,7 @@ def test_stop_and_clear_fault() -> None:
         assert json.loads(stopped.stdout)["state"] == "IDLE"
 
 
+@pytest.mark.thorough
 def test_a_run_cleans_up_after_a_host_that_died(brief: list[str], tmp_path: Path) -> None:
     with served_board() as device:
         link = open_link(device)

@@ -247,7 +247,7 @@ def test_the_firmwares_power_is_cut_at_every_request_of_a_gain_write(
 ) -> None:
     """It stays off; what its permanent memory holds is seen at the next power-up.
 
-    At every third request; `--thorough` cuts at each. How often the host asks whether the gains are
+    At every sixth request; `--thorough` cuts at each. How often the host asks whether the gains are
     stored is up to the board's time: the power is cut later and later until a gain write ends
     before.
     """
@@ -255,7 +255,7 @@ def test_the_firmwares_power_is_cut_at_every_request_of_a_gain_write(
     cut_short: LinkError | None = None
     number = 0
     while cut_short or number == 0:
-        number += 1 if thorough else 3
+        number += 1 if thorough else 6
         memory = tmp_path / f"memory{number}"
         with (
             powered(firmware, memory, tmp_path / "cut") as (proxy, cut),

@@ -76,7 +76,7 @@ STEPS = {
     "disable": (command(Opcode.DISABLE), 1),
 }
 """What `run --store` asks of the board, in this order: each request, and its which coming."""
-FEW = ("arm", "first page", "first piece of a table", "commit", "start again", "confirm", "store")
+FEW = ("arm", "first piece of a table", "commit", "start again", "store")
 """At rest and in both motions, with gains in no bank, in a part of one, tried, and for good."""
 
 

@@ -39,6 +39,7 @@ def drawn(seed: int) -> VirtualBoard:
     return VirtualBoard(plant=Hidden.drawn(seed).plant())
 
 
+@pytest.mark.thorough
 def test_the_harmonics_of_a_cause_are_no_lines(tmp_path: Path) -> None:
     """The other axis's friction turns round at once, which has harmonics above the band."""
     after = run(drawn(1007), tmp_path, most_motions=1).identification.axes["z"].diagnosis
@@ -48,6 +49,7 @@ def test_the_harmonics_of_a_cause_are_no_lines(tmp_path: Path) -> None:
     assert after.lines == ()
 
 
+@pytest.mark.thorough
 def test_a_push_is_no_wave_over_the_way_that_the_axis_has_gone_meanwhile(tmp_path: Path) -> None:
     """An order that half a second of effort looked like spoiled the push itself."""
     outcome = run(drawn(1081), tmp_path, most_motions=1)

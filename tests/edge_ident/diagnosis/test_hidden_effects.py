@@ -42,6 +42,7 @@ def batch() -> Batch:
     return Batch(multisine(5000, SEED), hidden, strength, SEED, asked=slice(PAIRS.start, None))
 
 
+@pytest.mark.thorough
 def test_two_effects_on_one_axis_are_both_named(batch: Batch) -> None:
     shown = batch.shown(PAIRS)
     assert len(shown) >= 2

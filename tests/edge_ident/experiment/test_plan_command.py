@@ -81,6 +81,7 @@ def test_a_file_has_no_periods(planned: tuple[Path, dict], monkeypatch: pytest.M
     assert "has no periods" in errors
 
 
+@pytest.mark.thorough
 def test_what_nothing_separates_ends_with_1_and_writes_nothing(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:

@@ -34,6 +34,7 @@ def named(recordings: Sequence[Recording]) -> tuple[set[tuple[str, str]], tuple[
     return out, compared
 
 
+@pytest.mark.thorough
 def test_sound_fleets_are_named_no_more_often_than_promised() -> None:
     """More than two of six, where one in 20 may be: by chance once in 450 times."""
     fleets = [fleet_drives(UNITS, seed) for seed in range(1, 7)]
@@ -73,6 +74,7 @@ def test_an_effect_that_one_unit_alone_has_is_found() -> None:
     assert ripple.centre == pytest.approx(0.0, abs=0.002)
 
 
+@pytest.mark.thorough
 def test_a_fault_that_all_units_have_makes_none_stand_out() -> None:
     drives = fleet_drives(UNITS, seed=2, spread=0.02)
     without, _ = named(fleet_recordings(drives, 2))
