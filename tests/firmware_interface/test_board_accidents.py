@@ -259,7 +259,7 @@ def test_the_firmwares_power_is_cut_at_every_request_of_a_gain_write(
         memory = tmp_path / f"memory{number}"
         with (
             powered(firmware, memory, tmp_path / "cut") as (proxy, cut),
-            closing(connected_board(proxy.url, timeout_s=0.1)) as board,
+            closing(connected_board(proxy.url, timeout_s=0.3)) as board,
         ):
             first = first or dict(board.active_gains())
             proxy.line.choose = CutAt(number, cut)
