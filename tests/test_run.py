@@ -146,7 +146,7 @@ def test_a_run_repeats_to_the_last_bit(virtual_run: tuple[dict, Path], tmp_path:
     assert first["x"]["parameters"] == second["x"]["parameters"]
 
 
-@pytest.mark.parametrize("where", ["pty=True", "tcp_port=0"])
+@pytest.mark.parametrize("where", a_few(["pty=True", "tcp_port=0"], ["pty=True"]))
 def test_the_same_over_a_real_line(where: str, brief: list[str], tmp_path: Path) -> None:
     with served_board(where) as device:
         done = edge_ident("run", "--device", device, "--json", "--output", tmp_path, *brief)

@@ -108,7 +108,7 @@ def test_in_simulated_time(firmware: Path, name: str) -> None:
     assert ran.returncode == 0, ran.stderr
 
 
-@pytest.mark.parametrize("seed", ["1", "2", "3"])
+@pytest.mark.parametrize("seed", a_few("123", "1"))
 def test_whatever_comes_over_the_line_nothing_moves_unasked(firmware: Path, seed: str) -> None:
     """Plays whole hosts against `linux/fuzz_invariants.c`; `make fuzz` does so for an hour."""
     command = [str(firmware / "fuzz_frames"), "--inputs", "60000", "--seed", seed]

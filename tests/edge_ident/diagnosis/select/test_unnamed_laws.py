@@ -1,5 +1,7 @@
 """Laws outside the catalogue, and the effects that they are taken for."""
 
+from itertools import product
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -11,6 +13,7 @@ from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.select.unnamed_laws import unnamed
 from edge_ident.model.search import Form
 from tests.edge_ident.diagnosis.select.test_search_parts import TEMPLATE, recorded, rigid, swing
+from tests.repetitions import a_few
 
 Array = NDArray[np.float64]
 
@@ -31,42 +34,45 @@ def doubt(effort: Array, effect: str, form: Form, position: Array = POSITION, **
     return unnamed(search, search.fit(start.base, (term,))).get(0, "")
 
 
-@pytest.mark.parametrize(
-    ("law", "extra"),
-    [
-        ("an inertia", COSINE * ACCELERATION - 0.5 * RATE * SINE * VELOCITY**2),
-        ("viscous friction", COSINE * VELOCITY),
-        ("a force constant of the motor", COSINE * SOUND),
-    ],
-)
-def test_what_changes_along_the_stroke_is_called_no_effect(law: str, extra: Array) -> None:
+ALONG_THE_STROKE = {
+    "an inertia": COSINE * ACCELERATION - 0.5 * RATE * SINE * VELOCITY**2,
+    "viscous friction": COSINE * VELOCITY,
+    "a force constant of the motor": COSINE * SOUND,
+}
+
+
+@pytest.mark.parametrize("law", a_few(ALONG_THE_STROKE, ["an inertia"]))
+def test_what_changes_along_the_stroke_is_called_no_effect(law: str) -> None:
+    extra = ALONG_THE_STROKE[law]
     reason = doubt(SOUND + 0.1 * extra, "encoder_eccentricity", WAVE, period=PERIOD)
     assert reason.startswith(f"{law} that changes along the stroke, which is not in the catalogue")
 
 
-@pytest.mark.parametrize(
-    ("effect", "position", "extra"),
-    [
-        ("encoder_eccentricity", POSITION + 0.01 * COSINE, 0.0),
-        ("position_dependent_friction", POSITION, 0.05 * COSINE * np.sign(VELOCITY)),
-        ("torque_ripple", POSITION, 0.05 * COSINE),
-    ],
-)
-def test_an_effect_is_no_other_law(effect: str, position: Array, extra: Array | float) -> None:
+WAVES = {
+    "encoder_eccentricity": (POSITION + 0.01 * COSINE, np.zeros(1)),
+    "position_dependent_friction": (POSITION, 0.05 * COSINE * np.sign(VELOCITY)),
+    "torque_ripple": (POSITION, 0.05 * COSINE),
+}
+
+
+@pytest.mark.parametrize("effect", a_few(WAVES, ["encoder_eccentricity"]))
+def test_an_effect_is_no_other_law(effect: str) -> None:
+    position, extra = WAVES[effect]
     assert not doubt(SOUND + extra, effect, WAVE, position, period=PERIOD)
 
 
 POWERS, COURSE = Form(("rate", "curvature")), Form(("rate",), ("time_constant",))
 
 
-@pytest.mark.parametrize(("form", "constant_s"), [(POWERS, 1e6), (COURSE, 6.0)])
-@pytest.mark.parametrize(
-    ("law", "extra"),
-    [("an inertia", ACCELERATION), ("dry friction", np.sign(VELOCITY)), ("", SOUND)],
-)
-def test_what_changes_with_time_is_no_gain(
-    law: str, extra: Array, form: Form, constant_s: float
-) -> None:
+IN_TIME = {"an inertia": ACCELERATION, "dry friction": np.sign(VELOCITY), "": SOUND}
+CONSTANT_S = {POWERS: 1e6, COURSE: 6.0}
+FEW = (("an inertia", POWERS), ("dry friction", COURSE), ("", POWERS))
+"""Each law and each form once."""
+
+
+@pytest.mark.parametrize(("law", "form"), a_few(product(IN_TIME, CONSTANT_S), FEW))
+def test_what_changes_with_time_is_no_gain(law: str, form: Form) -> None:
+    extra, constant_s = IN_TIME[law], CONSTANT_S[form]
     course = -constant_s * np.expm1(-TIME_S / constant_s)
     reason = doubt(SOUND + 0.03 * course * extra, "gain_drift", form, time_constant=constant_s)
     assert reason.startswith(f"{law} that changes with time" if law else "")
