@@ -6,6 +6,7 @@ drive with the same noise; only those that show are asked for.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -104,12 +105,6 @@ class Batch:
         hidden = [names if row in acting else () for row, names in enumerate(hidden)]
         self._hidden = hidden
         self._made, self._sound = self._simulate(hidden), self._simulate([()] * len(hidden))
-        pairs = [names if len(names) == 2 else () for names in hidden]
-        self._alone = [
-            self._simulate([names[place : place + 1] for names in pairs])
-            for place in range(2)
-            if any(pairs)
-        ]
         hits = [self._hit(fault.name, hidden) & fault.hit for fault in self._faults]
         self._axis = np.argmax(np.any(hits, axis=0), axis=1).tolist()
 
@@ -124,6 +119,12 @@ class Batch:
     def sound(self, rows: slice) -> list[AxisDiagnosis]:
         """Diagnose the axis that was left alone."""
         return [self._axis_diagnosis(row, 1 - self._axis[row]) for row in self._rows(rows)]
+
+    @cached_property
+    def _alone(self) -> list[Recordings]:
+        """Each of two faults without the other."""
+        pairs = [names if len(names) == 2 else () for names in self._hidden]
+        return [self._simulate([names[k : k + 1] for names in pairs]) for k in range(2)]
 
     def _rows(self, rows: slice) -> range:
         return range(len(self._hidden))[rows]

@@ -11,7 +11,8 @@ from edge_ident.diagnosis.fit.candidates import base_regressor
 from edge_ident.diagnosis.fit.feedback_law import feedback_law
 from edge_ident.diagnosis.fit.fitting import FittedModel
 from edge_ident.diagnosis.fit.noise_floor import NoiseFloor
-from edge_ident.diagnosis.prepare.axis_data import AxisData, Segment
+from edge_ident.diagnosis.prepare.axis_data import AxisData
+from edge_ident.diagnosis.prepare.segment import Segment
 from edge_ident.diagnosis.tolerance import TOLERANCE
 from edge_ident.errors import DataError
 from edge_ident.estimation import least_squares

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from enum import Enum
 from typing import Final
 
 import numpy as np
@@ -15,6 +16,14 @@ SOUND_RESONANCE_HZ: Final = 15.0
 friction winds it up at each reversal, and an encoder on the motor resolves that. Feed drives are
 built with their first resonance well above this, and their position loops end well below. A
 judgement, not a measurement."""
+
+
+class ChangesWith(Enum):
+    """What an effect grows or fades with, and the names of the parameters that say how."""
+
+    STROKE = "position, in waves: cosine and sine of a period"
+    TIME = "time: curvature, or time_constant"
+    EFFORT = "the effort that is transmitted"
 
 
 @dataclass(frozen=True)
@@ -34,6 +43,8 @@ class Form:
         Whether positions are taken for angles.
     known : tuple of pairs of parameter name and float
         Values that follow from that, and need no search.
+    changes : ChangesWith, optional
+        Laws outside the catalogue that change likewise may be taken for it.
     """
 
     linear: tuple[str, ...]
@@ -41,6 +52,7 @@ class Form:
     coupled: bool = False
     rotary: bool = False
     known: tuple[tuple[str, float], ...] = ()
+    changes: ChangesWith | None = None
 
 
 @dataclass(frozen=True)

@@ -40,6 +40,7 @@ class FaultProxy:
         self.url = str(folder / "ttyBOARD")
         self._board = os.open(board_url, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
         tty.setraw(self._board)
+        self._board_ended = False
         self._host: int | None = None
         self._host_side = -1
         self._lock = threading.Lock()
@@ -85,7 +86,7 @@ class FaultProxy:
     def _run(self) -> None:
         while not self._ended.is_set():
             with self._lock:
-                ends = {self._board: Sender.BOARD}
+                ends = {} if self._board_ended else {self._board: Sender.BOARD}
                 if self._host is not None:
                     ends[self._host] = Sender.HOST
                 next_s = self.line.next_s
@@ -103,8 +104,14 @@ class FaultProxy:
         with self._lock:
             if sender is Sender.HOST and end != self._host:
                 return
-            with suppress(OSError):
-                self.line.accept(sender, os.read(end, 4096), time.monotonic())
+            try:
+                data = os.read(end, 4096)
+            except OSError:
+                data = b""
+            if data:
+                self.line.accept(sender, data, time.monotonic())
+            elif sender is Sender.BOARD:
+                self._board_ended = True  # to look at it would come back at once, for ever
 
     def _deliver(self) -> None:
         with self._lock:

@@ -7,6 +7,7 @@ import pytest
 from tools.firmware_run import run_on, served
 
 
+@pytest.mark.thorough
 def test_a_run_finds_a_hidden_fault_and_writes_gains_that_keep_their_promise(
     firmware: Path, tmp_path: Path
 ) -> None:

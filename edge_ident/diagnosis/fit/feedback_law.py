@@ -14,7 +14,7 @@ import numpy as np
 import scipy.optimize
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.prepare.axis_data import Segment
+from edge_ident.diagnosis.prepare.segment import Segment
 from edge_ident.signals.motion_lines import strongest_line
 
 Array = NDArray[np.float64]

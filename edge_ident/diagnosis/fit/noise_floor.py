@@ -16,7 +16,8 @@ import scipy.signal
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.fit.fitting import FittedModel
-from edge_ident.diagnosis.prepare.axis_data import AxisData, Segment
+from edge_ident.diagnosis.prepare.axis_data import AxisData
+from edge_ident.diagnosis.prepare.segment import Segment
 from edge_ident.estimation.columns import unit_length
 from edge_ident.model.model import PARAMETERS
 from edge_ident.signals.standstill import widened
@@ -118,8 +119,7 @@ def _parts(data: AxisData, values: Array) -> list[tuple[Segment, Array]]:
     """Values at the valid samples, recording by recording, with zeros at the others."""
     whole = np.zeros(len(data.effort))
     whole[data.valid] = values
-    ends = np.cumsum([len(s.sample_index) for s in data.segments])[:-1]
-    return list(zip(data.segments, np.split(whole, ends), strict=True))
+    return list(zip(data.segments, data.by_segment(whole), strict=True))
 
 
 def _from_repetition(data: AxisData, start: FittedModel) -> NoiseFloor | None:
@@ -130,9 +130,9 @@ def _from_repetition(data: AxisData, start: FittedModel) -> NoiseFloor | None:
     in few blocks of time: blocks that stand out do not count.
     """
     energy, count = 0.0, 0
-    ends = np.cumsum([len(s.sample_index) for s in data.segments])[:-1]
-    columns = np.split(start.jacobian[:, : len(PARAMETERS)], ends)
-    for s, column, block in zip(data.segments, columns, np.split(data.block, ends), strict=True):
+    columns = data.by_segment(start.jacobian[:, : len(PARAMETERS)])
+    blocks = data.by_segment(data.block)
+    for s, column, block in zip(data.segments, columns, blocks, strict=True):
         lag = _period(s)
         if lag is None or not len(places := _paired(s, lag)):
             continue

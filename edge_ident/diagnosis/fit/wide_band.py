@@ -27,7 +27,8 @@ from edge_ident.diagnosis.fit.wide_search import (
     search,
 )
 from edge_ident.diagnosis.fit.wide_signals import WideSignals
-from edge_ident.diagnosis.prepare.axis_data import AxisData, Segment
+from edge_ident.diagnosis.prepare.axis_data import AxisData
+from edge_ident.diagnosis.prepare.segment import Segment
 from edge_ident.model.model import Model
 from edge_ident.signals.filters import lowpass
 from edge_ident.signals.metrics import rms

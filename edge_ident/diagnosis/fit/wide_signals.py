@@ -8,8 +8,8 @@ import numpy as np
 import scipy.fft
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.prepare.axis_data import Segment
 from edge_ident.diagnosis.prepare.masks import direction_weight
+from edge_ident.diagnosis.prepare.segment import Segment
 from edge_ident.estimation.compensation import compensate_effects
 from edge_ident.model.model import Model
 from edge_ident.signals.filters import differentiate, lowpass, magnitude, whitening

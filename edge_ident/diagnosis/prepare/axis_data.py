@@ -1,6 +1,5 @@
-"""The prepared data of one axis: filtered signals, and the samples that are compared."""
+"""The prepared data of one axis over all its recordings."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
@@ -8,157 +7,17 @@ import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.prepare.bandwidth import Band
-from edge_ident.diagnosis.prepare.sampled_filter import SampledFilter
-from edge_ident.model.effects import named
-from edge_ident.model.inverse import along_motion, inverse_effort, obeyed
+from edge_ident.diagnosis.prepare.segment import Segment
 from edge_ident.model.model import AxisModel
-from edge_ident.model.motion import Motion
 from edge_ident.model.search import Excitation
 from edge_ident.model.supported_range import SupportedRange
 from edge_ident.model.timing import LARGEST_SHIFT
-from edge_ident.signals.filters import lowpass
 from edge_ident.signals.metrics import rms
 
 Array = NDArray[np.float64]
 
 _OUTLIER: Final = 5.0
 """Standard deviations of a residual beyond which no noise explains it."""
-UNKNOWN: Final = 1e-6
-"""Direction weight where the direction is unknown: zero, but for rounding."""
-WHOLE_BAND: Final = 0.4
-"""Of the sampling rate; below it a shift by a fraction of a sample is exact."""
-
-
-@dataclass(frozen=True)
-class Segment:
-    """One axis of one recording, filtered.
-
-    Attributes
-    ----------
-    motion : Motion
-        Smooth, (N,), time from the first sample; its bandwidth is wider than the comparison's.
-    others : mapping of axis name to Motion
-    noise_replica : tuple of Motion and mapping
-        The same two with the encoder noise added a second time.
-    motion_hz : float
-        Bandwidth of the motion.
-    raw_effort : (M,) array
-        As recorded, every raw_period_s; it is in step with the motion shift_s later.
-    timing_hz : float
-        Bandwidth of what shows the shift between effort and motion.
-    applied_s : float
-        Part of this shift that `shift_s` takes out already.
-    timing_column : (n,) array
-        What a further shift adds to the effort of the base model at the compared samples, per s.
-    turns : array of int
-        Last samples before the motion, filtered as the comparison, changes its direction.
-    direction_weight : (M,) array
-        From 0, where the direction of motion is unknown, to 1. Effort and regressors are
-        multiplied by it before they are filtered, so that the filter spreads nothing unknown.
-    reversing : (M,) array of bool
-        Where the direction is unknown, short rests without a reversal aside.
-    effort : (N,) array
-        Filtered, in step with the motion: every stride-th sample.
-    sample_index : (n,) array of int
-        Samples that are compared: decimated, of known direction, away from the ends.
-    valid : (n,) array of bool
-        Those at which encoder quantization does not alias into the band.
-    far : (n,) array of bool
-        The valid ones that no reversal or standstill can have reached through the filter.
-    aliased_acceleration : float
-        Largest acceleration that aliased encoder quantization can imitate.
-    position_noise, acceleration_noise, effort_noise : float
-        Standard deviations of white noise; the last two when cut off sharply at the cut-off.
-    cache : dict
-        Efforts along the motion that were integrated before.
-    """
-
-    motion: Motion
-    others: Mapping[str, Motion]
-    noise_replica: tuple[Motion, Mapping[str, Motion]]
-    motion_hz: float
-    raw_effort: Array
-    raw_period_s: float
-    shift_s: float
-    timing_hz: float
-    stride: int
-    turns: NDArray[np.intp]
-    direction_weight: Array
-    reversing: NDArray[np.bool_]
-    effort: Array
-    sample_index: NDArray[np.intp]
-    valid: NDArray[np.bool_]
-    far: NDArray[np.bool_]
-    band: Band
-    period_s: float
-    filter: SampledFilter
-    aliased_acceleration: float
-    position_noise: float
-    acceleration_noise: float
-    effort_noise: float
-    applied_s: float = 0.0
-    timing_column: Array = field(default_factory=lambda: np.zeros(0))
-    cache: dict[object, Any] = field(default_factory=dict, compare=False)
-
-    @property
-    def cutoff_hz(self) -> float:
-        """Bandwidth of the comparison."""
-        return self.band.cutoff_hz
-
-    def in_step(self, applied_s: float) -> "Segment":
-        """The same with a part of the shift taken out of the effort."""
-        shift_s = self.shift_s + self.applied_s - applied_s
-        effort = filtered_effort(
-            self.raw_effort, self.direction_weight, self.band, self.raw_period_s, shift_s
-        )
-        return replace(
-            self, shift_s=shift_s, applied_s=applied_s, effort=effort[:: self.stride], cache={}
-        )
-
-    @property
-    def direction_known(self) -> NDArray[np.bool_]:
-        """Samples (N,), from the first to the last compared, whose direction is not unknown."""
-        known = self.direction_weight[:: self.stride] > UNKNOWN
-        known[: self.sample_index[0]] = known[self.sample_index[-1] + 1 :] = False
-        return np.asarray(known)
-
-    @property
-    def covered(self) -> tuple[Array, Array, Array, Array]:
-        """Position, velocity, acceleration and effort from the first to the last sample compared.
-
-        The effort is filtered as the comparison, and not weighted.
-        """
-        part = slice(self.sample_index[0], self.sample_index[-1] + 1)
-        effort = self.band.lowpass(self.raw_effort, self.raw_period_s)[:: self.stride]
-        m = self.motion
-        return m.position[part], m.velocity[part], m.acceleration[part], effort[part]
-
-    def predicted(self, axis: AxisModel) -> Array:
-        """Filtered effort that a model predicts at the compared samples, (n,) or (D, n)."""
-        effort = inverse_effort(obeyed(axis), self.motion, self.others, self.cache)
-        sampled = self.filter(np.atleast_2d(effort))
-        for term in axis.terms:
-            effect = named(term.effect)
-            if effect.overrides("withheld"):
-                withheld = effect.withheld(self.raw_effort, along_motion(term))
-                sampled = sampled + self.sampled(withheld)
-        return sampled if sampled.shape[0] > 1 or effort.ndim > 1 else sampled[0]
-
-    def sampled(self, raw: Array) -> Array:
-        """A raw effort (..., M), filtered, at the compared samples (..., n)."""
-        filtered = filtered_effort(
-            raw, self.direction_weight, self.band, self.raw_period_s, self.shift_s
-        )
-        return filtered[..., :: self.stride][..., self.sample_index]
-
-
-def filtered_effort(
-    raw: Array, direction_weight: Array, band: Band, period_s: float, shift_s: float
-) -> Array:
-    """Filter a raw effort (..., M): in step with the motion, weighted, low-pass."""
-    in_step = lowpass(raw, WHOLE_BAND / period_s, period_s, delay_s=shift_s)
-    return band.lowpass(direction_weight * in_step, period_s)
 
 
 @dataclass(frozen=True)
@@ -255,6 +114,11 @@ class AxisData:
             *(np.concatenate(signals) for signals in zip(*covered, strict=True))
         )
 
+    def by_segment(self, values: NDArray[Any]) -> list[NDArray[Any]]:
+        """Values (n, ...) of all samples, cut into those of each recording."""
+        ends = np.cumsum([len(s.sample_index) for s in self.segments])[:-1]
+        return np.split(values, ends)
+
     def exceeds_aliasing(self, residual: Array, inertia: float) -> NDArray[np.bool_]:
         """Invalid samples (n,) whose residual aliased quantization cannot explain.
 
@@ -270,10 +134,9 @@ class AxisData:
 
     def with_valid(self, samples: NDArray[np.bool_]) -> "AxisData":
         """The same with more samples (n,) valid."""
-        ends = np.cumsum([len(s.sample_index) for s in self.segments])[:-1]
         segments = tuple(
             replace(s, valid=s.valid | part)
-            for s, part in zip(self.segments, np.split(samples, ends), strict=True)
+            for s, part in zip(self.segments, self.by_segment(samples), strict=True)
         )
         return replace(self, segments=segments, valid=self.valid | samples, cache={})
 

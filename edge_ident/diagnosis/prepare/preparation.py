@@ -8,7 +8,7 @@ import numpy as np
 import scipy.special
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.prepare.axis_data import AxisData, Segment, filtered_effort
+from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.bandwidth import Band, comparison_band, white_noise
 from edge_ident.diagnosis.prepare.masks import (
     LEAST_WEIGHT,
@@ -22,6 +22,7 @@ from edge_ident.diagnosis.prepare.masks import (
 )
 from edge_ident.diagnosis.prepare.sampled import Sampled
 from edge_ident.diagnosis.prepare.sampled_filter import SampledFilter
+from edge_ident.diagnosis.prepare.segment import Segment, filtered_effort
 from edge_ident.diagnosis.prepare.timing import in_time
 from edge_ident.errors import DataError
 from edge_ident.model.motion import Motion

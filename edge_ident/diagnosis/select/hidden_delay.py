@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.fit.external_vibrations import VIBRATION
-from edge_ident.diagnosis.fit.fitting import FittedModel, delayed
+from edge_ident.diagnosis.fit.fitting import delayed
 from edge_ident.diagnosis.fit.term_effort import contributions
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.timing import late_beside, out_of_step, whole_shift
@@ -44,16 +44,11 @@ def delayed_data(selected: Selected) -> AxisData | None:
     ranked = sorted(zip(shares, model.terms, strict=True), key=lambda pair: -pair[0])
     terms = [term for _, term in ranked if term.candidate != VIBRATION]
     for count in range(1, len(terms) + 1):
-        others = _of_each(data, search.fit(start.base, tuple(terms[:count])))
+        model = search.fit(start.base, tuple(terms[:count]))
+        others = data.by_segment(np.sum(contributions(data, model), axis=0))
         if any(map(late_beside, data.segments, others)):
             return _out_of_step(data, others)
     return None
-
-
-def _of_each(data: AxisData, model: FittedModel) -> list[Array]:
-    """What the terms of a model contribute to each recording, (n,) each."""
-    ends = np.cumsum([len(segment.sample_index) for segment in data.segments])[:-1]
-    return np.split(np.sum(contributions(data, model), axis=0), ends)
 
 
 def _out_of_step(data: AxisData, others: list[Array]) -> AxisData:

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from edge_ident.diagnosis.fit.external_vibrations import VIBRATION
 from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm
-from edge_ident.diagnosis.prepare.axis_data import AxisData, Segment
+from edge_ident.diagnosis.prepare.axis_data import AxisData
+from edge_ident.diagnosis.prepare.segment import Segment
 from edge_ident.diagnosis.select.recorded_effort import along
 from edge_ident.diagnosis.select.thresholds import HELD
 from edge_ident.model.effects import named

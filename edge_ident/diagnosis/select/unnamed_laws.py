@@ -9,21 +9,22 @@ Source: Lagrange's equation for inertia along the stroke, J(x)·a + J'(x)·v²/2
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm
+from edge_ident.diagnosis.fit.fitting import FittedModel
 from edge_ident.diagnosis.fit.projection import orthonormal
-from edge_ident.diagnosis.prepare.axis_data import Segment
+from edge_ident.diagnosis.prepare.segment import Segment
 from edge_ident.diagnosis.select.recorded_effort import along
 from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.select.thresholds import DECISIVE
 from edge_ident.model.effect import Values
 from edge_ident.model.model import AxisModel
 from edge_ident.model.motion import Motion
+from edge_ident.model.search import ChangesWith
 
 Array = NDArray[np.float64]
 Law = Callable[[Motion, Array, Values], Array]
@@ -70,16 +71,19 @@ def _saturating(motion: Motion, effort: Array, values: Values) -> Array:
     return effort[None] ** 3
 
 
-_ALONG: Final[dict[str, Law]] = {
-    "an inertia that changes along the stroke": _inertia,
-    "viscous friction that changes along the stroke": _viscous,
-    "a force constant of the motor that changes along the stroke": _force,
+_LAWS: Final[Mapping[ChangesWith | None, Mapping[str, Law]]] = {
+    ChangesWith.STROKE: {
+        "an inertia that changes along the stroke": _inertia,
+        "viscous friction that changes along the stroke": _viscous,
+        "a force constant of the motor that changes along the stroke": _force,
+    },
+    ChangesWith.TIME: {
+        "an inertia that changes with time": _inertia_in_time,
+        "dry friction that changes with time": _coulomb_in_time,
+    },
+    ChangesWith.EFFORT: {"a motor whose force saturates": _saturating},
 }
-_IN_TIME: Final[dict[str, Law]] = {
-    "an inertia that changes with time": _inertia_in_time,
-    "dry friction that changes with time": _coulomb_in_time,
-}
-_OF_LOAD: Final[dict[str, Law]] = {"a motor whose force saturates": _saturating}
+"""None has more parameters than an effect that changes likewise."""
 
 
 def unnamed(search: Search, model: FittedModel) -> dict[int, str]:
@@ -97,9 +101,10 @@ def unnamed(search: Search, model: FittedModel) -> dict[int, str]:
     """
     doubts = {}
     for k, term in enumerate(model.terms):
-        laws, values = _laws(term)
+        laws = _LAWS.get(term.candidate.form.changes)
         if not laws:
             continue
+        values = {name: np.asarray(value) for name, value in term.model_term.values.items()}
         rest = search.fit(model.base, model.without(k))
         misfits = {name: search.criterion.misfit(_left(search, rest, law, values))
                    for name, law in laws.items()}  # fmt: skip
@@ -107,16 +112,6 @@ def unnamed(search: Search, model: FittedModel) -> dict[int, str]:
         if search.criterion.misfit(model.error) - misfits[best] > DECISIVE.value:
             doubts[k] = f"{best}, which is not in the catalogue, describes the effort better"
     return doubts
-
-
-def _laws(term: FittedTerm) -> tuple[dict[str, Law], Values]:
-    """Laws that have no more parameters than a term, and its values."""
-    values = {name: np.asarray(value) for name, value in term.model_term.values.items()}
-    if set(term.linear) == {"cosine", "sine"} and "period" in values:
-        return _ALONG, values
-    if set(term.linear) == {"share"}:
-        return _OF_LOAD, values
-    return (_IN_TIME if "time_constant" in values else {}), values
 
 
 def _left(search: Search, rest: FittedModel, law: Law, values: Values) -> float:

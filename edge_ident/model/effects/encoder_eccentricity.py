@@ -14,7 +14,7 @@ from edge_ident.model.advice import Advice
 from edge_ident.model.compensation import Compensation
 from edge_ident.model.effect import Array, Effect, Parameter, Values
 from edge_ident.model.motion import Motion
-from edge_ident.model.search import Excitation, Form, SearchSpec
+from edge_ident.model.search import ChangesWith, Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
 
 _ITERATIONS: Final = 5
@@ -96,8 +96,13 @@ EFFECT: Final = EncoderEccentricity(
     ),
     search=SearchSpec(
         forms=(
-            Form(("cosine", "sine"), ("period",)),
-            Form(("cosine", "sine"), rotary=True, known=(("period", _TURN_RAD),)),
+            Form(("cosine", "sine"), ("period",), changes=ChangesWith.STROKE),
+            Form(
+                ("cosine", "sine"),
+                rotary=True,
+                known=(("period", _TURN_RAD),),
+                changes=ChangesWith.STROKE,
+            ),
         ),
         signature="repeats every turn and grows with the square of the speed",
         alternatives=("torque_ripple", "position_dependent_load"),

@@ -16,7 +16,7 @@ from edge_ident.model.compensation import Compensation
 from edge_ident.model.effect import Array, Effect, Parameter, Values
 from edge_ident.model.effects.offset_drift import TIME_CONSTANT, effective_time_s, time_constants
 from edge_ident.model.model import PARAMETERS
-from edge_ident.model.search import Excitation, Form, SearchSpec
+from edge_ident.model.search import ChangesWith, Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
 
 _SMALLEST: Final = 0.05
@@ -72,9 +72,9 @@ EFFECT: Final = GainDrift(
     ),
     search=SearchSpec(
         forms=(
-            Form(("rate",)),
-            Form(("rate", "curvature")),
-            Form(("rate",), ("time_constant",)),
+            Form(("rate",), changes=ChangesWith.TIME),
+            Form(("rate", "curvature"), changes=ChangesWith.TIME),
+            Form(("rate",), ("time_constant",), changes=ChangesWith.TIME),
         ),
         signature="all coefficients move together",
         alternatives=("warm_up", "payload_change", "offset_drift"),

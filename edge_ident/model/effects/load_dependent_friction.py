@@ -16,7 +16,7 @@ from edge_ident.model.advice import Advice
 from edge_ident.model.compensation import Compensation
 from edge_ident.model.effect import Array, Effect, Parameter, Values
 from edge_ident.model.motion import Motion
-from edge_ident.model.search import Excitation, Form, SearchSpec
+from edge_ident.model.search import ChangesWith, Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
 
 
@@ -75,7 +75,7 @@ EFFECT: Final = LoadDependentFriction(
         ),
     ),
     search=SearchSpec(
-        forms=(Form(("share",), ("guided", "moved")),),
+        forms=(Form(("share",), ("guided", "moved"), changes=ChangesWith.EFFORT),),
         signature="friction that follows the transmitted effort, not the speed",
         alternatives=("actuator_deadband", "nonlinear_viscous", "payload_change"),
         experiment="two payloads, or accelerations that change at one speed: --motion multisine",

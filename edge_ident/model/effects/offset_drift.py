@@ -14,7 +14,7 @@ from edge_ident.model.advice import Advice
 from edge_ident.model.compensation import Compensation
 from edge_ident.model.effect import Array, Effect, Parameter, Values
 from edge_ident.model.motion import Motion
-from edge_ident.model.search import Excitation, Form, SearchSpec
+from edge_ident.model.search import ChangesWith, Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
 
 TIME_CONSTANT: Final = Parameter(
@@ -78,9 +78,9 @@ EFFECT: Final = OffsetDrift(
     ),
     search=SearchSpec(
         forms=(
-            Form(("rate",)),
-            Form(("rate", "curvature")),
-            Form(("rate",), ("time_constant",)),
+            Form(("rate",), changes=ChangesWith.TIME),
+            Form(("rate", "curvature"), changes=ChangesWith.TIME),
+            Form(("rate",), ("time_constant",), changes=ChangesWith.TIME),
         ),
         signature="the mean effort moves with time, whatever the motion",
         alternatives=("position_dependent_load", "gain_drift", "payload_change"),

@@ -15,7 +15,7 @@ from edge_ident.model.advice import Advice
 from edge_ident.model.compensation import Compensation
 from edge_ident.model.effect import Array, Effect, Parameter, Values
 from edge_ident.model.motion import Motion
-from edge_ident.model.search import Excitation, Form, SearchSpec
+from edge_ident.model.search import ChangesWith, Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
 from edge_ident.model.waves import wave
 
@@ -67,7 +67,10 @@ EFFECT: Final = PositionDependentFriction(
         ),
     ),
     search=SearchSpec(
-        forms=(Form(("gradient",)), Form(("cosine", "sine"), ("period",))),
+        forms=(
+            Form(("gradient",)),
+            Form(("cosine", "sine"), ("period",), changes=ChangesWith.STROKE),
+        ),
         signature="differs along the stroke and changes its sign with the direction",
         alternatives=("torque_ripple", "position_dependent_load", "asymmetric_friction"),
         experiment="the whole stroke both ways at several speeds: --motion staircase",

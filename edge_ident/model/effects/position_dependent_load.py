@@ -16,7 +16,7 @@ from edge_ident.model.advice import Advice
 from edge_ident.model.compensation import Compensation
 from edge_ident.model.effect import Array, Effect, Parameter, Values
 from edge_ident.model.motion import Motion
-from edge_ident.model.search import Excitation, Form, SearchSpec
+from edge_ident.model.search import ChangesWith, Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
 from edge_ident.model.waves import wave
 
@@ -95,7 +95,7 @@ EFFECT: Final = PositionDependentLoad(
         forms=(
             Form(("stiffness",)),
             Form(("stiffness", "curvature")),
-            Form(("cosine", "sine"), ("period",)),
+            Form(("cosine", "sine"), ("period",), changes=ChangesWith.STROKE),
             Form(("sum_cosine", "sum_sine"), coupled=True, rotary=True),
         ),
         signature="differs along the stroke and is the same both ways",

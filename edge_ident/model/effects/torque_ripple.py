@@ -13,7 +13,7 @@ from edge_ident.model.advice import Advice
 from edge_ident.model.compensation import Compensation
 from edge_ident.model.effect import Array, Effect, Parameter, Values
 from edge_ident.model.motion import Motion
-from edge_ident.model.search import Excitation, Form, SearchSpec
+from edge_ident.model.search import ChangesWith, Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
 from edge_ident.model.waves import wave
 
@@ -66,7 +66,7 @@ EFFECT: Final = TorqueRipple(
         ),
     ),
     search=SearchSpec(
-        forms=(Form(("cosine", "sine"), ("period",)),),
+        forms=(Form(("cosine", "sine"), ("period",), changes=ChangesWith.STROKE),),
         signature="repeats with the position, the same at all speeds and in both directions",
         alternatives=(
             "encoder_eccentricity",

@@ -14,7 +14,7 @@ from edge_ident.model.advice import Advice
 from edge_ident.model.compensation import Compensation
 from edge_ident.model.effect import Array, Effect, Parameter, Values
 from edge_ident.model.motion import Motion
-from edge_ident.model.search import Excitation, Form, SearchSpec
+from edge_ident.model.search import ChangesWith, Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
 
 
@@ -58,7 +58,7 @@ EFFECT: Final = WarmUp(
         action="Warm the machine up before you measure or work. Record again when it is warm.",
     ),
     search=SearchSpec(
-        forms=(Form(("excess",), ("time_constant",)),),
+        forms=(Form(("excess",), ("time_constant",), changes=ChangesWith.TIME),),
         signature="viscous friction falls from repeat to repeat, and inertia does not",
         alternatives=("gain_drift", "nonlinear_viscous", "payload_change"),
         experiment="the same motion for longer than the machine takes to warm",

@@ -11,7 +11,7 @@ from edge_ident.diagnosis.fit.fitting import FittedTerm, fit
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.select.unnamed_laws import unnamed
-from edge_ident.model.search import Form
+from edge_ident.model.search import ChangesWith, Form
 from tests.edge_ident.diagnosis.select.test_search_parts import TEMPLATE, recorded, rigid, swing
 from tests.repetitions import a_few
 
@@ -22,7 +22,7 @@ PERIOD = 2.3
 RATE = 2.0 * np.pi / PERIOD
 COSINE, SINE = np.cos(RATE * POSITION), np.sin(RATE * POSITION)
 SOUND = rigid(VELOCITY, ACCELERATION)
-WAVE = Form(("cosine", "sine"), ("period",))
+WAVE = Form(("cosine", "sine"), ("period",), changes=ChangesWith.STROKE)
 
 
 def doubt(effort: Array, effect: str, form: Form, position: Array = POSITION, **at: float) -> str:
@@ -61,7 +61,8 @@ def test_an_effect_is_no_other_law(effect: str) -> None:
     assert not doubt(SOUND + extra, effect, WAVE, position, period=PERIOD)
 
 
-POWERS, COURSE = Form(("rate", "curvature")), Form(("rate",), ("time_constant",))
+POWERS = Form(("rate", "curvature"), changes=ChangesWith.TIME)
+COURSE = Form(("rate",), ("time_constant",), changes=ChangesWith.TIME)
 
 
 IN_TIME = {"an inertia": ACCELERATION, "dry friction": np.sign(VELOCITY), "": SOUND}
@@ -84,7 +85,7 @@ def test_a_motor_that_saturates_is_no_loss_of_a_transmission(share: float, iron:
     effort = 2.0 * ACCELERATION + SOUND
     driven = np.sign(effort * VELOCITY)
     effort = effort / (1.0 - share * driven) + iron * effort**3
-    form = Form(("share",), ("guided", "moved"))
+    form = Form(("share",), ("guided", "moved"), changes=ChangesWith.EFFORT)
     reason = doubt(effort, "load_dependent_friction", form, guided=1.0, moved=1.0)
     assert reason.startswith("a motor whose force saturates" if iron else "")
     assert bool(reason) is bool(iron)
