@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.errors import DataError
 from edge_ident.estimation import least_squares
 from edge_ident.estimation.alignment import Subsampled
@@ -114,7 +115,7 @@ def identify(
                 with watch.stage("diagnosis"):
                     outcome = _diagnosed(recording, name, model, on_progress)
             with watch.stage("estimate"):
-                axes[name] = answer(question, outcome)
+                axes[name] = answer(_in_step_as_diagnosed(question, outcome, model), outcome)
             del question
     return Identification(axes, watch.timing_ms())
 
@@ -177,6 +178,32 @@ def _look(
         recording, name, compensated, part, linear, compared, None, "", adequacy, timing
     )
     return question, subsampled
+
+
+def _in_step_as_diagnosed(
+    question: Question, outcome: "AxisDiagnosis | str | None", model: Model | None
+) -> Question:
+    """An adequate axis with the shift that its diagnosis found, where that is another."""
+    if outcome is None or isinstance(outcome, str) or outcome.verdict is not Verdict.ADEQUATE:
+        return question
+    known, timing = question.compensated, outcome.timing
+    apart_s = abs(timing.shift_s - question.timing.shift_s)
+    if apart_s < _SMALLEST_SHIFT * known.signals.recorded_period_s:
+        return question
+    compensated = compensate_effects(
+        question.recording, question.name, model, late_s=timing.shift_s, of_motion=known.signals
+    )
+    compared = question.compared.with_effort(compensated)
+    linear = least_squares.fit(compensated.signals, question.part)
+    left = _left(linear, compensated, question.part)
+    return replace(
+        question,
+        compensated=compensated,
+        compared=compared,
+        linear=linear,
+        timing=timing,
+        adequacy=replace(judge(compared), everywhere=left),
+    )
 
 
 def _left(estimate: Estimate, axis: CompensatedAxis, part: EstimationPart) -> float:

@@ -44,8 +44,7 @@ def timing(data: AxisData, fitted: FittedModel) -> Timing:
         return NO_SHIFT
     own = np.concatenate([fitted.base, fitted.timing])
     others = fitted.predicted - fitted.derivatives[:, fitted.base_columns] @ own
-    ends = np.cumsum([len(s.sample_index) for s in data.segments])[:-1]
-    found = map(whole_shift, data.segments, np.split(others, ends))
+    found = map(whole_shift, data.segments, data.by_segment(others))
     shift, std = np.array([(s.shift_s, max(s.std_s, _TINY)) for s in found]).T
     period = np.array([s.raw_period_s for s in data.segments])
     weight = std**-2.0 / np.sum(std**-2.0)
