@@ -50,6 +50,11 @@ class ScoredCandidate:
         """The candidate itself."""
         return self.term.candidate
 
+    @property
+    def delays(self) -> bool:
+        """Whether it shifts the effort: a score of first order says little of that."""
+        return bool(named(self.candidate.effect).effort_delay)
+
 
 @dataclass(frozen=True)
 class ResidualSubspace:

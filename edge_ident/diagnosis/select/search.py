@@ -21,13 +21,7 @@ from edge_ident.diagnosis.fit.candidates import (
     regressors,
 )
 from edge_ident.diagnosis.fit.external_vibrations import VIBRATION, Spectrum
-from edge_ident.diagnosis.fit.fitting import (
-    FittedModel,
-    FittedTerm,
-    build,
-    fit,
-    jacobian_of,
-)
+from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm, build, fit, jacobian_of
 from edge_ident.diagnosis.fit.library import Grid, Library
 from edge_ident.diagnosis.fit.noise_floor import noise_floor
 from edge_ident.diagnosis.fit.projection import orthonormal
@@ -207,6 +201,7 @@ class Search:
             held = ResidualSubspace.of(self.data, fitted, held=True)
             certain = self._coarse(held, without, ("held", fitted.key))
             coarse = [*coarse, *certain]
+        coarse = [self._as_fitted(fitted, s) if s.delays else s for s in coarse]
         before = self.criterion.misfit(fitted.error + discrepancy)
         promising = PROMISING.value * (before - min(map(value, certain), default=before))
         found: list[ScoredCandidate] = []
@@ -267,9 +262,12 @@ class Search:
         Scores are those without bounds. Where a bound holds a parameter of the model, a score may
         be that of an inertia or a friction below zero, which no fit confirms.
         """
-        if np.all(fitted.free[: len(PARAMETERS)]):
-            return scored
-        return replace(scored, error=self.fit(fitted.base, (*fitted.terms, scored.term)).error)
+        return scored if np.all(fitted.free[: len(PARAMETERS)]) else self._as_fitted(fitted, scored)
+
+    def _as_fitted(self, fitted: FittedModel, scored: ScoredCandidate) -> ScoredCandidate:
+        """A candidate beside the terms of a model, fitted together."""
+        model = self.fit(fitted.base, (*fitted.terms, scored.term))
+        return replace(scored, term=model.terms[-1], error=model.error)
 
     def _admissible(self, term: FittedTerm, fitted: FittedModel, replica_jacobian: Array) -> bool:
         """Whether a candidate is physical, and more than encoder noise."""

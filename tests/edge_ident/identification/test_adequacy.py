@@ -145,6 +145,15 @@ def test_a_late_effort_is_data_and_no_fault(late_samples: float) -> None:
     assert worst(axis) < 0.01
 
 
+@pytest.mark.parametrize("late_samples", [-1.5, 1.55])
+def test_at_the_limit_of_timing_the_shift_is_that_of_the_diagnosis(late_samples: float) -> None:
+    axis = identified(recording(late_s=late_samples * PERIOD_S))
+    assert axis.diagnosis is not None
+    assert axis.diagnosis.verdict is Verdict.ADEQUATE
+    assert axis.timing == axis.diagnosis.timing
+    assert worst(axis) < 0.01
+
+
 def test_an_axis_at_rest_is_refused() -> None:
     time = PERIOD_S * np.arange(4000)
     rest = AxisRecord(np.zeros(4000), np.ones(4000), "rad", "N*m")
