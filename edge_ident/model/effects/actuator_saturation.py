@@ -14,7 +14,7 @@ import numpy as np
 from edge_ident.model.advice import Advice
 from edge_ident.model.compensation import Compensation
 from edge_ident.model.effect import Array, Effect, Parameter, Values
-from edge_ident.model.search import Excitation, Form, SearchSpec
+from edge_ident.model.search import ChangesWith, Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
 
 
@@ -57,7 +57,7 @@ EFFECT: Final = ActuatorSaturation(
         ),
     ),
     search=SearchSpec(
-        forms=(Form((), ("limit",)),),
+        forms=(Form((), ("limit",), changes=ChangesWith.EFFORT),),
         signature="nothing is wrong below the limit; above it the command is not obeyed",
         alternatives=("disturbance_event", "load_dependent_friction"),
         experiment="the same motion slower, which stays below the limit",

@@ -81,3 +81,15 @@ def test_the_base_model_has_its_timing_where_the_effort_is_later_than_that() -> 
     target = moved.effort[moved.sample_index][data.valid]
     left = rms(target - columns @ np.linalg.lstsq(columns, target, rcond=None)[0])
     assert rms((data.effort - start.predicted)[data.valid]) < 1.1 * left
+
+
+def test_a_delay_is_scored_as_it_is_fitted() -> None:
+    """To first order a delay of two samples may leave more than timing alone."""
+    data = late(2.5, ripple=0.0)
+    assert data.late
+    start = fit(data, TEMPLATE, np.zeros(4), ())
+    search = Search.of(data, TEMPLATE, start)
+    best = search.score(start)[0]
+    assert best.candidate == DELAY.candidate
+    assert best.term.linear["delay"] == pytest.approx(2.5 * PERIOD_S, rel=0.02)
+    assert best.error == pytest.approx(search.fit(start.base, (best.term,)).error)

@@ -80,12 +80,24 @@ def test_what_changes_with_time_is_no_gain(law: str, form: Form) -> None:
     assert bool(reason) is bool(law)
 
 
-@pytest.mark.parametrize(("share", "iron"), [(0.15, 0.0), (0.0, 0.01)])
-def test_a_motor_that_saturates_is_no_loss_of_a_transmission(share: float, iron: float) -> None:
-    effort = 2.0 * ACCELERATION + SOUND
-    driven = np.sign(effort * VELOCITY)
-    effort = effort / (1.0 - share * driven) + iron * effort**3
-    form = Form(("share",), ("guided", "moved"), changes=ChangesWith.EFFORT)
-    reason = doubt(effort, "load_dependent_friction", form, guided=1.0, moved=1.0)
-    assert reason.startswith("a motor whose force saturates" if iron else "")
-    assert bool(reason) is bool(iron)
+LOSS = Form(("share",), ("guided", "moved"), changes=ChangesWith.EFFORT)
+LIMIT = Form((), ("limit",), changes=ChangesWith.EFFORT)
+
+
+NEEDED = 2.0 * ACCELERATION + SOUND
+MOST = float(np.max(np.abs(NEEDED)))
+SATURATING = NEEDED + 0.01 * NEEDED**3
+
+
+def test_a_motor_that_saturates_is_no_loss_of_a_transmission() -> None:
+    lost = NEEDED / (1.0 - 0.15 * np.sign(NEEDED * VELOCITY))
+    assert not doubt(lost, "load_dependent_friction", LOSS, guided=1.0, moved=1.0)
+    reason = doubt(SATURATING, "load_dependent_friction", LOSS, guided=1.0, moved=1.0)
+    assert reason.startswith("a motor whose force saturates")
+
+
+def test_a_motor_that_saturates_is_no_limit() -> None:
+    wound_up = np.where(np.abs(NEEDED) > 0.97 * MOST, 1.3 * NEEDED, NEEDED)
+    assert not doubt(wound_up, "actuator_saturation", LIMIT, limit=MOST)
+    reason = doubt(SATURATING, "actuator_saturation", LIMIT, limit=MOST)
+    assert reason.startswith("a motor whose force saturates")
