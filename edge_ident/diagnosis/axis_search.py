@@ -43,6 +43,20 @@ class AxisSearch:
         return self.selected.search.data
 
     @property
+    def late(self) -> bool:
+        """Whether a delay is among what was found."""
+        return delayed(self.selected.supported.model.axis)
+
+    def better_than(self, other: "AxisSearch") -> bool:
+        """Whether the criterion prefers the model of this search to that of another."""
+        samples = other.selected.search.criterion.samples
+        values = [
+            one.selected.search.with_samples(samples).criterion.value(one.selected.supported.model)
+            for one in (self, other)
+        ]
+        return values[0] < values[1]
+
+    @property
     def open(self) -> bool:
         """Whether there are suspicions alone, or so much is left that a deeper search may pay.
 
@@ -90,7 +104,7 @@ def search_axis(
     late = delayed_data(found.selected)
     if late is not None:
         again = judged(selected_model(late, known))
-        found = again if delayed(again.selected.supported.model.axis) else found
+        found = again if again.late and again.better_than(found) else found
     if not found.open:
         return found
     deeper = selected_deeper(found.selected)

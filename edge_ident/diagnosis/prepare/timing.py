@@ -20,9 +20,9 @@ from edge_ident.signals.timing import CERTAIN, Shift, beyond_limit, slow, solve_
 
 Array = NDArray[np.float64]
 
-_MOST: Final = 0.5
-"""Share of what the base model leaves, squared. A delay takes more out than all else leaves: a
-wrong model asks for a shift as well, and for a smaller share."""
+SHARE_OF_DELAY: Final = 0.5
+"""Of what is left without a delay, squared. A delay takes more out than all else leaves: a wrong
+model asks for a shift as well, and for a smaller share."""
 _STEPS: Final = 3
 """Of the estimation of a delay of many samples, whose effect is not linear."""
 _FAR: Final = 2.0
@@ -100,21 +100,6 @@ def _in_step(segment: Segment) -> Segment:
     return segment
 
 
-def late_beside(segment: Segment, others: Array) -> bool:
-    """Whether the effort of a recording is late, once the effort of other terms is taken off.
-
-    What they leave of a delay is most of little; of what the base model leaves it may be little.
-
-    Parameters
-    ----------
-    segment : Segment
-        In step as far as timing goes.
-    others : (n,) array
-        What those terms contribute to the effort at the compared samples.
-    """
-    return _late(segment, whole_shift(segment, others), others)
-
-
 def whole_shift(segment: Segment, others: Array) -> Shift:
     """By which the effort of a recording is late, beside the base model and other terms.
 
@@ -129,15 +114,15 @@ def whole_shift(segment: Segment, others: Array) -> Shift:
     return within_limits(whole_s, further.unlimited_std_s, segment.raw_period_s)
 
 
-def _late(segment: Segment, shift: Shift, others: Array | float = 0.0) -> bool:
-    """Whether a shift is beyond the limit, and most of what the base model leaves beside others."""
+def _late(segment: Segment, shift: Shift) -> bool:
+    """Whether a shift is beyond the limit, and most of what the base model leaves."""
     if not beyond_limit(shift, segment.raw_period_s):
         return False
-    before, moved = _Signals.of(segment).beside(others).left, segment
+    before, moved = _Signals.of(segment).left, segment
     for _ in range(_STEPS):
         moved = moved.in_step(shift.unlimited_s)
-        signals = _Signals.of(moved).beside(others)
-        if signals.left < (1.0 - _MOST) * before:
+        signals = _Signals.of(moved)
+        if signals.left < (1.0 - SHARE_OF_DELAY) * before:
             return True
         further = signals.shift(moved)
         shift = replace(shift, unlimited_s=moved.applied_s + further.unlimited_s)
@@ -171,7 +156,7 @@ class _Signals:
             valid=segment.valid,
         )
 
-    def beside(self, others: Array | float) -> Self:
+    def beside(self, others: Array) -> Self:
         """The same without what other terms contribute to the effort, (n,)."""
         return replace(self, effort=self.effort - others)
 

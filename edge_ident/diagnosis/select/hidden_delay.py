@@ -2,30 +2,31 @@
 
 An effort is late where the delay is most of what the base model leaves (`prepare.timing`). Beside a
 ripple, say, it is little of that, and only timing up to its limit is in the model. What timing
-lacks then looks like a dead band or like friction that follows the load. So the question is asked
-again beside the causes that were found.
+lacks then looks like a dead band or like friction that follows the load, and a delay of many
+samples like a compliance. So a delay is fitted beside the causes that were found.
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from edge_ident.diagnosis.fit.candidates import Candidate
 from edge_ident.diagnosis.fit.external_vibrations import VIBRATION
-from edge_ident.diagnosis.fit.fitting import delayed
-from edge_ident.diagnosis.fit.term_effort import contributions
+from edge_ident.diagnosis.fit.fitting import FittedTerm, delayed, fit
 from edge_ident.diagnosis.prepare.axis_data import AxisData
-from edge_ident.diagnosis.prepare.timing import late_beside, out_of_step, whole_shift
+from edge_ident.diagnosis.prepare.timing import SHARE_OF_DELAY, out_of_step
 from edge_ident.diagnosis.select.own_effort import base_space, own_shares
 from edge_ident.diagnosis.select.selection import Selected
-
-Array = NDArray[np.float64]
+from edge_ident.model.effects import catalogue, named
+from edge_ident.model.timing import LARGEST_SHIFT
+from edge_ident.signals.timing import within_limits
 
 
 def delayed_data(selected: Selected) -> AxisData | None:
     """The data of an axis as it was recorded, where its causes hid that the effort is late.
 
-    The strongest causes alone are asked first: the weakest may be what the delay was taken for.
+    A few causes are asked first: the others may be what the delay was taken for.
 
     Parameters
     ----------
@@ -36,24 +37,43 @@ def delayed_data(selected: Selected) -> AxisData | None:
     AxisData or None
         None where the effort is in time, or was late before.
     """
-    search, start, model = selected.search, selected.start, selected.supported.model
-    data = search.data
+    search, start, data = selected.search, selected.start, selected.search.data
     if data.late or delayed(start.template):
         return None
-    shares = own_shares(data, model, base_space(data, start))
-    ranked = sorted(zip(shares, model.terms, strict=True), key=lambda pair: -pair[0])
-    terms = [term for _, term in ranked if term.candidate != VIBRATION]
+    terms = _unlike_delays_first(selected)
+    recorded = _out_of_step(data, 0.0)
     for count in range(1, len(terms) + 1):
-        model = search.fit(start.base, tuple(terms[:count]))
-        others = data.by_segment(np.sum(contributions(data, model), axis=0))
-        if any(map(late_beside, data.segments, others)):
-            return _out_of_step(data, others)
+        beside = terms[:count]
+        without = search.fit(start.base, tuple(beside))
+        model = fit(recorded, start.template, without.base, (*beside, _no_delay()))
+        late_s = next(iter(model.terms[-1].linear.values()))
+        beyond = all(abs(late_s) > LARGEST_SHIFT * s.raw_period_s for s in data.segments)
+        if beyond and model.error < (1.0 - SHARE_OF_DELAY) * without.error:
+            return _out_of_step(data, late_s)
     return None
 
 
-def _out_of_step(data: AxisData, others: list[Array]) -> AxisData:
+def _unlike_delays_first(selected: Selected) -> Sequence[FittedTerm]:
+    """Causes, the strongest first; behind them those that may be taken for a delay."""
+    data, model = selected.search.data, selected.supported.model
+    shares = own_shares(data, model, base_space(data, selected.start))
+    like = named(_no_delay().candidate.effect).search.alternatives
+    pairs = zip(shares, model.terms, strict=True)
+    causes = [(share, term) for share, term in pairs if term.candidate != VIBRATION]
+    ranked = sorted(causes, key=lambda pair: (pair[1].candidate.effect in like, -pair[0]))
+    return [term for _, term in ranked]
+
+
+def _no_delay() -> FittedTerm:
+    """The effect that shifts the effort, by nothing."""
+    effect = next(effect for effect in catalogue().values() if effect.effort_delay)
+    (form,) = effect.search.forms
+    return FittedTerm(Candidate(effect.name, form), {}, {effect.effort_delay: 0.0})
+
+
+def _out_of_step(data: AxisData, late_s: float) -> AxisData:
     """The same data, with every effort where it was recorded."""
-    shifts = map(whole_shift, data.segments, others)
+    shifts = [within_limits(late_s, 0.0, s.raw_period_s) for s in data.segments]
     segments = tuple(map(out_of_step, data.segments, shifts))
     effort = np.concatenate([s.effort[s.sample_index] for s in segments])
     return replace(data, segments=segments, effort=effort, late=True, cache={})
