@@ -65,3 +65,12 @@ def test_a_point_that_is_refused_hides_no_other(search: Search) -> None:
     again = knowing.with_refined_points(search.criterion.start)
     assert 0.51 in again.library.points[ripple]["period"]
     assert 0.49 not in again.library.points[ripple]["period"]
+
+
+def test_of_two_searches_the_criterion_says_which_ends_better(search: Search) -> None:
+    plain = found(search, search.criterion.start)
+    supported = SupportedModel(explained(search), (), (), converged=True)
+    rippled = replace(plain, selected=replace(plain.selected, supported=supported))
+    assert rippled.better_than(plain)
+    assert not plain.better_than(rippled)
+    assert not plain.better_than(plain)

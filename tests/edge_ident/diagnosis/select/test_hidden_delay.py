@@ -11,6 +11,7 @@ from edge_ident.diagnosis.select.backward_elimination import SupportedModel
 from edge_ident.diagnosis.select.hidden_delay import delayed_data
 from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.select.selection import Selected
+from edge_ident.model.effects import named
 from edge_ident.model.model import PARAMETERS
 from edge_ident.model.search import Form
 from edge_ident.model.timing import LARGEST_SHIFT
@@ -40,11 +41,11 @@ def late(samples: float, ripple: float) -> AxisData:
     return prepare_axis([recorded(t, x, effort, noise=0.01)], "x")
 
 
-def hidden(data: AxisData) -> AxisData | None:
-    """The data once the search has ended with the ripple."""
+def hidden(data: AxisData, *terms: FittedTerm) -> AxisData | None:
+    """The data once the search has ended with the ripple, and more."""
     start = fit(data, TEMPLATE, np.zeros(4), ())
     search = Search.of(data, TEMPLATE, start)
-    model = search.fit(start.base, (WAVE,))
+    model = search.fit(start.base, (WAVE, *terms))
     return delayed_data(Selected(search, start, model, SupportedModel(model, (), (), True)))
 
 
@@ -57,6 +58,16 @@ def test_a_delay_beside_a_larger_ripple_is_found() -> None:
     start = fit(found, TEMPLATE, np.zeros(4), ())
     model = fit(found, TEMPLATE, start.base, (WAVE, DELAY))
     assert model.terms[-1].linear["delay"] == pytest.approx(8.0 * PERIOD_S, rel=0.02)
+
+
+def test_a_spring_that_took_the_place_of_a_delay_hides_it_no_more() -> None:
+    (form,) = named("coupling_compliance").search.forms
+    soft = {"rate": 25.0, "damping_ratio": 0.5}
+    nonlinear = {name: soft.get(name, 0.0) for name in form.nonlinear}
+    spring = FittedTerm(Candidate("coupling_compliance", form), nonlinear, {"load_inertia": 0.1})
+    found = hidden(late(8.0, ripple=0.3), spring)
+    assert found is not None
+    assert found.late
 
 
 @pytest.mark.parametrize("samples", [-1.0, 1.0])
