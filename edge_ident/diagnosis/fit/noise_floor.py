@@ -5,10 +5,11 @@ between laps, less what drifts, because encoder rounding repeats as well. Otherw
 effort and encoder through the filter, both known from frequencies that no motion reaches. The
 second estimate overstates the encoder noise, because rounding is not entirely random. So the
 encoder's part is lowered where the second differences of the base model's residual are smaller than
-it predicts. A residual never raises the floor.
+it predicts. A residual never raises the floor. Noise is no more than what a model leaves: laps
+differ also by what another axis does, and stamps that jitter look like noise of the effort.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -61,6 +62,12 @@ class NoiseFloor:
     rms: float
     uncertainty: float
     source: str
+
+    def at_most(self, left: float) -> "NoiseFloor":
+        """The floor, or the rms that a model leaves where that is less."""
+        if left >= self.rms:
+            return self
+        return replace(self, rms=left, source="from what the model leaves")
 
 
 def noise_floor(data: AxisData, start: FittedModel, inertia: float = 0.0) -> NoiseFloor:
