@@ -6,7 +6,6 @@ lacks then looks like a dead band or like friction that follows the load, and a 
 samples like a compliance. So a delay is fitted beside the causes that were found.
 """
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -40,11 +39,11 @@ def delayed_data(selected: Selected) -> AxisData | None:
     search, start, data = selected.search, selected.start, selected.search.data
     if data.late or delayed(start.template):
         return None
-    terms = _unlike_delays_first(selected)
+    vibrations, causes = _divided(selected)
     recorded = _out_of_step(data, 0.0)
-    for count in range(1, len(terms) + 1):
-        beside = terms[:count]
-        without = search.fit(start.base, tuple(beside))
+    for count in range(0 if vibrations else 1, len(causes) + 1):
+        beside = (*vibrations, *causes[:count])
+        without = search.fit(start.base, beside)
         model = fit(recorded, start.template, without.base, (*beside, _no_delay()))
         late_s = next(iter(model.terms[-1].linear.values()))
         beyond = all(abs(late_s) > LARGEST_SHIFT * s.raw_period_s for s in data.segments)
@@ -53,15 +52,16 @@ def delayed_data(selected: Selected) -> AxisData | None:
     return None
 
 
-def _unlike_delays_first(selected: Selected) -> Sequence[FittedTerm]:
-    """Causes, the strongest first; behind them those that may be taken for a delay."""
+def _divided(selected: Selected) -> tuple[list[FittedTerm], list[FittedTerm]]:
+    """External vibrations; and causes, the strongest first, last those that are like a delay."""
     data, model = selected.search.data, selected.supported.model
     shares = own_shares(data, model, base_space(data, selected.start))
     like = named(_no_delay().candidate.effect).search.alternatives
-    pairs = zip(shares, model.terms, strict=True)
-    causes = [(share, term) for share, term in pairs if term.candidate != VIBRATION]
-    ranked = sorted(causes, key=lambda pair: (pair[1].candidate.effect in like, -pair[0]))
-    return [term for _, term in ranked]
+    pairs = list(zip(shares, model.terms, strict=True))
+    ranked = sorted(pairs, key=lambda pair: (pair[1].candidate.effect in like, -pair[0]))
+    terms = [term for _, term in ranked]
+    vibrations = [term for term in terms if term.candidate == VIBRATION]
+    return vibrations, [term for term in terms if term.candidate != VIBRATION]
 
 
 def _no_delay() -> FittedTerm:

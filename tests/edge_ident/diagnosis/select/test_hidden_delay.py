@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from edge_ident.diagnosis.fit.candidates import Candidate
+from edge_ident.diagnosis.fit.external_vibrations import VIBRATION
 from edge_ident.diagnosis.fit.fitting import FittedTerm, fit
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
@@ -33,10 +34,11 @@ WAVE = FittedTerm(
 DELAY = FittedTerm(Candidate("time_delay", Form(("delay",))), {}, {"delay": 0.0})
 
 
-def late(samples: float, ripple: float) -> AxisData:
+def late(samples: float, ripple: float, shake: float = 0.0) -> AxisData:
     """A drive whose effort is recorded late."""
     t, x, v, a = swing(10.0)
     effort = rigid(v, a) + ripple * np.sin(2.0 * np.pi * x / RIPPLE_PERIOD)
+    effort = effort + shake * np.sin(2.0 * np.pi * 3.7 * t)
     effort = np.interp(t - samples * PERIOD_S, t, effort)
     return prepare_axis([recorded(t, x, effort, noise=0.01)], "x")
 
@@ -66,6 +68,14 @@ def test_a_spring_that_took_the_place_of_a_delay_hides_it_no_more() -> None:
     nonlinear = {name: soft.get(name, 0.0) for name in form.nonlinear}
     spring = FittedTerm(Candidate("coupling_compliance", form), nonlinear, {"load_inertia": 0.1})
     found = hidden(late(8.0, ripple=0.3), spring)
+    assert found is not None
+    assert found.late
+
+
+def test_a_delay_beside_a_vibration_from_outside_is_found() -> None:
+    """The vibration is no cause, and leaves what no delay would take."""
+    shake = FittedTerm(VIBRATION, {"frequency": 3.7}, {"cosine": 0.0, "sine": 0.0})
+    found = hidden(late(8.0, ripple=0.3, shake=0.5), shake)
     assert found is not None
     assert found.late
 
