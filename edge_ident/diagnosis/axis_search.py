@@ -4,10 +4,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 
-import numpy as np
-
 from edge_ident.diagnosis.fit.fitting import delayed
-from edge_ident.diagnosis.fit.noise_floor import NoiseFloor, noise_floor
+from edge_ident.diagnosis.fit.noise_floor import NoiseFloor, noise_floor, rms_left
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.recording_checks import findings
 from edge_ident.diagnosis.select.hidden_delay import delayed_data
@@ -123,9 +121,8 @@ def _judged(
 ) -> AxisSearch:
     """What was selected, judged."""
     search, start, model = selected.search, selected.start, selected.supported.model
-    freedom = max(1.0 - model.jacobian.shape[1] / search.criterion.samples, 0.5)
-    left = np.sqrt(model.error / freedom / np.count_nonzero(search.data.valid))
-    floor = noise_floor(search.data, start, float(model.base[0])).at_most(float(left))
+    floor = noise_floor(search.data, start, float(model.base[0]))
+    floor = floor.at_most(rms_left(search.data, model, search.criterion.samples))
     checks = findings(recordings, name, search.data, model, efforts)
     blocked = next((check.message for check in checks if check.blocks), None)
     judged = judge(search, start, selected.supported, floor, rules, blocked, on_run)

@@ -85,6 +85,12 @@ def noise_floor(data: AxisData, start: FittedModel, inertia: float = 0.0) -> Noi
     return repeated if repeated is not None and repeated.rms > measured.rms else measured
 
 
+def rms_left(data: AxisData, model: FittedModel, samples: float) -> float:
+    """Rms that a model would leave of independent samples, so many, to which it was not fitted."""
+    freedom = max(1.0 - model.jacobian.shape[1] / samples, _LEAST_FREEDOM)
+    return float(np.sqrt(model.error / freedom / np.count_nonzero(data.valid)))
+
+
 def _from_instruments(data: AxisData, start: FittedModel, inertia: float) -> NoiseFloor:
     """Estimate from the noise of effort and encoder, through the filter."""
     valid = data.valid
