@@ -29,8 +29,6 @@ _FAR: Final = 2.0
 """Times the limit of timing."""
 _MOVES: Final = 2
 """Of an effort into step; the first is right to first order."""
-_TRIED: Final = 7
-"""Shifts that are tried, from limit to limit."""
 _KNOTS: Final = 4
 """Speeds that a curve of friction is straight between: at rest, the fastest, and with as many
 samples between each two. With 6 and 8 the shift changes by less than its deviation."""
@@ -88,31 +86,6 @@ def out_of_step(segment: Segment, shift: Shift) -> Segment:
 
 def _in_step(segment: Segment) -> Segment:
     """A recording that is moved into step.
-
-    To first order, a wrong model may ask for a shift the wrong way: a dead band does. So shifts are
-    also tried as they are. One that takes most of what is left otherwise is nearer to the truth.
-    """
-    moved, tried = _moved(segment), _tried(segment)
-    before, after = (_Signals.of(s).left for s in (moved, tried))
-    return tried if after < (1.0 - SHARE_OF_DELAY) * before else moved
-
-
-def _tried(segment: Segment) -> Segment:
-    """A recording in the step that timing can have in which the base model leaves least."""
-    steps_s = segment.raw_period_s * np.linspace(-LARGEST_SHIFT, LARGEST_SHIFT, _TRIED)
-    signals, left = _Signals.of(segment), []
-    for step_s in steps_s.tolist():
-        moved = segment.in_step(step_s)
-        left.append(replace(signals, effort=moved.effort[moved.sample_index]).left)
-    at = int(np.clip(np.argmin(left), 1, _TRIED - 2))
-    slope, bend = left[at + 1] - left[at - 1], left[at + 1] + left[at - 1] - 2.0 * left[at]
-    nearest = -0.5 * slope / bend if bend > 0.0 else 0.0
-    step_s = steps_s[at] + float(np.clip(nearest, -1.0, 1.0)) * (steps_s[1] - steps_s[0])
-    return segment.in_step(float(step_s))
-
-
-def _moved(segment: Segment) -> Segment:
-    """A recording that is moved by what is right to first order.
 
     It stays where a wrong model asks for far more than timing can be.
     """
