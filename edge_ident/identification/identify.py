@@ -18,7 +18,7 @@ from edge_ident.estimation.compensated_axis import CompensatedAxis
 from edge_ident.estimation.compensation import compensate_effects
 from edge_ident.estimation.least_squares import EstimationPart
 from edge_ident.estimation.network import Network
-from edge_ident.identification.adequacy import judge
+from edge_ident.identification.adequacy import Adequacy, judge
 from edge_ident.identification.answer import Question, answer
 from edge_ident.identification.comparison import Comparison
 from edge_ident.identification.long_recordings import at_needed_rate
@@ -162,7 +162,7 @@ def _look(
         part = least_squares.estimation_part(compensated.signals)
     with watch.stage("adequacy"):
         compensated, compared, timing = _in_step(recording, name, model, compensated)
-        adequacy = judge(compared)
+        judged = judge(compared)
     with watch.stage("signals"):
         seen = compensated
         if network is not None and network.manifest.motion.effects:
@@ -172,8 +172,7 @@ def _look(
     with watch.stage("cnn"):
         subsampled = network_input(seen.signals, axis, network, watch)
     with watch.stage("estimate"):
-        linear = least_squares.fit(compensated.signals, part)
-        adequacy = replace(adequacy, everywhere=_left(linear, compensated, part))
+        linear, adequacy = _fitted(compensated, part, judged)
     question = Question(
         recording, name, compensated, part, linear, compared, None, "", adequacy, timing
     )
@@ -194,16 +193,23 @@ def _in_step_as_diagnosed(
         question.recording, question.name, model, late_s=timing.shift_s, of_motion=known.signals
     )
     compared = question.compared.with_effort(compensated)
-    linear = least_squares.fit(compensated.signals, question.part)
-    left = _left(linear, compensated, question.part)
+    linear, adequacy = _fitted(compensated, question.part, judge(compared))
     return replace(
         question,
         compensated=compensated,
         compared=compared,
         linear=linear,
         timing=timing,
-        adequacy=replace(judge(compared), everywhere=left),
+        adequacy=adequacy,
     )
+
+
+def _fitted(
+    axis: CompensatedAxis, part: EstimationPart, judged: Adequacy
+) -> tuple[Estimate, Adequacy]:
+    """Least squares on all samples, and the adequacy with what it leaves there."""
+    linear = least_squares.fit(axis.signals, part)
+    return linear, replace(judged, everywhere=_left(linear, axis, part))
 
 
 def _left(estimate: Estimate, axis: CompensatedAxis, part: EstimationPart) -> float:

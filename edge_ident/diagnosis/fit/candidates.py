@@ -58,6 +58,11 @@ class Candidate:
         """
         return len(self.form.nonlinear) > _MANY and len(self.form.linear) == 1
 
+    @property
+    def delays(self) -> bool:
+        """Whether it shifts the effort: a score of first order says little of that."""
+        return bool(named(self.effect).effort_delay)
+
 
 def candidates(data: AxisData, rotary: bool) -> tuple[Candidate, ...]:
     """All candidates for an axis; `rotary` where its positions are angles."""

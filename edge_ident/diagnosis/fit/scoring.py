@@ -50,11 +50,6 @@ class ScoredCandidate:
         """The candidate itself."""
         return self.term.candidate
 
-    @property
-    def delays(self) -> bool:
-        """Whether it shifts the effort: a score of first order says little of that."""
-        return bool(named(self.candidate.effect).effort_delay)
-
 
 @dataclass(frozen=True)
 class ResidualSubspace:
@@ -172,8 +167,7 @@ class ResidualSubspace:
 
     def _of(self, candidate: Candidate) -> "ResidualSubspace":
         """The subspace that a candidate is scored on: a delay takes the place of timing."""
-        delay = bool(named(candidate.effect).effort_delay)
-        return self.untimed if delay and self.untimed is not None else self
+        return self.untimed if candidate.delays and self.untimed is not None else self
 
     def score_at(
         self, candidate: Candidate, nonlinear: Grid, rows: Array, grid: Grid

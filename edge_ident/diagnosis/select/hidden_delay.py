@@ -6,6 +6,7 @@ lacks then looks like a dead band or like friction that follows the load, and a 
 samples like a compliance. So a delay is fitted beside the causes that were found.
 """
 
+from collections.abc import Collection
 from dataclasses import replace
 
 import numpy as np
@@ -39,12 +40,13 @@ def delayed_data(selected: Selected) -> AxisData | None:
     search, start, data = selected.search, selected.start, selected.search.data
     if data.late or delayed(start.template):
         return None
-    vibrations, causes = _divided(selected)
+    no_delay = _no_delay()
+    vibrations, causes = _divided(selected, named(no_delay.candidate.effect).search.alternatives)
     recorded = _out_of_step(data, 0.0)
     for count in range(0 if vibrations else 1, len(causes) + 1):
         beside = (*vibrations, *causes[:count])
         without = search.fit(start.base, beside)
-        model = fit(recorded, start.template, without.base, (*beside, _no_delay()))
+        model = fit(recorded, start.template, without.base, (*beside, no_delay))
         late_s = next(iter(model.terms[-1].linear.values()))
         beyond = all(abs(late_s) > LARGEST_SHIFT * s.raw_period_s for s in data.segments)
         if beyond and model.error < (1.0 - SHARE_OF_DELAY) * without.error:
@@ -52,13 +54,14 @@ def delayed_data(selected: Selected) -> AxisData | None:
     return None
 
 
-def _divided(selected: Selected) -> tuple[list[FittedTerm], list[FittedTerm]]:
+def _divided(
+    selected: Selected, like_delays: Collection[str]
+) -> tuple[list[FittedTerm], list[FittedTerm]]:
     """External vibrations; and causes, the strongest first, last those that are like a delay."""
     data, model = selected.search.data, selected.supported.model
     shares = own_shares(data, model, base_space(data, selected.start))
-    like = named(_no_delay().candidate.effect).search.alternatives
     pairs = list(zip(shares, model.terms, strict=True))
-    ranked = sorted(pairs, key=lambda pair: (pair[1].candidate.effect in like, -pair[0]))
+    ranked = sorted(pairs, key=lambda pair: (pair[1].candidate.effect in like_delays, -pair[0]))
     terms = [term for _, term in ranked]
     vibrations = [term for term in terms if term.candidate == VIBRATION]
     return vibrations, [term for term in terms if term.candidate != VIBRATION]

@@ -201,7 +201,7 @@ class Search:
             held = ResidualSubspace.of(self.data, fitted, held=True)
             certain = self._coarse(held, without, ("held", fitted.key))
             coarse = [*coarse, *certain]
-        coarse = [self._as_fitted(fitted, s) if s.delays else s for s in coarse]
+        coarse = [self._as_fitted(fitted, s) if s.candidate.delays else s for s in coarse]
         before = self.criterion.misfit(fitted.error + discrepancy)
         promising = PROMISING.value * (before - min(map(value, certain), default=before))
         found: list[ScoredCandidate] = []

@@ -14,9 +14,14 @@ import numpy as np
 from edge_ident.model.advice import Advice
 from edge_ident.model.compensation import Compensation
 from edge_ident.model.effect import Array, Effect, Parameter, Values
-from edge_ident.model.effects.offset_drift import TIME_CONSTANT, effective_time_s, time_constants
+from edge_ident.model.effects.offset_drift import (
+    FORMS,
+    TIME_CONSTANT,
+    effective_time_s,
+    time_constants,
+)
 from edge_ident.model.model import PARAMETERS
-from edge_ident.model.search import ChangesWith, Excitation, Form, SearchSpec
+from edge_ident.model.search import Excitation, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
 
 _SMALLEST: Final = 0.05
@@ -71,11 +76,7 @@ EFFECT: Final = GainDrift(
         action="Record once cold and once warm. Compare the current with a second instrument.",
     ),
     search=SearchSpec(
-        forms=(
-            Form(("rate",), changes=ChangesWith.TIME),
-            Form(("rate", "curvature"), changes=ChangesWith.TIME),
-            Form(("rate",), ("time_constant",), changes=ChangesWith.TIME),
-        ),
+        forms=FORMS,
         signature="all coefficients move together",
         alternatives=("warm_up", "payload_change", "offset_drift"),
         experiment="the same motion at the beginning and at the end of a long record",

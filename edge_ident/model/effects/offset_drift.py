@@ -67,6 +67,13 @@ def time_constants(excitation: Excitation) -> dict[str, Array]:
     return {"time_constant": excitation.duration_s * share}
 
 
+FORMS: Final = (
+    Form(("rate",), changes=ChangesWith.TIME),
+    Form(("rate", "curvature"), changes=ChangesWith.TIME),
+    Form(("rate",), ("time_constant",), changes=ChangesWith.TIME),
+)
+"""Of a drift: even, bent, and towards an end."""
+
 EFFECT: Final = OffsetDrift(
     advice=Advice(
         in_words="the constant force changes slowly with time",
@@ -77,11 +84,7 @@ EFFECT: Final = OffsetDrift(
         ),
     ),
     search=SearchSpec(
-        forms=(
-            Form(("rate",), changes=ChangesWith.TIME),
-            Form(("rate", "curvature"), changes=ChangesWith.TIME),
-            Form(("rate",), ("time_constant",), changes=ChangesWith.TIME),
-        ),
+        forms=FORMS,
         signature="the mean effort moves with time, whatever the motion",
         alternatives=("position_dependent_load", "gain_drift", "payload_change"),
         experiment="the same motion several times over",
