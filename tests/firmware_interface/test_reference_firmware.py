@@ -103,14 +103,14 @@ def test_no_check_in_simulated_time_is_forgotten(firmware: Path) -> None:
 
 @pytest.mark.parametrize("name", CHECKS)
 def test_in_simulated_time(firmware: Path, name: str) -> None:
-    """Looks from inside, sample by sample, where no host can: `linux/checks_*.c`."""
+    """Looks from inside, sample by sample, where no host can: `simulated/checks_*.c`."""
     ran = subprocess.run([firmware / "checks", name], capture_output=True, text=True, check=False)
     assert ran.returncode == 0, ran.stderr
 
 
 @pytest.mark.parametrize("seed", a_few("123", "1"))
 def test_whatever_comes_over_the_line_nothing_moves_unasked(firmware: Path, seed: str) -> None:
-    """Plays whole hosts against `linux/fuzz_invariants.c`; `make fuzz` does so for an hour."""
+    """Plays whole hosts against `simulated/fuzz_invariants.c`; `make fuzz` does so for an hour."""
     command = [str(firmware / "fuzz_frames"), "--inputs", "60000", "--seed", seed]
     ran = subprocess.run(command, capture_output=True, text=True, check=False)
     assert ran.returncode == 0, ran.stderr

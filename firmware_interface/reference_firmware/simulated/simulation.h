@@ -8,7 +8,7 @@
 #include <stdint.h>
 
 #include "../port.h"
-#include "plant.h"
+#include "../linux/plant.h"
 
 #define LINE_GAP_US 1750u
 #define SAMPLE_US (SAMPLE_PERIOD_NS / 1000u)

@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "../board.h"
-#include "default_settings.h"
+#include "../linux/default_settings.h"
 
 struct simulation simulation;
 
