@@ -25,7 +25,7 @@ from edge_ident.identification.long_recordings import at_needed_rate
 from edge_ident.identification.network_answers import network_input, run_network
 from edge_ident.identification.result import Identification
 from edge_ident.model.model import Estimate, Model
-from edge_ident.model.timing import LARGEST_SHIFT, Timing
+from edge_ident.model.timing import LARGEST_SHIFT, NO_SHIFT, Timing
 from edge_ident.signals.data_checks import check_efforts
 from edge_ident.signals.decimation import LONG
 from edge_ident.signals.metrics import relative_residual
@@ -182,8 +182,11 @@ def _look(
 def _in_step_as_diagnosed(
     question: Question, outcome: "AxisDiagnosis | str | None", model: Model | None
 ) -> Question:
-    """An adequate axis with the shift that its diagnosis found, where that is another."""
+    """An adequate axis with the shift that its diagnosis found, where that is another; where a
+    delay is in the diagnosis' model, the shift is not asked for."""
     if outcome is None or isinstance(outcome, str) or outcome.verdict is not Verdict.ADEQUATE:
+        return question
+    if outcome.timing == NO_SHIFT:
         return question
     known, timing = question.compensated, outcome.timing
     apart_s = abs(timing.shift_s - question.timing.shift_s)

@@ -5,7 +5,7 @@ projection on what that model spans (variable projection: Golub and Pereyra 1973
 refined between the points of their grids.
 """
 
-from collections.abc import Hashable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from itertools import groupby
 from typing import Self
@@ -195,13 +195,12 @@ class Search:
         def value(scored: ScoredCandidate) -> float:
             return self.criterion.scored(scored, discrepancy)
 
-        coarse = certain = self._coarse(subspace, without, fitted.key)
+        coarse = certain = self._coarse(fitted, subspace, without)
         if not np.all(fitted.free[: len(PARAMETERS)]):
             # without bounds a form may be best where no fit inside them follows
             held = ResidualSubspace.of(self.data, fitted, held=True)
-            certain = self._coarse(held, without, ("held", fitted.key))
+            certain = self._coarse(fitted, held, without, held=True)
             coarse = [*coarse, *certain]
-        coarse = [self._as_fitted(fitted, s) if s.candidate.delays else s for s in coarse]
         before = self.criterion.misfit(fitted.error + discrepancy)
         promising = PROMISING.value * (before - min(map(value, certain), default=before))
         found: list[ScoredCandidate] = []
@@ -236,18 +235,20 @@ class Search:
         ]
 
     def _coarse(
-        self, subspace: ResidualSubspace, without: frozenset[str], model: Hashable
+        self, fitted: FittedModel, of: ResidualSubspace, without: frozenset[str], held: bool = False
     ) -> list[ScoredCandidate]:
-        """Each candidate at the best point of its grid, and the strongest vibration, once a model:
-        criteria that count other samples ask again."""
-        library, coarse = self.data.results.get(("coarse", model, without), (None, []))
+        """Each candidate at the best point of its grid, a delay as fitted, and the strongest
+        vibration; once a model: criteria that count other samples ask again."""
+        key = ("coarse", held, fitted.key, without)
+        library, coarse = self.data.results.get(key, (None, []))
         if library is not self.library:
-            coarse = subspace.score_library(self.library, self.grids, without)
-            strongest = self.spectrum.strongest(subspace.residual)
+            scored = of.score_library(self.library, self.grids, without)
+            coarse = [self._as_fitted(fitted, s) if s.candidate.delays else s for s in scored]
+            strongest = self.spectrum.strongest(of.residual)
             if strongest["frequency"].size:
                 grid = self.grids[VIBRATION]
-                coarse.append(subspace.score(VIBRATION, strongest, grid, recurring=True))
-            self.data.results["coarse", model, without] = self.library, coarse
+                coarse.append(of.score(VIBRATION, strongest, grid, recurring=True))
+            self.data.results[key] = self.library, coarse
         return list(coarse)
 
     def _refined(self, subspace: ResidualSubspace, scored: ScoredCandidate) -> ScoredCandidate:
@@ -262,7 +263,8 @@ class Search:
         Scores are those without bounds. Where a bound holds a parameter of the model, a score may
         be that of an inertia or a friction below zero, which no fit confirms.
         """
-        return scored if np.all(fitted.free[: len(PARAMETERS)]) else self._as_fitted(fitted, scored)
+        inside = scored.candidate.delays or np.all(fitted.free[: len(PARAMETERS)])
+        return scored if inside else self._as_fitted(fitted, scored)
 
     def _as_fitted(self, fitted: FittedModel, scored: ScoredCandidate) -> ScoredCandidate:
         """A candidate beside the terms of a model, fitted together."""
