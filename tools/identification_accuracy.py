@@ -3,8 +3,9 @@
 The cases are those of `tools.diagnosis_benchmark`: flexible drives of two axes in closed loop
 (`firmware_interface.plant`), one axis with one hidden effect, the other sound, or both sound. An
 answer is wrong where a parameter is off by more than 5 % and by more than 3 of its standard
-deviations. Left out are parameters that the motion cannot show: even an estimator that knows the
-effect, and lacks only its size, would miss them by more than 5 % in three standard deviations.
+deviations. Of axes with an effect, parameters are left out that the motion cannot show: even an
+estimator that knows the effect, and lacks only its size, would miss them by more than 5 % in three
+standard deviations.
 
     python -m tools.identification_accuracy --drives 2
     python -m tools.identification_accuracy --motion paper --no-diagnose
@@ -50,8 +51,6 @@ DEVIATIONS: Final = 3.0
 """Its standard deviations from which it is."""
 JUDGED: Final = 3
 """Inertia, viscous and Coulomb friction; an offset has no natural scale."""
-_SAMPLES: Final = 250.0
-"""Independent samples in a recording of the benchmark, at least."""
 
 
 @dataclass(frozen=True)
@@ -117,7 +116,7 @@ def answers(case: Case, *, diagnose: bool = True) -> list[Answer]:
         found = identify(hidden.recording(case.row), network, diagnose=diagnose)
     except EdgeIdentError as error:
         return [Answer(str(case), AXES[row], name, failure=str(error)) for row in rows]
-    shows = float(hidden.shows[case.row][0]) if name else 1.0
+    detectability = float(hidden.detectability[case.row][0]) if name else np.inf
     return [
         judge(
             str(case),
@@ -125,7 +124,7 @@ def answers(case: Case, *, diagnose: bool = True) -> list[Answer]:
             name,
             found.axes[AXES[row]],
             hidden.truth[case.row, row],
-            shows,
+            detectability,
             float(hidden.time_s[-1]),
         )
         for row in rows
@@ -138,15 +137,15 @@ def judge(
     hidden: str,
     axis: AxisIdentification,
     truth: Array,
-    shows: float,
+    detectability: float,
     duration_s: float,
 ) -> Answer:
     """Hold one axis against the truth (4,).
 
     Parameters
     ----------
-    shows : float
-        Variance that the base model leaves with the effect, over that without.
+    detectability : float
+        Of the effect beside the base model (`diagnosis_benchmark.reach`); infinite without one.
     """
     off = np.abs(mean_parameters(axis.model, duration_s) - truth)[:JUDGED]
     return Answer(
@@ -158,22 +157,21 @@ def judge(
         trusted=axis.trusted,
         error=tuple((off / np.abs(truth[:JUDGED])).tolist()),
         deviations=tuple((off / axis.estimate.std[:JUDGED]).tolist()),
-        shown=tuple(can_show(axis.least_squares.parameters, truth, shows).tolist()),
+        shown=tuple(can_show(axis.least_squares.parameters, truth, detectability).tolist()),
         causes=axis.compensated_effects,
         findings=tuple(finding.code for finding in axis.findings if finding.blocks),
     )
 
 
-def can_show(base: Array, truth: Array, shows: float) -> NDArray[np.bool_]:
+def can_show(base: Array, truth: Array, detectability: float) -> NDArray[np.bool_]:
     """Which of the judged parameters (3,) a motion can show in spite of the effect.
 
     The effect moves the base model's parameters by its part along their columns. What is left of it
-    beside them has so many times the variance of the noise that its size follows with a relative
-    deviation of one over the root of that and of the samples.
+    beside them is the detectability, in deviations of the noise: its inverse is the relative
+    deviation of the effect's size, and so of that move.
     """
-    known = np.sqrt(_SAMPLES * max(shows - 1.0, 1.0 / _SAMPLES))
-    moved = np.abs(base - truth)[:JUDGED] / known
-    return np.asarray(DEVIATIONS * moved <= WRONG * np.abs(truth[:JUDGED]))
+    known = np.abs(base - truth)[:JUDGED] / detectability
+    return np.asarray(DEVIATIONS * known <= WRONG * np.abs(truth[:JUDGED]))
 
 
 def print_tables(found: Sequence[Answer], console: Console) -> None:

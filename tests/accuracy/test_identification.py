@@ -29,7 +29,9 @@ def answers() -> list[Answer]:
         # nothing is stated of when the effort acts: the shift has to be found
         identified = identify(Recording(made.time_s, axes, "simulated"), None)
         found += [
-            judge(name, axis, name, identified.axes[axis], made.truth[0, k], 1e6, made.time_s[-1])
+            judge(
+                name, axis, name, identified.axes[axis], made.truth[0, k], np.inf, made.time_s[-1]
+            )
             for k, axis in enumerate(axes)
         ]
     return found
@@ -55,5 +57,5 @@ def test_what_is_explained_is_trusted(answers: list[Answer]) -> None:
 def test_a_parameter_that_takes_the_effect_in_cannot_show() -> None:
     """A dead band is Coulomb friction but for the moments at which the axis brakes."""
     truth, base = np.array([0.5, 0.9, 1.2, 0.0]), np.array([0.501, 0.9, 2.4, 0.0])
-    assert can_show(base, truth, shows=1.4).tolist() == [True, True, False]
-    assert can_show(base, truth, shows=100.0).tolist() == [True, True, True]
+    assert can_show(base, truth, detectability=10.0).tolist() == [True, True, False]
+    assert can_show(base, truth, detectability=100.0).tolist() == [True, True, True]
