@@ -28,9 +28,9 @@ _BY_CHANCE: Final = 15.0
 _COPY: Final = 1e-3
 """What is left of an effort after a multiple of the velocity, over its rms, in a copy. The effort
 of a machine has friction and inertia beside, and noise of its own."""
-_LONG_S: Final = 0.025
-"""Shift from which two columns have different clocks: a loop with that delay could not follow more
-than a few Hz."""
+_LONG_S: Final = 0.045
+"""Shift from which two columns have different clocks: a loop with that delay could hardly follow
+2 Hz (an integrating plant with a phase margin of 60 degrees)."""
 _FEW_SAMPLES: Final = 3.0
 """The same in sampling periods, twice what belongs to the base model."""
 _REACH_S: Final = 0.25

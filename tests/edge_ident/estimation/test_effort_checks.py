@@ -108,7 +108,7 @@ def test_friction_that_reverses_late_is_no_late_recording() -> None:
 
 def test_where_all_is_near_a_reversal_a_shift_is_told_and_does_not_block() -> None:
     time_s, position, effort = sound(rates=(26.0, 61.0))
-    (found,) = findings(time_s, position, np.roll(effort, 12))
+    (found,) = findings(time_s, position, np.roll(effort, 18))
     assert found.code == "effort_late"
     assert not found.blocks
     assert "or the axis sticks where it turns" in found.message
@@ -116,7 +116,7 @@ def test_where_all_is_near_a_reversal_a_shift_is_told_and_does_not_block() -> No
 
 def test_a_delay_of_a_few_samples_is_no_defect_of_the_recording() -> None:
     time_s, position, effort = sound()
-    assert codes(time_s, position, np.roll(effort, 6)) == []
+    assert codes(time_s, position, np.roll(effort, 12)) == []
 
 
 def test_at_one_frequency_a_shift_is_any_phase() -> None:
