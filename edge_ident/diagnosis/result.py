@@ -181,6 +181,18 @@ class AxisDiagnosis:
     lines: tuple[SpectralLine, ...] = ()
     findings: tuple[Finding, ...] = ()
 
+    @property
+    def minor_in_model(self) -> tuple[Cause, ...]:
+        """Minor causes that the extended model has: what the chain of a sound drive has as well,
+        and all of them if asked for."""
+        has = {(term.effect, term.source_axis) for term in self.model.terms}
+        return tuple(c for c in self.minor if (c.term.effect, c.term.source_axis) in has)
+
+    @property
+    def in_model(self) -> tuple[Cause, ...]:
+        """All by which the extended model differs from the base model."""
+        return (*self.causes, *self.minor_in_model)
+
 
 @dataclass(frozen=True)
 class DataFinding:

@@ -72,7 +72,7 @@ def _why(cause: Cause) -> Iterator[Text]:
 
 def _comparison_table(name: str, diagnosis: Diagnosis) -> FittingTable:
     axis = diagnosis.axes[name]
-    models = ("base", "extended") if axis.causes else ("base",)
+    models = ("base", "extended") if axis.in_model else ("base",)
     table = plain_table()
     table.add_column("")
     for model in models:

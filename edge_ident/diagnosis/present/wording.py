@@ -60,12 +60,11 @@ def _verdict(axis: AxisDiagnosis) -> str:
     floor = f"noise alone leaves {percent(axis.noise_floor)}"
     before, left = percent(axis.base.fitted), percent(axis.extended.fitted)
     if axis.verdict is Verdict.ADEQUATE:
-        chain = [c.term.effect for c in axis.minor if c.term in axis.model.terms]
-        if axis.base.fitted > axis.extended.fitted and chain:
+        if beside := axis.minor_in_model:
+            what = listed(dict.fromkeys(spoken(cause.term.effect) for cause in beside))
             return (
-                f"adequate: the residual falls from {before} to {left} of the effort with "
-                f"{listed(dict.fromkeys(map(spoken, chain)))}, of which a sound drive has as much; "
-                f"{floor}"
+                f"adequate but for what is minor: with {what} the residual falls from {before} to "
+                f"{left} of the effort; {floor}"
             )
         return f"the base model is adequate: its residual is {left} of the effort; {floor}"
     found = listed(dict.fromkeys(spoken(cause.term.effect) for cause in axis.causes))

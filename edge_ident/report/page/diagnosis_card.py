@@ -127,7 +127,7 @@ def _sure(name: str, axis: AxisDiagnosis) -> list[Markup]:
     left = percent(axis.extended.fitted, *at, "extended", "relative_residual", "fitted")
     floor = percent(axis.noise_floor, *at, "noise_floor")
     before = percent(axis.base.fitted, *at, "base", "relative_residual", "fitted")
-    if axis.causes:
+    if axis.in_model:
         first = Markup("The error of the model falls from {} to {} of the {}.")
         said = [first.format(before, left, word)]
     else:
@@ -263,4 +263,4 @@ def _picture(key: str, name: str, axes: Axes, follows: str | None) -> Chart:
         _, label, effort = models(axis)[-1]
         shown = reach((axis.traces.effort - effort)[axis.traces.valid])
         return residual_map(key, axis, quantities(name, axes)[follows], label, effort, shown)
-    return effort_chart(key, axis, busiest(axis) if axis.causes else slice(None))
+    return effort_chart(key, axis, busiest(axis) if axis.in_model else slice(None))

@@ -129,3 +129,16 @@ def test_the_same_diagnosis_gives_the_same_bytes() -> None:
     assert read() == read()
     texts = {to_json(diagnosis_document(hand_made.diagnosis(), None)) for _ in range(2)}
     assert len(texts) == 1
+
+
+def test_an_adequate_axis_says_what_minor_causes_in_its_model_take_off() -> None:
+    """As a file keeps them, with the range in which they were seen."""
+    axis = hand_made.diagnosis().axes["x"]
+    ripple = axis.causes[0]
+    of_base = replace(axis.model, terms=axis.model.terms[:1])
+    bare = replace(axis, verdict=Verdict.ADEQUATE, causes=(), minor=(ripple,), model=of_base)
+    assert verdict_sentence(bare).startswith("the base model is adequate: its residual is")
+    kept = replace(ripple.term, supported=axis.model.terms[0].supported)
+    extended = replace(bare, model=replace(of_base, terms=(*of_base.terms, kept)))
+    assert "with torque ripple the residual falls from" in verdict_sentence(extended)
+    assert (bare.in_model, extended.in_model) == ((), (ripple,))
