@@ -4,13 +4,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 
-from edge_ident.diagnosis.fit.fitting import delayed
 from edge_ident.diagnosis.fit.noise_floor import NoiseFloor, noise_floor, rms_left
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.recording_checks import findings
 from edge_ident.diagnosis.select.hidden_delay import delayed_data
 from edge_ident.diagnosis.select.judgement import Judgement, Rules, judge
 from edge_ident.diagnosis.select.selection import Selected, selected_deeper, selected_model
+from edge_ident.diagnosis.select.shift_beside_causes import data_in_step
 from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.estimation.trust import Finding
 from edge_ident.model.model import AxisModel
@@ -43,20 +43,6 @@ class AxisSearch:
         return self.selected.search.data
 
     @property
-    def late(self) -> bool:
-        """Whether a delay is among what was found."""
-        return delayed(self.selected.supported.model.axis)
-
-    def better_than(self, other: "AxisSearch") -> bool:
-        """Whether the criterion prefers the model of this search to that of another."""
-        samples = other.selected.search.criterion.samples
-        values = [
-            one.selected.search.with_samples(samples).criterion.value(one.selected.supported.model)
-            for one in (self, other)
-        ]
-        return values[0] < values[1]
-
-    @property
     def open(self) -> bool:
         """Whether there are suspicions alone, or so much is left that a deeper search may pay.
 
@@ -82,8 +68,8 @@ def search_axis(
     data: AxisData,
     known: AxisModel,
 ) -> AxisSearch:
-    """Search for causes; where these hid that the effort is late, search with a delay, too; where
-    the usual search leaves an axis open, search deeper.
+    """Search for causes; where these hid how the effort is shifted, or that it is late, search
+    again; where the usual search leaves an axis open, search deeper.
 
     Parameters
     ----------
@@ -100,15 +86,22 @@ def search_axis(
         The axis with what it is known to have.
     """
     judged = partial(_judged, recordings, name, efforts, rules, on_run)
-    found = judged(selected_model(data, known))
-    late = delayed_data(found.selected)
-    if late is not None:
-        again = judged(selected_model(late, known))
-        found = again if again.late and again.better_than(found) else found
+    found = judged(_in_step(selected_model(data, known), known))
     if not found.open:
         return found
     deeper = selected_deeper(found.selected)
     return found if deeper is found.selected else judged(deeper)
+
+
+def _in_step(selected: Selected, known: AxisModel) -> Selected:
+    """What is selected where the effort is shifted as it is beside the causes that were found."""
+    for data_beside in (data_in_step, delayed_data):
+        moved = data_beside(selected)
+        if moved is not None:
+            again = selected_model(moved, known)
+            timed = again.late or not moved.late
+            selected = again if timed and again.better_than(selected) else selected
+    return selected
 
 
 def _judged(

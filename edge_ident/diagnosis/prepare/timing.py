@@ -29,6 +29,10 @@ _FAR: Final = 2.0
 """Times the limit of timing."""
 _MOVES: Final = 2
 """Of an effort into step; the first is right to first order."""
+MOST_MOVES: Final = 6
+"""Beside causes that are fitted anew after each."""
+_SMALLEST: Final = 0.1
+"""Move in sampling periods beside causes, at least: what a smaller one changes is linear."""
 _KNOTS: Final = 4
 """Speeds that a curve of friction is straight between: at rest, the fastest, and with as many
 samples between each two. With 6 and 8 the shift changes by less than its deviation."""
@@ -64,8 +68,7 @@ def in_time(segments: Sequence[Segment], *, move: bool) -> Timed:
         return Timed(tuple(map(out_of_step, segments, shifts)), late)
     if move:
         segments = [_in_step(s) for s in segments]
-    segments = tuple(replace(s, timing_column=_Signals.of(s).timing_column) for s in segments)
-    return Timed(segments, late)
+    return Timed(tuple(map(_with_timing, segments)), late)
 
 
 def out_of_step(segment: Segment, shift: Shift) -> Segment:
@@ -76,12 +79,17 @@ def out_of_step(segment: Segment, shift: Shift) -> Segment:
     """
     segment = segment.in_step(0.0) if segment.applied_s else segment
     if not beyond_limit(shift, segment.raw_period_s):
-        return replace(segment, timing_column=_Signals.of(segment).timing_column)
+        return _with_timing(segment)
     largest_s = float(np.copysign(LARGEST_SHIFT * segment.raw_period_s, shift.unlimited_s))
     inertia, viscous, *_ = np.maximum(_Signals.of(segment.in_step(largest_s)).parameters, 0.0)
     effort = inertia * segment.motion.acceleration + viscous * segment.motion.velocity
     late = lowpass(effort, WHOLE_BAND / segment.period_s, segment.period_s, delay_s=largest_s)
     return replace(segment, timing_column=segment.filter(late - effort) / largest_s)
+
+
+def _with_timing(segment: Segment) -> Segment:
+    """A recording with what a further shift adds to its effort."""
+    return replace(segment, timing_column=_Signals.of(segment).timing_column)
 
 
 def _in_step(segment: Segment) -> Segment:
@@ -112,6 +120,22 @@ def whole_shift(segment: Segment, others: Array) -> Shift:
     further = _Signals.of(segment).beside(others).shift(segment)
     whole_s = further.unlimited_s + segment.applied_s
     return within_limits(whole_s, further.unlimited_std_s, segment.raw_period_s)
+
+
+def moved_beside(segment: Segment, others: Array) -> Segment:
+    """A recording in step beside the base model and other terms, to first order; itself where it
+    hardly moves.
+
+    Parameters
+    ----------
+    segment : Segment
+    others : (n,) array
+        What those terms contribute to the effort at the compared samples.
+    """
+    shift_s = whole_shift(segment, others).shift_s
+    if abs(shift_s - segment.applied_s) < _SMALLEST * segment.raw_period_s:
+        return segment
+    return _with_timing(segment.in_step(shift_s))
 
 
 def _late(segment: Segment, shift: Shift) -> bool:

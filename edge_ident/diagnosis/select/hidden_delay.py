@@ -6,7 +6,6 @@ lacks then looks like a dead band or like friction that follows the load, and a 
 samples like a compliance. So a delay is fitted beside the causes that were found.
 """
 
-from collections.abc import Collection
 from dataclasses import replace
 
 import numpy as np
@@ -18,7 +17,8 @@ from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.timing import SHARE_OF_DELAY, out_of_step
 from edge_ident.diagnosis.select.own_effort import base_space, own_shares
 from edge_ident.diagnosis.select.selection import Selected
-from edge_ident.model.effects import catalogue, named
+from edge_ident.model.effect import Effect
+from edge_ident.model.effects import catalogue
 from edge_ident.model.timing import LARGEST_SHIFT
 from edge_ident.signals.timing import within_limits
 
@@ -41,7 +41,7 @@ def delayed_data(selected: Selected) -> AxisData | None:
     if data.late or delayed(start.template):
         return None
     no_delay = _no_delay()
-    vibrations, causes = _divided(selected, named(no_delay.candidate.effect).search.alternatives)
+    vibrations, causes = delay_like_last(selected)
     recorded = _out_of_step(data, 0.0)
     for count in range(0 if vibrations else 1, len(causes) + 1):
         beside = (*vibrations, *causes[:count])
@@ -54,11 +54,10 @@ def delayed_data(selected: Selected) -> AxisData | None:
     return None
 
 
-def _divided(
-    selected: Selected, like_delays: Collection[str]
-) -> tuple[list[FittedTerm], list[FittedTerm]]:
+def delay_like_last(selected: Selected) -> tuple[list[FittedTerm], list[FittedTerm]]:
     """External vibrations; and causes, the strongest first, last those that are like a delay."""
     data, model = selected.search.data, selected.supported.model
+    like_delays = _delay().search.alternatives
     shares = own_shares(data, model, base_space(data, selected.start))
     pairs = list(zip(shares, model.terms, strict=True))
     ranked = sorted(pairs, key=lambda pair: (pair[1].candidate.effect in like_delays, -pair[0]))
@@ -67,9 +66,14 @@ def _divided(
     return vibrations, [term for term in terms if term.candidate != VIBRATION]
 
 
+def _delay() -> Effect:
+    """The effect that shifts the effort."""
+    return next(effect for effect in catalogue().values() if effect.effort_delay)
+
+
 def _no_delay() -> FittedTerm:
-    """The effect that shifts the effort, by nothing."""
-    effect = next(effect for effect in catalogue().values() if effect.effort_delay)
+    """The same, by nothing."""
+    effect = _delay()
     (form,) = effect.search.forms
     return FittedTerm(Candidate(effect.name, form), {}, {effect.effort_delay: 0.0})
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from edge_ident.diagnosis.fit.fitting import FittedModel, fit
+from edge_ident.diagnosis.fit.fitting import FittedModel, delayed, fit
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.select.backward_elimination import SupportedModel, eliminate_backward
 from edge_ident.diagnosis.select.forward_selection import Selection, select_forward
@@ -31,6 +31,20 @@ class Selected:
     start: FittedModel
     grown: FittedModel
     supported: SupportedModel
+
+    @property
+    def late(self) -> bool:
+        """Whether a delay is among what was selected."""
+        return delayed(self.supported.model.axis)
+
+    def better_than(self, other: "Selected") -> bool:
+        """Whether the criterion prefers this model to that of another selection."""
+        samples = other.search.criterion.samples
+        values = [
+            one.search.with_samples(samples).criterion.value(one.supported.model)
+            for one in (self, other)
+        ]
+        return values[0] < values[1]
 
 
 def fitted_base(data: AxisData, template: AxisModel) -> FittedModel:

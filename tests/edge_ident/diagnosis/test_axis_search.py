@@ -67,10 +67,9 @@ def test_a_point_that_is_refused_hides_no_other(search: Search) -> None:
     assert 0.49 not in again.library.points[ripple]["period"]
 
 
-def test_of_two_searches_the_criterion_says_which_ends_better(search: Search) -> None:
-    plain = found(search, search.criterion.start)
-    supported = SupportedModel(explained(search), (), (), converged=True)
-    rippled = replace(plain, selected=replace(plain.selected, supported=supported))
+def test_of_two_selections_the_criterion_says_which_ends_better(search: Search) -> None:
+    plain = found(search, search.criterion.start).selected
+    rippled = replace(plain, supported=SupportedModel(explained(search), (), (), converged=True))
     assert rippled.better_than(plain)
     assert not plain.better_than(rippled)
     assert not plain.better_than(plain)

@@ -1,0 +1,81 @@
+"""Beside its causes an effort is in step where it was moved out of step before they were known."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from edge_ident.diagnosis.fit.candidates import Candidate
+from edge_ident.diagnosis.fit.fitting import FittedTerm, fit
+from edge_ident.diagnosis.prepare.axis_data import AxisData
+from edge_ident.diagnosis.prepare.preparation import prepare_axis
+from edge_ident.diagnosis.select.backward_elimination import SupportedModel
+from edge_ident.diagnosis.select.search import Search
+from edge_ident.diagnosis.select.selection import Selected
+from edge_ident.diagnosis.select.shift_beside_causes import data_in_step
+from edge_ident.model.effects import named
+from tests.edge_ident.diagnosis.select.test_search_parts import TEMPLATE, recorded, swing
+
+SLOW_S = 0.02
+EARLY = 0.8
+"""Sampling periods."""
+
+
+def one_term(name: str, **values: float) -> FittedTerm:
+    """A term that is to be fitted, at some nonlinear parameters."""
+    form = named(name).search.forms[0]
+    nonlinear = {key: values.get(key, 0.0) for key in form.nonlinear}
+    return FittedTerm(Candidate(name, form), nonlinear, dict.fromkeys(form.linear, 0.1))
+
+
+DEAD_BAND = one_term("actuator_deadband")
+DAMPED = one_term("coupling_compliance", rate=25.0, damping_ratio=0.9)
+
+
+@pytest.fixture(scope="module")
+def data() -> AxisData:
+    """A drive whose dead band is half its effort, and whose command is recorded early."""
+    t, x, v, a = swing(40.0, period_s=SLOW_S)
+    torque = 0.5 * a + 0.8 * v + 0.2 * np.tanh(20.0 * v)
+    command = torque + 1.5 * np.tanh(40.0 * torque)
+    command = np.interp(t + EARLY * SLOW_S, t, command)
+    return prepare_axis([recorded(t, x, command, noise=0.01)], "x")
+
+
+def selected(data: AxisData, *terms: FittedTerm) -> Selected:
+    """What a search ends with that has found these."""
+    start = fit(data, TEMPLATE, np.zeros(4), ())
+    search = Search.of(data, TEMPLATE, start)
+    model = search.fit(start.base, terms)
+    return Selected(search, start, model, SupportedModel(model, (), (), True))
+
+
+def out_by(data: AxisData, samples: float) -> AxisData:
+    """The data with every effort moved so far out of step."""
+    (segment,) = data.segments
+    moved = segment.in_step((samples - EARLY) * SLOW_S)
+    moved = replace(moved, timing_column=segment.timing_column)
+    effort = moved.effort[moved.sample_index]
+    return replace(data, segments=(moved,), effort=effort, cache={})
+
+
+@pytest.mark.parametrize("others", [(), (DAMPED,)], ids=["alone", "beside a spring"])
+def test_an_effort_out_of_step_is_moved_beside_its_dead_band(
+    data: AxisData, others: tuple[FittedTerm, ...]
+) -> None:
+    before = selected(out_by(data, 1.5), DEAD_BAND, *others)
+    found = data_in_step(before)
+    assert found is not None
+    assert found.segments[0].applied_s / SLOW_S == pytest.approx(-EARLY, abs=0.25)
+    after = fit(found, TEMPLATE, np.zeros(4), (DEAD_BAND,))
+    assert after.error < before.supported.model.error
+    assert after.terms[0].linear["width"] == pytest.approx(1.5, rel=0.02)
+    assert data_in_step(selected(found, DEAD_BAND)) is None
+
+
+def test_an_effort_in_step_stays_where_it_is(data: AxisData) -> None:
+    assert data_in_step(selected(out_by(data, 0.0), DEAD_BAND)) is None
+
+
+def test_without_a_cause_nothing_is_moved(data: AxisData) -> None:
+    assert data_in_step(selected(out_by(data, 1.5))) is None
