@@ -107,6 +107,7 @@ EFFECT: Final = PositionDependentLoad(
         ),
         experiment="the whole stroke at several accelerations: --motion multisine",
         grid=_grid,
+        essential=("period",),
     ),
     draw=_draw,
     compensation=Compensation(over="position"),

@@ -141,4 +141,12 @@ def test_a_gap_narrower_than_its_contacts_wind_up_is_no_play() -> None:
         play = {"gap": factor * 2.0 * 5.0 / 60.0**2, "deceleration": 5.0, "contact_rate": 60.0}
         values = {name: np.array([value]) for name, value in play.items()}
         assert ("compliance" in named("backlash").search.degenerate(values)) is doubtful
-    assert not named("coupling_compliance").search.degenerate({"rate": np.array([60.0])})
+
+
+def test_a_spring_that_does_not_ring_is_a_lag_of_another_kind() -> None:
+    """Its own damping and the load's viscous friction add up to 0.7 of the critical."""
+    for factor, doubtful in ((0.9, False), (1.1, True)):
+        ratio = factor * 0.5**0.5
+        spring = {"rate": 60.0, "damping_ratio": 0.4 * ratio, "damping_rate": 1.2 * ratio * 60.0}
+        values = {name: np.array([value]) for name, value in spring.items()}
+        assert bool(named("coupling_compliance").search.degenerate(values)) is doubtful
