@@ -10,7 +10,7 @@ from edge_ident.diagnosis.recording_checks import findings
 from edge_ident.diagnosis.select.hidden_delay import delayed_data
 from edge_ident.diagnosis.select.judgement import Judgement, Rules, judge
 from edge_ident.diagnosis.select.selection import Selected, selected_deeper, selected_model
-from edge_ident.diagnosis.select.shift_beside_causes import data_in_step
+from edge_ident.diagnosis.select.shift_again import adequate_data, data_beside_causes
 from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.estimation.trust import Finding
 from edge_ident.model.model import AxisModel
@@ -86,17 +86,18 @@ def search_axis(
         The axis with what it is known to have.
     """
     judged = partial(_judged, recordings, name, efforts, rules, on_run)
-    found = judged(_in_step(selected_model(data, known), known))
+    found = judged(_selected(adequate_data(data, known, rules.tolerance), known))
     if not found.open:
         return found
     deeper = selected_deeper(found.selected)
     return found if deeper is found.selected else judged(deeper)
 
 
-def _in_step(selected: Selected, known: AxisModel) -> Selected:
+def _selected(data: AxisData, known: AxisModel) -> Selected:
     """What is selected where the effort is shifted as it is beside the causes that were found."""
-    for data_beside in (data_in_step, delayed_data):
-        moved = data_beside(selected)
+    selected = selected_model(data, known)
+    for shifted in (data_beside_causes, delayed_data):
+        moved = shifted(selected)
         if moved is not None:
             again = selected_model(moved, known)
             timed = again.late or not moved.late

@@ -56,7 +56,7 @@ class Comparison:
     effort : (n,) array
         Less what known effects account for.
     rates : (n, 3) array
-        Time derivatives of the slow parts of acceleration, velocity and effort.
+        Time derivatives of acceleration, velocity and the slow part of the effort.
     position : (n,) array
     weight : (N,) array
         From 0, where the direction is unknown, to 1.
@@ -99,11 +99,9 @@ class Comparison:
         aliased = _aliased(motion, count, band, recorded_s, period_s)
         samples = _samples(position, weight, aliased, band, period_s)
         effort, effort_rate = _effort(axis, band, weight, period_s, samples)
-        smooth = slow(acceleration, signals.cutoff_hz, period_s)
-        columns = np.stack(
-            [*regressor(velocity, acceleration).T, np.gradient(smooth, period_s), smooth]
-        )
-        del smooth_motion, motion, smooth, velocity, acceleration  # they are large
+        jerk = np.gradient(acceleration, period_s)
+        columns = np.stack([*regressor(velocity, acceleration).T, jerk, acceleration])
+        del smooth_motion, motion, jerk, velocity, acceleration  # they are large
         columns = band.lowpass(columns * weight, period_s)[:, samples]
         return cls(
             regressor=columns[:4].T.copy(),
@@ -126,6 +124,12 @@ class Comparison:
     def columns(self) -> Columns:
         """The regressor, decomposed."""
         return Columns(self.regressor)
+
+    @property
+    def left(self) -> float:
+        """Sum of squares that the base model leaves."""
+        residual = self.effort - self.columns.unit @ self.columns.solved(self.effort)
+        return float(residual @ residual)
 
     def fit(self) -> Estimate:
         """Least squares, with deviations by noise."""

@@ -6,9 +6,7 @@ where it is not, the axis is diagnosed, and the parameters of the extended model
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, Final
-
-import numpy as np
+from typing import TYPE_CHECKING
 
 from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.errors import DataError
@@ -20,12 +18,12 @@ from edge_ident.estimation.least_squares import EstimationPart
 from edge_ident.estimation.network import Network
 from edge_ident.identification.adequacy import Adequacy, judge
 from edge_ident.identification.answer import Question, answer
-from edge_ident.identification.comparison import Comparison
+from edge_ident.identification.in_step import SMALLEST_SHIFT, in_step
 from edge_ident.identification.long_recordings import at_needed_rate
 from edge_ident.identification.network_answers import network_input, run_network
 from edge_ident.identification.result import Identification
 from edge_ident.model.model import Estimate, Model
-from edge_ident.model.timing import LARGEST_SHIFT, NO_SHIFT, Timing
+from edge_ident.model.timing import NO_SHIFT
 from edge_ident.signals.data_checks import check_efforts
 from edge_ident.signals.decimation import LONG
 from edge_ident.signals.metrics import relative_residual
@@ -36,13 +34,6 @@ if TYPE_CHECKING:
     from edge_ident.diagnosis.result import AxisDiagnosis
 
 Progress = Callable[[str, int, int], None]
-
-_SMALLEST_SHIFT: Final = 0.02
-"""Shift in sampling periods that moves no parameter, so that the signals need no second look."""
-_CERTAIN: Final = 3.0
-"""Its standard deviations up to which a second look would follow noise."""
-_SHIFTS: Final = 3
-"""Looks at the signals: a shift of a sample is known to a hundredth after two."""
 
 
 def identify(
@@ -161,8 +152,8 @@ def _look(
         compensated = compensate_effects(recording, name, model)
         part = least_squares.estimation_part(compensated.signals)
     with watch.stage("adequacy"):
-        compensated, compared, timing = _in_step(recording, name, model, compensated)
-        judged = judge(compared)
+        found = in_step(recording, name, model, compensated)
+        compensated, compared, timing = found.compensated, found.compared, found.timing
     with watch.stage("signals"):
         seen = compensated
         if network is not None and network.manifest.motion.effects:
@@ -172,7 +163,7 @@ def _look(
     with watch.stage("cnn"):
         subsampled = network_input(seen.signals, axis, network, watch)
     with watch.stage("estimate"):
-        linear, adequacy = _fitted(compensated, part, judged)
+        linear, adequacy = _fitted(compensated, part, found.adequacy)
     question = Question(
         recording, name, compensated, part, linear, compared, None, "", adequacy, timing
     )
@@ -190,7 +181,7 @@ def _in_step_as_diagnosed(
         return question
     known, timing = question.compensated, outcome.timing
     apart_s = abs(timing.shift_s - question.timing.shift_s)
-    if apart_s < _SMALLEST_SHIFT * known.signals.recorded_period_s:
+    if apart_s < SMALLEST_SHIFT * known.signals.recorded_period_s:
         return question
     compensated = compensate_effects(
         question.recording, question.name, model, late_s=timing.shift_s, of_motion=known.signals
@@ -220,31 +211,3 @@ def _left(estimate: Estimate, axis: CompensatedAxis, part: EstimationPart) -> fl
     known = axis.effects_effort[part.samples]
     modelled = part.columns.values @ estimate.parameters
     return relative_residual(axis.signals.effort[part.samples] + known, modelled + known)
-
-
-def _in_step(
-    recording: Recording, name: str, model: Model | None, compensated: CompensatedAxis
-) -> tuple[CompensatedAxis, Comparison, Timing]:
-    """Take off the shift between effort and position, beyond what the recording states.
-
-    The estimate is of first order, so it is repeated on what it left.
-    """
-    sampling_s = compensated.signals.recorded_period_s
-    late_s, largest_s = 0.0, LARGEST_SHIFT * sampling_s
-    compared = Comparison.of(compensated)
-    stated = compensated, compared, Timing(0.0, 0.0, LARGEST_SHIFT / 3.0**0.5)
-    for _ in range(_SHIFTS):
-        found = compared.shift(sampling_s)
-        step_s = float(np.clip(found.shift_s, -largest_s - late_s, largest_s - late_s))
-        if abs(step_s) < _SMALLEST_SHIFT * sampling_s:
-            break
-        late_s += step_s
-        compensated = compensate_effects(
-            recording, name, model, late_s=late_s, of_motion=compensated.signals
-        )
-        compared = compared.with_effort(compensated)
-        if abs(late_s) >= largest_s:  # on the edge: what asks for it is no shift
-            return stated
-        if abs(step_s) < _CERTAIN * found.std_s:
-            break
-    return compensated, compared, Timing(late_s, late_s / sampling_s, found.std_s / sampling_s)

@@ -7,9 +7,11 @@ shift of up to about one period. It is no fault of the machine, and belongs to e
 An effort that is recorded d late is effort(t - d), to first order effort - d·rate. The shift is
 the coefficient of the model's rate beside the columns of the model. Encoder noise spoils this rate.
 So the recorded effort's own rate, in a narrower band, serves as its instrument (Söderström and
-Stoica 1983): noise of the rate then widens the interval and does not bias the shift.
+Stoica 1983): noise of the rate then widens the interval and does not bias the shift. The rate has
+the whole band: a part of it would leave the rest of the shift to the columns.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -90,6 +92,23 @@ def within_limits(unlimited_s: float, std_s: float, sampling_s: float) -> Shift:
         unlimited_s=unlimited_s,
         unlimited_std_s=std_s,
     )
+
+
+def smallest_at(left: Sequence[float], sampling_s: float) -> float:
+    """The shift in s, within the limits, at which a model leaves least.
+
+    Parameters
+    ----------
+    left : sequence of 3 floats
+        What it leaves, squared, at the lower limit, at zero and at the upper limit. In between it
+        is a parabola, as long as the limit is a small part of a period.
+    sampling_s : float
+    """
+    lower, middle, upper = left
+    largest_s, bend = LARGEST_SHIFT * sampling_s, lower + upper - 2.0 * middle
+    if bend <= 0.0:
+        return largest_s * (-1.0, 0.0, 1.0)[int(np.argmin(left))]
+    return float(np.clip(0.5 * (lower - upper) / bend, -1.0, 1.0)) * largest_s
 
 
 def beyond_limit(shift: Shift, sampling_s: float) -> bool:

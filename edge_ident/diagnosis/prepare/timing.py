@@ -16,7 +16,15 @@ from edge_ident.diagnosis.prepare.segment import WHOLE_BAND, Segment
 from edge_ident.model.model import regressor
 from edge_ident.model.timing import LARGEST_SHIFT
 from edge_ident.signals.filters import lowpass
-from edge_ident.signals.timing import CERTAIN, Shift, beyond_limit, slow, solve_shift, within_limits
+from edge_ident.signals.timing import (
+    CERTAIN,
+    Shift,
+    beyond_limit,
+    slow,
+    smallest_at,
+    solve_shift,
+    within_limits,
+)
 
 Array = NDArray[np.float64]
 
@@ -88,8 +96,14 @@ def out_of_step(segment: Segment, shift: Shift) -> Segment:
 
 
 def _with_timing(segment: Segment) -> Segment:
-    """A recording with what a further shift adds to its effort."""
-    return replace(segment, timing_column=_Signals.of(segment).timing_column)
+    """A recording with what a further shift adds to its effort.
+
+    To the slow part: a controller answers encoder noise, and that would look like a shift.
+    """
+    inertia, viscous, *_ = np.maximum(_Signals.of(segment).parameters, 0.0)
+    smooth = slow(segment.motion.acceleration, segment.timing_hz, segment.period_s)
+    rate = inertia * np.gradient(smooth, segment.period_s) + viscous * smooth
+    return replace(segment, timing_column=-segment.filter(rate))
 
 
 def _in_step(segment: Segment) -> Segment:
@@ -138,6 +152,13 @@ def moved_beside(segment: Segment, others: Array) -> Segment:
     return _with_timing(segment.in_step(shift_s))
 
 
+def at_best_fit(segment: Segment) -> Segment:
+    """A recording at the shift within the limits at which the base model leaves least."""
+    limit_s = LARGEST_SHIFT * segment.raw_period_s
+    left = [_Signals.of(segment.in_step(s)).left for s in (-limit_s, 0.0, limit_s)]
+    return _with_timing(segment.in_step(smallest_at(left, segment.raw_period_s)))
+
+
 def _late(segment: Segment, shift: Shift) -> bool:
     """Whether a shift is beyond the limit, and most of what the base model leaves."""
     if not beyond_limit(shift, segment.raw_period_s):
@@ -155,8 +176,8 @@ def _late(segment: Segment, shift: Shift) -> bool:
 
 @dataclass(frozen=True)
 class _Signals:
-    """Columns of the base model, and more, (n, P) and the rates of their slow parts (n, P); the
-    effort and the rate of its slow part (n,); and the samples that count (n,)."""
+    """Columns of the base model, and more, (n, P) and their rates (n, P); the effort and the rate
+    of its slow part (n,); and the samples that count (n,)."""
 
     columns: Array
     rates: Array
@@ -169,8 +190,8 @@ class _Signals:
         """The signals of a recording, filtered and weighted as it is compared."""
         motion, nothing = segment.motion, np.zeros(len(segment.effort))
         columns = regressor(motion.velocity, motion.acceleration)
-        smooth = slow(motion.acceleration, segment.timing_hz, segment.period_s)
-        rates = [np.gradient(smooth, segment.period_s), smooth, nothing, nothing]
+        jerk = np.gradient(motion.acceleration, segment.period_s)
+        rates = [jerk, motion.acceleration, nothing, nothing]
         effort = slow(segment.raw_effort, segment.timing_hz, segment.raw_period_s)
         return cls(
             columns=segment.filter(columns.T).T,
@@ -217,11 +238,6 @@ class _Signals:
         """Sum of squares that the base model leaves."""
         residual = (self.effort - self.columns @ self.parameters)[self.valid]
         return float(residual @ residual)
-
-    @property
-    def timing_column(self) -> Array:
-        """What a further shift adds to the effort of the base model, per s, (n,)."""
-        return np.asarray(-self.rates @ np.maximum(self.parameters, 0.0))
 
 
 def _friction_curve(velocity: Array) -> Array:

@@ -9,6 +9,7 @@ from edge_ident.identification.adequacy import Adequacy
 from edge_ident.identification.findings import describe_model
 from edge_ident.identification.identify import identify
 from edge_ident.identification.result import AxisIdentification, ParameterSource
+from edge_ident.model.timing import LARGEST_SHIFT
 from edge_ident.report.documents import identification_document
 from edge_ident.signals.recording import AxisRecord, Recording
 from edge_ident.simulation.flexible import reduced_model
@@ -146,11 +147,10 @@ def test_a_late_effort_is_data_and_no_fault(late_samples: float) -> None:
 
 
 @pytest.mark.parametrize("late_samples", [-1.5, 1.55])
-def test_at_the_limit_of_timing_the_shift_is_that_of_the_diagnosis(late_samples: float) -> None:
+def test_at_the_limit_of_timing_the_shift_is_the_limit(late_samples: float) -> None:
     axis = identified(recording(late_s=late_samples * PERIOD_S))
-    assert axis.diagnosis is not None
-    assert axis.diagnosis.verdict is Verdict.ADEQUATE
-    assert axis.timing == axis.diagnosis.timing
+    assert axis.adequacy.adequate, axis.adequacy.reason
+    assert abs(axis.timing.shift_samples) == pytest.approx(LARGEST_SHIFT, abs=0.05)
     assert worst(axis) < 0.01
 
 

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from edge_ident.model.model import PARAMETERS
 from edge_ident.model.timing import LARGEST_SHIFT
 from edge_ident.signals.conditioning import condition
-from edge_ident.signals.timing import Shift, slow, solve_shift
+from edge_ident.signals.timing import Shift, slow, smallest_at, solve_shift
 
 _PERIOD_S = 0.002
 _EVEN = LARGEST_SHIFT / np.sqrt(3.0)
@@ -73,3 +73,16 @@ def test_deviations_cover_the_errors_under_noise() -> None:
     quiet = shift_of(0.7, rates_hz=(0.7, 1.9, 3.1), noise=0.05)
     assert abs(found.shift_s - 0.7) < 3.0 * found.std_s
     assert found.std_s > 5.0 * quiet.std_s
+
+
+@pytest.mark.parametrize("late", [-1.4, -0.3, 0.0, 1.2])
+def test_of_three_shifts_the_parabola_tells_where_a_model_leaves_least(late: float) -> None:
+    limits = LARGEST_SHIFT * np.array([-1.0, 0.0, 1.0])
+    left = (0.7 + 3.0 * (limits - late) ** 2).tolist()
+    assert smallest_at(left, _PERIOD_S) == pytest.approx(late * _PERIOD_S)
+
+
+def test_beyond_the_limits_a_model_leaves_least_at_the_limit() -> None:
+    limit_s = LARGEST_SHIFT * _PERIOD_S
+    assert smallest_at([9.0, 4.0, 1.0], _PERIOD_S) == pytest.approx(limit_s)
+    assert smallest_at([1.0, 4.0, 3.0], _PERIOD_S) == pytest.approx(-limit_s)

@@ -12,7 +12,7 @@ from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.select.backward_elimination import SupportedModel
 from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.select.selection import Selected
-from edge_ident.diagnosis.select.shift_beside_causes import data_in_step
+from edge_ident.diagnosis.select.shift_again import data_beside_causes
 from edge_ident.model.effects import named
 from tests.edge_ident.diagnosis.select.test_search_parts import TEMPLATE, recorded, swing
 
@@ -64,18 +64,18 @@ def test_an_effort_out_of_step_is_moved_beside_its_dead_band(
     data: AxisData, others: tuple[FittedTerm, ...]
 ) -> None:
     before = selected(out_by(data, 1.5), DEAD_BAND, *others)
-    found = data_in_step(before)
+    found = data_beside_causes(before)
     assert found is not None
     assert found.segments[0].applied_s / SLOW_S == pytest.approx(-EARLY, abs=0.25)
     after = fit(found, TEMPLATE, np.zeros(4), (DEAD_BAND,))
     assert after.error < before.supported.model.error
     assert after.terms[0].linear["width"] == pytest.approx(1.5, rel=0.02)
-    assert data_in_step(selected(found, DEAD_BAND)) is None
+    assert data_beside_causes(selected(found, DEAD_BAND)) is None
 
 
 def test_an_effort_in_step_stays_where_it_is(data: AxisData) -> None:
-    assert data_in_step(selected(out_by(data, 0.0), DEAD_BAND)) is None
+    assert data_beside_causes(selected(out_by(data, 0.0), DEAD_BAND)) is None
 
 
 def test_without_a_cause_nothing_is_moved(data: AxisData) -> None:
-    assert data_in_step(selected(out_by(data, 1.5))) is None
+    assert data_beside_causes(selected(out_by(data, 1.5))) is None

@@ -1,0 +1,104 @@
+"""A second look at the shift of an effort, where the first one was wrong.
+
+The first look asks how the effort's slow part is shifted, since noise that the controller answers
+imitates a shift of the rest. It is wrong in two ways:
+
+- A motion of short moves has no slow part that tells. Then the shift at which the base model leaves
+  least is tried, and taken where the model is adequate at it.
+- No cause is known yet. A dead band, say, asks for a shift of its own, and what it lacks is then in
+  the model to first order only: the rest looks like a spring with much damping. So an effort is
+  moved again beside the causes that were found.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from operator import is_
+
+import numpy as np
+
+from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm, delayed, fit
+from edge_ident.diagnosis.fit.noise_floor import noise_floor
+from edge_ident.diagnosis.fit.summary import nonzero_rms
+from edge_ident.diagnosis.prepare.axis_data import AxisData
+from edge_ident.diagnosis.prepare.segment import Segment
+from edge_ident.diagnosis.prepare.timing import MOST_MOVES, at_best_fit, moved_beside
+from edge_ident.diagnosis.select.acceptance import structure_left
+from edge_ident.diagnosis.select.hidden_delay import delay_like_last
+from edge_ident.diagnosis.select.selection import Selected, fitted_base
+from edge_ident.diagnosis.select.thresholds import DECISIVE
+from edge_ident.model.model import AxisModel
+
+
+def adequate_data(data: AxisData, known: AxisModel, tolerance: float) -> AxisData:
+    """The data of an axis, at another shift where the base model is adequate at that one alone.
+
+    Parameters
+    ----------
+    data : AxisData
+    known : AxisModel
+        The axis with what it is known to have.
+    tolerance : float
+        Smallest share of the rms effort that is worth naming.
+    """
+    if data.late or delayed(known) or _adequate(data, known, tolerance):
+        return data
+    moved = _with_segments(data, tuple(map(at_best_fit, data.segments)))
+    return moved if _adequate(moved, known, tolerance) else data
+
+
+def data_beside_causes(selected: Selected) -> AxisData | None:
+    """The data of an axis with its effort in step beside its causes, or beside the first of them.
+
+    A few causes are asked first: the others may be what the shift was taken for.
+
+    Parameters
+    ----------
+    selected : Selected
+
+    Returns
+    -------
+    AxisData or None
+        None where no other shift explains decidedly more than the selected model.
+    """
+    search, start, data = selected.search, selected.start, selected.search.data
+    if data.late or delayed(selected.supported.model.axis):
+        return None
+    best, found = search.criterion.value(selected.supported.model) - DECISIVE.value, None
+    vibrations, causes = delay_like_last(selected)
+    for count in range(1, len(causes) + 1):
+        moved, model = _moved(data, start, (*vibrations, *causes[:count]))
+        value = replace(search.criterion, data=moved).value(model)
+        if moved is not data and value < best:
+            best, found = value, moved
+    return found
+
+
+def _adequate(data: AxisData, known: AxisModel, tolerance: float) -> bool:
+    """Whether the base model leaves nothing but noise and what is not worth naming."""
+    base = fitted_base(data, known)
+    floor, scale = noise_floor(data, base), nonzero_rms(data.effort[data.valid])
+    left = float(np.sqrt(base.error / np.count_nonzero(data.valid)))
+    return not structure_left(left, floor.rms, floor.uncertainty, 0.0, tolerance * scale, scale)
+
+
+def _moved(
+    data: AxisData, start: FittedModel, beside: Sequence[FittedTerm]
+) -> tuple[AxisData, FittedModel]:
+    """The data with every effort in step beside some causes, and the model of these."""
+    terms = tuple(beside)
+    model = fit(data, start.template, start.base, terms)
+    for _ in range(MOST_MOVES):
+        own = np.concatenate([model.base, model.timing])
+        others = model.predicted - model.derivatives[:, model.base_columns] @ own
+        segments = tuple(map(moved_beside, data.segments, data.by_segment(others)))
+        if all(map(is_, segments, data.segments)):
+            break
+        data = _with_segments(data, segments)
+        model = fit(data, start.template, model.base, terms)
+    return data, model
+
+
+def _with_segments(data: AxisData, segments: tuple[Segment, ...]) -> AxisData:
+    """The same motion with its efforts moved."""
+    effort = np.concatenate([s.effort[s.sample_index] for s in segments])
+    return replace(data, segments=segments, effort=effort, cache={})
