@@ -17,7 +17,7 @@ What counts, and how:
 - A first cause is right when it is the hidden effect. A tie is not right: where the report calls
   another effect first and the hidden one its only inseparable alternative, a row of its own counts
   it. 'Nothing else named' and 'pairs' count it.
-- A delay of 25 ms or more may be a finding, which says by how much the two columns are apart and
+- A delay of 45 ms or more may be a finding, which says by how much the two columns are apart and
   forbids every cause. That is right, too.
 - Several terms of one effect, as two orders of a ripple, are one cause. What is suspected or minor
   is not named: it neither helps nor harms.
