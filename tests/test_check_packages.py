@@ -14,7 +14,7 @@ ROOT = Path(__file__).parents[1]
 def wheel(folder: Path, *, more: str = "", less: str = "") -> Path:
     """Packed from the checkout, with a file more or less."""
     path = folder / "edge_ident-1.0-py3-none-any.whl"
-    folders = (*check_packages.INSTALLED, check_packages.NOT_INSTALLED)
+    folders = (*check_packages.INSTALLED, *check_packages.NOT_INSTALLED)
     names = check_packages.tracked(*folders) - {less}
     with zipfile.ZipFile(path, "w") as archive:
         for name in (*names, "edge_ident-1.0.dist-info/METADATA", *([more] if more else [])):

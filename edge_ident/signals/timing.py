@@ -86,8 +86,10 @@ def within_limits(unlimited_s: float, std_s: float, sampling_s: float) -> Shift:
     largest_s = LARGEST_SHIFT * sampling_s
     even = largest_s / np.sqrt(3.0)
     believed = 1.0 / (1.0 + (std_s / even) ** 2)
+    # less certain than the limits, it says a direction at most
+    said_s = np.clip(unlimited_s, -largest_s, largest_s) if std_s > largest_s else unlimited_s
     return Shift(
-        shift_s=float(np.clip(unlimited_s * believed, -largest_s, largest_s)),
+        shift_s=float(np.clip(said_s * believed, -largest_s, largest_s)),
         std_s=float(even * np.sqrt(1.0 - believed)),
         unlimited_s=unlimited_s,
         unlimited_std_s=std_s,
