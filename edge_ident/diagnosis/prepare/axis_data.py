@@ -63,6 +63,11 @@ class AxisData:
         )
         return replace(self, segments=segments, cache={})
 
+    def with_efforts_of(self, segments: tuple[Segment, ...]) -> "AxisData":
+        """The same motion with the efforts (n,) of recordings that were moved in time."""
+        effort = np.concatenate([s.effort[s.sample_index] for s in segments])
+        return replace(self, segments=segments, effort=effort, cache={})
+
     @property
     def timing_columns(self) -> Array:
         """What a further shift of each of the R recordings adds to the effort, per s, (n, R)."""

@@ -8,8 +8,6 @@ samples like a compliance. So a delay is fitted beside the causes that were foun
 
 from dataclasses import replace
 
-import numpy as np
-
 from edge_ident.diagnosis.fit.candidates import Candidate
 from edge_ident.diagnosis.fit.external_vibrations import VIBRATION
 from edge_ident.diagnosis.fit.fitting import FittedTerm, delayed, fit
@@ -82,5 +80,4 @@ def _out_of_step(data: AxisData, late_s: float) -> AxisData:
     """The same data, with every effort where it was recorded."""
     shifts = [within_limits(late_s, 0.0, s.raw_period_s) for s in data.segments]
     segments = tuple(map(out_of_step, data.segments, shifts))
-    effort = np.concatenate([s.effort[s.sample_index] for s in segments])
-    return replace(data, segments=segments, effort=effort, late=True, cache={})
+    return replace(data.with_efforts_of(segments), late=True)

@@ -20,7 +20,6 @@ from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm, delayed, f
 from edge_ident.diagnosis.fit.noise_floor import noise_floor
 from edge_ident.diagnosis.fit.summary import nonzero_rms
 from edge_ident.diagnosis.prepare.axis_data import AxisData
-from edge_ident.diagnosis.prepare.segment import Segment
 from edge_ident.diagnosis.prepare.timing import MOST_MOVES, at_best_fit, moved_beside
 from edge_ident.diagnosis.select.acceptance import structure_left
 from edge_ident.diagnosis.select.hidden_delay import delay_like_last
@@ -42,7 +41,7 @@ def adequate_data(data: AxisData, known: AxisModel, tolerance: float) -> AxisDat
     """
     if data.late or delayed(known) or _adequate(data, known, tolerance):
         return data
-    moved = _with_segments(data, tuple(map(at_best_fit, data.segments)))
+    moved = data.with_efforts_of(tuple(map(at_best_fit, data.segments)))
     return moved if _adequate(moved, known, tolerance) else data
 
 
@@ -93,12 +92,6 @@ def _moved(
         segments = tuple(map(moved_beside, data.segments, data.by_segment(others)))
         if all(map(is_, segments, data.segments)):
             break
-        data = _with_segments(data, segments)
+        data = data.with_efforts_of(segments)
         model = fit(data, start.template, model.base, terms)
     return data, model
-
-
-def _with_segments(data: AxisData, segments: tuple[Segment, ...]) -> AxisData:
-    """The same motion with its efforts moved."""
-    effort = np.concatenate([s.effort[s.sample_index] for s in segments])
-    return replace(data, segments=segments, effort=effort, cache={})
