@@ -55,7 +55,12 @@ class Shift:
 
 
 def solve_shift(
-    regressor: Array, rate: Array, effort: Array, instrument: Array, sampling_s: float
+    regressor: Array,
+    rate: Array,
+    effort: Array,
+    instrument: Array,
+    sampling_s: float,
+    known_rate: Array | float = 0.0,
 ) -> Shift:
     """Solve for the shift, from signals at the samples that count.
 
@@ -68,11 +73,15 @@ def solve_shift(
         Slow part of the effort's rate, negative: what a shift adds to the effort, per s.
     sampling_s : float
         Sampling period of the recording, which limits the shift.
+    known_rate : (n,) array, optional
+        Rate of what was taken out of the effort before, which is late as well.
     """
     if len(effort) <= 2 * regressor.shape[1]:
         return within_limits(0.0, np.inf, sampling_s)
     basis, residual, parameters = _projected(regressor, effort)
-    column, instrument = (x - basis @ (basis.T @ x) for x in (-rate @ parameters, instrument))
+    column, instrument = (
+        x - basis @ (basis.T @ x) for x in (-(rate @ parameters + known_rate), instrument)
+    )
     gain = float(instrument @ column)
     if gain <= _TINY:
         return within_limits(0.0, np.inf, sampling_s)

@@ -42,9 +42,7 @@ def timing(data: AxisData, fitted: FittedModel) -> Timing:
     """
     if delayed(fitted.axis):
         return NO_SHIFT
-    own = np.concatenate([fitted.base, fitted.timing])
-    others = fitted.predicted - fitted.derivatives[:, fitted.base_columns] @ own
-    found = map(whole_shift, data.segments, data.by_segment(others))
+    found = [whole_shift(segment, fitted.axis) for segment in data.segments]
     shift, std = np.array([(s.shift_s, max(s.std_s, _TINY)) for s in found]).T
     period = np.array([s.raw_period_s for s in data.segments])
     weight = std**-2.0 / np.sum(std**-2.0)

@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.prepare.segment import WHOLE_BAND, Segment
-from edge_ident.model.model import regressor
+from edge_ident.model.inverse import inverse_effort, obeyed
+from edge_ident.model.model import PARAMETERS, AxisModel, regressor
 from edge_ident.model.timing import LARGEST_SHIFT
 from edge_ident.signals.filters import lowpass
 from edge_ident.signals.timing import (
@@ -122,31 +123,17 @@ def _in_step(segment: Segment) -> Segment:
     return segment
 
 
-def whole_shift(segment: Segment, others: Array) -> Shift:
-    """By which the effort of a recording is late, beside the base model and other terms.
-
-    Parameters
-    ----------
-    segment : Segment
-    others : (n,) array
-        What those terms contribute to the effort at the compared samples.
-    """
-    further = _Signals.of(segment).beside(others).shift(segment)
+def whole_shift(segment: Segment, axis: AxisModel) -> Shift:
+    """By which the effort of a recording is late, beside the terms of a model that was fitted."""
+    further = _Signals.of(segment).beside_terms(segment, axis).shift(segment)
     whole_s = further.unlimited_s + segment.applied_s
     return within_limits(whole_s, further.unlimited_std_s, segment.raw_period_s)
 
 
-def moved_beside(segment: Segment, others: Array) -> Segment:
-    """A recording in step beside the base model and other terms, to first order; itself where it
-    hardly moves.
-
-    Parameters
-    ----------
-    segment : Segment
-    others : (n,) array
-        What those terms contribute to the effort at the compared samples.
-    """
-    shift_s = whole_shift(segment, others).shift_s
+def moved_beside(segment: Segment, axis: AxisModel) -> Segment:
+    """A recording in step beside the terms of a model that was fitted, to first order; itself where
+    it hardly moves."""
+    shift_s = whole_shift(segment, axis).shift_s
     if abs(shift_s - segment.applied_s) < _SMALLEST * segment.raw_period_s:
         return segment
     return _with_timing(segment.in_step(shift_s))
@@ -177,13 +164,15 @@ def _late(segment: Segment, shift: Shift) -> bool:
 @dataclass(frozen=True)
 class _Signals:
     """Columns of the base model, and more, (n, P) and their rates (n, P); the effort and the rate
-    of its slow part (n,); and the samples that count (n,)."""
+    of its slow part (n,); the samples that count (n,); and the rate (n,) of known terms, which are
+    not in the effort."""
 
     columns: Array
     rates: Array
     effort: Array
     effort_rate: Array
     valid: NDArray[np.bool_]
+    known_rate: Array
 
     @classmethod
     def of(cls, segment: Segment) -> Self:
@@ -199,11 +188,19 @@ class _Signals:
             effort=segment.effort[segment.sample_index],
             effort_rate=segment.sampled(np.gradient(effort, segment.raw_period_s)),
             valid=segment.valid,
+            known_rate=np.zeros(len(segment.valid)),
         )
 
-    def beside(self, others: Array) -> Self:
-        """The same without what other terms contribute to the effort, (n,)."""
-        return replace(self, effort=self.effort - others)
+    def beside_terms(self, segment: Segment, axis: AxisModel) -> Self:
+        """The same without what the terms of a model add to the base model."""
+        base = np.array([axis.terms[0].values[name] for name in PARAMETERS])
+        effort = inverse_effort(obeyed(axis), segment.motion, segment.others, segment.cache)
+        own = regressor(segment.motion.velocity, segment.motion.acceleration) @ base
+        return replace(
+            self,
+            effort=self.effort - segment.predicted(axis) + self.columns @ base,
+            known_rate=segment.filter(np.gradient(effort - own, segment.period_s)),
+        )
 
     def beside_friction(self, segment: Segment) -> Self:
         """The same with columns for what a curve of friction adds to the base model."""
@@ -225,6 +222,7 @@ class _Signals:
             self.effort[at],
             -self.effort_rate[at],
             segment.raw_period_s,
+            self.known_rate[at],
         )
 
     @property

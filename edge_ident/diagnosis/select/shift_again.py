@@ -48,7 +48,8 @@ def adequate_data(data: AxisData, known: AxisModel, tolerance: float) -> AxisDat
 def data_beside_causes(selected: Selected) -> AxisData | None:
     """The data of an axis with its effort in step beside its causes, or beside the first of them.
 
-    A few causes are asked first: the others may be what the shift was taken for.
+    What it is known to have comes first, then a few causes: the others may be what the shift was
+    taken for.
 
     Parameters
     ----------
@@ -64,7 +65,8 @@ def data_beside_causes(selected: Selected) -> AxisData | None:
         return None
     best, found = search.criterion.value(selected.supported.model) - DECISIVE.value, None
     vibrations, causes = delay_like_last(selected)
-    for count in range(1, len(causes) + 1):
+    nothing_known = len(start.template.terms) == 1
+    for count in range(nothing_known, len(causes) + 1):
         moved, model = _moved(data, start, (*vibrations, *causes[:count]))
         value = replace(search.criterion, data=moved).value(model)
         if moved is not data and value < best:
@@ -87,9 +89,7 @@ def _moved(
     terms = tuple(beside)
     model = fit(data, start.template, start.base, terms)
     for _ in range(MOST_MOVES):
-        own = np.concatenate([model.base, model.timing])
-        others = model.predicted - model.derivatives[:, model.base_columns] @ own
-        segments = tuple(map(moved_beside, data.segments, data.by_segment(others)))
+        segments = tuple(moved_beside(segment, model.axis) for segment in data.segments)
         if all(map(is_, segments, data.segments)):
             break
         data = data.with_efforts_of(segments)

@@ -14,6 +14,7 @@ from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.select.selection import Selected
 from edge_ident.diagnosis.select.shift_again import data_beside_causes
 from edge_ident.model.effects import named
+from edge_ident.model.model import AxisModel
 from tests.edge_ident.diagnosis.select.test_search_parts import TEMPLATE, recorded, swing
 
 SLOW_S = 0.02
@@ -29,6 +30,7 @@ def one_term(name: str, **values: float) -> FittedTerm:
 
 
 DEAD_BAND = one_term("actuator_deadband")
+DEAD_BAND_OF_1_5 = replace(DEAD_BAND, linear={"width": 1.5}).model_term
 DAMPED = one_term("coupling_compliance", rate=25.0, damping_ratio=0.9)
 
 
@@ -42,10 +44,10 @@ def data() -> AxisData:
     return prepare_axis([recorded(t, x, command, noise=0.01)], "x")
 
 
-def selected(data: AxisData, *terms: FittedTerm) -> Selected:
-    """What a search ends with that has found these."""
-    start = fit(data, TEMPLATE, np.zeros(4), ())
-    search = Search.of(data, TEMPLATE, start)
+def selected(data: AxisData, *terms: FittedTerm, known: AxisModel = TEMPLATE) -> Selected:
+    """What a search ends with that has found these, besides what was known."""
+    start = fit(data, known, np.zeros(4), ())
+    search = Search.of(data, known, start)
     model = search.fit(start.base, terms)
     return Selected(search, start, model, SupportedModel(model, (), (), True))
 
@@ -71,6 +73,13 @@ def test_an_effort_out_of_step_is_moved_beside_its_dead_band(
     assert after.error < before.supported.model.error
     assert after.terms[0].linear["width"] == pytest.approx(1.5, rel=0.02)
     assert data_beside_causes(selected(found, DEAD_BAND)) is None
+
+
+def test_an_effort_is_moved_beside_what_is_known(data: AxisData) -> None:
+    known = AxisModel((*TEMPLATE.terms, DEAD_BAND_OF_1_5))
+    found = data_beside_causes(selected(out_by(data, 1.5), known=known))
+    assert found is not None
+    assert found.segments[0].applied_s / SLOW_S == pytest.approx(-EARLY, abs=0.25)
 
 
 def test_an_effort_in_step_stays_where_it_is(data: AxisData) -> None:
