@@ -10,7 +10,8 @@
   model lacks it is closer than least squares, which balances the effect over all samples. Its
   interval reaches as far as least squares.
 
-Every deviation includes the model error (`edge_ident.estimation.model_error`).
+Every deviation includes the model error (`edge_ident.estimation.model_error`) and that of the shift
+between effort and position.
 """
 
 from dataclasses import dataclass, replace
@@ -35,7 +36,7 @@ from edge_ident.estimation.trust import (
 )
 from edge_ident.identification.adequacy import Adequacy
 from edge_ident.identification.comparison import Comparison
-from edge_ident.identification.findings import describe_model, describe_scales
+from edge_ident.identification.findings import describe_model, describe_scales, said_once
 from edge_ident.identification.result import AxisIdentification, EffortTrace, ParameterSource
 from edge_ident.model.model import Estimate, Model, base_axis, effect_names
 from edge_ident.model.supported_range import SupportedRange
@@ -87,7 +88,7 @@ class Question:
 
 @dataclass(frozen=True)
 class _Base:
-    """An estimate of the base model; its deviations include the model error."""
+    """An estimate of the base model; its deviations include those by model error and timing."""
 
     source: ParameterSource
     estimate: Estimate
@@ -162,7 +163,7 @@ def answer(question: Question, outcome: "AxisDiagnosis | str | None") -> AxisIde
         units=axis.parameter_units,
         cutoff_hz=signals.cutoff_hz,
         condition_number=columns.condition_number,
-        findings=_once(findings),
+        findings=said_once(findings),
         end_s=_end_s(question.recording, float(times_s[-1]), diagnosed),
         trace=EffortTrace(times_s, measured, modelled),
     )
@@ -174,24 +175,17 @@ def _end_s(recording: Recording, last_s: float, diagnosed: "AxisDiagnosis | None
     return max(recording.begin_s + last_s, diagnosed_s)
 
 
-def _once(findings: list[Finding]) -> tuple[Finding, ...]:
-    """Findings, each said once: identification and diagnosis make some of the same checks."""
-    kept: dict[tuple[str, str], Finding] = {}
-    for finding in findings:
-        same = (finding.code, finding.message)
-        if same not in kept or finding.blocks:
-            kept[same] = finding
-    return tuple(kept.values())
-
-
 def _bases(question: Question) -> tuple[_Base, _Base]:
     """Least squares on the signals of the identification, and on those of the comparison."""
-    linear, whitened = question.linear, question.compared.fit()
+    compared = question.compared
+    linear, whitened = question.linear, compared.fit()
     error = _model_error(question.compensated, question.part, linear.std)
-    beside = question.compared.model_error(whitened.std)
+    beside = compared.model_error(whitened.std)
+    sampling_s = question.compensated.signals.recorded_period_s
+    late = compared.timing_error(question.timing.std_samples * sampling_s)
     return (
-        _Base(ParameterSource.LEAST_SQUARES, _widened(linear, error), error),
-        _Base(ParameterSource.WHITENED, _widened(whitened, beside), beside),
+        _Base(ParameterSource.LEAST_SQUARES, _widened(linear, np.hypot(error, late)), error),
+        _Base(ParameterSource.WHITENED, _widened(whitened, np.hypot(beside, late)), beside),
     )
 
 

@@ -26,6 +26,7 @@ from edge_ident.diagnosis.prepare.masks import (
 from edge_ident.errors import DataError
 from edge_ident.estimation.columns import Columns
 from edge_ident.estimation.compensated_axis import CompensatedAxis
+from edge_ident.estimation.covariance import coloured_std
 from edge_ident.estimation.least_squares import solve
 from edge_ident.estimation.model_error import RegimeMoves, regime_moves, regimes, unnoticed_error
 from edge_ident.model.model import Estimate, regressor
@@ -44,6 +45,7 @@ _NEARBY: Final = 128
 """Samples beside a reversal that are looked at first, before twice as many."""
 _FEWEST: Final = 8
 """Samples, two for each parameter."""
+_TINY: Final = float(np.finfo(float).tiny)
 
 
 @dataclass(frozen=True)
@@ -146,6 +148,24 @@ class Comparison:
         """Of the base model's parameters, where parts of the motion are left out."""
         divided = regimes(self.regressor, self.position, self.samples)
         return regime_moves(self.regressor, self.effort, divided)
+
+    def timing_error(self, std_s: float) -> Array:
+        """Deviation (4,) of parameters by that of the shift, in s, which they follow."""
+        return std_s * np.abs(self.columns.solved(self.rate)) / self.columns.length
+
+    @cached_property
+    def rate(self) -> Array:
+        """What a shift of one second adds to the effort of the base model, negative, (n,)."""
+        inertia, viscous, *_ = self.columns.solved(self.effort) / self.columns.length
+        return np.asarray(self.rates[:, :2] @ np.array([inertia, viscous]))
+
+    @property
+    def fitted_shift_std(self) -> float:
+        """Deviation in s of a shift that is fitted with the base model's parameters."""
+        length = max(float(np.linalg.norm(self.rate)), _TINY)
+        columns = np.column_stack([self.columns.unit, self.rate / length])
+        residual = self.effort - self.columns.unit @ self.columns.solved(self.effort)
+        return float(coloured_std(columns, residual)[-1]) / length
 
     def shift(self, sampling_s: float) -> Shift:
         """By which the effort is recorded late, to first order.

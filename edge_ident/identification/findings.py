@@ -89,3 +89,13 @@ def _verdict(adequacy: Adequacy, diagnosed: "AxisDiagnosis") -> list[Finding]:
             blocks=False,
         )
     ]
+
+
+def said_once(findings: list[Finding]) -> tuple[Finding, ...]:
+    """Findings, each said once: identification and diagnosis make some of the same checks."""
+    kept: dict[tuple[str, str], Finding] = {}
+    for finding in findings:
+        same = (finding.code, finding.message)
+        if same not in kept or finding.blocks:
+            kept[same] = finding
+    return tuple(kept.values())

@@ -13,7 +13,7 @@ from edge_ident.identification.comparison import Comparison
 from edge_ident.model.model import Model
 from edge_ident.model.timing import LARGEST_SHIFT, Timing
 from edge_ident.signals.recording import Recording
-from edge_ident.signals.timing import smallest_at
+from edge_ident.signals.timing import smallest_at, within_limits
 
 SMALLEST_SHIFT: Final = 0.02
 """Shift in sampling periods that moves no parameter, so that the signals need no second look."""
@@ -48,6 +48,14 @@ class InStep:
     def adequacy(self) -> Adequacy:
         """How the base model does."""
         return judge(self.compared)
+
+    @property
+    def as_fitted(self) -> "InStep":
+        """The same with the deviation of a shift at which the base model leaves least."""
+        sampling_s = self.compensated.signals.recorded_period_s
+        known = within_limits(self.timing.shift_s, self.compared.fitted_shift_std, sampling_s)
+        timing = replace(self.timing, std_samples=known.std_s / sampling_s)
+        return replace(self, timing=timing)
 
     def at(self, shifted: _Shifted, late_s: float) -> "InStep":
         """The same axis with another shift, whose deviation is as large."""
@@ -84,7 +92,7 @@ def in_step(
     sampling_s = signals.recorded_period_s
     limits = [late * LARGEST_SHIFT * sampling_s for late in (-1.0, 0.0, 1.0)]
     left = [found.at(shifted, late_s).compared.left for late_s in limits]
-    fitting = found.at(shifted, smallest_at(left, sampling_s))
+    fitting = found.at(shifted, smallest_at(left, sampling_s)).as_fitted
     return fitting if fitting.adequacy.adequate else found
 
 
