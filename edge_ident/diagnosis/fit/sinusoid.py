@@ -36,7 +36,8 @@ class Sinusoid:
     recorded : float
         Rms of what it removes from the effort above the band, less inertia where encoder noise does
         not hide the motion, over the rms of the recorded effort. The amplitude of either half is
-        tried on the other half, so noise removes nothing.
+        tried on the other half, so noise removes nothing. Of an order that is worth naming, with
+        what it removes inside the band.
     of_encoder : bool
         Whether an order is rather an error of the encoder: it grows with the square of the speed,
         or is mostly inertia times a motion below the encoder's resolution.

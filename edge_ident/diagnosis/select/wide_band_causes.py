@@ -23,6 +23,7 @@ from edge_ident.model.model import PARAMETERS, AxisModel, Model, Term
 from edge_ident.signals.recording import Recording
 
 _RIPPLE: Final = "torque_ripple"
+_TINY: Final = float(np.finfo(float).tiny)
 _WORSE: Final = "found above the band; with it the residual inside the band is larger than without"
 
 
@@ -44,7 +45,8 @@ def orders_in_step(
     """The content without orders that contradict the band of the comparison, and these.
 
     What an order still does inside the band has to describe the effort there no worse. Otherwise
-    its phase, or the inertia that it was measured beside, is not right.
+    its phase, or the inertia that it was measured beside, is not right. What it takes off the
+    effort there counts with what it takes off above: a motion of many speeds has it on both sides.
 
     Parameters
     ----------
@@ -53,15 +55,19 @@ def orders_in_step(
     tolerance : float
         Smallest rms that is worth naming, over that of the effort.
     """
-    start = np.zeros(len(PARAMETERS))
-    limit = TRADED.value**2 * fit(data, axis, start, ()).error
+    start, scale = np.zeros(len(PARAMETERS)), np.linalg.norm(data.effort[data.valid])
+    without = fit(data, axis, start, ()).error
     kept, suspected = [], []
     for order in content.orders:
-        beside = replace(axis, terms=(*axis.terms, _term(order)))
-        if order.share >= tolerance and fit(data, beside, start, ()).error > limit:
-            suspected.append(replace(_cause(order), decision=_WORSE))
-        else:
+        if order.share < tolerance:
             kept.append(order)
+            continue
+        left = fit(data, replace(axis, terms=(*axis.terms, _term(order))), start, ()).error
+        if left > TRADED.value**2 * without:
+            suspected.append(replace(_cause(order), decision=_WORSE))
+            continue
+        inside = math.sqrt(max(without - left, 0.0)) / max(scale, _TINY)
+        kept.append(replace(order, recorded=math.hypot(order.recorded, inside)))
     return replace(content, orders=tuple(kept)), tuple(suspected)
 
 
