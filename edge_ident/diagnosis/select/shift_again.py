@@ -48,8 +48,8 @@ def adequate_data(data: AxisData, known: AxisModel, tolerance: float) -> AxisDat
 def data_beside_causes(selected: Selected) -> AxisData | None:
     """The data of an axis with its effort in step beside its causes, or beside the first of them.
 
-    What it is known to have comes first, then a few causes: the others may be what the shift was
-    taken for.
+    What it is known to have comes first, with external vibrations; then a few causes: the others
+    may be what the shift was taken for.
 
     Parameters
     ----------
@@ -65,8 +65,8 @@ def data_beside_causes(selected: Selected) -> AxisData | None:
         return None
     best, found = search.criterion.value(selected.supported.model) - DECISIVE.value, None
     vibrations, causes = delay_like_last(selected)
-    nothing_known = len(start.template.terms) == 1
-    for count in range(nothing_known, len(causes) + 1):
+    known = len(start.template.terms) > 1
+    for count in range(0 if known or vibrations else 1, len(causes) + 1):
         moved, model = _moved(data, start, (*vibrations, *causes[:count]))
         value = replace(search.criterion, data=moved).value(model)
         if moved is not data and value < best:

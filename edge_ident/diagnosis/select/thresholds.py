@@ -118,7 +118,7 @@ NEGATIVE: Final = Threshold(
 )
 TRADED: Final = Threshold(
     1.02,
-    "residual of the base model",
+    "residual with the best base parameters",
     "Without its external vibrations, or with an order from above the band, a model leaves no more "
     "than this. Otherwise they trade places with its parameters and are refused.",
     "The base model is the best without them; a machine that they act on is described nearly as "

@@ -10,6 +10,7 @@ import numpy as np
 from edge_ident.diagnosis.fit.fitting import FittedModel, fit
 from edge_ident.diagnosis.fit.moving_line import MovingLine
 from edge_ident.diagnosis.fit.sinusoid import Sinusoid
+from edge_ident.diagnosis.fit.summary import nonzero_rms
 from edge_ident.diagnosis.fit.wide_band import BandContent, above_band
 from edge_ident.diagnosis.measures import SpectralLine
 from edge_ident.diagnosis.prepare.axis_data import AxisData
@@ -23,7 +24,6 @@ from edge_ident.model.model import PARAMETERS, AxisModel, Model, Term
 from edge_ident.signals.recording import Recording
 
 _RIPPLE: Final = "torque_ripple"
-_TINY: Final = float(np.finfo(float).tiny)
 _WORSE: Final = "found above the band; with it the residual inside the band is larger than without"
 
 
@@ -55,18 +55,20 @@ def orders_in_step(
     tolerance : float
         Smallest rms that is worth naming, over that of the effort.
     """
-    start, scale = np.zeros(len(PARAMETERS)), np.linalg.norm(data.effort[data.valid])
+    start, samples = np.zeros(len(PARAMETERS)), np.count_nonzero(data.valid)
+    scale = nonzero_rms(data.effort[data.valid])
     without = fit(data, axis, start, ()).error
+    limit = TRADED.value**2 * without
     kept, suspected = [], []
     for order in content.orders:
         if order.share < tolerance:
             kept.append(order)
             continue
         left = fit(data, replace(axis, terms=(*axis.terms, _term(order))), start, ()).error
-        if left > TRADED.value**2 * without:
+        if left > limit:
             suspected.append(replace(_cause(order), decision=_WORSE))
             continue
-        inside = math.sqrt(max(without - left, 0.0)) / max(scale, _TINY)
+        inside = math.sqrt(max(without - left, 0.0) / samples) / scale
         kept.append(replace(order, recorded=math.hypot(order.recorded, inside)))
     return replace(content, orders=tuple(kept)), tuple(suspected)
 

@@ -157,6 +157,26 @@ def test_an_external_vibration_is_reported_and_is_no_cause() -> None:
     assert np.abs(error) == pytest.approx(0.0, abs=0.02), "nor does it bias the base"
 
 
+@pytest.mark.parametrize("frequency_hz", [8.0, 20.0])
+def test_a_vibration_that_shakes_the_axis_is_reported(frequency_hz: float) -> None:
+    """In a loop of 6 Hz the axis gives way. Then the base model alone asks for a shift of up to a
+    sample and a half, which is none beside the vibration."""
+    size, inertia, viscous, loop = 0.15, 0.5, 0.8, 2.0 * np.pi * 6.0
+    rate = 2.0 * np.pi * frequency_hz
+    t, x, v, a = swing(period_s=5e-4)
+    stiffness, damping = inertia * loop**2, 1.4 * inertia * loop
+    wave = np.exp(1j * rate * t)
+    gives = size / (stiffness - inertia * rate**2 + 1j * rate * (viscous + damping)) * wave
+    x, v, a = (s + np.imag(gives * (1j * rate) ** k) for k, s in enumerate((x, v, a)))
+    axis = diagnosed(recorded(t, x, rigid(v, a) - size * np.imag(wave), noise=0.02, count=1e-6))
+    assert axis.causes == ()
+    ((found_hz, amplitude),) = external_vibrations(axis)
+    assert found_hz == pytest.approx(frequency_hz, abs=0.005)
+    assert amplitude == pytest.approx(size, rel=0.01)
+    error = axis.extended.estimate.parameters - [0.5, 0.8, 1.1, 0.2]
+    assert np.abs(error) == pytest.approx(0.0, abs=0.02)
+
+
 @pytest.mark.parametrize("early_s", [0.2, 0.4])
 def test_a_push_while_quantization_aliases_is_found(early_s: float) -> None:
     """At its top speed the axis moves one count a sample, and rounding looks like motion."""
