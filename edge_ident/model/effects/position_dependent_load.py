@@ -20,6 +20,11 @@ from edge_ident.model.search import ChangesWith, Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
 from edge_ident.model.waves import wave
 
+_TURN_RAD: Final = 2.0 * np.pi
+_MOST_WAVES: Final = 2.0
+"""Over the travel; what repeats more often is called ripple."""
+_ROUNDING: Final = 1e-9
+
 
 class PositionDependentLoad(Effect):
     """A conservative load along the stroke."""
@@ -59,8 +64,14 @@ class PositionDependentLoad(Effect):
 
 
 def _grid(excitation: Excitation) -> dict[str, Array]:
-    """A tenth of a wave over the travel to two; what repeats more often is called ripple."""
-    return {"period": excitation.periods(0.1, 2.0, step=0.1)}
+    """A tenth of a wave over the travel, and more."""
+    return {"period": excitation.periods(0.1, _MOST_WAVES, step=0.1)}
+
+
+def _physical(values: Values, excitation: Excitation) -> bool:
+    """Not so many turns that the weight of an arm would be a ripple."""
+    waves = excitation.travel / values["period"]
+    return bool(np.all(waves <= _MOST_WAVES + _ROUNDING))
 
 
 def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
@@ -94,6 +105,7 @@ EFFECT: Final = PositionDependentLoad(
     search=SearchSpec(
         forms=(
             Form(("stiffness",)),
+            Form(("cosine", "sine"), rotary=True, known=(("period", _TURN_RAD),)),
             Form(("stiffness", "curvature")),
             Form(("cosine", "sine"), ("period",), changes=ChangesWith.STROKE),
             Form(("sum_cosine", "sum_sine"), coupled=True, rotary=True),
@@ -107,6 +119,7 @@ EFFECT: Final = PositionDependentLoad(
         ),
         experiment="the whole stroke at several accelerations: --motion multisine",
         grid=_grid,
+        physical=_physical,
         essential=("period",),
     ),
     draw=_draw,
