@@ -18,8 +18,9 @@ from edge_ident.model.effects import named
 Array = NDArray[np.float64]
 
 _ROUNDS: Final = 3
-TO_COMPARE: Final = 6
-"""Rounds after which equal formulas leave equal residuals."""
+FINE: Final = 6
+"""Rounds after which equal formulas leave equal residuals, and a parameter is closer to the best
+one than noise lets it be known."""
 _NARROWING: Final = (0.25, 0.4)
 """Width of a round over that of the one before; of few nonlinear parameters, of many."""
 
@@ -42,12 +43,16 @@ class Refinements:
         return tuple(scored.term for scored in self.cache.values())
 
     def refined(
-        self, subspace: ResidualSubspace, scored: ScoredCandidate, grid: Grid
+        self,
+        subspace: ResidualSubspace,
+        scored: ScoredCandidate,
+        grid: Grid,
+        most_rounds: int = _ROUNDS,
     ) -> ScoredCandidate:
         """See `refined`."""
-        key = _context(subspace, scored)
+        key = (most_rounds, *_context(subspace, scored))
         if key not in self.cache:
-            self.cache[key] = refined(subspace, scored, grid)
+            self.cache[key] = refined(subspace, scored, grid, most_rounds)
         return self.cache[key]
 
     def descended(

@@ -8,7 +8,7 @@ import numpy as np
 
 from edge_ident.diagnosis.fit.external_vibrations import VIBRATION
 from edge_ident.diagnosis.fit.fitting import FittedModel
-from edge_ident.diagnosis.fit.refinement import TO_COMPARE, refined
+from edge_ident.diagnosis.fit.refinement import FINE, refined
 from edge_ident.diagnosis.fit.scoring import ResidualSubspace, ScoredCandidate
 from edge_ident.diagnosis.result import Alternative
 from edge_ident.diagnosis.select.acceptance import Decision, Evidence, decide, separable
@@ -86,7 +86,7 @@ def _closest(
     candidate = scored.candidate
     if not candidate.form.nonlinear or candidate.descends:
         return other
-    term = refined(subspace, scored, search.grids[candidate], TO_COMPARE).term
+    term = refined(subspace, scored, search.grids[candidate], FINE).term
     return min(other, search.fit(rest.base, (*rest.terms, term)), key=lambda fitted: fitted.error)
 
 

@@ -114,6 +114,7 @@ def eliminate_backward(search: Search, model: FittedModel) -> SupportedModel:
         The selected model.
     """
     refused: list[Refused] = []
+    model = search.polished(model)
     for remaining in reversed(range(MOST_ROUNDS.value + 1)):
         seen = _look(search, model)
         if seen.change is None or not remaining:

@@ -177,6 +177,17 @@ def test_a_vibration_that_shakes_the_axis_is_reported(frequency_hz: float) -> No
     assert np.abs(error) == pytest.approx(0.0, abs=0.02)
 
 
+@pytest.mark.parametrize("period", [0.5, 0.217, 0.11])
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_a_period_is_found_as_closely_as_its_interval_says(period: float, seed: int) -> None:
+    """No step of the search is left in it: with little noise it is known to 10 parts in a million."""
+    t, x, v, a = swing(seed=seed)
+    ripple = 0.3 * np.cos(2.0 * np.pi / period * x + 0.3)
+    axis = diagnosed(recorded(t, x, rigid(v, a) + ripple, noise=0.005, seed=seed))
+    (cause,) = axis.causes
+    assert abs(cause.term.values["period"] - period) < 3.5 * cause.term.std["period"]
+
+
 @pytest.mark.parametrize("early_s", [0.2, 0.4])
 def test_a_push_while_quantization_aliases_is_found(early_s: float) -> None:
     """At its top speed the axis moves one count a sample, and rounding looks like motion."""
