@@ -20,7 +20,9 @@ Array = NDArray[np.float64]
 def model_discrepancy(data: AxisData, fitted: FittedModel) -> float:
     """Sum of squares over the valid samples by which a model's formulas may be off.
 
-    Of each added effect only the component orthogonal to the base model counts.
+    Of each added effect only the component orthogonal to the base model counts. Nothing counts with
+    more than the measured effort: a payload that changes after the first samples may have any size,
+    and the inertia before stands against it.
     """
     key = ("discrepancy", fitted.key)
     if key not in data.results:
@@ -30,25 +32,30 @@ def model_discrepancy(data: AxisData, fitted: FittedModel) -> float:
 
 def _discrepancy(data: AxisData, fitted: FittedModel) -> float:
     valid = data.valid
-    base = fitted.jacobian[valid, : len(PARAMETERS)]
-    varying = base @ fitted.base
-    varying = varying - np.mean(varying)
-    discrepancy = named(BASE).search.discrepancy ** 2 * float(varying @ varying)
+    measured = data.effort[valid]
+    varying = fitted.derivatives[valid, : len(PARAMETERS)] @ fitted.base
+    parts = [(BASE, varying - np.mean(varying))]
     basis = _base_basis(data, fitted)
     for k, t in enumerate(fitted.terms):
         effort = term_effort(data, fitted, k)[valid]
-        orthogonal = effort - basis @ (basis.T @ effort)
-        share = named(t.candidate.effect).search.discrepancy
-        discrepancy += share**2 * float(orthogonal @ orthogonal)
-    return discrepancy
+        parts.append((t.candidate.effect, effort - basis @ (basis.T @ effort)))
+    most = float(measured @ measured)
+    return sum(
+        named(effect).search.discrepancy ** 2 * min(float(effort @ effort), most)
+        for effect, effort in parts
+    )
 
 
 def _base_basis(data: AxisData, fitted: FittedModel) -> Array:
-    """Orthonormal basis (n, R) of the base model's columns, computed once where efforts add up."""
-    columns = fitted.jacobian[data.valid, fitted.base_columns]
+    """Orthonormal basis (n, R) of the base model's columns, computed once where efforts add up.
+
+    Those of parameters that a bound holds are among them: an effect that took the place of the
+    inertia does not err by a share of that.
+    """
+    columns = fitted.derivatives[data.valid, fitted.base_columns]
     if not additive(fitted.template, fitted.terms):
         return orthonormal(columns)
-    key = ("base", data.valid.tobytes(), fitted.free[fitted.base_columns].tobytes())
+    key = ("base", data.valid.tobytes())
     if key not in data.cache:
         data.cache[key] = orthonormal(columns)
     return data.cache[key]
