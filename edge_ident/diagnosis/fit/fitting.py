@@ -98,10 +98,10 @@ class FittedModel:
         """The derivatives, zero for what a bound holds."""
         return np.where(self.free, self.derivatives, 0.0)
 
-    def of_same_effect(self, place: int) -> tuple[int, ...]:
-        """Places of the added terms of one term's effect and source, itself included."""
-        names = [(t.candidate.effect, t.candidate.source) for t in self.terms]
-        return tuple(k for k, name in enumerate(names) if name == names[place])
+    def of_effect(self, term: FittedTerm) -> tuple[int, ...]:
+        """Places of the added terms that have the effect and the source of a term."""
+        names = [(t.candidate.effect, t.candidate.source) for t in (term, *self.terms)]
+        return tuple(k for k, name in enumerate(names[1:]) if name == names[0])
 
     def axis_without(self, places: Sequence[int]) -> AxisModel:
         """The axis without some of the added terms; all parameters stay as they are."""

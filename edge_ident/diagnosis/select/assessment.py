@@ -81,7 +81,7 @@ class Assessment:
         if recorded_alone:
             return recorded
         efforts = own_efforts(self.search.data, model, self.space)
-        together = (efforts[list(model.of_same_effect(k))] for k in range(len(model.terms)))
+        together = (efforts[list(model.of_effect(model.terms[k]))] for k in range(len(model.terms)))
         in_band = (rms(np.sum(parts, axis=0)) / self.scale for parts in together)
         return [max(pair) for pair in zip(recorded, in_band, strict=True)]
 

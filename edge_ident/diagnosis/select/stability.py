@@ -3,7 +3,8 @@
 The search is repeated on data that are disturbed by less than their noise (Meinshausen and Bühlmann
 2010): on every second recorded effort, and with white noise of the floor's rms added to the effort.
 Waveforms are compared and not parameters, because the parameters of one friction curve trade places
-freely. The motion is undisturbed. So the regressors of the first search serve all runs.
+freely. So do several waves of one effect, and what they add up to is compared as well. The motion
+is undisturbed. So the regressors of the first search serve all runs.
 """
 
 from collections.abc import Callable, Iterator
@@ -52,9 +53,28 @@ class DisturbedRuns:
     efforts: tuple[Array, ...]
 
     def times_found(self, model: FittedModel) -> list[int]:
-        """How many of the runs find each term of a model."""
+        """How many of the runs find each term of a model, or with others of its effect what they
+        add up to."""
         wanted = own_efforts(self.data, model, self.space)
-        return [sum(_among(effort, seen) for seen in self.efforts) for effort in wanted]
+        found = [
+            self._found(model, wanted, run, seen)
+            for run, seen in zip(self.models, self.efforts, strict=True)
+        ]
+        return [int(times) for times in np.sum(found, axis=0)]
+
+    def _found(
+        self, model: FittedModel, wanted: Array, run: FittedModel, seen: Array
+    ) -> NDArray[np.bool_]:
+        """Which terms (T,) of a model, of own efforts (T, n), one run finds."""
+        alone = np.array([_among(effort, seen) for effort in wanted], dtype=np.bool_)
+        found = alone.copy()
+        for place in np.flatnonzero(~alone).tolist():
+            of_effect = list(model.of_effect(model.terms[place]))
+            lost = [k for k in of_effect if not alone[k]]
+            theirs = list(run.of_effect(model.terms[place]))
+            apart = np.sum(wanted[of_effect], axis=0) - np.sum(seen[theirs], axis=0)
+            found[place] = _same(apart, np.sum(wanted[lost], axis=0))
+        return found
 
 
 def disturbed_runs(
@@ -114,4 +134,9 @@ def _every_second(raw: Array, first: int) -> Array:
 
 def _among(effort: Array, seen: Array) -> bool:
     """Whether an effort (n,) has the waveform of one of a run's efforts (T, n)."""
-    return any(rms(effort - other) < SAME_WAVEFORM.value * rms(effort) for other in seen)
+    return any(_same(effort - other, effort) for other in seen)
+
+
+def _same(apart: Array, effort: Array) -> bool:
+    """Whether two efforts (n,) that differ by so much have one waveform."""
+    return bool(rms(apart) < SAME_WAVEFORM.value * rms(effort))

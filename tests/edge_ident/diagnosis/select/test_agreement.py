@@ -92,3 +92,19 @@ def test_what_the_runs_find_of_the_selected_model_stays() -> None:
     runs = two.runs(two.model(PERIOD), *[two.model(PERIOD, 0.8)] * 3)
     selected = two.selected(PERIOD, 0.8, 0.47)
     assert agreed(two.search, two.start, selected, runs) == (selected, [4, 3, 0])
+
+
+def test_slow_waves_that_trade_places_are_found_by_what_they_add_up_to() -> None:
+    slow = with_ripples(5.0)
+    model, run = slow.model(4.5, 6.0), slow.model(15.0, 5.5)
+    space = base_space(slow.search.data, slow.start)
+    efforts = [own_efforts(slow.search.data, one, space) for one in (model, run)]
+    for effort in efforts[0]:
+        apart = np.sqrt(np.mean((efforts[1] - effort) ** 2, axis=1) / np.mean(effort**2))
+        assert np.all(apart > 0.5), "no wave is that of the run"
+    assert slow.runs(run, run).times_found(model) == [2, 2]
+
+
+def test_a_wave_that_no_run_finds_is_not_found_beside_a_stronger_one(rippled: Rippled) -> None:
+    model, run = rippled.model(PERIOD, 0.47), rippled.model(PERIOD)
+    assert rippled.runs(run, run, run).times_found(model) == [3, 0]
