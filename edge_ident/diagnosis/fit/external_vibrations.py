@@ -10,6 +10,7 @@ from edge_ident.diagnosis.fit.candidates import Candidate
 from edge_ident.diagnosis.fit.library import Grid
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.model.external_vibration import EXTERNAL_VIBRATION
+from edge_ident.signals.conditioning import SAMPLES_PER_CUTOFF_PERIOD
 from edge_ident.signals.motion_lines import driven, motion_lines
 
 Array = NDArray[np.float64]
@@ -43,15 +44,18 @@ class Spectrum:
 
     @classmethod
     def of(cls, data: AxisData) -> Self:
-        """All frequencies that a single recording resolves and its filter passes.
+        """All frequencies that a single recording resolves, up to half the rate of its samples.
 
-        There are none for several recordings, because the phase from one to the next is unknown.
+        The filter passes a part of what lies between its cut-off and there, and a spring would take
+        its place. There are none for several recordings, because the phase from one to the next is
+        unknown.
         """
         first, *others = data.segments
         duration_s = float(first.motion.time_s[-1])
-        lowest, highest = _FEWEST_PERIODS / duration_s, 0.0 if others else first.cutoff_hz
+        highest = 0.5 * SAMPLES_PER_CUTOFF_PERIOD * first.cutoff_hz
+        lowest = highest if others else _FEWEST_PERIODS / duration_s
         frequency_hz = np.arange(lowest, highest, _STEP / duration_s)
-        lines = motion_lines(first.motion.velocity, first.period_s, first.cutoff_hz)
+        lines = motion_lines(first.motion.velocity, first.period_s, highest)
         of_motion = driven(frequency_hz, lines, 1.0 / duration_s)
         angle = 2.0 * np.pi * frequency_hz[:, None] * data.of_motion("time_s")[data.valid]
         return cls(frequency_hz, np.exp(-1j * angle).astype(np.complex64), of_motion)

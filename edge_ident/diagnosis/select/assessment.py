@@ -9,12 +9,15 @@ import numpy as np
 from edge_ident.diagnosis.fit.external_vibrations import VIBRATION
 from edge_ident.diagnosis.fit.fitting import FittedModel
 from edge_ident.diagnosis.fit.noise_floor import NoiseFloor
+from edge_ident.diagnosis.fit.projection import orthonormal
 from edge_ident.diagnosis.fit.summary import nonzero_rms
 from edge_ident.diagnosis.select.acceptance import beyond, noise_limit, structure_left
 from edge_ident.diagnosis.select.own_effort import Array, base_space, own_efforts
 from edge_ident.diagnosis.select.recorded_effort import recorded_sizes
 from edge_ident.diagnosis.select.search import Search
+from edge_ident.estimation.columns import unit_length
 from edge_ident.model.effects import named
+from edge_ident.model.model import PARAMETERS
 from edge_ident.signals.metrics import rms
 
 
@@ -84,6 +87,26 @@ class Assessment:
         together = (efforts[list(model.of_effect(model.terms[k]))] for k in range(len(model.terms)))
         in_band = (rms(np.sum(parts, axis=0)) / self.scale for parts in together)
         return [max(pair) for pair in zip(recorded, in_band, strict=True)]
+
+    def information_kept(self, kept: Sequence[int]) -> float:
+        """Least share of what the motion says of a base parameter that it says beside vibrations.
+
+        Without vibrations it is one.
+        """
+        model, valid = self.fitted(kept), self.search.data.valid
+        columns = model.derivatives[valid]
+        base = unit_length(columns[:, : len(PARAMETERS)])[0]
+        waves = [
+            columns[:, model.columns_of(k)]
+            for k, t in enumerate(model.terms)
+            if t.candidate == VIBRATION
+        ]
+        if not waves:
+            return 1.0
+        basis = orthonormal(np.hstack(waves))
+        beside = base - basis @ (basis.T @ base)
+        alone, left = (np.diag(np.linalg.pinv(part.T @ part)) for part in (base, beside))
+        return float(np.min(alone / left))
 
     def sound(self, place: int) -> bool:
         """Whether a sound drive has as much of what a term of the model says."""

@@ -20,11 +20,7 @@ from edge_ident.diagnosis.result import Cause, Refused
 from edge_ident.diagnosis.select.acceptance import Decision, again, larger_than_rest
 from edge_ident.diagnosis.select.agreement import agreed
 from edge_ident.diagnosis.select.assessment import Assessment
-from edge_ident.diagnosis.select.backward_elimination import (
-    SupportedModel,
-    SupportedTerm,
-    without_vibrations,
-)
+from edge_ident.diagnosis.select.backward_elimination import SupportedModel, SupportedTerm
 from edge_ident.diagnosis.select.both_halves import decide_halves
 from edge_ident.diagnosis.select.causes import causes, strongest_first
 from edge_ident.diagnosis.select.evidence import evidence_for_terms
@@ -32,11 +28,10 @@ from edge_ident.diagnosis.select.physics import unphysical
 from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.select.stability import RUNS, disturbed_runs
 from edge_ident.diagnosis.select.standstill import at_standstill, tied_to_time
-from edge_ident.diagnosis.select.thresholds import TRADED
+from edge_ident.diagnosis.select.thresholds import INFORMATION_KEPT
 from edge_ident.diagnosis.select.unnamed_laws import unnamed
 from edge_ident.diagnosis.tolerance import TOLERANCE
 from edge_ident.diagnosis.verdict import Verdict
-from edge_ident.signals.metrics import rms
 
 _SOUND: Final = "certain, and no fault: the chain of a sound drive winds up as much"
 
@@ -180,18 +175,13 @@ def _beside_rest(assessed: Assessment, model: FittedModel) -> list[Decision]:
 def _traded(assessed: Assessment, kept: Sequence[int]) -> dict[int, str]:
     """Reasons against vibrations that trade places with the base model.
 
-    They are no part of the machine. So without them, and with the parameters that were fitted
-    beside them, the rest has to describe the machine nearly as well as with the best parameters.
-    The shift is none of these: a vibration may well move what the recording alone says of it.
+    They are no part of the machine, and the motion has to show its parameters beside them.
     """
-    data, model = assessed.search.data, assessed.fitted(kept)
-    rest = without_vibrations(data, model)
-    left = (data.effort - rest.predicted)[data.valid]
-    best = left - assessed.space @ (assessed.space.T @ left)
-    if rms(left) <= TRADED.value * rms(best):
+    if assessed.information_kept(kept) > INFORMATION_KEPT.value:
         return {}
-    reason = "it trades places with the base parameters: those beside it fail without it"
-    return {k: reason for k, t in zip(kept, model.terms, strict=True) if t.candidate == VIBRATION}
+    reason = "it trades places with the base parameters, of which this motion then says little"
+    terms = assessed.model.terms
+    return {k: reason for k in kept if terms[k].candidate == VIBRATION}
 
 
 def _at_standstill(assessed: Assessment, kept: Sequence[int]) -> dict[int, str]:

@@ -119,12 +119,19 @@ NEGATIVE: Final = Threshold(
 TRADED: Final = Threshold(
     1.02,
     "residual with the best base parameters",
-    "Without its external vibrations, or with an order from above the band, a model leaves no more "
-    "than this. Otherwise they trade places with its parameters and are refused.",
-    "The base model is the best without them; a machine that they act on is described nearly as "
-    "well by the parameters that were fitted beside them.",
-    "`test_search_parts.py`: an external vibration is reported; on a pendulum that is driven by "
-    "one sinusoid it is refused",
+    "With an order from above the band, a model leaves no more than this inside it. Otherwise the "
+    "order is suspected.",
+    "What an order still does inside the band describes the effort there no worse than nothing.",
+    "`test_wide_band_causes.py`: an order is a cause with its amplitude",
+)
+INFORMATION_KEPT: Final = Threshold(
+    0.5,
+    "of the information on a base parameter",
+    "Beside external vibrations, each base parameter keeps more than this of what the motion says "
+    "of it. Otherwise they trade places and are refused.",
+    "A judgement: its standard deviation grows by 1.4 at most. A vibration that shakes the axis "
+    "leaves nearly all; one in place of the excitation leaves nothing.",
+    "`test_search_parts.py`: an axis that is shaken; one that is driven by one sinusoid alone",
 )
 DISTURBED: Final = Threshold(
     2,

@@ -68,3 +68,17 @@ def test_what_repeats_has_a_period_that_the_data_determine(period: float, determ
     term = FittedTerm(ripple, {"period": period}, {"cosine": 0.0, "sine": 0.0})
     model = fit(data, TEMPLATE, np.zeros(4), (term,))
     assert near_zero(data, model) == [() if determined else ("period",)]
+
+
+def test_in_place_of_a_wave_that_nothing_bounds_comes_a_simpler_form() -> None:
+    t, x, v, a = swing()
+    data = prepare_axis([recorded(t, x, rigid(v, a) + 0.3 * x, noise=0.1)], "x")
+    start = fit(data, TEMPLATE, np.zeros(4), ())
+    search = Search.of(data, TEMPLATE, start)
+    wave = next(f for f in named("position_dependent_load").search.forms if f.nonlinear)
+    load = Candidate("position_dependent_load", wave)
+    term = FittedTerm(load, {"period": 40.0}, {"cosine": 0.0, "sine": 0.0})
+    supported = eliminate_backward(search, search.fit(start.base, (term,)))
+    (left,) = supported.model.terms
+    assert left.linear == {"stiffness": pytest.approx(0.3, rel=0.05)}
+    assert supported.refused == (), "the effect stays"

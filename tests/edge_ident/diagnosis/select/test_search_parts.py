@@ -7,11 +7,14 @@ import pytest
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.diagnose import diagnose
-from edge_ident.diagnosis.fit.fitting import fit
+from edge_ident.diagnosis.fit.external_vibrations import VIBRATION
+from edge_ident.diagnosis.fit.fitting import FittedTerm, fit
 from edge_ident.diagnosis.fit.noise_floor import noise_floor
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.present.wording import external_vibrations, verdict_sentence
 from edge_ident.diagnosis.result import AxisDiagnosis
+from edge_ident.diagnosis.select.assessment import Assessment
+from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Model, Term
 from edge_ident.signals.recording import AxisRecord, Recording
@@ -177,10 +180,45 @@ def test_a_vibration_that_shakes_the_axis_is_reported(frequency_hz: float) -> No
     assert np.abs(error) == pytest.approx(0.0, abs=0.02)
 
 
+@pytest.mark.parametrize("frequency_hz", [0.4, 1.7])
+def test_beside_a_vibration_at_its_one_frequency_a_motion_says_nothing(
+    frequency_hz: float,
+) -> None:
+    """The axis swings at 0.4 Hz and hardly otherwise."""
+    t, x, v, a = swing()
+    rate = 2.0 * np.pi * 0.4
+    x = 0.01 * x + np.sin(rate * t)
+    v = 0.01 * v + rate * np.cos(rate * t)
+    a = 0.01 * a - rate**2 * np.sin(rate * t)
+    data = prepare_axis([recorded(t, x, rigid(v, a), noise=0.02)], "x")
+    start = fit(data, TEMPLATE, np.zeros(4), ())
+    shake = FittedTerm(VIBRATION, {"frequency": frequency_hz}, {"cosine": 0.0, "sine": 0.0})
+    search = Search.of(data, TEMPLATE, start)
+    model = search.fit(start.base, (shake,))
+    assessed = Assessment.of(search, start, model, noise_floor(data, start), 0.01)
+    kept = assessed.information_kept([0])
+    assert kept < 0.1 if frequency_hz == 0.4 else kept > 0.95
+    assert assessed.information_kept([]) == 1.0
+
+
+def test_a_vibration_just_above_the_band_is_none_of_a_spring() -> None:
+    """The filter passes a part of it."""
+    t, x, v, a = swing()
+    cutoff_hz = diagnosed(recorded(t, x, rigid(v, a), noise=0.02)).cutoff_hz
+    wave = 0.4 * np.sin(2.0 * np.pi * 1.15 * cutoff_hz * t)
+    axis = diagnosed(recorded(t, x, rigid(v, a) + wave, noise=0.02))
+    assert axis.cutoff_hz == pytest.approx(cutoff_hz, rel=0.05)
+    assert axis.causes == ()
+    ((found_hz, amplitude),) = external_vibrations(axis)
+    assert found_hz == pytest.approx(1.15 * cutoff_hz, rel=1e-3)
+    assert amplitude == pytest.approx(0.4, rel=0.03)
+    assert axis.lines == (), "and it is told once"
+
+
 @pytest.mark.parametrize("period", [0.5, 0.217, 0.11])
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_a_period_is_found_as_closely_as_its_interval_says(period: float, seed: int) -> None:
-    """No step of the search is left in it: with little noise it is known to 10 parts in a million."""
+    """No step of the search is left in it: noise of 0.3 % tells it to 10 parts in a million."""
     t, x, v, a = swing(seed=seed)
     ripple = 0.3 * np.cos(2.0 * np.pi / period * x + 0.3)
     axis = diagnosed(recorded(t, x, rigid(v, a) + ripple, noise=0.005, seed=seed))
