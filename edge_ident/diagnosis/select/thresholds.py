@@ -90,10 +90,8 @@ SAME_SIZE: Final = Threshold(
     0.4,
     "size of the cause",
     "Two halves of the data that show a cause with sizes farther apart show no law of the machine.",
-    "The largest model discrepancy that an effect's file states, of parts that collide: no formula "
-    "is farther off.",
-    "`test_both_halves.py`: a ripple that comes or goes is no law; docs/diagnosis.md, how often it "
-    "is right",
+    "The largest discrepancy that an effect's file states: no formula is farther off.",
+    "`test_both_halves.py`: a ripple that comes or goes is no law",
 )
 LARGER_IN_TIME: Final = Threshold(
     2.0,
@@ -119,18 +117,15 @@ NEGATIVE: Final = Threshold(
 TRADED: Final = Threshold(
     1.02,
     "residual with the best base parameters",
-    "With an order from above the band, a model leaves no more than this inside it. Otherwise the "
-    "order is suspected.",
+    "An order from above the band leaves no more than this inside it, or it is suspected.",
     "What an order still does inside the band describes the effort there no worse than nothing.",
     "`test_wide_band_causes.py`: an order is a cause with its amplitude",
 )
 INFORMATION_KEPT: Final = Threshold(
     0.5,
     "of the information on a base parameter",
-    "Beside external vibrations, each base parameter keeps more than this of what the motion says "
-    "of it. Otherwise they trade places and are refused.",
-    "A judgement: its standard deviation grows by 1.4 at most. A vibration that shakes the axis "
-    "leaves nearly all; one in place of the excitation leaves nothing.",
+    "Beside external vibrations, the motion still says more than this, or they are refused.",
+    "A judgement: standard deviations grow by 1.4 at most.",
     "`test_search_parts.py`: an axis that is shaken; one that is driven by one sinusoid alone",
 )
 DISTURBED: Final = Threshold(

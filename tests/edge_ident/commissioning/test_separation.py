@@ -229,20 +229,34 @@ def test_a_sound_machine_makes_one_motion(tmp_path: Path) -> None:
     assert outcome.separation.ended == ""
 
 
-def test_two_causes_that_look_alike_on_the_first_motion_become_one(tmp_path: Path) -> None:
-    """Friction that bends with speed, or depends on the position: a cosine shows both alike."""
-    hidden = Hidden.of(["nonlinear_viscous"], "z")
+def test_a_spring_that_a_sinusoid_hides_is_found_by_a_second_motion(tmp_path: Path) -> None:
+    """A force in proportion to the position looks like inertia on one frequency."""
+    hidden = Hidden.of(["position_dependent_load"], "x")
     board = Board.connect(VirtualBoard(plant=hidden.plant()))
-    wanted = Plan(write=False)
-    outcome = commission(board, load_drive(), None, wanted, tmp_path, Listener())
+    outcome = commission(board, load_drive(), None, Plan(write=False), tmp_path, Listener())
     first, second = outcome.separation.motions
-    before, after = (made.found.axes["z"].diagnosis for made in (first, second))
-    assert before is not None
-    assert after is not None
-    assert [a.effect for a in before.causes[0].alternatives if not a.separable]
-    assert [cause.term.effect for cause in after.causes] == ["nonlinear_viscous"]
-    assert all(a.separable for a in after.causes[0].alternatives)
-    assert second.ruled_out is not None
-    assert "position_dependent_friction" in second.ruled_out["z"]
-    assert outcome.identification.axes["z"].trusted
-    assert separation.diagnoses(outcome.identification).keys() == {"z"}
+    before, after = (made.found.axes["x"] for made in (first, second))
+    assert not before.trusted
+    assert before.diagnosis is None, "nothing is left to explain"
+    assert after.trusted
+    assert after.diagnosis is not None
+    (cause,) = after.diagnosis.causes
+    assert cause.term.effect == "position_dependent_load"
+    assert all(a.separable for a in cause.alternatives)
+    assert outcome.separation.ended == "one explanation is left"
+    assert separation.diagnoses(outcome.identification).keys() == {"x"}
+
+
+@pytest.mark.parametrize("effect", ["offset_drift", "stribeck_friction"])
+def test_a_start_that_shakes_the_axis_is_no_line_that_a_second_motion_has_to_tell(
+    effect: str, tmp_path: Path
+) -> None:
+    """Its acceleration stands out of the encoder's rounding up to 2.5 or 3 Hz, and ends there."""
+    board = Board.connect(VirtualBoard(plant=Hidden.of([effect], "z").plant()))
+    outcome = commission(board, load_drive(), None, Plan(write=False), tmp_path, Listener())
+    (made,) = outcome.separation.motions
+    found = made.found.axes["z"].diagnosis
+    assert found is not None
+    assert found.verdict is Verdict.EXPLAINED
+    assert [cause.term.effect for cause in found.causes] == [effect]
+    assert found.lines == ()
