@@ -103,19 +103,14 @@ class WideSignals:
         """The acceleration without the frequencies at which encoder noise hides it, (N,).
 
         Below the knee it is whole, and above it where the axis moves by more than the rounding.
-        Where the direction is unknown nothing is compared: a start that shakes the axis there would
-        pass up to some frequency, and ring with it through the record.
         """
-        whole, seen = (
-            np.fft.rfft(np.concatenate([part, part[::-1]]))
-            for part in (self.acceleration, self.weight * self.acceleration)
-        )
-        samples = 2 * len(self.acceleration)
-        frequency = np.asarray(np.fft.rfftfreq(samples, self.period_s), dtype=np.float64)
-        amplitude = 2.0 / samples * np.abs(seen)
+        padded = np.concatenate([self.acceleration, self.acceleration[::-1]])
+        spectrum = np.fft.rfft(padded)
+        frequency = np.asarray(np.fft.rfftfreq(len(padded), self.period_s), dtype=np.float64)
+        amplitude = 2.0 / len(padded) * np.abs(spectrum)
         rounded = _ROUNDED * self.position_noise * (2.0 * np.pi * frequency) ** 2
         gain = np.maximum(whitening(frequency / self.knee_hz) ** 2, amplitude > rounded)
-        return np.asarray(np.fft.irfft(whole * gain, samples)[: len(self.acceleration)])
+        return np.asarray(np.fft.irfft(spectrum * gain, len(padded))[: len(self.acceleration)])
 
     @property
     def resolution(self) -> float:

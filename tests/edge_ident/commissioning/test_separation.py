@@ -245,18 +245,3 @@ def test_a_spring_that_a_sinusoid_hides_is_found_by_a_second_motion(tmp_path: Pa
     assert all(a.separable for a in cause.alternatives)
     assert outcome.separation.ended == "one explanation is left"
     assert separation.diagnoses(outcome.identification).keys() == {"x"}
-
-
-@pytest.mark.parametrize("effect", ["offset_drift", "stribeck_friction"])
-def test_a_start_that_shakes_the_axis_is_no_line_that_a_second_motion_has_to_tell(
-    effect: str, tmp_path: Path
-) -> None:
-    """Its acceleration stands out of the encoder's rounding up to 2.5 or 3 Hz, and ends there."""
-    board = Board.connect(VirtualBoard(plant=Hidden.of([effect], "z").plant()))
-    outcome = commission(board, load_drive(), None, Plan(write=False), tmp_path, Listener())
-    (made,) = outcome.separation.motions
-    found = made.found.axes["z"].diagnosis
-    assert found is not None
-    assert found.verdict is Verdict.EXPLAINED
-    assert [cause.term.effect for cause in found.causes] == [effect]
-    assert found.lines == ()
