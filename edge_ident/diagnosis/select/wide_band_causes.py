@@ -44,9 +44,10 @@ def orders_in_step(
 ) -> tuple[BandContent, tuple[Cause, ...]]:
     """The content without orders that contradict the band of the comparison, and these.
 
-    What an order still does inside the band has to describe the effort there no worse. Otherwise
-    its phase, or the inertia that it was measured beside, is not right. What it takes off the
-    effort there counts with what it takes off above: a motion of many speeds has it on both sides.
+    What an order still does inside the band has to describe the effort there no worse, beside the
+    others. Otherwise its phase, or the inertia that it was measured beside, is not right. What it
+    takes off the effort there counts with what it takes off above: a motion of many speeds has it
+    on both sides.
 
     Parameters
     ----------
@@ -55,22 +56,32 @@ def orders_in_step(
     tolerance : float
         Smallest rms that is worth naming, over that of the effort.
     """
-    start, samples = np.zeros(len(PARAMETERS)), np.count_nonzero(data.valid)
+    worth = [order for order in content.orders if order.share >= tolerance]
     scale = nonzero_rms(data.effort[data.valid])
-    without = fit(data, axis, start, ()).error
-    limit = TRADED.value**2 * without
-    kept, suspected = [], []
-    for order in content.orders:
-        if order.share < tolerance:
-            kept.append(order)
-            continue
-        left = fit(data, replace(axis, terms=(*axis.terms, _term(order))), start, ()).error
-        if left > limit:
-            suspected.append(replace(_cause(order), decision=_WORSE))
-            continue
-        inside = math.sqrt(max(without - left, 0.0) / samples) / scale
-        kept.append(replace(order, recorded=math.hypot(order.recorded, inside)))
-    return replace(content, orders=tuple(kept)), tuple(suspected)
+    suspected: list[Cause] = []
+    inside: dict[Sinusoid, float] = {}
+    while worth:
+        left = _left_beside(data, axis, worth)
+        without = {o: _left_beside(data, axis, [w for w in worth if w is not o]) for o in worth}
+        inside = {o: math.sqrt(max(w**2 - left**2, 0.0)) / scale for o, w in without.items()}
+        worst = min(worth, key=without.__getitem__)
+        if left <= TRADED.value * without[worst]:
+            break
+        worth.remove(worst)
+        suspected.append(replace(_cause(worst), decision=_WORSE))
+    kept = tuple(
+        replace(order, recorded=math.hypot(order.recorded, inside.get(order, 0.0)))
+        for order in content.orders
+        if order in worth or order.share < tolerance
+    )
+    return replace(content, orders=kept), tuple(suspected)
+
+
+def _left_beside(data: AxisData, axis: AxisModel, orders: Sequence[Sinusoid]) -> float:
+    """Rms of what the base model leaves inside the band beside orders."""
+    terms = (*axis.terms, *map(_term, orders))
+    left = fit(data, replace(axis, terms=terms), np.zeros(len(PARAMETERS)), ()).error
+    return math.sqrt(left / float(np.count_nonzero(data.valid)))
 
 
 def larger_orders(content: BandContent, rest: float) -> tuple[BandContent, tuple[Cause, ...]]:
