@@ -19,6 +19,9 @@ from edge_ident.model.strengths import Draws, Scale
 from edge_ident.model.timing import LARGEST_SHIFT
 
 
+_TINY: Final = float(np.finfo(float).tiny)
+
+
 class TimeDelay(Effect):
     """Shift of the whole effort in time."""
 
@@ -37,11 +40,12 @@ class TimeDelay(Effect):
 
 
 def _physical(values: Values, excitation: Excitation) -> bool:
-    """Beyond a controller's timing, and up to half a turn of what is quickest: more could be
-    anything with a phase."""
+    """Beyond a controller's timing, and up to half a turn of the motion: more could be anything with
+    a phase."""
     late_s = np.abs(values["delay"])
     beyond = late_s > LARGEST_SHIFT * excitation.sampling_s
-    return bool(np.all(beyond & (late_s * excitation.cutoff_hz < 0.5)))
+    rate = excitation.acceleration / max(excitation.typical_speed, _TINY)
+    return bool(np.all(beyond & (late_s * rate < np.pi)))
 
 
 def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
