@@ -18,7 +18,6 @@ from edge_ident.model.search import Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
 from edge_ident.model.timing import LARGEST_SHIFT
 
-
 _TINY: Final = float(np.finfo(float).tiny)
 
 
@@ -40,8 +39,8 @@ class TimeDelay(Effect):
 
 
 def _physical(values: Values, excitation: Excitation) -> bool:
-    """Beyond a controller's timing, and up to half a turn of the motion: more could be anything with
-    a phase."""
+    """Beyond a controller's timing, and up to half a turn of the motion: more could be anything
+    with a phase."""
     late_s = np.abs(values["delay"])
     beyond = late_s > LARGEST_SHIFT * excitation.sampling_s
     rate = excitation.acceleration / max(excitation.typical_speed, _TINY)
