@@ -100,10 +100,8 @@ class Adequacy:
 
 def judge(compared: Comparison) -> Adequacy:
     """Judge the base model."""
-    columns, effort = compared.columns, compared.effort
-    unit, length = columns.unit, columns.length
-    found = columns.solved(effort) / length
-    left, scale = rms(effort - columns.values @ found), max(rms(effort), _TINY)
+    unit, length, found = compared.columns.unit, compared.columns.length, compared.parameters
+    left, scale = rms(compared.residual), max(rms(compared.effort), _TINY)
     noise = float(np.sqrt(compared.noise[0] + found[0] ** 2 * compared.noise[1]))
     normal = unit.T @ unit + 1e-10 * np.eye(len(PARAMETERS))
     std = noise * np.sqrt(np.diag(np.linalg.inv(normal))) / length

@@ -54,7 +54,8 @@ class Comparison:
 
     Attributes
     ----------
-    regressor : (n, 4) array
+    columns : Columns
+        The regressor (n, 4), decomposed.
     effort : (n,) array
         Less what known effects account for.
     rates : (n, 3) array
@@ -71,7 +72,7 @@ class Comparison:
         Variance of the noise in the effort, and of that of the encoder in the acceleration.
     """
 
-    regressor: Array
+    columns: Columns
     effort: Array
     rates: Array
     position: Array
@@ -106,7 +107,7 @@ class Comparison:
         del smooth_motion, motion, jerk, velocity, acceleration  # they are large
         columns = band.lowpass(columns * weight, period_s)[:, samples]
         return cls(
-            regressor=columns[:4].T.copy(),
+            columns=Columns(columns[:4].T.copy()),
             effort=effort,
             rates=np.column_stack([*columns[4:], effort_rate]),
             position=position[samples],
@@ -122,16 +123,20 @@ class Comparison:
         effort, rate = _effort(axis, self.band, self.weight, self.period_s, self.samples)
         return replace(self, effort=effort, rates=np.column_stack([self.rates[:, :2], rate]))
 
-    @cached_property
-    def columns(self) -> Columns:
-        """The regressor, decomposed."""
-        return Columns(self.regressor)
-
     @property
-    def left(self) -> float:
-        """Sum of squares that the base model leaves."""
-        residual = self.effort - self.columns.unit @ self.columns.solved(self.effort)
-        return float(residual @ residual)
+    def regressor(self) -> Array:
+        """Columns of the base model, (n, 4)."""
+        return self.columns.values
+
+    @cached_property
+    def parameters(self) -> Array:
+        """Plain least squares, (4,)."""
+        return self.columns.solved(self.effort) / self.columns.length
+
+    @cached_property
+    def residual(self) -> Array:
+        """What the base model leaves of the effort, (n,)."""
+        return np.asarray(self.effort - self.regressor @ self.parameters)
 
     def fit(self) -> Estimate:
         """Least squares, with deviations by noise."""
@@ -156,16 +161,14 @@ class Comparison:
     @cached_property
     def rate(self) -> Array:
         """What a shift of one second adds to the effort of the base model, negative, (n,)."""
-        inertia, viscous, *_ = self.columns.solved(self.effort) / self.columns.length
-        return np.asarray(self.rates[:, :2] @ np.array([inertia, viscous]))
+        return np.asarray(self.rates[:, :2] @ self.parameters[:2])
 
     @property
     def fitted_shift_std(self) -> float:
         """Deviation in s of a shift that is fitted with the base model's parameters."""
         length = max(float(np.linalg.norm(self.rate)), _TINY)
         columns = np.column_stack([self.columns.unit, self.rate / length])
-        residual = self.effort - self.columns.unit @ self.columns.solved(self.effort)
-        return float(coloured_std(columns, residual)[-1]) / length
+        return float(coloured_std(columns, self.residual)[-1]) / length
 
     def shift(self, sampling_s: float) -> Shift:
         """By which the effort is recorded late, to first order.

@@ -91,7 +91,8 @@ def in_step(
         return found
     sampling_s = signals.recorded_period_s
     limits = [late * LARGEST_SHIFT * sampling_s for late in (-1.0, 0.0, 1.0)]
-    left = [found.at(shifted, late_s).compared.left for late_s in limits]
+    residuals = [found.at(shifted, late_s).compared.residual for late_s in limits]
+    left = [float(residual @ residual) for residual in residuals]
     fitting = found.at(shifted, smallest_at(left, sampling_s)).as_fitted
     return fitting if fitting.adequacy.adequate else found
 

@@ -127,9 +127,14 @@ class Segment:
         m = self.motion
         return m.position[part], m.velocity[part], m.acceleration[part], effort[part]
 
+    def obeyed_effort(self, axis: AxisModel) -> Array:
+        """Effort of a model along the motion, (N,) or (D, N), unfiltered, without what its actuator
+        withholds."""
+        return inverse_effort(obeyed(axis), self.motion, self.others, self.cache)
+
     def predicted(self, axis: AxisModel) -> Array:
         """Filtered effort that a model predicts at the compared samples, (n,) or (D, n)."""
-        effort = inverse_effort(obeyed(axis), self.motion, self.others, self.cache)
+        effort = self.obeyed_effort(axis)
         sampled = self.filter(np.atleast_2d(effort))
         for term in axis.terms:
             effect = named(term.effect)

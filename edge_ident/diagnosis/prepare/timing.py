@@ -13,8 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.prepare.segment import WHOLE_BAND, Segment
-from edge_ident.model.inverse import inverse_effort, obeyed
-from edge_ident.model.model import PARAMETERS, AxisModel, regressor
+from edge_ident.model.model import AxisModel, regressor
 from edge_ident.model.timing import LARGEST_SHIFT
 from edge_ident.signals.filters import lowpass
 from edge_ident.signals.timing import (
@@ -193,13 +192,12 @@ class _Signals:
 
     def beside_terms(self, segment: Segment, axis: AxisModel) -> Self:
         """The same without what the terms of a model add to the base model."""
-        base = np.array([axis.terms[0].values[name] for name in PARAMETERS])
-        effort = inverse_effort(obeyed(axis), segment.motion, segment.others, segment.cache)
-        own = regressor(segment.motion.velocity, segment.motion.acceleration) @ base
+        motion, base = segment.motion, axis.parameters
+        added = segment.obeyed_effort(axis) - regressor(motion.velocity, motion.acceleration) @ base
         return replace(
             self,
             effort=self.effort - segment.predicted(axis) + self.columns @ base,
-            known_rate=segment.filter(np.gradient(effort - own, segment.period_s)),
+            known_rate=segment.filter(np.gradient(added, segment.period_s)),
         )
 
     def beside_friction(self, segment: Segment) -> Self:

@@ -6,6 +6,7 @@ lacks then looks like a dead band or like friction that follows the load, and a 
 samples like a compliance. So a delay is fitted beside the causes that were found.
 """
 
+from collections.abc import Iterator
 from dataclasses import replace
 
 from edge_ident.diagnosis.fit.candidates import Candidate
@@ -39,10 +40,8 @@ def delayed_data(selected: Selected) -> AxisData | None:
     if data.late or delayed(start.template):
         return None
     no_delay = _no_delay()
-    vibrations, causes = delay_like_last(selected)
     recorded = _out_of_step(data, 0.0)
-    for count in range(0 if vibrations else 1, len(causes) + 1):
-        beside = (*vibrations, *causes[:count])
+    for beside in causes_in_turn(selected):
         without = search.fit(start.base, beside)
         model = fit(recorded, start.template, without.base, (*beside, no_delay))
         late_s = next(iter(model.terms[-1].linear.values()))
@@ -52,8 +51,16 @@ def delayed_data(selected: Selected) -> AxisData | None:
     return None
 
 
-def delay_like_last(selected: Selected) -> tuple[list[FittedTerm], list[FittedTerm]]:
-    """External vibrations; and causes, the strongest first, last those that are like a delay."""
+def causes_in_turn(selected: Selected, *, none: bool = False) -> Iterator[tuple[FittedTerm, ...]]:
+    """External vibrations alone; then with one cause after the other, the strongest first, last
+    those that are like a delay.
+
+    Parameters
+    ----------
+    selected : Selected
+    none : bool
+        Whether nothing comes first where there are no vibrations.
+    """
     data, model = selected.search.data, selected.supported.model
     like_delays = _delay().search.alternatives
     shares = own_shares(data, model, base_space(data, selected.start))
@@ -61,7 +68,9 @@ def delay_like_last(selected: Selected) -> tuple[list[FittedTerm], list[FittedTe
     ranked = sorted(pairs, key=lambda pair: (pair[1].candidate.effect in like_delays, -pair[0]))
     terms = [term for _, term in ranked]
     vibrations = [term for term in terms if term.candidate == VIBRATION]
-    return vibrations, [term for term in terms if term.candidate != VIBRATION]
+    causes = [term for term in terms if term.candidate != VIBRATION]
+    for count in range(0 if vibrations or none else 1, len(causes) + 1):
+        yield (*vibrations, *causes[:count])
 
 
 def _delay() -> Effect:

@@ -20,7 +20,7 @@ from edge_ident.diagnosis.fit.term_effort import reduced_axis
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.segment import Segment
 from edge_ident.model.effects import named
-from edge_ident.model.inverse import along_motion, inverse_effort, obeyed
+from edge_ident.model.inverse import along_motion
 from edge_ident.model.model import AxisModel, regressor
 from edge_ident.signals.filters import lowpass
 
@@ -86,7 +86,7 @@ def _as_motion(segment: Segment, raw: Array) -> Array:
 
 def along(segment: Segment, axis: AxisModel) -> Array:
     """Effort (N,) of a model along the motion, unfiltered."""
-    effort = inverse_effort(obeyed(axis), segment.motion, segment.others, segment.cache)
+    effort = segment.obeyed_effort(axis)
     for term in axis.terms:
         effect = named(term.effect)
         if effect.overrides("withheld"):

@@ -10,7 +10,6 @@ imitates a shift of the rest. It is wrong in two ways:
   moved again beside the causes that were found.
 """
 
-from collections.abc import Sequence
 from dataclasses import replace
 from operator import is_
 
@@ -22,7 +21,7 @@ from edge_ident.diagnosis.fit.summary import nonzero_rms
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.timing import MOST_MOVES, at_best_fit, moved_beside
 from edge_ident.diagnosis.select.acceptance import structure_left
-from edge_ident.diagnosis.select.hidden_delay import delay_like_last
+from edge_ident.diagnosis.select.hidden_delay import causes_in_turn
 from edge_ident.diagnosis.select.selection import Selected, fitted_base
 from edge_ident.diagnosis.select.thresholds import DECISIVE
 from edge_ident.model.model import AxisModel
@@ -64,10 +63,8 @@ def data_beside_causes(selected: Selected) -> AxisData | None:
     if data.late or delayed(selected.supported.model.axis):
         return None
     best, found = search.criterion.value(selected.supported.model) - DECISIVE.value, None
-    vibrations, causes = delay_like_last(selected)
-    known = len(start.template.terms) > 1
-    for count in range(0 if known or vibrations else 1, len(causes) + 1):
-        moved, model = _moved(data, start, (*vibrations, *causes[:count]))
+    for beside in causes_in_turn(selected, none=len(start.template.terms) > 1):
+        moved, model = _moved(data, start, beside)
         value = replace(search.criterion, data=moved).value(model)
         if moved is not data and value < best:
             best, found = value, moved
@@ -83,15 +80,14 @@ def _adequate(data: AxisData, known: AxisModel, tolerance: float) -> bool:
 
 
 def _moved(
-    data: AxisData, start: FittedModel, beside: Sequence[FittedTerm]
+    data: AxisData, start: FittedModel, beside: tuple[FittedTerm, ...]
 ) -> tuple[AxisData, FittedModel]:
     """The data with every effort in step beside some causes, and the model of these."""
-    terms = tuple(beside)
-    model = fit(data, start.template, start.base, terms)
+    model = fit(data, start.template, start.base, beside)
     for _ in range(MOST_MOVES):
         segments = tuple(moved_beside(segment, model.axis) for segment in data.segments)
         if all(map(is_, segments, data.segments)):
             break
         data = data.with_efforts_of(segments)
-        model = fit(data, start.template, model.base, terms)
+        model = fit(data, start.template, model.base, beside)
     return data, model

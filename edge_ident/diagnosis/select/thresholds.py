@@ -126,7 +126,7 @@ INFORMATION_KEPT: Final = Threshold(
     "of the information on a base parameter",
     "Beside external vibrations, the motion still says more than this, or they are refused.",
     "A judgement: standard deviations grow by 1.4 at most.",
-    "`test_search_parts.py`: an axis that is shaken; one that is driven by one sinusoid alone",
+    "`test_search_parts.py`: an axis that a vibration moves; one that moves at one frequency alone",
 )
 DISTURBED: Final = Threshold(
     2,

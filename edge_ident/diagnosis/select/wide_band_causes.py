@@ -46,8 +46,7 @@ def orders_in_step(
 
     What an order still does inside the band has to describe the effort there no worse, beside the
     others. Otherwise its phase, or the inertia that it was measured beside, is not right. What it
-    takes off the effort there counts with what it takes off above: a motion of many speeds has it
-    on both sides.
+    explains there counts with what it explains above: a motion of many speeds has it on both sides.
 
     Parameters
     ----------

@@ -18,8 +18,6 @@ from edge_ident.model.search import Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
 from edge_ident.model.timing import LARGEST_SHIFT
 
-_TINY: Final = float(np.finfo(float).tiny)
-
 
 class TimeDelay(Effect):
     """Shift of the whole effort in time."""
@@ -43,8 +41,8 @@ def _physical(values: Values, excitation: Excitation) -> bool:
     with a phase."""
     late_s = np.abs(values["delay"])
     beyond = late_s > LARGEST_SHIFT * excitation.sampling_s
-    rate = excitation.acceleration / max(excitation.typical_speed, _TINY)
-    return bool(np.all(beyond & (late_s * rate < np.pi)))
+    half_turn = late_s * excitation.acceleration < np.pi * excitation.typical_speed
+    return bool(np.all(beyond & half_turn))
 
 
 def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:

@@ -10,15 +10,14 @@ from edge_ident.diagnosis.tolerance import TOLERANCE
 from edge_ident.estimation.compensation import compensate_effects
 from edge_ident.identification.identify import identify
 from edge_ident.identification.in_step import in_step
-from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Term
 from edge_ident.signals.recording import AxisRecord, Recording
+from tests.edge_ident.diagnosis.select.test_search_parts import TEMPLATE
 
 PERIOD_S = 0.02
 STEP_S = 0.9
 EARLY = 0.75
 """Sampling periods."""
 TRUTH = (780.0, 540.0, 52.0, -12.0)
-BARE = AxisModel((Term(BASE, dict.fromkeys(PARAMETERS, 0.0)),))
 
 
 def short_moves(seed: int, bend: float = 0.0) -> Recording:
@@ -61,14 +60,14 @@ def test_a_shift_that_is_hardly_known_widens_the_intervals(seed: int) -> None:
 
 def test_a_diagnosis_begins_at_that_shift() -> None:
     data = prepare_axis([short_moves(1)], "x")
-    moved = adequate_data(data, BARE, TOLERANCE)
+    moved = adequate_data(data, TEMPLATE, TOLERANCE)
     assert moved.segments[0].applied_s / PERIOD_S == pytest.approx(-EARLY, abs=0.15)
-    assert fitted_base(moved, BARE).error < 0.5 * fitted_base(data, BARE).error
-    assert adequate_data(moved, BARE, TOLERANCE) is moved
+    assert fitted_base(moved, TEMPLATE).error < 0.5 * fitted_base(data, TEMPLATE).error
+    assert adequate_data(moved, TEMPLATE, TOLERANCE) is moved
 
 
 def test_where_no_shift_makes_the_base_model_adequate_the_first_one_stays() -> None:
     bent = short_moves(1, bend=40.0)
     data = prepare_axis([bent], "x")
-    assert adequate_data(data, BARE, TOLERANCE) is data
+    assert adequate_data(data, TEMPLATE, TOLERANCE) is data
     assert not in_step(bent, "x", None, compensate_effects(bent, "x", None)).adequacy.adequate

@@ -7,14 +7,17 @@ from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.prepare.timing import whole_shift
 from edge_ident.drive.motions import MotionName
 from edge_ident.model.effects.torque_ripple import EFFECT as RIPPLE
-from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Term
+from edge_ident.model.model import AxisModel, Term
 from edge_ident.simulation.flexible import reduced_model
 from edge_ident.simulation.simulate import simulate
-from tests.edge_ident.diagnosis.select.test_search_parts import PERIOD_S, recorded, rigid, swing
+from tests.edge_ident.diagnosis.select.test_search_parts import (
+    PERIOD_S,
+    TEMPLATE,
+    recorded,
+    rigid,
+    swing,
+)
 from tests.repetitions import a_few
-
-PLAIN = Term(BASE, dict.fromkeys(PARAMETERS, 0.0))
-BARE = AxisModel((PLAIN,))
 
 
 @pytest.mark.parametrize("motion", a_few(["sinusoid", "multisine", "staircase"], ["sinusoid"]))
@@ -27,7 +30,7 @@ def test_a_rigid_drive_without_noise_is_in_step(motion: MotionName) -> None:
     recording = simulate(reduced_model(), motion)
     for name in ("x", "z"):
         (segment,) = prepare_axis([recording], name).segments
-        found = whole_shift(segment, BARE)
+        found = whole_shift(segment, TEMPLATE)
         assert abs(found.shift_s) < 3.0 * found.std_s, name
         if motion != "sinusoid":
             assert abs(found.shift_s) < 0.1 * segment.raw_period_s, name
@@ -42,6 +45,6 @@ def test_a_known_ripple_is_late_as_well(moved: float) -> None:
     effort = rigid(v, a) + ripple["cosine"] * np.cos(2.0 * np.pi / ripple["period"] * x)
     late = np.interp(t - 0.4 * PERIOD_S, t, effort)
     (segment,) = prepare_axis([recorded(t, x, late, noise=0.01)], "x").segments
-    known = AxisModel((PLAIN, Term(RIPPLE.name, ripple)))
+    known = AxisModel((*TEMPLATE.terms, Term(RIPPLE.name, ripple)))
     found = whole_shift(segment.in_step(moved * PERIOD_S), known)
     assert found.shift_s / PERIOD_S == pytest.approx(0.4, abs=0.1)
