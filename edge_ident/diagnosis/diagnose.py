@@ -1,5 +1,6 @@
 """The front door: diagnose recordings of one machine."""
 
+import math
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -25,7 +26,7 @@ from edge_ident.diagnosis.recording_checks import (
     effort_findings,
     with_unrecorded_axes,
 )
-from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Diagnosis
+from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Diagnosis, OutsideVibration
 from edge_ident.diagnosis.select.causes import causes, strongest_first
 from edge_ident.diagnosis.select.judgement import Rules
 from edge_ident.diagnosis.select.own_effort import base_space, own_shares
@@ -211,7 +212,7 @@ def _axis_diagnosis(
         suspected=strongest_first((*judged.suspected, *outcome.carried.suspected)),
         minor=strongest_first((*minor, *judged.minor)),
         refused=judged.supported.refused,
-        external_vibrations=judged.supported.vibrations,
+        external_vibrations=_vibrations(judged.supported.vibrations, data, recordings),
         converged=judged.supported.converged,
         not_testable=not_testable(selected.search, model, left),
         base=model_fit(data, base, standard_deviations(data, base)),
@@ -238,6 +239,22 @@ def _named(
     pairs = list(zip(with_sources(found, data, model, recordings), supported.support, strict=True))
     named_causes = strongest_first(cause for cause, support in pairs if not support.minor)
     return named_causes, strongest_first(cause for cause, support in pairs if support.minor)
+
+
+def _vibrations(
+    terms: Sequence[Term], data: AxisData, recordings: Sequence[Recording]
+) -> tuple[OutsideVibration, ...]:
+    """External vibrations, each with the recording in which it acts."""
+    begins = [(s.motion.clock, float(s.motion.time_s[0])) for s in data.segments]
+    sources = dict(zip(begins, (recording.source for recording in recordings), strict=True))
+    return tuple(
+        OutsideVibration(
+            float(term.values["frequency"]),
+            math.hypot(term.values["cosine"], term.values["sine"]),
+            sources[int(term.values["clock"]), float(term.values["begin"])],
+        )
+        for term in terms
+    )
 
 
 def _prepared(recordings: Sequence[Recording], name: str, axis: AxisModel) -> AxisData:

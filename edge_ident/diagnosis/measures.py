@@ -67,6 +67,11 @@ class Traces:
     valid: NDArray[np.bool_]
     file: NDArray[np.intp]
 
+    @property
+    def several(self) -> bool:
+        """Whether they are of more than one recording."""
+        return bool(self.file[-1] > 0)
+
 
 @dataclass(frozen=True)
 class SpectralLine:

@@ -115,6 +115,26 @@ class NotTestable:
 
 
 @dataclass(frozen=True)
+class OutsideVibration:
+    """A sinusoid in time that shakes an axis during a recording (`model/external_vibration.py`).
+
+    It is no property of the axis: neither a cause nor part of the model.
+
+    Attributes
+    ----------
+    frequency_hz : float
+    amplitude : float
+        In the unit of the effort.
+    recording : str
+        Its source.
+    """
+
+    frequency_hz: float
+    amplitude: float
+    recording: str
+
+
+@dataclass(frozen=True)
 class AxisDiagnosis:
     """The diagnosis of one axis.
 
@@ -124,9 +144,8 @@ class AxisDiagnosis:
         Strongest first.
     refused : tuple of Refused
         Effects that entered the model and left it again.
-    external_vibrations : tuple of Term
-        Sinusoids in time (`edge_ident.model.external_vibration`), strongest first. They are no
-        property of the axis: neither causes nor part of the model.
+    external_vibrations : tuple of OutsideVibration
+        Strongest first.
     converged : bool
         Whether backward elimination reached a model that it does not change. Otherwise the causes
         are those of its last round.
@@ -163,7 +182,7 @@ class AxisDiagnosis:
     verdict: Verdict
     causes: tuple[Cause, ...]
     refused: tuple[Refused, ...]
-    external_vibrations: tuple[Term, ...]
+    external_vibrations: tuple[OutsideVibration, ...]
     converged: bool
     not_testable: tuple[NotTestable, ...]
     base: ModelFit

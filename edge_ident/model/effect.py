@@ -71,6 +71,12 @@ class Parameter:
     default: float | None = None
 
 
+CLOCK: Final = Parameter(
+    "clock", "1", 0.0, 1e9, "of its time, among those of several recordings", default=0.0
+)
+"""Of an effect that happens at one moment (`Motion.clock`)."""
+
+
 class Effect:
     """One physical effect; a subclass overrides the hooks that its physics needs.
 

@@ -31,6 +31,8 @@ class Motion:
         States of the effect whose hook is called, at an instant.
     source : Motion or None
         The axis that acts on this one, for effects that need or take one.
+    clock : int
+        Of the times. Those of recordings on different clocks have nothing to do with each other.
     """
 
     time_s: Array
@@ -43,13 +45,20 @@ class Motion:
     friction_effort: Array = field(default_factory=lambda: _NOTHING)
     memory: Array = field(default_factory=lambda: _NOTHING)
     source: "Motion | None" = None
+    clock: int = 0
 
     @classmethod
     def known(
-        cls, time_s: Array, position: Array, velocity: Array, acceleration: Array
+        cls,
+        time_s: Array,
+        position: Array,
+        velocity: Array,
+        acceleration: Array,
+        *,
+        clock: int = 0,
     ) -> "Motion":
         """A measured motion: the axis slides wherever it moves."""
-        return cls(time_s, position, velocity, acceleration, np.sign(velocity))
+        return cls(time_s, position, velocity, acceleration, np.sign(velocity), clock=clock)
 
     @property
     def partner(self) -> "Motion":

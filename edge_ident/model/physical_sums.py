@@ -79,5 +79,5 @@ def _fast_at(time_s: float) -> Motion:
 
 
 def _at_once(effect: Effect, term: Term, at: Motion, hook: str) -> float:
-    values = {name: np.asarray(value) for name, value in term.values.items()}
+    values = {name: np.asarray(value) for name, value in effect.complete(term.values).items()}
     return float(np.sum(getattr(effect, hook)(at, values)))

@@ -14,7 +14,7 @@ from edge_ident.model.compensation import Over
 from edge_ident.model.effect import Array, Effect
 from edge_ident.model.model import PARAMETERS
 from edge_ident.model.motion import Motion
-from edge_ident.model.search import Excitation, Form
+from edge_ident.model.search import Excitation, Form, Span
 from edge_ident.model.strengths import no_draw
 from firmware_interface.gains import AxisGains
 
@@ -45,6 +45,7 @@ _PROBE: Final = Excitation(
     cutoff_hz=8.0,
     sampling_s=1e-3,
     base=np.array([0.5, 1.0, 1.0, 0.1]),
+    spans=(Span(0, 0.0, 2.0),),
 )
 """Of the motion along which linearity is checked."""
 

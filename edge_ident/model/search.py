@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import Enum
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,6 +55,14 @@ class Form:
     changes: ChangesWith | None = None
 
 
+class Span(NamedTuple):
+    """Time that recordings on one clock cover."""
+
+    clock: int
+    begin_s: float
+    end_s: float
+
+
 @dataclass(frozen=True)
 class Excitation:
     """What a recording excites: the scale of what can be searched for in it.
@@ -74,6 +82,8 @@ class Excitation:
         Sampling period of the recording.
     base : (4,) array
         Base parameters, fitted without any effect.
+    spans : tuple of Span
+        One for each clock of the recordings.
     """
 
     travel: float
@@ -86,6 +96,7 @@ class Excitation:
     cutoff_hz: float
     sampling_s: float
     base: Array
+    spans: tuple[Span, ...]
 
     def moved(self, inertia: Array) -> bool:
         """Whether the drive could have moved this much inertia."""

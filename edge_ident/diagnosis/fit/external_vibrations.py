@@ -4,11 +4,13 @@ from dataclasses import dataclass, replace
 from typing import Final, Self
 
 import numpy as np
+import scipy.linalg
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.fit.candidates import Candidate
 from edge_ident.diagnosis.fit.library import Grid
 from edge_ident.diagnosis.prepare.axis_data import AxisData
+from edge_ident.diagnosis.prepare.segment import Segment
 from edge_ident.model.external_vibration import EXTERNAL_VIBRATION
 from edge_ident.signals.conditioning import SAMPLES_PER_CUTOFF_PERIOD
 from edge_ident.signals.motion_lines import driven, motion_lines
@@ -28,37 +30,33 @@ _STRONGEST: Final = 6
 
 @dataclass(frozen=True)
 class Spectrum:
-    """Complex exponentials at the valid samples.
+    """Complex exponentials at the valid samples, of one recording after the other.
 
     Attributes
     ----------
-    frequency_hz : (F,) array
+    grid : Grid
+        Frequencies (F,), and the recording of each (`edge_ident.model.external_vibration`).
     waves : (F, n) complex array
-    of_motion : (F,) array of bool
-        Frequencies that the motion itself has: its drive and its friction act there.
+        Zero outside their recording.
+    own : (F,) array of bool
+        Frequencies between others that the motion itself does not have: its drive and its friction
+        act there.
     """
 
-    frequency_hz: Array
+    grid: Grid
     waves: NDArray[np.complex64]
-    of_motion: NDArray[np.bool_]
+    own: NDArray[np.bool_]
 
     @classmethod
     def of(cls, data: AxisData) -> Self:
-        """All frequencies that a single recording resolves, up to half the rate of its samples.
+        """All frequencies that each recording resolves, up to half the rate of its samples.
 
         The filter passes a part of what lies between its cut-off and there, and a spring would take
-        its place. There are none for several recordings, because the phase from one to the next is
-        unknown.
+        its place.
         """
-        first, *others = data.segments
-        duration_s = float(first.motion.time_s[-1])
-        highest = 0.5 * SAMPLES_PER_CUTOFF_PERIOD * first.cutoff_hz
-        lowest = highest if others else _FEWEST_PERIODS / duration_s
-        frequency_hz = np.arange(lowest, highest, _STEP / duration_s)
-        lines = motion_lines(first.motion.velocity, first.period_s, highest)
-        of_motion = driven(frequency_hz, lines, 1.0 / duration_s)
-        angle = 2.0 * np.pi * frequency_hz[:, None] * data.of_motion("time_s")[data.valid]
-        return cls(frequency_hz, np.exp(-1j * angle).astype(np.complex64), of_motion)
+        grids, waves, own = zip(*map(_of_recording, data.segments), strict=True)
+        grid = {name: np.concatenate([part[name] for part in grids]) for name in grids[0]}
+        return cls(grid, scipy.linalg.block_diag(*waves), np.concatenate(own))
 
     def at(self, kept: NDArray[np.bool_]) -> "Spectrum":
         """The same at fewer of the samples (n,)."""
@@ -71,6 +69,25 @@ class Spectrum:
         """
         power = np.abs(self.waves @ residual.astype(np.complex64))
         peaks = np.flatnonzero((power[1:-1] >= power[:-2]) & (power[1:-1] >= power[2:])) + 1
-        peaks = peaks[~self.of_motion[peaks]]
+        peaks = peaks[self.own[peaks]]
         strongest = peaks[np.argsort(power[peaks])[::-1][:_STRONGEST]]
-        return {"frequency": self.frequency_hz[strongest]}
+        return {name: values[strongest] for name, values in self.grid.items()}
+
+
+def _of_recording(
+    segment: Segment,
+) -> tuple[Grid, NDArray[np.complex64], NDArray[np.bool_]]:
+    """Frequencies of one recording, their exponentials, and which are not those of its motion."""
+    time_s = segment.motion.time_s
+    begin_s, end_s = float(time_s[0]), float(time_s[-1])
+    duration_s = end_s - begin_s
+    highest = 0.5 * SAMPLES_PER_CUTOFF_PERIOD * segment.cutoff_hz
+    frequency_hz = np.arange(_FEWEST_PERIODS / duration_s, highest, _STEP / duration_s)
+    lines = motion_lines(segment.motion.velocity, segment.period_s, highest)
+    own = ~driven(frequency_hz, lines, 1.0 / duration_s)
+    own[:1] = own[-1:] = False
+    compared_s = time_s[segment.sample_index[segment.valid]]
+    angle = 2.0 * np.pi * frequency_hz[:, None] * compared_s
+    place = {"begin": begin_s, "end": end_s, "clock": float(segment.motion.clock)}
+    grid = {name: np.full(len(frequency_hz), value) for name, value in place.items()}
+    return {"frequency": frequency_hz, **grid}, np.exp(-1j * angle).astype(np.complex64), own

@@ -1,6 +1,8 @@
 """The prepared data of one axis over all its recordings."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
+from itertools import groupby
 from typing import Any, Final
 
 import numpy as np
@@ -9,7 +11,7 @@ from numpy.typing import NDArray
 
 from edge_ident.diagnosis.prepare.segment import Segment
 from edge_ident.model.model import AxisModel
-from edge_ident.model.search import Excitation
+from edge_ident.model.search import Excitation, Span
 from edge_ident.model.supported_range import SupportedRange
 from edge_ident.model.timing import LARGEST_SHIFT
 from edge_ident.signals.metrics import rms
@@ -161,7 +163,15 @@ class AxisData:
             cutoff_hz=max(s.cutoff_hz for s in self.segments),
             sampling_s=max(s.raw_period_s for s in self.segments),
             base=base,
+            spans=tuple(self._spans()),
         )
+
+    def _spans(self) -> Iterator[Span]:
+        """The time that the recordings on each clock cover."""
+        for clock, of_clock in groupby(self.segments, key=lambda s: s.motion.clock):
+            first, *others = of_clock
+            last = others[-1] if others else first
+            yield Span(clock, float(first.motion.time_s[0]), float(last.motion.time_s[-1]))
 
     def predicted(self, axis: AxisModel) -> Array:
         """Filtered effort that a model predicts, (n,) or (D, n)."""

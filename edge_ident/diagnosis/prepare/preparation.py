@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import pairwise
 from typing import Final
 
 import numpy as np
@@ -77,7 +78,8 @@ def prepare_axis(recordings: Sequence[Recording], name: str, *, timed: bool = Tr
     DataError
         Hardly any sample shows the axis in motion.
     """
-    found = in_time([_segment(recording, name) for recording in recordings], move=timed)
+    clocked = zip(recordings, _clocks(recordings), strict=True)
+    found = in_time([_segment(each, name, clock) for each, clock in clocked], move=timed)
     segments = found.segments
     valid = np.concatenate([s.valid for s in segments])
     if np.count_nonzero(valid) < FEWEST_SAMPLES:
@@ -96,8 +98,17 @@ def prepare_axis(recordings: Sequence[Recording], name: str, *, timed: bool = Tr
     )
 
 
-def _segment(recording: Recording, name: str) -> Segment:
-    raw = Sampled.of(recording, name)
+def _clocks(recordings: Sequence[Recording]) -> list[int]:
+    """Numbers of the clocks of recordings: one that begins before the last ended has another."""
+    clocks = [0]
+    for last, following in pairwise(recordings):
+        ended_s = last.begin_s + float(last.time_s[-1] - last.time_s[0])
+        clocks.append(clocks[-1] + (following.begin_s < ended_s))
+    return clocks
+
+
+def _segment(recording: Recording, name: str, clock: int) -> Segment:
+    raw = Sampled.of(recording, name, clock)
     count, noise = _noise(raw, recording, name)
     widest_hz = choose_cutoff(raw.position, raw.period_s, raw.noises[name])
     band, density = _band(raw, noise, widest_hz)

@@ -30,9 +30,10 @@ class Sampled:
     effort: Array
     unknown: NDArray[np.bool_]
     begin_s: float
+    clock: int
 
     @classmethod
-    def of(cls, recording: Recording, name: str) -> "Sampled":
+    def of(cls, recording: Recording, name: str, clock: int) -> "Sampled":
         """Resample a recording."""
         grid = EvenGrid.of(recording.time_s)
         positions = {
@@ -40,7 +41,9 @@ class Sampled:
         }
         effort = grid.resampled(recording.axes[name].effort)
         unknown = grid.unknown(recording.axes[name].effort)
-        return cls(name, grid.time_s, grid.period_s, positions, effort, unknown, recording.begin_s)
+        return cls(
+            name, grid.time_s, grid.period_s, positions, effort, unknown, recording.begin_s, clock
+        )
 
     @property
     def position(self) -> Array:
@@ -57,7 +60,7 @@ class Sampled:
         smooth = differentiate(position, cutoff_hz, self.period_s)
         position, velocity, acceleration = (signal[::stride] for signal in smooth)
         time_s = self.time_s[::stride] - self.time_s[0] + self.begin_s
-        return Motion.known(time_s, position, velocity, acceleration)
+        return Motion.known(time_s, position, velocity, acceleration, clock=self.clock)
 
     def motions(self, cutoff_hz: float, stride: int) -> tuple[dict[str, Motion], dict[str, Motion]]:
         """Motions of all axes, and the same with the encoder noise added a second time."""

@@ -7,7 +7,6 @@ from typing import Any
 
 from edge_ident.diagnosis.measures import ModelFit, Validation
 from edge_ident.diagnosis.present.explained_variance import explained_variance
-from edge_ident.diagnosis.present.wording import external_vibrations
 from edge_ident.diagnosis.result import Alternative, AxisDiagnosis, Cause, Diagnosis
 from edge_ident.model.model import PARAMETERS, AxisModel, base_axis
 from edge_ident.model.model_files import values_document
@@ -49,9 +48,7 @@ def _axis(name: str, axes: Mapping[str, AxisDiagnosis]) -> dict[str, Any]:
         "band": {"cutoff_hz": axis.cutoff_hz, "share_of_effort_variance": axis.share_in_band},
         "lines": [asdict(line) for line in axis.lines],
         "refused": [asdict(refused) for refused in axis.refused],
-        "outside_vibrations": [
-            {"frequency_hz": f, "amplitude": a} for f, a in external_vibrations(axis)
-        ],
+        "outside_vibrations": [asdict(vibration) for vibration in axis.external_vibrations],
         "not_testable": [asdict(effect) for effect in axis.not_testable],
         "base": _fit(axis.base, axis.model),
         "extended": _fit(axis.extended, axis.model),

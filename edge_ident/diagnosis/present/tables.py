@@ -11,7 +11,7 @@ from edge_ident.diagnosis.present import wording
 from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Diagnosis
 from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.support.tables import FittingTable, plain_table
-from edge_ident.support.words import spoken
+from edge_ident.support.words import listed, spoken
 
 _COLOUR: Final = {
     Verdict.ADEQUATE: "green",
@@ -37,7 +37,7 @@ def _axis(name: str, diagnosis: Diagnosis) -> Iterator[RenderableType]:
     if axis.causes:
         yield _causes_table(axis)
     for cause in axis.causes:
-        yield from _why(cause)
+        yield from _why(cause, axis)
     for sentence in wording.not_accepted(axis):
         yield Text(f"  {sentence}")
     for refused in axis.refused:
@@ -63,8 +63,10 @@ def _causes_table(axis: AxisDiagnosis) -> FittingTable:
     return table
 
 
-def _why(cause: Cause) -> Iterator[Text]:
+def _why(cause: Cause, axis: AxisDiagnosis) -> Iterator[Text]:
     yield Text(f"  {spoken(cause.term.effect)}: {cause.evidence}")
+    if axis.traces.several and cause.shown_in:
+        yield Text(f"    it shows in {listed(cause.shown_in)}")
     yield Text(f"    accepted: {cause.decision}")
     for alternative in cause.alternatives:
         yield Text(f"    {wording.alternative_sentence(alternative)}")

@@ -22,12 +22,8 @@ def percent(share: float) -> str:
 def verdict_sentence(axis: AxisDiagnosis) -> str:
     """The verdict with its numbers, external vibrations, and a selection that did not converge."""
     parts = [_verdict(axis)]
-    vibrations = [
-        f"{amplitude:.3g} {axis.model.effort_unit} at {frequency_hz:.4g} Hz"
-        for frequency_hz, amplitude in external_vibrations(axis)
-    ]
-    if vibrations:
-        parts.append(f"an external vibration acts on it: {listed(vibrations)}")
+    if axis.external_vibrations:
+        parts.append(f"an external vibration acts on it: {listed(spoken_vibrations(axis))}")
     if axis.lines:
         parts.append(
             f"no effect explains, above the band, {listed(map(spoken_line, axis.lines[:3]))}"
@@ -48,11 +44,13 @@ def spoken_line(line: SpectralLine) -> str:
     return f"{amplitude} at {line.frequency_hz:.4g} Hz"
 
 
-def external_vibrations(axis: AxisDiagnosis) -> list[tuple[float, float]]:
-    """Frequency in Hz and amplitude, in the unit of the effort, of each external vibration."""
+def spoken_vibrations(axis: AxisDiagnosis) -> list[str]:
+    """Amplitude and frequency of each external vibration; of several recordings, which it is in."""
+    several = axis.traces.several
     return [
-        (float(term.values["frequency"]), math.hypot(term.values["cosine"], term.values["sine"]))
-        for term in axis.external_vibrations
+        f"{one.amplitude:.3g} {axis.model.effort_unit} at {one.frequency_hz:.4g} Hz"
+        f"{f' in {one.recording}' if several else ''}"
+        for one in axis.external_vibrations
     ]
 
 

@@ -94,7 +94,7 @@ class Search:
         spectrum = Spectrum.of(data)
         rows = {c: regressors(data, start.axis, c, grids[c])[..., data.valid] for c in every}
         library = Library.of(grids, rows)
-        searched = {**grids, VIBRATION: {"frequency": spectrum.frequency_hz}}
+        searched = {**grids, VIBRATION: spectrum.grid}
         replica = data.noise_replica
         samples = float(np.count_nonzero(data.valid))
         criterion = Criterion(data, replica, start, searched, samples)

@@ -1,6 +1,7 @@
 """Disturbance event: a push or a collision, an effort of short duration.
 
-f = level·sin²(π·(t - time)/duration) from `time` on, for its duration.
+f = level·sin²(π·(t - time)/duration) from `time` on, for its duration. Of several recordings it
+happens in one.
 Source: none needed; this is the shortest smooth pulse.
 """
 
@@ -10,7 +11,7 @@ import numpy as np
 
 from edge_ident.model.advice import Advice
 from edge_ident.model.compensation import Compensation
-from edge_ident.model.effect import Array, Effect, Parameter, Values
+from edge_ident.model.effect import CLOCK, Array, Effect, Parameter, Values
 from edge_ident.model.motion import Motion
 from edge_ident.model.search import Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
@@ -23,13 +24,15 @@ class DisturbanceEvent(Effect):
         Parameter("time", "s", -1e9, 1e9, "of its beginning, from the start of the record"),
         Parameter("duration", "s", 1e-6, 1e9, "from beginning to end"),
         Parameter("level", "{effort}", -1e9, 1e9, "peak of the resisting effort"),
+        CLOCK,
     )
     tied_to_time = True
 
     def load(self, at: Motion, values: Values) -> Array:
         """A pulse in time."""
         share = np.clip((at.time_s - values["time"]) / values["duration"], 0.0, 1.0)
-        return np.asarray(values["level"] * np.sin(np.pi * share) ** 2)
+        pulse = np.sin(np.pi * share) ** 2
+        return np.asarray(values["level"] * pulse * (values["clock"] == at.clock))
 
     def fastest_rate(self, values: Values, inertia: Array, speed: float) -> Array:
         """Of the pulse itself."""
@@ -39,22 +42,29 @@ class DisturbanceEvent(Effect):
 def _physical(values: Values, excitation: Excitation) -> bool:
     """A pulse that begins and ends within the record: what happened before is not recorded."""
     begins, ends = values["time"], values["time"] + values["duration"]
-    return bool(np.all((begins > 0.0) & (ends < excitation.duration_s)))
+    inside = np.zeros(np.shape(begins), dtype=np.bool_)
+    for clock, begin_s, end_s in excitation.spans:
+        inside |= (values["clock"] == clock) & (begins > begin_s) & (ends < end_s)
+    return bool(np.all(inside))
 
 
 def _grid(excitation: Excitation) -> dict[str, Array]:
     """From the shortest pulse that the filter passes, and at least 1/250 of the record, to a tenth
     of the record."""
-    durations, times = [], []
-    longest = 0.1 * excitation.duration_s
-    duration = min(max(0.35 / excitation.cutoff_hz, excitation.duration_s / 250.0), longest)
-    while duration <= longest:
-        step = max(duration / 2.0, 0.2 / excitation.cutoff_hz)
-        starts = np.arange(0.5 * step, excitation.duration_s - duration, step)
-        times.append(starts)
-        durations.append(np.full(len(starts), duration))
-        duration *= 2.0
-    return {"time": np.concatenate(times), "duration": np.concatenate(durations)}
+    points = []
+    for clock, begin_s, end_s in excitation.spans:
+        lasts_s = end_s - begin_s
+        longest = 0.1 * lasts_s
+        duration = min(max(0.35 / excitation.cutoff_hz, lasts_s / 250.0), longest)
+        while duration <= longest:
+            step = max(duration / 2.0, 0.2 / excitation.cutoff_hz)
+            starts = begin_s + np.arange(0.5 * step, lasts_s - duration, step)
+            points.append(
+                [starts, np.full(len(starts), duration), np.full(len(starts), float(clock))]
+            )
+            duration *= 2.0
+    time, duration_s, clocks = np.concatenate(points, axis=1)
+    return {"time": time, "duration": duration_s, "clock": clocks}
 
 
 def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
@@ -64,6 +74,7 @@ def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
         "time": draws.uniform(0.05, 0.9) * scale.duration_s,
         "duration": duration,
         "level": draws.sign() * draws.log_uniform(0.25, 2.5) * scale.effort,
+        "clock": np.zeros_like(scale.duration_s),
     }
 
 

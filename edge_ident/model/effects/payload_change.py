@@ -1,7 +1,8 @@
 """Payload change: from one moment on, the axis carries more or less.
 
 From that time, inertia·a + coulomb_friction·sign(v) + offset are added. These are the mass and the
-friction of the payload and, on an axis that lifts, its weight.
+friction of the payload and, on an axis that lifts, its weight. Of several recordings without a
+common clock, it changes in one.
 Source: rigid-body dynamics.
 """
 
@@ -11,7 +12,7 @@ import numpy as np
 
 from edge_ident.model.advice import Advice
 from edge_ident.model.compensation import Compensation
-from edge_ident.model.effect import Array, Effect, Parameter, Values
+from edge_ident.model.effect import CLOCK, Array, Effect, Parameter, Values
 from edge_ident.model.motion import Motion
 from edge_ident.model.search import Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
@@ -25,26 +26,36 @@ class PayloadChange(Effect):
         Parameter("inertia", "{inertia}", -1e9, 1e9, "added; negative where something is dropped"),
         Parameter("coulomb_friction", "{effort}", -1e9, 1e9, "added with it"),
         Parameter("offset", "{effort}", -1e9, 1e9, "its weight"),
+        CLOCK,
     )
     tied_to_time = True
     changes_base = ("inertia", "coulomb_friction", "offset")
 
     def load(self, at: Motion, values: Values) -> Array:
         """Weight."""
-        return values["offset"] * (at.time_s >= values["time"])
+        return values["offset"] * _changed(at, values)
 
     def friction(self, at: Motion, values: Values) -> Array:
         """Dry friction of the payload."""
-        return values["coulomb_friction"] * (at.time_s >= values["time"])
+        return values["coulomb_friction"] * _changed(at, values)
 
     def inertia(self, at: Motion, values: Values) -> Array:
         """Mass of the payload."""
-        return values["inertia"] * (at.time_s >= values["time"])
+        return values["inertia"] * _changed(at, values)
+
+
+def _changed(at: Motion, values: Values) -> Array:
+    """One from the change on, zero before and in other recordings."""
+    later = (at.time_s >= values["time"]) & (values["clock"] == at.clock)
+    return np.asarray(later, dtype=np.float64)
 
 
 def _grid(excitation: Excitation) -> dict[str, Array]:
     """Anywhere but at the ends."""
-    return {"time": excitation.duration_s * np.linspace(0.04, 0.96, 70)}
+    share = np.linspace(0.04, 0.96, 70)
+    times = [begin_s + (end_s - begin_s) * share for _, begin_s, end_s in excitation.spans]
+    clocks = [np.full(len(share), float(clock)) for clock, _, _ in excitation.spans]
+    return {"time": np.concatenate(times), "clock": np.concatenate(clocks)}
 
 
 def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
@@ -55,6 +66,7 @@ def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
         "inertia": share * scale.inertia,
         "coulomb_friction": share * draws.uniform(0.3, 1.0) * scale.coulomb_friction,
         "offset": share * draws.uniform(0.0, 0.1) * scale.coulomb_friction,
+        "clock": np.zeros_like(scale.duration_s),
     }
 
 

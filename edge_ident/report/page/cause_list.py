@@ -71,7 +71,7 @@ def _bar(kind: str, cause: Cause, axis: AxisDiagnosis, longest: float) -> Bar:
         )
     else:
         facts.append(f"{kind.capitalize()}: {cause.decision}.")
-    if len(cause.shown_in) > 1:
+    if axis.traces.several and cause.shown_in:
         facts.append(f"Seen in {listed(cause.shown_in)}.")
     values = ", ".join(map(unit_text, terms.values(cause.term, axis.model)))
     return Bar(
@@ -93,9 +93,8 @@ def other_remarks(axis: AxisDiagnosis) -> list[str]:
     said = [sentence(terms.refused_sentence(refused)) for refused in axis.refused]
     unit = unit_text(axis.model.effort_unit)
     said += [
-        f"A vibration from outside acts on the axis: {digits(amplitude, 3)} {unit} at "
-        f"{digits(frequency_hz, 4)} Hz. It is no property of the machine."
-        for frequency_hz, amplitude in terms.external_vibrations(axis)
+        f"A vibration from outside acts on the axis: {one}. It is no property of the machine."
+        for one in map(unit_text, terms.spoken_vibrations(axis))
     ]
     said += [
         f"Above the compared band, nothing explains {digits(line.amplitude, 3)} {unit} at "

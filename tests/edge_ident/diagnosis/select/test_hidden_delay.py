@@ -74,7 +74,8 @@ def test_a_spring_that_took_the_place_of_a_delay_hides_it_no_more() -> None:
 
 def test_a_delay_beside_a_vibration_from_outside_is_found() -> None:
     """The vibration is no cause, and leaves what no delay would take."""
-    shake = FittedTerm(VIBRATION, {"frequency": 3.7}, {"cosine": 0.0, "sine": 0.0})
+    place = {"begin": 0.0, "end": 15.0, "clock": 0.0}
+    shake = FittedTerm(VIBRATION, {"frequency": 3.7, **place}, {"cosine": 0.0, "sine": 0.0})
     found = hidden(late(8.0, ripple=0.3, shake=0.5), shake)
     assert found is not None
     assert found.late

@@ -11,7 +11,7 @@ from edge_ident.diagnosis.fit.external_vibrations import VIBRATION
 from edge_ident.diagnosis.fit.fitting import FittedTerm, fit
 from edge_ident.diagnosis.fit.noise_floor import noise_floor
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
-from edge_ident.diagnosis.present.wording import external_vibrations, verdict_sentence
+from edge_ident.diagnosis.present.wording import verdict_sentence
 from edge_ident.diagnosis.result import AxisDiagnosis
 from edge_ident.diagnosis.select.assessment import Assessment
 from edge_ident.diagnosis.select.search import Search
@@ -151,9 +151,9 @@ def test_an_external_vibration_is_reported_and_is_no_cause() -> None:
     axis = diagnosed(recorded(t, x, effort, noise=0.02))
     assert axis.verdict is Verdict.UNEXPLAINED
     assert axis.causes == ()
-    ((frequency_hz, amplitude),) = external_vibrations(axis)
-    assert frequency_hz == pytest.approx(2.13, abs=0.005)
-    assert amplitude == pytest.approx(0.1, rel=0.05)
+    (found,) = axis.external_vibrations
+    assert found.frequency_hz == pytest.approx(2.13, abs=0.005)
+    assert found.amplitude == pytest.approx(0.1, rel=0.05)
     assert "2.13 Hz" in verdict_sentence(axis)
     assert [term.effect for term in axis.model.terms] == [BASE]
     error = axis.extended.estimate.parameters - [0.5, 0.8, 1.1, 0.2]
@@ -173,9 +173,9 @@ def test_a_vibration_that_shakes_the_axis_is_reported(frequency_hz: float) -> No
     x, v, a = (s + np.imag(gives * (1j * rate) ** k) for k, s in enumerate((x, v, a)))
     axis = diagnosed(recorded(t, x, rigid(v, a) - size * np.imag(wave), noise=0.02, count=1e-6))
     assert axis.causes == ()
-    ((found_hz, amplitude),) = external_vibrations(axis)
-    assert found_hz == pytest.approx(frequency_hz, abs=0.005)
-    assert amplitude == pytest.approx(size, rel=0.01)
+    (found,) = axis.external_vibrations
+    assert found.frequency_hz == pytest.approx(frequency_hz, abs=0.005)
+    assert found.amplitude == pytest.approx(size, rel=0.01)
     error = axis.extended.estimate.parameters - [0.5, 0.8, 1.1, 0.2]
     assert np.abs(error) == pytest.approx(0.0, abs=0.02)
 
@@ -192,7 +192,10 @@ def test_beside_a_vibration_at_its_one_frequency_a_motion_says_nothing(
     a = 0.01 * a - rate**2 * np.sin(rate * t)
     data = prepare_axis([recorded(t, x, rigid(v, a), noise=0.02)], "x")
     start = fit(data, TEMPLATE, np.zeros(4), ())
-    shake = FittedTerm(VIBRATION, {"frequency": frequency_hz}, {"cosine": 0.0, "sine": 0.0})
+    place = {"begin": 0.0, "end": 15.0, "clock": 0.0}
+    shake = FittedTerm(
+        VIBRATION, {"frequency": frequency_hz, **place}, {"cosine": 0.0, "sine": 0.0}
+    )
     search = Search.of(data, TEMPLATE, start)
     model = search.fit(start.base, (shake,))
     assessed = Assessment.of(search, start, model, noise_floor(data, start), 0.01)
@@ -209,10 +212,51 @@ def test_a_vibration_just_above_the_band_is_none_of_a_spring() -> None:
     axis = diagnosed(recorded(t, x, rigid(v, a) + wave, noise=0.02))
     assert axis.cutoff_hz == pytest.approx(cutoff_hz, rel=0.05)
     assert axis.causes == ()
-    ((found_hz, amplitude),) = external_vibrations(axis)
-    assert found_hz == pytest.approx(1.15 * cutoff_hz, rel=1e-3)
-    assert amplitude == pytest.approx(0.4, rel=0.03)
+    (found,) = axis.external_vibrations
+    assert found.frequency_hz == pytest.approx(1.15 * cutoff_hz, rel=1e-3)
+    assert found.amplitude == pytest.approx(0.4, rel=0.03)
     assert axis.lines == (), "and it is told once"
+
+
+@pytest.mark.parametrize("sizes", [(0.1, 0.15), (0.0, 0.15)])
+@pytest.mark.parametrize("begins_s", [0.0, 40.0])
+def test_of_several_recordings_each_has_vibrations_of_its_own(
+    sizes: tuple[float, float], begins_s: float
+) -> None:
+    """Whether they share a clock or not: no phase goes on from one to the next."""
+    recordings = []
+    for number, (size, frequency_hz) in enumerate(zip(sizes, (2.13, 2.17), strict=True)):
+        t, x, v, a = swing(seed=number)
+        wave = size * np.sin(2.0 * np.pi * frequency_hz * t + number)
+        made = recorded(t, x, rigid(v, a) + wave, noise=0.02, seed=number)
+        recordings.append(replace(made, source=f"{number}.csv", begin_s=number * begins_s))
+    axis = diagnose(recordings, stability=False).axes["x"]
+    assert axis.verdict is Verdict.UNEXPLAINED
+    assert axis.causes == ()
+    found = sorted(axis.external_vibrations, key=lambda one: one.recording)
+    wanted = [(f"{k}.csv", 2.13 + 0.04 * k, size) for k, size in enumerate(sizes) if size]
+    for one, (source, frequency_hz, size) in zip(found, wanted, strict=True):
+        assert one.recording == source
+        assert one.frequency_hz == pytest.approx(frequency_hz, abs=0.005)
+        assert one.amplitude == pytest.approx(size, rel=0.03)
+        assert f"{frequency_hz:.4g} Hz in {source}" in verdict_sentence(axis)
+
+
+@pytest.mark.parametrize("number", [0, 1])
+@pytest.mark.parametrize("begins_s", [0.0, 40.0])
+def test_what_happens_once_happens_in_one_recording(number: int, begins_s: float) -> None:
+    recordings = []
+    for k in range(2):
+        t, x, v, a = swing(seed=k)
+        push = np.where((t > 7.0) & (t < 7.6), np.sin(np.pi * (t - 7.0) / 0.6) ** 2, 0.0)
+        made = recorded(t, x, rigid(v, a) + 0.6 * (k == number) * push, noise=0.02, seed=k)
+        recordings.append(replace(made, source=f"{k}.csv", begin_s=k * begins_s))
+    axis = diagnose(recordings, stability=False).axes["x"]
+    (cause,) = axis.causes
+    assert axis.verdict is Verdict.EXPLAINED
+    assert cause.term.effect == "disturbance_event"
+    assert cause.term.values["time"] == pytest.approx(7.0 + number * begins_s, abs=0.1)
+    assert cause.shown_in == (f"{number}.csv",)
 
 
 @pytest.mark.parametrize("period", [0.5, 0.217, 0.11])

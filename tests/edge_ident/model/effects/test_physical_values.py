@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from edge_ident.model.effects import named
-from edge_ident.model.search import Excitation
+from edge_ident.model.search import Excitation, Span
 
 EXCITATION = Excitation(
     travel=3.0,
@@ -17,6 +17,7 @@ EXCITATION = Excitation(
     cutoff_hz=6.0,
     sampling_s=0.0025,
     base=np.array([0.4, 0.9, 1.4, 0.0]),
+    spans=(Span(0, 0.0, 20.0),),
 )
 
 
