@@ -35,6 +35,7 @@ _GAINS: Final = frozenset(field.name for field in fields(AxisGains))
 _LINEAR: Final = 1e-9
 """Relative deviation from proportionality that rounding explains."""
 _PROBE: Final = Excitation(
+    lowest=-1.5,
     travel=3.0,
     speed=2.0,
     typical_speed=1.0,
@@ -108,14 +109,15 @@ def _search(effect: Effect) -> Iterator[str]:
         yield "its search lacks forms, a signature, alternatives or an experiment"
     if effect.draw is no_draw:
         yield "it draws no random values for training"
-    grid = search.grid(_PROBE)
-    if len({len(values) for values in grid.values()}) > 1:
+    grids = [f(_PROBE) for f in (search.grid, *(form.grid for form in search.forms)) if f]
+    if any(len({len(values) for values in grid.values()}) > 1 for grid in grids):
         yield "the arrays of its grid differ in length"
+    grid = {name for part in grids for name in part}
     nonlinear = {name for form in search.forms for name in form.nonlinear}
     named = {*search.linear, *nonlinear, *search.open_ended, *search.essential, *grid}
     for name in sorted(named - known):
         yield f"its search names {name}, which is no parameter"
-    for name in sorted(nonlinear - set(grid)):
+    for name in sorted(nonlinear - grid):
         yield f"its grid has no values for {name}"
     for name in sorted(search.linear & nonlinear):
         yield f"{name} is linear in one form and nonlinear in another"

@@ -21,7 +21,7 @@ judgement, not a measurement."""
 class ChangesWith(Enum):
     """What an effect grows or fades with, and the names of the parameters that say how."""
 
-    STROKE = "position, in waves: cosine and sine of a period"
+    STROKE = "position, in waves or at one place"
     TIME = "time: curvature, or time_constant"
     EFFORT = "the effort that is transmitted"
 
@@ -45,6 +45,8 @@ class Form:
         Values that follow from that, and need no search.
     changes : ChangesWith, optional
         Laws outside the catalogue that change likewise may be taken for it.
+    grid : callable, optional
+        Of its nonlinear parameters, where they are others than those of `SearchSpec.grid`.
     """
 
     linear: tuple[str, ...]
@@ -53,6 +55,7 @@ class Form:
     rotary: bool = False
     known: tuple[tuple[str, float], ...] = ()
     changes: ChangesWith | None = None
+    grid: "Callable[[Excitation], dict[str, Array]] | None" = None
 
 
 class Span(NamedTuple):
@@ -69,8 +72,8 @@ class Excitation:
 
     Attributes
     ----------
-    travel : float
-        From the lowest to the highest position.
+    lowest, travel : float
+        The lowest position, and how far it is from there to the highest.
     speed, acceleration, effort : float
         Peak, rms, peak.
     typical_speed : float
@@ -86,6 +89,7 @@ class Excitation:
         One for each clock of the recordings.
     """
 
+    lowest: float
     travel: float
     speed: float
     typical_speed: float
@@ -110,6 +114,16 @@ class Excitation:
         passed = 2.0 * self.cutoff_hz * self.travel / self.typical_speed
         count = max(2, int((min(highest, passed) - lowest) / step) + 1)
         return np.asarray(self.travel / (lowest + step * np.arange(count)))
+
+    def places(self) -> dict[str, Array]:
+        """Places along the travel, and widths from a twenty-fifth of it that the filter passes."""
+        passed = 0.3 * self.typical_speed / self.cutoff_hz
+        widths = [w for w in self.travel * np.array([0.04, 0.08, 0.16, 0.32]) if w >= passed]
+        steps = [np.arange(0.5 * w, self.travel, w) for w in widths]
+        return {
+            "place": self.lowest + np.concatenate([*steps, np.zeros(0)]),
+            "width": np.repeat(widths, [len(step) for step in steps]),
+        }
 
 
 def _no_grid(excitation: Excitation) -> dict[str, Array]:

@@ -1,4 +1,4 @@
-"""Sinusoids of position or time."""
+"""Sinusoids of position or time, and what acts at one place."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,3 +16,10 @@ def wave(angle: Array, cosine: Array, sine: Array) -> Array:
     if not cosine.any():
         return np.asarray(sine * np.sin(angle))
     return np.asarray(cosine * np.cos(angle) + sine * np.sin(angle))
+
+
+def bump(position: Array, size: Array, place: Array, width: Array) -> Array:
+    """size·exp(-((position - place)/width)²)."""
+    if not size.any():
+        return np.zeros(())
+    return np.asarray(size * np.exp(-np.square((position - place) / width)))

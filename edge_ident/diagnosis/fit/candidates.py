@@ -84,17 +84,23 @@ def grid(candidate: Candidate, excitation: Excitation) -> dict[str, Array]:
 
     The arrays have length one for a form without nonlinear parameters.
     """
-    values = named(candidate.effect).search.grid(excitation)
-    if not candidate.form.nonlinear:
+    values, form = named(candidate.effect).search.grid(excitation), candidate.form
+    if form.grid is not None:
+        own = form.grid(excitation)
+        count = len(own[form.nonlinear[0]])
+        return {name: np.full(count, array[0]) for name, array in values.items()} | own
+    if not form.nonlinear:
         first = {name: array[:1] for name, array in values.items()}
-        return first | {name: np.array([value]) for name, value in candidate.form.known}
+        return first | {name: np.array([value]) for name, value in form.known}
     return values
 
 
 def term(candidate: Candidate, nonlinear: Values, linear: Values) -> Term:
-    """The term of a candidate; parameters of the effect's other forms are zero."""
-    effect = named(candidate.effect)
-    values = {p.name: linear.get(p.name, nonlinear.get(p.name, 0.0)) for p in effect.parameters}
+    """The term of a candidate; parameters of the effect's other forms are those of no effect."""
+    values: dict[str, float | Array] = {
+        p.name: p.default or 0.0 for p in named(candidate.effect).parameters
+    }
+    values |= {**nonlinear, **linear}
     return Term(candidate.effect, values, source_axis=candidate.source)
 
 

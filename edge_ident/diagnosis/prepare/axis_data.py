@@ -153,6 +153,7 @@ class AxisData:
             self.of_motion(name) for name in ("position", "velocity", "acceleration")
         )
         return Excitation(
+            lowest=float(np.min(position)),
             travel=float(np.ptp(position)),
             speed=float(np.max(np.abs(velocity))),
             typical_speed=rms(velocity),

@@ -32,24 +32,28 @@ Law = Callable[[Motion, Array, Values], Array]
 cause's parameters."""
 
 
-def _waves(motion: Motion, values: Values) -> tuple[Array, Array]:
-    """Cosine and sine (2, N) over the position, and their derivatives by it."""
+def _shapes(motion: Motion, values: Values) -> tuple[Array, Array]:
+    """Cosine and sine (2, N) over the position, or a bump (1, N), and their derivatives by it."""
+    if np.any(values.get("bump", 0.0)):
+        away = (motion.position - float(values["place"])) / float(values["width"])
+        at_place = np.exp(-np.square(away))[None]
+        return at_place, -2.0 * away / float(values["width"]) * at_place
     rate = math.tau / float(values["period"])
     cosine, sine = np.cos(rate * motion.position), np.sin(rate * motion.position)
     return np.stack([cosine, sine]), rate * np.stack([-sine, cosine])
 
 
 def _inertia(motion: Motion, effort: Array, values: Values) -> Array:
-    wave, slope = _waves(motion, values)
-    return wave * motion.acceleration + 0.5 * slope * motion.velocity**2
+    shape, slope = _shapes(motion, values)
+    return shape * motion.acceleration + 0.5 * slope * motion.velocity**2
 
 
 def _viscous(motion: Motion, effort: Array, values: Values) -> Array:
-    return _waves(motion, values)[0] * motion.velocity
+    return _shapes(motion, values)[0] * motion.velocity
 
 
 def _force(motion: Motion, effort: Array, values: Values) -> Array:
-    return _waves(motion, values)[0] * effort
+    return _shapes(motion, values)[0] * effort
 
 
 def _course(motion: Motion, values: Values) -> Array:

@@ -1,8 +1,8 @@
 """Friction that depends on position: a guide that tightens, a bent screw, a worn part of it.
 
-f = sign(v)·(gradient·x + cosine·cos(2π·x/period) + sine·sin(2π·x/period)). This adds to Coulomb
-friction, which is its mean. It is half the difference of the residual's maps over position forward
-and backward.
+f = sign(v)·(gradient·x + curvature·x² + cosine·cos(2π·x/period) + sine·sin(2π·x/period)
++ bump·exp(-((x - place)/width)²)). This adds to Coulomb friction. A bump is one worn or tight
+place. It is half the difference of the residual's maps over position forward and backward.
 Source: Popović and Goldenberg, IEEE Trans. Robotics and Automation 14 (1998) 114 (spectral
 friction model).
 """
@@ -16,28 +16,38 @@ from edge_ident.model.compensation import Compensation
 from edge_ident.model.effect import Array, Effect, Parameter, Values
 from edge_ident.model.motion import Motion
 from edge_ident.model.search import ChangesWith, Excitation, Form, SearchSpec
-from edge_ident.model.strengths import Draws, Scale
-from edge_ident.model.waves import wave
+from edge_ident.model.strengths import Draws, Scale, at_no_place
+from edge_ident.model.waves import bump, wave
 
 
 class PositionDependentFriction(Effect):
-    """Dry friction with a slope and one wave over the stroke."""
+    """Dry friction with a parabola, one wave and one bump over the stroke."""
 
     parameters = (
         Parameter("gradient", "{effort}/{position}", -1e9, 1e9, "rise of friction along the axis"),
         Parameter("cosine", "{effort}", -1e9, 1e9, "amplitude in phase with position zero"),
         Parameter("sine", "{effort}", -1e9, 1e9, "amplitude a quarter period later"),
         Parameter("period", "{position}", 1e-9, 1e9, "travel after which the wave repeats"),
+        Parameter(
+            "curvature", "{effort}/{position}^2", -1e9, 1e9, "rise towards the ends", default=0.0
+        ),
+        Parameter("bump", "{effort}", -1e9, 1e9, "largest friction at one place", default=0.0),
+        Parameter("place", "{position}", -1e9, 1e9, "of the bump", default=0.0),
+        Parameter("width", "{position}", 1e-9, 1e9, "within which it falls to 37 %", default=1.0),
     )
 
     def friction(self, at: Motion, values: Values) -> Array:
         """Level above Coulomb friction, or below."""
-        angle = 2.0 * np.pi / values["period"] * at.position
-        return values["gradient"] * at.position + wave(angle, values["cosine"], values["sine"])
+        x = at.position
+        angle = 2.0 * np.pi / values["period"] * x
+        level = (values["gradient"] + values["curvature"] * x) * x
+        level = level + wave(angle, values["cosine"], values["sine"])
+        return np.asarray(level + bump(x, values["bump"], values["place"], values["width"]))
 
     def fastest_rate(self, values: Values, inertia: Array, speed: float) -> Array:
-        """Passing the waves at top speed."""
-        return 2.0 * np.pi / values["period"] * speed
+        """Passing the waves or the bump at top speed."""
+        passing = np.where(values["bump"], 1.0 / values["width"], 0.0)
+        return np.maximum(2.0 * np.pi / values["period"], passing) * speed
 
 
 def _grid(excitation: Excitation) -> dict[str, Array]:
@@ -55,6 +65,8 @@ def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
         "cosine": (1.0 - slope) * amplitude * cosine,
         "sine": (1.0 - slope) * amplitude * sine,
         "period": scale.travel / draws.log_uniform(1.0, 20.0),
+        "curvature": np.zeros(draws.shape),
+        **at_no_place(draws),
     }
 
 
@@ -69,7 +81,9 @@ EFFECT: Final = PositionDependentFriction(
     search=SearchSpec(
         forms=(
             Form(("gradient",)),
+            Form(("gradient", "curvature")),
             Form(("cosine", "sine"), ("period",), changes=ChangesWith.STROKE),
+            Form(("bump",), ("place", "width"), changes=ChangesWith.STROKE, grid=Excitation.places),
         ),
         signature="differs along the stroke and changes its sign with the direction",
         alternatives=("torque_ripple", "position_dependent_load", "asymmetric_friction"),

@@ -1,9 +1,10 @@
 """A load that depends on position: a spring, a cable chain, the weight of an arm over its angle.
 
-f = stiffness·x + curvature·x² + cosine·cos(2π·x/period) + sine·sin(2π·x/period). A hanging arm has
-a period of 2π rad. The weight of a joint that another joint carries in the same plane follows the
-sum of both angles: sum_cosine·cos(x + x₂) + sum_sine·sin(x + x₂). The load is half the sum of the
-residual's maps over position forward and backward. On a purely sinusoidal motion the stiffness
+f = stiffness·x + curvature·x² + cosine·cos(2π·x/period) + sine·sin(2π·x/period)
++ bump·exp(-((x - place)/width)²). A hanging arm has a period of 2π rad; a bump is what a cable or
+a seal does at one place. The weight of a joint that another joint carries in the same plane follows
+the sum of both angles: sum_cosine·cos(x + x₂) + sum_sine·sin(x + x₂). The load is half the sum of
+the residual's maps over position forward and backward. On a purely sinusoidal motion the stiffness
 looks like inertia, because a is proportional to x there.
 Source: statics.
 """
@@ -17,8 +18,8 @@ from edge_ident.model.compensation import Compensation
 from edge_ident.model.effect import Array, Effect, Parameter, Values
 from edge_ident.model.motion import Motion
 from edge_ident.model.search import ChangesWith, Excitation, Form, SearchSpec
-from edge_ident.model.strengths import Draws, Scale
-from edge_ident.model.waves import wave
+from edge_ident.model.strengths import Draws, Scale, at_no_place
+from edge_ident.model.waves import bump, wave
 
 _TURN_RAD: Final = 2.0 * np.pi
 _MOST_WAVES: Final = 2.0
@@ -41,15 +42,19 @@ class PositionDependentLoad(Effect):
         Parameter(
             "sum_sine", "{effort}", -1e9, 1e9, "of the sum of two joints' angles", default=0.0
         ),
+        Parameter("bump", "{effort}", -1e9, 1e9, "largest load at one place", default=0.0),
+        Parameter("place", "{position}", -1e9, 1e9, "of the bump", default=0.0),
+        Parameter("width", "{position}", 1e-9, 1e9, "within which it falls to 37 %", default=1.0),
     )
     takes_source = True
 
     def load(self, at: Motion, values: Values) -> Array:
-        """Parabola and sinusoid."""
+        """Parabola, sinusoid and bump."""
         x = at.position
         angle = 2.0 * np.pi / values["period"] * x
         load = (values["stiffness"] + values["curvature"] * x) * x
         load = load + wave(angle, values["cosine"], values["sine"])
+        load = load + bump(x, values["bump"], values["place"], values["width"])
         if at.source is not None:
             both = x + at.source.position
             load = load + wave(both, values["sum_cosine"], values["sum_sine"])
@@ -60,7 +65,8 @@ class PositionDependentLoad(Effect):
         rate = 2.0 * np.pi / values["period"]
         wave = np.hypot(values["cosine"], values["sine"]) * rate
         bend = 20.0 * np.abs(values["curvature"]) * speed
-        return np.sqrt((np.abs(values["stiffness"]) + bend + wave) / inertia)
+        slope = np.abs(values["bump"]) / values["width"]  # at its steepest 0.86 of that
+        return np.sqrt((np.abs(values["stiffness"]) + bend + wave + slope) / inertia)
 
 
 def _grid(excitation: Excitation) -> dict[str, Array]:
@@ -90,6 +96,7 @@ def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
         "period": scale.travel / draws.uniform(1.0, 3.0),
         "sum_cosine": np.zeros(draws.shape),
         "sum_sine": np.zeros(draws.shape),
+        **at_no_place(draws),
     }
 
 
@@ -109,6 +116,7 @@ EFFECT: Final = PositionDependentLoad(
             Form(("stiffness", "curvature")),
             Form(("cosine", "sine"), ("period",), changes=ChangesWith.STROKE),
             Form(("sum_cosine", "sum_sine"), coupled=True, rotary=True),
+            Form(("bump",), ("place", "width"), changes=ChangesWith.STROKE, grid=Excitation.places),
         ),
         signature="differs along the stroke and is the same both ways",
         alternatives=(

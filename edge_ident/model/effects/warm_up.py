@@ -1,7 +1,7 @@
-"""Warm-up: viscous friction that falls as the lubricant warms.
+"""Warm-up: friction that falls as the lubricant warms.
 
-f = excess·exp(-t/time_constant)·v from the start of the record. Before the start, the axis is as
-cold as at the start.
+f = exp(-t/time_constant)·(excess·v + dry_excess·sign(v)) from the start of the record. Before the
+start, the axis is as cold as at the start.
 Source: Simoni, Beschi, Legnani and Visioli, IEEE/RSJ IROS 2015 (friction with temperature effects),
 with first-order heating.
 """
@@ -19,23 +19,34 @@ from edge_ident.model.strengths import Draws, Scale
 
 
 class WarmUp(Effect):
-    """Viscous friction of the cold machine that fades."""
+    """Viscous and dry friction of the cold machine that fades."""
 
     parameters = (
         Parameter("excess", "{effort}*s/{position}", -1e9, 1e9, "viscous friction at the start"),
         Parameter("time_constant", "s", 1e-3, 1e9, "in which 63 % of it is gone"),
+        Parameter("dry_excess", "{effort}", -1e9, 1e9, "dry friction at the start", default=0.0),
     )
     tied_to_time = True
-    changes_base = ("viscous_friction",)
+    changes_base = ("viscous_friction", "coulomb_friction")
 
     def load(self, at: Motion, values: Values) -> Array:
         """Viscous, fading."""
-        left = np.exp(-np.maximum(at.time_s, 0.0) / values["time_constant"])
-        return values["excess"] * left * at.velocity
+        return np.asarray(values["excess"] * _left(at, values) * at.velocity)
+
+    def friction(self, at: Motion, values: Values) -> Array:
+        """Dry, fading."""
+        if not values["dry_excess"].any():
+            return np.zeros(())
+        return np.asarray(values["dry_excess"] * _left(at, values))
 
     def fastest_rate(self, values: Values, inertia: Array, speed: float) -> Array:
         """That of viscous friction when cold."""
         return np.abs(values["excess"]) / inertia
+
+
+def _left(at: Motion, values: Values) -> Array:
+    """Share of the excess that is left."""
+    return np.asarray(np.exp(-np.maximum(at.time_s, 0.0) / values["time_constant"]))
 
 
 def _grid(excitation: Excitation) -> dict[str, Array]:
@@ -48,6 +59,7 @@ def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
     return {
         "excess": draws.log_uniform(0.05, 1.0) * scale.viscous_friction,
         "time_constant": draws.log_uniform(0.1, 2.0) * scale.duration_s,
+        "dry_excess": np.zeros(draws.shape),
     }
 
 
@@ -58,8 +70,11 @@ EFFECT: Final = WarmUp(
         action="Warm the machine up before you measure or work. Record again when it is warm.",
     ),
     search=SearchSpec(
-        forms=(Form(("excess",), ("time_constant",), changes=ChangesWith.TIME),),
-        signature="viscous friction falls from repeat to repeat, and inertia does not",
+        forms=(
+            Form(("excess",), ("time_constant",), changes=ChangesWith.TIME),
+            Form(("excess", "dry_excess"), ("time_constant",), changes=ChangesWith.TIME),
+        ),
+        signature="friction falls from repeat to repeat, and inertia does not",
         alternatives=("gain_drift", "nonlinear_viscous", "payload_change"),
         experiment="the same motion for longer than the machine takes to warm",
         grid=_grid,

@@ -7,6 +7,7 @@ from edge_ident.model.effects import named
 from edge_ident.model.search import Excitation, Span
 
 EXCITATION = Excitation(
+    lowest=-1.5,
     travel=3.0,
     speed=2.0,
     typical_speed=1.0,
