@@ -18,13 +18,16 @@ from edge_ident.diagnosis.fit.line_again import may_hold_order
 from edge_ident.diagnosis.fit.moving_line import MovingLine, moving_line
 from edge_ident.diagnosis.fit.sinusoid import Sinusoid, merged, same
 from edge_ident.diagnosis.fit.spectral_lines import FALSE_ALARM
+from edge_ident.diagnosis.fit.wide_halves import Half, crossed, recorded_shares
 from edge_ident.diagnosis.fit.wide_search import (
     Peak,
     columns,
     detectable,
     inertia,
     least_squares,
+    other_accounts,
     search,
+    with_level,
 )
 from edge_ident.diagnosis.fit.wide_signals import WideSignals
 from edge_ident.diagnosis.prepare.axis_data import AxisData
@@ -74,17 +77,6 @@ class BandContent:
     def without_cause(self) -> bool:
         """Whether it holds what no effect names."""
         return bool(self.unnamed_orders or self.lines or self.moving)
-
-
-@dataclass(frozen=True)
-class _Half:
-    """One half of a recording: amplitudes (P, 2) there, and energies (P,): of a sinusoid's rows,
-    and what is left without it and with the amplitudes of the other half."""
-
-    amplitudes: Array
-    energy: Array
-    before: Array
-    after: Array
 
 
 def above_band(
@@ -168,9 +160,9 @@ def _orders(
     moved = least_squares(filtered, base[0]).reshape(-1, 2)
     speed = rms(wide.velocity[wide.weight > 0.5])
     law = _laws_of_speed(wide, rows, effort, waves)
-    halves = _crossed(wide, rows, effort, first=len(rows) - len(waves))
+    halves = crossed(wide, rows, effort, first=len(rows) - len(waves))
     measured = _measured(wide, peaks, least_squares(rows, effort)[-len(waves) :], halves)
-    recorded = _recorded(wide, _crossed(wide, wide.above(waves), without_inertia, first=0))
+    recorded = recorded_shares(wide, crossed(wide, wide.above(waves), without_inertia, first=0))
     found = []
     for k, one in enumerate(measured):
         if not one.found_again:
@@ -222,32 +214,41 @@ def _beside(
     wide: WideSignals, peaks: list[Peak], orders: Array, mass: float, without_inertia: Array
 ) -> list[tuple[Sinusoid, Peak]]:
     """Amplitudes of peaks at frequencies where encoder noise hides the motion, beside the waves of
-    orders (W, N)."""
+    orders (W, N).
+
+    A line counts in that account of the motion which leaves the least noise about it.
+    """
     if not peaks:
         return []
     waves = wide.above(columns(wide, peaks))
     rows = np.concatenate([wide.above(orders), waves])
-    halves = _crossed(wide, rows, without_inertia, first=len(orders))
-    found = _measured(wide, peaks, least_squares(rows, without_inertia)[len(orders) :], halves)
-    recorded = _recorded(wide, halves)
     moved = mass * least_squares(waves, wide.above(wide.acceleration)).reshape(-1, 2)
-    moving = np.hypot(moved[:, 0], moved[:, 1])
-    return [
-        (replace(one, recorded=taken, of_encoder=bool(hidden > _AGREES * one.amplitude)), peak)
-        for one, taken, peak, hidden in zip(found, recorded, peaks, moving, strict=True)
-    ]
+    part = np.hypot(moved[:, 0], moved[:, 1])
+    accounts = []
+    for left in (without_inertia, *other_accounts(wide, mass)):
+        halves = crossed(wide, rows, left, first=len(orders))
+        seen = with_level(wide, peaks, left)
+        found = _measured(wide, seen, least_squares(rows, left)[len(orders) :], halves)
+        accounts.append(list(zip(found, recorded_shares(wide, halves), seen, strict=True)))
+    pairs = []
+    for moving, first, *others in zip(part, *accounts, strict=True):
+        quietest = min((first, *others), key=lambda account: account[2].level)
+        one, taken, peak = first if first[2].order else quietest
+        hidden = bool(moving > _AGREES * one.amplitude)
+        pairs.append((replace(one, recorded=taken, of_encoder=hidden), peak))
+    return pairs
 
 
 def _measured(
-    wide: WideSignals, peaks: list[Peak], amplitudes: Array, crossed: list[_Half]
+    wide: WideSignals, peaks: list[Peak], amplitudes: Array, by_half: list[Half]
 ) -> list[Sinusoid]:
     """Sinusoids of peaks, from their amplitudes (2·P,) in the whole recording and in its halves."""
     whole = amplitudes.reshape(-1, 2)
     scale = max(rms(wide.effort), _TINY)
     found = []
     for k, peak in enumerate(peaks):
-        halves = [half.amplitudes[k] for half in crossed]
-        variance = [2.0 * peak.level / max(half.energy[k], _TINY) for half in crossed]
+        halves = [half.amplitudes[k] for half in by_half]
+        variance = [2.0 * peak.level / max(half.energy[k], _TINY) for half in by_half]
         apart = float(np.hypot(*(halves[0] - halves[1])))
         amplitude = float(np.hypot(*whole[k]))
         stands_out = all(
@@ -255,7 +256,7 @@ def _measured(
             for half, v in zip(halves, variance, strict=True)
         )
         agree = apart < max(_AGREES * amplitude, 3.0 * float(np.sqrt(sum(variance))))
-        gain = [1.0 - math.sqrt(half.after[k] / max(half.before[k], _TINY)) for half in crossed]
+        gain = [1.0 - math.sqrt(half.after[k] / max(half.before[k], _TINY)) for half in by_half]
         found.append(
             Sinusoid(
                 rate=peak.rate,
@@ -269,32 +270,3 @@ def _measured(
             )
         )
     return found
-
-
-def _recorded(wide: WideSignals, halves: list[_Half]) -> list[float]:
-    """Rms of what each sinusoid removes from the effort, over the rms of the recorded effort."""
-    taken = np.sum([half.before - half.after for half in halves], axis=0)
-    scale = max(float(np.sum(wide.weight)) * rms(wide.effort) ** 2, _TINY)
-    return [math.sqrt(max(energy, 0.0) / scale) for energy in taken.tolist()]
-
-
-def _crossed(wide: WideSignals, rows: Array, effort: Array, first: int) -> list[_Half]:
-    """Fit each half, and try what it gives on the other one; sinusoids begin at row `first`."""
-    parts = [(rows[:, half], effort[half]) for half in wide.halves]
-    fits = [least_squares(*part) for part in parts]
-    halves = []
-    for (part, signal), fit, other in zip(parts, fits, fits[::-1], strict=True):
-        left = signal - fit @ part
-        pairs = part[first:].reshape(-1, 2, part.shape[1])
-        own, tried = fit[first:].reshape(-1, 2), other[first:].reshape(-1, 2)
-        without = [left + one @ pair for one, pair in zip(own, pairs, strict=True)]
-        after = [r - one @ pair for r, one, pair in zip(without, tried, pairs, strict=True)]
-        halves.append(
-            _Half(
-                amplitudes=own,
-                energy=np.array([float(np.sum(pair**2)) for pair in pairs]),
-                before=np.array([float(r @ r) for r in without]),
-                after=np.array([float(r @ r) for r in after]),
-            )
-        )
-    return halves

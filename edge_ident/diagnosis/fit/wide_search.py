@@ -182,6 +182,26 @@ def detectable(wide: WideSignals, mass: float) -> Array:
     return _without_friction(wide, wide.above(wide.effort - mass * wide.clean_acceleration))
 
 
+def other_accounts(wide: WideSignals, mass: float) -> tuple[Array, Array]:
+    """The same, (N,) each, with the whole acceleration, and with none of it.
+
+    What weighting leaves out of a motion of many frequencies, and the noise that it lets through,
+    look like lines.
+    """
+    whole, none = (wide.effort - share * mass * wide.acceleration for share in (1.0, 0.0))
+    return _without_friction(wide, wide.above(whole)), _without_friction(wide, wide.above(none))
+
+
+def with_level(wide: WideSignals, peaks: list[Peak], left: Array) -> list[Peak]:
+    """Peaks with the noise that a residual (N,) has about each line in time."""
+    seen = _lines(wide, left)
+    levels = np.interp([peak.rate for peak in peaks], seen.rate, seen.level)
+    return [
+        peak if peak.order else replace(peak, level=float(level))
+        for peak, level in zip(peaks, levels, strict=True)
+    ]
+
+
 def _without_friction(wide: WideSignals, left: Array) -> Array:
     """A residual above the band (N,) without velocity, direction and offset, (N,)."""
     rows = wide.above(wide.base[1:])

@@ -13,9 +13,10 @@ from edge_ident.diagnosis.fit.wide_search import columns, detectable, inertia
 from edge_ident.diagnosis.fit.wide_signals import WideSignals
 from edge_ident.diagnosis.measures import SpectralLine
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
-from edge_ident.model.model import Estimate, base_axis
+from edge_ident.model.model import Estimate, Model, base_axis
 from edge_ident.signals.recording import AxisRecord, Recording
 from edge_ident.signals.recording_files import load_recording
+from edge_ident.simulation.simulate import simulate
 from tests.measured import MeasuredData
 
 Array = NDArray[np.float64]
@@ -149,6 +150,20 @@ def test_a_motion_that_repeats_makes_no_line_at_its_harmonics() -> None:
     effort = -INERTIA * rate**2 * position + bristles + 0.01 * rng.standard_normal(len(time_s))
     axis = AxisRecord(COUNT * np.round(position / COUNT), effort, "rad", "N*m")
     assert count_of(content(Recording(time_s, {"x": axis}, "a test"))) == 0
+
+
+def test_a_motion_below_the_noise_of_its_encoder_makes_no_line() -> None:
+    """Friction jerks the axis at each reversal of a multisine, faster than the encoder shows at any
+    one frequency: what was left of that was a line of 3.8 Hz, 0.07 N·m. A real one stays."""
+    axis = base_axis(Estimate(np.array([0.36, 0.6, 1.1, 0.3]), np.zeros(4)))
+    moved = simulate(Model({"x": axis, "z": axis}), motion="multisine", noise=0.003, seed=12)
+    assert content(moved, axis="z").lines == ()
+    record = moved.axes["z"]
+    shaken = record.effort + 0.07 * np.sin(TURN * 3.8 * moved.time_s)
+    held_too = replace(moved, axes={**moved.axes, "z": replace(record, effort=shaken)})
+    (line,) = content(held_too, axis="z").lines
+    assert line.rate == pytest.approx(TURN * 3.8, rel=1e-3)
+    assert line.amplitude == pytest.approx(0.07, rel=0.2)
 
 
 def test_the_share_in_band_is_that_of_the_variance() -> None:
