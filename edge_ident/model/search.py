@@ -43,6 +43,9 @@ class Form:
         Whether positions are taken for angles.
     known : tuple of pairs of parameter name and float
         Values that follow from that, and need no search.
+    several_speeds : bool
+        Whether it needs several speeds at one place: where the speed follows from the position, as
+        along one sinusoid, friction over the position is friction over the speed.
     changes : ChangesWith, optional
         Laws outside the catalogue that change likewise may be taken for it.
     grid : callable, optional
@@ -54,6 +57,7 @@ class Form:
     coupled: bool = False
     rotary: bool = False
     known: tuple[tuple[str, float], ...] = ()
+    several_speeds: bool = False
     changes: ChangesWith | None = None
     grid: "Callable[[Excitation], dict[str, Array]] | None" = None
 

@@ -143,6 +143,10 @@ def described(causes: tuple[Cause, ...]) -> tuple[str, ...]:
     """Causes in a few words each: the effect, its values and its share of the effort."""
     told = []
     for cause in causes:
-        values = ", ".join(f"{name} {np.mean(v):.3g}" for name, v in cause.term.values.items())
+        values = ", ".join(
+            f"{name} {np.mean(value):.3g}"
+            for name, value in cause.term.values.items()
+            if name in cause.term.std
+        )
         told.append(f"{cause.term.effect} ({values}; {cause.share:.1%})")
     return tuple(told)

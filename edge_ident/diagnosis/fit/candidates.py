@@ -73,7 +73,8 @@ def candidates(data: AxisData, rotary: bool) -> tuple[Candidate, ...]:
         if effect.effort_delay and not data.late:
             continue  # timing accounts for the shift
         for form in effect.search.forms:
-            if not form.rotary or rotary:
+            separable = data.several_speeds or not form.several_speeds
+            if separable and (rotary or not form.rotary):
                 sources = data.other_axes if form.coupled else (None,)
                 found += [Candidate(name, form, source) for source in sources]
     return tuple(found)

@@ -18,6 +18,9 @@ from edge_ident.signals.metrics import rms
 
 Array = NDArray[np.float64]
 
+_APART: Final = 0.3
+"""Share of the variation of the squared speed that does not follow from the position, from which
+the two are told apart. The correlation is then below 0.95."""
 _OUTLIER: Final = 5.0
 """Standard deviations of a residual beyond which no noise explains it."""
 
@@ -55,6 +58,18 @@ class AxisData:
     def reverses(self) -> bool:
         """Whether the axis reverses in any recording."""
         return any(len(s.turns) for s in self.segments)
+
+    @property
+    def several_speeds(self) -> bool:
+        """Whether the axis passes the same places at different speeds.
+
+        Along one sinusoid, the square of its speed is a parabola over the position.
+        """
+        position, velocity = (self.of_motion(name) for name in ("position", "velocity"))
+        powers = np.vander((position - np.mean(position)) / np.std(position), 3)
+        squared = velocity**2
+        left = squared - powers @ np.linalg.lstsq(powers, squared, rcond=None)[0]
+        return bool(rms(left) > _APART * np.std(squared))
 
     @property
     def noise_replica(self) -> "AxisData":

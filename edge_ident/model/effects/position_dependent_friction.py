@@ -81,9 +81,15 @@ EFFECT: Final = PositionDependentFriction(
     search=SearchSpec(
         forms=(
             Form(("gradient",)),
-            Form(("gradient", "curvature")),
+            Form(("gradient", "curvature"), several_speeds=True),
             Form(("cosine", "sine"), ("period",), changes=ChangesWith.STROKE),
-            Form(("bump",), ("place", "width"), changes=ChangesWith.STROKE, grid=Excitation.places),
+            Form(
+                ("bump",),
+                ("place", "width"),
+                several_speeds=True,
+                changes=ChangesWith.STROKE,
+                grid=Excitation.places,
+            ),
         ),
         signature="differs along the stroke and changes its sign with the direction",
         alternatives=("torque_ripple", "position_dependent_load", "asymmetric_friction"),

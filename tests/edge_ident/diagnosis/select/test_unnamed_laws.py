@@ -48,6 +48,24 @@ def test_what_changes_along_the_stroke_is_called_no_effect(law: str) -> None:
     assert reason.startswith(f"{law} that changes along the stroke, which is not in the catalogue")
 
 
+BUMP = Form(("bump",), ("place", "width"), changes=ChangesWith.STROKE)
+AWAY = (POSITION - 0.2) / 0.5
+BELL = np.exp(-(AWAY**2))
+AT_ONE_PLACE = {
+    "an inertia": BELL * ACCELERATION - 2.0 * AWAY * BELL * VELOCITY**2,
+    "viscous friction": BELL * VELOCITY,
+    "a force constant of the motor": BELL * SOUND,
+}
+
+
+@pytest.mark.parametrize("law", a_few(AT_ONE_PLACE, ["an inertia"]))
+def test_what_changes_at_one_place_is_no_load_there(law: str) -> None:
+    place = {"place": 0.2, "width": 0.5, "period": PERIOD}
+    reason = doubt(SOUND + 0.1 * AT_ONE_PLACE[law], "position_dependent_load", BUMP, **place)
+    assert reason.startswith(f"{law} that changes along the stroke, which is not in the catalogue")
+    assert not doubt(SOUND + 0.1 * BELL, "position_dependent_load", BUMP, **place)
+
+
 WAVES = {
     "encoder_eccentricity": (POSITION + 0.01 * COSINE, np.zeros(1)),
     "position_dependent_friction": (POSITION, 0.05 * COSINE * np.sign(VELOCITY)),
