@@ -1,8 +1,9 @@
 """Friction that depends on position: a guide that tightens, a bent screw, a worn part of it.
 
-f = sign(v)·(gradient·x + curvature·x² + cosine·cos(2π·x/period) + sine·sin(2π·x/period)
-+ bump·exp(-((x - place)/width)²)). This adds to Coulomb friction. A bump is one worn or tight
-place. It is half the difference of the residual's maps over position forward and backward.
+f = sign(v)·(gradient·y + curvature·y² + cosine·cos(2π·x/period) + sine·sin(2π·x/period)
++ bump·exp(-((x - place)/width)²)) with y = x - centre. This adds to Coulomb friction, which is that
+in the middle of the travel or, beside waves, the mean. A bump is one worn or tight place. It is
+half the difference of the residual's maps over position forward and backward.
 Source: Popović and Goldenberg, IEEE Trans. Robotics and Automation 14 (1998) 114 (spectral
 friction model).
 """
@@ -31,6 +32,7 @@ class PositionDependentFriction(Effect):
         Parameter(
             "curvature", "{effort}/{position}^2", -1e9, 1e9, "rise towards the ends", default=0.0
         ),
+        Parameter("centre", "{position}", -1e9, 1e9, "middle of the travel", default=0.0),
         Parameter("bump", "{effort}", -1e9, 1e9, "largest friction at one place", default=0.0),
         Parameter("place", "{position}", -1e9, 1e9, "of the bump", default=0.0),
         Parameter("width", "{position}", 1e-9, 1e9, "within which it falls to 37 %", default=1.0),
@@ -40,7 +42,8 @@ class PositionDependentFriction(Effect):
         """Level above Coulomb friction, or below."""
         x = at.position
         angle = 2.0 * np.pi / values["period"] * x
-        level = (values["gradient"] + values["curvature"] * x) * x
+        away = x - values["centre"]
+        level = (values["gradient"] + values["curvature"] * away) * away
         level = level + wave(angle, values["cosine"], values["sine"])
         return np.asarray(level + bump(x, values["bump"], values["place"], values["width"]))
 
@@ -52,7 +55,9 @@ class PositionDependentFriction(Effect):
 
 def _grid(excitation: Excitation) -> dict[str, Array]:
     """From a quarter of a wave over the travel to twenty."""
-    return {"period": excitation.periods(0.25, 20.0, step=0.25)}
+    periods = excitation.periods(0.25, 20.0, step=0.25)
+    middle = excitation.lowest + 0.5 * excitation.travel
+    return {"period": periods, "centre": np.full(len(periods), middle)}
 
 
 def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
@@ -66,6 +71,7 @@ def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
         "sine": (1.0 - slope) * amplitude * sine,
         "period": scale.travel / draws.log_uniform(1.0, 20.0),
         "curvature": np.zeros(draws.shape),
+        "centre": np.zeros(draws.shape),
         **at_no_place(draws),
     }
 
