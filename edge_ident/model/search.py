@@ -120,8 +120,10 @@ class Excitation:
         return np.asarray(self.travel / (lowest + step * np.arange(count)))
 
     def places(self) -> dict[str, Array]:
-        """Places along the travel, half a width apart; widths from a twenty-fifth of it on, as far as
-        the filter passes them."""
+        """Places along the travel, half a width apart.
+
+        Widths are a twenty-fifth of the travel to a third, as far as the filter passes them.
+        """
         passed = 0.3 * self.typical_speed / self.cutoff_hz
         widths = [w for w in self.travel * np.array([0.04, 0.08, 0.16, 0.32]) if w >= passed]
         steps = [np.arange(0.5 * w, self.travel, 0.5 * w) for w in widths]
