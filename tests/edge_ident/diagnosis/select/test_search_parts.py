@@ -18,6 +18,7 @@ from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Model, Term
 from edge_ident.signals.recording import AxisRecord, Recording
+from tests.repetitions import a_few
 
 Array = NDArray[np.float64]
 
@@ -218,8 +219,10 @@ def test_a_vibration_just_above_the_band_is_none_of_a_spring() -> None:
     assert axis.lines == (), "and it is told once"
 
 
-@pytest.mark.parametrize("sizes", [(0.1, 0.15), (0.0, 0.15)])
-@pytest.mark.parametrize("begins_s", [0.0, 40.0])
+SIZES = (((0.1, 0.15), 0.0), ((0.0, 0.15), 40.0), ((0.1, 0.15), 40.0), ((0.0, 0.15), 0.0))
+
+
+@pytest.mark.parametrize(("sizes", "begins_s"), a_few(SIZES, SIZES[:2]))
 def test_of_several_recordings_each_has_vibrations_of_its_own(
     sizes: tuple[float, float], begins_s: float
 ) -> None:
@@ -242,8 +245,10 @@ def test_of_several_recordings_each_has_vibrations_of_its_own(
         assert f"{frequency_hz:.4g} Hz in {source}" in verdict_sentence(axis)
 
 
-@pytest.mark.parametrize("number", [0, 1])
-@pytest.mark.parametrize("begins_s", [0.0, 40.0])
+ONCE = ((1, 0.0), (0, 40.0), (0, 0.0), (1, 40.0))
+
+
+@pytest.mark.parametrize(("number", "begins_s"), a_few(ONCE, ONCE[:2]))
 def test_what_happens_once_happens_in_one_recording(number: int, begins_s: float) -> None:
     recordings = []
     for k in range(2):
