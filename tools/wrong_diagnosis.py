@@ -26,9 +26,9 @@ from edge_ident.control.gain_design import design
 from edge_ident.drive.motions import named_trajectory
 from edge_ident.errors import EdgeIdentError
 from edge_ident.identification.identify import identify
-from edge_ident.model.effects import catalogue
+from edge_ident.model.effects import catalogue, random_term
 from edge_ident.model.model import AxisModel, Estimate, Model, Term, base_axis, effect_names
-from edge_ident.model.strengths import Draws, scale_of
+from edge_ident.model.strengths import scale_of
 from firmware_interface.motion import reference
 from tests.short_runs import Silent, brief_drive
 from tools.judged_machines import (
@@ -153,8 +153,8 @@ def _drawn(parameters: Array, rng: np.random.Generator) -> Term:
     scale = scale_of(
         parameters, time_s, way.position_rad, way.velocity_rad_s, way.acceleration_rad_s2
     )
-    values = effect.draw(Draws(rng, ()), scale)
-    return Term(effect.name, {name: float(value) for name, value in values.items()})
+    drawn = random_term(effect.name, rng, scale)
+    return replace(drawn, values={name: float(value) for name, value in drawn.values.items()})
 
 
 def _print(runs: list[Run], spent_s: float) -> None:

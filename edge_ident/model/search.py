@@ -122,13 +122,15 @@ class Excitation:
     def places(self) -> dict[str, Array]:
         """Places along the travel, half a width apart.
 
-        Widths are a twenty-fifth of the travel to a third, as far as the filter passes them.
+        Widths are a twenty-fifth of the travel to a third: the widest, and others that the filter
+        passes.
         """
         passed = 0.3 * self.typical_speed / self.cutoff_hz
-        widths = [w for w in self.travel * np.array([0.04, 0.08, 0.16, 0.32]) if w >= passed]
+        *narrower, widest = self.travel * np.array([0.04, 0.08, 0.16, 0.32])
+        widths = [*(w for w in narrower if w >= passed), widest]
         steps = [np.arange(0.5 * w, self.travel, 0.5 * w) for w in widths]
         return {
-            "place": self.lowest + np.concatenate([*steps, np.zeros(0)]),
+            "place": self.lowest + np.concatenate(steps),
             "width": np.repeat(widths, [len(step) for step in steps]),
         }
 

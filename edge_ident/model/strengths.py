@@ -108,15 +108,9 @@ class Draws:
         return np.cos(angle), np.sin(angle)
 
 
-def at_no_place(draws: Draws) -> dict[str, Array]:
-    """Parameters of an effect that acts at one place (`edge_ident.model.waves.bump`): here it does
-    not."""
-    nothing = np.zeros(draws.shape)
-    return {"bump": nothing, "place": nothing, "width": nothing + 1.0}
-
-
 Draw = Callable[[Draws, Scale], dict[str, Array]]
-"""Random values of an effect's parameters for every drive of a scale."""
+"""Random values of an effect's parameters for every drive of a scale; of those that it leaves out,
+the defaults count."""
 
 
 def no_draw(draws: Draws, scale: Scale) -> dict[str, Array]:

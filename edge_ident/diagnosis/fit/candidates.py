@@ -66,14 +66,14 @@ class Candidate:
 
 def candidates(data: AxisData, rotary: bool) -> tuple[Candidate, ...]:
     """All candidates for an axis; `rotary` where its positions are angles."""
-    found = []
+    found, several_speeds = [], data.several_speeds
     for name, effect in catalogue().items():
         if effect.search.needs_reversals and not data.reverses:
             continue
         if effect.effort_delay and not data.late:
             continue  # timing accounts for the shift
         for form in effect.search.forms:
-            separable = data.several_speeds or not form.several_speeds
+            separable = several_speeds or not form.several_speeds
             if separable and (rotary or not form.rotary):
                 sources = data.other_axes if form.coupled else (None,)
                 found += [Candidate(name, form, source) for source in sources]

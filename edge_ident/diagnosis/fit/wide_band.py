@@ -229,13 +229,14 @@ def _beside(
         halves = crossed(wide, rows, left, first=len(orders))
         seen = with_level(wide, peaks, left)
         found = _measured(wide, seen, least_squares(rows, left)[len(orders) :], halves)
-        accounts.append(list(zip(found, recorded_shares(wide, halves), seen, strict=True)))
+        shares = recorded_shares(wide, halves)
+        taken = [replace(one, recorded=share) for one, share in zip(found, shares, strict=True)]
+        accounts.append(list(zip(taken, seen, strict=True)))
     pairs = []
     for moving, first, *others in zip(part, *accounts, strict=True):
-        quietest = min((first, *others), key=lambda account: account[2].level)
-        one, taken, peak = first if first[2].order else quietest
-        hidden = bool(moving > _AGREES * one.amplitude)
-        pairs.append((replace(one, recorded=taken, of_encoder=hidden), peak))
+        quietest = min((first, *others), key=lambda account: account[1].level)
+        one, peak = first if first[1].order else quietest
+        pairs.append((replace(one, of_encoder=bool(moving > _AGREES * one.amplitude)), peak))
     return pairs
 
 

@@ -188,8 +188,8 @@ def other_accounts(wide: WideSignals, mass: float) -> tuple[Array, Array]:
     What weighting leaves out of a motion of many frequencies, and the noise that it lets through,
     look like lines.
     """
-    whole, none = (wide.effort - share * mass * wide.acceleration for share in (1.0, 0.0))
-    return _without_friction(wide, wide.above(whole)), _without_friction(wide, wide.above(none))
+    whole, none = wide.above(np.stack([wide.effort - mass * wide.acceleration, wide.effort]))
+    return _without_friction(wide, whole), _without_friction(wide, none)
 
 
 def with_level(wide: WideSignals, peaks: list[Peak], left: Array) -> list[Peak]:
@@ -204,7 +204,7 @@ def with_level(wide: WideSignals, peaks: list[Peak], left: Array) -> list[Peak]:
 
 def _without_friction(wide: WideSignals, left: Array) -> Array:
     """A residual above the band (N,) without velocity, direction and offset, (N,)."""
-    rows = wide.above(wide.base[1:])
+    rows = wide.friction_above
     return np.asarray(left - least_squares(rows, left) @ rows)
 
 

@@ -99,6 +99,11 @@ class WideSignals:
         return np.stack([self.acceleration, self.velocity, direction, ones])
 
     @cached_property
+    def friction_above(self) -> Array:
+        """Velocity, direction of motion and one, (3, N), above the cut-off."""
+        return self.above(self.base[1:])
+
+    @cached_property
     def clean_acceleration(self) -> Array:
         """The acceleration without the frequencies at which encoder noise hides it, (N,).
 

@@ -11,7 +11,7 @@ from edge_ident.diagnosis.present import wording
 from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Diagnosis
 from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.support.tables import FittingTable, plain_table
-from edge_ident.support.words import listed, spoken
+from edge_ident.support.words import spoken
 
 _COLOUR: Final = {
     Verdict.ADEQUATE: "green",
@@ -65,8 +65,8 @@ def _causes_table(axis: AxisDiagnosis) -> FittingTable:
 
 def _why(cause: Cause, axis: AxisDiagnosis) -> Iterator[Text]:
     yield Text(f"  {spoken(cause.term.effect)}: {cause.evidence}")
-    if axis.traces.several and cause.shown_in:
-        yield Text(f"    it shows in {listed(cause.shown_in)}")
+    if shown_in := wording.recordings_of(cause, axis):
+        yield Text(f"    it shows in {shown_in}")
     yield Text(f"    accepted: {cause.decision}")
     for alternative in cause.alternatives:
         yield Text(f"    {wording.alternative_sentence(alternative)}")

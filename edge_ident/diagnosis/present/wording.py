@@ -54,6 +54,11 @@ def spoken_vibrations(axis: AxisDiagnosis) -> list[str]:
     ]
 
 
+def recordings_of(cause: Cause, axis: AxisDiagnosis) -> str:
+    """Of several recordings, those that show a cause; nothing where there is one alone."""
+    return listed(cause.shown_in) if axis.traces.several else ""
+
+
 def _verdict(axis: AxisDiagnosis) -> str:
     floor = f"noise alone leaves {percent(axis.noise_floor)}"
     before, left = percent(axis.base.fitted), percent(axis.extended.fitted)

@@ -70,5 +70,7 @@ def random_term(
         Kept only by effects that need one.
     """
     effect = named(name)
-    values = effect.draw(Draws(rng, scale.inertia.shape), scale)
+    shape = scale.inertia.shape
+    defaults = {name: np.full(shape, value) for name, value in effect.complete({}).items()}
+    values = {**defaults, **effect.draw(Draws(rng, shape), scale)}
     return Term(name, values, source_axis=source_axis if effect.needs_source else None)

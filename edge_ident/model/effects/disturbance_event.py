@@ -74,7 +74,6 @@ def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
         "time": draws.uniform(0.05, 0.9) * scale.duration_s,
         "duration": duration,
         "level": draws.sign() * draws.log_uniform(0.25, 2.5) * scale.effort,
-        "clock": np.zeros_like(scale.duration_s),
     }
 
 

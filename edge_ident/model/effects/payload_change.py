@@ -66,7 +66,6 @@ def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
         "inertia": share * scale.inertia,
         "coulomb_friction": share * draws.uniform(0.3, 1.0) * scale.coulomb_friction,
         "offset": share * draws.uniform(0.0, 0.1) * scale.coulomb_friction,
-        "clock": np.zeros_like(scale.duration_s),
     }
 
 

@@ -17,7 +17,7 @@ from edge_ident.model.compensation import Compensation
 from edge_ident.model.effect import Array, Effect, Parameter, Values
 from edge_ident.model.motion import Motion
 from edge_ident.model.search import ChangesWith, Excitation, Form, SearchSpec
-from edge_ident.model.strengths import Draws, Scale, at_no_place
+from edge_ident.model.strengths import Draws, Scale
 from edge_ident.model.waves import bump, wave
 
 
@@ -70,9 +70,6 @@ def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
         "cosine": (1.0 - slope) * amplitude * cosine,
         "sine": (1.0 - slope) * amplitude * sine,
         "period": scale.travel / draws.log_uniform(1.0, 20.0),
-        "curvature": np.zeros(draws.shape),
-        "centre": np.zeros(draws.shape),
-        **at_no_place(draws),
     }
 
 

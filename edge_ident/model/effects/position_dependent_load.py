@@ -18,7 +18,7 @@ from edge_ident.model.compensation import Compensation
 from edge_ident.model.effect import Array, Effect, Parameter, Values
 from edge_ident.model.motion import Motion
 from edge_ident.model.search import ChangesWith, Excitation, Form, SearchSpec
-from edge_ident.model.strengths import Draws, Scale, at_no_place
+from edge_ident.model.strengths import Draws, Scale
 from edge_ident.model.waves import bump, wave
 
 _TURN_RAD: Final = 2.0 * np.pi
@@ -94,9 +94,6 @@ def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
         "cosine": 1.4 * wave * effort * cosine,
         "sine": 1.4 * wave * effort * sine,
         "period": scale.travel / draws.uniform(1.0, 3.0),
-        "sum_cosine": np.zeros(draws.shape),
-        "sum_sine": np.zeros(draws.shape),
-        **at_no_place(draws),
     }
 
 

@@ -59,7 +59,6 @@ def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
     return {
         "excess": draws.log_uniform(0.05, 1.0) * scale.viscous_friction,
         "time_constant": draws.log_uniform(0.1, 2.0) * scale.duration_s,
-        "dry_excess": np.zeros(draws.shape),
     }
 
 

@@ -9,7 +9,7 @@ from edge_ident.diagnosis.present import wording as terms
 from edge_ident.diagnosis.result import AxisDiagnosis, Cause
 from edge_ident.model.effects import named
 from edge_ident.report.page.wording import digits, effort_word, sentence, unit_text
-from edge_ident.support.words import listed, spoken
+from edge_ident.support.words import spoken
 
 
 @dataclass(frozen=True)
@@ -71,8 +71,8 @@ def _bar(kind: str, cause: Cause, axis: AxisDiagnosis, longest: float) -> Bar:
         )
     else:
         facts.append(f"{kind.capitalize()}: {cause.decision}.")
-    if axis.traces.several and cause.shown_in:
-        facts.append(f"Seen in {listed(cause.shown_in)}.")
+    if shown_in := terms.recordings_of(cause, axis):
+        facts.append(f"Seen in {shown_in}.")
     values = ", ".join(map(unit_text, terms.values(cause.term, axis.model)))
     return Bar(
         kind,

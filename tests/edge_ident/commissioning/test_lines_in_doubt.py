@@ -28,6 +28,6 @@ def test_a_line_alone_is_in_doubt() -> None:
     said = "the origin of an amplitude of 0.2 at 14.2 Hz and an amplitude of 0.1 at 9.7 Hz"
     assert doubts(alone) == {"x": (said,)}
     assert doubts(replace(alone, verdict=Verdict.EXPLAINED)) == {}
-    shaken = replace(alone, external_vibrations=(OutsideVibration(3.0, 0.1, "a.csv"),))
-    assert doubts(shaken) == {}, "no motion tells more of what shakes the axis"
+    vibrating = replace(alone, external_vibrations=(OutsideVibration(3.0, 0.1, "a.csv"),))
+    assert doubts(vibrating) == {}, "no motion tells more of what shakes the axis"
     assert doubts(replace(alone, extended=replace(within, fitted=0.2))) == {}

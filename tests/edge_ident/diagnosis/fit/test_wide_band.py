@@ -159,8 +159,8 @@ def test_a_motion_below_the_noise_of_its_encoder_makes_no_line() -> None:
     moved = simulate(Model({"x": axis, "z": axis}), motion="multisine", noise=0.003, seed=12)
     assert content(moved, axis="z").lines == ()
     record = moved.axes["z"]
-    shaken = record.effort + 0.07 * np.sin(TURN * 3.8 * moved.time_s)
-    held_too = replace(moved, axes={**moved.axes, "z": replace(record, effort=shaken)})
+    vibrating = record.effort + 0.07 * np.sin(TURN * 3.8 * moved.time_s)
+    held_too = replace(moved, axes={**moved.axes, "z": replace(record, effort=vibrating)})
     (line,) = content(held_too, axis="z").lines
     assert line.rate == pytest.approx(TURN * 3.8, rel=1e-3)
     assert line.amplitude == pytest.approx(0.07, rel=0.2)

@@ -34,36 +34,31 @@ def doubt(effort: Array, effect: str, form: Form, position: Array = POSITION, **
     return unnamed(search, search.fit(start.base, (term,))).get(0, "")
 
 
-ALONG_THE_STROKE = {
-    "an inertia": COSINE * ACCELERATION - 0.5 * RATE * SINE * VELOCITY**2,
-    "viscous friction": COSINE * VELOCITY,
-    "a force constant of the motor": COSINE * SOUND,
-}
-
-
-@pytest.mark.parametrize("law", a_few(ALONG_THE_STROKE, ["an inertia"]))
-def test_what_changes_along_the_stroke_is_called_no_effect(law: str) -> None:
-    extra = ALONG_THE_STROKE[law]
-    reason = doubt(SOUND + 0.1 * extra, "encoder_eccentricity", WAVE, period=PERIOD)
-    assert reason.startswith(f"{law} that changes along the stroke, which is not in the catalogue")
-
-
 BUMP = Form(("bump",), ("place", "width"), changes=ChangesWith.STROKE)
 AWAY = (POSITION - 0.2) / 0.5
 BELL = np.exp(-(AWAY**2))
-AT_ONE_PLACE = {
-    "an inertia": BELL * ACCELERATION - 2.0 * AWAY * BELL * VELOCITY**2,
-    "viscous friction": BELL * VELOCITY,
-    "a force constant of the motor": BELL * SOUND,
+PLACE = {"place": 0.2, "width": 0.5, "period": PERIOD}
+SHAPES = {
+    "encoder_eccentricity": (COSINE, -RATE * SINE, WAVE, {"period": PERIOD}),
+    "position_dependent_load": (BELL, -4.0 * AWAY * BELL, BUMP, PLACE),
 }
+"""Over the position, with its derivative, of an effect in one of its forms."""
+LAWS = ("an inertia", "viscous friction", "a force constant of the motor")
 
 
-@pytest.mark.parametrize("law", a_few(AT_ONE_PLACE, ["an inertia"]))
-def test_what_changes_at_one_place_is_no_load_there(law: str) -> None:
-    place = {"place": 0.2, "width": 0.5, "period": PERIOD}
-    reason = doubt(SOUND + 0.1 * AT_ONE_PLACE[law], "position_dependent_load", BUMP, **place)
+@pytest.mark.parametrize(
+    ("effect", "law"), a_few(product(SHAPES, LAWS), [(effect, "an inertia") for effect in SHAPES])
+)
+def test_what_changes_along_the_stroke_is_called_no_effect(effect: str, law: str) -> None:
+    shape, slope, form, at = SHAPES[effect]
+    efforts = (shape * ACCELERATION + 0.5 * slope * VELOCITY**2, shape * VELOCITY, shape * SOUND)
+    extra = dict(zip(LAWS, efforts, strict=True))[law]
+    reason = doubt(SOUND + 0.1 * extra, effect, form, **at)
     assert reason.startswith(f"{law} that changes along the stroke, which is not in the catalogue")
-    assert not doubt(SOUND + 0.1 * BELL, "position_dependent_load", BUMP, **place)
+
+
+def test_a_load_at_one_place_is_no_other_law() -> None:
+    assert not doubt(SOUND + 0.1 * BELL, "position_dependent_load", BUMP, **PLACE)
 
 
 WAVES = {

@@ -1,5 +1,7 @@
 """Values that a recording allows, and those that no machine has."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -32,3 +34,10 @@ def test_an_eccentric_encoder_reads_more_than_a_trace_and_never_backwards(
     values = {"cosine": 0.6 * amplitude, "sine": 0.8 * amplitude, "period": 2.0 * np.pi}
     arrays = {name: np.array([value]) for name, value in values.items()}
     assert named("encoder_eccentricity").search.physical(arrays, EXCITATION) is allowed
+
+
+def test_however_fast_an_axis_is_there_are_places_to_try() -> None:
+    """A narrow band passes nothing that is as narrow as a third of the travel."""
+    fast = replace(EXCITATION, typical_speed=100.0)
+    assert set(fast.places()["width"]) == {0.32 * fast.travel}
+    assert len(set(EXCITATION.places()["width"])) > 1
