@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.fit.spectral_lines import FALSE_ALARM
-from edge_ident.diagnosis.fit.wide_search import Peak, columns, least_squares
+from edge_ident.diagnosis.fit.wide_accounts import least_squares
+from edge_ident.diagnosis.fit.wide_search import Peak, columns
 from edge_ident.diagnosis.fit.wide_signals import WIDEST, WideSignals
 from edge_ident.signals.filters import lowpass
 from edge_ident.signals.metrics import rms
@@ -79,7 +80,7 @@ def moving_line(wide: WideSignals, peaks: list[Peak], without_inertia: Array) ->
     peaks : list of Peak
         Orders and lines that were found before; they are taken out.
     without_inertia : (N,) array
-        Effort above the band, as `wide_search.detectable` gives it.
+        Effort above the band, as the first of `wide_accounts.accounts`.
     """
     left = _left(wide, peaks, without_inertia)
     found = []

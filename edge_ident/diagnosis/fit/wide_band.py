@@ -18,17 +18,14 @@ from edge_ident.diagnosis.fit.line_again import may_hold_order
 from edge_ident.diagnosis.fit.moving_line import MovingLine, moving_line
 from edge_ident.diagnosis.fit.sinusoid import Sinusoid, merged, same
 from edge_ident.diagnosis.fit.spectral_lines import FALSE_ALARM
-from edge_ident.diagnosis.fit.wide_halves import Half, crossed, recorded_shares
-from edge_ident.diagnosis.fit.wide_search import (
-    Peak,
-    columns,
-    detectable,
+from edge_ident.diagnosis.fit.wide_accounts import (
+    accounts,
     inertia,
     least_squares,
-    other_accounts,
-    search,
-    with_level,
+    lines_over_time,
 )
+from edge_ident.diagnosis.fit.wide_halves import Half, crossed, recorded_shares
+from edge_ident.diagnosis.fit.wide_search import Peak, columns, search
 from edge_ident.diagnosis.fit.wide_signals import WideSignals
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.segment import Segment
@@ -107,14 +104,14 @@ def above_band(
         clear = [p for p in peaks if p.full_motion]
         waves = columns(wide, clear)
         mass = inertia(wide, waves)
-        without_inertia = detectable(wide, mass)
+        without_inertia = accounts(wide, mass, waves)
         hidden = [p for p in peaks if not p.full_motion]
         beside = _beside(wide, hidden, waves, mass, without_inertia)
-        whole_motion = _orders(wide, clear, waves, mass, without_inertia)
+        whole_motion = _orders(wide, clear, waves, mass, without_inertia[0])
         orders.append(whole_motion + [s for s, p in beside if p.order])
         lines.append([s for s, p in beside if not p.order])
-        moving.append(moving_line(wide, peaks, without_inertia))
-        left.append((wide, without_inertia))
+        moving.append(moving_line(wide, peaks, without_inertia[0]))
+        left.append((wide, without_inertia[0]))
     found = [order for order in merged(orders) if _everywhere(order, orders, left)]
     return BandContent(
         share_in_band=_share_in_band(data.segments),
@@ -211,12 +208,13 @@ def _laws_of_speed(wide: WideSignals, rows: Array, effort: Array, waves: Array) 
 
 
 def _beside(
-    wide: WideSignals, peaks: list[Peak], orders: Array, mass: float, without_inertia: Array
+    wide: WideSignals, peaks: list[Peak], orders: Array, mass: float, efforts: Array
 ) -> list[tuple[Sinusoid, Peak]]:
     """Amplitudes of peaks at frequencies where encoder noise hides the motion, beside the waves of
     orders (W, N).
 
-    A line counts in that account of the motion which leaves the least noise about it.
+    A line counts in that account of the motion, of efforts (3, N), which leaves the least noise
+    about it.
     """
     if not peaks:
         return []
@@ -224,20 +222,30 @@ def _beside(
     rows = np.concatenate([wide.above(orders), waves])
     moved = mass * least_squares(waves, wide.above(wide.acceleration)).reshape(-1, 2)
     part = np.hypot(moved[:, 0], moved[:, 1])
-    accounts = []
-    for left in (without_inertia, *other_accounts(wide, mass)):
+    by_account = []
+    for left in efforts:
         halves = crossed(wide, rows, left, first=len(orders))
-        seen = with_level(wide, peaks, left)
+        seen = _with_level(wide, peaks, left)
         found = _measured(wide, seen, least_squares(rows, left)[len(orders) :], halves)
         shares = recorded_shares(wide, halves)
         taken = [replace(one, recorded=share) for one, share in zip(found, shares, strict=True)]
-        accounts.append(list(zip(taken, seen, strict=True)))
+        by_account.append(list(zip(taken, seen, strict=True)))
     pairs = []
-    for moving, first, *others in zip(part, *accounts, strict=True):
+    for moving, first, *others in zip(part, *by_account, strict=True):
         quietest = min((first, *others), key=lambda account: account[1].level)
         one, peak = first if first[1].order else quietest
         pairs.append((replace(one, of_encoder=bool(moving > _AGREES * one.amplitude)), peak))
     return pairs
+
+
+def _with_level(wide: WideSignals, peaks: list[Peak], left: Array) -> list[Peak]:
+    """Peaks with the noise that a residual (N,) has about each line in time."""
+    seen = lines_over_time(wide, left)
+    levels = np.interp([peak.rate for peak in peaks], seen.rate, seen.level)
+    return [
+        peak if peak.order else replace(peak, level=float(level))
+        for peak, level in zip(peaks, levels, strict=True)
+    ]
 
 
 def _measured(

@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.fit.wide_search import least_squares
+from edge_ident.diagnosis.fit.wide_accounts import least_squares
 from edge_ident.diagnosis.fit.wide_signals import WideSignals
 from edge_ident.signals.metrics import rms
 

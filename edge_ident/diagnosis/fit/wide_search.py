@@ -13,7 +13,15 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.fit.spectral_lines import Periodogram, over_position, over_time, refined
+from edge_ident.diagnosis.fit.spectral_lines import Periodogram, over_position, refined
+from edge_ident.diagnosis.fit.wide_accounts import (
+    accounts,
+    clipped,
+    inertia,
+    least_squares,
+    quietest_lines,
+    without_friction,
+)
 from edge_ident.diagnosis.fit.wide_signals import WIDEST, WideSignals
 from edge_ident.signals.metrics import rms
 
@@ -22,13 +30,8 @@ _Grid = tuple[Array, Array]
 
 _ABOVE: Final = 0.2
 """Least share of a sinusoid's energy above the band; the comparison sees the others."""
-_FEWEST_PERIODS: Final = 5.0
-"""Fewest periods in the record."""
 _FEWEST_WAVES: Final = 10.0
 """Fewest periods in the travel: a longer wave may be any load along it."""
-_CLIPPED: Final = 5.0
-"""Robust standard deviations at which a residual is clipped: impacts are no lines."""
-_MEDIAN_OF_NORMAL: Final = 0.6745
 _MOST: Final = 10
 """Orders that are looked for in a recording, and then other sinusoids."""
 _STRONG: Final = 4
@@ -88,27 +91,33 @@ def search(wide: WideSignals) -> list[Peak]:
     for most in (_STRONG, _MOST):
         mass = inertia(wide, columns(wide, peaks))
         left = wide.white_above(wide.effort - mass * wide.acceleration)
-        peaks = _pursuit(wide, _without_friction(wide, left), [], most, white=True)
+        peaks = _pursuit(wide, without_friction(wide, left)[None], [], most, white=True)
         if not peaks:
             break
-    peaks = _with_halves(wide, peaks)
-    return _pursuit(wide, detectable(wide, mass), peaks, _MOST, white=False)
+    weighted, _, none = accounts(wide, mass, columns(wide, peaks))
+    signals = np.stack([weighted, none])
+    return _pursuit(wide, signals, _with_halves(wide, peaks), _MOST, white=False)
 
 
 def _pursuit(
-    wide: WideSignals, signal: Array, known: list[Peak], most: int, *, white: bool
+    wide: WideSignals, signals: Array, known: list[Peak], most: int, *, white: bool
 ) -> list[Peak]:
-    """Take sinusoids out of a signal above the band; all of them, the known ones first."""
+    """Take sinusoids out of signals above the band; all of them, the known ones first.
+
+    There is one white signal (1, N); of those that are not white (2, N) the second holds none of
+    the acceleration.
+    """
     peaks = new = list(known)
     grid = _order_grid(wide, white)
-    left = signal
+    left = signals
     while True:
         if new:
             peaks = _fitted_together(wide, peaks) if white else peaks
             waves = columns(wide, peaks)
             taken = wide.white_above(waves) if white else wide.above(waves)
-            left = signal - least_squares(taken, signal) @ taken
-        new = _strongest(wide, _clipped(wide, left), peaks, grid, white)
+            left = np.stack([one - least_squares(taken, one) @ taken for one in signals])
+        calm = [clipped(wide, one) for one in left]
+        new = _strongest(wide, calm, peaks, grid, white)
         new = new[: len(known) + most - len(peaks)]
         if not new:
             return peaks
@@ -159,69 +168,15 @@ def columns(wide: WideSignals, peaks: list[Peak]) -> Array:
     return np.concatenate([np.empty((0, len(wide.time_s))), *parts])
 
 
-def least_squares(rows: Array, signal: Array) -> Array:
-    """Amplitudes (R,) with which rows (R, N) make up a signal (N,)."""
-    gram, moment = rows @ rows.T, rows @ signal
-    length = np.sqrt(np.maximum(np.diag(gram), _TINY))
-    scaled = gram / np.outer(length, length)
-    return np.asarray(np.linalg.lstsq(scaled, moment / length, rcond=1e-12)[0] / length)
-
-
-def inertia(wide: WideSignals, waves: Array) -> float:
-    """Inertia by generalized least squares over the whole band, beside waves (W, N)."""
-    rows = wide.whitened(np.concatenate([wide.base, waves]))
-    return max(float(least_squares(rows, wide.whitened(wide.effort))[0]), 0.0)
-
-
-def detectable(wide: WideSignals, mass: float) -> Array:
-    """Effort less that of the inertia, above the band, (N,).
-
-    The acceleration is weighted as by Wiener: the noise that it adds stays below that of the
-    effort at every frequency, and a line of the effort is not lost in encoder noise.
-    """
-    return _without_friction(wide, wide.above(wide.effort - mass * wide.clean_acceleration))
-
-
-def other_accounts(wide: WideSignals, mass: float) -> tuple[Array, Array]:
-    """The same, (N,) each, with the whole acceleration, and with none of it.
-
-    What weighting leaves out of a motion of many frequencies, and the noise that it lets through,
-    look like lines.
-    """
-    whole, none = wide.above(np.stack([wide.effort - mass * wide.acceleration, wide.effort]))
-    return _without_friction(wide, whole), _without_friction(wide, none)
-
-
-def with_level(wide: WideSignals, peaks: list[Peak], left: Array) -> list[Peak]:
-    """Peaks with the noise that a residual (N,) has about each line in time."""
-    seen = _lines(wide, left)
-    levels = np.interp([peak.rate for peak in peaks], seen.rate, seen.level)
-    return [
-        peak if peak.order else replace(peak, level=float(level))
-        for peak, level in zip(peaks, levels, strict=True)
-    ]
-
-
-def _without_friction(wide: WideSignals, left: Array) -> Array:
-    """A residual above the band (N,) without velocity, direction and offset, (N,)."""
-    rows = wide.friction_above
-    return np.asarray(left - least_squares(rows, left) @ rows)
-
-
-def _clipped(wide: WideSignals, left: Array) -> Array:
-    seen = np.abs(left[wide.weight > 0.5])
-    most = _CLIPPED / _MEDIAN_OF_NORMAL * float(np.median(seen)) if len(seen) else 0.0
-    return np.clip(left, -most, most)
-
-
 def _strongest(
-    wide: WideSignals, residual: Array, peaks: list[Peak], grid: _Grid, white: bool
+    wide: WideSignals, residuals: list[Array], peaks: list[Peak], grid: _Grid, white: bool
 ) -> list[Peak]:
     """The strongest sinusoids that noise does not make: those within a quarter of the first."""
+    residual = residuals[0]
     seen = wide.white_above(residual) if white else wide.above(residual)
     weighted = wide.weight * residual
     orders = over_position(seen, wide.position, grid)
-    lines = orders if white else _lines(wide, residual)
+    lines = orders if white else quietest_lines(wide, *residuals)
     speeds = wide.usual_speeds
     found: list[Peak] = []
     candidates = [(True, k) for k in _outstanding(orders)]
@@ -249,15 +204,6 @@ def _outstanding(one: Periodogram) -> list[int]:
     """The highest ordinates that noise does not reach."""
     above = np.flatnonzero(one.prominence > 1.0)
     return [int(k) for k in above[np.argsort(one.power[above])[::-1]][:50]]
-
-
-def _lines(wide: WideSignals, residual: Array) -> Periodogram:
-    lowest = max(wide.cutoff_hz, _FEWEST_PERIODS / (wide.period_s * len(residual)))
-    turn = 2.0 * np.pi
-    found = over_time(
-        residual, wide.weight, wide.period_s, turn * lowest, turn * WIDEST / wide.period_s
-    )
-    return found.beside_harmonics(turn / wide.lap_s) if wide.lap_s else found
 
 
 def _order_grid(wide: WideSignals, white: bool) -> _Grid:

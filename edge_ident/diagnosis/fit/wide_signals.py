@@ -105,17 +105,30 @@ class WideSignals:
 
     @cached_property
     def clean_acceleration(self) -> Array:
-        """The acceleration without the frequencies at which encoder noise hides it, (N,).
+        """The acceleration without the frequencies at which encoder noise hides it, (N,)."""
+        spectrum, _, gain = self._weighting
+        samples = len(self.acceleration)
+        return np.asarray(np.fft.irfft(spectrum * gain, 2 * samples)[:samples])
 
-        Below the knee it is whole, and above it where the axis moves by more than the rounding.
+    def known_motion(self, rates: Array) -> Array:
+        """Share (F,) of the acceleration that is left at rates (F,) in rad/s."""
+        _, known, gain = self._weighting
+        return np.interp(rates, known, gain)
+
+    @cached_property
+    def _weighting(self) -> tuple[NDArray[np.complex128], Array, Array]:
+        """Spectrum of the acceleration, its rates in rad/s, and what is left there.
+
+        Below the knee it is all, and above it where the axis moves by more than the rounding.
         """
         padded = np.concatenate([self.acceleration, self.acceleration[::-1]])
         spectrum = np.fft.rfft(padded)
         frequency = np.asarray(np.fft.rfftfreq(len(padded), self.period_s), dtype=np.float64)
+        rate = 2.0 * np.pi * frequency
         amplitude = 2.0 / len(padded) * np.abs(spectrum)
-        rounded = _ROUNDED * self.position_noise * (2.0 * np.pi * frequency) ** 2
+        rounded = _ROUNDED * self.position_noise * rate**2
         gain = np.maximum(whitening(frequency / self.knee_hz) ** 2, amplitude > rounded)
-        return np.asarray(np.fft.irfft(spectrum * gain, len(padded))[: len(self.acceleration)])
+        return spectrum, rate, np.asarray(gain)
 
     @property
     def resolution(self) -> float:

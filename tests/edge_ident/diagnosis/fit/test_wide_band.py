@@ -8,8 +8,9 @@ from numpy.typing import NDArray
 
 from edge_ident.diagnosis.fit.line_again import held
 from edge_ident.diagnosis.fit.moving_line import moving_line
+from edge_ident.diagnosis.fit.wide_accounts import accounts, inertia
 from edge_ident.diagnosis.fit.wide_band import BandContent, above_band
-from edge_ident.diagnosis.fit.wide_search import columns, detectable, inertia
+from edge_ident.diagnosis.fit.wide_search import columns
 from edge_ident.diagnosis.fit.wide_signals import WideSignals
 from edge_ident.diagnosis.measures import SpectralLine
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
@@ -124,7 +125,8 @@ def test_what_keeps_to_the_speed_is_no_moving_line() -> None:
     recording = recorded(9, order=(0.2, 60.0))
     data = prepare_axis([recording], "x")
     wide = WideSignals.of(recording, "x", data.segments[0])
-    without_inertia = detectable(wide, inertia(wide, columns(wide, [])))
+    waves = columns(wide, [])
+    without_inertia = accounts(wide, inertia(wide, waves), waves)[0]
     assert moving_line(wide, [], without_inertia) is None
 
 
