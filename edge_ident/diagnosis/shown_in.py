@@ -31,14 +31,13 @@ def with_sources(
     sources = tuple(recording.source for recording in recordings)
     if len(sources) == 1:
         return [replace(cause, shown_in=sources) for cause in found]
-    of_file = np.repeat(np.arange(len(sources)), [len(s.sample_index) for s in data.segments])
     shown = []
     for k, cause in enumerate(found):
         less = fit(data, model.template, model.base, model.without(k))
         acting = cached_effort(data, model.axis) != cached_effort(data, model.axis_without([k]))
         shows = []
         for number, source in enumerate(sources):
-            here = data.valid & (of_file == number)
+            here = data.valid & (data.recording == number)
             if not np.any(acting[here]):
                 continue  # what happens once moves the base parameters of all recordings
             before, after = ((data.effort - m.predicted)[here] for m in (less, model))

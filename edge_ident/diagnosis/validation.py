@@ -25,6 +25,7 @@ from edge_ident.diagnosis.fit.discrepancy import model_discrepancy
 from edge_ident.diagnosis.fit.fitting import FittedModel, delayed, fit
 from edge_ident.diagnosis.fit.held_out import standard_deviations
 from edge_ident.diagnosis.fit.noise_floor import noise_floor
+from edge_ident.diagnosis.fit.own_columns import own_columns, own_limits
 from edge_ident.diagnosis.fit.projection import orthonormal
 from edge_ident.diagnosis.fit.summary import nonzero_rms
 from edge_ident.diagnosis.measures import CarriedCause, Validation
@@ -210,7 +211,7 @@ def _weighed(
 ) -> dict[int, _Weighed]:
     """Each term that is not tied to time, by its place in the model that is judged."""
     scale, block = nonzero_rms(other.effort[other.valid]), other.block[other.valid]
-    columns = np.hstack([base_regressor(other), other.timing_columns])
+    columns = np.hstack([base_regressor(other), own_columns(other)])
     basis = orthonormal(columns[other.valid])
     found = {}
     for k, place in enumerate(places):
@@ -267,12 +268,10 @@ def _residual(other: AxisData, model: FittedModel, anew: list[int]) -> Array:
     base parameters are fitted anew."""
     axis = _carried_axis(model.axis)
     residual = (other.effort - other.predicted(axis))[other.valid]
-    early, late = other.timing_limits
-    if delayed(axis):
-        early = late = np.zeros(len(other.segments))
-    columns = np.hstack([base_regressor(other)[:, anew], other.timing_columns])[other.valid]
+    columns = np.hstack([base_regressor(other)[:, anew], own_columns(other)])[other.valid]
+    own_low, own_high = own_limits(other, shifted=not delayed(axis))
     least = [-axis.parameters[k] if POSITIVE[k] else -np.inf for k in anew]
-    low, high = np.array([*least, *early]), np.array([*np.full(len(anew), np.inf), *late])
+    low, high = np.array([*least, *own_low]), np.array([*np.full(len(anew), np.inf), *own_high])
     return np.asarray(residual - columns @ solve_within(columns, residual, low, high).solution)
 
 

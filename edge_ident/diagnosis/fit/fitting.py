@@ -21,6 +21,7 @@ from edge_ident.diagnosis.fit.candidates import (
     term,
 )
 from edge_ident.diagnosis.fit.jacobian import derivatives
+from edge_ident.diagnosis.fit.own_columns import own_columns, own_limits
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.model.effects import named
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Term
@@ -56,14 +57,15 @@ class FittedModel:
     axis : AxisModel
     base : (4,) array
         Base parameters.
-    timing : (R,) array
-        Further shift of each recording in s, beyond what its preparation took out.
+    own : (2·R - 1,) array
+        What each of R recordings has of its own: its further shift in s, beyond what its
+        preparation took out; then the offset of each but the last, above that of the last.
     terms : tuple of FittedTerm
         Terms that the diagnosis added.
     predicted : (n,) array
         At all compared samples.
     derivatives : (n, P) array
-        By base parameters, timing, and each term's linear parameters.
+        By base parameters, the recordings' own, and each term's linear parameters.
     free : (P,) array of bool
         Parameters that no bound holds.
     error : float
@@ -74,7 +76,7 @@ class FittedModel:
 
     axis: AxisModel
     base: Array
-    timing: Array
+    own: Array
     terms: tuple[FittedTerm, ...]
     predicted: Array
     derivatives: Array
@@ -86,12 +88,12 @@ class FittedModel:
     def key(self) -> Hashable:
         """What tells the model from others that are fitted to the same data."""
         candidates = tuple(t.candidate for t in self.terms)
-        return effort_key(self.axis), candidates, self.timing.tobytes(), self.free.tobytes()
+        return effort_key(self.axis), candidates, self.own.tobytes(), self.free.tobytes()
 
     @property
     def linear_parameters(self) -> Array:
-        """Base parameters, timing and linear parameters (P,), in the order of the Jacobian."""
-        return _linear_parameters(self.base, self.timing, self.terms)
+        """Base parameters, the recordings' own and linear parameters (P,), as in the Jacobian."""
+        return _linear_parameters(self.base, self.own, self.terms)
 
     @property
     def jacobian(self) -> Array:
@@ -117,13 +119,8 @@ class FittedModel:
 
     @property
     def base_columns(self) -> slice:
-        """Columns of the Jacobian that belong to the base model: its parameters and timing."""
-        return slice(0, len(PARAMETERS) + len(self.timing))
-
-    @property
-    def timing_columns(self) -> slice:
-        """Columns of the Jacobian that belong to timing."""
-        return slice(len(PARAMETERS), self.base_columns.stop)
+        """Columns of the Jacobian that belong to the base model and to the recordings' own."""
+        return slice(0, len(PARAMETERS) + len(self.own))
 
     def columns_of(self, index: int) -> slice:
         """Columns of the Jacobian that belong to one term."""
@@ -145,7 +142,7 @@ class FittedModel:
 def fit(
     data: AxisData, template: AxisModel, base: Array, terms: Sequence[FittedTerm]
 ) -> FittedModel:
-    """Fit base parameters, timing and linear parameters; nonlinear parameters stay as they are.
+    """Fit base parameters, the recordings' own and linear ones; nonlinear ones stay as they are.
 
     Parameters
     ----------
@@ -175,27 +172,28 @@ def _fit_in_steps(
 ) -> FittedModel:
     """Steps of Gauss and Newton."""
     low, high = _bounds(data, template, terms)
-    timing = np.zeros(len(data.segments))
+    columns = own_columns(data)
+    own = np.zeros(columns.shape[1])
     axis = build(template, base, terms)
     made = cached_effort(data, axis)
     for _ in range(_ITERATIONS):
         jacobian = derivatives(data, axis, made, [t.linear for t in terms])
-        present = _linear_parameters(base, timing, terms)
-        predicted = made + data.timing_columns @ timing
+        present = _linear_parameters(base, own, terms)
+        predicted = made + columns @ own
         residual = (data.effort - predicted)[data.valid]
         step = solve_within(jacobian[data.valid], residual, low - present, high - present)
-        base, timing, terms = _split(present + step.solution, timing, terms)
+        base, own, terms = _split(present + step.solution, terms)
         axis = build(template, base, terms)
         linear_prediction = predicted + jacobian @ step.solution
         made = cached_effort(data, axis)
-        predicted = made + data.timing_columns @ timing
+        predicted = made + columns @ own
         if np.max(np.abs(predicted - linear_prediction)) < _CONVERGED * np.std(residual):
             break
     residual = (data.effort - predicted)[data.valid]
     return FittedModel(
         axis,
         base,
-        timing,
+        own,
         terms,
         predicted,
         jacobian,
@@ -228,13 +226,13 @@ def _fit_additive(
     )
     low, high = _bounds(data, template, terms)
     found = solve_within(jacobian[data.valid], (data.effort - fixed)[data.valid], low, high)
-    base, timing, terms = _split(found.solution, np.zeros(len(data.segments)), terms)
+    base, own, terms = _split(found.solution, terms)
     predicted = np.asarray(jacobian @ found.solution + fixed)
     residual = (data.effort - predicted)[data.valid]
     return FittedModel(
         build(template, base, terms),
         base,
-        timing,
+        own,
         terms,
         predicted,
         jacobian,
@@ -247,15 +245,14 @@ def _fit_additive(
 def _bounds(
     data: AxisData, template: AxisModel, terms: Sequence[FittedTerm]
 ) -> tuple[Array, Array]:
-    """Physical bounds (P,) of base parameters, timing and linear parameters.
+    """Physical bounds (P,) of base parameters, the recordings' own and linear parameters.
 
-    A delay in the model carries the whole shift, and timing is fixed.
+    A delay in the model carries the whole shift, and no recording has a further one.
     """
-    early, late = data.timing_limits
-    if delayed(build(template, np.zeros(len(PARAMETERS)), terms)):
-        early = late = np.zeros(len(data.segments))
+    shifted = not delayed(build(template, np.zeros(len(PARAMETERS)), terms))
+    own = np.stack(own_limits(data, shifted=shifted), axis=1)
     bounds = [named(BASE).bounds[name] for name in PARAMETERS]
-    bounds += list(zip(early.tolist(), late.tolist(), strict=True))
+    bounds += own.tolist()
     bounds += [named(t.candidate.effect).bounds[name] for t in terms for name in t.linear]
     low, high = np.array(bounds).T
     return low, high
@@ -265,11 +262,11 @@ def _additive_jacobian(data: AxisData, template: AxisModel, terms: tuple[FittedT
     """Derivatives (n, P) by base parameters and linear parameters."""
     linear = [t for t in terms if t.linear]
     rows = (cached_regressors(data, template, t.candidate, t.nonlinear) for t in linear)
-    return np.vstack([base_regressor(data).T, data.timing_columns.T, *rows]).T
+    return np.vstack([base_regressor(data).T, own_columns(data).T, *rows]).T
 
 
-def _linear_parameters(base: Array, timing: Array, terms: Sequence[FittedTerm]) -> Array:
-    return np.array([*base, *timing, *(value for t in terms for value in t.linear.values())])
+def _linear_parameters(base: Array, own: Array, terms: Sequence[FittedTerm]) -> Array:
+    return np.array([*base, *own, *(value for t in terms for value in t.linear.values())])
 
 
 def build(template: AxisModel, base: Array, terms: Sequence[FittedTerm]) -> AxisModel:
@@ -280,16 +277,17 @@ def build(template: AxisModel, base: Array, terms: Sequence[FittedTerm]) -> Axis
 
 
 def _split(
-    parameters: Array, timing: Array, terms: tuple[FittedTerm, ...]
+    parameters: Array, terms: tuple[FittedTerm, ...]
 ) -> tuple[Array, Array, tuple[FittedTerm, ...]]:
-    """Base parameters, timing and terms of linear parameters (P,)."""
-    ends = np.cumsum([len(PARAMETERS), len(timing), *(len(t.linear) for t in terms)])
-    base, timing, *parts = np.split(parameters, ends[:-1])
+    """Base parameters, the recordings' own and the terms, of linear parameters (P,)."""
+    sizes = [len(t.linear) for t in terms]
+    ends = np.cumsum([len(PARAMETERS), len(parameters) - len(PARAMETERS) - sum(sizes), *sizes])
+    base, own, *parts = np.split(parameters, ends[:-1])
     moved = tuple(
         replace(t, linear=dict(zip(t.linear, part.tolist(), strict=True)))
         for t, part in zip(terms, parts, strict=True)
     )
-    return base, timing, moved
+    return base, own, moved
 
 
 def jacobian_of(data: AxisData, fitted: FittedModel) -> Array:

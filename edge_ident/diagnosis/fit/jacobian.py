@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.fit.candidates import alone, cached_effort
+from edge_ident.diagnosis.fit.own_columns import own_columns
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.model.model import PARAMETERS, AxisModel
 
@@ -19,7 +20,7 @@ _SMALL: Final = 1e-6
 def derivatives(
     data: AxisData, axis: AxisModel, predicted: Array, linear: Sequence[Collection[str]]
 ) -> Array:
-    """Derivatives (n, P) by base parameters, timing and linear parameters.
+    """Derivatives (n, P) by base parameters, the recordings' own, and linear parameters.
 
     Parameters
     ----------
@@ -31,7 +32,7 @@ def derivatives(
     first = len(axis.terms) - len(linear)
     names = {0: PARAMETERS} | {k: tuple(x) for k, x in enumerate(linear, first) if x}
     base, *added = (_of_term(data, axis, predicted, *place).T for place in names.items())
-    return np.hstack([base, data.timing_columns, *added])
+    return np.hstack([base, own_columns(data), *added])
 
 
 def _of_term(

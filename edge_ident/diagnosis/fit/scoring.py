@@ -88,8 +88,10 @@ class ResidualSubspace:
         jacobian = (fitted.jacobian if held else _released(fitted))[data.valid]
         untimed = None
         if data.late:
-            shifted = (data.timing_columns @ fitted.timing)[data.valid]
-            others = orthonormal(np.delete(jacobian, fitted.timing_columns, axis=1))
+            recordings = len(data.segments)
+            shifted = (data.timing_columns @ fitted.own[:recordings])[data.valid]
+            timing = len(fitted.base) + np.arange(recordings)
+            others = orthonormal(np.delete(jacobian, timing, axis=1))
             untimed = cls(data, fitted.axis, residual + shifted, others)
         key = None
         if additive(fitted.template, fitted.terms):

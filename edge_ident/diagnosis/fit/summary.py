@@ -69,7 +69,7 @@ def traces(
         contributions=_by_effect(model, parts),
         since_reversal=data.since_reversal,
         valid=data.valid,
-        file=np.repeat(np.arange(len(data.segments)), [len(s.sample_index) for s in data.segments]),
+        file=data.recording,
     )
 
 

@@ -86,6 +86,12 @@ class AxisData:
         return replace(self, segments=segments, effort=effort, cache={})
 
     @property
+    def recording(self) -> NDArray[np.intp]:
+        """Number of the recording that each sample is of, (n,)."""
+        lengths = [len(s.sample_index) for s in self.segments]
+        return np.repeat(np.arange(len(lengths)), lengths)
+
+    @property
     def timing_columns(self) -> Array:
         """What a further shift of each of the R recordings adds to the effort, per s, (n, R)."""
         columns = (s.timing_column[:, None] for s in self.segments)

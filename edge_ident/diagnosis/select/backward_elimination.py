@@ -9,6 +9,7 @@ import numpy as np
 from edge_ident.diagnosis.fit.candidates import Candidate
 from edge_ident.diagnosis.fit.external_vibrations import VIBRATION
 from edge_ident.diagnosis.fit.fitting import FittedModel, build
+from edge_ident.diagnosis.fit.own_columns import own_columns
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.result import Refused
 from edge_ident.diagnosis.select.acceptance import Decision, Evidence, decide
@@ -81,7 +82,7 @@ def _without_terms(data: AxisData, fitted: FittedModel, kept: Sequence[bool]) ->
     sizes = [fitted.base_columns.stop, *(len(t.linear) for t in fitted.terms)]
     columns = np.repeat([True, *kept], sizes)
     axis = build(fitted.template, fitted.base, terms)
-    predicted = data.predicted(axis) + data.timing_columns @ fitted.timing
+    predicted = data.predicted(axis) + own_columns(data) @ fitted.own
     residual = (data.effort - predicted)[data.valid]
     return replace(
         fitted,

@@ -16,6 +16,7 @@ from edge_ident.diagnosis.fit.candidates import Candidate, cached_effort
 from edge_ident.diagnosis.fit.discrepancy import model_discrepancy
 from edge_ident.diagnosis.fit.fitting import FittedModel
 from edge_ident.diagnosis.fit.library import Grid
+from edge_ident.diagnosis.fit.own_columns import own_columns
 from edge_ident.diagnosis.fit.scoring import ScoredCandidate, ignored_command_penalty
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.select.thresholds import LOST_CORRELATION
@@ -99,8 +100,8 @@ class Criterion:
         """Sum of squares that the encoder noise has in the effort of a model."""
         key = ("encoder noise", fitted.key)
         if key not in self.data.results:
-            late = self.data.timing_columns @ fitted.timing
-            passed = cached_effort(self.noise_replica, fitted.axis) + late - fitted.predicted
+            own = own_columns(self.data) @ fitted.own
+            passed = cached_effort(self.noise_replica, fitted.axis) + own - fitted.predicted
             self.data.results[key] = np.sum(np.square(passed[self.data.valid]))
         return float(self.data.results[key])
 

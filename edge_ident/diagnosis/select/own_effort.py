@@ -19,11 +19,14 @@ Array = NDArray[np.float64]
 
 
 def base_space(data: AxisData, start: FittedModel) -> Array:
-    """Orthonormal basis (n, R) of the base parameters' columns at the valid samples.
+    """Orthonormal basis (n, K) of the columns of the base parameters, and of each recording's own
+    offset, at the valid samples.
 
     Timing is none of them: it is a property of the record, known to a part of a sample.
     """
-    return orthonormal(jacobian_of(data, start)[data.valid, : len(PARAMETERS)])
+    timing = len(PARAMETERS) + np.arange(len(data.segments))
+    columns = jacobian_of(data, start)[data.valid, start.base_columns]
+    return orthonormal(np.delete(columns, timing, axis=1))
 
 
 def own_efforts(data: AxisData, model: FittedModel, space: Array) -> Array:

@@ -1,0 +1,66 @@
+"""Recordings of two days have an offset each, and no cause for the difference."""
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from edge_ident.diagnosis.diagnose import diagnose
+from edge_ident.diagnosis.result import AxisDiagnosis
+from edge_ident.diagnosis.verdict import Verdict
+from edge_ident.signals.recording import AxisRecord, Recording
+
+Array = NDArray[np.float64]
+
+PERIOD_S = 2e-3
+NOISE = 0.02
+RATES = 2.0 * np.pi * np.array([0.11, 0.23, 0.37, 0.61, 0.89])
+OFFSETS = (0.2, 0.05, 0.2)
+
+
+def day(number: int, *, seconds: float, bend: float = 0.0) -> Recording:
+    """Five sines of random phase, with the day's offset and friction that bends."""
+    rng = np.random.default_rng(number)
+    t = np.arange(0.0, seconds, PERIOD_S)
+    angle = RATES * t[:, None] + rng.uniform(0.0, 2.0 * np.pi, len(RATES))
+    x, v, a = (np.sin(angle) / RATES).sum(1), np.cos(angle).sum(1), -(RATES * np.sin(angle)).sum(1)
+    effort = 0.5 * a + 0.8 * v + 1.1 * np.sign(v) + OFFSETS[number] + bend * v * np.abs(v)
+    effort += NOISE * rng.standard_normal(len(t))
+    axis = AxisRecord(np.round(x / 1e-5) * 1e-5, effort, "rad", "N*m")
+    return Recording(t, {"x": axis}, f"{number}.csv")
+
+
+def diagnosed(*recordings: Recording) -> AxisDiagnosis:
+    return diagnose(recordings, stability=False).axes["x"]
+
+
+def said(axis: AxisDiagnosis) -> list[str]:
+    return [finding.message for finding in axis.findings if finding.code == "offsets_differ"]
+
+
+def test_a_sound_axis_stays_sound_though_its_offset_changed() -> None:
+    axis = diagnosed(day(0, seconds=15.0), day(1, seconds=10.0), day(2, seconds=10.0))
+    assert axis.verdict is Verdict.ADEQUATE
+    assert axis.causes == axis.suspected == ()
+    (message,) = said(axis)
+    assert "-0.15 N*m in 1.csv, relative to 2.csv" in message
+    assert "0.csv" not in message, "their difference is noise"
+
+
+def test_the_offset_is_the_mean_over_all_samples() -> None:
+    axis = diagnosed(day(0, seconds=15.0), day(1, seconds=10.0))
+    estimate = axis.model.parameters
+    assert estimate[:3] == pytest.approx([0.5, 0.8, 1.1], rel=0.01)
+    assert OFFSETS[1] < estimate[3] < OFFSETS[0]
+    assert estimate[3] == pytest.approx(0.6 * OFFSETS[0] + 0.4 * OFFSETS[1], abs=0.01)
+
+
+def test_a_cause_of_both_days_is_found_and_nothing_else() -> None:
+    axis = diagnosed(day(0, seconds=15.0, bend=0.2), day(1, seconds=15.0, bend=0.2))
+    assert axis.verdict is Verdict.EXPLAINED
+    assert [cause.term.effect for cause in axis.causes] == ["nonlinear_viscous"]
+    assert axis.causes[0].shown_in == ("0.csv", "1.csv")
+    assert said(axis)
+
+
+def test_one_recording_has_one_offset() -> None:
+    assert not said(diagnosed(day(0, seconds=15.0)))
