@@ -44,6 +44,8 @@ class Adequacy:
         Parameters that depend on the regime of the motion.
     largest_move : float
         Largest relative move of one of them.
+    cutoff_hz : float
+        Of the comparison. Nothing is said about what lies above it.
     everywhere : float
         Relative residual of least squares on all samples of the identification.
     """
@@ -52,6 +54,7 @@ class Adequacy:
     noise_ratio: float
     spread: tuple[str, ...]
     largest_move: float
+    cutoff_hz: float
     everywhere: float = 0.0
 
     @property
@@ -95,7 +98,8 @@ class Adequacy:
                 f"with the samples near reversals, the base model leaves {self.everywhere:.1%} of "
                 "the effort"
             )
-        return "; ".join(parts) or "what the base model leaves is noise"
+        noise = f"up to {self.cutoff_hz:.3g} Hz, what the base model leaves is noise"
+        return "; ".join(parts) or noise
 
 
 def judge(compared: Comparison) -> Adequacy:
@@ -114,4 +118,5 @@ def judge(compared: Comparison) -> Adequacy:
         left / max(noise, _TINY),
         names,
         float(np.max(relative[:3], initial=0.0, where=moved[:3])),
+        compared.band.cutoff_hz,
     )

@@ -48,6 +48,7 @@ def _axis(axis: AxisIdentification) -> dict[str, Any]:
             "reason": axis.adequacy.reason,
             "relative_residual": axis.adequacy.relative_residual,
             "noise_ratio": axis.adequacy.noise_ratio,
+            "cutoff_hz": axis.adequacy.cutoff_hz,
         },
         "timing": dataclasses.asdict(axis.timing),
         "estimators": {

@@ -95,6 +95,6 @@ def test_friction_that_would_be_negative_is_zero_in_the_fit_and_in_its_residual(
     model = fit(data, TEMPLATE, START, ())
     assert model.base[1] == 0.0
     assert model.unbounded[1] == pytest.approx(-0.3, rel=0.05)
-    written = data.predicted(model.axis) + data.timing_columns @ model.timing
+    written = data.predicted(model.axis) + data.timing_columns @ model.own
     left = (data.effort - written)[data.valid]
     assert float(left @ left) == pytest.approx(model.error)

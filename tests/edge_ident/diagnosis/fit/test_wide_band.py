@@ -168,6 +168,36 @@ def test_a_motion_below_the_noise_of_its_encoder_makes_no_line() -> None:
     assert line.amplitude == pytest.approx(0.07, rel=0.2)
 
 
+def jolted(seed: int, *, line: float = 0.0, line_hz: float = 1.0) -> Recording:
+    """An axis whose speed changes in steps, each within a tenth of a second."""
+    rng = np.random.default_rng(seed)
+    fine_s = np.arange(0.0, 16.0, 1e-4)
+    steps = np.repeat(rng.uniform(-3.0, 3.0, 20), len(fine_s) // 20)
+    window = np.hanning(1000)
+    velocity = np.convolve(steps, window / np.sum(window), "same")
+    position, acceleration = 1e-4 * np.cumsum(velocity), np.gradient(velocity, 1e-4)
+    effort = INERTIA * acceleration + VISCOUS * velocity + COULOMB * np.tanh(velocity / 0.01)
+    effort += line * np.sin(TURN * line_hz * fine_s)
+    at = slice(None, None, 10)
+    noise = NOISE * rng.standard_normal(len(fine_s[at]))
+    count = TURN / 4000
+    axis = AxisRecord(count * np.round(position[at] / count), effort[at] + noise, "rad", "N*m")
+    return Recording(fine_s[at], {"x": axis}, "jolts")
+
+
+def test_jolts_hide_few_lines_and_make_none() -> None:
+    """Where the encoder does not resolve a jolt, what is left of it is larger than the line. One of
+    the five lines is not in both halves alike."""
+    found = 0
+    for seed in range(1, 6):
+        assert content(jolted(seed)).lines == ()
+        for line in content(jolted(seed, line=0.06, line_hz=31.7)).lines:
+            assert line.rate == pytest.approx(TURN * 31.7, rel=1e-3)
+            assert line.amplitude == pytest.approx(0.06, rel=0.25)
+            found += 1
+    assert found >= 4
+
+
 def test_the_share_in_band_is_that_of_the_variance() -> None:
     alone = content(recorded(8)).share_in_band
     recording = recorded(8, line=(1.0, 60.0))

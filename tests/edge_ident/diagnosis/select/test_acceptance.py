@@ -152,7 +152,7 @@ def accepted(data: AxisData, regressors: np.ndarray) -> bool:
     after = replace(
         start,
         base=solved[:4],
-        timing=solved[4:5],
+        own=solved[4:5],
         terms=(replace(RIPPLE, linear=linear),),
         predicted=predicted,
         derivatives=jacobian,

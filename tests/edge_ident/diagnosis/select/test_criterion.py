@@ -68,7 +68,7 @@ def test_less_inertia_for_the_encoder_noise_is_no_evidence() -> None:
     start = fit(data, TEMPLATE, np.zeros(4), ())
     criterion = Search.of(data, TEMPLATE, start).criterion
     lighter = build(TEMPLATE, start.base * (0.8, 1.0, 1.0, 1.0), ())
-    late = data.timing_columns @ start.timing
+    late = data.timing_columns @ start.own
     model = replace(start, axis=lighter, predicted=data.predicted(lighter) + late)
     noise, band, period_s = next((s.position_noise, s.band, s.raw_period_s) for s in data.segments)
     frequency_hz = np.linspace(0.0, 2.0 * band.cutoff_hz, 2001)
