@@ -168,18 +168,6 @@ def cached_regressors(
     return data.cache[key]
 
 
-def keep_regressors(
-    data: AxisData,
-    axis: AxisModel,
-    candidate: Candidate,
-    nonlinear: Mapping[str, float],
-    rows: Array,
-) -> None:
-    """Keep regressors (k, n) that were computed with others, for `cached_regressors`."""
-    key, _ = regressor_key(axis, candidate, nonlinear)
-    data.cache.setdefault(key, rows.copy())
-
-
 def regressor_key(
     axis: AxisModel, candidate: Candidate, nonlinear: Mapping[str, float]
 ) -> tuple[Hashable, AxisModel]:

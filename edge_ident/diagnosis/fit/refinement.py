@@ -24,9 +24,6 @@ one than noise lets it be known."""
 _NARROWING: Final = (0.25, 0.4)
 """Width of a round over that of the one before; of few nonlinear parameters, of many."""
 
-_SAME: Final = 1e-9
-"""Of the width of a round: points that are no farther apart are one."""
-
 
 @dataclass(frozen=True)
 class Refinements:
@@ -89,37 +86,16 @@ def refined(
     many = candidate.descends
     # points around many parameters are too sparse to improve on what was refined before
     rounds = 0 if many and np.isinf(scored.error) else most_rounds
-    tried = np.empty((0, len(names)))
     for _ in range(rounds if names else 0):
         points = {k: np.full(len(around), v) for k, v in scored.term.nonlinear.items()}
         for k, name in enumerate(names):
             offsets = width[name] * around[:, k]
             points[name] = _within(candidate, name, grid, points[name] + offsets)
-        new, tried = _untried(np.stack([points[name] for name in names], axis=1), tried, width)
-        for name in names:
             width[name] *= _NARROWING[many]
-        if not np.any(new):
-            continue
-        points = {name: values[new] for name, values in points.items()}
         closer = subspace.score(candidate, points, grid)
         if np.isfinite(closer.error) and closer.error <= scored.error:
             scored = closer
     return descended(subspace, (scored,), grid)[0] if many else scored
-
-
-def _untried(
-    points: Array, tried: Array, width: Mapping[str, float]
-) -> tuple[NDArray[np.bool_], Array]:
-    """Mask (P,) of the points (P, S) of a round that no earlier one had; and all together.
-
-    The middle of a round is the best point of the one before. On a line its ends are that one's
-    neighbours, and at a limit several points are one.
-    """
-    every = np.concatenate([tried, points])
-    near = _SAME * np.array([*width.values()])
-    alike = np.all(np.abs(points[:, None] - every) <= near, axis=2)
-    first = np.argmax(alike, axis=1)
-    return first == len(tried) + np.arange(len(points)), every
 
 
 def _within(candidate: Candidate, name: str, grid: Grid, points: Array) -> Array:

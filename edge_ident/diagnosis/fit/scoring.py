@@ -9,14 +9,7 @@ from typing import Final, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.fit.candidates import (
-    Candidate,
-    adds,
-    cached_regressors,
-    keep_regressors,
-    regressors,
-    term,
-)
+from edge_ident.diagnosis.fit.candidates import Candidate, adds, cached_regressors, regressors, term
 from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm, additive
 from edge_ident.diagnosis.fit.library import Grid, Library
 from edge_ident.diagnosis.fit.projection import Orthogonal, orthonormal
@@ -134,17 +127,8 @@ class ResidualSubspace:
         recurring : bool, optional
             Whether the same few sets are scored on other models, too.
         """
-        if recurring:
-            rows = self.recurring_regressors(candidate, nonlinear)
-            return self.score_at(candidate, nonlinear, rows, grid)
-        rows = regressors(self.data, self.axis, candidate, nonlinear)
-        best = self.score_at(candidate, nonlinear, rows[..., self.data.valid], grid)
-        values = np.array([*best.term.nonlinear.values()])
-        places = np.transpose([nonlinear[name] for name in best.term.nonlinear])
-        if len(values):
-            place = int(np.argmax(np.all(places == values, axis=1)))
-            keep_regressors(self.data, self.axis, candidate, best.term.nonlinear, rows[place])
-        return best
+        found = self.recurring_regressors if recurring else self.regressors
+        return self.score_at(candidate, nonlinear, found(candidate, nonlinear), grid)
 
     def score_library(
         self,
