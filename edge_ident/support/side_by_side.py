@@ -41,7 +41,8 @@ def side_by_side(
     told : callable
         Gets the number of a job and what the job tells, in this process.
     """
-    work = _Work(function, jobs, processes - 1, told)
+    helpers = processes - 1 if sys.executable else 0
+    work = _Work(function, jobs, helpers, told)
     try:
         return work.done()
     finally:
