@@ -23,7 +23,10 @@ def do_job() -> None:
     def tell(*values: Any) -> None:
         send("told", values)
 
-    function, job = pickle.load(sys.stdin.buffer)
+    try:
+        function, job = pickle.load(sys.stdin.buffer)
+    except (EOFError, pickle.UnpicklingError):
+        return  # the caller ended before it had asked
     Thread(target=_end_with_the_caller, daemon=True).start()
     with suppress(Exception):
         send("done", function(*job, tell))

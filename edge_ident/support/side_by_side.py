@@ -146,9 +146,13 @@ class _Helper:
             target=_listened, args=(self._process.stdout, self.frames), daemon=True
         )
         self._listener.start()
-        with suppress(BrokenPipeError):  # it has died, and its frames say so
-            self._process.stdin.write(asked)
-            self._process.stdin.flush()
+        try:
+            with suppress(BrokenPipeError):  # it has died, and its frames say so
+                self._process.stdin.write(asked)
+                self._process.stdin.flush()
+        except BaseException:  # Ctrl-C, before anybody else knows of the process
+            self.stop()
+            raise
 
     def stop(self) -> None:
         """End the process, whatever it does."""

@@ -1,6 +1,7 @@
 """Jobs in helpers give what they give here; no helper outlives its caller."""
 
 import os
+import pickle
 import signal
 import subprocess
 import sys
@@ -136,3 +137,11 @@ def test_one_stage_counts_the_parts_of_all_jobs() -> None:
         stage.told(job, part)
     assert [done for _, done, _ in shown] == [0, 1, 2, 2, 6, 10]
     assert {(title, of) for title, _, of in shown} == {("diagnosis", 10)}
+
+
+def test_a_helper_whose_caller_ends_while_it_asks_says_nothing() -> None:
+    asked = pickle.dumps((doubled, (1,)))
+    program = "from edge_ident.support.helper import do_job; do_job()"
+    for sent in (b"", asked[: len(asked) // 2]):
+        ended = subprocess.run((sys.executable, "-c", program), input=sent, capture_output=True)
+        assert (ended.stdout, ended.stderr) == (b"", b"")
