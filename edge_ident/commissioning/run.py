@@ -60,19 +60,18 @@ class Plan:
         False for a dry run: everything up to the forecast on the motion of the identification.
     store : bool
         Keep confirmed gains over a power cycle.
-    seed : int
+    seed, processes : int
+        Of the network's random starting points; axes that are diagnosed side by side.
     model : Model or None
-        Effects that are known of the drive.
+        Known effects of the drive.
     diagnose : bool
         Whether an axis whose base model is not enough is diagnosed.
     most_motions : int
-        Identification motions in all: where a diagnosis leaves several explanations, others are
-        designed that separate them.
+        In all; where a diagnosis leaves several explanations, others are made to separate them.
     most_s : float
-        Duration of these motions in all, lead-ins included.
+        Their duration in all, lead-ins included.
     until : float or None
-        Relative half-width of all intervals at which the first motion ends early; see
-        `edge_ident.commissioning.study.early_answer`.
+        Relative half-width of all intervals at which the first motion ends early.
     """
 
     motion: MotionName = "sinusoid"
@@ -86,6 +85,7 @@ class Plan:
     most_motions: int = 3
     most_s: float = math.inf
     until: float | None = None
+    processes: int = 1
 
     def study(
         self, board: Board, drive: Drive, network: Network | None, folder: Path, observer: Observer
@@ -93,7 +93,7 @@ class Plan:
         """What is to be identified of a drive."""
         return Study(
             board, drive, folder, observer, Stopwatch(), network, self.model, self.seed,
-            self.diagnose, self.most_motions, self.most_s,
+            self.diagnose, self.most_motions, self.most_s, self.processes,
         )  # fmt: skip
 
 

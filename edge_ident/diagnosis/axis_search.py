@@ -99,7 +99,7 @@ def _selected(data: AxisData, known: AxisModel) -> Selected:
     for shifted in (data_beside_causes, delayed_data):
         moved = shifted(selected)
         if moved is not None:
-            again = selected_model(moved, known)
+            again = selected_model(moved, known, selected.search)
             timed = again.late or not moved.late
             selected = again if timed and again.better_than(selected) else selected
     return selected

@@ -179,11 +179,12 @@ class Effect:
 
     def resistance(self, motion: Motion, values: Values) -> Array:
         """All of the above along a known motion; an effect with memory integrates it here."""
-        effort = (
-            self.load(motion, values)
-            + self.friction(motion, values) * motion.direction
-            + self.inertia(motion, values) * motion.acceleration
-        )
+        effort = self.load(motion, values)
+        # no pass over all samples for a hook that the effect lacks
+        if self.overrides("friction"):
+            effort = effort + self.friction(motion, values) * motion.direction
+        if self.overrides("inertia"):
+            effort = effort + self.inertia(motion, values) * motion.acceleration
         if motion.source is not None:
             effort = effort + self.cross_inertia(motion, values) * motion.source.acceleration
         return effort

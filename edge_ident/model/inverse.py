@@ -49,7 +49,8 @@ def inverse_effort(
     # in physical order: encoder, resistances, actuator, record
     terms = [(named(term.effect), along_motion(term), term.source_axis) for term in axis.terms]
     motion, kept = _true_motion(terms, motion, kept)
-    motion = _with_base_efforts(motion, terms[0][1])
+    if any(effect.follows_base for effect, _, _ in terms):
+        motion = _with_base_efforts(motion, terms[0][1])
     effort: Array = np.zeros(())
     for effect, values, source in terms:
         seen = _with_source(motion, effect, source, others)

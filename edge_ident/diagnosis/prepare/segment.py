@@ -64,7 +64,8 @@ class Segment:
     position_noise, acceleration_noise, effort_noise : float
         Standard deviations of white noise; the last two when cut off sharply at the cut-off.
     cache : dict
-        Efforts along the motion that were integrated before.
+        Efforts along the motion that were integrated before, and what else follows from the motion
+        alone. A segment whose effort was moved shares it.
     """
 
     motion: Motion
@@ -105,9 +106,7 @@ class Segment:
         effort = filtered_effort(
             self.raw_effort, self.direction_weight, self.band, self.raw_period_s, shift_s
         )
-        return replace(
-            self, shift_s=shift_s, applied_s=applied_s, effort=effort[:: self.stride], cache={}
-        )
+        return replace(self, shift_s=shift_s, applied_s=applied_s, effort=effort[:: self.stride])
 
     @property
     def direction_known(self) -> NDArray[np.bool_]:

@@ -1,7 +1,8 @@
 """Comparison of a cause with its alternatives: every other effect in its place."""
 
-from collections.abc import Set
+from collections.abc import Callable, Sequence, Set
 from dataclasses import dataclass, replace
+from functools import cached_property, partial
 from typing import Final
 
 import numpy as np
@@ -26,17 +27,23 @@ class ComparedAlternatives:
 
     Attributes
     ----------
-    alternatives : tuple of Alternative
-        The nearest first; those that these recordings cannot test are left out.
     replacement : FittedModel or None
         The model with the best alternative in the place of the cause, where that is accepted.
     decision : Decision or None
         On the best alternative.
     """
 
-    alternatives: tuple[Alternative, ...]
     replacement: FittedModel | None
     decision: Decision | None
+    described: Callable[[], tuple[Alternative, ...]]
+
+    @cached_property
+    def alternatives(self) -> tuple[Alternative, ...]:
+        """The nearest first; those that these recordings cannot test are left out.
+
+        They are fitted when somebody asks: only those of the causes that are named are shown.
+        """
+        return self.described()
 
 
 def compare_alternatives(search: Search, model: FittedModel, index: int) -> ComparedAlternatives:
@@ -44,14 +51,8 @@ def compare_alternatives(search: Search, model: FittedModel, index: int) -> Comp
     term = model.terms[index]
     rest = search.fit(model.base, model.without(index))
     scored = search.score(rest, unrepeatable(rest) | {term.candidate.effect})
-    subspace = ResidualSubspace.of(search.data, rest)
     models = [
         (s, search.fit(rest.base, (*rest.terms, s.term))) for s in scored[: MOST_ALTERNATIVES.value]
-    ]
-    found = [
-        _fitted_alternative(search, model, rest, _closest(search, subspace, rest, s, other))
-        for s, other in models
-        if s.candidate != VIBRATION
     ]
     decisions = [
         (decide(model.terms, other.terms, Evidence(search.gain(model, other))), other)
@@ -59,11 +60,29 @@ def compare_alternatives(search: Search, model: FittedModel, index: int) -> Comp
         if (not s.on_edge or s.candidate.effect in rest.effects) and _enters(search, rest, other)
     ]
     decision, best = max(decisions, key=lambda pair: pair[0].margin, default=(None, None))
-    declared = set(named(term.candidate.effect).search.alternatives)
+    accepted = decision is not None and decision.accepted
+    described = partial(_described, search, model, rest, index, models)
+    return ComparedAlternatives(best if accepted else None, decision, described)
+
+
+def _described(
+    search: Search,
+    model: FittedModel,
+    rest: FittedModel,
+    index: int,
+    models: Sequence[tuple[ScoredCandidate, FittedModel]],
+) -> tuple[Alternative, ...]:
+    """The alternatives that were fitted beside the rest, then what is declared and was not."""
+    subspace = ResidualSubspace.of(search.data, rest)
+    found = [
+        _fitted_alternative(search, model, rest, _closest(search, subspace, rest, s, other))
+        for s, other in models
+        if s.candidate != VIBRATION
+    ]
+    declared = set(named(model.terms[index].candidate.effect).search.alternatives)
     untried = declared - {alternative.effect for alternative in found}
     found += [_scored_alternative(s, model) for s in _on_grid(search, subspace, untried)]
-    accepted = decision is not None and decision.accepted
-    return ComparedAlternatives(_first_of_each(found), best if accepted else None, decision)
+    return _first_of_each(found)
 
 
 def _enters(search: Search, rest: FittedModel, other: FittedModel) -> bool:

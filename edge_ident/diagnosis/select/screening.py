@@ -16,17 +16,20 @@ Array = NDArray[np.float64]
 _TINY: Final = float(np.finfo(float).tiny)
 
 
-def physical(term: FittedTerm, regressors: Array, excitation: Excitation) -> bool:
-    """Whether the recording excites a term of this size, and its effort could have been measured.
+def excited(term: FittedTerm, excitation: Excitation) -> bool:
+    """Whether the recording excites a term of this size."""
+    values = {name: np.asarray(value) for name, value in term.model_term.values.items()}
+    return named(term.candidate.effect).search.physical(values, excitation)
+
+
+def measurable(term: FittedTerm, regressors: Array, excitation: Excitation) -> bool:
+    """Whether the effort of a term could have been measured.
 
     Parameters
     ----------
     regressors : (k, n) array
         Of the term.
     """
-    values = {name: np.asarray(value) for name, value in term.model_term.values.items()}
-    if not named(term.candidate.effect).search.physical(values, excitation):
-        return False
     amplitudes = np.array(list(term.linear.values()) or [1.0])
     peak = float(np.max(np.abs(amplitudes @ regressors)))
     return peak < LARGEST.value * excitation.effort

@@ -5,7 +5,7 @@ projection on what that model spans (variable projection: Golub and Pereyra 1973
 refined between the points of their grids.
 """
 
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, field, replace
 from itertools import groupby
 from typing import Self
@@ -18,10 +18,10 @@ from edge_ident.diagnosis.fit.candidates import (
     cached_regressors,
     candidates,
     grid,
-    regressors,
 )
 from edge_ident.diagnosis.fit.external_vibrations import VIBRATION, Spectrum
 from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm, build, fit, jacobian_of
+from edge_ident.diagnosis.fit.grid_rows import Searched, grid_rows, kept_rows
 from edge_ident.diagnosis.fit.library import Grid, Library
 from edge_ident.diagnosis.fit.noise_floor import noise_floor
 from edge_ident.diagnosis.fit.projection import orthonormal
@@ -29,7 +29,7 @@ from edge_ident.diagnosis.fit.refinement import FINE, Refinements
 from edge_ident.diagnosis.fit.scoring import ResidualSubspace, ScoredCandidate
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.select.criterion import Criterion
-from edge_ident.diagnosis.select.screening import physical, reliable
+from edge_ident.diagnosis.select.screening import excited, measurable, reliable
 from edge_ident.diagnosis.select.thresholds import (
     ADDED_TERM,
     MOST_REFINED,
@@ -83,17 +83,19 @@ class Search:
     refines: bool = True
     deep: bool = False
     refinements: Refinements = field(default_factory=Refinements, compare=False)
-    refined_rows: dict[object, Array] = field(default_factory=dict, compare=False)
+    refined_rows: dict[Hashable, Array] = field(default_factory=dict, compare=False)
 
     @classmethod
-    def of(cls, data: AxisData, template: AxisModel, start: FittedModel) -> Self:
-        """Prepare the search; `start` is the fitted base model."""
+    def of(
+        cls, data: AxisData, template: AxisModel, start: FittedModel, before: Self | None = None
+    ) -> Self:
+        """Prepare the search; `start` is the fitted base model, `before` an earlier search."""
         excitation = data.excitation(start.base)
         every = candidates(data, template.position_unit == "rad")
         grids: dict[Candidate, Grid] = {c: grid(c, excitation) for c in every}
         spectrum = Spectrum.of(data)
-        rows = {c: regressors(data, start.axis, c, grids[c])[..., data.valid] for c in every}
-        library = Library.of(grids, rows)
+        found = grid_rows if before is None else before.searched.rows
+        library = Library.of(grids, {c: found(data, start.axis, c, grids[c]) for c in every})
         searched = {**grids, VIBRATION: spectrum.grid}
         replica = data.noise_replica
         samples = float(np.count_nonzero(data.valid))
@@ -126,20 +128,10 @@ class Search:
             }
             for candidate, terms in found.items()
         }
-        rows = {candidate: self._rows_at(candidate, points) for candidate, points in more.items()}
+        axis, kept = build(self.template, self.excitation.base, ()), self.refined_rows
+        rows = {c: kept_rows(self.data, axis, c, points, kept) for c, points in more.items()}
         library = self.library.with_points(more, rows)
         return replace(self, library=library, refines=False, refinements=Refinements())
-
-    def _rows_at(self, candidate: Candidate, points: Grid) -> Array:
-        """Regressors (D, k, n) of a candidate at D points, each computed once for the search."""
-        keys = [(candidate, *values) for values in zip(*points.values(), strict=True)]
-        new = [place for place, key in enumerate(keys) if key not in self.refined_rows]
-        if new:
-            base = build(self.template, self.excitation.base, ())
-            part = {name: values[new] for name, values in points.items()}
-            found = regressors(self.data, base, candidate, part)[..., self.data.valid]
-            self.refined_rows.update(zip((keys[place] for place in new), found, strict=True))
-        return np.stack([self.refined_rows[key] for key in keys])
 
     def on(self, data: AxisData) -> Self:
         """The same search on other data of the same motion: another effort, fewer valid samples."""
@@ -153,6 +145,11 @@ class Search:
             refinements=Refinements(),
             refined_rows={},
         )
+
+    @property
+    def searched(self) -> Searched:
+        """What a search of the same motion may take over."""
+        return Searched(self.data, self.criterion.start.axis, self.library)
 
     @property
     def grids(self) -> Mapping[Candidate, Grid]:
@@ -273,9 +270,11 @@ class Search:
 
     def _admissible(self, term: FittedTerm, fitted: FittedModel, replica_jacobian: Array) -> bool:
         """Whether a candidate is physical, and more than encoder noise."""
+        if not excited(term, self.excitation):
+            return False
         valid, of_term = self.data.valid, (fitted.axis, term.candidate, term.nonlinear)
         rows = cached_regressors(self.data, *of_term)
-        if not physical(term, rows, self.excitation):
+        if not measurable(term, rows, self.excitation):
             return False
         replica = cached_regressors(self.noise_replica, *of_term)
         return reliable(rows[:, valid], replica[:, valid], fitted.jacobian[valid], replica_jacobian)

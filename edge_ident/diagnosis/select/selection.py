@@ -52,7 +52,7 @@ def fitted_base(data: AxisData, template: AxisModel) -> FittedModel:
     return fit(data, template, np.eye(len(PARAMETERS))[0], ())
 
 
-def selected_model(data: AxisData, template: AxisModel) -> Selected:
+def selected_model(data: AxisData, template: AxisModel, before: Search | None = None) -> Selected:
     """Select a model of an axis.
 
     Parameters
@@ -60,9 +60,11 @@ def selected_model(data: AxisData, template: AxisModel) -> Selected:
     data : AxisData
     template : AxisModel
         The axis with what it is known to have.
+    before : Search, optional
+        On the same motion, with an effort that was moved since then.
     """
     start = fitted_base(data, template)
-    return _with_hidden_events(_selected(Search.of(data, template, start), start))
+    return _with_hidden_events(_selected(Search.of(data, template, start, before), start))
 
 
 def selected_deeper(selected: Selected) -> Selected:
