@@ -78,7 +78,7 @@ print(json.dumps(found), file=sys.stderr)
 def test_sound_axes_load_nothing_of_effects_boards_and_diagnoses(identified: dict) -> None:
     loaded = set(identified["loaded"])
     assert {"edge_ident.identification.answer", "edge_ident.estimation.network"} <= loaded
-    beside = {"logging", "tomllib", "numpy.ma", "numpy.random", "rich", "jinja2", "scipy"}
+    beside = {"email", "logging", "tomllib", "numpy.ma", "numpy.random", "rich", "jinja2", "scipy"}
     ours = {
         "edge_ident.control.position_loop",
         "edge_ident.diagnosis.result",
