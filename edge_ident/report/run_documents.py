@@ -14,8 +14,7 @@ from edge_ident.commissioning.study.identification_motions import CAPTURE_FILE
 from edge_ident.estimation.network import Network
 from edge_ident.report.board_answer_report import board_answer_document
 from edge_ident.report.documents import design_document, identification_document
-from edge_ident.report.gain_report import commit_document
-from edge_ident.report.promise_report import promise_document
+from edge_ident.report.promise_report import commit_document, promise_document
 from edge_ident.report.run_motions import motions_document
 from edge_ident.support.hashing import file_sha256
 from edge_ident.support.version import VERSION

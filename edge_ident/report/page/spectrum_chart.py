@@ -9,7 +9,7 @@ from scipy.signal import welch
 from edge_ident.diagnosis.measures import Traces
 from edge_ident.diagnosis.result import AxisDiagnosis
 from edge_ident.report.page.chart import Chart, Layer
-from edge_ident.report.page.scale import Scale, across
+from edge_ident.report.page.scale import Scale, across, quantile
 from edge_ident.report.page.time_charts import models
 from edge_ident.report.page.wording import digits, effort_word, unit_text
 
@@ -57,7 +57,7 @@ def spectrum_chart(key: str, axis: AxisDiagnosis) -> Chart:
 
 def _density(traces: Traces, signal: Array) -> tuple[Array, Array]:
     """Frequencies in Hz, and the square root of the power density (Welch 1967)."""
-    period_s = float(np.median(np.diff(traces.time_s)))
+    period_s = quantile(np.diff(traces.time_s), 0.5)
     length = max(16, 2 * len(signal) // _SEGMENTS)
     frequency, power = welch(signal, 1.0 / period_s, nperseg=min(length, len(signal)))
     return frequency, np.sqrt(power)
