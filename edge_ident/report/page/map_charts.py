@@ -17,9 +17,10 @@ from edge_ident.diagnosis.result import AxisDiagnosis, Cause
 from edge_ident.model.effects import named
 from edge_ident.report.page.chart import Chart, Layer
 from edge_ident.report.page.paths import PER_BIN, means
-from edge_ident.report.page.scale import Scale, across, around, quantile
+from edge_ident.report.page.scale import Scale, across, around
 from edge_ident.report.page.time_charts import models, noise_band, reach
 from edge_ident.report.page.wording import digits, effort_word, unit_text
+from edge_ident.signals.metrics import quantile
 from edge_ident.support.words import spoken
 
 Array = NDArray[np.float64]

@@ -7,9 +7,10 @@ from numpy.typing import NDArray
 
 from edge_ident.identification.result import AxisIdentification
 from edge_ident.report.page.chart import Chart, Layer
-from edge_ident.report.page.scale import Scale, across, around, quantile
+from edge_ident.report.page.scale import Scale, across, around
 from edge_ident.report.page.time_charts import reach
 from edge_ident.report.page.wording import digits, effort_word, unit_text
+from edge_ident.signals.metrics import quantile
 from edge_ident.signals.recording import Recording
 
 _INTERVALS: Final = 150

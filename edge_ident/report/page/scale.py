@@ -81,11 +81,6 @@ def around(values: Array, margin: float = 0.06) -> Scale:
     return Scale(low - room, high + room)
 
 
-def quantile(values: Array, share: float) -> float:
-    """Value below which that share of the values (N,) lies; numpy's loads masked arrays, 1 MiB."""
-    return float(np.interp(share * (len(values) - 1), np.arange(len(values)), np.sort(values)))
-
-
 def across(values: Array, kind: Literal["linear", "root", "log"] = "linear") -> Scale:
     """A scale from the lowest to the highest value, without a margin."""
     low, high = (float(np.min(values)), float(np.max(values))) if len(values) else (0.0, 1.0)

@@ -9,9 +9,10 @@ from scipy.signal import welch
 from edge_ident.diagnosis.measures import Traces
 from edge_ident.diagnosis.result import AxisDiagnosis
 from edge_ident.report.page.chart import Chart, Layer
-from edge_ident.report.page.scale import Scale, across, quantile
+from edge_ident.report.page.scale import Scale, across
 from edge_ident.report.page.time_charts import models
 from edge_ident.report.page.wording import digits, effort_word, unit_text
+from edge_ident.signals.metrics import quantile
 
 Array = NDArray[np.float64]
 

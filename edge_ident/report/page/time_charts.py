@@ -9,8 +9,9 @@ from edge_ident.diagnosis.measures import Traces
 from edge_ident.diagnosis.present.explained_variance import running_time
 from edge_ident.diagnosis.result import AxisDiagnosis
 from edge_ident.report.page.chart import Chart, Layer
-from edge_ident.report.page.scale import Scale, across, around, quantile
+from edge_ident.report.page.scale import Scale, across, around
 from edge_ident.report.page.wording import digits, effort_word, unit_text
+from edge_ident.signals.metrics import quantile
 
 Array = NDArray[np.float64]
 
