@@ -11,6 +11,9 @@ True
 """
 
 from edge_ident.support.lazy import lazy_names
+from edge_ident.support.version import VERSION
+
+__version__ = VERSION
 
 TYPE_CHECKING = False  # loading typing takes longer than all that a script's start needs
 if TYPE_CHECKING:
@@ -54,8 +57,6 @@ if TYPE_CHECKING:
     from edge_ident.support.stopwatch import Stopwatch
     from firmware_interface.board import Board
     from firmware_interface.motion import Trajectory
-
-    __version__: str
 
 __all__ = [
     "TOLERANCE",
@@ -113,7 +114,7 @@ __all__ = [
     "survey",
 ]
 
-_attribute = lazy_names(
+__getattr__ = lazy_names(
     __name__,
     {
         "TOLERANCE": "edge_ident.diagnosis.tolerance",
@@ -170,14 +171,6 @@ _attribute = lazy_names(
         "survey": "edge_ident.fleet.survey",
     },
 )
-
-
-def __getattr__(name: str) -> object:
-    if name == "__version__":
-        from importlib.metadata import version
-
-        return version("edge-ident")
-    return _attribute(name)
 
 
 def __dir__() -> list[str]:

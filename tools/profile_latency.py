@@ -121,7 +121,7 @@ def gains_cost(repetitions: int) -> tuple[float, float]:
 def network_costs(guesses: int, measurements: int, repetitions: int) -> tuple[Array, Array]:
     """Processor time of a pass by image and by efforts, ms, in turn: two (repetitions,) arrays."""
     manifest, content = load_manifest(BUILT_IN), BUILT_IN.with_name("feed_drive_fp32.onnx")
-    networks = [Network(content.read_bytes(), manifest, "fp32", g) for g in ("image", "rank_one")]
+    networks = [Network(content.read_bytes, manifest, "fp32", g) for g in ("image", "rank_one")]
     rng = np.random.default_rng(2)
     model, measured = rng.normal(size=(guesses, POINTS)), rng.normal(size=(measurements, POINTS))
     spent = np.empty((2, repetitions))
@@ -137,7 +137,7 @@ def network_costs(guesses: int, measurements: int, repetitions: int) -> tuple[Ar
 def stage_costs(repetitions: int) -> dict[Graph, float]:
     """Median processor time of the network in the identification of two axes, by graph, ms."""
     manifest, content = load_manifest(BUILT_IN), BUILT_IN.with_name("feed_drive_fp32.onnx")
-    networks = {g: Network(content.read_bytes(), manifest, "fp32", g) for g in GRAPHS}
+    networks = {g: Network(content.read_bytes, manifest, "fp32", g) for g in GRAPHS}
     spent: dict[Graph, list[float]] = {graph: [] for graph in GRAPHS}
     for seed in range(repetitions):
         recording = simulate(noise=0.02, seed=seed)

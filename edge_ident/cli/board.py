@@ -98,7 +98,7 @@ def board(
         commissioning.serve(
             pty=pty, tcp_port=tcp, bind=bind, speed=_parse_speed(speed), on_ready=ready,
             plant=hidden.plant() if hidden else None,
-            identifier=commissioning.VirtualNetwork().loaded(),
+            identifier=commissioning.VirtualNetwork(stays=True),
         )  # fmt: skip
 
 

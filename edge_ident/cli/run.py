@@ -152,7 +152,8 @@ def run(
         with shown_progress() as bars:
             outcome = commissioning.commission(board, opened.drive, loaded, plan, folder, bars)
     document = report.run_document(outcome, board.identity, loaded, folder)
-    results.show(report.outcome_view(outcome))
+    if not results.json:  # then rich is not loaded, 2 MiB
+        report.show(report.outcome_view(outcome))
     try:
         save_result_model(outcome.identification.model, outcome.captures(folder), folder, known)
         page = report.write_run_page(outcome, document, folder)

@@ -187,13 +187,12 @@ def commission(
         answer = _answer_of_board(study, first)
         with study.watch.stage("separation"):
             separation = separate(study, [first])
+        study.unload_network()
         separation, designs, change = _changed(study, plan, separation, gains_before)
         stored = plan.store and change is not None and (change.confirmed or change.unchanged)
         if stored:
             board.store()
-    conclusion = _conclude(separation.found, change, stored)
-    if change is not None and change.verification is not None:
-        conclusion += unseen_load(designs)
+    conclusion = _conclude(separation.found, change, stored, unseen_load(designs))
     log.info(conclusion)
     return Outcome(
         first.capture, separation.found, designs, gains_before, change, stored, conclusion,
@@ -293,8 +292,9 @@ def _trial(
     return Trial(study.board, wanted, before, study.observer, file, study.watch)
 
 
-def _conclude(found: Identification, change: GainChange | None, stored: bool) -> str:
+def _conclude(found: Identification, change: GainChange | None, stored: bool, load: str) -> str:
     if change is None:
         axes = [f"axis {name}" for name, axis in found.axes.items() if not axis.trusted]
         return f"not trusted: {', '.join(axes)}; nothing was written"
-    return change.conclusion + ("; the active gains are stored" if stored else "")
+    said = change.conclusion + ("; the active gains are stored" if stored else "")
+    return said if change.verification is None else said + load

@@ -40,6 +40,11 @@ _OUTPUT_MARGIN: Final = 1e-6
 class Network:
     """A network that is ready to run.
 
+    Parameters
+    ----------
+    read : callable
+        Gives the bytes of its ONNX file. They are not kept: its session has all that it needs.
+
     Attributes
     ----------
     manifest : Manifest
@@ -55,29 +60,29 @@ class Network:
     """
 
     graph: Graph = "image"
-    _rank_one: RankOneGraph | None = None
 
     def __init__(
-        self, content: bytes, manifest: Manifest, variant: Variant, graph: Graph = "image"
+        self,
+        read: Callable[[], bytes],
+        manifest: Manifest,
+        variant: Variant,
+        graph: Graph = "image",
     ) -> None:
         self.manifest = manifest
         self.variant = variant
         self.graph = graph
-        self._content = content
-        if graph == "rank_one":
-            parts = divided(content)
-            if parts is None:
-                raise ModelError(
-                    "the network does not begin with a convolution of the image",
-                    "load it for images",
-                )
-            self._rank_one = RankOneGraph(*parts)
+        self._read = read
         self.residuals_of(np.zeros((1, POINTS)), np.zeros((1, POINTS)))  # warm up
 
     @cached_property
     def sha256(self) -> str:
-        """Of the file that was loaded."""
-        return hashlib.sha256(self._content).hexdigest()
+        """Of its file."""
+        return hashlib.sha256(self._read()).hexdigest()
+
+    def unload(self) -> None:
+        """Give back the memory that it runs in; the next question loads it again."""
+        for session in ("_rank_one", "_session"):
+            vars(self).pop(session, None)
 
     def residuals_of(self, model_effort: Array, measured_effort: Array) -> Array:
         """Guess minus truth, in shares, from the efforts that an image is made of.
@@ -94,7 +99,7 @@ class Network:
         (n, 4) array
         """
         normalization = self.manifest.normalization
-        if self._rank_one is None:
+        if self.graph == "image":
             return self.residual_shares(effort_image(model_effort, measured_effort, normalization))
         measured = np.atleast_2d(measured_effort)
         return _shares(self._rank_one.run(model_effort, measured, normalization))
@@ -116,7 +121,16 @@ class Network:
 
     @cached_property
     def _session(self) -> onnxruntime.InferenceSession:
-        return open_session(self._content, _IMAGE_SHAPE)
+        return open_session(self._read(), _IMAGE_SHAPE)
+
+    @cached_property
+    def _rank_one(self) -> RankOneGraph:
+        parts = divided(self._read())
+        if parts is None:
+            raise ModelError(
+                "the network does not begin with a convolution of the image", "load it for images"
+            )
+        return RankOneGraph(*parts)
 
 
 def _shares(outputs: NDArray[np.float32]) -> Array:
@@ -167,20 +181,22 @@ def load_network(variant: Precision = "fp32", path: str | Path | None = None) ->
         folder, name = BUILT_IN.parent, BUILT_IN.stem
     manifest_path = folder / f"{name}.json"
     manifest = load_manifest(manifest_path)
-    contents = {
-        of: _checked(folder / f"{name}_{of}.onnx", manifest_path, manifest, of) for of in variants
+    files = {
+        of: partial(_checked, folder / f"{name}_{of}.onnx", manifest_path, manifest, of)
+        for of in variants
     }
 
     def passes() -> dict[Way, Callable[[], object]]:
         networks = {
-            (of, graph): Network(content, manifest, of, graph)
-            for of, content in contents.items()
-            for graph in (GRAPHS if divided(content) else GRAPHS[1:])
+            (of, graph): Network(read, manifest, of, graph)
+            for of, read in files.items()
+            for graph in (GRAPHS if divided(read()) else GRAPHS[1:])
         }
         return {way: partial(one.residuals_of, *_EFFORTS) for way, one in networks.items()}
 
-    chosen, graph = fastest(times_of({of: manifest.sha256[of] for of in variants}, passes))
-    return Network(contents[chosen], manifest, chosen, graph)
+    hashes = {of: manifest.sha256.get(of, "") for of in variants}
+    chosen, graph = fastest(times_of(hashes, passes))
+    return Network(files[chosen], manifest, chosen, graph)
 
 
 def _checked(path: Path, manifest_path: Path, manifest: Manifest, variant: Variant) -> bytes:

@@ -7,13 +7,13 @@ folder. Where a worker is lost, the cluster's scheduler gives its task to anothe
 import uuid
 import warnings
 from collections.abc import Iterable
-from importlib.metadata import version
 from itertools import islice
 from typing import Any, Final
 
 from edge_ident.errors import DataError, LinkError
 from edge_ident.fleet.analysis import analyse_content
 from edge_ident.fleet.tasks import Outcomes, Task, ended
+from edge_ident.support.version import VERSION
 
 PATIENCE_S: Final = 20
 """For the scheduler to answer, and for a first worker to appear."""
@@ -67,7 +67,7 @@ def run_on_cluster(tasks: Iterable[Task], address: str) -> Outcomes:
 
 def installed() -> str:
     """Version of edge-ident, here or wherever it is asked."""
-    return version("edge-ident")
+    return VERSION
 
 
 def _submit(client: Any, task: Task) -> Any:

@@ -7,12 +7,12 @@ and the version of edge-ident. What failed is not kept: it is tried again.
 import hashlib
 import json
 from collections.abc import Mapping
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Final
 
 from edge_ident.fleet.result import Failed, SurveyedAxis, SurveyedCause, SurveyedRecording, Value
 from edge_ident.support.json_text import to_json, write_json
+from edge_ident.support.version import VERSION
 
 SCHEMA: Final = "edge-ident/survey-recording/1"
 FOLDER: Final = "recordings"
@@ -31,7 +31,7 @@ def key_of(sha256: str, ending: str, options: Mapping[str, Any]) -> str:
     """
     parts = {
         "schema": SCHEMA,
-        "version": version("edge-ident"),
+        "version": VERSION,
         "sha256": sha256,
         "ending": ending.lower(),
         "options": options,

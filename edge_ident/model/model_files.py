@@ -13,6 +13,7 @@ from edge_ident.model.model_reading import SCHEMA, model_of, unit_of
 from edge_ident.model.supported_range import QUANTITIES
 from edge_ident.support.hashing import file_sha256
 from edge_ident.support.json_text import finite, write_json
+from edge_ident.support.version import VERSION
 
 _UNDERFLOW: Final = 1e-100
 """No deviation is as small: what is left of a parameter that a bound holds."""
@@ -134,11 +135,9 @@ def sourced_model(model: Model, files: Sequence[str | Path], known: Model | None
     >>> edge_ident.sourced_model(model, ["drive.csv"]).recordings[0].file
     'drive.csv'
     """
-    from importlib.metadata import version  # with all that reads e-mail, which most need not
-
     sources = [SourceFile(file.name, file_sha256(file)) for file in map(Path, files)]
     older = [source for source in known.recordings if source not in sources] if known else []
-    return Model(model.axes, (*sources, *older), {"edge-ident": version("edge-ident")})
+    return Model(model.axes, (*sources, *older), {"edge-ident": VERSION})
 
 
 def load_model(path: str | Path) -> Model:

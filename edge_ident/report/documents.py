@@ -18,6 +18,7 @@ from edge_ident.signals.metrics import rms
 from edge_ident.signals.recording import Recording
 from edge_ident.support.hashing import file_sha256
 from edge_ident.support.json_text import finite
+from edge_ident.support.version import VERSION
 
 if TYPE_CHECKING:
     from edge_ident.control.gain_design import GainDesign
@@ -164,8 +165,6 @@ def simulation_document(
 
     `left` tells of each axis where it leaves the range in which the model was supported.
     """
-    from importlib.metadata import version  # with all that reads e-mail, which most need not
-
     return {
         "schema": "edge-ident/simulation/1",
         "file": str(file),
@@ -186,5 +185,5 @@ def simulation_document(
             for name, axis in recording.axes.items()
             if axis.reference is not None
         },
-        "version": version("edge-ident"),
+        "version": VERSION,
     }

@@ -10,9 +10,14 @@ from rich.text import Text
 
 from edge_ident.commissioning.gains.forecast import Forecast, Forecasts
 from edge_ident.commissioning.gains.outcome import GainChange
-from edge_ident.commissioning.gains.promise import Expected
+from edge_ident.commissioning.gains.promise import Expected, Promise
 from edge_ident.report.gain_rows import gain_rows
-from edge_ident.report.promise_report import promise_document, promise_view
+from edge_ident.report.promise_report import (
+    commit_document,
+    promise_document,
+    promise_rows,
+    tried,
+)
 from edge_ident.support.json_text import finite
 from edge_ident.support.tables import FittingTable
 from firmware_interface.gains import Bank
@@ -66,18 +71,6 @@ def gain_report_document(report: GainReport) -> dict[str, Any]:
     }
 
 
-def commit_document(change: GainChange | None) -> dict[str, Any] | None:
-    """How new gains came into force; None where none were written."""
-    if change is None or change.unchanged or change.dry_run:
-        return None
-    running = change.running
-    return {
-        "running": running is not None and running.taken,
-        "jump_nm": None if running is None else dict(running.jumps_nm),
-        "refused": None if running is None or running.taken else running.result.name,
-    }
-
-
 def _axis_document(report: GainReport, axis: str) -> dict[str, Any]:
     change, forecasts = report.change, [_forecast(f[axis]) for f in report.forecasts]
     measured = _measured(change, axis)
@@ -128,6 +121,20 @@ def gain_report_view(report: GainReport) -> Group:
     if report.change:
         parts.append(Text(report.change.conclusion))
     return Group(*parts)
+
+
+def promise_view(promise: Promise) -> FittingTable:
+    """A row for every axis and motion; nothing is measured where no gains were tried."""
+    title = "tracking error promised, mrad" + ("" if tried(promise) else "; not tried")
+    table = FittingTable(title=title, title_justify="left")
+    headings = ("motion", "axis", "", "now", "after (90 %)", "measured", "kept")
+    shown = len(headings) if tried(promise) else -2
+    for heading in headings[:shown]:
+        table.add_column(heading, justify="right")
+    for *cells, kept in promise_rows(promise):
+        row: tuple[str | Text, ...] = (*cells, Text(kept, style="bold red" if kept == "no" else ""))
+        table.add_row(*row[:shown])
+    return table
 
 
 def _table(report: GainReport, axis: str) -> FittingTable:

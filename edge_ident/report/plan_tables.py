@@ -11,8 +11,8 @@ from rich.text import Text
 
 from edge_ident.drive.motion_files import motion_document
 from edge_ident.experiment.announcement import inseparable_sentence
-from edge_ident.experiment.result import AxisUse, MotionPlan, Why
-from edge_ident.support.json_text import finite
+from edge_ident.experiment.result import MotionPlan, Why
+from edge_ident.report.run_motions import uses_document
 from edge_ident.support.tables import FittingTable, plain_table
 from edge_ident.support.words import spoken
 from firmware_interface.motion import Multisine, Staircase
@@ -41,14 +41,6 @@ def plan_document(plan: MotionPlan, file: Path | None) -> dict[str, Any]:
         "margin": plan.margin,
         "loops": plan.loops,
         "tried": plan.tried,
-    }
-
-
-def uses_document(use: AxisUse) -> dict[str, dict[str, float | None]]:
-    """What a motion asks of an axis; infinite limits are null."""
-    return {
-        name: {quantity: finite(value) for quantity, value in of.items()}
-        for name, of in asdict(use).items()
     }
 
 

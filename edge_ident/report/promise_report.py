@@ -1,13 +1,11 @@
-"""What new gains promised and what was measured: a document, and a table."""
+"""What new gains promised, what was measured, and how they came into force, as documents."""
 
 from collections.abc import Iterator
 from typing import Any
 
-from rich.text import Text
-
+from edge_ident.commissioning.gains.outcome import GainChange
 from edge_ident.commissioning.gains.promise import Expected, ExpectedErrors, Promise, Promised
 from edge_ident.support.json_text import finite
-from edge_ident.support.tables import FittingTable
 
 
 def promise_document(promise: Promise | None) -> dict[str, Any] | None:
@@ -57,23 +55,21 @@ def _interval(of: Expected) -> list[float | None]:
     return [finite(of.low_rad), finite(of.high_rad)]
 
 
+def commit_document(change: GainChange | None) -> dict[str, Any] | None:
+    """How new gains came into force; None where none were written."""
+    if change is None or change.unchanged or change.dry_run:
+        return None
+    running = change.running
+    return {
+        "running": running is not None and running.taken,
+        "jump_nm": None if running is None else dict(running.jumps_nm),
+        "refused": None if running is None or running.taken else running.result.name,
+    }
+
+
 def tried(promise: Promise) -> bool:
     """Whether a motion was made with the new gains."""
     return any(of_axis.measured is not None for *_, of_axis in promise.every)
-
-
-def promise_view(promise: Promise) -> FittingTable:
-    """A row for every axis and motion; nothing is measured where no gains were tried."""
-    title = "tracking error promised, mrad" + ("" if tried(promise) else "; not tried")
-    table = FittingTable(title=title, title_justify="left")
-    headings = ("motion", "axis", "", "now", "after (90 %)", "measured", "kept")
-    shown = len(headings) if tried(promise) else -2
-    for heading in headings[:shown]:
-        table.add_column(heading, justify="right")
-    for *cells, kept in promise_rows(promise):
-        row: tuple[str | Text, ...] = (*cells, Text(kept, style="bold red" if kept == "no" else ""))
-        table.add_row(*row[:shown])
-    return table
 
 
 def promise_rows(promise: Promise) -> Iterator[tuple[str, ...]]:

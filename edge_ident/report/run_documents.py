@@ -2,7 +2,6 @@
 
 import dataclasses
 from collections.abc import Mapping
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -15,10 +14,10 @@ from edge_ident.commissioning.study.identification_motions import CAPTURE_FILE
 from edge_ident.estimation.network import Network
 from edge_ident.report.board_answer_report import board_answer_document
 from edge_ident.report.documents import design_document, identification_document
-from edge_ident.report.gain_report import commit_document
-from edge_ident.report.promise_report import promise_document
+from edge_ident.report.promise_report import commit_document, promise_document
 from edge_ident.report.run_motions import motions_document
 from edge_ident.support.hashing import file_sha256
+from edge_ident.support.version import VERSION
 from firmware_interface.board import BoardIdentity
 
 
@@ -56,7 +55,7 @@ def run_document(
         "until": None if outcome.early is None else dataclasses.asdict(outcome.early),
         "network_sha256": network.sha256,
         "board": dataclasses.asdict(identity),
-        "version": version("edge-ident"),
+        "version": VERSION,
         "timing_ms": {name: round(ms, 3) for name, ms in outcome.timing_ms.items()},
     }
 

@@ -9,9 +9,10 @@ import numpy as np
 
 from edge_ident.commissioning.study.identification_motions import IdentificationMotion
 from edge_ident.experiment.announcement import QUANTITIES, question
+from edge_ident.experiment.result import AxisUse
 from edge_ident.identification.result import AxisIdentification
-from edge_ident.report.plan_tables import uses_document
 from edge_ident.support.hashing import file_sha256
+from edge_ident.support.json_text import finite
 from edge_ident.support.words import listed, spoken
 from firmware_interface.motion import Staircase, reference
 
@@ -28,6 +29,14 @@ def motions_document(motions: Iterable[IdentificationMotion], folder: Path) -> l
         Of the run.
     """
     return [_motion(made, folder) for made in motions]
+
+
+def uses_document(use: AxisUse) -> dict[str, dict[str, float | None]]:
+    """What a motion asks of an axis; infinite limits are null."""
+    return {
+        name: {quantity: finite(value) for quantity, value in of.items()}
+        for name, of in asdict(use).items()
+    }
 
 
 def _motion(made: IdentificationMotion, folder: Path) -> dict[str, Any]:

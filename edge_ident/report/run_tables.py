@@ -9,8 +9,8 @@ from edge_ident.commissioning.gains.verification import Verification
 from edge_ident.commissioning.profile import TARGET_MS, Profile, ProfileRun, spread
 from edge_ident.commissioning.run import Outcome
 from edge_ident.commissioning.study.separation import Separation
+from edge_ident.report.gain_report import promise_view
 from edge_ident.report.identification_tables import designs_view, identification_view
-from edge_ident.report.promise_report import promise_view
 from edge_ident.report.run_motions import kind, what_for, what_it_ruled_out, what_it_showed
 from edge_ident.support.tables import FittingTable
 

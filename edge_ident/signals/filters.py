@@ -71,9 +71,10 @@ def _differentiated(
     padded, start = _pad(position - trend @ powers, cutoff_hz, period_s, odd=True, fading=fading)
     spectrum, frequency = _filtered_spectrum(padded, cutoff_hz, period_s)
     rate = 2j * np.pi * frequency
-    spectra, polynomials = np.empty((len(orders), len(rate)), complex), np.zeros((len(orders), 6))
+    spectra, polynomials = np.tile(spectrum, (len(orders), 1)), np.zeros((len(orders), 6))
     for number, order in enumerate(orders):
-        np.multiply(spectrum, rate**order, out=spectra[number])
+        for _ in range(order):  # a power of complex numbers takes six times as long
+            spectra[number] *= rate
         polynomials[number, order:] = per_second**order * _slopes(order) * trend[: 6 - order]
     # two transforms together take little longer than one
     filtered = np.fft.irfft(spectra, len(padded))[:, start : start + samples]
@@ -160,7 +161,9 @@ def _filtered_spectrum(
     padded: Array, cutoff_hz: float, period_s: float
 ) -> tuple[NDArray[np.complex128], Array]:
     frequency, response = _response(padded.shape[-1], cutoff_hz, period_s)
-    return np.fft.rfft(padded) * response, frequency
+    spectrum = np.fft.rfft(padded)
+    spectrum *= response
+    return spectrum, frequency
 
 
 def _turning(angle: float, count: int) -> NDArray[np.complex128]:

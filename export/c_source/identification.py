@@ -1,7 +1,6 @@
 """The header by which the reference firmware knows a network: its motion, as constants."""
 
 from collections.abc import Iterator
-from importlib.metadata import version
 from typing import Final
 
 import numpy as np
@@ -11,6 +10,7 @@ from edge_ident.estimation.manifest import Manifest
 from edge_ident.model.model import PARAMETERS
 from edge_ident.signals.dct import POINTS
 from edge_ident.signals.one_period import ALIGNED_HARMONICS, KnownMotion
+from edge_ident.support.version import VERSION
 from export.c_source.arrays import Array
 from export.c_source.rendering import templates
 from firmware_interface.board_identification import network_code
@@ -33,7 +33,7 @@ def identification_header(manifest: Manifest, name: str, file: str) -> str | Non
     facts = {
         "name": name,
         "file": file,
-        "version": version("edge-ident"),
+        "version": VERSION,
         "code": f"{network_code(manifest.sha256['int8']):#010x}",
         "points": POINTS,
         "parameters": len(PARAMETERS),

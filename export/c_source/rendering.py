@@ -3,12 +3,12 @@
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
-from importlib.metadata import version
 from typing import Final
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from edge_ident.model.model import PARAMETERS
+from edge_ident.support.version import VERSION
 from export.c_source.arrays import literal
 from export.c_source.layout import SourceLayer
 
@@ -80,7 +80,7 @@ def render(layers: Sequence[SourceLayer], name: str, file: str, sha256: str) -> 
         "name": name,
         "file": file,
         "sha256": sha256,
-        "version": version("edge-ident"),
+        "version": VERSION,
         "guard": name.upper(),
         "input_shape": first.input_shape,
         "pixels": math.prod(first.input_shape),

@@ -1,5 +1,6 @@
 """The board's registers as words, with access and ranges as the map says."""
 
+from array import array
 from collections.abc import Sequence
 from typing import Final
 
@@ -37,7 +38,7 @@ class RegisterFile:
     """
 
     def __init__(self, map_version: int = MAP_VERSION) -> None:
-        self._words = [0] * _END
+        self._words = array("H", bytes(2 * _END))  # a list of numbers is ten times as large
         self._values: dict[str, float] = {}  # decoded since the last word was put
         self._readable = bytearray(_END)
         self._writable = bytearray(_END)
@@ -76,11 +77,11 @@ class RegisterFile:
 
     def words(self, address: int, count: int) -> list[int]:
         """A copy."""
-        return self._words[address : address + count]
+        return self._words[address : address + count].tolist()
 
     def put_words(self, address: int, words: list[int]) -> None:
         """Set consecutive registers."""
-        self._words[address : address + len(words)] = words
+        self._words[address : address + len(words)] = array("H", words)
         self._values.clear()
 
     def spans(self, spans: Sequence[Span]) -> list[int]:

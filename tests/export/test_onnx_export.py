@@ -113,7 +113,7 @@ def test_another_function_than_torchs_is_not_exported(
     network: ResidualNetwork, model: "onnx.ModelProto"
 ) -> None:
     manifest = describe(SMALL, MOTION, {"fp32": b"", "int8": b""})
-    exported = Network(model.SerializeToString(), manifest, "fp32")
+    exported = Network(model.SerializeToString, manifest, "fp32")
     images = np.random.default_rng(1).normal(size=(4, 1, 100, 100)).astype(np.float32)
     check_parity(network, exported, images)
     torch.manual_seed(6)
@@ -143,7 +143,7 @@ def test_torch_runs_in_the_loop_as_onnxruntime_would(
 ) -> None:
     trained = Checkpoint(SMALL, MOTION, "network", SMALL.steps, 1.0, {}, {}, {}, ())
     in_torch = TorchNetwork(network, trained)
-    exported = Network(model.SerializeToString(), in_torch.manifest, "fp32")
+    exported = Network(model.SerializeToString, in_torch.manifest, "fp32")
     images = np.random.default_rng(1).normal(size=(4, 1, 100, 100)).astype(np.float32)
     np.testing.assert_allclose(
         in_torch.residual_shares(images), exported.residual_shares(images), atol=1e-4

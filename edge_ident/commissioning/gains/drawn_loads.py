@@ -105,20 +105,24 @@ def drawn_loads(
     signals = compensate_effects(recording, name, None, late_s=late_s).signals
     drawn = drawn_axis(_unlimited(grounds.model.axes[name], acting), rng)
     lasting = from_then_on(drawn, grounds.end_s.get(name))
-    during = then = _Need.of(drawn, moved, signals, name)
+    during = then = _Need.of(drawn, moved, signals, name, every)
     if lasting is not drawn:
-        then = _Need.of(lasting, moved, signals, name)
+        then = _Need.of(lasting, moved, signals, name, every)
     position = signals.grid.resampled(recording.axes[name].position)
     known = _known(signals, position, drawn, hardware.encoder_resolution_rad)
     # a motion after that of the identification begins in the state in which that one ended
     recorded = min((during, then), key=lambda need: need.misses(signals.effort, known))
     late_by_s = timing.std_samples * hardware.sample_period_s * rng.normal(size=(DRAWS, 1))
     rate = np.gradient(signals.effort, signals.period_s)[::every]
-    effort, made = signals.effort[::every] + late_by_s * rate, recorded.made[:, ::every]
-    noise = encoder_replicas(recorded.axis.parameters[0], signals, position, rng, every)
-    unexplained = drawn_unexplained(effort - made[0], known[::every], noise, rng)
+    # a row for each drive is large: none has a name that is not needed any more
+    unexplained = drawn_unexplained(
+        signals.effort[::every] + late_by_s * rate - recorded.made[0],
+        known[::every],
+        encoder_replicas(recorded.axis.parameters[0], signals, position, rng, every),
+        rng,
+    )
     # what deviations of the parameters explain is no noise: it comes back
-    unexplained += np.where(known[::every], made[0] - made[1:], 0.0)
+    unexplained += np.where(known[::every], recorded.made[0] - recorded.made[1:], 0.0)
     unexplained = np.pad(unexplained, ((0, 0), (moved.begin // every, 0)))
     # no encoder shows how friction turns round within a count: a length of unknown order
     turning = hardware.encoder_resolution_rad * _AT_ONCE ** rng.uniform(size=DRAWS)
@@ -166,29 +170,34 @@ class _Need:
     ----------
     axis : AxisModel
         Drawn.
-    made : (1 + DRAWS, N) array
-        Along the motion that was made, filtered.
+    own : (N,) array
+        Of the model's own values, along the motion that was made, filtered.
+    made : (1 + DRAWS, K) array
+        The same of all, at every so many samples.
     wanted : (1 + DRAWS, M) array
         Of the effects alone, along the motion that was to be made, the way into it included.
     """
 
     axis: AxisModel
+    own: Array
     made: Array
     wanted: Array
 
     @classmethod
-    def of(cls, axis: AxisModel, moved: Moved, signals: Signals, name: str) -> "_Need":
+    def of(cls, axis: AxisModel, moved: Moved, signals: Signals, name: str, every: int) -> "_Need":
         made = np.asarray(axis.parameters @ signals.regressor.T)
         if len(axis.terms) == 1:
             samples = len(moved.ways[name].position_rad)
-            return cls(axis, made, np.broadcast_to(0.0, (len(made), samples)))
-        along = _effects(axis, moved.motions(signals.cutoff_hz), name)
-        made += lowpass(along, signals.cutoff_hz, signals.period_s)
-        return cls(axis, made, _effects(axis, moved.wanted_motions(), name))
+            wanted: Array = np.broadcast_to(0.0, (len(made), samples))
+        else:
+            along = _effects(axis, moved.motions(signals.cutoff_hz), name)
+            made += lowpass(along, signals.cutoff_hz, signals.period_s)
+            wanted = _effects(axis, moved.wanted_motions(), name)
+        return cls(axis, made[0].copy(), made[:, ::every].copy(), wanted)
 
     def misses(self, effort: Array, known: NDArray[np.bool_]) -> float:
         """How far the model's own values are from an effort (N,)."""
-        return float(np.sum((effort - self.made[0])[known] ** 2))
+        return float(np.sum((effort - self.own)[known] ** 2))
 
 
 def _as_given(recording: Recording, name: str, effects: Sequence[Term]) -> Recording:

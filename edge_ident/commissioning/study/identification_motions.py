@@ -83,6 +83,11 @@ class Study:
         self.observer.say(line)
         log.info(line)
 
+    def unload_network(self) -> None:
+        """Give the network's memory to what follows: it is hardly ever asked again, but can be."""
+        if self.network is not None:
+            self.network.unload()
+
 
 @dataclass(frozen=True)
 class IdentificationMotion:

@@ -20,6 +20,7 @@ from edge_ident.report.page.paths import PER_BIN, means
 from edge_ident.report.page.scale import Scale, across, around
 from edge_ident.report.page.time_charts import models, noise_band, reach
 from edge_ident.report.page.wording import digits, effort_word, unit_text
+from edge_ident.signals.metrics import quantile
 from edge_ident.support.words import spoken
 
 Array = NDArray[np.float64]
@@ -84,7 +85,7 @@ def cause_chart(key: str, name: str, axes: Axes, cause: Cause) -> Chart:
     over = _best_view(name, axes, cause, part)
     valid, word = traces.valid, effort_word(axis.model.effort_unit)
     x, effect = over.values[valid], spoken(cause.term.effect)
-    low, high = np.quantile(part[valid], (0.005, 0.995)) if np.any(valid) else (0.0, 0.0)
+    low, high = _most(part[valid]) if np.any(valid) else (0.0, 0.0)
     return Chart(
         key,
         f"What the cause explains: {effect}, over {over.name}",
@@ -121,7 +122,12 @@ def _best_view(name: str, axes: Axes, cause: Cause, part: Array) -> Quantity:
 
 def _most_of(values: Array) -> Scale:
     """A scale that shows zero and all but the farthest values."""
-    return around(np.quantile(np.append(values, 0.0), (0.005, 0.995)), margin=0.15)
+    return around(np.array(_most(np.append(values, 0.0))), margin=0.15)
+
+
+def _most(values: Array) -> tuple[float, float]:
+    """Ends of an interval with all but the farthest values."""
+    return quantile(values, 0.005), quantile(values, 0.995)
 
 
 def residual_charts(key: str, name: str, axes: Axes) -> list[tuple[Chart, ...]]:

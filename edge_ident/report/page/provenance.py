@@ -4,10 +4,10 @@ import shlex
 import sys
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from importlib.metadata import version
 from pathlib import Path
 
 from edge_ident.support.hashing import file_sha256
+from edge_ident.support.version import VERSION
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class Provenance:
         """Provenance of what this process makes of some recordings."""
         typed = shlex.join([Path(sys.argv[0]).name, *_discreet(sys.argv[1:])])
         judged = _hashed(validation) if validation else None
-        return cls(tuple(map(_hashed, files)), typed, version("edge-ident"), judged)
+        return cls(tuple(map(_hashed, files)), typed, VERSION, judged)
 
 
 def _discreet(words: Sequence[str]) -> list[str]:

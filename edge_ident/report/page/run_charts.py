@@ -10,6 +10,7 @@ from edge_ident.report.page.chart import Chart, Layer
 from edge_ident.report.page.scale import Scale, across, around
 from edge_ident.report.page.time_charts import reach
 from edge_ident.report.page.wording import digits, effort_word, unit_text
+from edge_ident.signals.metrics import quantile
 from edge_ident.signals.recording import Recording
 
 _INTERVALS: Final = 150
@@ -95,4 +96,4 @@ def identified_charts(key: str, axis: AxisIdentification) -> list[Chart]:
 
 def _gaps(time_s: NDArray[np.float64]) -> NDArray[np.bool_]:
     steps = np.diff(time_s)
-    return np.asarray(steps > _GAP * np.median(steps))
+    return np.asarray(steps > _GAP * quantile(steps, 0.5))

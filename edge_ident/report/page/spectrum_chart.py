@@ -12,6 +12,7 @@ from edge_ident.report.page.chart import Chart, Layer
 from edge_ident.report.page.scale import Scale, across
 from edge_ident.report.page.time_charts import models
 from edge_ident.report.page.wording import digits, effort_word, unit_text
+from edge_ident.signals.metrics import quantile
 
 Array = NDArray[np.float64]
 
@@ -57,7 +58,7 @@ def spectrum_chart(key: str, axis: AxisDiagnosis) -> Chart:
 
 def _density(traces: Traces, signal: Array) -> tuple[Array, Array]:
     """Frequencies in Hz, and the square root of the power density (Welch 1967)."""
-    period_s = float(np.median(np.diff(traces.time_s)))
+    period_s = quantile(np.diff(traces.time_s), 0.5)
     length = max(16, 2 * len(signal) // _SEGMENTS)
     frequency, power = welch(signal, 1.0 / period_s, nperseg=min(length, len(signal)))
     return frequency, np.sqrt(power)

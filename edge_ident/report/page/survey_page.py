@@ -3,7 +3,6 @@
 import shlex
 import sys
 from dataclasses import dataclass
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Final
 
@@ -22,6 +21,7 @@ from edge_ident.report.survey_wording import (
     conclusion,
     difference_words,
 )
+from edge_ident.support.version import VERSION
 
 _PARTS: Final = {
     "inertia": "What the axis carries, and what couples the motor to it.",
@@ -81,9 +81,7 @@ def write_survey_page(survey: Survey, document: dict[str, Any], folder: Path) ->
         "table": _table(survey),
         "judged": JUDGED,
         "left_out": survey.left_out,
-        "provenance": Provenance(
-            (), shlex.join([Path(sys.argv[0]).name, *sys.argv[1:]]), version("edge-ident")
-        ),
+        "provenance": Provenance((), shlex.join([Path(sys.argv[0]).name, *sys.argv[1:]]), VERSION),
     }
     return write_html("survey.html.jinja", content, document, folder)
 

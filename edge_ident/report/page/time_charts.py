@@ -11,6 +11,7 @@ from edge_ident.diagnosis.result import AxisDiagnosis
 from edge_ident.report.page.chart import Chart, Layer
 from edge_ident.report.page.scale import Scale, across, around
 from edge_ident.report.page.wording import digits, effort_word, unit_text
+from edge_ident.signals.metrics import quantile
 
 Array = NDArray[np.float64]
 
@@ -103,7 +104,7 @@ def noise_band(axis: AxisDiagnosis) -> Layer:
 def reach(values: Array) -> float:
     """Half the height of a chart that shows all but the farthest values."""
     finite = np.abs(values[np.isfinite(values)])
-    return 1.3 * float(np.quantile(np.append(finite, 0.0), 0.995)) or 1.0
+    return 1.3 * quantile(np.append(finite, 0.0), 0.995) or 1.0
 
 
 def broken(traces: Traces, signal: Array) -> Array:

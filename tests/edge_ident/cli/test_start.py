@@ -78,7 +78,7 @@ print(json.dumps(found), file=sys.stderr)
 def test_sound_axes_load_nothing_of_effects_boards_and_diagnoses(identified: dict) -> None:
     loaded = set(identified["loaded"])
     assert {"edge_ident.identification.answer", "edge_ident.estimation.network"} <= loaded
-    beside = {"logging", "tomllib", "numpy.ma", "numpy.random", "rich", "jinja2", "scipy"}
+    beside = {"email", "logging", "tomllib", "numpy.ma", "numpy.random", "rich", "jinja2", "scipy"}
     ours = {
         "edge_ident.control.position_loop",
         "edge_ident.diagnosis.result",
@@ -94,3 +94,30 @@ def test_sound_axes_load_nothing_of_effects_boards_and_diagnoses(identified: dic
 def test_no_garbage_is_looked_for_while_a_command_loads_and_ends(identified: dict) -> None:
     assert identified["looks"] == 0
     assert identified["frozen"] > 0
+
+
+def test_a_run_for_a_program_loads_what_it_needs_and_keeps_no_network(tmp_path: Path) -> None:
+    source = f"""
+import gc, sys
+from edge_ident import report
+from edge_ident.__main__ import main
+document, sessions = report.run_document, []
+def counted(*given):
+    sessions.append(sum(type(one).__name__ == "InferenceSession" for one in gc.get_objects()))
+    return document(*given)
+report.run_document = counted
+sys.argv = ["edge-ident", "run", "--device", "virtual", "--output", {str(tmp_path)!r}, "--json"]
+stdout, sys.stdout = sys.stdout, sys.stderr
+try:
+    main()
+except SystemExit as end:
+    assert not end.code, end.code
+print(sessions, *sys.modules, file=stdout)
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", source], capture_output=True, text=True, check=True
+    )
+    sessions, *loaded = done.stdout.split()
+    assert (tmp_path / "report.html").exists()
+    assert not {"rich", "email", "numpy.ma", "scipy"} & set(loaded)
+    assert sessions == "[0]"

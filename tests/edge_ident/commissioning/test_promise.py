@@ -35,7 +35,8 @@ from edge_ident.drive.description import load_drive
 from edge_ident.drive.motions import named_trajectory
 from edge_ident.errors import BoardError
 from edge_ident.model.model import Estimate, Model, base_axis
-from edge_ident.report.promise_report import promise_document, promise_view
+from edge_ident.report.gain_report import promise_view
+from edge_ident.report.promise_report import promise_document
 from edge_ident.signals.filters import differentiate
 from edge_ident.signals.recording import AxisRecord, Recording
 from edge_ident.simulation.loop_response import Loads, tracking_errors

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from edge_ident.commissioning.run import Outcome, Plan, commission
-from edge_ident.report.gain_report import commit_document
+from edge_ident.report.promise_report import commit_document
 from firmware_interface.board import Board
 from firmware_interface.registers import AXES, State
 from firmware_interface.virtual.board import VirtualBoard

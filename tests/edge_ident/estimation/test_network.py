@@ -68,6 +68,21 @@ def test_residuals_stay_finite_where_the_sigmoid_has_saturated(folder: Path) -> 
         assert np.all(sign * residual > 10.0)
 
 
+def test_a_network_that_gave_its_memory_back_answers_the_same_from_the_same_file_alone(
+    folder: Path,
+) -> None:
+    path = folder / "small_fp32.onnx"
+    network, content = load_network(path=path), path.read_bytes()
+    image = np.full((1, 1, 100, 100), 0.25, np.float32)
+    before = network.residual_shares(image)
+    network.unload()
+    np.testing.assert_array_equal(network.residual_shares(image), before)
+    network.unload()
+    path.write_bytes(content[:-1])
+    with pytest.raises(ModelError, match="has the wrong hash"):
+        network.residual_shares(image)
+
+
 def test_one_changed_byte_fails_the_hash(folder: Path) -> None:
     path = folder / "small_fp32.onnx"
     content = bytearray(path.read_bytes())

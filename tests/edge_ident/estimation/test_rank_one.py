@@ -1,6 +1,7 @@
 """From both efforts, the network answers what it answers from their image."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -28,7 +29,7 @@ def content(variant: Variant = "fp32") -> bytes:
 
 def network(variant: Variant, normalization: Normalization = "effort-scale") -> Network:
     manifest = replace(load_manifest(BUILT_IN), normalization=normalization)
-    return Network(content(variant), manifest, variant, "rank_one")
+    return Network(partial(content, variant), manifest, variant, "rank_one")
 
 
 def efforts(seed: int, starts: int, measured: int) -> tuple[Array, Array]:
@@ -60,6 +61,13 @@ def test_pairs_of_efforts_give_what_their_images_give(
     model, effort = efforts(1, starts, measured)
     images = effort_image(model, effort, normalization)
     assert_alike(outputs(read.residuals_of(model, effort)), outputs(read.residual_shares(images)))
+
+
+def test_a_network_that_gave_its_memory_back_is_loaded_again() -> None:
+    read = network("fp32")
+    before = read.residuals_of(*efforts(1, 2, 2))
+    read.unload()
+    np.testing.assert_array_equal(read.residuals_of(*efforts(1, 2, 2)), before)
 
 
 def test_many_starts_share_one_measurement() -> None:

@@ -108,6 +108,6 @@ def test_where_no_cluster_answers_the_next_step_starts_one(
 def test_a_cluster_without_edge_ident_is_refused(
     cluster: Cluster, fleet: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(on_cluster, "version", lambda name: "0.0.0")
+    monkeypatch.setattr(on_cluster, "VERSION", "0.0.0")
     with pytest.raises(edge_ident.DataError, match=r"another edge-ident"):
         edge_ident.survey(fleet, cluster=cluster.address)
