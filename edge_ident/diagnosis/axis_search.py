@@ -9,6 +9,7 @@ from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.recording_checks import findings
 from edge_ident.diagnosis.select.hidden_delay import delayed_data
 from edge_ident.diagnosis.select.judgement import Judgement, Rules, judge
+from edge_ident.diagnosis.select.own_friction import own_friction_data
 from edge_ident.diagnosis.select.selection import Selected, selected_deeper, selected_model
 from edge_ident.diagnosis.select.shift_again import adequate_data, data_beside_causes
 from edge_ident.diagnosis.verdict import Verdict
@@ -94,10 +95,11 @@ def search_axis(
 
 
 def _selected(data: AxisData, known: AxisModel) -> Selected:
-    """What is selected where the effort is shifted as it is beside the causes that were found."""
+    """What is selected where recordings may have friction of their own, and where the effort is
+    shifted as it is beside the causes that were found."""
     selected = selected_model(data, known)
-    for shifted in (data_beside_causes, delayed_data):
-        moved = shifted(selected)
+    for other in (own_friction_data, data_beside_causes, delayed_data):
+        moved = other(selected)
         if moved is not None:
             again = selected_model(moved, known, selected.search)
             timed = again.late or not moved.late

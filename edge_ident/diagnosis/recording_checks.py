@@ -11,7 +11,7 @@ from edge_ident.diagnosis.fit.candidates import base_regressor
 from edge_ident.diagnosis.fit.feedback_law import feedback_law
 from edge_ident.diagnosis.fit.fitting import FittedModel
 from edge_ident.diagnosis.fit.noise_floor import NoiseFloor
-from edge_ident.diagnosis.own_offsets import own_offsets
+from edge_ident.diagnosis.own_values import own_values
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.segment import Segment
 from edge_ident.diagnosis.tolerance import TOLERANCE
@@ -78,7 +78,7 @@ def findings(
     if not any(finding.blocks for finding in found):
         found += _unphysical(data, columns, extended)
     found += _narrow_excitation(data)
-    found += own_offsets(recordings, name, data, extended)
+    found += own_values(recordings, name, data, extended)
     return tuple({finding.code: finding for finding in reversed(found)}.values())[::-1]
 
 

@@ -57,9 +57,9 @@ class FittedModel:
     axis : AxisModel
     base : (4,) array
         Base parameters.
-    own : (2·R - 1,) array
+    own : (R + K·(R - 1),) array
         What each of R recordings has of its own: its further shift in s, beyond what its
-        preparation took out; then the offset of each but the last, above that of the last.
+        preparation took out; then K parameters of each but the last, above those of the last.
     terms : tuple of FittedTerm
         Terms that the diagnosis added.
     predicted : (n,) array

@@ -1,7 +1,8 @@
-"""What each of several recordings has of its own beside the common model: a shift, and an offset.
+"""What each of several recordings has of its own beside the common model: a shift, and base
+parameters that differ from day to day.
 
-Between two days, bearings warm up and sensors are tared. A model with one offset would have to
-explain the difference by causes.
+Bearings warm up, and sensors are tared. A model with one offset would have to explain the
+difference by causes.
 """
 
 from collections.abc import Hashable
@@ -17,28 +18,27 @@ from edge_ident.model.model import PARAMETERS
 Array = NDArray[np.float64]
 
 _KEY: Final[Hashable] = "own columns"
-_OFFSET: Final = PARAMETERS.index("offset")
 
 
 def own_columns(data: AxisData) -> Array:
-    """Columns (n, 2·R - 1) for R recordings, computed once for the data.
+    """Columns (n, R + K·(R - 1)) for R recordings and their K own parameters, computed once.
 
-    First what a further shift of each adds to the effort, per s. Then an offset of each but the
-    last, above that of the last. The offset of the base model is the mean over all samples.
+    First what a further shift of each adds to the effort, per s. Then each own parameter of each
+    recording but the last, above that of the last. The base model has the means over all samples.
     """
     if _KEY not in data.cache:
-        ones = base_regressor(data)[:, _OFFSET]
         inside = [data.recording == k for k in range(len(data.segments) - 1)]
-        offsets = [(here - np.mean(here)) * ones for here in inside]
-        data.cache[_KEY] = np.column_stack([data.timing_columns, *offsets])
+        columns = (base_regressor(data)[:, PARAMETERS.index(name)] for name in data.own)
+        own = [(here - np.mean(here)) * column for column in columns for here in inside]
+        data.cache[_KEY] = np.column_stack([data.timing_columns, *own])
     return data.cache[_KEY]
 
 
 def own_limits(data: AxisData, *, shifted: bool) -> tuple[Array, Array]:
-    """Lowest and highest values (2·R - 1,) of the same.
+    """Lowest and highest values (R + K·(R - 1),) of the same.
 
     Where a delay carries the whole shift, `shifted` is False, and there is no further one.
     """
     early, late = data.timing_limits
-    offsets = np.full(len(data.segments) - 1, np.inf)
-    return np.append(early * shifted, -offsets), np.append(late * shifted, offsets)
+    free = np.full(len(data.own) * (len(data.segments) - 1), np.inf)
+    return np.append(early * shifted, -free), np.append(late * shifted, free)

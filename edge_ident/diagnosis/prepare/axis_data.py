@@ -40,6 +40,8 @@ class AxisData:
         Number of the block of time, for cross-validation and for the bootstrap.
     late : bool
         Whether one is late by more than a controller's timing can be. Then all stay as they are.
+    own : tuple of str
+        Base parameters of which each recording has a value of its own.
     cache : dict
         Regressors that were computed before.
     results : dict
@@ -51,6 +53,7 @@ class AxisData:
     valid: NDArray[np.bool_]
     block: NDArray[np.intp]
     late: bool
+    own: tuple[str, ...] = ("offset",)
     cache: dict[object, Array] = field(default_factory=dict, compare=False)
     results: dict[object, Any] = field(default_factory=dict, compare=False, init=False)
 

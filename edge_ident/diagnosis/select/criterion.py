@@ -124,8 +124,9 @@ class Criterion:
         return {c: 2.0 * math.log(effects * _count(grid)) for c, grid in self.grids.items()}
 
     def _penalties(self, fitted: FittedModel) -> float:
-        """Penalties of all added terms."""
-        total = 0.0
+        """Penalties of all added terms, and of what recordings have of their own but an offset."""
+        others = len(self.data.segments) - 1
+        total = (len(self.data.own) - 1) * others * math.log(self.samples)
         for t in fitted.terms:
             total += self.penalty(t.candidate)
             if named(t.candidate.effect).overrides("withheld"):

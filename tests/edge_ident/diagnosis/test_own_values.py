@@ -1,4 +1,6 @@
-"""Recordings of two days have an offset each, and no cause for the difference."""
+"""Recordings of two days may differ in offset and in friction, and that is no cause."""
+
+import re
 
 import numpy as np
 import pytest
@@ -17,13 +19,14 @@ RATES = 2.0 * np.pi * np.array([0.11, 0.23, 0.37, 0.61, 0.89])
 OFFSETS = (0.2, 0.05, 0.2)
 
 
-def day(number: int, *, seconds: float, bend: float = 0.0) -> Recording:
-    """Five sines of random phase, with the day's offset and friction that bends."""
+def day(number: int, *, seconds: float, bend: float = 0.0, friction: float = 1.0) -> Recording:
+    """Five sines of random phase, with the day's offset and friction, and friction that bends."""
     rng = np.random.default_rng(number)
     t = np.arange(0.0, seconds, PERIOD_S)
     angle = RATES * t[:, None] + rng.uniform(0.0, 2.0 * np.pi, len(RATES))
     x, v, a = (np.sin(angle) / RATES).sum(1), np.cos(angle).sum(1), -(RATES * np.sin(angle)).sum(1)
-    effort = 0.5 * a + 0.8 * v + 1.1 * np.sign(v) + OFFSETS[number] + bend * v * np.abs(v)
+    effort = 0.5 * a + friction * (0.8 * v + 1.1 * np.sign(v) + bend * v * np.abs(v))
+    effort += OFFSETS[number]
     effort += NOISE * rng.standard_normal(len(t))
     axis = AxisRecord(np.round(x / 1e-5) * 1e-5, effort, "rad", "N*m")
     return Recording(t, {"x": axis}, f"{number}.csv")
@@ -33,8 +36,8 @@ def diagnosed(*recordings: Recording) -> AxisDiagnosis:
     return diagnose(recordings, stability=False).axes["x"]
 
 
-def said(axis: AxisDiagnosis) -> list[str]:
-    return [finding.message for finding in axis.findings if finding.code == "offsets_differ"]
+def said(axis: AxisDiagnosis, code: str = "offsets_differ") -> list[str]:
+    return [finding.message for finding in axis.findings if finding.code == code]
 
 
 def test_a_sound_axis_stays_sound_though_its_offset_changed() -> None:
@@ -64,3 +67,27 @@ def test_a_cause_of_both_days_is_found_and_nothing_else() -> None:
 
 def test_one_recording_has_one_offset() -> None:
     assert not said(diagnosed(day(0, seconds=15.0)))
+
+
+def test_friction_that_changed_over_night_is_said_and_no_payload() -> None:
+    axis = diagnosed(day(0, seconds=15.0, friction=0.95), day(2, seconds=15.0))
+    assert axis.verdict is Verdict.ADEQUATE
+    assert axis.causes == ()
+    (message,) = said(axis, "friction_differs")
+    (share,) = re.findall(r"coulomb friction ([+-][0-9.]+)%", message)
+    assert float(share) == pytest.approx(-5.1, abs=0.5), "of the mean friction"
+    assert axis.model.parameters[:3] == pytest.approx([0.5, 0.78, 1.0725], rel=0.01)
+
+
+def test_a_cause_is_found_beside_friction_of_two_days() -> None:
+    days = [day(0, seconds=15.0, bend=0.2, friction=0.95), day(2, seconds=15.0, bend=0.2)]
+    axis = diagnosed(*days)
+    assert axis.verdict is Verdict.EXPLAINED
+    assert [cause.term.effect for cause in axis.causes] == ["nonlinear_viscous"]
+    assert said(axis, "friction_differs")
+
+
+def test_friction_of_one_machine_is_one() -> None:
+    """What the base model lacks is another error in each motion, and no friction of its own."""
+    slow, fast = day(0, seconds=15.0, bend=0.2), day(1, seconds=15.0, bend=0.2)
+    assert not said(diagnosed(slow, fast), "friction_differs")

@@ -1,0 +1,40 @@
+"""Whether each of several recordings has friction of its own.
+
+Friction changes with the temperature, by some percent from day to day. A model with one friction
+would have to explain the difference: by a payload that changes, for example.
+"""
+
+from dataclasses import replace
+from typing import Final
+
+from edge_ident.diagnosis.fit.fitting import fit
+from edge_ident.diagnosis.prepare.axis_data import AxisData
+from edge_ident.diagnosis.select.hidden_delay import causes_in_turn
+from edge_ident.diagnosis.select.selection import Selected, fitted_base
+from edge_ident.diagnosis.select.thresholds import DECISIVE
+
+OWN: Final = ("offset", "viscous_friction", "coulomb_friction")
+
+
+def own_friction_data(selected: Selected) -> AxisData | None:
+    """The data of an axis with friction of their own for its recordings.
+
+    Parameters
+    ----------
+    selected : Selected
+
+    Returns
+    -------
+    AxisData or None
+        None where that, with a part of the causes, explains no more than the selected model.
+    """
+    search, start, data = selected.search, selected.start, selected.search.data
+    if len(data.segments) < 2:
+        return None
+    moved = replace(data, own=OWN, cache={})
+    criterion = replace(search.criterion, data=moved, start=fitted_base(moved, start.template))
+    least = search.criterion.value(selected.supported.model) - DECISIVE.value
+    for beside in causes_in_turn(selected, none=True):
+        if criterion.value(fit(moved, start.template, start.base, beside)) < least:
+            return moved
+    return None
