@@ -101,8 +101,7 @@ def drawn_loads(
     delay_s, acting = without_delay(grounds.model.axes[name].terms[1:])
     recording = _as_given(moved.recording, name, acting)
     timing = grounds.timing.get(name, NO_SHIFT)
-    late_s = timing.shift_s + delay_s
-    signals = compensate_effects(recording, name, None, late_s=late_s).signals
+    signals = compensate_effects(recording, name, None, late_s=timing.shift_s + delay_s).signals
     drawn = drawn_axis(_unlimited(grounds.model.axes[name], acting), rng)
     lasting = from_then_on(drawn, grounds.end_s.get(name))
     during = then = _Need.of(drawn, moved, signals, name, every)
@@ -112,11 +111,10 @@ def drawn_loads(
     known = _known(signals, position, drawn, hardware.encoder_resolution_rad)
     # a motion after that of the identification begins in the state in which that one ended
     recorded = min((during, then), key=lambda need: need.misses(signals.effort, known))
-    late_by_s = timing.std_samples * hardware.sample_period_s * rng.normal(size=(DRAWS, 1))
-    rate = np.gradient(signals.effort, signals.period_s)[::every]
     # a row for each drive is large: none has a name that is not needed any more
     unexplained = drawn_unexplained(
-        signals.effort[::every] + late_by_s * rate - recorded.made[0],
+        _late(signals, timing.std_samples * hardware.sample_period_s, rng, every)
+        - recorded.made[0],
         known[::every],
         encoder_replicas(recorded.axis.parameters[0], signals, position, rng, every),
         rng,
@@ -129,14 +127,20 @@ def drawn_loads(
     # fewer samples span a narrower band, in which the noise must have the same density
     count = hardware.encoder_resolution_rad / math.sqrt(every)
     encoder = count * rng.uniform(-0.5, 0.5, unexplained.shape)
-    first = moved.begin % every
 
     def loads(need: _Need) -> Loads:
-        beside = need.wanted[1:, first::every] + unexplained
+        beside = need.wanted[1:, moved.begin % every :: every] + unexplained
         return Loads(need.axis.parameters[1:], beside, turning, encoder)
 
     in_recording = loads(recorded)
     return in_recording, in_recording if during is then else _either(loads(during), loads(then))
+
+
+def _late(signals: Signals, std_s: float, rng: np.random.Generator, every: int) -> Array:
+    """Effort (DRAWS, K) with as many shifts, at every so many samples."""
+    by_s = std_s * rng.normal(size=(DRAWS, 1))
+    rate = np.gradient(signals.effort, signals.period_s)[::every]
+    return np.asarray(signals.effort[::every] + by_s * rate)
 
 
 def _known(
