@@ -79,6 +79,6 @@ def _certain(
     each = [(parameter, r.source) for parameter in data.own for r in recordings[:-1]]
     for place, (parameter, source) in zip(places, each, strict=True):
         value = float(model.linear_parameters[place])
-        largest = float(np.max(np.abs(columns[:, place]))) * abs(value)
-        if abs(value) > CERTAIN * std[place] and largest > TOLERANCE * scale:
+        size = abs(value) * rms(columns[:, PARAMETERS.index(parameter)])
+        if abs(value) > CERTAIN * std[place] and size > TOLERANCE * scale:
             yield parameter, source, value
