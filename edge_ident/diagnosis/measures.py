@@ -133,6 +133,9 @@ class Validation:
         Of the base model, and of the extended model with what carries over.
     as_found : float
         Of the extended model as the other recordings alone give it.
+    friction_anew : (float, float)
+        Of base and extended model with friction fitted to that recording, too: it changes with the
+        temperature.
     causes : tuple of CarriedCause
         Of that model.
     """
@@ -140,4 +143,5 @@ class Validation:
     base: float
     extended: float
     as_found: float
+    friction_anew: tuple[float, float]
     causes: tuple[CarriedCause, ...] = ()

@@ -35,6 +35,7 @@ from edge_ident.diagnosis.select.acceptance import structure_left
 from edge_ident.diagnosis.select.backward_elimination import SupportedModel
 from edge_ident.diagnosis.select.causes import causes, strongest_first
 from edge_ident.diagnosis.select.own_effort import base_space, own_shares
+from edge_ident.diagnosis.select.physics import FRICTION
 from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.model.effects import named
 from edge_ident.model.model import BASE, PARAMETERS, POSITIVE, AxisModel
@@ -182,8 +183,14 @@ def carry_over(data: AxisData, other: AxisData, base: FittedModel, model: Fitted
         found, left = doubtful[worst].without, doubtful[worst].residual
         kept = tuple(k for k in kept if k != worst)
     scale = nonzero_rms(other.effort[other.valid])
+    anew = sorted({*_anew(found), *map(PARAMETERS.index, FRICTION)})
+    of_base, of_found = (rms(_residual(other, m, anew)) / scale for m in (base, found))
     validation = Validation(
-        rms(start) / scale, rms(left) / scale, rms(as_found) / scale, tuple(judged.values())
+        rms(start) / scale,
+        rms(left) / scale,
+        rms(as_found) / scale,
+        (of_base, of_found),
+        tuple(judged.values()),
     )
     return Carried(found, kept, validation)
 

@@ -101,10 +101,17 @@ def _fit(fit: ModelFit, axis: AxisModel) -> dict[str, Any]:
     }
 
 
+def _seen_there(residual: float, friction_anew: float) -> dict[str, float]:
+    return {
+        "relative_residual": residual,
+        "relative_residual_with_friction_anew": friction_anew,
+    }
+
+
 def _validation(validation: Validation) -> dict[str, Any]:
     return {
-        "base": {"relative_residual": validation.base},
-        "extended": {"relative_residual": validation.extended},
+        "base": _seen_there(validation.base, validation.friction_anew[0]),
+        "extended": _seen_there(validation.extended, validation.friction_anew[1]),
         "as_found": {"relative_residual": validation.as_found},
         "causes": [
             {

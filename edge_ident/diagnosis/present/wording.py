@@ -174,19 +174,23 @@ def before_and_after(
     axis: AxisDiagnosis, validation: Validation | None
 ) -> list[tuple[str, str, str]]:
     """Rows that compare the base and the extended model: label, base, extended."""
-    base = _described(axis.base, validation.base if validation else None, axis.model)
-    extended = _described(axis.extended, validation.extended if validation else None, axis.model)
+    there: list[tuple[float, ...]] = [(), ()]
+    if validation is not None:
+        residuals = validation.base, validation.extended
+        there = list(zip(residuals, validation.friction_anew, strict=True))
+    base = _described(axis.base, there[0], axis.model)
+    extended = _described(axis.extended, there[1], axis.model)
     return [(label, cell, extended[label]) for label, cell in base.items()]
 
 
-def _described(fit: ModelFit, validated: float | None, axis: AxisModel) -> dict[str, str]:
-    """Cells of one model by label; `validated` is its residual on the validation recording."""
+def _described(fit: ModelFit, validated: tuple[float, ...], axis: AxisModel) -> dict[str, str]:
+    """Cells of one model by label; `validated` are its residuals on the validation recording."""
     cells = {
         "relative residual, fitted": percent(fit.fitted),
         "relative residual, held out": percent(fit.held_out),
     }
-    if validated is not None:
-        cells["relative residual, validation"] = percent(validated)
+    labels = ("relative residual, validation", "the same, its own friction")
+    cells |= {label: percent(value) for label, value in zip(labels, validated, strict=False)}
     moved = "not simulated" if fit.motion_error is None else f"{fit.motion_error:.3g}"
     cells |= {
         "fit": f"{fit.metric.fit:.4f}",

@@ -10,10 +10,11 @@ from typing import Final
 from edge_ident.diagnosis.fit.fitting import fit
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.select.hidden_delay import causes_in_turn
+from edge_ident.diagnosis.select.physics import FRICTION
 from edge_ident.diagnosis.select.selection import Selected, fitted_base
 from edge_ident.diagnosis.select.thresholds import DECISIVE
 
-OWN: Final = ("offset", "viscous_friction", "coulomb_friction")
+OWN: Final = ("offset", *FRICTION)
 
 
 def own_friction_data(selected: Selected) -> AxisData | None:

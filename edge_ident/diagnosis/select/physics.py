@@ -19,7 +19,8 @@ from edge_ident.signals.metrics import rms
 
 Array = NDArray[np.float64]
 
-_FRICTION: Final = ("viscous_friction", "coulomb_friction")
+FRICTION: Final = ("viscous_friction", "coulomb_friction")
+"""Base parameters that take power."""
 
 
 def unphysical(data: AxisData, model: FittedModel, tolerance: float) -> str | None:
@@ -45,7 +46,7 @@ def unphysical(data: AxisData, model: FittedModel, tolerance: float) -> str | No
     sizes = np.abs(optimum) * [rms(column) for column in jacobian.T]
     for name, value, std, size in zip(PARAMETERS[:3], optimum, deviations, sizes, strict=False):
         certain = value < -NEGATIVE.value * std and size > tolerance
-        if certain and not (shared and name in _FRICTION):
+        if certain and not (shared and name in FRICTION):
             return (
                 f"with it the best fit has a negative {name.replace('_', ' ')}, "
                 f"{value:.3g} ± {std:.2g}, which no machine has"
@@ -57,7 +58,7 @@ def _driving_friction(
     data: AxisData, model: FittedModel, optimum: Array, jacobian: Array
 ) -> str | None:
     """Whether friction as a whole drives the motion, slow or fast."""
-    columns = [PARAMETERS.index(name) for name in _FRICTION]
+    columns = [PARAMETERS.index(name) for name in FRICTION]
     for k, t in enumerate(model.terms):
         if named(t.candidate.effect).search.shares_friction:
             columns += range(*model.columns_of(k).indices(jacobian.shape[1]))

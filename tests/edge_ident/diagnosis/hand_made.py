@@ -130,4 +130,6 @@ def diagnosis(*, doubtful: bool = False, unexplained: bool = False) -> Diagnosis
     if unexplained:
         axes["y"] = replace(axis(Verdict.UNEXPLAINED, ripple()), noise_floor=0.002)
     finding = DataFinding("uneven_sampling", "x", "stamps stray by 0.3 sampling periods")
-    return Diagnosis(axes, (finding,) if doubtful else (), {"x": Validation(0.12, 0.04, 0.05)})
+    return Diagnosis(
+        axes, (finding,) if doubtful else (), {"x": Validation(0.12, 0.04, 0.05, (0.11, 0.03))}
+    )

@@ -24,6 +24,7 @@ def session(
     push: float = 0.0,
     offset: float = 0.2,
     ripple: float = 0.15,
+    friction: float = 1.0,
     cold: float = 0.0,
     lasts_s: float = 4.0,
     period_s: float = PERIOD_S,
@@ -34,7 +35,7 @@ def session(
     rate = 2.0 * np.pi * np.array([0.11, 0.23, 0.37, 0.61, 0.89])
     angle = rate * t[:, None] + rng.uniform(0.0, 2.0 * np.pi, 5)
     x, v, a = (np.sin(angle) / rate).sum(1), np.cos(angle).sum(1), -(rate * np.sin(angle)).sum(1)
-    effort = 0.5 * a + 0.8 * v + 1.1 * np.sign(v) + offset
+    effort = 0.5 * a + friction * (0.8 * v + 1.1 * np.sign(v)) + offset
     effort += ripple * np.sin(2.0 * np.pi * x / RIPPLE_M) + spring * x
     effort += cold * np.exp(-t / lasts_s) * v
     effort += push * np.exp(-(((t - 9.0) / 0.15) ** 2)) + NOISE * rng.standard_normal(len(t))
@@ -84,6 +85,14 @@ def test_a_machine_that_is_explained_on_both_days_is_explained() -> None:
     assert found.axes["x"].suspected == ()
     worse = diagnose([session(3)], validate=session(4, spring=0.4), stability=False)
     assert worse.axes["x"].verdict is Verdict.UNEXPLAINED, "the other day had a spring"
+
+
+def test_friction_of_another_day_is_seen_from_what_is_left_with_its_own() -> None:
+    found = diagnose([session(3)], validate=session(4, friction=1.05), stability=False)
+    carried = found.validation["x"]
+    assert carried.extended > 0.015
+    assert carried.friction_anew[1] < 0.5 * carried.extended
+    assert carried.friction_anew[0] > 2.0 * carried.friction_anew[1], "the ripple is still there"
 
 
 def test_each_cause_says_in_which_recordings_it_shows() -> None:
