@@ -112,13 +112,23 @@ def _closest(
 def _fitted_alternative(
     search: Search, model: FittedModel, rest: FittedModel, other: FittedModel
 ) -> Alternative:
-    """The alternative is the last term of the other model."""
+    """The alternative is the last term of the other model.
+
+    Where neither explains all but noise, the two differ by more than what both leave, or the motion
+    does not separate them: what is missing may be what makes the difference.
+    """
     added = other.terms[-1].model_term
     term = replace(added, values={name: float(np.asarray(v)) for name, v in added.values.items()})
-    apart = separable(search.gain(other, model)) or search.gain(rest, other) < 0.0
+    decided = separable(search.gain(other, model))
+    hidden = other.error - model.error < model.error - search.noise
+    apart = (decided and not hidden) or search.gain(rest, other) < 0.0
     larger = np.sqrt(other.error / max(model.error, _TINY)) - 1.0
     if apart:
         evidence = f"in its place the residual is {larger:.1%} larger"
+    elif decided:
+        evidence = (
+            f"in its place the residual is {larger:.1%} larger, and both leave more than that"
+        )
     else:
         evidence = f"in its place the residual is as small ({larger:+.1%})"
     return Alternative(term.effect, apart, evidence, named(term.effect).search.experiment, term)

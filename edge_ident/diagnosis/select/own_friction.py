@@ -30,7 +30,8 @@ def own_friction_data(selected: Selected) -> AxisData | None:
         None where that, with a part of the causes, explains no more than the selected model.
     """
     search, start, data = selected.search, selected.start, selected.search.data
-    if len(data.segments) < 2:
+    _, *others = data.segments
+    if not others:
         return None
     moved = replace(data, own=OWN, cache={})
     criterion = replace(search.criterion, data=moved, start=fitted_base(moved, start.template))
