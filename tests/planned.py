@@ -20,7 +20,7 @@ from edge_ident.diagnosis.fit.summary import model_fit, traces
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.result import Alternative, AxisDiagnosis, Cause, Diagnosis
-from edge_ident.diagnosis.select.screening import physical
+from edge_ident.diagnosis.select.screening import excited, measurable
 from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.drive.description import Drive, DriveAxis, load_drive
 from edge_ident.model.effects import named
@@ -168,7 +168,8 @@ def fitted_term(data: AxisData, axis: AxisModel, name: str) -> tuple[Term, Term]
             left = rms(target - fixed - columns @ found)
             linear = dict(zip(names, found[len(PARAMETERS) :].tolist(), strict=True))
             nonlinear = {n: float(values[k]) for n, values in points.items()}
-            if not physical(FittedTerm(candidate, nonlinear, linear), rows, excitation):
+            term = FittedTerm(candidate, nonlinear, linear)
+            if not (excited(term, excitation) and measurable(term, rows, excitation)):
                 continue
             if best is None or left < best[0]:
                 own = dict(zip(PARAMETERS, found[: len(PARAMETERS)].tolist(), strict=True))
