@@ -17,7 +17,6 @@ from edge_ident.cli.options import (
     save_result_model,
 )
 from edge_ident.cli.progress import shown_progress
-from edge_ident.support.cores import usable_cores
 
 RecordingFiles = Annotated[
     list[Path],
@@ -103,7 +102,6 @@ def diagnose(
             tolerance=tolerance,
             stability=stability,
             keep_minor=keep_minor,
-            processes=usable_cores(),
             on_progress=bars.show,
         )
     folder, model_file = results.output, None

@@ -16,7 +16,6 @@ from edge_ident.cli.options import (
     save_result_model,
 )
 from edge_ident.cli.progress import progress_if_any
-from edge_ident.support.cores import usable_cores
 
 
 def register(app: typer.Typer) -> None:
@@ -48,8 +47,8 @@ def identify(
         measured, loaded, known = recording.load(), network.load(), given_model(model)
     with progress_if_any() as show:
         found = edge_ident.identify(
-            measured, loaded, model=known, seed=seed, diagnose=not no_diagnose,
-            processes=usable_cores(), on_progress=show, stopwatch=watch,
+            measured, loaded, model=known, seed=seed, diagnose=not no_diagnose, on_progress=show,
+            stopwatch=watch,
         )  # fmt: skip
     if results.output:
         save_result_model(found.model, [recording.file], results.output, known)

@@ -25,7 +25,6 @@ from edge_ident.cli.options import (
 )
 from edge_ident.cli.progress import shown_progress
 from edge_ident.cli.sessions import session
-from edge_ident.support.cores import usable_cores
 
 MotionName = Annotated[
     Literal["sinusoid", "multisine", "staircase"],
@@ -190,5 +189,4 @@ def _plan(
         motions.most_motions,
         motions.most_s,
         motions.until,
-        usable_cores(),
     )

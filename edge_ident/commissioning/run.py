@@ -60,18 +60,19 @@ class Plan:
         False for a dry run: everything up to the forecast on the motion of the identification.
     store : bool
         Keep confirmed gains over a power cycle.
-    seed, processes : int
-        Of the network's random starting points; axes that are diagnosed side by side.
+    seed : int
     model : Model or None
-        Known effects of the drive.
+        Effects that are known of the drive.
     diagnose : bool
         Whether an axis whose base model is not enough is diagnosed.
     most_motions : int
-        In all; where a diagnosis leaves several explanations, others are made to separate them.
+        Identification motions in all: where a diagnosis leaves several explanations, others are
+        designed that separate them.
     most_s : float
-        Their duration in all, lead-ins included.
+        Duration of these motions in all, lead-ins included.
     until : float or None
-        Relative half-width of all intervals at which the first motion ends early.
+        Relative half-width of all intervals at which the first motion ends early; see
+        `edge_ident.commissioning.study.early_answer`.
     """
 
     motion: MotionName = "sinusoid"
@@ -85,7 +86,6 @@ class Plan:
     most_motions: int = 3
     most_s: float = math.inf
     until: float | None = None
-    processes: int = 1
 
     def study(
         self, board: Board, drive: Drive, network: Network | None, folder: Path, observer: Observer
@@ -93,7 +93,7 @@ class Plan:
         """What is to be identified of a drive."""
         return Study(
             board, drive, folder, observer, Stopwatch(), network, self.model, self.seed,
-            self.diagnose, self.most_motions, self.most_s, self.processes,
+            self.diagnose, self.most_motions, self.most_s,
         )  # fmt: skip
 
 

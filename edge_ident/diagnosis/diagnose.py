@@ -4,7 +4,6 @@ import math
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,17 +48,9 @@ from edge_ident.diagnosis.validation import judge as judge_elsewhere
 from edge_ident.diagnosis.written_model import written_model
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Model, Term
 from edge_ident.signals.recording import Recording
-from edge_ident.support.side_by_side import OneStage, side_by_side
 
 Progress = Callable[[str, int, int], None]
 Array = NDArray[np.float64]
-_Job = tuple[Sequence[Recording], str, AxisModel, Recording | None, Rules]
-_Diagnosed = tuple[AxisDiagnosis, Validation | None]
-
-PARTS: Final = RUNS + 1
-"""Of the diagnosis of an axis, as its progress is shown: the search, and the disturbed runs."""
-WORTH_HELPERS: Final = 10_000
-"""Samples from which an axis takes longer than a process that is to help begins."""
 
 
 def diagnose(
@@ -71,7 +62,6 @@ def diagnose(
     stability: bool = True,
     keep_minor: bool = False,
     only: Collection[str] = (),
-    processes: int = 1,
     on_progress: Progress = lambda stage, done, of: None,
 ) -> Diagnosis:
     """Find what the base model gets wrong, name the cause, and extend the model.
@@ -95,9 +85,6 @@ def diagnose(
         Whether the extended model has the minor causes too.
     only : collection of str
         Names of the axes to diagnose; none for all.
-    processes : int, optional
-        Axes that are diagnosed side by side, all but one of them in processes of their own. The
-        result is the same. Each process takes as much memory as one.
     on_progress : callable
         Gets the stage, the number of its steps done and the number of its steps.
 
@@ -121,42 +108,19 @@ def diagnose(
     recordings = [replace(each, begin_s=each.begin_s - begin_s) for each in recordings]
     names = [name for name in recordings[0].axes if name in (only or recordings[0].axes)]
     check_axes([*recordings, *([validate] if validate else [])])
+    axes, validations = {}, {}
     rules = Rules(tolerance, stability, keep_minor)
-    jobs = [
-        (recordings, name, _template(recordings[0], name, model), validate, rules) for name in names
-    ]
-    long = sum(len(recording.time_s) for recording in recordings) >= WORTH_HELPERS
-    in_turn = processes < 2 or len(names) < 2 or not long
-    run = _in_turn if in_turn else partial(_side_by_side, processes)
-    results = dict(zip(names, run(jobs, on_progress), strict=True))
-    axes = {name: axis for name, (axis, _) in results.items()}
-    validations = {name: seen for name, (_, seen) in results.items() if seen is not None}
+    for done, name in enumerate(names):
+        on_progress("diagnosis", done, len(names))
+        template = _template(recordings[0], name, model)
+        told = partial(_told, on_progress, name)
+        axes[name], validation = _diagnose_axis(recordings, name, template, validate, rules, told)
+        if validation is not None:
+            validations[name] = validation
+    on_progress("diagnosis", len(names), len(names))
     on_progress("simulated motion", 0, 1)
     found = Diagnosis(axes, data_findings(recordings, axes), validations)
     return with_motion_errors(found, recordings)
-
-
-def _in_turn(jobs: Sequence[_Job], on_progress: Progress) -> list[_Diagnosed]:
-    """Diagnose one axis after the other."""
-    found = []
-    for done, job in enumerate(jobs):
-        on_progress("diagnosis", done, len(jobs))
-        found.append(_diagnose_axis(*job, partial(_told, on_progress, job[1])))
-    on_progress("diagnosis", len(jobs), len(jobs))
-    return found
-
-
-def _side_by_side(processes: int, jobs: Sequence[_Job], on_progress: Progress) -> list[_Diagnosed]:
-    """Diagnose axes at the same time."""
-    shown = OneStage(on_progress, "diagnosis", len(jobs), PARTS)
-    return side_by_side(_diagnose_axis_and_tell, jobs, processes, shown.told)
-
-
-def _diagnose_axis_and_tell(*job: Any) -> _Diagnosed:
-    """Diagnose an axis, and tell when it is done."""
-    found = _diagnose_axis(*job)
-    job[-1](PARTS)
-    return found
 
 
 def _told(on_progress: Progress, name: str, done: int) -> None:

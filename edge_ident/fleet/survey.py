@@ -1,5 +1,6 @@
 """The front door: identify and diagnose every recording of a folder, and compare the units."""
 
+import os
 from collections.abc import Callable, Mapping
 from contextlib import closing
 from pathlib import Path
@@ -15,7 +16,6 @@ from edge_ident.fleet.result import Survey, SurveyedRecording
 from edge_ident.fleet.tasks import Outcomes, Task
 from edge_ident.model.model import Model
 from edge_ident.signals.read_options import ReadOptions
-from edge_ident.support.cores import usable_cores
 from edge_ident.support.hashing import file_sha256
 
 Progress = Callable[[str, int, int], None]
@@ -102,7 +102,7 @@ def survey(
             if known.failed:
                 on_recording(known)
     on_progress("recordings", 0, len(tasks))
-    with closing(_outcomes(tasks, jobs or usable_cores(), cluster)) as outcomes:
+    with closing(_outcomes(tasks, jobs or _cores(), cluster)) as outcomes:
         for number, (task, document) in enumerate(outcomes, start=1):
             if kept is not None and document["failed"] is None:
                 keep(kept, task.key, document)
@@ -133,3 +133,8 @@ def _outcomes(tasks: list[Task], jobs: int, cluster: str | None) -> Outcomes:
     if cluster is not None and tasks:
         return run_on_cluster(tasks, cluster)
     return run_processes(tasks, jobs)
+
+
+def _cores() -> int:
+    """That this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

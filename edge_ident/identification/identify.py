@@ -4,7 +4,7 @@ Network and least squares estimate side by side. Whether the base model is adequ
 where it is not, the axis is diagnosed, and the parameters of the extended model are the answer.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -44,7 +44,6 @@ def identify(
     seed: int = 0,
     diagnose: bool = True,
     diagnosed: "Mapping[str, AxisDiagnosis] | None" = None,
-    processes: int = 1,
     on_progress: Progress = lambda stage, done, of: None,
     stopwatch: Stopwatch | None = None,
 ) -> Identification:
@@ -63,8 +62,6 @@ def identify(
         Whether axes whose base model is inadequate are diagnosed; this takes seconds.
     diagnosed : mapping of axis name to AxisDiagnosis, optional
         Diagnoses that are there already, of this recording with others of the same machine.
-    processes : int, optional
-        Axes that are diagnosed side by side, as in `diagnose`.
     on_progress : callable
         Gets the stage of the diagnosis, and how many of its parts are done and there are: axes,
         runs on disturbed data, simulated motions.
@@ -101,15 +98,13 @@ def identify(
         looks = {name: _look(needed, name, network, model, watch) for name in names}
         inputs = {name: seen for name, (_, seen) in looks.items()}
         read = run_network(inputs, network, seed, watch)
-        outcomes: dict[str, AxisDiagnosis | str] = dict(diagnosed or {})
-        asked = [n for n in names if not (n in outcomes or looks[n][0].adequacy.adequate)]
-        if diagnose and asked:
-            with watch.stage("diagnosis"):
-                outcomes |= _diagnosed_axes(recording, asked, model, processes, on_progress)
         for name in names:
             estimate, reason = read[name]
             question = replace(looks.pop(name)[0], network=estimate, network_reason=reason)
-            outcome = outcomes.get(name)
+            outcome: AxisDiagnosis | str | None = (diagnosed or {}).get(name)
+            if diagnose and outcome is None and not question.adequacy.adequate:
+                with watch.stage("diagnosis"):
+                    outcome = _diagnosed(recording, name, model, on_progress)
             with watch.stage("estimate"):
                 axes[name] = answer(_in_step_as_diagnosed(question, outcome, model), outcome)
             del question
@@ -120,39 +115,6 @@ def _looked_at_together(recording: Recording) -> list[list[str]]:
     """Axes that the network reads in one batch: all, unless their signals are large."""
     names = list(recording.axes)
     return [names] if len(recording.time_s) <= LONG else [[name] for name in names]
-
-
-def _diagnosed_axes(
-    recording: Recording,
-    names: Sequence[str],
-    model: Model | None,
-    processes: int,
-    on_progress: Progress,
-) -> "dict[str, AxisDiagnosis | str]":
-    """Diagnose axes, side by side where that is asked for and worth it."""
-    from edge_ident.diagnosis.diagnose import PARTS, WORTH_HELPERS
-    from edge_ident.support.side_by_side import OneStage, side_by_side
-
-    if processes < 2 or len(names) < 2 or len(recording.time_s) < WORTH_HELPERS:
-        return {name: _diagnosed(recording, name, model, on_progress) for name in names}
-    shown = OneStage(on_progress, "diagnosis", len(names), PARTS)
-    jobs = [(recording, name, model) for name in names]
-    found = side_by_side(_diagnosed_and_told, jobs, processes, shown.told)
-    return dict(zip(names, found, strict=True))
-
-
-def _diagnosed_and_told(
-    recording: Recording, name: str, model: Model | None, tell: Callable[[int], None]
-) -> "AxisDiagnosis | str":
-    """Diagnose an axis, and tell how many of its parts are done."""
-    from edge_ident.diagnosis.diagnose import PARTS
-
-    def told(stage: str, done: int, of: int) -> None:
-        tell(done if stage.startswith("stability") else 0)
-
-    found = _diagnosed(recording, name, model, told)
-    tell(PARTS)
-    return found
 
 
 def _diagnosed(

@@ -61,8 +61,6 @@ class Study:
         Identification motions in all.
     most_s : float
         Their duration in all, as designed, lead-ins included.
-    processes : int
-        Axes that are diagnosed side by side.
     """
 
     board: Board
@@ -76,7 +74,6 @@ class Study:
     diagnose: bool = True
     most_motions: int = 1
     most_s: float = inf
-    processes: int = 1
 
     def tell(self, line: str) -> None:
         """Say something to the person at the machine, and to the log."""
@@ -192,7 +189,6 @@ def identified(
         seed=study.seed,
         diagnose=study.diagnose,
         diagnosed=diagnosed,
-        processes=study.processes,
         on_progress=progress_on(study),
     )
     for name, axis in found.axes.items():

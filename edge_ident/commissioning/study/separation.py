@@ -232,12 +232,7 @@ def _asked(
     if not others:
         return open_axes
     beside = diagnose(
-        recordings,
-        model=study.model,
-        stability=False,
-        only=others,
-        processes=study.processes,
-        on_progress=progress_on(study),
+        recordings, model=study.model, stability=False, only=others, on_progress=progress_on(study)
     )
     return {
         name: open_axes[name] if name in open_axes else without_causes(beside.axes[name])

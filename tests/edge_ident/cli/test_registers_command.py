@@ -78,7 +78,7 @@ def test_nothing_is_written_without_the_word(shared: SharedBoard) -> None:
     ],
 )
 def test_writes_that_are_refused(shared: SharedBoard, name: str, value: str, code: int) -> None:
-    before = shared.virtual._registers._words.copy()
+    before = shared.virtual._registers._words[:]
     done, stdout, errors = shared.run("registers", name, f"--write={value}", "--yes")
     assert (done, stdout) == (code, "")
     assert errors
