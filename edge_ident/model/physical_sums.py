@@ -1,7 +1,7 @@
 """What effects leave of an axis's inertia and Coulomb friction.
 
 Some effects take a part of the base term: the load behind a play, friction that is gone at speed.
-They may take no more than there is, at any time.
+They may take no more than there is, at any time and at any angle of another joint.
 """
 
 from dataclasses import dataclass, replace
@@ -16,6 +16,8 @@ from edge_ident.model.motion import Motion
 
 _EVER: Final = (-1e12, 1e12)
 """Long before and long after any record, in s."""
+ANGLES: Final = tuple(float(angle) for angle in np.linspace(0.0, 2.0 * np.pi, 16, endpoint=False))
+"""All around another joint, in rad; what lies between them is 2 % of an amplitude at most."""
 _ROUNDING: Final = 1e-9
 
 
@@ -42,8 +44,8 @@ def left_by_terms(axis: AxisModel) -> Left:
     """
     inertia, friction = (
         min(
-            sum(_at_once(named(t.effect), t, _fast_at(time_s), hook) for t in axis.terms)
-            for time_s in _EVER
+            sum(_at_once(named(t.effect), t, at, hook) for t in axis.terms)
+            for at in (_fast_at(time_s, angle) for time_s in _EVER for angle in ANGLES)
         )
         for hook in ("inertia", "friction")
     )
@@ -72,10 +74,11 @@ def made_physical(axis: AxisModel, least_inertia: float) -> AxisModel:
     return replace(axis, terms=(replace(base, values=values, std=std), *axis.terms[1:]))
 
 
-def _fast_at(time_s: float) -> Motion:
-    """At position zero, too fast for the Stribeck effect."""
-    zero = np.zeros(1)
-    return Motion.known(np.full(1, time_s), zero, zero + 1e12, zero)
+def _fast_at(time_s: float, other_angle: float) -> Motion:
+    """At position zero, too fast for the Stribeck effect; another joint rests at an angle."""
+    time, zero = np.full(1, time_s), np.zeros(1)
+    source = Motion.known(time, np.full(1, other_angle), zero, zero)
+    return replace(Motion.known(time, zero, zero + 1e12, zero), source=source)
 
 
 def _at_once(effect: Effect, term: Term, at: Motion, hook: str) -> float:

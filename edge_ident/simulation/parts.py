@@ -1,6 +1,7 @@
 """The terms of a model, laid out for simulation: which hooks act, and where their states lie."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -11,6 +12,7 @@ from edge_ident.model.effect import Effect, Values
 from edge_ident.model.effects import named
 from edge_ident.model.model import PARAMETERS, AxisModel, Term
 from edge_ident.model.motion import Motion
+from edge_ident.model.physical_sums import ANGLES
 
 Array = NDArray[np.float64]
 
@@ -80,7 +82,7 @@ class Parts:
         ModelError
             Effects take more inertia than there is.
         """
-        inertia = np.minimum(self._inertia(-_EVER), self._inertia(_EVER))
+        inertia = np.min([self._inertia(t, x) for t in (-_EVER, _EVER) for x in ANGLES], axis=0)
         for name, least in zip(self.names, inertia.min(axis=1), strict=True):
             if least <= 0.0:
                 raise ModelError(
@@ -93,10 +95,12 @@ class Parts:
             rate[i] += part.effect.fastest_rate(part.values, inertia[i], float(top_speed[i]))
         return max(float(np.max(rate)), float(np.finfo(float).tiny))
 
-    def _inertia(self, time_s: float) -> Array:
+    def _inertia(self, time_s: float, other_angle: float) -> Array:
+        """At a moment, while all others rest at an angle."""
         inertia = self.base["inertia"].copy()
-        zero = np.zeros(inertia.shape[1])
-        at = Motion.known(np.asarray(time_s), zero, zero, zero)
+        time, zero = np.asarray(time_s), np.zeros(inertia.shape[1])
+        source = Motion.known(time, zero + other_angle, zero, zero)
+        at = replace(Motion.known(time, zero, zero, zero), source=source)
         for part in self.all:
             inertia[part.axis] += part.effect.inertia(at, part.values)
         return inertia

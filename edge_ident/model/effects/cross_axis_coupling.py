@@ -3,7 +3,12 @@
 f = (inertia + inertia_cosine·cos x)·a₂ + viscous_friction·v₂ + coulomb_friction·sign(v₂) +
 centrifugal_sine·sin(x)·v₂², where 2 is the source axis. Examples are a carried axis that
 accelerates, guides out of square and a shared cable chain.
-Source: off-diagonal elements of a multi-body inertia matrix; skewed guides.
+
+Two joints that turn in one plane share an inertia h(q) = cosine·cos q + sine·sin q over the angle q
+of the outer one, which is measured from the inner one. The outer joint feels h·a₂ - h'·v₂² with
+q = x, the inner one h·(2·a + a₂) + h'·(2·v·v₂ + v₂²) with q = x₂.
+Source: off-diagonal elements of a multi-body inertia matrix; skewed guides. Two links: Siciliano et
+al., Robotics, sec. 7.3.2.
 """
 
 from collections.abc import Mapping
@@ -17,6 +22,11 @@ from edge_ident.model.effect import Array, Effect, Parameter, Values
 from edge_ident.model.motion import Motion
 from edge_ident.model.search import Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
+from edge_ident.model.waves import wave
+
+_BY_ANGLE: Final = (
+    "inertia_cosine", "centrifugal_sine", "outer_cosine", "outer_sine", "inner_cosine", "inner_sine"
+)  # fmt: skip
 
 
 class CrossAxisCoupling(Effect):
@@ -37,18 +47,51 @@ class CrossAxisCoupling(Effect):
             "per its velocity squared, by the sine of it",
             default=0.0,
         ),
+        *(
+            Parameter(
+                f"{joint}_{part}",
+                "{inertia}",
+                -1e9,
+                1e9,
+                f"of two links, where this is the {joint} one, by the {part} of the {angle} angle",
+                default=0.0,
+            )
+            for joint, angle in (("outer", "own"), ("inner", "other"))
+            for part in ("cosine", "sine")
+        ),
     )
     needs_source = True
 
     def load(self, at: Motion, values: Values) -> Array:
-        """By velocity and its sign."""
-        viscous = values["viscous_friction"] * at.partner.velocity
-        centrifugal = values["centrifugal_sine"] * np.sin(at.position) * at.partner.velocity**2
-        return viscous + values["coulomb_friction"] * at.partner.direction + centrifugal
+        """By velocities and their signs."""
+        source = at.partner
+        viscous = values["viscous_friction"] * source.velocity
+        centrifugal = values["centrifugal_sine"] * np.sin(at.position) * source.velocity**2
+        outer = _slope(at.position, values, "outer") * source.velocity**2
+        inner = _slope(source.position, values, "inner") * (
+            (2.0 * at.velocity + source.velocity) * source.velocity
+        )
+        return viscous + values["coulomb_friction"] * source.direction + centrifugal - outer + inner
+
+    def inertia(self, at: Motion, values: Values) -> Array:
+        """What the outer link adds to that of the inner one."""
+        return 2.0 * _shared(at.partner.position, values, "inner")
 
     def cross_inertia(self, at: Motion, values: Values) -> Array:
         """An element of the inertia matrix, which may depend on the angle between the axes."""
-        return np.asarray(values["inertia"] + values["inertia_cosine"] * np.cos(at.position))
+        alone = values["inertia"] + values["inertia_cosine"] * np.cos(at.position)
+        outer = _shared(at.position, values, "outer")
+        return np.asarray(alone + outer + _shared(at.partner.position, values, "inner"))
+
+
+def _shared(angle: Array, values: Values, joint: str) -> Array:
+    """Inertia that two links share at an angle of the outer one."""
+    return wave(angle, values[f"{joint}_cosine"], values[f"{joint}_sine"])
+
+
+def _slope(angle: Array, values: Values, joint: str) -> Array:
+    """Its derivative by that angle."""
+    return wave(angle, values[f"{joint}_sine"], -values[f"{joint}_cosine"])
 
 
 def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
@@ -58,14 +101,12 @@ def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
         "inertia": draws.uniform(-1.0, 1.0) * share * scale.inertia,
         "viscous_friction": draws.uniform(-1.0, 1.0) * share * scale.viscous_friction,
         "coulomb_friction": draws.uniform(-1.0, 1.0) * share * scale.coulomb_friction,
-        "inertia_cosine": np.zeros(draws.shape),
-        "centrifugal_sine": np.zeros(draws.shape),
     }
 
 
 def _by_angle(values: Mapping[str, float], top_speed: float) -> str:
     """What depends on the angle between the axes may turn the sign of the rest."""
-    if values["inertia_cosine"] or values["centrifugal_sine"]:
+    if any(values[name] for name in _BY_ANGLE):
         return "it depends on the angle between the axes, which the board's law does not know"
     return ""
 
@@ -85,6 +126,8 @@ EFFECT: Final = CrossAxisCoupling(
             Form(("coulomb_friction",), coupled=True),
             Form(("inertia", "viscous_friction", "coulomb_friction"), coupled=True),
             Form(("inertia", "inertia_cosine", "centrifugal_sine"), coupled=True, rotary=True),
+            Form(("inertia", "outer_cosine", "outer_sine"), coupled=True, rotary=True),
+            Form(("inertia", "inner_cosine", "inner_sine"), coupled=True, rotary=True),
         ),
         signature="follows the other axis, and is gone when that one rests",
         alternatives=("position_dependent_load", "offset_drift"),

@@ -32,7 +32,10 @@ EXAMPLES: Mapping[str, Mapping[str, float]] = {
     "asymmetric_friction": {"difference": 0.3},
     "backlash": {"gap": 0.02, "load_inertia": 0.2, "deceleration": 4.0},
     "coupling_compliance": {"load_inertia": 0.2, "rate": 25.0, "damping_ratio": 0.4},
-    "cross_axis_coupling": {"inertia": 0.1, "viscous_friction": 0.2, "coulomb_friction": -0.2},
+    "cross_axis_coupling": {
+        "inertia": 0.1, "viscous_friction": 0.2, "coulomb_friction": -0.2,
+        "outer_sine": 0.05, "inner_cosine": 0.06, "inner_sine": -0.05,
+    },
     "disturbance_event": {"time": 0.7, "duration": 0.4, "level": 1.5},
     "encoder_eccentricity": {"cosine": 0.03, "sine": -0.02, "period": 1.3},
     "gain_drift": {"rate": 0.1, "curvature": -0.01},
