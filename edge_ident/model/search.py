@@ -26,6 +26,13 @@ class ChangesWith(Enum):
     EFFORT = "the effort that is transmitted"
 
 
+class Link(Enum):
+    """Which of two links an axis moves, where one carries the other."""
+
+    INNER = "it carries the other axis"
+    OUTER = "the other axis carries it"
+
+
 @dataclass(frozen=True)
 class Form:
     """One way in which an effect may act on a drive: the parameters that it then has.
@@ -39,6 +46,8 @@ class Form:
         The others that matter. A grid search finds them (`SearchSpec.grid`).
     coupled : bool
         Whether another axis takes part.
+    link : Link, optional
+        Which of two links it belongs to. Recordings list joints from the base outwards.
     rotary : bool
         Whether positions are taken for angles.
     known : tuple of pairs of parameter name and float
@@ -55,6 +64,7 @@ class Form:
     linear: tuple[str, ...]
     nonlinear: tuple[str, ...] = ()
     coupled: bool = False
+    link: Link | None = None
     rotary: bool = False
     known: tuple[tuple[str, float], ...] = ()
     several_speeds: bool = False

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.model.effects import catalogue, named
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Term
-from edge_ident.model.search import Excitation, Form
+from edge_ident.model.search import Excitation, Form, Link
 
 Array = NDArray[np.float64]
 Values = Mapping[str, float] | Mapping[str, Array]
@@ -75,9 +75,18 @@ def candidates(data: AxisData, rotary: bool) -> tuple[Candidate, ...]:
         for form in effect.search.forms:
             separable = several_speeds or not form.several_speeds
             if separable and (rotary or not form.rotary):
-                sources = data.other_axes if form.coupled else (None,)
-                found += [Candidate(name, form, source) for source in sources]
+                found += [Candidate(name, form, source) for source in _sources(data, form)]
     return tuple(found)
+
+
+def _sources(data: AxisData, form: Form) -> tuple[str | None, ...]:
+    """Other axes that may take part in a form, or none for one that needs none."""
+    if not form.coupled:
+        return (None,)
+    if form.link is None:
+        return data.other_axes
+    outer = form.link is Link.OUTER
+    return tuple(axis for axis in data.other_axes if (axis in data.carriers) == outer)
 
 
 def grid(candidate: Candidate, excitation: Excitation) -> dict[str, Array]:

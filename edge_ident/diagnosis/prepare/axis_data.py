@@ -120,6 +120,11 @@ class AxisData:
         return tuple(sorted(moves))
 
     @property
+    def carriers(self) -> frozenset[str]:
+        """Axes that every recording lists earlier: joints are listed from the base outwards."""
+        return frozenset.intersection(*(s.earlier for s in self.segments))
+
+    @property
     def since_reversal(self) -> Array:
         """Distance travelled since the last reversal, (n,)."""
         parts = []

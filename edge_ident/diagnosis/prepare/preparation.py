@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from itertools import pairwise
+from itertools import pairwise, takewhile
 from typing import Final
 
 import numpy as np
@@ -124,6 +124,7 @@ def _segment(recording: Recording, name: str, clock: int) -> Segment:
     return Segment(
         motion=motions[name],
         others=_others(motions, motions, replicas, name),
+        earlier=frozenset(takewhile(lambda axis: axis != name, recording.axes)),
         noise_replica=(replicas[name], _others(replicas, motions, replicas, name)),
         motion_hz=motion_hz,
         raw_effort=raw.effort,

@@ -32,6 +32,8 @@ class Segment:
     motion : Motion
         Smooth, (N,), time from the first sample; its bandwidth is wider than the comparison's.
     others : mapping of axis name to Motion
+    earlier : frozenset of str
+        Axes that the recording lists before this one.
     noise_replica : tuple of Motion and mapping
         The same two with the encoder noise added a second time.
     motion_hz : float
@@ -70,6 +72,7 @@ class Segment:
 
     motion: Motion
     others: Mapping[str, Motion]
+    earlier: frozenset[str]
     noise_replica: tuple[Motion, Mapping[str, Motion]]
     motion_hz: float
     raw_effort: Array

@@ -1,13 +1,10 @@
-"""The forms of effects that are decisively better beside each other.
+"""The form of an effect that is decisively better beside all the other terms.
 
 A term enters in the form that explains most of what was left then. Beside terms that came later,
-another form of the effect may do with fewer parameters, or fit better. Two terms of joints that
-carry each other may each have the wrong form because the other one has: the weight of both links
-and the inertia of the inner one, where this is the outer one. So such forms are tried in pairs.
+another form of the effect may do with fewer parameters, or fit better.
 """
 
 from collections.abc import Iterable, Iterator
-from itertools import permutations
 
 from edge_ident.diagnosis.fit.external_vibrations import VIBRATION
 from edge_ident.diagnosis.fit.fitting import FittedModel
@@ -17,7 +14,7 @@ from edge_ident.model.effects import catalogue
 
 
 def in_best_forms(search: Search, model: FittedModel) -> FittedModel:
-    """A model whose terms have their best forms.
+    """A model whose terms have their best forms, one term after the other.
 
     Parameters
     ----------
@@ -26,11 +23,6 @@ def in_best_forms(search: Search, model: FittedModel) -> FittedModel:
     """
     for place in range(len(model.terms)):
         model = _best(search, model, _in_other_forms(search, model, place))
-    for first, second in permutations(range(len(model.terms)), 2):
-        if all(model.terms[k].candidate.form.rotary for k in (first, second)):
-            others = _in_other_forms(search, model, first)
-            pairs = (m for other in others for m in _in_other_forms(search, other, second))
-            model = _best(search, model, pairs)
     return model
 
 

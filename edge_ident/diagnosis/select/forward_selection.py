@@ -121,12 +121,12 @@ def _largest(search: Search, start: FittedModel, without: frozenset[str]) -> Fit
     best = start
     beam = [start]
     for _ in range(MOST_TERMS.value - len(start.terms)):
-        larger = _distinct(model for parent in beam for model in _children(search, parent, without))
+        larger = [model for parent in beam for model in _children(search, parent, without)]
         if not larger:
             break
         least = min(model.error for model in larger)
         larger = [model for model in larger if model.error < FOLLOWED.value * least]
-        beam = sorted(larger, key=search.criterion.value)[: BEAM_WIDTH.value]
+        beam = _distinct(sorted(larger, key=search.criterion.value))[: BEAM_WIDTH.value]
         beam[0] = search.polished(beam[0])
         for model in beam:
             if search.gain(best, model) > 0.0:
@@ -177,11 +177,9 @@ def _pruned(search: Search, model: FittedModel) -> FittedModel:
     return model
 
 
-def _distinct(models: Iterable[FittedModel]) -> list[FittedModel]:
-    """The best model of each set of effects."""
+def _distinct(ranked: Iterable[FittedModel]) -> list[FittedModel]:
+    """The first model of each set of effects."""
     kept: dict[tuple[str, ...], FittedModel] = {}
-    for model in models:
-        key = tuple(sorted(t.candidate.effect for t in model.terms))
-        if key not in kept or model.error < kept[key].error:
-            kept[key] = model
+    for model in ranked:
+        kept.setdefault(tuple(sorted(t.candidate.effect for t in model.terms)), model)
     return list(kept.values())

@@ -6,7 +6,8 @@ accelerates, guides out of square and a shared cable chain.
 
 Two joints that turn in one plane share an inertia h(q) = cosine·cos q + sine·sin q over the angle q
 of the outer one, which is measured from the inner one. The outer joint feels h·a₂ - h'·v₂² with
-q = x, the inner one h·(2·a + a₂) + h'·(2·v·v₂ + v₂²) with q = x₂.
+q = x, the inner one h·(2·a + a₂) + h'·(2·v·v₂ + v₂²) with q = x₂. The joint that a recording lists
+first is taken for the inner one.
 Source: off-diagonal elements of a multi-body inertia matrix; skewed guides. Two links: Siciliano et
 al., Robotics, sec. 7.3.2.
 """
@@ -20,7 +21,7 @@ from edge_ident.model.advice import Advice
 from edge_ident.model.compensation import Compensation
 from edge_ident.model.effect import Array, Effect, Parameter, Values
 from edge_ident.model.motion import Motion
-from edge_ident.model.search import Form, SearchSpec
+from edge_ident.model.search import Form, Link, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
 from edge_ident.model.waves import wave
 
@@ -126,8 +127,18 @@ EFFECT: Final = CrossAxisCoupling(
             Form(("coulomb_friction",), coupled=True),
             Form(("inertia", "viscous_friction", "coulomb_friction"), coupled=True),
             Form(("inertia", "inertia_cosine", "centrifugal_sine"), coupled=True, rotary=True),
-            Form(("inertia", "outer_cosine", "outer_sine"), coupled=True, rotary=True),
-            Form(("inertia", "inner_cosine", "inner_sine"), coupled=True, rotary=True),
+            Form(
+                ("inertia", "outer_cosine", "outer_sine"),
+                coupled=True,
+                link=Link.OUTER,
+                rotary=True,
+            ),
+            Form(
+                ("inertia", "inner_cosine", "inner_sine"),
+                coupled=True,
+                link=Link.INNER,
+                rotary=True,
+            ),
         ),
         signature="follows the other axis, and is gone when that one rests",
         alternatives=("position_dependent_load", "offset_drift"),

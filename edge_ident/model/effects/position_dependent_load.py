@@ -18,7 +18,7 @@ from edge_ident.model.advice import Advice
 from edge_ident.model.compensation import Compensation
 from edge_ident.model.effect import Array, Effect, Parameter, Values
 from edge_ident.model.motion import Motion
-from edge_ident.model.search import ChangesWith, Excitation, Form, SearchSpec
+from edge_ident.model.search import ChangesWith, Excitation, Form, Link, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
 from edge_ident.model.waves import bump, wave
 
@@ -117,6 +117,7 @@ EFFECT: Final = PositionDependentLoad(
             Form(
                 ("cosine", "sine", "sum_cosine", "sum_sine"),
                 coupled=True,
+                link=Link.INNER,
                 rotary=True,
                 known=(("period", _TURN_RAD),),
             ),
