@@ -35,6 +35,7 @@ from edge_ident.signals.conditioning import (
     decimated,
     resolving_cutoff_hz,
 )
+from edge_ident.signals.metrics import rms
 from firmware_interface.motion import Multisine, Staircase, reference
 
 Array = NDArray[np.float64]
@@ -153,7 +154,7 @@ class Instruments:
         band, period_s = self.band(motion), float(motion.time_s[1] - motion.time_s[0])
         turns, cutoff_hz = reversals(motion), band.cutoff_hz
         reversing, rests = unknown_directions(
-            motion.position, turns, self.position_noise, cutoff_hz, period_s
+            motion.position, turns, self.position_noise, rms(motion.velocity), cutoff_hz, period_s
         )
         weight = direction_weight(reversing | rests, cutoff_hz, period_s)
         smear = int(np.ceil(SMEAR_PERIODS / (band.cutoff_hz * period_s)))

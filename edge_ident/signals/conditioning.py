@@ -13,6 +13,7 @@ from edge_ident.model.model import regressor
 from edge_ident.signals.decimation import parts_of
 from edge_ident.signals.encoder import encoder_count, position_noise
 from edge_ident.signals.filters import differentiate, lowpass
+from edge_ident.signals.metrics import rms
 from edge_ident.signals.recording import Sampling
 from edge_ident.signals.resampling import EvenGrid
 from edge_ident.signals.standstill import bridge, near_unknown, standing
@@ -137,7 +138,8 @@ def condition(
     smooth_effort = lowpass(effort, cutoff_hz, period_s, delay_s=effort_shift_s)
     thinned = sampling is not None
     columns = filtered_regressor(position, cutoff_hz, period_s, decimated=thinned, motion=motion)
-    moving = ~standing(position, noise, cutoff_hz, period_s) & ~near_unknown(
+    speed = rms(columns[:, 1])
+    moving = ~standing(position, noise, cutoff_hz, period_s, speed) & ~near_unknown(
         unknown, cutoff_hz, period_s
     )
     acceleration_std = max(float(np.std(columns[:, 0])), _TINY)

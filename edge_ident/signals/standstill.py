@@ -12,15 +12,20 @@ _DECAY_PERIODS: Final = 1.5
 """Cut-off periods after which 3 % of the filter's response are left."""
 _STANDSTILL_NOISE: Final = 8.0
 """Range of the position, in standard deviations of its noise, up to which the axis stands."""
+_CREEPING: Final = 0.005
+"""Share of an axis's typical speed. A judgement: what friction does at low speed, it does at ten
+times that."""
 
 
-def standing(position: Array, noise: float, cutoff_hz: float, period_s: float) -> Mask:
+def standing(
+    position: Array, noise: float, cutoff_hz: float, period_s: float, speed: float = 0.0
+) -> Mask:
     """Samples in or near a standstill of at least one cut-off period.
 
-    In a standstill the encoder shows nothing but its own noise, of the standard deviation `noise`.
-    It spoils filtered signals to either side until the filter's response has decayed. A shorter
-    reversal stays in: there the filtered sign of the velocity describes what the filter leaves of
-    the friction.
+    In a standstill the encoder shows nothing but its own noise, of the standard deviation `noise`,
+    or the axis creeps, compared with its typical speed (`crept`). It spoils filtered signals to
+    either side until the filter's response has decayed. A shorter reversal stays in: there the
+    filtered sign of the velocity describes what the filter leaves of the friction.
 
     Returns
     -------
@@ -28,7 +33,17 @@ def standing(position: Array, noise: float, cutoff_hz: float, period_s: float) -
     """
     width = int(np.ceil(1.0 / (cutoff_hz * period_s)))
     margin = int(np.ceil(_DECAY_PERIODS * width))
-    return at_rest(position, _STANDSTILL_NOISE * noise, width, margin)
+    most = max(_STANDSTILL_NOISE * noise, crept(speed, width * period_s))
+    return at_rest(position, most, width, margin)
+
+
+def crept(speed: float, duration_s: float) -> float:
+    """Distance up to which an axis of a typical speed creeps in a time, and does not slide.
+
+    A controller that holds its place moves it so little, by what bearings, seals and belts give
+    way. Friction then is whatever holds the axis, and not that of its direction.
+    """
+    return _CREEPING * speed * duration_s
 
 
 def at_rest(position: Array, most: float, width: int, margin: int = 0) -> Mask:

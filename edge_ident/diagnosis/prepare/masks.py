@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from edge_ident.model.motion import Motion
 from edge_ident.signals.decimation import LONG
-from edge_ident.signals.standstill import at_rest, widened
+from edge_ident.signals.standstill import at_rest, crept, widened
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -99,13 +99,18 @@ def aliasing_mask(
 
 
 def unknown_directions(
-    position: Array, turns: NDArray[np.intp], noise: float, cutoff_hz: float, period_s: float
+    position: Array,
+    turns: NDArray[np.intp],
+    noise: float,
+    speed: float,
+    cutoff_hz: float,
+    period_s: float,
 ) -> tuple[Mask, Mask]:
     """Samples (N,) at which the encoder does not resolve the direction of motion, in two parts.
 
     Reversing: samples within the encoder noise of a turning point, and standstills of at least
-    half a cut-off period. Until the axis has moved on, its friction may be anything between the
-    friction of both directions.
+    half a cut-off period, in which the axis rests or creeps. Until it has moved on, its friction
+    may be anything between the friction of both directions.
 
     Short rests, from which the axis moves on as before: the position has no turning point beyond
     the noise there. They show in the smooth velocity, which changes its sign.
@@ -118,13 +123,16 @@ def unknown_directions(
         Samples at which the smooth velocity changes its sign.
     noise : float
         Standard deviation of the encoder noise.
+    speed : float
+        Typical speed.
     """
     found, width = _turning_points(position, TURN_NOISE * noise), _half_period(cutoff_hz, period_s)
     near = np.zeros(len(position), dtype=np.bool_)
     near[found] = True
     # the smooth velocity shows the turning points too, a few samples aside
     near = widened(near, width)
-    still = at_rest(position, _STILL_NOISE * noise, width)
+    most = max(_STILL_NOISE * noise, crept(speed, width * period_s))
+    still = at_rest(position, most, width)
     reversing = _not_away(position, found, noise) | still
     return reversing, _not_away(position, turns[~near[turns]].tolist(), noise)
 

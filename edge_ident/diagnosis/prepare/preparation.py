@@ -35,6 +35,7 @@ from edge_ident.signals.conditioning import (
 )
 from edge_ident.signals.encoder import encoder_count
 from edge_ident.signals.filters import lowpass
+from edge_ident.signals.metrics import rms
 from edge_ident.signals.recording import Recording
 from edge_ident.signals.standstill import widened
 
@@ -174,7 +175,10 @@ def _direction(
     difference that changes with the speed, as a shift does.
     """
     turns = stride * reversals(motion)
-    reversing, rests = unknown_directions(raw.position, turns, noise, band.cutoff_hz, raw.period_s)
+    speed = rms(motion.velocity)
+    reversing, rests = unknown_directions(
+        raw.position, turns, noise, speed, band.cutoff_hz, raw.period_s
+    )
     reversing |= raw.unknown
     weight = direction_weight(reversing | rests, band.cutoff_hz, raw.period_s)
     return reversing, weight[::stride], weight

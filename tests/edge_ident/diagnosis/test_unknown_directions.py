@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from edge_ident.diagnosis.diagnose import diagnose
 from edge_ident.diagnosis.prepare.masks import tapered, unknown_directions
 from edge_ident.diagnosis.verdict import Verdict
+from edge_ident.identification.identify import identify
 from edge_ident.model.effects import named
 from edge_ident.model.motion import Motion
 from edge_ident.signals.recording import AxisRecord, Recording
@@ -31,7 +32,7 @@ def test_turning_points_and_standstills_are_undecided_and_slow_creep_is_not() ->
     creep = parabola[-1] + 30.0 * COUNT * np.arange(1, 1601) * PERIOD_S
     stop = np.full(1600, creep[-1])
     position = counted(np.concatenate([parabola, creep, stop]))
-    unknown, _ = unknown_directions(position, NO_TURNS, NOISE, CUTOFF_HZ, PERIOD_S)
+    unknown, _ = unknown_directions(position, NO_TURNS, NOISE, 0.0, CUTOFF_HZ, PERIOD_S)
     near = np.abs(position - position[400]) <= 8.0 * NOISE
     assert np.array_equal(np.flatnonzero(unknown[:800]), np.flatnonzero(near[:800]))
     assert not unknown[830:2360].any(), "30 counts a second"
@@ -42,11 +43,11 @@ def test_a_short_rest_before_the_axis_moves_on_as_before_is_undecided() -> None:
     """It returns from nowhere, and it rests for less than half a cut-off period."""
     time = PERIOD_S * np.arange(-400, 400)
     position = counted(0.25 * time**3)
-    _, unknown = unknown_directions(position, np.array([400]), NOISE, CUTOFF_HZ, PERIOD_S)
+    _, unknown = unknown_directions(position, np.array([400]), NOISE, 0.0, CUTOFF_HZ, PERIOD_S)
     near = np.abs(position - position[400]) <= 8.0 * NOISE
     assert unknown[near].all()
     assert not unknown[np.abs(position) > 0.01].any()
-    away, _ = unknown_directions(position + time, NO_TURNS, NOISE, CUTOFF_HZ, PERIOD_S)
+    away, _ = unknown_directions(position + time, NO_TURNS, NOISE, 0.0, CUTOFF_HZ, PERIOD_S)
     assert not away.any()
 
 
@@ -98,3 +99,34 @@ def test_a_load_behind_play_is_carried_in_step() -> None:
     half_a_sample = 0.5 * 5e-3 * 0.3 * rate**3
     assert np.count_nonzero(pushed) > 100
     assert np.median(np.abs(added[pushed])) < 0.25 * half_a_sample
+
+
+def moved_and_held() -> Recording:
+    """Moves of several lengths and speeds. While the controller holds a place, the axis creeps on
+    by little, and friction is less and less of what it is in motion."""
+    rng = np.random.default_rng(5)
+    pieces, held = [np.zeros(1)], [np.zeros(1, np.bool_)]
+    for k in range(14):
+        move, rest = (int(seconds / 1e-3) for seconds in (rng.uniform(0.3, 0.9), 0.6))
+        s, creep = np.arange(1, move + 1) / move, 2e-3 * np.arange(1, rest + 1) * 1e-3
+        way = (-1.0) ** k * rng.uniform(0.3, 1.0)
+        pieces.append(pieces[-1][-1] + way * s**3 * (10.0 - 15.0 * s + 6.0 * s**2))
+        pieces.append(pieces[-1][-1] + np.copysign(creep, way))
+        held += [np.zeros(move, np.bool_), np.ones(rest, np.bool_)]
+    position, still = np.concatenate(pieces), np.concatenate(held)
+    velocity = np.gradient(position, 1e-3)
+    friction = 1.1 * np.sign(velocity)
+    begins = np.maximum.accumulate(np.where(still, 0, np.arange(len(still))))
+    friction *= np.where(still, np.exp(-(np.arange(len(still)) - begins) / 200.0), 1.0)
+    effort = 0.2 * np.gradient(velocity, 1e-3) + 0.8 * velocity + friction + 0.1
+    effort += 0.02 * rng.standard_normal(len(effort))
+    read = np.round(position / 1e-6) * 1e-6
+    return Recording(1e-3 * np.arange(len(read)), {"x": AxisRecord(read, effort, "m", "N")}, "held")
+
+
+def test_what_holds_a_creeping_axis_is_no_friction_of_its_motion() -> None:
+    record = moved_and_held()
+    assert diagnose([record], stability=False).axes["x"].verdict is Verdict.ADEQUATE
+    found = identify(record).axes["x"]
+    assert found.trusted
+    assert found.estimate.parameters == pytest.approx([0.2, 0.8, 1.1, 0.1], rel=0.02)
