@@ -57,7 +57,7 @@ def at_standstill(data: AxisData, model: FittedModel) -> dict[int, str]:
         efforts = [np.abs(_of_term(s, model, k)) for s in data.segments]
         largest = max(float(np.max(effort)) for effort in efforts)
         held = any(
-            _held_while(s, effort, wound_up)
+            _held_while(s, effort * s.direction_weight[:: s.stride], wound_up)
             for s, effort in zip(data.segments, efforts, strict=True)
         )
         if held and largest <= most:
@@ -72,13 +72,12 @@ def _held_travel(term: FittedTerm) -> float:
 
 
 def _of_term(segment: Segment, model: FittedModel, index: int) -> Array:
-    """Effort (N,) of one added term along the motion, unfiltered, as far as it is compared."""
-    added = along(segment, model.axis) - along(segment, model.axis_without([index]))
-    return added * segment.direction_weight[:: segment.stride]
+    """Effort (N,) of one added term along the motion, unfiltered."""
+    return along(segment, model.axis) - along(segment, model.axis_without([index]))
 
 
 def _held_while(segment: Segment, effort: Array, wound_up: float) -> bool:
-    """Whether friction may hold the axis while an effort (N,) acts."""
+    """Whether friction may hold the axis while an effort (N,) acts, as far as it is compared."""
     energy = np.square(effort)
     held = float(np.sum(energy[_may_be_held(segment, wound_up)]))
     lasts_s = segment.period_s * np.sum(energy) / max(float(np.max(energy)), _TINY)

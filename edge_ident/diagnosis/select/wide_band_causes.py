@@ -14,7 +14,7 @@ from edge_ident.diagnosis.fit.summary import nonzero_rms
 from edge_ident.diagnosis.fit.wide_band import BandContent, above_band
 from edge_ident.diagnosis.measures import SpectralLine
 from edge_ident.diagnosis.prepare.axis_data import AxisData
-from edge_ident.diagnosis.result import Alternative, AxisDiagnosis, Cause
+from edge_ident.diagnosis.result import Alternative, AxisDiagnosis, Cause, OutsideVibration
 from edge_ident.diagnosis.select.acceptance import larger_than_rest
 from edge_ident.diagnosis.select.causes import strongest_first
 from edge_ident.diagnosis.select.thresholds import SAME_ORDER, TRADED
@@ -151,16 +151,17 @@ def with_band_content(
     unnamed = _new(known, content.unnamed_orders)
     worth = [_cause(s) for s in new if s.recorded >= tolerance]
     minor = [_cause(s) for s in new if s.recorded < tolerance]
+    lasting = [s for s in content.lines if not _told(s, found.external_vibrations)]
     per_unit = 1.0 if found.model.position_unit == "rad" else math.tau
     lines = (
         *(_line(s, s.rate / per_unit, None) for s in unnamed),
-        *(_line(s, None, s.rate / math.tau) for s in content.lines),
+        *(_line(s, None, s.rate / math.tau) for s in lasting),
         *(_moving(s) for s in content.moving),
     )
     verdict = found.verdict
     if worth and verdict is Verdict.ADEQUATE:
         verdict = Verdict.EXPLAINED
-    shares = [s.recorded for s in (*unnamed, *content.lines)]
+    shares = [s.recorded for s in (*unnamed, *lasting)]
     shares += [line.share for line in content.moving]
     if any(share >= tolerance for share in shares):
         verdict = Verdict.UNEXPLAINED
@@ -183,6 +184,15 @@ def _new(terms: Sequence[Term], orders: Sequence[Sinusoid]) -> list[Sinusoid]:
     """Orders that are not among the terms."""
     known = [math.tau / float(np.asarray(t.values["period"])) for t in terms if t.effect == _RIPPLE]
     return [s for s in orders if all(abs(s.rate - k) > SAME_ORDER.value * k for k in known)]
+
+
+def _told(line: Sinusoid, vibrations: Sequence[OutsideVibration]) -> bool:
+    """Whether a line is what is left of a vibration that the diagnosis tells of."""
+    return any(
+        abs(line.rate - math.tau * v.frequency_hz) <= SAME_ORDER.value * line.rate
+        and line.amplitude < v.amplitude
+        for v in vibrations
+    )
 
 
 def _but(terms: Sequence[Term], orders: Sequence[Sinusoid]) -> list[Term]:

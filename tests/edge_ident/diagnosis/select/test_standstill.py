@@ -49,7 +49,7 @@ def doubts(
 
 
 def test_friction_at_a_stop_may_be_the_event() -> None:
-    (reason,) = doubts(STOP_S, 0.9 * COULOMB).values()
+    (reason,) = doubts(STOP_S, 0.9 * COULOMB, duration_s=0.3).values()
     assert "friction" in reason
 
 
