@@ -1,10 +1,13 @@
 """Stribeck friction: dry friction that falls as a lubricant film builds up with speed.
 
-f = level·exp(-(v/speed)²)·sign(v), on top of Coulomb friction. The bump below the Stribeck speed is
-the same in acceleration and deceleration, and in both directions.
-Source: Armstrong-Hélouvry, Dupont and Canudas de Wit, Automatica 30 (1994) 1083.
+f = level·exp(-(|v|/speed)^exponent)·sign(v), on top of Coulomb friction. The bump below the
+Stribeck speed is the same in acceleration and deceleration, and in both directions. It is searched
+for with an exponent of two and of one.
+Source: Armstrong-Hélouvry, Dupont and Canudas de Wit, Automatica 30 (1994) 1083, for both: two is
+Bo and Pavelescu's, one is Tustin's.
 """
 
+from collections.abc import Mapping
 from typing import Final
 
 import numpy as np
@@ -16,6 +19,9 @@ from edge_ident.model.motion import Motion
 from edge_ident.model.search import Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
 
+_BOARD: Final = 2.0
+"""Exponent of the board's law."""
+
 
 class StribeckFriction(Effect):
     """Static friction above Coulomb friction, decaying with speed."""
@@ -23,20 +29,33 @@ class StribeckFriction(Effect):
     parameters = (
         Parameter("level", "{effort}", 0.0, 1e9, "static friction less Coulomb friction"),
         Parameter("speed", "{position}/s", 1e-9, 1e9, "at which 1/e of it is left"),
+        Parameter("exponent", "1", 0.5, 4.0, "how steeply it falls about there", default=2.0),
     )
 
     def friction(self, at: Motion, values: Values) -> Array:
         """The bump."""
-        return values["level"] * np.exp(-((at.velocity / values["speed"]) ** 2))
+        part = np.abs(at.velocity) / values["speed"]
+        return values["level"] * np.exp(-(part ** values["exponent"]))
 
     def fastest_rate(self, values: Values, inertia: Array, speed: float) -> Array:
-        """Steepest slope of the bump, √(2/e)·level/speed, over the inertia."""
-        return 0.86 * values["level"] / (values["speed"] * inertia)
+        """Steepest slope of the bump, level/speed for an exponent of one, over the inertia."""
+        return values["exponent"] * values["level"] / (values["speed"] * inertia)
 
 
 def _grid(excitation: Excitation) -> dict[str, Array]:
     """From a hundredth of the top speed to where it would look viscous."""
     return {"speed": excitation.speed * np.geomspace(0.01, 0.6, 16)}
+
+
+def _exponential(excitation: Excitation) -> dict[str, Array]:
+    """The same speeds, with an exponent of one."""
+    speeds = _grid(excitation)["speed"]
+    return {"speed": speeds, "exponent": np.ones(len(speeds))}
+
+
+def _another_curve(values: Mapping[str, float], top_speed: float) -> str:
+    """The board's law has an exponent of two."""
+    return "" if values["exponent"] == _BOARD else "it falls otherwise than the board's curve does"
 
 
 def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
@@ -57,7 +76,7 @@ EFFECT: Final = StribeckFriction(
         ),
     ),
     search=SearchSpec(
-        forms=(Form(("level",), ("speed",)),),
+        forms=(Form(("level",), ("speed",)), Form(("level",), ("speed",), grid=_exponential)),
         signature="friction is higher at low speed, the same accelerating and decelerating",
         alternatives=("nonlinear_viscous", "presliding_hysteresis"),
         experiment="slow speeds held for long, both ways: --motion staircase",
@@ -67,6 +86,7 @@ EFFECT: Final = StribeckFriction(
     ),
     draw=_draw,
     compensation=Compensation(
-        feedforward={"level": "stribeck_feedforward", "speed": "stribeck_speed_rad_s"}
+        feedforward={"level": "stribeck_feedforward", "speed": "stribeck_speed_rad_s"},
+        objection=_another_curve,
     ),
 )

@@ -105,6 +105,13 @@ def test_another_axis_angle_is_left_to_feedback() -> None:
     assert "another axis's position" in found.unused[1].reason
 
 
+def test_a_friction_curve_that_is_not_the_boards_is_left_out() -> None:
+    curve = {"level": 0.7, "speed": 0.2, "exponent": 1.0}
+    found = design(axis(term("stribeck_friction", curve)), HARDWARE)
+    assert found.gains.stribeck_feedforward == 0.0
+    assert found.unused[0].reason == "it falls otherwise than the board's curve does"
+
+
 def test_gains_of_the_law_are_all_numbers_that_a_board_takes() -> None:
     effects = {**{name: values for name, (values, _) in CURED.items()}, "backlash": BACKLASH}
     model = axis(*(term(name, values) for name, values in effects.items()))

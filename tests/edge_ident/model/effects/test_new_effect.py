@@ -171,6 +171,7 @@ def test_gains_cure_it_by_its_declaration_alone() -> None:
 def test_the_diagnosis_searches_for_it_and_the_page_describes_it() -> None:
     class View:
         reverses, late, several_speeds, other_axes = True, False, True, ("z",)
+        carriers = frozenset[str]()
 
     assert NAME in {found.effect for found in candidates(View(), rotary=True)}
     page = effect_pages.render()
