@@ -138,10 +138,8 @@ def condition(
     smooth_effort = lowpass(effort, cutoff_hz, period_s, delay_s=effort_shift_s)
     thinned = sampling is not None
     columns = filtered_regressor(position, cutoff_hz, period_s, decimated=thinned, motion=motion)
-    speed = rms(columns[:, 1])
-    moving = ~standing(position, noise, cutoff_hz, period_s, speed) & ~near_unknown(
-        unknown, cutoff_hz, period_s
-    )
+    still = standing(position, noise, cutoff_hz, period_s, rms(columns[:, 1]))
+    moving = ~still & ~near_unknown(unknown, cutoff_hz, period_s)
     acceleration_std = max(float(np.std(columns[:, 0])), _TINY)
     return Signals(
         grid=grid,
