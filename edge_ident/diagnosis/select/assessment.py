@@ -13,6 +13,7 @@ from edge_ident.diagnosis.fit.projection import orthonormal
 from edge_ident.diagnosis.fit.summary import nonzero_rms
 from edge_ident.diagnosis.select.acceptance import beyond, noise_limit, structure_left
 from edge_ident.diagnosis.select.own_effort import Array, base_space, own_efforts
+from edge_ident.diagnosis.select.polishing import polished
 from edge_ident.diagnosis.select.recorded_effort import recorded_sizes
 from edge_ident.diagnosis.select.search import Search
 from edge_ident.estimation.columns import unit_length
@@ -57,7 +58,7 @@ class Assessment:
         key = tuple(kept)
         if key not in self.cache:
             terms = tuple(self.model.terms[k] for k in kept)
-            self.cache[key] = self.search.polished(self.search.fit(self.start.base, terms))
+            self.cache[key] = polished(self.search, self.search.fit(self.start.base, terms))
         return self.cache[key]
 
     def left(self, model: FittedModel) -> float:

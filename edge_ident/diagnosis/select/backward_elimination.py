@@ -17,6 +17,7 @@ from edge_ident.diagnosis.select.alternatives import ComparedAlternatives, compa
 from edge_ident.diagnosis.select.cross_validation import HeldOutGain, near_zero
 from edge_ident.diagnosis.select.evidence import evidence_for_terms, staying
 from edge_ident.diagnosis.select.forms import in_best_forms
+from edge_ident.diagnosis.select.polishing import polished
 from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.select.thresholds import MOST_ROUNDS
 from edge_ident.model.effects import catalogue
@@ -118,13 +119,13 @@ def eliminate_backward(search: Search, model: FittedModel) -> SupportedModel:
         The selected model.
     """
     refused: list[Refused] = []
-    model = search.polished(in_best_forms(search, model))
+    model = polished(search, in_best_forms(search, model))
     for remaining in reversed(range(MOST_ROUNDS.value + 1)):
         seen = _look(search, model)
         if seen.change is None or not remaining:
             break
         refused += [seen.refused] if seen.refused else []
-        model = search.polished(in_best_forms(search, seen.change))
+        model = polished(search, in_best_forms(search, seen.change))
     comparisons = seen.comparisons or [
         compare_alternatives(search, model, k) for k in range(len(model.terms))
     ]

@@ -13,6 +13,7 @@ from edge_ident.diagnosis.select.acceptance import Evidence, decide
 from edge_ident.diagnosis.select.criterion import independent_samples
 from edge_ident.diagnosis.select.cross_validation import held_out_gain
 from edge_ident.diagnosis.select.evidence import evidence_for_terms, staying
+from edge_ident.diagnosis.select.polishing import polished
 from edge_ident.diagnosis.select.screening import unrepeatable
 from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.select.thresholds import (
@@ -127,7 +128,7 @@ def _largest(search: Search, start: FittedModel, without: frozenset[str]) -> Fit
         least = min(model.error for model in larger)
         larger = [model for model in larger if model.error < FOLLOWED.value * least]
         beam = _distinct(sorted(larger, key=search.criterion.value))[: BEAM_WIDTH.value]
-        beam[0] = search.polished(beam[0])
+        beam[0] = polished(search, beam[0])
         for model in beam:
             if search.gain(best, model) > 0.0:
                 best = model

@@ -24,8 +24,7 @@ from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm, build, fit
 from edge_ident.diagnosis.fit.grid_rows import Searched, grid_rows, kept_rows
 from edge_ident.diagnosis.fit.library import Grid, Library
 from edge_ident.diagnosis.fit.noise_floor import noise_floor
-from edge_ident.diagnosis.fit.projection import orthonormal
-from edge_ident.diagnosis.fit.refinement import FINE, Refinements
+from edge_ident.diagnosis.fit.refinement import Refinements
 from edge_ident.diagnosis.fit.scoring import ResidualSubspace, ScoredCandidate
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.select.criterion import Criterion
@@ -278,21 +277,3 @@ class Search:
             return False
         replica = cached_regressors(self.noise_replica, *of_term)
         return reliable(rows[:, valid], replica[:, valid], fitted.jacobian[valid], replica_jacobian)
-
-    def polished(self, fitted: FittedModel) -> FittedModel:
-        """Refine the nonlinear parameters of each term once more, finely, beside all the others."""
-        for k, t in enumerate(fitted.terms):
-            if not (self.refines and t.candidate.form.nonlinear):
-                continue
-            rest = self.fit(fitted.base, fitted.without(k))
-            # the inertia may be free beside this term, and not without it
-            others = np.delete(fitted.jacobian, fitted.columns_of(k), axis=1)[self.data.valid]
-            basis = orthonormal(others)
-            subspace = replace(ResidualSubspace.of(self.data, rest), basis=basis, key=None)
-            here, grid = ScoredCandidate(t, np.inf), self.grids[t.candidate]
-            better = self.refinements.refined(subspace, here, grid, FINE)
-            terms = (*fitted.terms[:k], better.term, *fitted.terms[k + 1 :])
-            candidate = self.fit(fitted.base, terms)
-            if candidate.error < fitted.error:
-                fitted = candidate
-        return fitted
