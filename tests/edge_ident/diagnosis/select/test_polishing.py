@@ -1,0 +1,37 @@
+"""What a search that refines nothing makes of the points that it knows."""
+
+import numpy as np
+import pytest
+
+from edge_ident.diagnosis.fit.candidates import Candidate
+from edge_ident.diagnosis.fit.fitting import FittedTerm, fit
+from edge_ident.diagnosis.prepare.preparation import prepare_axis
+from edge_ident.diagnosis.select.polishing import polished
+from edge_ident.diagnosis.select.search import Search
+from edge_ident.model.effects import named
+from tests.edge_ident.diagnosis.select.test_search_parts import TEMPLATE, recorded, rigid, swing
+
+PERIOD = 0.9371
+
+
+def ripple(period: float) -> FittedTerm:
+    (form,) = named("torque_ripple").search.forms
+    none = dict.fromkeys(form.linear, 0.0)
+    return FittedTerm(Candidate("torque_ripple", form), {"period": period}, none)
+
+
+def test_a_term_takes_the_best_point_beside_the_others() -> None:
+    """It entered at another one, when the others were not there yet."""
+    t, x, v, a = swing()
+    wave = 0.3 * np.sin(2.0 * np.pi * x / PERIOD)
+    data = prepare_axis([recorded(t, x, rigid(v, a) + wave, noise=0.01)], "x")
+    start = fit(data, TEMPLATE, np.zeros(4), ())
+    search = Search.of(data, TEMPLATE, start)
+    right = search.fit(start.base, (ripple(PERIOD),))
+    entered = search.fit(start.base, (ripple(1.05),))
+    known = search.with_refined_points(right)
+    assert not known.refines
+    (found,) = polished(known, entered).terms
+    assert found.nonlinear["period"] == pytest.approx(PERIOD, rel=1e-9)
+    assert found.linear["sine"] == pytest.approx(0.3, rel=0.05)
+    assert polished(known, right).terms == right.terms, "nothing is better"
