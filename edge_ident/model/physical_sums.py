@@ -9,15 +9,17 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.model.effect import Effect
 from edge_ident.model.effects import named
-from edge_ident.model.model import AxisModel, Term
+from edge_ident.model.inverse import along_motion
+from edge_ident.model.model import AxisModel
 from edge_ident.model.motion import Motion
 
 _EVER: Final = (-1e12, 1e12)
 """Long before and long after any record, in s."""
-ANGLES: Final = tuple(float(angle) for angle in np.linspace(0.0, 2.0 * np.pi, 16, endpoint=False))
+_ANGLES: Final = np.linspace(0.0, 2.0 * np.pi, 16, endpoint=False)
 """All around another joint, in rad; what lies between them is 2 % of an amplitude at most."""
+_TOO_FAST: Final = 1e12
+"""Velocity at which no Stribeck friction is left."""
 _ROUNDING: Final = 1e-9
 
 
@@ -42,14 +44,21 @@ def left_by_terms(axis: AxisModel) -> Left:
     axis : AxisModel
         Of one drive.
     """
+    at = everywhere(_TOO_FAST)
     inertia, friction = (
-        min(
-            sum(_at_once(named(t.effect), t, at, hook) for t in axis.terms)
-            for at in (_fast_at(time_s, angle) for time_s in _EVER for angle in ANGLES)
-        )
+        float(np.min(sum(getattr(named(t.effect), hook)(at, along_motion(t)) for t in axis.terms)))
         for hook in ("inertia", "friction")
     )
     return Left(inertia, friction)
+
+
+def everywhere(velocity: float) -> Motion:
+    """Instants (N, 1) at position zero and a velocity: long before and long after any record, with
+    another joint at rest at angles all around."""
+    time_s, angle = (x.reshape(-1, 1) for x in np.meshgrid(_EVER, _ANGLES))
+    zero = np.zeros(time_s.shape)
+    source = Motion.known(time_s, angle, zero, zero)
+    return replace(Motion.known(time_s, zero, zero + velocity, zero), source=source)
 
 
 def made_physical(axis: AxisModel, least_inertia: float) -> AxisModel:
@@ -72,15 +81,3 @@ def made_physical(axis: AxisModel, least_inertia: float) -> AxisModel:
             # it is not known better than by what had to be added
             std[name] = max(std.get(name, 0.0), more)
     return replace(axis, terms=(replace(base, values=values, std=std), *axis.terms[1:]))
-
-
-def _fast_at(time_s: float, other_angle: float) -> Motion:
-    """At position zero, too fast for the Stribeck effect; another joint rests at an angle."""
-    time, zero = np.full(1, time_s), np.zeros(1)
-    source = Motion.known(time, np.full(1, other_angle), zero, zero)
-    return replace(Motion.known(time, zero, zero + 1e12, zero), source=source)
-
-
-def _at_once(effect: Effect, term: Term, at: Motion, hook: str) -> float:
-    values = {name: np.asarray(value) for name, value in effect.complete(term.values).items()}
-    return float(np.sum(getattr(effect, hook)(at, values)))

@@ -11,6 +11,8 @@ def wave(angle: Array, cosine: Array, sine: Array) -> Array:
 
     A search asks for one amplitude after the other. One that is zero throughout costs nothing.
     """
+    if not (sine.any() or cosine.any()):
+        return np.zeros(())
     if not sine.any():
         return np.asarray(cosine * np.cos(angle))
     if not cosine.any():

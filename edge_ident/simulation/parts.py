@@ -1,8 +1,7 @@
 """The terms of a model, laid out for simulation: which hooks act, and where their states lie."""
 
 from collections.abc import Mapping
-from dataclasses import replace
-from typing import Final, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,12 +11,9 @@ from edge_ident.model.effect import Effect, Values
 from edge_ident.model.effects import named
 from edge_ident.model.model import PARAMETERS, AxisModel, Term
 from edge_ident.model.motion import Motion
-from edge_ident.model.physical_sums import ANGLES
+from edge_ident.model.physical_sums import everywhere
 
 Array = NDArray[np.float64]
-
-_EVER: Final = 1e12
-"""Time in s before and after everything."""
 
 
 class Part(NamedTuple):
@@ -82,7 +78,7 @@ class Parts:
         ModelError
             Effects take more inertia than there is.
         """
-        inertia = np.min([self._inertia(t, x) for t in (-_EVER, _EVER) for x in ANGLES], axis=0)
+        inertia = self._least_inertia()
         for name, least in zip(self.names, inertia.min(axis=1), strict=True):
             if least <= 0.0:
                 raise ModelError(
@@ -95,15 +91,13 @@ class Parts:
             rate[i] += part.effect.fastest_rate(part.values, inertia[i], float(top_speed[i]))
         return max(float(np.max(rate)), float(np.finfo(float).tiny))
 
-    def _inertia(self, time_s: float, other_angle: float) -> Array:
-        """At a moment, while all others rest at an angle."""
-        inertia = self.base["inertia"].copy()
-        time, zero = np.asarray(time_s), np.zeros(inertia.shape[1])
-        source = Motion.known(time, zero + other_angle, zero, zero)
-        at = replace(Motion.known(time, zero, zero, zero), source=source)
-        for part in self.all:
+    def _least_inertia(self) -> Array:
+        """What terms leave of the inertia at any time and any angle of another joint, (A, D)."""
+        at = everywhere(0.0)
+        inertia = np.repeat(self.base["inertia"][:, None], len(at.time_s), axis=1)
+        for part in self.through("inertia"):
             inertia[part.axis] += part.effect.inertia(at, part.values)
-        return inertia
+        return np.asarray(inertia.min(axis=1))
 
     def _source(self, axis: int, term: Term) -> int | None:
         if not named(term.effect).has_source(term.source_axis):

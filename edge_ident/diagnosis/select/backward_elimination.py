@@ -6,21 +6,19 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from edge_ident.diagnosis.fit.candidates import Candidate
 from edge_ident.diagnosis.fit.external_vibrations import VIBRATION
 from edge_ident.diagnosis.fit.fitting import FittedModel, build
 from edge_ident.diagnosis.fit.own_columns import own_columns
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.result import Refused
-from edge_ident.diagnosis.select.acceptance import Decision, Evidence, decide
+from edge_ident.diagnosis.select.acceptance import Decision
 from edge_ident.diagnosis.select.alternatives import ComparedAlternatives, compare_alternatives
 from edge_ident.diagnosis.select.cross_validation import HeldOutGain, near_zero
 from edge_ident.diagnosis.select.evidence import evidence_for_terms, staying
-from edge_ident.diagnosis.select.forms import in_best_forms
+from edge_ident.diagnosis.select.forms import in_best_forms, with_another_form
 from edge_ident.diagnosis.select.polishing import polished
 from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.select.thresholds import MOST_ROUNDS
-from edge_ident.model.effects import catalogue
 from edge_ident.model.model import Term
 
 
@@ -161,19 +159,8 @@ def _look(search: Search, model: FittedModel) -> _Round:
     refused = Refused(model.terms[weakest].candidate.effect, decisions[weakest].reason)
     change = search.fit(model.base, model.without(weakest))
     if set(close[weakest]) & set(model.terms[weakest].nonlinear):
-        change = _another_form(search, change, model.terms[weakest].candidate)
+        change = with_another_form(search, change, model.terms[weakest].candidate)
     return _Round(gains, decisions, comparisons, change, refused)
-
-
-def _another_form(search: Search, rest: FittedModel, candidate: Candidate) -> FittedModel:
-    """A model with another form of an effect, where that is accepted: a wave over the stroke, so
-    long that nothing tells its period, is a parabola."""
-    found = search.score(rest, frozenset(catalogue()) - {candidate.effect})
-    for scored in (s for s in found if s.candidate not in (candidate, VIBRATION)):
-        form = search.fit(rest.base, (*rest.terms, scored.term))
-        if decide(rest.terms, form.terms, Evidence(search.gain(rest, form))).accepted:
-            return form
-    return rest
 
 
 def _replaced(

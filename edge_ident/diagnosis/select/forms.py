@@ -1,42 +1,57 @@
-"""The form of an effect that is decisively better beside all the other terms.
+"""Other forms of an effect in a term's place, or in the place of one that has left.
 
 A term enters in the form that explains most of what was left then. Beside terms that came later,
 another form of the effect may do with fewer parameters, or fit better.
 """
 
-from collections.abc import Iterable, Iterator
-
+from edge_ident.diagnosis.fit.candidates import Candidate
 from edge_ident.diagnosis.fit.external_vibrations import VIBRATION
 from edge_ident.diagnosis.fit.fitting import FittedModel
-from edge_ident.diagnosis.select.acceptance import separable
+from edge_ident.diagnosis.fit.scoring import ScoredCandidate
+from edge_ident.diagnosis.select.acceptance import Evidence, decide, separable
 from edge_ident.diagnosis.select.search import Search
 from edge_ident.model.effects import catalogue
 
 
 def in_best_forms(search: Search, model: FittedModel) -> FittedModel:
-    """A model whose terms have their best forms, one term after the other.
+    """A model whose terms have their best forms, one term after the other: each the one that is
+    decisively better beside all the others, where there is one.
 
     Parameters
     ----------
     search : Search
     model : FittedModel
     """
-    for place in range(len(model.terms)):
-        model = _best(search, model, _in_other_forms(search, model, place))
+    for place, term in enumerate(model.terms):
+        rest = search.fit(model.base, model.without(place))
+        before, after = model.terms[:place], model.terms[place + 1 :]
+        forms = [s.term for s in _others(search, rest, term.candidate) if not s.on_edge]
+        models = [search.fit(model.base, (*before, form, *after)) for form in forms]
+        best = min(models, key=search.criterion.value, default=model)
+        model = best if separable(search.gain(model, best)) else model
     return model
 
 
-def _in_other_forms(search: Search, model: FittedModel, place: int) -> Iterator[FittedModel]:
-    """The model with one of its terms in each other form that is promising there."""
-    candidate = model.terms[place].candidate
-    rest = search.fit(model.base, model.without(place))
-    for scored in search.score(rest, frozenset(catalogue()) - {candidate.effect}):
-        if scored.candidate not in (candidate, VIBRATION) and not scored.on_edge:
-            terms = (*model.terms[:place], scored.term, *model.terms[place + 1 :])
-            yield search.fit(model.base, terms)
+def with_another_form(search: Search, rest: FittedModel, candidate: Candidate) -> FittedModel:
+    """A model with another form of an effect that has left, where that is accepted: a wave over the
+    stroke, so long that nothing tells its period, is a parabola.
+
+    Parameters
+    ----------
+    search : Search
+    rest : FittedModel
+        The other terms.
+    candidate : Candidate
+        That has left.
+    """
+    for scored in _others(search, rest, candidate):
+        form = search.fit(rest.base, (*rest.terms, scored.term))
+        if decide(rest.terms, form.terms, Evidence(search.gain(rest, form))).accepted:
+            return form
+    return rest
 
 
-def _best(search: Search, model: FittedModel, others: Iterable[FittedModel]) -> FittedModel:
-    """The best of the others, where it is decisively better than the model."""
-    best = min(others, key=search.criterion.value, default=model)
-    return best if separable(search.gain(model, best)) else model
+def _others(search: Search, rest: FittedModel, candidate: Candidate) -> list[ScoredCandidate]:
+    """Other forms of a candidate's effect that are promising on top of a model."""
+    found = search.score(rest, frozenset(catalogue()) - {candidate.effect})
+    return [scored for scored in found if scored.candidate not in (candidate, VIBRATION)]

@@ -29,7 +29,7 @@ class StribeckFriction(Effect):
     parameters = (
         Parameter("level", "{effort}", 0.0, 1e9, "static friction less Coulomb friction"),
         Parameter("speed", "{position}/s", 1e-9, 1e9, "at which 1/e of it is left"),
-        Parameter("exponent", "1", 0.5, 4.0, "how steeply it falls about there", default=2.0),
+        Parameter("exponent", "1", 0.5, 4.0, "how steeply it falls about there", default=_BOARD),
     )
 
     def friction(self, at: Motion, values: Values) -> Array:
