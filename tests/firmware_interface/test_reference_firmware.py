@@ -93,6 +93,7 @@ CHECKS = (
     "stops_and_the_next_command_come_first",
     "power_cut_at_any_step_leaves_the_old_gains_whole",
     "board_without_a_limit_does_not_know_the_command",
+    "board_without_a_network_says_nothing",
 )
 
 
