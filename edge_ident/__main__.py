@@ -10,7 +10,7 @@ programs have the cores. It asks how many to start when it is loaded.
 import gc
 import os
 
-from edge_ident.support.interrupts import end_at_once
+from edge_ident.support.interrupts import end_at_once, exit_code_counts
 
 _ALLOCATED = 100_000
 """Objects after which garbage is looked for: more than a command loads, which all stay."""
@@ -28,6 +28,7 @@ def main() -> None:
     finally:
         # nothing is left to be cleaned up while the interpreter shuts down
         end_at_once()
+        exit_code_counts()
         gc.freeze()
 
 

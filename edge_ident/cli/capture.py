@@ -1,6 +1,6 @@
 """The command capture: a motion and its recording."""
 
-from typing import Annotated, Any, get_args
+from typing import Annotated, Any
 
 import typer
 
@@ -8,10 +8,11 @@ import edge_ident
 from edge_ident import commissioning, report
 from edge_ident.cli.command import command
 from edge_ident.cli.hiding import HideOptions
+from edge_ident.cli.motion_options import Cycles, periods
 from edge_ident.cli.options import BoardOptions, ResultOptions, deliver
 from edge_ident.cli.progress import shown_progress
-from edge_ident.cli.run import Cycles, MotionName
 from edge_ident.cli.sessions import session
+from edge_ident.drive.motions import MOTIONS
 
 MotionOrFile = Annotated[
     str,
@@ -32,6 +33,7 @@ def register(app: typer.Typer) -> None:
 @command
 def capture(
     *,
+    context: typer.Context,
     where: BoardOptions,
     motion: MotionOrFile = "sinusoid",
     cycles: Cycles = None,
@@ -45,11 +47,8 @@ def capture(
 
     Example: `edge-ident capture --device virtual --motion multisine --output captures/a`
     """
-    followed: Any = motion
-    if motion not in get_args(get_args(MotionName)[0]):
-        if cycles is not None:
-            raise typer.BadParameter("the motion of a file has no periods", param_hint="--cycles")
-        followed = edge_ident.load_motion(motion)
+    cycles = periods(context, motion, cycles)
+    followed: Any = motion if motion in MOTIONS else edge_ident.load_motion(motion)
     hidden = faults.hidden()
     with session(where, results.output, hidden) as opened:
         path = opened.folder / commissioning.CAPTURE_FILE

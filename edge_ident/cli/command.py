@@ -2,6 +2,7 @@
 
 import functools
 import inspect
+import math
 import sys
 import time
 from collections.abc import Callable, Mapping
@@ -67,6 +68,7 @@ def _command(function: Callable[..., None], *, needs_settings: bool) -> Callable
         if "context" in {*parameters, *in_groups}:
             given["context"] = context
         with telling(_verbosity(began.verbosity, quiet, verbose)):
+            _check_finite(context, given)
             try:
                 if needs_settings and began.settings_error:
                     raise began.settings_error
@@ -79,6 +81,13 @@ def _command(function: Callable[..., None], *, needs_settings: bool) -> Callable
     wrapper.__doc__ = with_example(function.__doc__ or "")
     wrapper.__signature__ = _expanded(parameters, groups)  # type: ignore[attr-defined]
     return wrapper
+
+
+def _check_finite(context: typer.Context, given: Mapping[str, Any]) -> None:
+    for option in context.command.params:
+        value = given.get(option.name or "")
+        if isinstance(value, float) and not math.isfinite(value):
+            raise typer.BadParameter(f"{value} is no finite number", context, option)
 
 
 def _timed(function: Callable[..., None], given: Mapping[str, Any]) -> None:

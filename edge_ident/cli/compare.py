@@ -21,6 +21,7 @@ Tries = Annotated[
     typer.Option(
         "--tries",
         min=1,
+        max=10_000,
         metavar="NUMBER",
         help="Number of tries of random search; the network makes 8 passes.",
     ),

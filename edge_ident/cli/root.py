@@ -45,7 +45,7 @@ def begin(
     """
     error = None
     try:
-        context.default_map = settings.default_map(context.command)
+        context.default_map = settings.default_map(context)
     except EdgeIdentError as found:
         error = found
     context.obj = Beginning(Verbosity(quiet, verbose), error)

@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass
-from typing import Annotated, Literal
+from typing import Annotated
 
 import typer
 
@@ -11,6 +11,7 @@ from edge_ident import commissioning, report
 from edge_ident.cli.command import UNTRUSTED, command
 from edge_ident.cli.hiding import HideOptions
 from edge_ident.cli.messages import say
+from edge_ident.cli.motion_options import Cycles, MotionName, periods
 from edge_ident.cli.options import (
     Bandwidth,
     BoardOptions,
@@ -25,21 +26,6 @@ from edge_ident.cli.options import (
 )
 from edge_ident.cli.progress import shown_progress
 from edge_ident.cli.sessions import session
-
-MotionName = Annotated[
-    Literal["sinusoid", "multisine", "staircase"],
-    typer.Option("--motion", envvar="EDGE_IDENT_MOTION", help="Motion that the axes make."),
-]
-Cycles = Annotated[
-    int | None,
-    typer.Option(
-        "--cycles",
-        min=1,
-        metavar="NUMBER",
-        envvar="EDGE_IDENT_CYCLES",
-        help="Number of periods of the motion.",
-    ),
-]
 
 
 def percentage(text: str) -> float:
@@ -57,6 +43,7 @@ def percentage(text: str) -> float:
 class MotionOptions:
     """How the axes move, and how far a run may go to find out what is wrong."""
 
+    context: typer.Context
     motion: MotionName = "sinusoid"
     cycles: Cycles = None
     most_motions: Annotated[
@@ -179,7 +166,7 @@ def _plan(
     """What the options ask for."""
     return commissioning.Plan(
         motions.motion,
-        motions.cycles,
+        periods(motions.context, motions.motion, motions.cycles),
         gains.bandwidth,
         not gains.dry_run,
         gains.store,

@@ -93,22 +93,40 @@ def setting_name(parameter: Any) -> str | None:
     return variable.removeprefix(PREFIX).lower()
 
 
-def default_map(root: Any) -> dict[str, Any]:
+def default_map(context: typer.Context) -> dict[str, Any]:
     """The settings as defaults of commands, in the form that typer takes.
+
+    Parameters
+    ----------
+    context : typer.Context
+        Of the command line as a whole.
 
     Raises
     ------
     DataError
-        If the file cannot be used.
+        The file cannot be used, or one of its settings cannot.
     """
-    known, values = {key for key, _ in options(root)}, read_settings()
-    for key in values:
-        if key not in known:
+    known, values = list(options(context.command)), read_settings()
+    for key, value in values.items():
+        replaced = [option for name, option in known if name == key]
+        if not replaced:
             raise DataError(
                 f"{settings_file()}: there is no setting {key}",
                 f"remove it with: edge-ident config unset {key}",
             )
-    return _defaults(root, {k: v for k, v in values.items() if k not in BOARD})
+        for option in replaced:
+            _check_value(context, option, key, value)
+    return _defaults(context.command, {k: v for k, v in values.items() if k not in BOARD})
+
+
+def _check_value(context: typer.Context, option: Any, key: str, value: Any) -> None:
+    try:
+        option.process_value(context, value)
+    except (typer.BadParameter, OverflowError) as error:
+        raise DataError(
+            f"{settings_file()}: {key} = {value!r}: {error}",
+            f"set it anew: edge-ident config set {key} VALUE, or remove it: config unset {key}",
+        ) from error
 
 
 def _defaults(command: Any, values: Mapping[str | None, Any]) -> dict[str, Any]:

@@ -11,8 +11,10 @@ from edge_ident import report
 from edge_ident.cli.command import command
 from edge_ident.cli.file_options import FileOptions
 from edge_ident.cli.messages import print_document, say
+from edge_ident.cli.motion_options import periods
 from edge_ident.cli.options import Json, RecordingOutput, Seed, recording_file
 from edge_ident.cli.progress import shown_progress
+from edge_ident.drive.description import MOST_CYCLES
 
 if TYPE_CHECKING:
     from typing import Literal
@@ -65,6 +67,7 @@ class MotionOptions(FileOptions):
         typer.Option(
             "--cycles",
             min=1,
+            max=MOST_CYCLES,
             metavar="NUMBER",
             help="Number of periods of a sinusoid or multisine.",
         ),
@@ -72,8 +75,7 @@ class MotionOptions(FileOptions):
 
     def load(self) -> "Motion":
         """Return the name of the motion, or what the file holds."""
-        if self.cycles is not None and self.motion not in ("sinusoid", "multisine", "paper"):
-            raise typer.BadParameter(f"{self.motion} has no periods", param_hint="--cycles")
+        periods(self.context, _NAMED_MOTIONS.get(self.motion, self.motion), self.cycles)
         if self.motion in _NAMED_MOTIONS:
             return _NAMED_MOTIONS[self.motion]
         path = Path(self.motion)

@@ -13,7 +13,7 @@ from edge_ident.commissioning.gains.files import save_backup
 from edge_ident.commissioning.gains.motor_way import unseen_load
 from edge_ident.commissioning.gains.outcome import GainChange
 from edge_ident.commissioning.gains.trial import MotionBefore, Recorded, Trial
-from edge_ident.commissioning.motion.capture import Capture, check_drive, come_to_rest
+from edge_ident.commissioning.motion.capture import Capture, check_drive, check_room, come_to_rest
 from edge_ident.commissioning.motion.observer import Observer
 from edge_ident.commissioning.motion.safety import make_ready, ready_to_move
 from edge_ident.commissioning.study.board_answer import BoardAnswer, board_answer
@@ -182,6 +182,7 @@ def commission(
     # before the effort goes on: whatever happens from there, the backup is there
     save_backup(gains_before, board.identity, folder / BACKUP_FILE)
     rehearse(study, trajectory)
+    check_room(folder / CAPTURE_FILE, board, trajectory)
     with ready_to_move(board, observer.say):
         first, early = _first_motion(study, trajectory, plan.until)
         answer = _answer_of_board(study, first)

@@ -36,7 +36,8 @@ from edge_ident.control.position_loop import (
 )
 from edge_ident.errors import GainError
 from edge_ident.model.base_in_time import base_at
-from edge_ident.model.model import AxisModel
+from edge_ident.model.model import BOARD_UNITS, AxisModel
+from edge_ident.support.words import listed
 from firmware_interface.gains import AxisGains
 
 PHASE_MARGIN_RAD: Final = math.radians(50.0)
@@ -123,9 +124,10 @@ def design(
     Raises
     ------
     GainError
-        Unphysical parameters, an inertia known too poorly, or a wanted bandwidth that does not
-        keep the margins.
+        The model is not in rad and N·m, parameters are unphysical, the inertia is known too
+        poorly, or a wanted bandwidth does not keep the margins.
     """
+    _check_units(axis)
     if at_s is not None:
         axis = base_at(axis, at_s)
     _check_physical(axis)
@@ -141,6 +143,15 @@ def design(
             "are needed",
         )
     return _with_effects(wanted, axis, hardware, at_s)
+
+
+def _check_units(axis: AxisModel) -> None:
+    if axis.units != BOARD_UNITS:
+        raise GainError(
+            f"the model is in {listed(axis.units)}, and gains of a board are in rad and N*m",
+            "convert the recording with --unit, --resolution or --torque-constant, and identify "
+            "again",
+        )
 
 
 def _check_physical(axis: AxisModel) -> None:

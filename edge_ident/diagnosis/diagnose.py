@@ -17,11 +17,11 @@ from edge_ident.diagnosis.fit.traded import with_trades
 from edge_ident.diagnosis.fit.wide_band import above_band
 from edge_ident.diagnosis.measures import Validation
 from edge_ident.diagnosis.motion_check import with_motion_errors
+from edge_ident.diagnosis.pooled import check_pooled
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.data_quality import data_findings
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.recording_checks import (
-    check_axes,
     contradicted,
     effort_findings,
     with_unrecorded_axes,
@@ -95,7 +95,8 @@ def diagnose(
     Raises
     ------
     DataError
-        An axis hardly moves, or is not in every recording.
+        An axis hardly moves, or the recordings are not of one machine: their axes or units differ,
+        or one is given twice.
 
     Examples
     --------
@@ -107,7 +108,7 @@ def diagnose(
     begin_s = recordings[0].begin_s
     recordings = [replace(each, begin_s=each.begin_s - begin_s) for each in recordings]
     names = [name for name in recordings[0].axes if name in (only or recordings[0].axes)]
-    check_axes([*recordings, *([validate] if validate else [])])
+    check_pooled([*recordings, *([validate] if validate else [])])
     axes, validations = {}, {}
     rules = Rules(tolerance, stability, keep_minor)
     for done, name in enumerate(names):

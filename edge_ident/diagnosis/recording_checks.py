@@ -15,13 +15,11 @@ from edge_ident.diagnosis.own_values import own_values
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.segment import Segment
 from edge_ident.diagnosis.tolerance import TOLERANCE
-from edge_ident.errors import DataError
 from edge_ident.estimation import least_squares
 from edge_ident.estimation.effort_checks import check_effort, unbounded, unphysical
 from edge_ident.estimation.trust import Finding, check_estimate
 from edge_ident.model.model import PARAMETERS
 from edge_ident.signals.conditioning import condition, filtered_regressor
-from edge_ident.signals.data_checks import check_efforts
 from edge_ident.signals.filters import lowpass
 from edge_ident.signals.metrics import rms
 from edge_ident.signals.motion_lines import ONE_LINE, strongest_line
@@ -263,17 +261,3 @@ def with_unrecorded_axes(
             blocks=False,
         ),
     )
-
-
-def check_axes(recordings: Sequence[Recording]) -> None:
-    """Raise DataError where recordings have different axes, or an effort that never changes."""
-    first = recordings[0]
-    for recording in recordings:
-        check_efforts(recording)
-    for other in recordings[1:]:
-        if set(other.axes) != set(first.axes):
-            raise DataError(
-                f"{other.source} has axes {', '.join(other.axes)}, {first.source} has "
-                f"{', '.join(first.axes)}",
-                "give recordings of the same machine, or rename columns with --column",
-            )

@@ -15,6 +15,8 @@ from typing import Any, Final
 from edge_ident.errors import DataError
 from firmware_interface.motion import Multisine, SineComponent, Trajectory
 
+MOST_CYCLES: Final = 1000
+"""Periods of a motion: hours of the slowest ones."""
 BUILT_IN: Final = Path(__file__).with_name("feed_drive.toml")
 AXIS_RANGES: Final = {
     "gear_ratio": (1e-3, 1e4),
@@ -32,7 +34,7 @@ TABLE_RANGES: Final = {
     "sampling": {"period_s": (1e-5, 0.1)},
     "trajectory": {
         "angular_frequency_rad_s": (1e-3, 1e3),
-        "cycles": (1, 1000),
+        "cycles": (1, MOST_CYCLES),
         "lead_in_s": (0.1, 60.0),
     },
 }

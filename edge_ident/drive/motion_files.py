@@ -1,6 +1,5 @@
 """A motion as a file: what `plan` designs, and `capture` and `simulate` follow."""
 
-import json
 import math
 from collections.abc import Mapping
 from dataclasses import asdict
@@ -8,7 +7,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from edge_ident.errors import DataError
-from edge_ident.support.json_text import write_json
+from edge_ident.support.json_text import read_json, write_json
 from firmware_interface.motion import (
     MAXIMUM_COMPONENTS,
     MAXIMUM_LEVELS,
@@ -80,8 +79,8 @@ def load_motion(path: str | Path) -> Trajectory:
     if not path.is_file():
         raise DataError(f"{path}: no such file", _NEXT)
     try:
-        document = json.loads(path.read_text(encoding="utf-8"))
-    except (ValueError, RecursionError) as error:
+        document = read_json(path)
+    except ValueError as error:
         raise DataError(f"{path}: it is no JSON: {error}", _NEXT) from error
     if not isinstance(document, dict) or document.get("schema") != SCHEMA:
         raise DataError(f"{path}: its schema is not {SCHEMA}", _NEXT)

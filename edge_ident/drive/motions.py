@@ -9,6 +9,7 @@ from firmware_interface.motion import Multisine, SineComponent, Staircase, Traje
 
 MotionName = Literal["sinusoid", "multisine", "staircase"]
 MOTIONS: Final[tuple[MotionName, ...]] = ("sinusoid", "multisine", "staircase")
+PERIODIC: Final[tuple[MotionName, ...]] = ("sinusoid", "multisine")
 
 _HARMONICS: Final = (1, 3, 7, 11, 17, 23)
 """Of the description's frequency; the high ones give the acceleration that inertia needs."""
@@ -26,7 +27,7 @@ def named_trajectory(drive: Drive, name: MotionName, cycles: int | None = None) 
     drive : Drive
     name : {"sinusoid", "multisine", "staircase"}
     cycles : int, optional
-        Periods of the motion; default from the description.
+        Periods of a sinusoid or multisine; default from the description.
     """
     sinusoid = drive.trajectory(cycles)
     if name == "sinusoid":

@@ -18,6 +18,7 @@ from edge_ident.estimation.network_estimate import (
     estimate_together,
     motion_mismatch,
 )
+from edge_ident.model.model import BOARD_UNITS
 from edge_ident.signals.one_period import (
     Blocks,
     KnownMotion,
@@ -31,7 +32,6 @@ from firmware_interface.registers import AXES, IdentificationReason
 
 FEWEST_MOVING: Final = 0.5
 """Share of the period in which an axis has to move: the rest is bridged by straight lines."""
-_UNITS: Final = ("rad", "N*m")
 
 
 def why_not_on_a_board(manifest: Manifest) -> str:
@@ -41,7 +41,7 @@ def why_not_on_a_board(manifest: Manifest) -> str:
         return "it was trained for random starts"
     if motion.effects:
         return f"it was trained for drives with {', '.join(motion.effects)}"
-    if (motion.position_unit, motion.effort_unit) != _UNITS:
+    if (motion.position_unit, motion.effort_unit) != BOARD_UNITS:
         return f"it was trained for {motion.position_unit} and {motion.effort_unit}"
     return ""
 

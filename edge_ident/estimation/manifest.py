@@ -1,6 +1,5 @@
 """The manifest of a network: its motion, its accuracy, the hashes of its files."""
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,6 +12,7 @@ from edge_ident.errors import ModelError
 from edge_ident.estimation.image import Normalization
 from edge_ident.model.model import PARAMETERS
 from edge_ident.signals.dct import POINTS
+from edge_ident.support.json_text import from_json
 
 Array = NDArray[np.float64]
 Variant = Literal["fp32", "int8"]
@@ -119,7 +119,7 @@ def load_manifest(path: Path) -> Manifest:
         If it is missing, malformed or of another schema.
     """
     try:
-        fields = json.loads(read_content(path))
+        fields = from_json(read_content(path))
         if fields["schema"] != SCHEMA:
             raise ValueError(f"schema is {fields['schema']}, not {SCHEMA}")
         return _manifest(fields)

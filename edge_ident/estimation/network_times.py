@@ -19,6 +19,7 @@ import onnxruntime
 
 from edge_ident.estimation.manifest import GRAPHS, Graph, Variant
 from edge_ident.support.atomic_files import atomic_write
+from edge_ident.support.json_text import read_json
 
 Way = tuple[Variant, Graph]
 """To run a network."""
@@ -99,7 +100,7 @@ def _measured(passes: Mapping[Way, Callable[[], object]]) -> dict[Way, float]:
 def _read(path: Path) -> dict[str, dict[str, Any]]:
     """What is remembered, by machine; nothing where the file is missing or of another kind."""
     try:
-        document = json.loads(path.read_text(encoding="utf-8"))
+        document = read_json(path)
         machines = document["machines"] if document["schema"] == _SCHEMA else {}
         return {str(name): dict(networks) for name, networks in machines.items()}
     except (OSError, ValueError, KeyError, TypeError, AttributeError):

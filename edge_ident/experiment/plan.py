@@ -16,7 +16,9 @@ from edge_ident.experiment.distance import error_probability
 from edge_ident.experiment.limits import MARGIN, Allowed, Use
 from edge_ident.experiment.loops import Loops
 from edge_ident.experiment.result import AxisUse, MotionPlan, PlannedPair
+from edge_ident.model.model import BOARD_UNITS
 from edge_ident.signals.recording import Recording
+from edge_ident.support.words import listed
 from firmware_interface.board_types import AxisLimits
 from firmware_interface.gains import AxisGains
 
@@ -198,10 +200,9 @@ def _check_axes(diagnosis: Diagnosis, drive: Drive) -> None:
     """Raise DataError where limits and recordings cannot be compared."""
     drive.check_axes(diagnosis.axes)
     for name, axis in diagnosis.axes.items():
-        units = (axis.model.position_unit, axis.model.effort_unit)
-        if units != ("rad", "N*m"):
+        if axis.model.units != BOARD_UNITS:
             raise DataError(
-                f"axis {name} was recorded in {units[0]} and {units[1]}, the limits of a drive "
+                f"axis {name} was recorded in {listed(axis.model.units)}, the limits of a drive "
                 "description are in rad and N*m",
                 "convert the recording with --unit, --resolution or --torque-constant",
             )

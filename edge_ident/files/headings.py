@@ -49,5 +49,10 @@ def unique(headings: Iterable[str]) -> list[str]:
     for position, heading in enumerate(headings, start=1):
         text = heading.strip() or f"column_{position}"
         seen[text] = seen.get(text, 0) + 1
-        made.append(text if seen[text] == 1 else f"{text} ({seen[text]})")
+        made.append(text if seen[text] == 1 else repetition(text, seen[text]))
     return made
+
+
+def repetition(heading: str, number: int) -> str:
+    """What a heading is called where it stands in a file for the second time, and so on."""
+    return f"{heading} ({number})"

@@ -56,10 +56,15 @@ def find_recordings(
     Raises
     ------
     DataError
-        There is no such folder, or no recording in it.
+        There is no such folder, no recording in it, or it lies in that of the results.
     """
     if not folder.is_dir():
         raise DataError(f"{folder}: no such folder", "give the folder that holds the recordings")
+    if output is not None and folder.resolve().is_relative_to(output.resolve()):
+        raise DataError(
+            f"{output}: the recordings are in the folder for the results",
+            "choose another folder for the results with --output",
+        )
     results = {path.parent for path in folder.rglob(RESULT)} | ({output} if output else set())
     skipped = {path.resolve() for path in results}
     files = [

@@ -5,13 +5,12 @@ and the version of edge-ident. What failed is not kept: it is tried again.
 """
 
 import hashlib
-import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final
 
 from edge_ident.fleet.result import Failed, SurveyedAxis, SurveyedCause, SurveyedRecording, Value
-from edge_ident.support.json_text import to_json, write_json
+from edge_ident.support.json_text import read_json, to_json, write_json
 from edge_ident.support.version import VERSION
 
 SCHEMA: Final = "edge-ident/survey-recording/1"
@@ -42,7 +41,7 @@ def key_of(sha256: str, ending: str, options: Mapping[str, Any]) -> str:
 def load_kept(folder: Path, key: str) -> dict[str, Any] | None:
     """A result that was kept; None where there is none that can be read."""
     try:
-        document = json.loads((folder / FOLDER / f"{key}.json").read_text(encoding="utf-8"))
+        document = read_json(folder / FOLDER / f"{key}.json")
         recording_of(document, "", "", "")  # complete
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         return None

@@ -87,9 +87,9 @@ def survey(
     ['adequate', 'adequate']
     """
     kept = None if output is None else Path(output)
+    files, left_out = find_recordings(Path(folder), units, pattern, kept)
     if kept is not None:
         kept.mkdir(parents=True, exist_ok=True)  # before the work, not after it
-    files, left_out = find_recordings(Path(folder), units, pattern, kept)
     common = Options(options or ReadOptions(), model, diagnose).document()
     done, tasks = dict[Found, SurveyedRecording](), []
     for number, file in enumerate(files):

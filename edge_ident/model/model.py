@@ -21,6 +21,8 @@ from edge_ident.model.supported_range import SupportedRange
 PARAMETERS: Final = ("inertia", "viscous_friction", "coulomb_friction", "offset")
 POSITIVE: Final = np.array([True, True, True, False])
 """Which parameters physics requires to be positive; the offset may have either sign."""
+BOARD_UNITS: Final = ("rad", "N*m")
+"""Units of position and effort in which a board's limits and gains are."""
 BASE: Final = "rigid_body"
 """Name of the base term."""
 NORMAL_95: Final = 1.96
@@ -115,6 +117,11 @@ class AxisModel:
     terms: tuple[Term, ...]
     position_unit: str = "rad"
     effort_unit: str = "N*m"
+
+    @property
+    def units(self) -> tuple[str, str]:
+        """Of position and effort."""
+        return self.position_unit, self.effort_unit
 
     @property
     def parameters(self) -> NDArray[np.float64]:

@@ -1,6 +1,5 @@
 """Model files: JSON of schema edge-ident/model/1, the same for every command's --model."""
 
-import json
 import math
 from collections.abc import Sequence
 from pathlib import Path
@@ -12,7 +11,7 @@ from edge_ident.model.model import AxisModel, Model, SourceFile, Term
 from edge_ident.model.model_reading import SCHEMA, model_of, unit_of
 from edge_ident.model.supported_range import QUANTITIES
 from edge_ident.support.hashing import file_sha256
-from edge_ident.support.json_text import finite, write_json
+from edge_ident.support.json_text import finite, read_json, write_json
 from edge_ident.support.version import VERSION
 
 _UNDERFLOW: Final = 1e-100
@@ -170,7 +169,7 @@ def load_model(path: str | Path) -> Model:
     if not path.is_file():
         raise ModelError(f"{path}: no such file", "give the path of a model file (.json)")
     try:
-        document = json.loads(path.read_text(encoding="utf-8"))
+        document = read_json(path)
     except ValueError as error:
         raise ModelError(
             f"{path}: not a JSON file ({error})", "write it again with identify --output DIR"

@@ -2,12 +2,21 @@
 
 import math
 from collections.abc import Mapping
+from contextlib import suppress
 from typing import Any, Final
 
 from edge_ident.errors import ModelError
 from edge_ident.model.effect import Parameter
 from edge_ident.model.effects import named
-from edge_ident.model.model import BASE, AxisModel, Model, SourceFile, Term, inertia_unit
+from edge_ident.model.model import (
+    BASE,
+    AxisModel,
+    Model,
+    SourceFile,
+    Term,
+    effect_names,
+    inertia_unit,
+)
 from edge_ident.model.physical_sums import left_by_terms
 from edge_ident.model.supported_range import QUANTITIES, SupportedRange
 
@@ -82,6 +91,8 @@ class _Reader:
         if not (isinstance(first, dict) and first.get("effect") == BASE):
             raise self._error(place, f"its first term is not {BASE}", f"begin terms with {BASE}")
         axis = AxisModel(tuple(self._term(place, term, units) for term in terms), *units)
+        if BASE in effect_names(axis):
+            raise self._error(place, f"it has {BASE} twice", "write it once, as the first term")
         self._check_sums(place, axis)
         return axis
 
@@ -108,7 +119,7 @@ class _Reader:
             entry = self._mapping(given, parameter.name, f"{place}, parameter {parameter.name}")
             values[parameter.name] = self._value(place, parameter, entry, units)
             if entry.get("std") is not None:
-                std[parameter.name] = self._number(place, parameter.name, "std", entry["std"])
+                std[parameter.name] = self._deviation(place, parameter.name, entry["std"])
         supported = self._range(place, document)
         return Term(name, values, std, document.get("source_axis"), supported)
 
@@ -148,13 +159,25 @@ class _Reader:
             )  # fmt: skip
         return value
 
-    def _number(self, place: str, parameter: str, key: str, value: Any) -> float:
-        number = isinstance(value, int | float) and not isinstance(value, bool)
-        if not number or not math.isfinite(value):
+    def _deviation(self, place: str, parameter: str, value: Any) -> float:
+        std = self._number(place, parameter, "std", value)
+        if std < 0.0:
             raise self._error(
-                f"{place}, parameter {parameter}", f"its {key} is {value!r}", "give a finite number"
+                f"{place}, parameter {parameter}", f"its std is {std:g}", "give 0 or more"
             )
-        return float(value)
+        return std
+
+    def _number(self, place: str, parameter: str, key: str, value: Any) -> float:
+        number = math.nan
+        if isinstance(value, int | float) and not isinstance(value, bool):
+            with suppress(OverflowError):  # an integer of more than 308 digits
+                number = float(value)
+        if not math.isfinite(number):
+            raise self._error(
+                f"{place}, parameter {parameter}", f"its {key} is {value!r:.40}",
+                "give a finite number",
+            )  # fmt: skip
+        return number
 
     def _check_sources(self, name: str, axis: AxisModel, axes: Mapping[str, AxisModel]) -> None:
         others = [other for other in axes if other != name]

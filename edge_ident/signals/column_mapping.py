@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from edge_ident.errors import DataError
-from edge_ident.files.headings import split_heading
+from edge_ident.files.headings import repetition, split_heading
 from edge_ident.files.table import Column, Table
 from edge_ident.files.units import Unit, known_unit
 from edge_ident.signals.column_proposals import Proposal, propose_axes, propose_time
@@ -77,7 +77,7 @@ def map_columns(table: Table, options: ReadOptions) -> ColumnMapping:
     checked_options(options)
     said, units = _said(table, options)
     targets = {heading: Proposal(target, "as given") for heading, target in said.items()}
-    targets |= _contract(table, said)
+    targets |= _contract(table, said, options)
     free = [column for column in table.columns if column.heading not in targets]
     free = [replace(c, unit=units.get(c.heading, c.unit)) for c in free]
     native = any(proposal.target != TIME for proposal in targets.values())
@@ -97,10 +97,19 @@ def map_columns(table: Table, options: ReadOptions) -> ColumnMapping:
         _use(column, targets.get(column.heading, Proposal(None, "")), units, options, period_s)
         for column in table.columns
     )
+    repeated = _repeated(uses, said)
+    questions += [f"several columns are named {heading}" for heading in repeated]
     return ColumnMapping(
         uses, period_s, why if period_s is not None else "", tuple(questions),
-        _accepting(uses, table, targets, options),
+        _accepting(uses, table, targets, repeated, options),
     )  # fmt: skip
+
+
+def _repeated(uses: tuple[ColumnUse, ...], said: Mapping[str, str]) -> tuple[str, ...]:
+    """Headings of used columns that stand in the file again, unless the user named the column."""
+    headings = {use.heading for use in uses}
+    used = [use.heading for use in uses if use.target is not None and use.heading not in said]
+    return tuple(heading for heading in used if repetition(heading, 2) in headings)
 
 
 def _said(table: Table, options: ReadOptions) -> tuple[dict[str, str], dict[str, str]]:
@@ -124,7 +133,7 @@ def _said(table: Table, options: ReadOptions) -> tuple[dict[str, str], dict[str,
     return said, units
 
 
-def _contract(table: Table, said: Mapping[str, str]) -> dict[str, Proposal]:
+def _contract(table: Table, said: Mapping[str, str], options: ReadOptions) -> dict[str, Proposal]:
     """Headings that are names of the contract, also in another unit, such as `x_position_deg`;
     unless it is by chance: no time, no whole axis."""
     targets = {
@@ -140,12 +149,17 @@ def _contract(table: Table, said: Mapping[str, str]) -> dict[str, Proposal]:
         return {}
     if len(parsed) < len(targets):  # two headings for one column: that of the contract counts
         targets = {heading: heading for heading in targets if parse_name(heading)}
-    return {
-        heading: Proposal(
-            target, "the contract's name" if heading == target else "its name, in another unit"
-        )
-        for heading, target in targets.items()
-    }
+    return {heading: _named(heading, target, options) for heading, target in targets.items()}
+
+
+def _named(heading: str, target: str, options: ReadOptions) -> Proposal:
+    """A column whose heading tells what it is; a current is a torque where the user says which."""
+    axis, quantity, _ = parse_name(target) or ("", "", "")
+    if quantity == "current" and options.torque_constant is not None:
+        return Proposal(f"{axis}_torque_nm", "its current, by the torque constant")
+    return Proposal(
+        target, "the contract's name" if heading == target else "its name, in another unit"
+    )
 
 
 def _contract_name(column: Column) -> str | None:
@@ -202,7 +216,11 @@ def _unused(column: Column) -> str:
 
 
 def _accepting(
-    uses: tuple[ColumnUse, ...], table: Table, targets: Mapping[str, Proposal], options: ReadOptions
+    uses: tuple[ColumnUse, ...],
+    table: Table,
+    targets: Mapping[str, Proposal],
+    repeated: tuple[str, ...],
+    options: ReadOptions,
 ) -> tuple[str, ...]:
     """Options of the command line that say what a proposal guesses."""
     said: list[str] = []
@@ -210,7 +228,7 @@ def _accepting(
         if use.target is None:
             continue
         heading, proposal = use.heading, targets[use.heading]
-        if use.target != heading:
+        if use.target != heading or heading in repeated:
             said += ["--column", f"{heading}={use.target}"]
         if use.unit_text is not None and use.unit_text != column.unit:
             said += ["--unit", f"{heading}={use.unit_text}"]

@@ -1,5 +1,6 @@
 """From the unit of a column in a file to that of the contract."""
 
+import math
 import re
 from typing import Final
 
@@ -32,6 +33,12 @@ def checked_options(options: ReadOptions) -> None:
         raise DataError(
             f"--resolution {options.resolution}: not counts per turn or length",
             "write it as 8192/turn or 1000/mm",
+        )
+    constant = options.torque_constant
+    if constant is not None and not 0.0 < constant < math.inf:
+        raise DataError(
+            f"--torque-constant {constant:g}: not a torque constant",
+            "give a number above 0, in N*m/A",
         )
     rated = None if options.rated_effort is None else stated_unit(options.rated_effort)
     if options.rated_effort is not None and (rated is None or rated.base not in ("N*m", "N", "A")):

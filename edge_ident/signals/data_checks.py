@@ -107,7 +107,7 @@ def _check_increasing(source: str, time_s: Array, first_row: int) -> None:
         row = first_row + back[0] + 1
         raise DataError(
             f"{source}, row {row}, column time_s: time goes from "
-            f"{time_s[back[0]]:.6g} to {time_s[back[0] + 1]:.6g} s",
+            f"{time_s[back[0]]:.15g} to {time_s[back[0] + 1]:.15g} s",
             "sort the rows by time and remove repeated ones",
         )
 
@@ -154,7 +154,7 @@ def check_motions(recording: Recording, first_row: int = 0) -> None:
         effort_where = f"{recording.source}, axis {name}, effort"
         _check_spike(effort_where, axis.effort, axis.effort_unit, first_row)
         _check_stuck(where, driver, position, first_row)
-        _check_jump(where, steps, first_row)
+        _check_jump(where, steps, np.diff(recording.time_s), first_row)
 
 
 def check_efforts(recording: Recording) -> None:
@@ -245,8 +245,10 @@ def _check_stuck(where: str, driver: Array, position: Array, first_row: int) -> 
         )
 
 
-def _check_jump(where: str, steps: Array, first_row: int) -> None:
-    """One step far larger than the steps beside it and than nearly all others: lost counts."""
+def _check_jump(where: str, distances: Array, passed_s: Array, first_row: int) -> None:
+    """One step far larger than the steps beside it and than nearly all others: lost counts. Across
+    a gap of the time stamps an axis goes farther, and its mean speed counts."""
+    steps = distances / np.maximum(passed_s / quantile(passed_s, 0.5), 1.0)
     around = np.maximum(np.append(steps[1:], 0.0), np.insert(steps[:-1], 0, 0.0))
     alone = np.flatnonzero(steps > _JUMP_RATIO * around)
     if not len(alone):
@@ -257,7 +259,7 @@ def _check_jump(where: str, steps: Array, first_row: int) -> None:
     if len(jumps):
         row = first_row + jumps[0] + 1
         raise DataError(
-            f"{where}, row {row}: jumps by {steps[jumps[0]]:.4g} in one sample "
+            f"{where}, row {row}: jumps by {distances[jumps[0]]:.4g} in one sample "
             f"({usual:.2g} is usual)",
             "check for lost counts or a counter that wraps; unwrap the position, or cut the file",
         )

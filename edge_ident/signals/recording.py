@@ -75,6 +75,11 @@ class AxisRecord:
     sampling: Sampling | None = None
 
     @property
+    def units(self) -> tuple[str, str]:
+        """Of position and effort."""
+        return self.position_unit, self.effort_unit
+
+    @property
     def parameter_units(self) -> tuple[str, str, str, str]:
         """Units of inertia, viscous friction, Coulomb friction and offset."""
         effort, position = self.effort_unit, self.position_unit

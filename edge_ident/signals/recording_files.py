@@ -4,6 +4,7 @@
 other names are mapped to these.
 """
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -37,6 +38,11 @@ Array = NDArray[np.float64]
 Source = Union[str, Path, "DataFrame"]
 
 _SHIFT: Final = "effort_shift_s"
+_LARGEST_SHIFT_S: Final = 10.0
+"""Beyond what any controller's effort can be shifted."""
+_FORMAT: Final = "%.12g"
+_TIME_FORMAT: Final = "%.16g"
+"""Seconds since 1970 take ten digits before the point."""
 
 
 @dataclass(frozen=True)
@@ -166,7 +172,7 @@ def inspect_recording(source: Source, options: ReadOptions | None = None) -> Ins
         options=mapping.options,
         _columns={} if mapping.questions else _converted(table, mapping, rows),
         _first_row=table.first_row,
-        _effort_shift_s=float(table.header.get(_SHIFT, "0")),
+        _effort_shift_s=_effort_shift_s(table),
     )
 
 
@@ -243,7 +249,8 @@ def save_recording(recording: Recording, path: str | Path) -> None:
         with partial.open("w", newline="") as file:
             file.write(f"# {_SHIFT}={recording.effort_shift_s!r}\n")
             file.write(",".join(columns) + "\n")
-            np.savetxt(file, np.column_stack(list(columns.values())), fmt="%.12g", delimiter=",")
+            formats = [_TIME_FORMAT] + [_FORMAT] * (len(columns) - 1)
+            np.savetxt(file, np.column_stack(list(columns.values())), fmt=formats, delimiter=",")
 
 
 def _converted(table: Table, mapping: ColumnMapping, rows: int) -> dict[str, Array]:
@@ -259,6 +266,20 @@ def _converted(table: Table, mapping: ColumnMapping, rows: int) -> dict[str, Arr
     if mapping.period_s is not None:
         columns[TIME] = mapping.period_s * np.arange(rows, dtype=np.float64)
     return columns
+
+
+def _effort_shift_s(table: Table) -> float:
+    text = table.header.get(_SHIFT, "0")
+    try:
+        shift_s = float(text)
+    except ValueError:
+        shift_s = math.nan
+    if not abs(shift_s) <= _LARGEST_SHIFT_S:
+        raise DataError(
+            f"{table.source}: its {_SHIFT} is {text}",
+            f"give seconds, {-_LARGEST_SHIFT_S:g} to {_LARGEST_SHIFT_S:g}, or leave it out",
+        )
+    return shift_s
 
 
 def _shell(options: tuple[str, ...]) -> str:

@@ -3,8 +3,11 @@
 This is the first module that the script loads: what it imports must load fast.
 """
 
+import _thread
 import os
 import signal
+import sys
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
@@ -18,6 +21,8 @@ ENDING: "Final" = tuple(s for s in signal.Signals if s.name in ("SIGINT", "SIGTE
 INTERRUPTED: "Final" = 130
 """Exit code of a command that such a signal ended."""
 
+_SOON_S: "Final" = 1e-3
+"""Until a destructor has ended; if it has not, the same happens again."""
 _received: "Final[list[int]]" = []
 
 
@@ -35,7 +40,17 @@ def end_as_by_ctrl_c() -> None:
 
     A signal that the caller has this process ignore stays ignored.
     """
+    sys.unraisablehook = _not_lost
     _handle_endings(_interrupt)
+
+
+def exit_code_counts() -> None:
+    """Have the interpreter end with the exit code that it is given, after an interruption as well.
+
+    It would end by SIGINT where that came while code of a string ran, such as that of a dataclass:
+    it remembers so until code of a string runs again.
+    """
+    exec("")
 
 
 def interrupted() -> bool:
@@ -76,3 +91,19 @@ def _end_process(number: int, frame: FrameType | None) -> None:
 def _interrupt(number: int, frame: FrameType | None) -> None:
     _received.append(number)
     raise KeyboardInterrupt
+
+
+def _not_lost(swallowed: "sys.UnraisableHookArgs") -> None:
+    """Interrupt again what was interrupted in a destructor, where no exception gets out."""
+    if swallowed.exc_type is KeyboardInterrupt:
+        _thread.start_new_thread(_interrupt_soon, (_thread.get_ident(),))
+    else:
+        sys.__unraisablehook__(swallowed)
+
+
+def _interrupt_soon(thread: int) -> None:
+    time.sleep(_SOON_S)
+    if sys.platform == "win32":
+        _thread.interrupt_main(_received[-1])
+    else:
+        signal.pthread_kill(thread, _received[-1])  # also where it waits for something

@@ -1,7 +1,6 @@
 """Gains as files: backups of a board's, and designs; both can be staged or restored."""
 
 import dataclasses
-import json
 import logging
 import math
 from dataclasses import dataclass
@@ -10,7 +9,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from edge_ident.errors import DataError
-from edge_ident.support.json_text import write_json
+from edge_ident.support.json_text import read_json, write_json
 from firmware_interface.board import BoardIdentity
 from firmware_interface.gains import AxisGains, Bank
 
@@ -71,8 +70,8 @@ def load_gains(path: Path) -> GainFile:
             "give a backup, or gains.json from `edge-ident gains FILE --output DIR`",
         )
     try:
-        document = json.loads(path.read_text("utf-8"))
-    except (ValueError, RecursionError) as error:
+        document = read_json(path)
+    except ValueError as error:
         raise _error(path, f"not a JSON document ({error})") from error
     schema = document.get("schema") if isinstance(document, dict) else None
     if schema not in (BACKUP_SCHEMA, _DESIGN_SCHEMA):

@@ -13,7 +13,7 @@ from edge_ident.control.position_loop import LoopHardware
 from edge_ident.errors import DataError, GainError, ModelError
 from edge_ident.identification.identify import identify
 from edge_ident.identification.result import Identification
-from edge_ident.model.model import Model
+from edge_ident.model.model import BOARD_UNITS, Model
 from edge_ident.signals.recording import Recording
 from firmware_interface.board import AxisLimits, BoardIdentity
 from firmware_interface.gains import Bank
@@ -141,7 +141,7 @@ def _identified(recording: Recording, known: Model | None) -> Identification:
 def _checked(model: Model, axes: tuple[str, ...]) -> Model:
     for name in axes:
         axis = model.axes.get(name)
-        if axis is None or (axis.position_unit, axis.effort_unit) != ("rad", "N*m"):
+        if axis is None or axis.units != BOARD_UNITS:
             raise ModelError(
                 f"the board's axis {name} is not in the model, or not in rad and N*m",
                 "give a model or recording of the drive of this board",

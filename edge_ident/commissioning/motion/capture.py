@@ -138,9 +138,9 @@ def capture_motion(
             f"{reachable.lead_in_s:.1f} s"
         )
     board.write_trajectory(reachable)
-    expected = round(trajectory.duration_s / board.identity.sample_period_s)
+    expected = _samples(board, trajectory)
     if file is not None:
-        _check_room(file, expected, len(board.axes))
+        check_room(file, board, trajectory)
     board.arm()
     pages: list[CapturePage] = []
     with _kept_if_cut_short(board, pages, file, say):
@@ -178,9 +178,15 @@ def come_to_rest(board: Board, capture: Capture) -> None:
         raise fault_error(status)
 
 
-def _check_room(file: Path, samples: int, axes: int) -> None:
-    """Refuse a motion whose recording would not fit on the disk."""
-    needed = samples * _COLUMN_BYTES * (1 + _COLUMNS_PER_AXIS * axes)
+def check_room(file: Path, board: Board, trajectory: Trajectory) -> None:
+    """Refuse a motion whose recording would not fit on the disk; best before the effort goes on.
+
+    Raises
+    ------
+    DataError
+    """
+    samples = _samples(board, trajectory)
+    needed = samples * _COLUMN_BYTES * (1 + _COLUMNS_PER_AXIS * len(board.axes))
     free = shutil.disk_usage(file.parent).free
     if free < needed:
         raise DataError(
@@ -188,6 +194,10 @@ def _check_room(file: Path, samples: int, axes: int) -> None:
             f"{needed / 1e6:.1f} MB",
             "free some space or choose another folder with --output; this motion was not made",
         )
+
+
+def _samples(board: Board, trajectory: Trajectory) -> int:
+    return round(trajectory.duration_s / board.identity.sample_period_s)
 
 
 def partial_file(file: Path) -> Path:

@@ -2,7 +2,12 @@
 
 from pathlib import Path
 
-from edge_ident.commissioning.motion.capture import Capture, capture_motion, check_drive
+from edge_ident.commissioning.motion.capture import (
+    Capture,
+    capture_motion,
+    check_drive,
+    check_room,
+)
 from edge_ident.commissioning.motion.observer import Observer
 from edge_ident.commissioning.motion.safety import ready_to_move
 from edge_ident.drive.description import Drive
@@ -48,6 +53,7 @@ def record_motion(
         trajectory, stage = motion, "motion"
     else:
         trajectory, stage = named_trajectory(drive, motion, cycles), motion
+    check_room(file, board, trajectory)
     with ready_to_move(board, observer.say):
         observer.stage(stage)
         found = capture_motion(board, trajectory, observer.samples, file, observer.say)

@@ -160,6 +160,11 @@ def rehearse(study: Study, trajectory: Trajectory) -> None:
     not met its code, memory is asked for, and what depends on the length alone is computed. The
     position is the reference, rounded to counts, and every parameter of the effort is one. What is
     found counts for nothing.
+
+    Raises
+    ------
+    ModelError
+        The model of the drive does not fit its board.
     """
     period_s = study.board.identity.sample_period_s
     count = 2.0 * np.pi / study.board.identity.counts_per_turn
@@ -171,7 +176,8 @@ def rehearse(study: Study, trajectory: Trajectory) -> None:
         effort += _REHEARSED_NOISE * np.std(effort) * rng.standard_normal(len(effort))
         axes[name] = AxisRecord(count * np.round(along.position_rad / count), effort, "rad", "N*m")
     try:
-        identify(Recording(time_s, axes, "rehearsal"), study.network, diagnose=False)
+        made_up = Recording(time_s, axes, "rehearsal")
+        identify(made_up, study.network, model=study.model, diagnose=False)
     except DataError as error:  # too short, or at rest: the recording itself will tell
         log.info("rehearsal: %s", error.cause)
 

@@ -165,13 +165,23 @@ def test_units_of_equal_names_keep_their_endings(tmp_path: Path) -> None:
     assert [file.unit for file in found] == ["a.csv", "a.npz", "b"]
 
 
-@pytest.mark.parametrize("make", [False, True])
-def test_a_folder_without_recordings_is_refused(tmp_path: Path, make: bool) -> None:
-    folder = tmp_path / "none"
-    if make:
-        folder.mkdir()
-    with pytest.raises(edge_ident.DataError, match=r"no such folder|no recording"):
-        edge_ident.survey(folder)
+@pytest.mark.parametrize(
+    ("folder", "said"),
+    [
+        ("missing", "no such folder"),
+        ("file.csv", "no such folder"),
+        ("empty", "there is no recording"),
+        (".", "in the folder for the results"),
+    ],
+)
+def test_a_folder_without_recordings_is_refused(tmp_path: Path, folder: str, said: str) -> None:
+    (tmp_path / "empty").mkdir()
+    (tmp_path / "file.csv").touch()
+    before = sorted(tmp_path.rglob("*"))
+    output = tmp_path / folder / ("" if folder == "." else "results")
+    with pytest.raises(edge_ident.DataError, match=said):
+        edge_ident.survey(tmp_path / folder, output=output)
+    assert sorted(tmp_path.rglob("*")) == before
 
 
 # ---- processes

@@ -1,0 +1,41 @@
+"""Options of a motion that the axes make, or a simulated drive."""
+
+from typing import Annotated, Literal
+
+import typer
+
+from edge_ident.drive.description import MOST_CYCLES
+from edge_ident.drive.motions import PERIODIC
+
+MotionName = Annotated[
+    Literal["sinusoid", "multisine", "staircase"],
+    typer.Option("--motion", envvar="EDGE_IDENT_MOTION", help="Motion that the axes make."),
+]
+Cycles = Annotated[
+    int | None,
+    typer.Option(
+        "--cycles",
+        min=1,
+        max=MOST_CYCLES,
+        metavar="NUMBER",
+        envvar="EDGE_IDENT_CYCLES",
+        help="Number of periods of a sinusoid or multisine.",
+    ),
+]
+
+
+def periods(context: typer.Context, motion: str, cycles: int | None) -> int | None:
+    """Number of periods of a motion; None where it has none, or its own.
+
+    Raises
+    ------
+    typer.BadParameter
+        The command line gives a number for a motion that has none; as a setting it counts for
+        others.
+    """
+    if motion in PERIODIC:
+        return cycles
+    source = context.get_parameter_source("cycles")
+    if cycles is not None and source is not None and source.name == "COMMANDLINE":
+        raise typer.BadParameter(f"{motion} has no periods", param_hint="--cycles")
+    return None

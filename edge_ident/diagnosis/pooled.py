@@ -1,0 +1,48 @@
+"""Whether recordings can be pooled: fitted together, or used to validate each other."""
+
+from collections.abc import Sequence
+from itertools import combinations
+
+import numpy as np
+
+from edge_ident.errors import DataError
+from edge_ident.signals.data_checks import check_efforts
+from edge_ident.signals.recording import Recording
+from edge_ident.support.words import listed
+
+
+def check_pooled(recordings: Sequence[Recording]) -> None:
+    """Refuse what no model can be fitted to.
+
+    Raises
+    ------
+    DataError
+        An effort never changes, axes or units differ, or two recordings are the same one.
+    """
+    for recording in recordings:
+        check_efforts(recording)
+    for one, other in combinations(recordings, 2):
+        _check_pair(one, other)
+
+
+def _check_pair(one: Recording, other: Recording) -> None:
+    if set(other.axes) != set(one.axes):
+        raise DataError(
+            f"{other.source} has axes {', '.join(other.axes)}, {one.source} has "
+            f"{', '.join(one.axes)}",
+            "give recordings of the same machine, or rename columns with --column",
+        )
+    for name, axis in one.axes.items():
+        units, others = axis.units, other.axes[name].units
+        if units != others:
+            raise DataError(
+                f"axis {name} is in {listed(units)} in {one.source}, and in {listed(others)} in "
+                f"{other.source}",
+                "convert one of them: edge-ident import, with --unit, --resolution or "
+                "--torque-constant",
+            )
+    if all(np.array_equal(axis.effort, other.axes[name].effort) for name, axis in one.axes.items()):
+        raise DataError(
+            f"{one.source} and {other.source} hold the same recording",
+            "give it once: a copy shows nothing new, and would make the intervals too narrow",
+        )
