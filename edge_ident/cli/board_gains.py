@@ -154,6 +154,8 @@ def stage(
         backup = commissioning.back_up(active, board.identity, change.backups)
         commissioning.stage_gains(board, wanted)
         number = board.identity.serial_number
+        if loaded.serial_number not in (None, number):
+            say(f"these are the gains of board {loaded.serial_number}, and this is board {number}")
         found = report.GainReport(number, active, wanted, predicted, backup)
     _deliver(found, results)
     say("the gains are staged and read back; activate them with: edge-ident gains commit")

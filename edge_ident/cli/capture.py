@@ -8,11 +8,10 @@ import edge_ident
 from edge_ident import commissioning, report
 from edge_ident.cli.command import command
 from edge_ident.cli.hiding import HideOptions
-from edge_ident.cli.motion_options import Cycles, periods
+from edge_ident.cli.motion_options import MOTIONS, Cycles, periods
 from edge_ident.cli.options import BoardOptions, ResultOptions, deliver
 from edge_ident.cli.progress import shown_progress
 from edge_ident.cli.sessions import session
-from edge_ident.drive.motions import MOTIONS
 
 MotionOrFile = Annotated[
     str,

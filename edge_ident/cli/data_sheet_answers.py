@@ -142,6 +142,8 @@ class Answers(ABC):
             question = entry.question_for(sheet)
             if question is not None:
                 sheet = self._settled(self._matter(axis, sheet, entry, question))
+            elif self._given.of(axis, entry.name) is not None:
+                say(f"axis {axis} is {sheet.kind}: {option_of(entry.name)} does not count for it")
         return sheet
 
     def _matter(

@@ -1,6 +1,8 @@
 """Errors that a user can act on, with their exit codes."""
 
 import errno
+import os
+import sys
 from typing import Final, NamedTuple
 
 from edge_ident.cli.messages import print_document, say, say_always
@@ -63,18 +65,20 @@ def tell(error: BaseException, failure: Failure, *, as_json: bool) -> int:
 
 def print_failure(error: BaseException, failure: Failure) -> None:
     """Print the one JSON document of a command that failed, schema edge-ident/error/1."""
-    print_document(
-        {
-            "schema": "edge-ident/error/1",
-            "code": failure.code,
-            "error": type(error).__name__,
-            "message": failure.cause,
-            "cause": failure.cause,
-            "next_step": failure.next_step,
-            "notes": _notes(error),
-            "exit_code": failure.exit_code,
-        }
-    )
+    document = {
+        "schema": "edge-ident/error/1",
+        "code": failure.code,
+        "error": type(error).__name__,
+        "message": failure.cause,
+        "cause": failure.cause,
+        "next_step": failure.next_step,
+        "notes": _notes(error),
+        "exit_code": failure.exit_code,
+    }
+    try:
+        print_document(document)
+    except OSError:  # stdout may be what failed; what it still holds would fail again at the end
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _notes(error: BaseException) -> list[str]:

@@ -1,7 +1,7 @@
 """Commands that leave the machine at rest where it should be: home, hold, stop, clear-fault."""
 
 import math
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
@@ -14,6 +14,9 @@ from edge_ident.cli.sessions import connected, located
 
 if TYPE_CHECKING:
     from edge_ident.commissioning import BoardStatus
+
+_SHOWN: Final = 5e-5
+"""Half of the last digit that is printed, rad."""
 
 Targets = Annotated[
     list[str] | None,
@@ -66,8 +69,9 @@ def home(
     """Move the axes slowly to position zero, to a position (--to) or by a distance (--by).
 
     The command does not search for a reference mark. Positions of an axis that is not homed count
-    from where it stood when the board was switched on. The positions are printed; with --output
-    they are also written to home.json in that folder.
+    from where it stood when the board was switched on. The positions are printed, and what is left
+    of the way: friction holds an axis short of its target where gains are weak. With --output they
+    are also written to home.json in that folder.
 
     Example: `edge-ident home --to x=1.5 --to z=-0.5 --device /dev/ttyACM0`
     """
@@ -82,7 +86,13 @@ def home(
             done = commissioning.move_to(board, targets or zero, bars, speed)
     results.deliver(report.home_document(done), "home.json")
     for axis, way in done.ways.items() if not results.json else []:
-        print(f"{axis}: {way.from_rad:.4f} → {way.reached_rad:.4f} rad")
+        short = f", {way.left_rad:.4f} rad from {way.to_rad:.4f}" if way.left_rad >= _SHOWN else ""
+        print(f"{axis}: {way.from_rad:.4f} → {way.reached_rad:.4f} rad{short}")
+    for axis in done.stuck:
+        say(
+            f"axis {axis} made less than half of its way. Look whether it can move; where only "
+            "friction holds it, a longer way or better gains move it"
+        )
 
 
 def _angles(texts: list[str], option: str) -> dict[str, float]:

@@ -1,16 +1,17 @@
 """Options of a motion that the axes make, or a simulated drive."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Final, Literal, get_args
 
 import typer
 
-from edge_ident.drive.description import MOST_CYCLES
-from edge_ident.drive.motions import PERIODIC
-
+MOST_CYCLES: Final = 1000
+"""Periods of a motion, as in a drive description: hours of the slowest ones."""
+_PERIODIC: Final = ("sinusoid", "multisine")
 MotionName = Annotated[
     Literal["sinusoid", "multisine", "staircase"],
     typer.Option("--motion", envvar="EDGE_IDENT_MOTION", help="Motion that the axes make."),
 ]
+MOTIONS: Final[tuple[str, ...]] = get_args(get_args(MotionName)[0])
 Cycles = Annotated[
     int | None,
     typer.Option(
@@ -33,7 +34,7 @@ def periods(context: typer.Context, motion: str, cycles: int | None) -> int | No
         The command line gives a number for a motion that has none; as a setting it counts for
         others.
     """
-    if motion in PERIODIC:
+    if motion in _PERIODIC:
         return cycles
     source = context.get_parameter_source("cycles")
     if cycles is not None and source is not None and source.name == "COMMANDLINE":

@@ -11,10 +11,9 @@ from edge_ident import report
 from edge_ident.cli.command import command
 from edge_ident.cli.file_options import FileOptions
 from edge_ident.cli.messages import print_document, say
-from edge_ident.cli.motion_options import periods
+from edge_ident.cli.motion_options import MOST_CYCLES, periods
 from edge_ident.cli.options import Json, RecordingOutput, Seed, recording_file
 from edge_ident.cli.progress import shown_progress
-from edge_ident.drive.description import MOST_CYCLES
 
 if TYPE_CHECKING:
     from typing import Literal

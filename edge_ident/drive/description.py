@@ -15,8 +15,6 @@ from typing import Any, Final
 from edge_ident.errors import DataError
 from firmware_interface.motion import Multisine, SineComponent, Trajectory
 
-MOST_CYCLES: Final = 1000
-"""Periods of a motion: hours of the slowest ones."""
 BUILT_IN: Final = Path(__file__).with_name("feed_drive.toml")
 AXIS_RANGES: Final = {
     "gear_ratio": (1e-3, 1e4),
@@ -34,7 +32,7 @@ TABLE_RANGES: Final = {
     "sampling": {"period_s": (1e-5, 0.1)},
     "trajectory": {
         "angular_frequency_rad_s": (1e-3, 1e3),
-        "cycles": (1, MOST_CYCLES),
+        "cycles": (1, 1000),
         "lead_in_s": (0.1, 60.0),
     },
 }

@@ -9,7 +9,6 @@ from firmware_interface.motion import Multisine, SineComponent, Staircase, Traje
 
 MotionName = Literal["sinusoid", "multisine", "staircase"]
 MOTIONS: Final[tuple[MotionName, ...]] = ("sinusoid", "multisine", "staircase")
-PERIODIC: Final[tuple[MotionName, ...]] = ("sinusoid", "multisine")
 
 _HARMONICS: Final = (1, 3, 7, 11, 17, 23)
 """Of the description's frequency; the high ones give the acceleration that inertia needs."""

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from edge_ident.estimation.columns import Columns
 from edge_ident.model.model import PARAMETERS, POSITIVE, Estimate
+from edge_ident.model.timing import LARGEST_SHIFT, Timing
 from edge_ident.signals.conditioning import Signals
 from edge_ident.signals.resampling import UNEVEN
 
@@ -169,6 +170,21 @@ def _inseparable(columns: Columns) -> list[Finding]:
     ]
 
 
+def with_timing(doubts: list[Finding], timing: Timing) -> list[Finding]:
+    """Doubts in parameters, and before them what may be behind these: friction follows the shift
+    between effort and position, and where a recording does not show that, its interval is wide."""
+    if not (doubts and timing.unknown):
+        return doubts
+    unknown = Finding(
+        "timing_unknown",
+        "the recording does not show how late the effort is, and friction follows that: its "
+        f"interval allows for ± {LARGEST_SHIFT:g} samples",
+        "record at a higher sample rate, so that the filter leaves more between two reversals",
+        blocks=False,
+    )
+    return [unknown, *doubts]
+
+
 def not_shown(findings: Iterable[Finding]) -> tuple[str, ...]:
     """Why parameters that fit a motion are not to be trusted, where a livelier one shows more.
 
@@ -209,7 +225,8 @@ def negative(name: str, value: float, std: float, *, blocks: bool) -> Finding:
 def _check_parameter(
     index: int, estimate: Estimate, rms_columns: Array, rms_effort: float
 ) -> Finding | None:
-    name, value, std = PARAMETERS[index], estimate.parameters[index], estimate.std[index]
+    name = PARAMETERS[index]
+    value, std = float(estimate.parameters[index]), float(estimate.std[index])
     spoken = name.replace("_", " ")
     if POSITIVE[index] and value < -CERTAIN * std:
         return negative(name, value, std, blocks=True)

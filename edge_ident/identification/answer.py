@@ -4,8 +4,9 @@
   comparison, whichever expects the smaller error. The network confirms it.
 - It is not, and the diagnosis supports causes: the base parameters of the extended model, even
   where it leaves something unexplained. A parameter that trades places with a cause has a wide
-  interval. Where what they add is minor, the difference to the base model is model error; and the
-  base model stays the answer where it fits better.
+  interval. Where what they add is minor, the difference to the base model is model error. The base
+  model stays the answer where it fits better, as along the motion of a controller that the
+  recording shows in place of the machine.
 - It is not, and nobody diagnosed it: the network where one applies. Under an effect that the base
   model lacks it is closer than least squares, which balances the effect over all samples. Its
   interval reaches as far as least squares.
@@ -33,6 +34,7 @@ from edge_ident.estimation.trust import (
     compare_estimators,
     describe_data,
     tied_to_time,
+    with_timing,
 )
 from edge_ident.identification.adequacy import Adequacy
 from edge_ident.identification.comparison import Comparison
@@ -142,7 +144,8 @@ def answer(question: Question, outcome: "AxisDiagnosis | str | None") -> AxisIde
     seen = range_of(signals, axis, samples, signals.effort + chosen.compensated.effects_effort)
     base = base_axis(chosen.estimate, axis.position_unit, axis.effort_unit, seen)
     findings = _what_was_done(question, outcome, seen, chosen.source)
-    findings += check_estimate(chosen.estimate, columns, measured, metric.relative_residual)
+    doubts = check_estimate(chosen.estimate, columns, measured, metric.relative_residual)
+    findings += with_timing(doubts, question.timing)
     findings += describe_scales(question.recording, question.name, chosen.estimate.parameters[0])
     if network is not None and question.adequacy.adequate:
         findings += compare_estimators(network, linear)
@@ -214,7 +217,7 @@ def _chosen(
 ) -> _Choice:
     if diagnosed is not None and len(diagnosed.model.terms) > 1 + len(question.compensated.effects):
         extended = _extended(question, diagnosed, bases)
-        if diagnosed.verdict is not Verdict.ADEQUATE or _fits(extended, question, bases[0]):
+        if _fits(extended, question, bases[0]):
             return extended
     adequate = question.adequacy.adequate or (
         diagnosed is not None and diagnosed.verdict is Verdict.ADEQUATE

@@ -11,7 +11,7 @@ from edge_ident.estimation.compensation import compensate_effects
 from edge_ident.identification.adequacy import Adequacy, judge
 from edge_ident.identification.comparison import Comparison
 from edge_ident.model.model import Model
-from edge_ident.model.timing import LARGEST_SHIFT, Timing
+from edge_ident.model.timing import EVEN_SHIFT, LARGEST_SHIFT, Timing
 from edge_ident.signals.recording import Recording
 from edge_ident.signals.timing import smallest_at, within_limits
 
@@ -101,7 +101,7 @@ def _as_slow_part(shifted: _Shifted, compensated: CompensatedAxis) -> InStep:
     """Take off the shift of the effort's slow part; to first order, so look at what is left."""
     sampling_s = compensated.signals.recorded_period_s
     largest_s = LARGEST_SHIFT * sampling_s
-    unknown = Timing(0.0, 0.0, LARGEST_SHIFT / 3.0**0.5)
+    unknown = Timing(0.0, 0.0, EVEN_SHIFT)
     stated = seen = InStep(compensated, Comparison.of(compensated), unknown)
     for _ in range(_LOOKS):
         further = seen.compared.shift(sampling_s)

@@ -1,11 +1,16 @@
 """The shift that a digital controller brings into a record; part of every model."""
 
+import math
 from dataclasses import dataclass
 from typing import Final
 
 LARGEST_SHIFT: Final = 1.5
 """Largest shift of a controller's timing, in sampling periods: one for its calculation, half a one
 because its command is held."""
+EVEN_SHIFT: Final = LARGEST_SHIFT / math.sqrt(3.0)
+"""Standard deviation of a shift of which only its limits are known, in sampling periods."""
+_UNKNOWN: Final = 0.9
+"""Deviation, of that, from which a recording says hardly anything of the shift."""
 
 
 @dataclass(frozen=True)
@@ -23,6 +28,11 @@ class Timing:
     shift_s: float = 0.0
     shift_samples: float = 0.0
     std_samples: float = 0.0
+
+    @property
+    def unknown(self) -> bool:
+        """Whether the recording says hardly more of the shift than its limits."""
+        return self.std_samples > _UNKNOWN * EVEN_SHIFT
 
 
 NO_SHIFT: Final = Timing()

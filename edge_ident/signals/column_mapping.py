@@ -106,9 +106,10 @@ def map_columns(table: Table, options: ReadOptions) -> ColumnMapping:
 
 
 def _repeated(uses: tuple[ColumnUse, ...], said: Mapping[str, str]) -> tuple[str, ...]:
-    """Headings of used columns that stand in the file again, unless the user named the column."""
+    """Headings of columns of an axis that stand in the file again, unless the user named the
+    column. A time may stand there for each channel."""
     headings = {use.heading for use in uses}
-    used = [use.heading for use in uses if use.target is not None and use.heading not in said]
+    used = [use.heading for use in uses if use.target not in (None, TIME, *said.values())]
     return tuple(heading for heading in used if repetition(heading, 2) in headings)
 
 

@@ -10,12 +10,19 @@ from edge_ident.commissioning.data_sheet.sheet import AxisSheet
 from edge_ident.drive.description import TABLE_RANGES, Drive, DriveAxis, load_drive
 from edge_ident.drive.motions import LIMIT_SHARE
 from edge_ident.errors import DataError
+from edge_ident.support.words import listed
 from firmware_interface.motion import stop_duration_s
 
 _SPEED_UP_S: Final = 1.0
 """To top speed, where the acceleration is not known: slow for a feed drive, so that it can."""
 _UNKNOWN_FRICTION: Final = 0.5
 """Part of the rated torque that is kept for friction and weight where they are not known."""
+_OF_TORQUE: Final = {
+    "rotor_inertia": "rotor inertia",
+    "load_inertia": "load",
+    "friction_nm": "friction",
+}
+"""What tells an acceleration, with the torque."""
 _DIGITS: Final = 10
 _MIDDLE: Final = "position zero is the middle of the travel: home the axes, or power up there"
 
@@ -156,8 +163,16 @@ def _assumed(sheet: AxisSheet) -> list[str]:
     """What stands in for what is not known of an axis; it makes the motion slower, never faster."""
     if sheet.inertia and sheet.friction_nm is None:
         return [f"friction not known: {_UNKNOWN_FRICTION:.0%} of the torque is kept for it"]
-    if sheet.inertia or sheet.acceleration_rad_s2 is not None:
-        return []
-    return [
-        f"acceleration not known: {_SPEED_UP_S:g} s to top speed is assumed; most drives need less"
-    ]
+    lines = []
+    unused = [text for known, text in _OF_TORQUE.items() if getattr(sheet, known) is not None]
+    if not sheet.inertia and unused:
+        lines.append(
+            f"{listed(unused)} not used: the torque tells an acceleration where both rotor inertia "
+            "and load are known"
+        )
+    if not sheet.inertia and sheet.acceleration_rad_s2 is None:
+        lines.append(
+            f"acceleration not known: {_SPEED_UP_S:g} s to top speed is assumed; most drives need "
+            "less"
+        )
+    return lines

@@ -37,6 +37,11 @@ class Way:
     to_rad: float
     reached_rad: float
 
+    @property
+    def left_rad(self) -> float:
+        """Distance to the target, where the axis stands."""
+        return abs(self.to_rad - self.reached_rad)
+
 
 @dataclass(frozen=True)
 class Homing:
@@ -51,6 +56,17 @@ class Homing:
 
     ways: Mapping[str, Way]
     time_s: float
+
+    @property
+    def stuck(self) -> tuple[str, ...]:
+        """Axes that went less than half of their way."""
+        if not self.time_s:
+            return ()
+        return tuple(
+            axis
+            for axis, way in self.ways.items()
+            if way.left_rad > 0.5 * abs(way.to_rad - way.from_rad)
+        )
 
 
 def move_to(

@@ -10,7 +10,7 @@ from edge_ident.diagnosis.select.thresholds import STRUCTURE
 from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.model.model import AxisModel, Term, base_axis
 from edge_ident.model.model_files import values_document
-from edge_ident.model.timing import Timing
+from edge_ident.model.timing import LARGEST_SHIFT, Timing
 from edge_ident.support.words import listed, spoken
 
 
@@ -113,6 +113,11 @@ def not_accepted(axis: AxisDiagnosis) -> list[str]:
 
 def timing_sentence(timing: Timing) -> str:
     """By how much the effort is recorded late or early."""
+    if timing.unknown:
+        return (
+            "how late the effort is does not show; the intervals allow for "
+            f"± {LARGEST_SHIFT:g} samples"
+        )
     way = "late" if timing.shift_samples >= 0.0 else "early"
     return (
         f"the effort is {way} by {abs(timing.shift_samples):.2f} ± {timing.std_samples:.2f} "
