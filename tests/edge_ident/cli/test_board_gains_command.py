@@ -169,3 +169,13 @@ def test_a_file_without_a_verb_is_designed_from(verb: list[str], tmp_path: Path)
     result = CliRunner().invoke(app, ["gains", *verb, "--json", str(tmp_path / "absent.csv")])
     assert result.exit_code == 5
     assert "give the path of a recording (.csv, " in json.loads(result.stdout)["next_step"]
+
+
+def test_gains_of_another_board_are_staged_and_named_as_such(
+    shared: SharedBoard, tmp_path: Path
+) -> None:
+    file = gains_file(tmp_path, BETTER, serial_number=77)
+    _, _, messages = shared.run("gains", "stage", file)
+    assert "these are the gains of board 77, and this is board 42" in messages
+    _, _, messages = shared.run("gains", "stage", gains_file(tmp_path, BETTER, serial_number=42))
+    assert "these are the gains of board" not in messages

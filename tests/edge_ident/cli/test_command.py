@@ -2,7 +2,10 @@
 
 import errno
 import json
+import subprocess
+import sys
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Annotated
 
 import pytest
@@ -85,3 +88,22 @@ def test_ctrl_c_ends_with_130() -> None:
 
     done = run(fail)
     assert (done.exit_code, done.stderr) == (130, "interrupted\n")
+
+
+@pytest.mark.parametrize("value", ["nan", "inf", "-inf"])
+def test_an_option_takes_no_number_that_is_none(value: str) -> None:
+    done = run(place, "here", "--across", "3", "--along", value)
+    assert done.exit_code == 2
+    assert "--along" in done.stderr
+    assert "finite" in done.stderr
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a device that is always full")
+def test_a_result_that_cannot_be_written_is_told_once() -> None:
+    arguments = [sys.executable, "-m", "edge_ident", "registers", "--json"]
+    with Path("/dev/full").open("w") as full:
+        done = subprocess.run(
+            arguments, stdout=full, stderr=subprocess.PIPE, text=True, check=False
+        )
+    assert done.returncode == 5
+    assert [line.split(":")[0] for line in done.stderr.splitlines()] == ["error", "next"]

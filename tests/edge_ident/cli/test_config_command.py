@@ -120,3 +120,18 @@ def test_a_setting_that_nobody_knows_can_be_removed(settings_file: Path) -> None
     settings_file.write_text("devise = 1\nseed = 2\n")
     assert run("config", "unset", "devise").exit_code == 0
     assert settings_file.read_text() == "seed = 2\n"
+
+
+@pytest.mark.parametrize("line", ['seed = "x"', "cycles = inf", "cycles = 0"])
+def test_a_value_that_no_option_takes_is_an_error_of_the_file(
+    settings_file: Path, tmp_path: Path, line: str
+) -> None:
+    settings_file.parent.mkdir()
+    settings_file.write_text(line)
+    done = run("identify", tmp_path / "any.csv", "--json")
+    assert done.exit_code == 5
+    error = json.loads(done.stdout)
+    assert error["code"] == "data"
+    assert str(settings_file) in error["cause"]
+    assert f"config set {line.partition(' ')[0]}" in error["next_step"]
+    assert run("config", "unset", line.partition(" ")[0]).exit_code == 0

@@ -30,6 +30,15 @@ def test_home_moves_only_what_was_named_and_back_to_zero(shared: SharedBoard) ->
     assert document["time_s"] > 1.875 * 2.4 / 0.8
 
 
+def test_home_says_what_is_left_of_the_way(shared: SharedBoard) -> None:
+    _, printed, messages = shared.run("home", "--to", "x=2.5")
+    left = 2.5 - positions(shared)["x"]
+    assert f"{left:.4f} rad from 2.5000" in printed.splitlines()[0]
+    assert "less than half" not in messages
+    _, printed, messages = shared.run("home", "--by", "x=0.005")
+    assert "axis x made less than half of its way" in messages
+
+
 def test_home_keeps_the_speed_that_it_is_given(
     shared: SharedBoard, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -103,6 +103,17 @@ def test_an_option_for_one_axis_comes_before_that_for_all(tmp_path: Path) -> Non
     assert axes["z"].screw_lead_m_per_rad == 0.0
 
 
+def test_what_does_not_count_is_said(tmp_path: Path) -> None:
+    turning = [word for word in PAPER if not word.startswith("--travel")]
+    given = (*turning, "--travel=90deg", "--kind=rotary", "--load=0.5", "--friction=0.01")
+    done = run(tmp_path / "turning.toml", *given)
+    assert done.exit_code == 0, done.stderr
+    assert "axis x is rotary: --lead does not count for it" in done.stderr
+    assert "assumed: axis x, z: load and friction not used" in done.stderr
+    done = run(tmp_path / "known.toml", *given, "--rotor-inertia=0.26")
+    assert "not used" not in done.stderr
+
+
 def test_the_document_is_the_description(tmp_path: Path) -> None:
     import tomllib
 

@@ -167,6 +167,7 @@ def test_no_motion_begins_whose_recording_has_no_room(
 ) -> None:
     usage = shutil.disk_usage(tmp_path)._replace(free=100_000)
     monkeypatch.setattr(shutil, "disk_usage", lambda path: usage)
+    monkeypatch.setattr(board, "enable", lambda: pytest.fail("the effort was switched on"))
     with pytest.raises(DataError, match=r"has 0\.1 MB free") as caught:
         run(board, tmp_path)
     assert "this motion was not made" in caught.value.next_step

@@ -122,3 +122,10 @@ def test_doubtful_gains_are_refused(
     with pytest.raises(GainError, match=message) as error:
         design(axis(std, np.array(parameters)), HARDWARE, bandwidth)
     assert error.value.exit_code == 1
+
+
+@pytest.mark.parametrize("units", [("m", "N"), ("rad", "A")])
+def test_a_board_gets_no_gains_in_other_units(units: tuple[str, str]) -> None:
+    other = base_axis(Estimate(PARAMETERS, np.zeros(4)), *units)
+    with pytest.raises(GainError, match=rf"in {units[0]} and {units[1]}"):
+        design(other, HARDWARE)

@@ -8,6 +8,7 @@ import scipy.signal
 
 from edge_ident.estimation.network import load_network
 from edge_ident.identification.identify import identify
+from edge_ident.identification.result import ParameterSource
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Model, Term
 from edge_ident.report.documents import identification_document
 from edge_ident.signals.recording import AxisRecord, Recording
@@ -156,3 +157,36 @@ def test_drives_that_the_model_cannot_describe_are_not_trusted(
     assert not found.trusted
     for axis in found.axes.values():
         assert codes <= {finding.code for finding in axis.findings if finding.blocks}
+
+
+def test_an_extended_model_that_fits_worse_is_no_answer(measured_data: MeasuredData) -> None:
+    """A proportional loop's law fits better with signs that no machine has."""
+    measured = load_recording(measured_data / "laas_uncompensated_second.csv")
+    axis = identify(measured).axes["m"]
+    assert axis.diagnosis is not None
+    assert axis.diagnosis.causes
+    assert axis.source is ParameterSource.LEAST_SQUARES
+    alone = identify(measured, diagnose=False).axes["m"]
+    assert axis.metric.relative_residual == alone.metric.relative_residual
+    assert not axis.trusted
+
+
+def test_a_shift_that_does_not_show_is_named_before_the_friction_that_follows_it() -> None:
+    """At 100 Hz the filter leaves hardly a sample between the reversals of quick sines."""
+    time_s, rng = 0.01 * np.arange(2000), np.random.default_rng(5)
+    sines = [(1.0, 1.885, 0.0), (0.5, 5.655, 1.0), (0.2, 14.451, 2.0)]
+    position, velocity, acceleration = (
+        sum(a * w**n * np.sin(w * time_s + p + 0.5 * np.pi * n) for a, w, p in sines)
+        for n in range(3)
+    )
+    effort = 0.5 * acceleration + 0.9 * velocity + 1.4 * np.sign(velocity) + 0.1
+    effort += 0.01 * np.std(effort) * rng.standard_normal(len(time_s))
+    counts = COUNT_RAD * np.round(position / COUNT_RAD)
+    recorded = Recording(time_s, {"x": AxisRecord(counts, effort, "rad", "N*m")}, "quick sines")
+    axis = identify(recorded, diagnose=False).axes["x"]
+    codes = [finding.code for finding in axis.findings]
+    assert axis.timing.unknown
+    assert codes.index("timing_unknown") < codes.index("undetermined_coulomb_friction")
+    truth = (0.5, 0.9, 1.4, 0.1)
+    apart = np.abs(axis.estimate.parameters - truth)
+    assert np.all(apart < 3.0 * axis.estimate.std)

@@ -117,6 +117,21 @@ CASES: dict[str, tuple[Callable[[dict[str, Any]], object], str, str]] = {
         "std is True",
         "finite",
     ),
+    "negative std": (
+        lambda d: level(d).update(std=-0.1),
+        "std is -0.1",
+        "0 or more",
+    ),
+    "more digits than a number has": (
+        lambda d: level(d).update(value=10**400),
+        "value is 1000",
+        "finite",
+    ),
+    "two base terms": (
+        lambda d: x_axis(d)["terms"].append(x_axis(d)["terms"][0]),
+        "has rigid_body twice",
+        "once",
+    ),
     "no base term": (
         lambda d: x_axis(d)["terms"].pop(0),
         "first term is not rigid_body",
@@ -190,6 +205,9 @@ def test_a_file_that_is_no_json_or_not_there_is_refused(tmp_path: Path) -> None:
         load_model(path)
     path.write_text('{"schema": "edge-ident/model/1", "axes"')
     with pytest.raises(ModelError, match="not a JSON file"):
+        load_model(path)
+    path.write_text("[" * 100_000)
+    with pytest.raises(ModelError, match="too deeply nested"):
         load_model(path)
     path.write_text("[1, 2]")
     with pytest.raises(ModelError, match="schema"):

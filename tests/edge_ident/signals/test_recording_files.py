@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from edge_ident.errors import DataError
+from edge_ident.signals.read_options import ReadOptions
 from edge_ident.signals.recording_files import load_recording, save_recording
 from tests.measured import MeasuredData
 
@@ -54,6 +55,79 @@ def test_round_trip(tmp_path: Path, suffix: str) -> None:
         np.testing.assert_allclose(again.axes[name].effort, axis.effort, rtol=1e-11)
     assert again.axes["x"].reference is not None
     assert again.axes["q"].reference is None
+
+
+def test_seconds_since_1970_are_kept(tmp_path: Path) -> None:
+    table = columns() | {"time_s": 1.7e9 + 0.0025 * np.arange(400)}
+    np.savez(tmp_path / "a.npz", allow_pickle=False, **table)
+    recording = load_recording(tmp_path / "a.npz")
+    save_recording(recording, tmp_path / "b.csv")
+    again = load_recording(tmp_path / "b.csv")
+    np.testing.assert_allclose(again.time_s, recording.time_s, rtol=0.0, atol=1e-6)
+
+
+def test_a_pause_in_the_time_stamps_is_no_jump(tmp_path: Path) -> None:
+    table = {name: np.delete(values, slice(200, 230)) for name, values in columns().items()}
+    assert len(load_recording(write(tmp_path / "a.csv", table)).time_s) == 370
+
+
+def test_a_torque_constant_turns_a_current_into_a_torque(tmp_path: Path) -> None:
+    table = columns()
+    for name, factor in (("x_current_a", 2.0), ("x_current_ma", 2000.0)):
+        current = {name: factor * table["x_torque_nm"]}
+        path = write(tmp_path / "a.csv", drop("x_torque_nm")(table) | current)
+        assert load_recording(path).axes["x"].effort_unit == "A"
+        axis = load_recording(path, options=ReadOptions(torque_constant=0.5)).axes["x"]
+        assert axis.effort_unit == "N*m"
+        np.testing.assert_allclose(axis.effort, table["x_torque_nm"], rtol=1e-9, atol=1e-12)
+    for constant in (0.0, -1.0, np.nan, np.inf):
+        with pytest.raises(DataError, match="not a torque constant"):
+            load_recording(path, options=ReadOptions(torque_constant=constant))
+
+
+def test_two_columns_of_one_name_are_a_question(tmp_path: Path) -> None:
+    path = write(tmp_path / "a.csv", columns() | {"again": 3.0 * columns()["x_torque_nm"]})
+    path.write_text(path.read_text().replace("again", "x_torque_nm"))
+    with pytest.raises(DataError, match="several columns are named x_torque_nm") as error:
+        load_recording(path)
+    assert error.value.next_step.endswith("--column x_torque_nm=x_torque_nm")
+    first = load_recording(path, {"x_torque_nm": "x_torque_nm"}).axes["x"].effort
+    second = load_recording(path, {"x_torque_nm (2)": "x_torque_nm"}).axes["x"].effort
+    np.testing.assert_allclose(second, 3.0 * first, rtol=1e-9, atol=1e-11)
+
+
+@pytest.mark.parametrize("shift", ["abc", "nan", "inf", "1e3"])
+def test_a_shift_that_is_none_is_refused(tmp_path: Path, shift: str) -> None:
+    path = write(tmp_path / "a.csv", columns(), f"# effort_shift_s={shift}\n")
+    with pytest.raises(DataError, match=f"effort_shift_s is {shift}"):
+        load_recording(path)
+
+
+def _cut(content: bytes) -> bytes:
+    return content[: len(content) // 2]
+
+
+def _one_bit_off(content: bytes) -> bytes:
+    return content[:1000] + bytes([content[1000] ^ 1]) + content[1001:]
+
+
+@pytest.mark.parametrize("damage", [_cut, _one_bit_off, lambda content: content[128:]])
+def test_a_damaged_archive_is_refused(tmp_path: Path, damage: Callable[[bytes], bytes]) -> None:
+    np.savez(tmp_path / "whole.npz", allow_pickle=False, **columns())
+    (tmp_path / "a.npz").write_bytes(damage((tmp_path / "whole.npz").read_bytes()))
+    with pytest.raises(DataError, match=r"a\.npz: not a readable \.npz file"):
+        load_recording(tmp_path / "a.npz")
+
+
+def test_an_archive_of_something_else_is_refused(tmp_path: Path) -> None:
+    np.save(tmp_path / "a.npy", np.zeros(300))
+    (tmp_path / "a.npy").rename(tmp_path / "a.npz")
+    with pytest.raises(DataError, match=r"not a readable \.npz file"):
+        load_recording(tmp_path / "a.npz")
+    tables = {name: np.column_stack([values, values]) for name, values in columns().items()}
+    np.savez(tmp_path / "b.npz", allow_pickle=False, **tables)
+    with pytest.raises(DataError, match="not all of its arrays are columns"):
+        load_recording(tmp_path / "b.npz")
 
 
 def test_files_from_a_spreadsheet_are_read(tmp_path: Path) -> None:
