@@ -71,8 +71,7 @@ class Plan:
     most_s : float
         Duration of these motions in all, lead-ins included.
     until : float or None
-        Relative half-width of all intervals at which the first motion ends early; see
-        `edge_ident.commissioning.study.early_answer`.
+        Relative half-width of all intervals at which the first motion ends (`early_answer`).
     """
 
     motion: MotionName = "sinusoid"

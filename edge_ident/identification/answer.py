@@ -40,12 +40,12 @@ from edge_ident.identification.adequacy import Adequacy
 from edge_ident.identification.comparison import Comparison
 from edge_ident.identification.findings import describe_model, describe_scales, said_once
 from edge_ident.identification.result import AxisIdentification, EffortTrace, ParameterSource
-from edge_ident.model.model import Estimate, Model, base_axis, effect_names
+from edge_ident.model.model import AxisModel, Estimate, Model, base_axis, effect_names
 from edge_ident.model.supported_range import SupportedRange
 from edge_ident.model.timing import Timing
 from edge_ident.signals.conditioning import Signals
 from edge_ident.signals.metrics import compare
-from edge_ident.signals.recording import Recording
+from edge_ident.signals.recording import AxisRecord, Recording
 from edge_ident.support.words import listed, spoken
 
 if TYPE_CHECKING:
@@ -142,9 +142,8 @@ def answer(question: Question, outcome: "AxisDiagnosis | str | None") -> AxisIde
     modelled = columns.values @ chosen.estimate.parameters + effects
     axis, metric = question.recording.axes[question.name], compare(measured, modelled)
     seen = range_of(signals, axis, samples, signals.effort + chosen.compensated.effects_effort)
-    base = base_axis(chosen.estimate, axis.position_unit, axis.effort_unit, seen)
-    findings = _what_was_done(question, outcome, seen, chosen.source)
     doubts = check_estimate(chosen.estimate, columns, measured, metric.relative_residual)
+    findings = _what_was_done(question, outcome, seen, chosen.source)
     findings += with_timing(doubts, question.timing)
     findings += describe_scales(question.recording, question.name, chosen.estimate.parameters[0])
     if network is not None and question.adequacy.adequate:
@@ -161,7 +160,7 @@ def answer(question: Question, outcome: "AxisDiagnosis | str | None") -> AxisIde
         adequacy=question.adequacy,
         timing=question.timing if diagnosed is None else diagnosed.timing,
         diagnosis=diagnosed,
-        model=replace(base, terms=(*base.terms, *chosen.compensated.effects)),
+        model=_model(chosen, axis, seen),
         metric=metric,
         units=axis.parameter_units,
         cutoff_hz=signals.cutoff_hz,
@@ -170,6 +169,11 @@ def answer(question: Question, outcome: "AxisDiagnosis | str | None") -> AxisIde
         end_s=_end_s(question.recording, float(times_s[-1]), diagnosed),
         trace=EffortTrace(times_s, measured, modelled),
     )
+
+
+def _model(chosen: _Choice, axis: AxisRecord, seen: SupportedRange) -> AxisModel:
+    base = base_axis(chosen.estimate, *axis.units, seen)
+    return replace(base, terms=(*base.terms, *chosen.compensated.effects))
 
 
 def _end_s(recording: Recording, last_s: float, diagnosed: "AxisDiagnosis | None") -> float:
