@@ -115,7 +115,10 @@ def load(path: Path) -> Checkpoint:
     except FileNotFoundError as error:
         raise ModelError(f"{path}: no such checkpoint", "train a network first") from error
     except Exception as error:  # torch raises whatever the broken file provokes
-        raise ModelError(f"{path}: not a checkpoint ({error})", "train again") from error
+        raise ModelError(
+            f"{path}: not a checkpoint of edge-ident train ({type(error).__name__}: {error})",
+            "give the checkpoint.pt of a training, or train again",
+        ) from error
 
 
 def trained_network(path: Path) -> tuple[ResidualNetwork, Checkpoint]:

@@ -21,7 +21,8 @@ class HideOptions:
         typer.Option(
             "--hide",
             metavar="NAME[=SIZE]",
-            help="Hide a fault in the virtual drive; can be repeated.",
+            help="Hide a fault in the virtual drive, such as stribeck_friction=0.5; may be repeated. "
+            "A name that is none lists them all.",
         ),
     ] = None
     axis: Annotated[

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from edge_ident.errors import DataError
+from edge_ident.support.paths import no_file
 from firmware_interface.motion import Multisine, SineComponent, Trajectory
 
 BUILT_IN: Final = Path(__file__).with_name("feed_drive.toml")
@@ -158,7 +159,7 @@ def load_drive(path: str | Path | None = None) -> Drive:
         return _Reader(BUILT_IN.name, BUILT_IN.read_text("utf-8")).drive()
     path = Path(path)
     if not path.is_file():
-        raise DataError(f"{path}: no such file", "give the path of a drive description (.toml)")
+        raise DataError(no_file(path), "give the path of a drive description (.toml)")
     return _Reader(str(path), path.read_text("utf-8", errors="replace")).drive()
 
 

@@ -8,6 +8,7 @@ from typing import Any, Final
 
 from edge_ident.errors import DataError
 from edge_ident.support.json_text import read_json, write_json
+from edge_ident.support.paths import no_file
 from firmware_interface.motion import (
     MAXIMUM_COMPONENTS,
     MAXIMUM_LEVELS,
@@ -77,7 +78,7 @@ def load_motion(path: str | Path) -> Trajectory:
     """
     path = Path(path)
     if not path.is_file():
-        raise DataError(f"{path}: no such file", _NEXT)
+        raise DataError(no_file(path), _NEXT)
     try:
         document = read_json(path)
     except ValueError as error:

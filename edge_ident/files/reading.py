@@ -8,6 +8,7 @@ from typing import Any, Final
 from edge_ident.errors import DataError
 from edge_ident.files.frames import is_frame, read_frame
 from edge_ident.files.table import Table
+from edge_ident.support.paths import no_file
 
 _READERS: Final = {
     ".npz": ("native", "read_npz"),
@@ -44,7 +45,7 @@ def read_table(source: Any, delimiter: str | None = None, decimal: str | None = 
     path = Path(source)
     if not path.is_file():
         raise DataError(
-            f"{path}: no such file",
+            no_file(path),
             f"give the path of a recording ({', '.join(ENDINGS)})",
         )
     ending = path.suffix.lower()

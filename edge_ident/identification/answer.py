@@ -2,11 +2,10 @@
 
 - The base model is adequate: least squares, on the signals of the identification or on those of the
   comparison, whichever expects the smaller error. The network confirms it.
-- It is not, and the diagnosis supports causes: the base parameters of the extended model, even
-  where it leaves something unexplained. A parameter that trades places with a cause has a wide
-  interval. Where what they add is minor, the difference to the base model is model error. The base
-  model stays the answer where it fits better, as along the motion of a controller that the
-  recording shows in place of the machine.
+- It is not, and the diagnosis supports causes: the base parameters of the extended model. A
+  parameter that trades places with a cause has a wide interval. Where what they add is minor, the
+  difference to the base model is model error. Where it is minor, or something is unexplained, the
+  base model stays the answer if it fits better.
 - It is not, and nobody diagnosed it: the network where one applies. Under an effect that the base
   model lacks it is closer than least squares, which balances the effect over all samples. Its
   interval reaches as far as least squares.
@@ -221,7 +220,7 @@ def _chosen(
 ) -> _Choice:
     if diagnosed is not None and len(diagnosed.model.terms) > 1 + len(question.compensated.effects):
         extended = _extended(question, diagnosed, bases)
-        if _fits(extended, question, bases[0]):
+        if diagnosed.verdict is Verdict.EXPLAINED or _fits(extended, question, bases[0]):
             return extended
     adequate = question.adequacy.adequate or (
         diagnosed is not None and diagnosed.verdict is Verdict.ADEQUATE

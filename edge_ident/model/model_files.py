@@ -12,6 +12,7 @@ from edge_ident.model.model_reading import SCHEMA, model_of, unit_of
 from edge_ident.model.supported_range import QUANTITIES
 from edge_ident.support.hashing import file_sha256
 from edge_ident.support.json_text import finite, read_json, write_json
+from edge_ident.support.paths import no_file
 from edge_ident.support.version import VERSION
 
 _UNDERFLOW: Final = 1e-100
@@ -167,7 +168,7 @@ def load_model(path: str | Path) -> Model:
     """
     path = Path(path)
     if not path.is_file():
-        raise ModelError(f"{path}: no such file", "give the path of a model file (.json)")
+        raise ModelError(no_file(path), "give the path of a model file (.json)")
     try:
         document = read_json(path)
     except ValueError as error:

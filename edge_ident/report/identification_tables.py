@@ -33,10 +33,11 @@ def _axis(name: str, axis: AxisIdentification) -> Iterator[RenderableType]:
     verdict = "[green]trusted[/]" if axis.trusted else "[red]not trusted[/]"
     yield Text.from_markup(f"  {verdict}; {axis.source.spoken} used: {escape(axis.reason)}")
     yield Text(
-        f"  relative residual {axis.metric.relative_residual:.2%}, "
+        f"  relative residual {axis.metric.relative_residual:.2%} of all samples, "
         f"fit {axis.metric.fit:.3f}, time-spectral {axis.metric.time_spectral:.4f}"
     )
-    yield Text(f"  {axis.adequacy.reason}")
+    if not any(finding.message.startswith(axis.adequacy.reason) for finding in axis.findings):
+        yield Text(f"  {axis.adequacy.reason}")
     yield Text(f"  {timing_sentence(axis.timing)}")
     if axis.compensated_effects:
         yield Text(f"  compensated effects: {', '.join(axis.compensated_effects)}")

@@ -73,6 +73,7 @@ def _parts(plan: MotionPlan) -> Iterator[RenderableType]:
     yield Text(conclusion(plan), style="bold")
     if plan.pairs:
         yield _pairs_table(plan)
+        yield Text("  distances are in standard deviations of the noise")
     for pair in plan.inseparable:
         yield Text(f"  axis {pair.axis}: {inseparable_sentence(pair)}")
     for left in plan.left_out:
@@ -87,24 +88,23 @@ def _parts(plan: MotionPlan) -> Iterator[RenderableType]:
 
 
 _WHY = {
-    Why.ALTERNATIVE: "one of both",
-    Why.SUSPECTED: "only suspected",
+    Why.ALTERNATIVE: "not separated so far",
+    Why.SUSPECTED: "suspected",
     Why.UNTESTED: "not testable so far",
 }
 
 
 def _pairs_table(plan: MotionPlan) -> FittingTable:
     table = plain_table()
-    for heading in ("axis", "explanation", "or"):
+    for heading in ("axis", "explanation", "or", "why"):
         table.add_column(heading)
-    table.add_column("because it is")
-    for heading in ("distance on the\nrecordings", "on this\nmotion", "on the\nbest", "needed"):
+    for heading in ("distance on the\nrecordings", "on this\nmotion", "at best", "needed"):
         table.add_column(heading, justify="right")
     for pair in plan.pairs:
         table.add_row(
             pair.axis,
             spoken(pair.first),
-            "not there" if pair.second is None else spoken(pair.second),
+            "no effect" if pair.second is None else spoken(pair.second),
             _WHY[pair.why],
             f"{pair.before:.1f}",
             f"{pair.after:.1f}",

@@ -10,6 +10,7 @@ from typing import Any, Final
 
 from edge_ident.errors import DataError
 from edge_ident.support.json_text import read_json, write_json
+from edge_ident.support.paths import no_file
 from firmware_interface.board import BoardIdentity
 from firmware_interface.gains import AxisGains, Bank
 
@@ -66,7 +67,7 @@ def load_gains(path: Path) -> GainFile:
     """
     if not path.is_file():
         raise DataError(
-            f"{path}: no such file",
+            no_file(path),
             "give a backup, or gains.json from `edge-ident gains FILE --output DIR`",
         )
     try:

@@ -47,8 +47,8 @@ def _check_gain(
         raise GainError(
             f"axis {axis}: {name} {value:.4g} is outside the board's limits "
             f"{lowest:.4g} to {bound:.4g}",
-            "ask for a lower --bandwidth, remove the effect from the model file, "
-            "or raise the limit in the board's firmware",
+            "give other gains: of a lower --bandwidth, or of a model without the effect that they "
+            "compensate; or raise the limit in the board's firmware",
         )
     if abs(value - now) > largest:
         raise GainError(

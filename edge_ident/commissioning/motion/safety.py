@@ -12,6 +12,7 @@ from typing import Final
 
 from edge_ident.errors import BoardError, EdgeIdentError
 from edge_ident.support.interrupts import deaf_to_interrupts
+from edge_ident.support.words import listed
 from firmware_interface.board import Board, BoardStatus
 from firmware_interface.board_checks import fault_error
 from firmware_interface.errors import BusyError
@@ -47,8 +48,8 @@ def ready_to_move(board: Board, say: Callable[[str], None]) -> Iterator[None]:
     unhomed = [axis for axis in board.axes if axis not in status.homed]
     if unhomed:
         say(
-            f"axis {', '.join(unhomed)} is not homed: positions count from where it stood when "
-            "the board was switched on"
+            f"not homed: {listed(unhomed)}. Positions count from where they stood when the board "
+            "was switched on"
         )
     with left_safe(board), effort_on(board, say):
         yield
