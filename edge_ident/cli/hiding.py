@@ -21,7 +21,7 @@ class HideOptions:
         typer.Option(
             "--hide",
             metavar="NAME[=SIZE]",
-            help="Hide a fault in the virtual drive, such as stribeck_friction=0.5; may be repeated. "
+            help="Hide a fault in the virtual drive, such as backlash=0.01; may be repeated. "
             "A name that is none lists them all.",
         ),
     ] = None
