@@ -241,7 +241,7 @@ class Search:
             scored = of.score_library(self.library, self.grids, without)
             coarse = [self._as_fitted(fitted, s) if s.candidate.delays else s for s in scored]
             strongest = self.spectrum.strongest(of.residual)
-            if strongest["frequency"].size:
+            if strongest["frequency"].size and VIBRATION.effect not in without:
                 grid = self.grids[VIBRATION]
                 coarse.append(of.score(VIBRATION, strongest, grid, recurring=True))
             self.data.results[key] = self.library, coarse
