@@ -82,8 +82,9 @@ EFFECT: Final = PoseDependentInertia(
     ),
     search=SearchSpec(
         forms=tuple(
-            Form(tuple(f"{place}_{part}" for part in _PARTS), coupled=True, link=link, rotary=True)
+            Form(tuple(f"{place}_{part}" for part in parts), coupled=True, link=link, rotary=True)
             for place, link in (("turning", Link.INNER), ("lifted", Link.OUTER))
+            for parts in (_PARTS[:2], _PARTS[2:], _PARTS)
         ),
         signature="the inertia follows the angle of another axis, or grows with its speed squared",
         alternatives=("cross_axis_coupling", "position_dependent_load"),
