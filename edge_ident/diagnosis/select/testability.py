@@ -34,7 +34,7 @@ def not_testable(search: Search, model: FittedModel, noise: float) -> tuple[NotT
     basis = orthonormal(model.jacobian[data.valid])
     missing = []
     for name in catalogue():
-        if name in model.effects:
+        if name in model.effects or (_of_angles(name) and search.template.position_unit != "rad"):
             continue
         experiment = named(name).search.experiment
         if named(name).needs_source and not data.other_axes:
@@ -52,6 +52,11 @@ def not_testable(search: Search, model: FittedModel, noise: float) -> tuple[NotT
         if hidden > NOT_TESTABLE.value * effort:
             missing.append(NotTestable(name, _reason(hidden / effort), experiment))
     return tuple(missing)
+
+
+def _of_angles(name: str) -> bool:
+    """Whether an effect is one of joints alone."""
+    return all(form.rotary for form in named(name).search.forms)
 
 
 def _unnoticed_effort(search: Search, basis: Array, candidate: Candidate, noise: float) -> float:
