@@ -44,7 +44,8 @@ Speed = Annotated[
         "--speed",
         envvar="EDGE_IDENT_SPEED",
         metavar="FACTOR",
-        help="Speed of time in the board: a factor of real time, or max for as fast as possible.",
+        help="Speed of time in the board: a factor of real time, or max for as fast as possible. "
+        "At other factors than 1, doctor finds that the board's clock is wrong.",
     ),
 ]
 

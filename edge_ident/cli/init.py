@@ -111,11 +111,16 @@ def init(
         Path, typer.Argument(metavar="[FILE]", help="Drive description (.toml) to write.")
     ] = _FILE,
     name: Annotated[
-        str | None, typer.Option("--name", help="Name of the drive; default: that of the file.")
+        str | None,
+        typer.Option(
+            "--name", metavar="TEXT", help="Name of the drive; default: that of the file."
+        ),
     ] = None,
     axis: Annotated[
         list[str] | None,
-        typer.Option("--axis", help="Name of an axis, may be repeated; default: x and z."),
+        typer.Option(
+            "--axis", metavar="NAME", help="Name of an axis, may be repeated; default: x and z."
+        ),
     ] = None,
     sample_rate: Annotated[
         str | None,
