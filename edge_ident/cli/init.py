@@ -99,6 +99,18 @@ class SheetOptions:
         return {field.name: getattr(self, field.name) or [] for field in fields(self)}
 
 
+_Name = Annotated[
+    str | None,
+    typer.Option("--name", metavar="TEXT", help="Name of the drive; default: that of the file."),
+]
+_AxisNames = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--axis", metavar="NAME", help="Name of an axis, may be repeated; default: x and z."
+    ),
+]
+
+
 def register(app: typer.Typer) -> None:
     """Add this file's command."""
     app.command()(init)
@@ -110,18 +122,8 @@ def init(
     file: Annotated[
         Path, typer.Argument(metavar="[FILE]", help="Drive description (.toml) to write.")
     ] = _FILE,
-    name: Annotated[
-        str | None,
-        typer.Option(
-            "--name", metavar="TEXT", help="Name of the drive; default: that of the file."
-        ),
-    ] = None,
-    axis: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--axis", metavar="NAME", help="Name of an axis, may be repeated; default: x and z."
-        ),
-    ] = None,
+    name: _Name = None,
+    axis: _AxisNames = None,
     sample_rate: Annotated[
         str | None,
         typer.Option("--sample-rate", metavar="HZ", help="Of the board, such as 400 or 2.5ms."),

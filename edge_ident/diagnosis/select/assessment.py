@@ -1,6 +1,6 @@
 """What a selected model and its parts are measured by."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Self
 
@@ -129,6 +129,13 @@ class Assessment:
         """Share of the effort that a model leaves beyond noise."""
         noise = noise_limit(self.floor.rms, self.floor.uncertainty)
         return beyond(self.left(model), noise) / self.scale
+
+    def outweighed(self, model: FittedModel, doubts: Iterable[int]) -> bool:
+        """Whether one of the doubtful causes, by their places in the selected model, is worth
+        naming, and larger than what a model without them leaves."""
+        least, shares = max(self.rest(model), self.tolerance / self.scale), self.shares(self.model)
+        doubtful = (k for k in doubts if self.model.terms[k].candidate != VIBRATION)
+        return any(shares[k] > least for k in doubtful)
 
     def structure(self, model: FittedModel) -> bool:
         """Whether a model leaves more than noise, discrepancy and tolerance allow."""

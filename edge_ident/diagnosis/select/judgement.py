@@ -289,6 +289,9 @@ def _verdict(assessed: Assessment, found: _Sorted) -> Verdict:
     """What a sound drive has is no cause, so a machine that has nothing else is adequate."""
     places = sorted([*found.named, *found.sound])
     vibrating = any(assessed.model.terms[k].candidate == VIBRATION for k in places)
-    if vibrating or assessed.structure(assessed.fitted(places)):
+    model = assessed.fitted(places)
+    # what is named may have taken the place of a suspected cause that is larger than the rest
+    doubtful = found.named and assessed.outweighed(model, found.doubts)
+    if vibrating or doubtful or assessed.structure(model):
         return Verdict.UNEXPLAINED
     return Verdict.EXPLAINED if found.named else Verdict.ADEQUATE

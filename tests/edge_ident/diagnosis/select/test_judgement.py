@@ -1,9 +1,13 @@
 """Supported, suspected and minor causes."""
 
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 import pytest
 
 from edge_ident.diagnosis.diagnose import diagnose
+from edge_ident.diagnosis.fit.external_vibrations import VIBRATION
 from edge_ident.diagnosis.fit.fitting import fit
 from edge_ident.diagnosis.fit.noise_floor import NoiseFloor
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
@@ -99,3 +103,30 @@ def test_a_rest_of_a_fifth_of_the_effort_is_unexplained_however_rough_the_formul
     monkeypatch.setattr(Criterion, "discrepancy", lambda *_: 10.0 * start.error)
     assert assessed.rest(start) > 0.1
     assert assessed.structure(start)
+
+
+@pytest.mark.parametrize(
+    ("doubts", "left", "outweighs"),
+    [
+        ([1], 0.04, True),
+        ([1], 0.08, False),
+        ([2], 0.04, False),
+        ([3], 0.001, False),
+        ([], 0.0, False),
+    ],
+)
+def test_a_doubtful_cause_that_is_larger_than_the_rest_outweighs_what_is_named(
+    doubts: list[int], left: float, outweighs: bool
+) -> None:
+    """A play of 7 % is in doubt, and a compliance that took its place leaves 4 %. Nothing speaks
+    for a vibration, nor for what is below the tolerance."""
+    places = [SimpleNamespace(candidate=c) for c in ("compliance", "play", VIBRATION, "drift")]
+    assessed: Any = SimpleNamespace(
+        model=SimpleNamespace(terms=places),
+        rest=lambda model: left,
+        shares=lambda model: [0.14, 0.07, 0.3, 0.005],
+        tolerance=0.02,
+        scale=2.0,
+    )
+    without: Any = None
+    assert Assessment.outweighed(assessed, without, doubts) is outweighs
