@@ -9,8 +9,9 @@ programs have the cores. It asks how many to start when it is loaded.
 
 import gc
 import os
+import sys
 
-from edge_ident.support.interrupts import end_at_once, exit_code_counts
+from edge_ident.support.interrupts import INTERRUPTED, end_at_once, exit_code_counts
 
 _ALLOCATED = 100_000
 """Objects after which garbage is looked for: more than a command loads, which all stay."""
@@ -24,10 +25,14 @@ def main() -> None:
     from edge_ident.cli import main as command_line
 
     try:
-        command_line()
+        try:
+            command_line()
+        finally:
+            end_at_once()
+    except KeyboardInterrupt:  # after the last that the command line does
+        sys.exit(INTERRUPTED)
     finally:
         # nothing is left to be cleaned up while the interpreter shuts down
-        end_at_once()
         exit_code_counts()
         gc.freeze()
 

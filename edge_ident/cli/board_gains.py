@@ -10,6 +10,7 @@ import typer
 import edge_ident
 from edge_ident import commissioning, report
 from edge_ident.cli.command import UNTRUSTED, command
+from edge_ident.cli.failures import noting
 from edge_ident.cli.messages import say
 from edge_ident.cli.options import BoardOptions, ModelFile, ResultOptions, given_model
 from edge_ident.cli.progress import shown_progress
@@ -177,18 +178,21 @@ def commit(
 
     Example: `edge-ident gains commit --device /dev/ttyACM0`
     """
-    with connected(where) as (board, drive):
-        commissioning.make_ready(board)
-        staged, active = commissioning.staged_whole(board), board.active_gains()
-        commissioning.check_change(board, active, staged, change.large_steps)
-        predicted = forecast.predict_stable(board, [active, staged])
-        backup = commissioning.back_up(active, board.identity, change.backups)
-        with shown_progress() as bars:
-            known = given_model(forecast.model)
-            done = commissioning.commit_staged(board, drive, staged, bars, known)
-        number = board.identity.serial_number
-        found = report.GainReport(number, active, staged, predicted, backup, done)
-    _deliver(found, results)
+    said = list[str]()
+    with noting(said):
+        with connected(where) as (board, drive):
+            commissioning.make_ready(board)
+            staged, active = commissioning.staged_whole(board), board.active_gains()
+            commissioning.check_change(board, active, staged, change.large_steps)
+            predicted = forecast.predict_stable(board, [active, staged])
+            backup = commissioning.back_up(active, board.identity, change.backups)
+            with shown_progress() as bars:
+                known = given_model(forecast.model)
+                done = commissioning.commit_staged(board, drive, staged, bars, known)
+                said += _in_force(done)
+            number = board.identity.serial_number
+            found = report.GainReport(number, active, staged, predicted, backup, done)
+        _deliver(found, results)
     if not (done.confirmed or done.unchanged):
         raise typer.Exit(UNTRUSTED)
 
@@ -244,20 +248,27 @@ def restore(
 
     Example: `edge-ident gains restore edge-ident-gains/board-1-….json --device /dev/ttyACM0`
     """
-    loaded = commissioning.load_gains(file)
-    with connected(where) as (board, drive):
-        commissioning.check_owner(board, loaded)
-        commissioning.make_ready(board)
-        active = board.active_gains()
-        wanted = commissioning.wanted_gains(active, loaded)
-        commissioning.check_change(board, active, wanted, change.large_steps)
-        predicted = forecast.predict_stable(board, [active, wanted])
-        backup = commissioning.back_up(active, board.identity, change.backups)
-        with shown_progress() as bars:
-            done = commissioning.restore_gains(board, drive, wanted, bars)
-        number = board.identity.serial_number
-        found = report.GainReport(number, active, wanted, predicted, backup, done)
-    _deliver(found, results)
+    loaded, said = commissioning.load_gains(file), list[str]()
+    with noting(said):
+        with connected(where) as (board, drive):
+            commissioning.check_owner(board, loaded)
+            commissioning.make_ready(board)
+            active = board.active_gains()
+            wanted = commissioning.wanted_gains(active, loaded)
+            commissioning.check_change(board, active, wanted, change.large_steps)
+            predicted = forecast.predict_stable(board, [active, wanted])
+            backup = commissioning.back_up(active, board.identity, change.backups)
+            with shown_progress() as bars:
+                done = commissioning.restore_gains(board, drive, wanted, bars)
+                said += _in_force(done)
+            number = board.identity.serial_number
+            found = report.GainReport(number, active, wanted, predicted, backup, done)
+        _deliver(found, results)
+
+
+def _in_force(done: "commissioning.GainChange") -> list[str]:
+    """What to note where the command ends before it tells its result."""
+    return ["new gains are in force, and confirmed"] if done.confirmed else []
 
 
 def _deliver(found: "report.GainReport", results: ResultOptions) -> None:

@@ -3,6 +3,8 @@
 import errno
 import os
 import sys
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from typing import Final, NamedTuple
 
 from edge_ident.cli.messages import print_document, say, say_always
@@ -79,6 +81,17 @@ def print_failure(error: BaseException, failure: Failure) -> None:
         print_document(document)
     except OSError:  # stdout may be what failed; what it still holds would fail again at the end
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+@contextmanager
+def noting(done: Iterable[str]) -> Iterator[None]:
+    """Note on whatever ends the body early what has been done to the machine by then."""
+    try:
+        yield
+    except BaseException as error:
+        for sentence in done:
+            error.add_note(sentence)
+        raise
 
 
 def _notes(error: BaseException) -> list[str]:

@@ -9,6 +9,7 @@ import typer
 import edge_ident
 from edge_ident import commissioning, report
 from edge_ident.cli.command import UNTRUSTED, command
+from edge_ident.cli.failures import noting
 from edge_ident.cli.hiding import HideOptions
 from edge_ident.cli.messages import say
 from edge_ident.cli.motion_options import Cycles, MotionName, periods
@@ -132,22 +133,21 @@ def run(
     Example: `edge-ident run --device virtual --until 3%`
     """
     known, hidden = given_model(model), faults.hidden()
-    plan = _plan(motions, gains, seed, known, diagnose=not no_diagnose)
-    with session(where, results.output, hidden) as opened:
-        board, folder, loaded = opened.board, opened.folder, network.load()
-        with shown_progress() as bars:
-            outcome = commissioning.commission(board, opened.drive, loaded, plan, folder, bars)
-    document = report.run_document(outcome, board.identity, loaded, folder)
-    if not results.json:  # then rich is not loaded, 2 MiB
-        report.show(report.outcome_view(outcome))
-    try:
+    plan, done = _plan(motions, gains, seed, known, diagnose=not no_diagnose), list[str]()
+    with noting(done):
+        with session(where, results.output, hidden) as opened:
+            board, folder, loaded = opened.board, opened.folder, network.load()
+            with shown_progress() as bars:
+                outcome = commissioning.commission(board, opened.drive, loaded, plan, folder, bars)
+                # a full disk or Ctrl-C changes nothing on the board any more
+                done.append(outcome.conclusion)
+        document = report.run_document(outcome, board.identity, loaded, folder)
+        if not results.json:  # then rich is not loaded, 2 MiB
+            report.show(report.outcome_view(outcome))
         save_result_model(outcome.identification.model, outcome.captures(folder), folder, known)
         page = report.write_run_page(outcome, document, folder)
         faults.add_to(document, hidden)
         deliver(document, "report.json", folder, results.json)
-    except BaseException as error:  # a full disk or Ctrl-C changes nothing on the board any more
-        error.add_note(outcome.conclusion)
-        raise
     if not results.json:
         faults.tell(hidden)
         say(f"written: {page}")

@@ -134,10 +134,12 @@ static void fail(enum fd_fault fault)
     coast();
 }
 
+/* A motion ends when its last page is fetched: until then a host owes the board a sign of life. */
 static void check_watchdog(void)
 {
     const uint32_t timeout_us = 1000u * register_u16(FD_REG_WATCHDOG_TIMEOUT);
-    if (!setpoints_moving() || machine.fault != FD_FAULT_NONE
+    const bool owed = setpoints_moving() || machine.state == FD_STATE_DRAINING;
+    if (!owed || machine.fault != FD_FAULT_NONE
         || session_silence_us() <= timeout_us) {
         return;
     }

@@ -241,11 +241,11 @@ class Machine:
 
     @property
     def _abandoned(self) -> bool:
-        """The host that holds the board fell silent during a motion."""
+        """The host fell silent during a motion, which ends when its last page is fetched."""
         return (
             self.state in _MOTION
             and not self.fault
-            and self._setpoints.moving
+            and (self._setpoints.moving or self.state is State.DRAINING)
             and self.session.silence_s > self._registers.value("watchdog.timeout")
         )
 

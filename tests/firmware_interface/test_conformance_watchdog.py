@@ -154,6 +154,21 @@ def test_a_shorter_patience_counts(either_board: Board) -> None:
     assert until_fault(either_board) is Fault.WATCHDOG
 
 
+def test_a_host_that_dies_at_the_end_of_its_motion_leaves_no_effort(either_board: Board) -> None:
+    """The axes stand before the watchdog's time is over, and nobody fetches the last pages."""
+    assert refused_value(either_board, "watchdog.timeout", 2.0) == 0
+    start(either_board, replace(LONG, lead_in_s=0.5, duration_s=0.5))
+    seen = set()
+
+    def over(status: BoardStatus) -> bool:
+        seen.add(status.state)
+        return status.state is State.FAULT
+
+    status = until_abandoned(either_board, over)
+    assert State.DRAINING in seen
+    assert (status.fault, status.enabled) == (Fault.WATCHDOG, False)
+
+
 def test_silence_at_rest_is_no_fault(either_board: Board) -> None:
     assert refused_value(either_board, "watchdog.timeout", 0.1) == 0
     either_board.enable()
