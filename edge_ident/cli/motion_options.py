@@ -1,6 +1,6 @@
 """Options of a motion that the axes make, or a simulated drive."""
 
-from typing import Annotated, Final, Literal, get_args
+from typing import Annotated, Any, Final, Literal, get_args
 
 import typer
 
@@ -12,17 +12,22 @@ MotionName = Annotated[
     typer.Option("--motion", envvar="EDGE_IDENT_MOTION", help="Motion that the axes make."),
 ]
 MOTIONS: Final[tuple[str, ...]] = get_args(get_args(MotionName)[0])
-Cycles = Annotated[
-    int | None,
-    typer.Option(
+
+
+def _cycles_option(variable: str | None = None) -> Any:
+    return typer.Option(
         "--cycles",
         min=1,
         max=MOST_CYCLES,
         metavar="NUMBER",
-        envvar="EDGE_IDENT_CYCLES",
+        envvar=variable,
         help="Number of periods of a sinusoid or multisine.",
-    ),
-]
+    )
+
+
+Cycles = Annotated[int | None, _cycles_option("EDGE_IDENT_CYCLES")]
+SimulatedCycles = Annotated[int | None, _cycles_option()]
+"""That of a simulation, which no setting of the machine changes."""
 
 
 def periods(context: typer.Context, motion: str, cycles: int | None) -> int | None:

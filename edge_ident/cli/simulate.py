@@ -11,7 +11,7 @@ from edge_ident import report
 from edge_ident.cli.command import command
 from edge_ident.cli.file_options import FileOptions
 from edge_ident.cli.messages import print_document, say
-from edge_ident.cli.motion_options import MOST_CYCLES, periods
+from edge_ident.cli.motion_options import SimulatedCycles, periods
 from edge_ident.cli.options import Json, RecordingOutput, Seed, recording_file
 from edge_ident.cli.progress import shown_progress
 
@@ -61,16 +61,7 @@ class MotionOptions(FileOptions):
             "followed at its own sampling rate.",
         ),
     ] = "sinusoid"
-    cycles: Annotated[
-        int | None,
-        typer.Option(
-            "--cycles",
-            min=1,
-            max=MOST_CYCLES,
-            metavar="NUMBER",
-            help="Number of periods of a sinusoid or multisine.",
-        ),
-    ] = None
+    cycles: SimulatedCycles = None
 
     def load(self) -> "Motion":
         """Return the name of the motion, or what the file holds."""

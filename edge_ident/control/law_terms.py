@@ -191,7 +191,7 @@ class Placement:
         listed = []
         for parameter in effect.parameters:
             if parameter.name in effect.compensation.feedforward:
-                unit = unit_of(parameter, axis.position_unit, axis.effort_unit).replace("*", "·")
+                unit = unit_of(parameter, *axis.units).replace("*", "·")
                 number = f"{parameter.name} {values[parameter.name]:.3g}"
                 listed.append(number if unit == "1" else f"{number} {unit}")
         return ", ".join(listed)

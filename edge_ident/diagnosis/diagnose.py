@@ -136,7 +136,7 @@ def _template(recording: Recording, name: str, model: Model | None) -> AxisModel
     if model is not None and name in model.axes:
         known = model.axes[name].terms[1:]
     base = Term(BASE, dict.fromkeys(PARAMETERS, 0.0))
-    return AxisModel((base, *known), axis.position_unit, axis.effort_unit)
+    return AxisModel((base, *known), *axis.units)
 
 
 @dataclass(frozen=True)

@@ -60,7 +60,7 @@ def with_motion_errors(diagnosis: Diagnosis, recordings: Sequence[Recording]) ->
         Those of the diagnosis.
     """
     base = {
-        name: base_axis(axis.base.estimate, axis.model.position_unit, axis.model.effort_unit)
+        name: base_axis(axis.base.estimate, *axis.model.units)
         for name, axis in diagnosis.axes.items()
     }
     extended = {name: axis.model for name, axis in diagnosis.axes.items()}

@@ -9,6 +9,7 @@ from edge_ident.estimation.compensated_axis import CompensatedAxis
 from edge_ident.model.model import AxisModel, Model, Term
 from edge_ident.signals.conditioning import Signals, condition, with_effort
 from edge_ident.signals.recording import Recording
+from edge_ident.support.words import listed
 
 
 def compensate_effects(
@@ -83,11 +84,9 @@ def _known(model: Model, recording: Recording, name: str) -> AxisModel:
             f"the model has no axis {name}; it knows {', '.join(model.axes)}",
             "give the model of this drive, or rename the columns with --column",
         )
-    units, recorded = ((of.position_unit, of.effort_unit) for of in (axis, record))
-    if units != recorded:
+    if axis.units != record.units:
         raise ModelError(
-            f"axis {name} is in {' and '.join(recorded)}, that of the model in "
-            f"{' and '.join(units)}",
+            f"axis {name} is in {listed(record.units)}, that of the model in {listed(axis.units)}",
             "give a model in the recording's units",
         )
     return axis

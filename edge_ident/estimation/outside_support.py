@@ -89,9 +89,7 @@ def departures(terms: Sequence[Term], seen: SupportedRange, axis: AxisRecord) ->
     found = []
     for supported, effects in by_range.items():
         left = [
-            departure.sentence(
-                quantity_unit(departure.quantity, axis.position_unit, axis.effort_unit)
-            )
+            departure.sentence(quantity_unit(departure.quantity, *axis.units))
             for departure in supported.left_by(seen)
         ]
         if left:

@@ -28,7 +28,7 @@ def network_input(
     if network is None:
         return "no network was given"
     motion = network.manifest.motion
-    if (axis.position_unit, axis.effort_unit) != (motion.position_unit, motion.effort_unit):
+    if axis.units != (motion.position_unit, motion.effort_unit):
         return (
             f"the network was trained for {motion.position_unit} and {motion.effort_unit}, "
             f"not {axis.position_unit} and {axis.effort_unit}"

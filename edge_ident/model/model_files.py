@@ -90,7 +90,7 @@ def values_document(term: Term, axis: AxisModel) -> dict[str, Any]:
         parameter.name: {
             "value": float(term.values[parameter.name]),
             "std": _meaningful(term, parameter.name),
-            "unit": unit_of(parameter, axis.position_unit, axis.effort_unit),
+            "unit": unit_of(parameter, *axis.units),
         }
         for parameter in named(term.effect).parameters
         if parameter.name in term.values

@@ -82,7 +82,7 @@ def pair_of(first: Path, second: Path) -> Pair | None:
 
 
 def _units(recording: Recording) -> Mapping[str, tuple[str, str]]:
-    return {name: (a.position_unit, a.effort_unit) for name, a in recording.axes.items()}
+    return {name: a.units for name, a in recording.axes.items()}
 
 
 def halves(recording: Recording, name: str) -> Pair:

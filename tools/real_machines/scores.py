@@ -118,7 +118,7 @@ def residual(data: AxisData, model: AxisModel) -> float:
     kept = tuple(term for term in model.terms[1:] if not named(term.effect).tied_to_time)
     raised = replace(base, values={**base.values, "offset": base.values["offset"] + 1.0})
     predicted, higher = (
-        data.predicted(AxisModel((term, *kept), *_units(model)))[data.valid]
+        data.predicted(AxisModel((term, *kept), *model.units))[data.valid]
         for term in (base, raised)
     )
     effort, column = data.effort[data.valid], higher - predicted
@@ -127,16 +127,12 @@ def residual(data: AxisData, model: AxisModel) -> float:
     return float(np.sqrt(np.mean(np.square(left)) / np.mean(np.square(effort))))
 
 
-def _units(model: AxisModel) -> tuple[str, str]:
-    return model.position_unit, model.effort_unit
-
-
 def _base(axis: AxisDiagnosis) -> AxisModel:
     """The base model under the same physical bounds as the extended one."""
     names = axis.model.terms[0].values
     values = np.maximum(axis.base.estimate.parameters[:3], 0.0)
     found = dict(zip(names, (*values, axis.base.estimate.parameters[3]), strict=True))
-    return AxisModel((Term(axis.model.terms[0].effect, found),), *_units(axis.model))
+    return AxisModel((Term(axis.model.terms[0].effect, found),), *axis.model.units)
 
 
 def described(causes: tuple[Cause, ...]) -> tuple[str, ...]:

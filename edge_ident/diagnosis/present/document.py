@@ -92,7 +92,7 @@ def _alternative(alternative: Alternative, axis: AxisModel) -> dict[str, Any]:
 
 
 def _fit(fit: ModelFit, axis: AxisModel) -> dict[str, Any]:
-    base = base_axis(fit.estimate, axis.position_unit, axis.effort_unit)
+    base = base_axis(fit.estimate, *axis.units)
     return {
         "parameters": values_document(base.terms[0], base),
         "relative_residual": {"fitted": fit.fitted, "held_out": finite(fit.held_out)},

@@ -202,7 +202,7 @@ def _described(fit: ModelFit, validated: tuple[float, ...], axis: AxisModel) -> 
         "time-spectral metric": f"{fit.metric.time_spectral:.4f}",
         f"error in simulated motion, rms ({axis.position_unit})": moved,
     }
-    base = base_axis(fit.estimate, axis.position_unit, axis.effort_unit)
+    base = base_axis(fit.estimate, *axis.units)
     return cells | {
         f"{spoken(name)} ({entry['unit']})": _number(entry)
         for name, entry in values_document(base.terms[0], base).items()

@@ -22,8 +22,8 @@ from edge_ident.model.strengths import Draws, Scale
 from edge_ident.model.waves import wave
 
 _PARTS: Final = ("cosine", "sine", "cosine_2", "sine_2")
-_PLACES: Final = {"turning": "other", "lifted": "own"}
-"""What this joint does, and whose angle changes the inertia."""
+_PLACES: Final = {"turning": ("other", Link.INNER), "lifted": ("own", Link.OUTER)}
+"""What this joint does: whose angle changes the inertia, and which of the two it is."""
 
 
 class PoseDependentInertia(Effect):
@@ -39,7 +39,7 @@ class PoseDependentInertia(Effect):
             f"{'twice ' if part.endswith('2') else ''}the {angle} angle",
             default=0.0,
         )
-        for place, angle in _PLACES.items()
+        for place, (angle, _) in _PLACES.items()
         for part in _PARTS
     )
     needs_source = True
@@ -83,7 +83,7 @@ EFFECT: Final = PoseDependentInertia(
     search=SearchSpec(
         forms=tuple(
             Form(tuple(f"{place}_{part}" for part in parts), coupled=True, link=link, rotary=True)
-            for place, link in (("turning", Link.INNER), ("lifted", Link.OUTER))
+            for place, (_, link) in _PLACES.items()
             for parts in (_PARTS[:2], _PARTS[2:], _PARTS)
         ),
         signature="the inertia follows the angle of another axis, or grows with its speed squared",

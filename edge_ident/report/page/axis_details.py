@@ -112,7 +112,7 @@ def _parameters(axis: AxisDiagnosis) -> Table:
 
 
 def _values(fit: ModelFit, model: AxisModel) -> dict[str, tuple[float, float | None]]:
-    base = base_axis(fit.estimate, model.position_unit, model.effort_unit)
+    base = base_axis(fit.estimate, *model.units)
     entries = values_document(base.terms[0], base)
     return {name: (entry["value"], entry["std"]) for name, entry in entries.items()}
 

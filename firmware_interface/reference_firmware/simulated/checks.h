@@ -9,7 +9,8 @@ struct check {
     void (*run)(void);
 };
 
-extern const struct check board_checks[], motion_checks[], transfer_checks[], identification_checks[];
+extern const struct check board_checks[], motion_checks[], transfer_checks[],
+    identification_checks[];
 extern const unsigned board_check_count, motion_check_count, transfer_check_count,
     identification_check_count;
 

@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 from edge_ident.diagnosis.diagnose import diagnose
 from edge_ident.diagnosis.result import AxisDiagnosis
 from edge_ident.diagnosis.verdict import Verdict
-from edge_ident.signals.recording import AxisRecord, Recording
+from edge_ident.signals.recording import Recording
+from tests.edge_ident.diagnosis.joints import PERIOD_S, joint, twice_differentiated
 
 Array = NDArray[np.float64]
 
-PERIOD_S = 2e-3
 AXIS_TO_AXIS_M = 0.25
 LENGTH_M = 0.4
 MASS_KG = 2.5
@@ -35,10 +35,6 @@ def swung(joint: int, t: Array) -> Array:
     return np.asarray(0.6 * np.sin(rates * t[:, None] + rng.uniform(0, 6, 4)).sum(axis=1))
 
 
-def twice_differentiated(values: Array) -> Array:
-    return np.gradient(np.gradient(values, PERIOD_S, axis=0), PERIOD_S, axis=0)
-
-
 def recorded(gravity: float) -> Recording:
     t = np.arange(0.0, 24.0, PERIOD_S)
     turned, lifted = swung(0, t), swung(1, t)
@@ -51,14 +47,11 @@ def recorded(gravity: float) -> Recording:
         np.cross(place, force) @ up,
         np.sum(np.cross(lever, force) * np.cross(outwards, up), axis=1),
     )
-    rng, axes = np.random.default_rng(3), {}
-    for k, (angle, moment) in enumerate(zip((turned, lifted), moments, strict=True)):
-        speed = np.gradient(angle, PERIOD_S)
-        viscous, coulomb = FRICTIONS[k]
-        effort = moment + INERTIAS[k] * twice_differentiated(angle)
-        effort += viscous * speed + coulomb * np.sign(speed) + 0.02 * rng.standard_normal(len(t))
-        read = np.round((angle + ZEROS[k]) / 1e-5) * 1e-5
-        axes[f"j{k + 1}"] = AxisRecord(read, effort, "rad", "N*m")
+    rng = np.random.default_rng(3)
+    axes = {
+        f"j{k + 1}": joint(angle, moment, INERTIAS[k], FRICTIONS[k], ZEROS[k], rng)
+        for k, (angle, moment) in enumerate(zip((turned, lifted), moments, strict=True))
+    }
     return Recording(t, axes, "a turned link")
 
 

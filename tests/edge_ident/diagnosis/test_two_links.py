@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 from edge_ident.diagnosis.diagnose import diagnose
 from edge_ident.diagnosis.result import AxisDiagnosis
 from edge_ident.diagnosis.verdict import Verdict
-from edge_ident.signals.recording import AxisRecord, Recording
+from edge_ident.signals.recording import Recording
+from tests.edge_ident.diagnosis.joints import PERIOD_S, joint, twice_differentiated
 
 Array = NDArray[np.float64]
 
-PERIOD_S = 2e-3
 LENGTHS_M = 0.4, 0.3
 MASSES_KG = 3.0, 2.0
 INERTIAS = 0.4, 0.2
@@ -42,7 +42,7 @@ def recorded(gravity: float) -> Recording:
     lever = LENGTHS_M[1] * np.exp(1j * (angles[0] + angles[1]))
     places = inner, inner + lever
     forces = [
-        mass * (np.gradient(np.gradient(place, PERIOD_S), PERIOD_S) + 1j * gravity)
+        mass * (twice_differentiated(place) + 1j * gravity)
         for mass, place in zip(MASSES_KG, places, strict=True)
     ]
     moments = (
@@ -50,15 +50,10 @@ def recorded(gravity: float) -> Recording:
         (lever.conj() * forces[1]).imag,
     )
     rng = np.random.default_rng(7)
-    axes = {}
-    for k, (angle, moment) in enumerate(zip(angles, moments, strict=True)):
-        speed = np.gradient(angle, PERIOD_S)
-        own = INERTIAS[k] * np.gradient(speed, PERIOD_S)
-        viscous, coulomb = FRICTIONS[k]
-        effort = moment + own + viscous * speed + coulomb * np.sign(speed)
-        effort += 0.02 * rng.standard_normal(len(t))
-        read = np.round((angle + ZEROS[k]) / 1e-5) * 1e-5
-        axes[f"j{k + 1}"] = AxisRecord(read, effort, "rad", "N*m")
+    axes = {
+        f"j{k + 1}": joint(angle, moment, INERTIAS[k], FRICTIONS[k], ZEROS[k], rng)
+        for k, (angle, moment) in enumerate(zip(angles, moments, strict=True))
+    }
     return Recording(t, axes, "two links")
 
 

@@ -76,8 +76,8 @@ def test_the_floor_is_the_noise_that_was_added(noise: float, missed: float) -> N
 def test_a_vibration_that_is_left_out_is_not_found_again() -> None:
     """A selection that drops a vibration leaves it out, and would not end if it came back."""
     t, x, v, a = swing()
-    shaken = rigid(v, a) + 0.2 * np.sin(2.0 * np.pi * 3.7 * t)
-    data = prepare_axis([recorded(t, x, shaken, noise=0.02)], "x")
+    vibrating = rigid(v, a) + 0.2 * np.sin(2.0 * np.pi * 3.7 * t)
+    data = prepare_axis([recorded(t, x, vibrating, noise=0.02)], "x")
     start = fit(data, TEMPLATE, np.zeros(4), ())
     search = Search.of(data, TEMPLATE, start)
     assert search.score(start)[0].candidate == VIBRATION
