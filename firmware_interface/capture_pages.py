@@ -6,7 +6,8 @@ from contextlib import suppress
 from typing import Final
 
 from firmware_interface.board_checks import MotionWatch, check_capture
-from firmware_interface.board_session import POLL_S, Session
+from firmware_interface.board_hold import POLL_S
+from firmware_interface.board_session import Session
 from firmware_interface.board_types import BoardIdentity, CapturePage, page_in_si
 from firmware_interface.codec import decode_page
 from firmware_interface.errors import LinkError

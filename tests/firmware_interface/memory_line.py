@@ -15,6 +15,7 @@ from witness import SETTINGS, Witness
 
 from firmware_interface import (
     board_checks,
+    board_hold,
     board_session,
     capture_pages,
     modbus,
@@ -144,7 +145,8 @@ def virtual_time(line: MemoryLine) -> Iterator[None]:
         sleep=lambda pause_s: line.wait_until(line.time.now_s() + pause_s),
     )
     with ExitStack() as patches:
-        for module in (modbus, modbus_server, board_session, board_checks, capture_pages):
+        hosts = (modbus, board_hold, board_session, board_checks, capture_pages)
+        for module in (*hosts, modbus_server):
             patches.enter_context(mock.patch.object(module, "time", clock))
         draw = random.Random(line.line.seed)
         patches.enter_context(mock.patch.object(secrets, "randbelow", draw.randrange))

@@ -23,7 +23,7 @@ from firmware_interface import board_session
 from firmware_interface.board import Board, CapturePage
 from firmware_interface.errors import BoardError, LinkError
 from firmware_interface.motion import Multisine, SineComponent, Trajectory
-from firmware_interface.registers import PAGE_ADDRESS, REGISTERS, Opcode, State
+from firmware_interface.registers import PAGE_ADDRESS, REGISTERS, Opcode, Result, State
 
 TIMEOUT_S = 0.1
 SINE = Multisine((SineComponent(0.4, 1.0, 0.0),))
@@ -174,30 +174,67 @@ def survive(proxy: FaultProxy, fault: LineFault, sender: Sender) -> None:
         assert board.status().state is State.IDLE  # it moved once
 
 
-@pytest.mark.parametrize("opcode", [Opcode.START, Opcode.COMMIT], ids=lambda opcode: opcode.name)
+LATE_S = 0.9
+"""Longer than a host waits for a command."""
+VERBS: dict[Opcode, Callable[[Board], object]] = {
+    Opcode.ENABLE: Board.enable,
+    Opcode.DISABLE: Board.disable,
+    Opcode.ARM: Board.arm,
+    Opcode.START: Board.start,
+    Opcode.COMMIT: Board.commit,
+    Opcode.STORE: Board.store,
+}
+
+
+@pytest.mark.parametrize("opcode", VERBS, ids=lambda opcode: opcode.name)
 def test_a_command_that_comes_after_everybody_gave_up_does_nothing(
-    proxy: FaultProxy, opcode: Opcode
+    either_proxy: FaultProxy, opcode: Opcode
 ) -> None:
-    """The host was told that it did not arrive and has stopped; then it does."""
-    with cleaned_up(proxy) as board:
+    """The host was told that it did not arrive; then it does, behind all that the host did since.
+
+    So may a gateway deliver it that repeats a request by itself.
+    """
+    with cleaned_up(either_proxy) as board:
         old = board.active_gains()
         board.stage_gains(NEW)
         board.write_trajectory(MOTION)
         if opcode is Opcode.START:
             board.arm()
-        proxy.line.late_s = 0.9
-        proxy.line.choose = Strikes(LineFault.LATE, Sender.HOST, request_to(COMMAND, opcode))
-        with pytest.raises(LinkError, match=f"{opcode.name} did not reach the board") as caught:
-            board.start() if opcode is Opcode.START else board.commit()
+        if opcode is Opcode.ENABLE:
+            board.disable()
+        either_proxy.line.late_s = LATE_S
+        late = Strikes(LineFault.LATE, Sender.HOST, request_to(COMMAND, opcode))
+        either_proxy.line.choose = late
+        with pytest.raises(LinkError, match=f"{opcode.name} did not reach the board:") as caught:
+            VERBS[opcode](board)
         assert "check the cable" in caught.value.next_step
         board.quick_stop()
-        time.sleep(0.9)
+        before = board.status()
+        board.claim()
+        time.sleep(LATE_S)
         status = board.status()
+        assert status.last_token != before.last_token
+        found = Result.WRONG_STATE if opcode is Opcode.START else Result.NOT_HELD
+        assert status.last_result is found
         assert status.state is State.IDLE
-        if opcode is Opcode.COMMIT:  # it is in force now, and goes unless somebody confirms it
-            assert status.unconfirmed
-            board.quick_stop()
+        assert (status.enabled, status.unconfirmed) == (before.enabled, False)
         assert board.active_gains() == old
+        assert not late.left
+        VERBS[Opcode.ENABLE](board)  # and commands of now are carried out
+
+
+def test_a_board_that_keeps_the_hold_may_still_carry_a_lost_command_out(
+    either_proxy: FaultProxy,
+) -> None:
+    """The host cannot take back what it said, and does not say that nothing was carried out."""
+    release = request_to(REGISTERS["session.release"].address)
+    with cleaned_up(either_proxy) as board:
+        strikes = Strikes(LineFault.LOST, Sender.HOST, request_to(COMMAND, Opcode.FINISH), release)
+        either_proxy.line.choose = strikes
+        with pytest.raises(LinkError, match="FINISH did not reach the board so far") as caught:
+            board.finish()
+        assert "edge-ident doctor" in caught.value.next_step
+        assert not strikes.left
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,174 @@
+"""Which host commands a board: one at a time, by a key that it draws.
+
+The hold lasts a few seconds from each write of the key, which is also all that feeds the board's
+watchdog. Reading needs no hold.
+"""
+
+import math
+import secrets
+import time
+from contextlib import suppress
+from typing import Final
+
+from firmware_interface.board_line import BoardLine
+from firmware_interface.board_types import BoardStatus
+from firmware_interface.codec import decode_integer, encode
+from firmware_interface.errors import BusyError, LinkError, NoReplyError
+from firmware_interface.link import Link
+from firmware_interface.registers import REGISTERS, SESSION_LEASE_S
+
+POLL_S: Final = 0.005
+STALL_S: Final = 2.0
+"""Longest time in which a check of a trajectory, or another host's lease, makes no progress."""
+_TRIES: Final = 3
+_NOBODY: Final = 0
+"""Key of a board that nobody holds."""
+_CLOCK_RANGE: Final = 2**32
+_BEATS_PER_TIMEOUT: Final = 4
+_SHORTEST_TIMEOUT_S: Final = REGISTERS["watchdog.timeout"].minimum or 0.0
+
+
+class Hold(BoardLine):
+    """A host's hold of a board.
+
+    Parameters
+    ----------
+    link : Link
+    sample_period_s : float
+        Of the board's clock.
+
+    Attributes
+    ----------
+    pages_in_hand : int
+        Capture pages that the board may overwrite; goes out with every heartbeat.
+    """
+
+    def __init__(self, link: Link, sample_period_s: float) -> None:
+        self._held = False
+        super().__init__(link)
+        self._period_s = sample_period_s
+        self._key = _drawn_key()
+        self._held_at_s = -math.inf
+        self._beat_every_s = _SHORTEST_TIMEOUT_S / _BEATS_PER_TIMEOUT
+        self._beat_clock = self._clock
+        self.pages_in_hand = 0
+
+    def claim(self) -> None:
+        """Hold the board; waits for the hold of a host that is gone to run out.
+
+        Raises
+        ------
+        BusyError
+            Another host holds the board and renews its hold, or moves the machine.
+        """
+        left_s, since_s = math.inf, time.monotonic()
+        while not self._take():
+            status = self.status()
+            if status.session_remaining_s < left_s:
+                since_s = time.monotonic()
+            renewed = status.session_remaining_s > left_s
+            if renewed or time.monotonic() - since_s > STALL_S:
+                raise BusyError(
+                    f"another host controls the board (it is {status.state.name})",
+                    "wait until that host is finished, or stop it with edge-ident stop",
+                )
+            left_s = status.session_remaining_s
+            time.sleep(POLL_S)
+
+    def hold(self) -> None:
+        """Hold the board, where that may have run out."""
+        if not self._held or time.monotonic() - self._held_at_s > SESSION_LEASE_S / 2.0:
+            self.claim()
+
+    def held_by_another(self) -> bool:
+        """Whether the board knows another host's key now."""
+        register = REGISTERS["session.key"]
+        key = decode_integer(register.name, self.read(register.address, register.words))
+        return key not in (_NOBODY, self._key)
+
+    def release(self) -> None:
+        """Let go of the board; while it moves, the hold runs out by itself afterwards."""
+        if not self._held:
+            return
+        self._held = False
+        with suppress(BusyError, NoReplyError):
+            self.write(REGISTERS["session.release"].address, encode("session.release", self._key))
+
+    def beat_every(self, watchdog_timeout_s: float) -> None:
+        """Set the pace of heartbeats."""
+        self._beat_every_s = watchdog_timeout_s / _BEATS_PER_TIMEOUT
+
+    def beat(self) -> None:
+        """Renew the hold, feed the watchdog and acknowledge the pages in hand, in one write.
+
+        Where no reply comes it is said again at once: twice does no harm, silence ends a motion.
+        """
+        words = encode("session.key", self._key)
+        words += encode("capture.pages_acknowledged", self.pages_in_hand)
+        for _ in range(_TRIES):
+            with suppress(NoReplyError):
+                try:
+                    self.write(REGISTERS["session.key"].address, words)
+                except BusyError:
+                    self._held = False
+                    raise
+                self._note_hold()
+                return
+
+    def keep(self, status: BoardStatus | None = None) -> None:
+        """Beat if it is time, by this host's clock or the board's; nothing where it holds none."""
+        if not self._held:
+            return
+        passed_s = time.monotonic() - self._held_at_s
+        if status is not None:
+            samples = (status.clock_samples - self._beat_clock) % _CLOCK_RANGE
+            passed_s = max(passed_s, samples * self._period_s)
+        if passed_s >= self._beat_every_s:
+            self.beat()
+
+    def _take(self) -> bool:
+        """Write the key; says whether the board took it."""
+        register = REGISTERS["session.key"]
+        for _ in range(_TRIES):
+            try:
+                self.write(register.address, encode(register.name, self._key))
+            except BusyError:
+                self._held = False
+                return False
+            except NoReplyError:
+                words = self.read(register.address, register.words)
+                if decode_integer(register.name, words) != self._key:
+                    self._key = _drawn_key()  # this one may still come
+                    continue
+            self._note_hold()
+            return True
+        raise LinkError(
+            "the board did not take this host's key: nothing was carried out",
+            "check the cable, then try again",
+        )
+
+    def _disown(self) -> bool:
+        """Let go, and go on under another key: a command of the old one that is still on its way
+        finds no holder. Says whether the board has let go."""
+        old, self._key, self._held = self._key, _drawn_key(), False
+        release, holder = REGISTERS["session.release"], REGISTERS["session.key"]
+        try:
+            with suppress(BusyError, NoReplyError):
+                self.write(release.address, encode(release.name, old))
+            words = self.read(holder.address, holder.words)
+        except LinkError:
+            return False
+        return decode_integer(holder.name, words) != old
+
+    def _note_hold(self) -> None:
+        self._held, self._held_at_s, self._beat_clock = True, time.monotonic(), self._clock
+
+    def _restarted(self, nonce: int) -> None:
+        """Whoever holds the board now, it is not this host."""
+        super()._restarted(nonce)
+        self._held = False
+
+
+def _drawn_key() -> int:
+    """A key that no other host has."""
+    return secrets.randbelow(2**32 - 1) + 1
