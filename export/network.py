@@ -98,16 +98,3 @@ def bias_of(layer: nn.Conv2d) -> Tensor:
     """The biases of a convolution, which all of the network's have."""
     assert layer.bias is not None
     return layer.bias
-
-
-def count_weights(network: ResidualNetwork) -> int:
-    """Weights of the network, convolution biases included."""
-    return sum(parameter.numel() for parameter in network.parameters())
-
-
-def count_neurons(network: ResidualNetwork) -> int:
-    """Outputs of every layer, after pooling where there is any (reconstruction)."""
-    image = torch.zeros(1, 1, network.points, network.points)
-    with torch.no_grad():
-        maps = network.pooled_layers(functional.max_pool2d(network.first(image), 2))
-        return sum(output.numel() for output in maps + network.dense_layers(maps[-1]))

@@ -30,7 +30,7 @@ from firmware_interface.codec import (
     encode_trajectory,
     trajectory_words,
 )
-from firmware_interface.errors import BoardError, EdgeIdentError
+from firmware_interface.errors import BoardError, EdgeIdentError, OvertakenError
 from firmware_interface.link import Link
 from firmware_interface.map_versions import MAP_CRCS
 from firmware_interface.motion import Trajectory, stop_duration_s
@@ -245,7 +245,13 @@ class Board(GainVerbs):
     def quick_stop(self) -> None:
         """Decelerate to rest and wait for it. No safety function; needs no hold."""
         self.coming_to_rest = False
-        self._session.command(Opcode.QUICK_STOP)
+        for again in (True, True, False):  # it may be said as often as it takes
+            try:
+                self._session.command(Opcode.QUICK_STOP)
+                break
+            except OvertakenError:
+                if not again:
+                    raise
         self._session.wait_for({State.IDLE, State.FAULT}, "stop")
 
     def clear_fault(self) -> None:

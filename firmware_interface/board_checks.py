@@ -24,7 +24,8 @@ from firmware_interface.registers import (
 )
 
 _CLOCK_STALL_S: Final = 2.0
-_CLOCK_RANGE: Final = 2**32
+CLOCK_RANGE: Final = 2**32
+"""A board's clock wraps around after so many samples."""
 
 
 def check_map(link: Link) -> None:
@@ -86,7 +87,7 @@ def check_capture(status: BoardStatus) -> None:
 
 def went_back(before: int, now: int) -> bool:
     """Whether a board's clock cannot have gone on from one to the other; it wraps around."""
-    return (now - before) % _CLOCK_RANGE >= _CLOCK_RANGE // 2
+    return (now - before) % CLOCK_RANGE >= CLOCK_RANGE // 2
 
 
 class MotionWatch:
@@ -118,7 +119,7 @@ class MotionWatch:
         elif status.clock_samples != self._clock:
             self._moved_s = now_s
         self._clock = status.clock_samples
-        elapsed = (self._clock - self._first_clock) % _CLOCK_RANGE
+        elapsed = (self._clock - self._first_clock) % CLOCK_RANGE
         if status.state is State.MOVING and (
             elapsed > self._samples or now_s - self._moved_s > _CLOCK_STALL_S
         ):

@@ -10,6 +10,7 @@ import time
 from contextlib import suppress
 from typing import Final
 
+from firmware_interface.board_checks import CLOCK_RANGE
 from firmware_interface.board_line import BoardLine
 from firmware_interface.board_types import BoardStatus
 from firmware_interface.codec import decode_integer, encode
@@ -23,8 +24,8 @@ STALL_S: Final = 2.0
 _TRIES: Final = 3
 _NOBODY: Final = 0
 """Key of a board that nobody holds."""
-_CLOCK_RANGE: Final = 2**32
-_BEATS_PER_TIMEOUT: Final = 4
+BEATS_PER_TIMEOUT: Final = 4
+"""Signs of life in the watchdog's time."""
 _SHORTEST_TIMEOUT_S: Final = REGISTERS["watchdog.timeout"].minimum or 0.0
 
 
@@ -49,7 +50,7 @@ class Hold(BoardLine):
         self._period_s = sample_period_s
         self._key = _drawn_key()
         self._held_at_s = -math.inf
-        self._beat_every_s = _SHORTEST_TIMEOUT_S / _BEATS_PER_TIMEOUT
+        self._beat_every_s = _SHORTEST_TIMEOUT_S / BEATS_PER_TIMEOUT
         self._beat_clock = self._clock
         self.pages_in_hand = 0
 
@@ -96,7 +97,7 @@ class Hold(BoardLine):
 
     def beat_every(self, watchdog_timeout_s: float) -> None:
         """Set the pace of heartbeats."""
-        self._beat_every_s = watchdog_timeout_s / _BEATS_PER_TIMEOUT
+        self._beat_every_s = watchdog_timeout_s / BEATS_PER_TIMEOUT
 
     def beat(self) -> None:
         """Renew the hold, feed the watchdog and acknowledge the pages in hand, in one write.
@@ -121,7 +122,7 @@ class Hold(BoardLine):
             return
         passed_s = time.monotonic() - self._held_at_s
         if status is not None:
-            samples = (status.clock_samples - self._beat_clock) % _CLOCK_RANGE
+            samples = (status.clock_samples - self._beat_clock) % CLOCK_RANGE
             passed_s = max(passed_s, samples * self._period_s)
         if passed_s >= self._beat_every_s:
             self.beat()

@@ -21,6 +21,7 @@ from firmware_interface.errors import (
     EdgeIdentError,
     LinkError,
     NoReplyError,
+    OvertakenError,
     RestartedError,
 )
 from firmware_interface.link import Link
@@ -47,9 +48,16 @@ class Session(Hold):
         super().__init__(link, sample_period_s)
         # beyond those of earlier hosts: the board ignores what it remembers, and last frames of a
         # host that is gone may still come
+        self._token_seen = self._first_status.last_token
         self._token = self._first_status.last_token + _TOKEN_LEAP + secrets.randbelow(_TOKEN_SPREAD)
 
     # ---- status
+
+    def status(self) -> BoardStatus:
+        """See `BoardLine.status`."""
+        status = super().status()
+        self._token_seen = status.last_token
+        return status
 
     def wait_for(self, states: set[State], what: str) -> BoardStatus:
         """Poll until the board is in one of these states; keeps the hold meanwhile."""
@@ -107,7 +115,7 @@ class Session(Hold):
         A reply that refuses it is not believed before the board was asked: what stands between
         host and board may have made it.
         """
-        self._token = self._token % 0xFFFF + 1
+        before, self._token = self._token_seen, self._token % 0xFFFF + 1
         words = encode("command.opcode", opcode) + encode("command.token", self._token)
         words += encode("command.argument", argument) + encode("command.key", self._key)
         lost: EdgeIdentError = LinkError(
@@ -127,7 +135,10 @@ class Session(Hold):
                 lambda status: status.last_token == self._token, COMMAND_TIMEOUT_S, lost
             )
         except EdgeIdentError as error:
-            if opcode in _LATE_DOES_NOTHING or self._disown() or error is not lost:
+            let_go = opcode in _LATE_DOES_NOTHING or self._disown()
+            if error is lost and self._token_seen != before:
+                raise OvertakenError(opcode.name) from error
+            if error is not lost or let_go:
                 raise
             raise LinkError(
                 f"{opcode.name} did not reach the board so far, and may still do so",
@@ -154,10 +165,7 @@ class Session(Hold):
                 stalled,
             )
         if status.last_token != self._token:
-            raise BoardError(
-                f"{opcode.name} was interrupted by a command of another host",
-                "make sure that no other host uses the board, then try again",
-            )
+            raise OvertakenError(opcode.name)
         return status
 
     def _poll(

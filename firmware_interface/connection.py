@@ -52,6 +52,6 @@ def open_link(
     if not url.startswith("tcp://"):
         return open_serial(url, baud_rate, timeout_s)
     host, colon, port = url.removeprefix("tcp://").rpartition(":")
-    if not colon or not host or not port.isdigit():
+    if not colon or not host or not port.isdecimal():
         raise LinkError(f"{url}: no port given", "write it as tcp://HOST:PORT")
     return open_tcp(host, int(port), timeout_s)

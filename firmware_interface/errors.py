@@ -6,6 +6,7 @@ EdgeIdentError
 └── BoardError        the board refused a command or is in fault (exit code 4)
     ├── ValueRefusedError   a value is outside its register's range
     ├── BusyError           another host controls the board, or an axis moves
+    ├── OvertakenError      a command of another host came right after this host's
     └── RestartedError      it was off since it was asked before
 """
 
@@ -61,6 +62,21 @@ class ValueRefusedError(BoardError):
 
 class BusyError(BoardError):
     """Another host holds the board, or it moves and does not take this now."""
+
+
+class OvertakenError(BoardError):
+    """The board says what became of another host's command, and no longer of this host's.
+
+    Parameters
+    ----------
+    command : str
+    """
+
+    def __init__(self, command: str) -> None:
+        super().__init__(
+            f"what became of {command} is not known: a command of another host came right after it",
+            "make sure that no other host uses the board, then try again",
+        )
 
 
 class RestartedError(BoardError):

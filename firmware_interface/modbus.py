@@ -287,7 +287,11 @@ def open_tcp(host: str, port: int, timeout_s: float) -> ModbusLink:
     """Connect to a Modbus TCP server; see `firmware_interface.connection.open_link`."""
     name = f"tcp://{host}:{port}"
     client = ModbusTcpClient(host, port=port, timeout=timeout_s, retries=0)
-    if not client.connect():  # type: ignore[no-untyped-call]
+    try:
+        connected = client.connect()  # type: ignore[no-untyped-call]
+    except UnicodeError as error:
+        raise LinkError(f"{host!r} is no name of a host", "write it as tcp://HOST:PORT") from error
+    if not connected:
         raise LinkError(
             f"{name} refuses the connection or cannot be reached",
             "check address and port, and that the board (or `edge-ident board`) is running",

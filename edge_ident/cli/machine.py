@@ -131,8 +131,9 @@ def hold(*, where: BoardOptions, seconds: Duration = 10.0, results: ResultOption
 def stop(*, where: BoardOptions, results: ResultOptions) -> None:
     """Bring the machine to rest and switch the effort off. This is not an emergency stop.
 
-    Unconfirmed gains are rolled back. The effort stays on if another host controls the board. If
-    another command of the same user has the port open, that command is interrupted as by Ctrl-C.
+    Unconfirmed gains are rolled back. If another command of the same user has the port open, that
+    command is interrupted as by Ctrl-C. Another host that controls the board has some seconds to
+    switch the effort off; if it stays on, this command fails.
     The state of the board is printed; with --output it is also written to state.json.
 
     Example: `edge-ident stop --device /dev/ttyACM0`

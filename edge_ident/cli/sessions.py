@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from datetime import datetime
+from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -88,10 +89,21 @@ def session(
 ) -> Iterator[Session]:
     """Connect to a board, with a folder for results and a log in it."""
     with connected(options, hidden) as (board, drive):
-        folder = output or Path("edge-ident-runs") / datetime.now().strftime("%Y-%m-%dT%H-%M-%S")
+        folder = output or _new_folder()
         folder.mkdir(parents=True, exist_ok=True)
         with _log_file(folder / "log.txt"):
             yield Session(board, drive, folder)
+
+
+def _new_folder() -> Path:
+    """A folder by the time of day that no other session has."""
+    begun = Path("edge-ident-runs") / datetime.now().strftime("%Y-%m-%dT%H-%M-%S")
+    folder, others = begun, count(2)
+    while True:
+        with suppress(FileExistsError):
+            folder.mkdir(parents=True)
+            return folder
+        folder = begun.with_name(f"{begun.name}-{next(others)}")
 
 
 @contextmanager

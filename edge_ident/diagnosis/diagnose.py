@@ -46,8 +46,10 @@ from edge_ident.diagnosis.tolerance import TOLERANCE
 from edge_ident.diagnosis.validation import Judged
 from edge_ident.diagnosis.validation import judge as judge_elsewhere
 from edge_ident.diagnosis.written_model import written_model
+from edge_ident.errors import DataError
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Model, Term
 from edge_ident.signals.recording import Recording
+from edge_ident.support.words import listed
 
 Progress = Callable[[str, int, int], None]
 Array = NDArray[np.float64]
@@ -95,8 +97,8 @@ def diagnose(
     Raises
     ------
     DataError
-        An axis hardly moves, or the recordings are not of one machine: their axes or units differ,
-        or one is given twice.
+        There is no recording, or no axis of a name in `only`; an axis hardly moves, or the
+        recordings are not of one machine: their axes or units differ, or one is given twice.
 
     Examples
     --------
@@ -105,9 +107,9 @@ def diagnose(
     >>> found.axes["x"].verdict.value
     'adequate'
     """
+    names = _names(recordings, only)
     begin_s = recordings[0].begin_s
     recordings = [replace(each, begin_s=each.begin_s - begin_s) for each in recordings]
-    names = [name for name in recordings[0].axes if name in (only or recordings[0].axes)]
     check_pooled([*recordings, *([validate] if validate else [])])
     axes, validations = {}, {}
     rules = Rules(tolerance, stability, keep_minor)
@@ -122,6 +124,19 @@ def diagnose(
     on_progress("simulated motion", 0, 1)
     found = Diagnosis(axes, data_findings(recordings, axes), validations)
     return with_motion_errors(found, recordings)
+
+
+def _names(recordings: Sequence[Recording], only: Collection[str]) -> list[str]:
+    """Names of the axes to diagnose, in the order of the first recording."""
+    if not recordings:
+        raise DataError("there is no recording to diagnose", "give at least one")
+    every = recordings[0].axes
+    unknown = [name for name in only if name not in every]
+    if unknown:
+        raise DataError(
+            f"{recordings[0].source} has no axis {listed(unknown)}", f"it has {listed(every)}"
+        )
+    return [name for name in every if name in (only or every)]
 
 
 def _told(on_progress: Progress, name: str, done: int) -> None:
@@ -236,7 +251,7 @@ def _named(
     search, supported = outcome.search, outcome.carried.supported
     data, model = search.data, supported.model
     space = base_space(data, search.selected.start)
-    found = causes(data, supported, own_shares(data, model, space), deviations)
+    found = causes(supported, own_shares(data, model, space), deviations)
     pairs = list(zip(with_sources(found, data, model, recordings), supported.support, strict=True))
     named_causes = strongest_first(cause for cause, support in pairs if not support.minor)
     return named_causes, strongest_first(cause for cause, support in pairs if support.minor)

@@ -7,6 +7,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from edge_ident.diagnosis.fit.bounded import solve
 from edge_ident.diagnosis.fit.candidates import base_regressor
 from edge_ident.diagnosis.fit.feedback_law import feedback_law
 from edge_ident.diagnosis.fit.fitting import FittedModel
@@ -198,9 +199,7 @@ def _driven_by_reference(recording: Recording, axis: AxisRecord, cutoff_hz: floa
     grid = EvenGrid.of(recording.time_s)
     regressor = filtered_regressor(grid.resampled(axis.reference), cutoff_hz, grid.period_s)
     effort = lowpass(grid.resampled(axis.effort), cutoff_hz, grid.period_s)
-    length = np.maximum(np.linalg.norm(regressor, axis=0), np.finfo(float).tiny)
-    parameters = np.linalg.lstsq(regressor / length, effort, rcond=1e-9)[0]
-    left = float(np.var(effort - regressor / length @ parameters))
+    left = float(np.var(effort - regressor @ solve(regressor, effort)))
     return left < (1.0 - _INDEPENDENT) * float(np.var(effort))
 
 

@@ -95,7 +95,6 @@ def judge(
     suspected: tuple[Cause, ...] = ()
     if lost:
         every = causes(
-            data,
             supported,
             own_shares(data, model, base_space(data, base)),
             standard_deviations(data, model),

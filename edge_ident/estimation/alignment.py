@@ -51,11 +51,12 @@ def align(signals: Signals, velocity: Array, period_s: float) -> Subsampled | No
     Returns
     -------
     Subsampled or None
-        None where the recording is shorter than one period.
+        None where the recording is shorter than one period, or a period has fewer samples than the
+        network reads.
     """
     samples = round(period_s / signals.period_s)
     available = len(signals.effort)
-    if available < samples * (1.0 - _MISSING_SHARE):
+    if available < samples * (1.0 - _MISSING_SHARE) or min(samples, available) < len(velocity):
         return None
     samples = min(samples, available)
     periods = available // samples

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from edge_ident.estimation.columns import Columns
 from edge_ident.estimation.covariance import coloured_std
 from edge_ident.estimation.least_squares import EstimationPart, motion_noise
-from edge_ident.estimation.trust import CERTAIN, RESIDUAL_LIMIT, Finding, negative
+from edge_ident.estimation.trust import CERTAIN_SIGN, RESIDUAL_LIMIT, Finding, negative
 from edge_ident.model.model import PARAMETERS, POSITIVE, Estimate
 from edge_ident.signals.conditioning import Signals
 from edge_ident.signals.motion_lines import ONE_LINE, Line, strongest_line
@@ -107,7 +107,7 @@ def unphysical(estimate: Estimate) -> list[Finding]:
     return [
         negative(name, estimate.parameters[i], estimate.std[i], blocks=False)
         for i, name in enumerate(PARAMETERS)
-        if POSITIVE[i] and estimate.parameters[i] < -CERTAIN * estimate.std[i]
+        if POSITIVE[i] and estimate.parameters[i] < -CERTAIN_SIGN * estimate.std[i]
     ]
 
 
@@ -119,7 +119,7 @@ def _wrong_sign(columns: Columns, effort: Array) -> list[Finding]:
     if inertia >= 0.0 or friction >= 0.0:  # as a rule; deviations would take most of the time
         return []
     found = _unbounded(columns, effort)
-    negative = found.parameters[:3] < -CERTAIN * found.std[:3]
+    negative = found.parameters[:3] < -CERTAIN_SIGN * found.std[:3]
     if not (negative[0] and (negative[1] or negative[2])):
         return []
     return [
@@ -222,7 +222,7 @@ def _shifted(
     if np.sqrt(np.mean(change**2)) <= _BEYOND_NOISE * noise:
         return False
     share = unbounded(change[:, None], effort)
-    return bool(share.parameters[0] - CERTAIN * share.std[0] > _SEEN)
+    return bool(share.parameters[0] - CERTAIN_SIGN * share.std[0] > _SEEN)
 
 
 def _left_of(efforts: Array, basis: Array) -> Array:

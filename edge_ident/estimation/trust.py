@@ -34,7 +34,7 @@ _FEW_UNKNOWN: Final = 0.001
 """The same, below which it is not worth a sentence."""
 AGREEMENT: Final = 3.0
 """Combined standard deviations by which two estimators may differ: 0.3 % by chance."""
-CERTAIN: Final = 2.0
+CERTAIN_SIGN: Final = 2.0
 """Standard deviations from which a sign is certain: 2.3 % by chance."""
 _HOPELESS: Final = 100.0
 """Relative standard deviation beyond which more of the same motion is no advice."""
@@ -228,7 +228,7 @@ def _check_parameter(
     name = PARAMETERS[index]
     value, std = float(estimate.parameters[index]), float(estimate.std[index])
     spoken = name.replace("_", " ")
-    if POSITIVE[index] and value < -CERTAIN * std:
+    if POSITIVE[index] and value < -CERTAIN_SIGN * std:
         return negative(name, value, std, blocks=True)
     moved = std * rms_columns[index] / max(rms_effort, _TINY)
     if moved > UNCERTAIN_EFFORT_LIMIT or (POSITIVE[index] and value <= 0):

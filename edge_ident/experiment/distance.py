@@ -35,10 +35,10 @@ from edge_ident.model.search import Excitation
 
 Array = NDArray[np.float64]
 
-CERTAIN: Final = 0.99
+DECIDED: Final = 0.99
 """Share of the records in which the diagnosis is to decide for the true one: its own level for what
 is very strong evidence."""
-_QUANTILE: Final = float(norm.ppf(CERTAIN))
+_QUANTILE: Final = float(norm.ppf(DECIDED))
 _RANK: Final = 1e-10
 
 

@@ -36,7 +36,10 @@ def network_input(
     with watch.stage("align"):
         found = align(signals, motion.regressor[:, 1], motion.period_s)
     if found is None:
-        return f"the recording is shorter than the {motion.period_s:.4g} s of its motion"
+        return (
+            f"the recording is shorter than the {motion.period_s:.4g} s of its motion, or has "
+            f"fewer than {len(motion.regressor)} samples in them"
+        )
     mismatch, limit = motion_mismatch(found.regressor, network), network.manifest.mismatch_limit
     if mismatch > limit:
         return (

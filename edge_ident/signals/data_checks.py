@@ -158,12 +158,13 @@ def check_motions(recording: Recording, first_row: int = 0) -> None:
 
 
 def check_efforts(recording: Recording) -> None:
-    """Check that no axis has an effort of one value throughout: nothing follows from it.
+    """Check what nothing follows from: too few samples, or an effort of one value throughout.
 
     Raises
     ------
     DataError
     """
+    _check_length(recording.source, recording.time_s)
     for name, axis in recording.axes.items():
         _check_effort_changes(recording.source, name, axis)
 

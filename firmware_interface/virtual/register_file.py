@@ -92,6 +92,7 @@ class RegisterFile:
         """Set the registers at several places."""
         for address, word in zip(addresses(spans), words, strict=True):
             self._words[address] = word
+        self._values.clear()
 
     # ---- the host's side
 

@@ -7,8 +7,10 @@ from edge_ident.estimation.image import Normalization, effort_image, scale_and_o
 
 torch = pytest.importorskip("torch")
 
+from torch.nn import functional  # noqa: E402
+
 from export.data import tensor  # noqa: E402
-from export.network import ResidualNetwork, count_neurons, count_weights  # noqa: E402
+from export.network import ResidualNetwork  # noqa: E402
 
 
 @pytest.fixture
@@ -18,8 +20,10 @@ def network() -> ResidualNetwork:
 
 
 def test_weights_neurons_and_kernels_of_the_paper(network: ResidualNetwork) -> None:
-    assert count_weights(network) == 375_640
-    assert count_neurons(network) == 29_384
+    assert sum(parameter.numel() for parameter in network.parameters()) == 375_640
+    image = torch.zeros(1, 1, network.points, network.points)
+    maps = network.pooled_layers(functional.max_pool2d(network.first(image), 2))
+    assert sum(out.numel() for out in maps + network.dense_layers(maps[-1])) == 29_384
     layers = (network.first, network.second, network.third)
     assert sum(layer.weight.shape[0] * layer.weight.shape[1] for layer in layers) == 210
 

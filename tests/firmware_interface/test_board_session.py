@@ -1,5 +1,6 @@
 """Who commands a board: one host at a time, for as long as it gives signs of life."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from itertools import pairwise
 
@@ -14,14 +15,15 @@ from firmware_interface.errors import (
     BusyError,
     LinkError,
     NoReplyError,
+    OvertakenError,
     RestartedError,
 )
 from firmware_interface.motion import Trajectory
-from firmware_interface.registers import REGISTERS, SESSION_LEASE_S, Fault, Opcode, State
+from firmware_interface.registers import REGISTERS, SESSION_LEASE_S, Fault, Opcode, Result, State
 from firmware_interface.virtual.board import VirtualBoard
 
+COMMAND = REGISTERS["command.opcode"].address
 KEY = REGISTERS["session.key"].address
-ACKNOWLEDGED = REGISTERS["capture.pages_acknowledged"].address
 STATUS = REGISTERS["status.state"].address
 
 
@@ -122,6 +124,36 @@ def test_arm_and_commit_name_what_this_host_wrote(short_motion: Trajectory) -> N
     bench.virtual.write(REGISTERS["shadow.crc"].address, [crc >> 16, crc & 0xFFFF])
     with pytest.raises(BoardError, match="not the one that the host staged"):
         bench.board.commit()
+
+
+class BetweenOthers(VirtualBoard):
+    """Another host's command comes right after each of the first few of this host."""
+
+    def __init__(self, commands: int) -> None:
+        super().__init__()
+        self._left = commands
+
+    def write(self, address: int, words: list[int]) -> None:
+        super().write(address, words)
+        if address == COMMAND and self._left:
+            self._left -= 1
+            super().write(address, [Opcode.FINISH, 40_000 + self._left, 0, 0, 0, 7])
+
+
+def test_a_stop_between_the_commands_of_another_host_is_said_until_it_is_seen() -> None:
+    board = Board.connect(BetweenOthers(2))
+    board.quick_stop()
+    assert board.status().last_result is Result.DONE
+
+
+@pytest.mark.parametrize("verb", [Board.quick_stop, Board.enable])
+def test_a_command_that_another_one_overtook_is_not_said_to_be_lost(
+    verb: Callable[[Board], object], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(board_session, "COMMAND_TIMEOUT_S", 0.0)
+    board = Board.connect(BetweenOthers(9))
+    with pytest.raises(OvertakenError, match="another host came right after it"):
+        verb(board)
 
 
 class Recorder:

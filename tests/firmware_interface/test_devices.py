@@ -28,6 +28,8 @@ Served = Callable[[VirtualBoard, str], AbstractContextManager[str]]
         ("/dev/ttyNOTHERE", "cannot be opened", "connect the board"),
         ("nonsense://x", "cannot be opened", "pySerial URL"),
         ("tcp://127.0.0.1", "no port given", "tcp://HOST:PORT"),
+        ("tcp://127.0.0.1:²", "no port given", "tcp://HOST:PORT"),
+        ("tcp://a..b:502", "no name of a host", "tcp://HOST:PORT"),
         ("tcp://127.0.0.1:1", "refuses the connection", "check address and port"),
     ],
 )

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from edge_ident.commissioning.link.check import Check
 from edge_ident.errors import BoardError, LinkError
 from firmware_interface.board import Board
-from firmware_interface.board_checks import fault_error
+from firmware_interface.board_checks import CLOCK_RANGE, fault_error
 from firmware_interface.connection import open_link
 from firmware_interface.registers import State
 
@@ -24,7 +24,6 @@ _CLOCK_ERROR: Final = 1e-3
 """Largest difference between the clocks of board and host: what a second of the one is in the
 other goes straight into every speed and acceleration."""
 _JITTER_S: Final = 0.05
-_CLOCK_RANGE: Final = 2**32
 
 
 def check_link(url: str, baud_rate: int, on_request: Callable[[int, int], None]) -> list[Check]:
@@ -117,7 +116,7 @@ def clock_checks(times_s: Array, samples: Array, period_s: float) -> list[Check]
     period_s : float
         Of one sample, as the board states it.
     """
-    passed = period_s * np.cumsum(np.diff(samples, prepend=samples[0]) % _CLOCK_RANGE)
+    passed = period_s * np.cumsum(np.diff(samples, prepend=samples[0]) % CLOCK_RANGE)
     host = times_s - times_s[0]
     rate, start = np.polyfit(host, passed, 1)
     late_s = float(np.max(np.abs(passed - (start + rate * host))))

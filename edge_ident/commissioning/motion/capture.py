@@ -19,7 +19,7 @@ from edge_ident.signals.recording import AxisRecord, Recording
 from edge_ident.signals.recording_files import save_recording
 from edge_ident.support.interrupts import deaf_to_interrupts
 from firmware_interface.board import Board, CapturePage
-from firmware_interface.board_checks import fault_error
+from firmware_interface.board_checks import CLOCK_RANGE, fault_error
 from firmware_interface.errors import BusyError
 from firmware_interface.motion import Trajectory
 from firmware_interface.registers import State
@@ -29,8 +29,6 @@ log = logging.getLogger(__name__)
 Enough = Callable[[int, Callable[[], Recording]], bool]
 """Whether what is in hand is enough: gets the samples, and what makes a recording of them."""
 
-_CLOCK_RANGE: Final = 2**32
-"""The board's clock wraps around after so many samples."""
 _COLUMN_BYTES: Final = 8
 _COLUMNS_PER_AXIS: Final = 3
 """Position, effort and reference; beside them the time."""
@@ -236,7 +234,7 @@ def _drain(
     if not pages:
         raise LinkError("the board captured no samples", "repeat the motion")
     last = samples if ended_early else expected
-    late = (board.status().clock_samples - capture_start - last) % _CLOCK_RANGE
+    late = (board.status().clock_samples - capture_start - last) % CLOCK_RANGE
     return capture_start, late * board.identity.sample_period_s, ended_early
 
 
@@ -246,11 +244,10 @@ def _kept_if_cut_short(
 ) -> Iterator[None]:
     try:
         yield
-    except BusyError:  # another host has the board now
-        raise
-    except BaseException:
+    except BaseException as error:
         with deaf_to_interrupts():
-            stop_at_once(board)
+            if not isinstance(error, BusyError):  # then another host may have the board now
+                stop_at_once(board)
             if file is not None and pages:
                 path = partial_file(file)
                 recording = _assemble(board, pages, 0, 0.0, None).recording
@@ -264,7 +261,7 @@ def _assemble(
     board: Board, pages: list[CapturePage], begin: int, tail_s: float, after: Capture | None
 ) -> Capture:
     identity = board.identity
-    passed = 0 if after is None else (begin - after.clock_samples) % _CLOCK_RANGE
+    passed = 0 if after is None else (begin - after.clock_samples) % CLOCK_RANGE
     position = np.concatenate([page.position_rad for page in pages])
     effort = np.concatenate([page.effort_nm for page in pages])
     following = np.concatenate([page.following_error_rad for page in pages])

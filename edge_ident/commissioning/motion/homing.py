@@ -15,7 +15,6 @@ from edge_ident.commissioning.motion.approach import with_lead_in
 from edge_ident.commissioning.motion.capture import capture_motion
 from edge_ident.commissioning.motion.observer import Observer
 from edge_ident.commissioning.motion.safety import ready_to_move
-from edge_ident.errors import BoardError
 from firmware_interface.board import AxisLimits, Board
 from firmware_interface.errors import ValueRefusedError
 from firmware_interface.motion import Multisine, SineComponent, Trajectory
@@ -208,7 +207,7 @@ def _speed(axis: str, limits: AxisLimits, wanted_rad_s: float | None) -> float:
 
 def _check_target(axis: str, target_rad: float, limits: Mapping[str, AxisLimits]) -> None:
     if axis not in limits:
-        raise BoardError(f"the board has no axis {axis}", f"it has {', '.join(limits)}")
+        raise ValueRefusedError(f"the board has no axis {axis}", f"it has {', '.join(limits)}")
     travel_rad = limits[axis].travel_rad
     if not abs(target_rad) <= travel_rad:
         raise ValueRefusedError(

@@ -1,5 +1,6 @@
 """Stops the machine from outside: at the board, or through the process that holds its port."""
 
+import time
 from collections.abc import Callable
 from typing import Final
 
@@ -7,11 +8,15 @@ from edge_ident.commissioning.link.port_notes import Holder, holder_of
 from edge_ident.errors import BoardError, EdgeIdentError, LinkError
 from firmware_interface.board import Board, BoardStatus
 from firmware_interface.connection import open_link
+from firmware_interface.errors import BusyError, OvertakenError
 from firmware_interface.link import Link
 from firmware_interface.registers import State
 
 _END_S: Final = 20.0
 """Longest time that a process takes to stop the machine, over a line on which much is lost."""
+_OTHER_HOST_S: Final = 5.0
+"""Longest time that another host has, once the machine stands, to switch the effort off."""
+_POLL_S: Final = 0.05
 _LAST_RESORT: Final = "if the machine moves, use the wired emergency stop"
 
 
@@ -20,7 +25,8 @@ def stop_machine(url: str, baud_rate: int, say: Callable[[str], None]) -> BoardS
 
     Where another process of this user holds the port, that one is asked to end, which stops the
     machine; then the board itself says whether it stands. A host that vanished while the axes stood
-    has left the effort on, for no watchdog runs at rest; one that is alive keeps it.
+    has left the effort on, for no watchdog runs at rest. One that is alive has some seconds to
+    switch it off itself, as `edge-ident` does when it is stopped.
 
     Parameters
     ----------
@@ -34,14 +40,14 @@ def stop_machine(url: str, baud_rate: int, say: Callable[[str], None]) -> BoardS
     LinkError
         Neither the board nor the process that holds its port can be reached.
     BoardError
-        The machine does not come to rest.
+        The machine does not come to rest, or another host keeps the effort on.
     """
     try:
         link = _opened(url, baud_rate, say)
         try:
             board = Board.connect(link)
             board.quick_stop()
-            _switch_off(board, say)
+            _switch_off(board)
             status = board.status()
         finally:
             link.close()
@@ -53,14 +59,18 @@ def stop_machine(url: str, baud_rate: int, say: Callable[[str], None]) -> BoardS
     return status
 
 
-def _switch_off(board: Board, say: Callable[[str], None]) -> None:
-    status = board.status()
-    if status.state is not State.IDLE or not status.enabled:
-        return
-    try:
-        board.disable()
-    except BoardError as error:
-        say(f"the effort stays on: {error.cause}")
+def _switch_off(board: Board) -> None:
+    deadline = time.monotonic() + _OTHER_HOST_S
+    while (status := board.status()).state is State.IDLE and status.enabled:
+        try:
+            board.disable()
+        except (BusyError, OvertakenError) as error:
+            if time.monotonic() > deadline:
+                raise BoardError(
+                    f"the machine stands, but the effort stays on: {error.cause}",
+                    "end that host's program, then: edge-ident stop",
+                ) from error
+            time.sleep(_POLL_S)
 
 
 def _opened(url: str, baud_rate: int, say: Callable[[str], None]) -> Link:

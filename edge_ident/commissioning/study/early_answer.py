@@ -30,6 +30,7 @@ from edge_ident.model.model import NORMAL_95, PARAMETERS
 from edge_ident.signals.data_checks import check_recording
 from edge_ident.signals.recording import Recording
 from firmware_interface.board import Board
+from firmware_interface.board_hold import BEATS_PER_TIMEOUT
 from firmware_interface.motion import Multisine, Trajectory, reference
 
 log = logging.getLogger(__name__)
@@ -41,7 +42,6 @@ _SPEED_SHARE: Final = 0.5
 """Of the highest speed in each direction that must have been seen."""
 _TIME_SHARE: Final = 0.25
 """Of the time of the motion that looks may take: the link must keep up with the pages."""
-_BEATS_PER_TIMEOUT: Final = 4
 _COULOMB, _OFFSET = PARAMETERS.index("coulomb_friction"), PARAMETERS.index("offset")
 
 
@@ -120,7 +120,7 @@ class Looks:
         self._every = max(round(period_s(trajectory) / sampling_s / _LOOKS_PER_PERIOD), 1)
         self._next = earliest_s(trajectory, sampling_s) / sampling_s
         (timeout_s,) = study.board.register_values("watchdog.timeout")
-        self._beat_every_s = timeout_s / _BEATS_PER_TIMEOUT
+        self._beat_every_s = timeout_s / BEATS_PER_TIMEOUT
         self._good = 0
         self._found: Identification | None = None
 

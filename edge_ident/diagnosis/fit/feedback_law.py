@@ -15,6 +15,7 @@ import scipy.optimize
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.prepare.segment import Segment
+from edge_ident.estimation.columns import unit_length
 from edge_ident.signals.motion_lines import strongest_line
 
 Array = NDArray[np.float64]
@@ -109,12 +110,12 @@ def _fitted(effort: Array, regressor: Array, answers: list[Array], known: Array)
     target = beside(effort)
     variation = float(np.linalg.norm(target))
     offset = beside(regressor[:, 3:])
-    columns, _ = _unit_length(np.hstack([beside(regressor[:, :3]), offset, -offset]))
+    columns, _ = unit_length(np.hstack([beside(regressor[:, :3]), offset, -offset]))
     dynamics = scipy.optimize.nnls(columns, target)[1]
     floor = np.finfo(float).eps * float(np.linalg.norm(effort))
     best = FeedbackLaw(0.0, 0.0, np.inf, np.inf)
     for answer in answers:
-        columns, length = _unit_length(beside(answer))
+        columns, length = unit_length(beside(answer))
         gains, left = scipy.optimize.nnls(columns, target)
         over_base = float(left) / max(float(dynamics), floor)
         if over_base < best.over_base:
@@ -122,9 +123,3 @@ def _fitted(effort: Array, regressor: Array, answers: list[Array], known: Array)
             share = float(left) / max(variation, floor)
             best = FeedbackLaw(float(gains[0]), float(gains[1]), over_base, share)
     return best
-
-
-def _unit_length(columns: Array) -> tuple[Array, Array]:
-    length = np.linalg.norm(columns, axis=0)
-    length = np.where(length > 0.0, length, 1.0)
-    return columns / length, length

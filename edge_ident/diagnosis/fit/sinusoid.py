@@ -8,7 +8,7 @@ import numpy as np
 
 _NONZERO: Final = 3.0
 """Standard deviations of a certain amplitude."""
-_SAME: Final = 0.02
+SAME_RATE: Final = 0.02
 """Relative difference of two rates up to which two recordings show one sinusoid."""
 
 
@@ -85,4 +85,4 @@ def merged(found: list[list[Sinusoid]]) -> list[Sinusoid]:
 def same(one: Sinusoid, other: Sinusoid) -> bool:
     """Whether two sinusoids have the same rate, as far as it is known."""
     apart = abs(one.rate - other.rate)
-    return apart < max(3.0 * math.hypot(one.rate_std, other.rate_std), _SAME * one.rate)
+    return apart < max(3.0 * math.hypot(one.rate_std, other.rate_std), SAME_RATE * one.rate)

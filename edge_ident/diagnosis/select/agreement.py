@@ -20,10 +20,10 @@ def agreed(
     -------
     SupportedModel
     list of int
-        How many of the disturbed runs find each of its terms.
+        How many of the runs find each of its terms, the undisturbed one among them.
     """
-    times = runs.times_found(selected.model)
-    found = [again(number + 1, RUNS + 1).accepted for number in times]
+    times = [number + 1 for number in runs.times_found(selected.model)]
+    found = [again(number, RUNS + 1).accepted for number in times]
     other = runs.models[0].terms
     if not other or all(found):
         return selected, times
@@ -32,4 +32,7 @@ def agreed(
     all_find = all(again(number, RUNS + 1).accepted for number in other_times)
     terms = tuple(t for t, kept in zip(selected.model.terms, found, strict=True) if kept)
     preferred = search.gain(search.fit(start.base, terms), supported.model) > 0.0
-    return (supported, other_times) if other_times and all_find and preferred else (selected, times)
+    if not (other_times and all_find and preferred):
+        return selected, times
+    undisturbed = runs.of((selected.model,)).times_found(supported.model)
+    return supported, [sum(pair) for pair in zip(other_times, undisturbed, strict=True)]

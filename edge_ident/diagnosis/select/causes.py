@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 
 from edge_ident.diagnosis.fit.external_vibrations import VIBRATION
 from edge_ident.diagnosis.fit.held_out import deviations_by_term
-from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.result import Cause
 from edge_ident.diagnosis.select.backward_elimination import SupportedModel, SupportedTerm
 from edge_ident.model.effects import named
@@ -18,13 +17,12 @@ Array = NDArray[np.float64]
 
 
 def causes(
-    data: AxisData, supported: SupportedModel, shares: Sequence[float], deviations: Array
+    supported: SupportedModel, shares: Sequence[float], deviations: Array
 ) -> tuple[Cause, ...]:
     """Terms of a model as causes, in the order of the terms.
 
     Parameters
     ----------
-    data : AxisData
     supported : SupportedModel
     shares : sequence of float
         Of each term (`edge_ident.diagnosis.select.own_effort`).

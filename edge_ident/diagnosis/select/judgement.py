@@ -144,8 +144,8 @@ class _Sorted:
 
 
 def _not_found_again(found: Sequence[int]) -> dict[int, str]:
-    """Reasons against the terms that too few runs find; the undisturbed run is one of them."""
-    decisions = [again(times + 1, RUNS + 1) for times in found]
+    """Reasons against the terms that too few runs find."""
+    decisions = [again(times, RUNS + 1) for times in found]
     return {k: d.reason for k, d in enumerate(decisions) if not d.accepted}
 
 
@@ -238,7 +238,7 @@ def _judgement(
     rules: Rules,
 ) -> Judgement:
     data, model = assessed.search.data, selected.model
-    every = causes(data, selected, assessed.shares(model), standard_deviations(data, model))
+    every = causes(selected, assessed.shares(model), standard_deviations(data, model))
     own = [t.candidate != VIBRATION for t in selected.model.terms]
     doubtful = [replace(every[k], decision=r) for k, r in found.doubts.items() if own[k]]
     vibrations = [Refused(VIBRATION.effect, r) for k, r in found.doubts.items() if not own[k]]
@@ -278,7 +278,7 @@ def _supported(
     for place, gain, beside in zip(places, gains, _beside_rest(assessed, model), strict=True):
         before = selected.support[place]
         reasons = [before.decision.reason, beside.reason]
-        reasons += [again(times[place] + 1, RUNS + 1).reason] if times else []
+        reasons += [again(times[place], RUNS + 1).reason] if times else []
         reasons += [_minor_reason(assessed, place)] if place in minor else []
         decision = replace(before.decision, reason="; ".join(reasons))
         support.append(SupportedTerm(gain, decision, before.comparison, place in minor))

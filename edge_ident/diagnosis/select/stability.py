@@ -7,9 +7,9 @@ freely. So do several waves of one effect, and what they add up to is compared a
 is undisturbed. So the regressors of the first search serve all runs.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Final
+from typing import Final, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,6 +51,11 @@ class DisturbedRuns:
     space: Array
     models: tuple[FittedModel, ...]
     efforts: tuple[Array, ...]
+
+    def of(self, models: Sequence[FittedModel]) -> Self:
+        """The same with what other runs found."""
+        efforts = tuple(own_efforts(self.data, model, self.space) for model in models)
+        return replace(self, models=tuple(models), efforts=efforts)
 
     def times_found(self, model: FittedModel) -> list[int]:
         """How many of the runs find each term of a model, or with others of its effect what they
@@ -107,9 +112,7 @@ def disturbed_runs(
         most = float(np.count_nonzero(data.valid))
         models.append(select_again(run, run.fit(start.base, ()), most))
     on_run(RUNS)
-    space = base_space(data, start)
-    efforts = tuple(own_efforts(data, found, space) for found in models)
-    return DisturbedRuns(data, space, tuple(models), efforts)
+    return DisturbedRuns(data, base_space(data, start), (), ()).of(models)
 
 
 def _disturbed(data: AxisData, noise: float) -> Iterator[AxisData]:

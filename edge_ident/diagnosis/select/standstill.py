@@ -95,7 +95,8 @@ def _may_be_held(segment: Segment, wound_up: float) -> Mask:
     step_s = float(motion.time_s[1] - motion.time_s[0])
     smoothed_s = 1.0 / (2.0 * np.pi * segment.motion_hz)
     hidden = 0.5 * np.abs(np.gradient(motion.acceleration, step_s)) * smoothed_s**2
-    turned = np.signbit(motion.velocity) != np.signbit(np.roll(motion.velocity, 1))
+    backwards = np.signbit(motion.velocity)
+    turned = np.diff(backwards, prepend=backwards[:1])
     stops = np.flatnonzero((np.abs(motion.velocity) < hidden) | turned)
     if not len(stops):
         return np.zeros(len(motion.velocity), dtype=bool)

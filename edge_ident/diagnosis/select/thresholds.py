@@ -8,6 +8,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final, Generic, TypeVar
 
+from edge_ident.diagnosis.fit.sinusoid import SAME_RATE
+
 Number = TypeVar("Number", int, float)
 
 
@@ -136,7 +138,7 @@ DISTURBED: Final = Threshold(
     "docs/diagnosis_reference.md, the rules on real axes: one run gives the same answer",
 )
 SAME_ORDER: Final = Threshold(
-    0.02,
+    SAME_RATE,
     "relative difference",
     "Two orders that differ by less, above the band and in it, are one.",
     "A judgement: the orders of a motor's poles and slots lie farther apart.",

@@ -1,11 +1,14 @@
 """A capture alone: a recording that other commands read, and nothing believed that cannot be."""
 
 from dataclasses import replace
+from datetime import datetime, tzinfo
 from pathlib import Path
+from typing import Self
 
 import numpy as np
 import pytest
 
+from edge_ident.cli import sessions
 from edge_ident.signals.recording_files import load_recording
 from firmware_interface.codec import decode_page, encode_page
 from firmware_interface.registers import PAGE_ADDRESS, State
@@ -27,6 +30,22 @@ def test_a_capture_is_a_recording_and_changes_no_gains(
     assert shared.board.active_gains() == gains
     assert shared.board.status().state is State.IDLE
     assert {path.name for path in tmp_path.iterdir()} == {"capture.npz", "capture.json", "log.txt"}
+
+
+def test_sessions_of_one_second_have_folders_of_their_own(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    class Stopped(datetime):
+        @classmethod
+        def now(cls, tz: tzinfo | None = None) -> Self:
+            return cls(2026, 1, 2, 3, 4, 5, tzinfo=tz)
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sessions, "datetime", Stopped)
+    shared = SharedBoard(monkeypatch)
+    begun = "edge-ident-runs/2026-01-02T03-04-05"
+    for folder in (begun, f"{begun}-2", f"{begun}-3"):
+        assert shared.json("capture")["file"] == f"{folder}/capture.npz"
 
 
 class JumpingBoard(VirtualBoard):

@@ -18,7 +18,7 @@ import pytest
 from edge_ident.commissioning.link.port_notes import Holder, holder_of, noted
 from edge_ident.commissioning.motion import stopping
 from edge_ident.commissioning.motion.stopping import stop_machine
-from edge_ident.errors import LinkError
+from edge_ident.errors import BoardError, LinkError
 from firmware_interface.board import Board
 from firmware_interface.connection import open_link
 from firmware_interface.registers import State
@@ -88,22 +88,52 @@ def test_stop_switches_off_the_effort_that_a_vanished_host_left_on() -> None:
         assert not stop_machine(device, 115200, lambda text: None).enabled
 
 
-def test_stop_leaves_the_effort_to_a_host_that_is_alive() -> None:
+def test_an_effort_that_a_living_host_keeps_on_is_an_error(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(stopping, "_OTHER_HOST_S", 0.3)
     with served_board("tcp_port=0", speed=5.0) as device:
         link = open_link(device)
-        said: list[str] = []
         board = Board.connect(link)
         board.enable()
         beating = Event()
         thread = Thread(target=_beat_until, args=(board, beating))
         thread.start()
         try:
-            assert stop_machine(device, 115200, said.append).enabled
+            with pytest.raises(BoardError, match="the effort stays on: another host") as caught:
+                stop_machine(device, 115200, lambda text: None)
+            assert "edge-ident stop" in caught.value.next_step
         finally:
             beating.set()
             thread.join()
             link.close()
-        assert any("stays on" in text for text in said)
+
+
+def test_a_host_that_is_stopped_has_time_to_switch_the_effort_off() -> None:
+    """As `run` does over TCP, where it is not asked to end."""
+    with served_board("tcp_port=0", speed=5.0) as device:
+        link = open_link(device)
+        board = Board.connect(link)
+        board.enable()
+        ended = Event()
+        thread = Thread(target=_disabled_after, args=(board, 1.0, ended))
+        thread.start()
+        try:
+            assert not stop_machine(device, 115200, lambda text: None).enabled
+        finally:
+            thread.join()
+            link.close()
+        assert ended.is_set()
+
+
+def _disabled_after(board: Board, seconds: float, ended: Event) -> None:
+    while seconds > 0.0:
+        board.heartbeat()
+        time.sleep(0.1)
+        seconds -= 0.1
+    board.disable()
+    board.release()
+    ended.set()
 
 
 def _beat_until(board: Board, ended: Event) -> None:

@@ -19,6 +19,7 @@ from edge_ident.signals.recording import AxisRecord, Recording
 from edge_ident.signals.recording_files import load_recording
 from firmware_interface import board_session
 from firmware_interface.board import Board
+from firmware_interface.errors import BusyError
 from firmware_interface.gains import Bank
 from firmware_interface.link import Link
 from firmware_interface.motion import Multisine, SineComponent, Trajectory
@@ -112,14 +113,24 @@ def test_a_place_just_inside_the_travel_is_reached_slowly_enough_to_stop_before_
     board.arm()  # which refuses a way that leaves the travel if it is stopped
 
 
+class TakenError(BusyError):
+    """What another host's hold means, or a device in between says."""
+
+    def __init__(self) -> None:
+        super().__init__("busy", "wait")
+
+
 @pytest.mark.parametrize(
     ("phase", "name"),
     [("identification capture", "capture"), ("verification capture", "verification")],
 )
-def test_a_capture_cut_short_is_kept_and_said(phase: str, name: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize("error", [KeyboardInterrupt, TakenError])
+def test_a_capture_cut_short_is_kept_and_said(
+    phase: str, name: str, error: type[BaseException], tmp_path: Path
+) -> None:
     virtual, observer = VirtualBoard(), Listening()
-    with pytest.raises(KeyboardInterrupt):
-        run(InterruptedLink(virtual, phase, KeyboardInterrupt), tmp_path, observer)
+    with pytest.raises(error):
+        run(InterruptedLink(virtual, phase, error), tmp_path, observer)
     kept = load_recording(tmp_path / f"{name}_partial.npz")
     assert len(kept.time_s) > 800
     assert any(f"{name}_partial.npz" in said for said in observer.said)

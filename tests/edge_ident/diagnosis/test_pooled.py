@@ -8,6 +8,7 @@ import pytest
 from edge_ident.diagnosis.diagnose import diagnose
 from edge_ident.diagnosis.pooled import check_pooled
 from edge_ident.errors import DataError
+from edge_ident.identification.identify import identify
 from edge_ident.signals.recording import AxisRecord, Recording
 
 TIME_S = 0.01 * np.arange(400)
@@ -35,6 +36,23 @@ def test_what_does_not_belong_together_is_refused(other: Recording, said: str) -
         check_pooled([FIRST, between, other])
     with pytest.raises(DataError, match=said):
         diagnose([FIRST], validate=other)
+
+
+def test_what_is_not_there_cannot_be_diagnosed() -> None:
+    with pytest.raises(DataError, match="no recording"):
+        diagnose([])
+    with pytest.raises(DataError, match="first has no axis y and z"):
+        diagnose([FIRST], only=["x", "y", "z"])
+
+
+@pytest.mark.parametrize("samples", [2, 24, 199])
+def test_too_few_samples_are_refused(samples: int) -> None:
+    axis = FIRST.axes["x"]
+    few = AxisRecord(axis.position[:samples], axis.effort[:samples], *axis.units)
+    short = Recording(TIME_S[:samples], {"x": few}, "short")
+    for look in (lambda: diagnose([short]), lambda: identify(short)):
+        with pytest.raises(DataError, match=f"short: {samples} samples are not enough"):
+            look()
 
 
 def test_one_axis_may_rest_as_it_did_before() -> None:

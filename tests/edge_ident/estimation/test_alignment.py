@@ -45,3 +45,10 @@ def test_any_start_phase_gives_the_same_columns(phase: float, periods: float) ->
 def test_less_than_a_period_is_not_aligned() -> None:
     reference = subsample(motion(0.0).regressor[:, 1])
     assert align(motion(0.0, 0.9), reference, SAMPLES * PERIOD_S) is None
+
+
+def test_a_period_of_fewer_samples_than_the_network_reads_is_not_aligned() -> None:
+    reference = subsample(motion(0.0).regressor[:, 1])
+    few = motion(0.0, 2.0)
+    assert align(few, reference, len(reference) * PERIOD_S) is not None
+    assert align(few, reference, (len(reference) - 1) * PERIOD_S) is None

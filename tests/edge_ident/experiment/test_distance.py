@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from edge_ident.experiment.columns import base_columns, key, term_columns
-from edge_ident.experiment.distance import CERTAIN, distance, error_probability
+from edge_ident.experiment.distance import DECIDED, distance, error_probability
 from edge_ident.experiment.rivals import Pair, Why
 from edge_ident.model.effects import named
 from edge_ident.model.model import BASE
@@ -77,4 +77,4 @@ def test_at_the_needed_distance_the_criterion_decides_in_99_of_100_records(case)
     noise = rng.normal(size=(4000, samples))
     gains = samples * np.log(np.sum((noise + shape) ** 2, axis=1) / np.sum(noise**2, axis=1))
     required = 25.0 + judge._cost(pair.first, samples)
-    assert np.mean(gains > required) == pytest.approx(CERTAIN, abs=0.006)
+    assert np.mean(gains > required) == pytest.approx(DECIDED, abs=0.006)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from edge_ident.diagnosis.fit.candidates import Candidate
 from edge_ident.diagnosis.fit.fitting import FittedTerm, fit
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
-from edge_ident.diagnosis.select.standstill import at_standstill
+from edge_ident.diagnosis.select.standstill import _may_be_held, at_standstill
 from edge_ident.model.model import AxisModel, Term
 from edge_ident.model.search import Form
 from tests.edge_ident.diagnosis.select.test_search_parts import TEMPLATE, recorded, rigid
@@ -56,6 +56,13 @@ def test_friction_at_a_stop_may_be_the_event() -> None:
 @pytest.mark.parametrize("level", [0.9 * COULOMB, 4.0 * COULOMB])
 def test_an_axis_that_moves_is_held_by_nothing(level: float) -> None:
     assert doubts(MOVING_S, level) == {}
+
+
+def test_a_recording_that_ends_the_other_way_does_not_begin_with_a_stop() -> None:
+    t, x, v, a = (signal[400:-400] for signal in motion())
+    assert v[-1] < 0.0 < v[0]
+    data = prepare_axis([recorded(t, x, rigid(v, a), noise=0.01)], "x")
+    assert not np.any(_may_be_held(data.segments[0], 0.05)[:50])
 
 
 def test_no_friction_is_as_large_as_that() -> None:
