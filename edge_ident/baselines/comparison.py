@@ -9,7 +9,7 @@ import numpy as np
 
 from edge_ident.baselines.methods import Method, all_methods
 from edge_ident.baselines.problem import Problem, pose
-from edge_ident.errors import EdgeIdentError
+from edge_ident.errors import DataError, EdgeIdentError
 from edge_ident.estimation.network import Network
 from edge_ident.estimation.trust import Finding, check_estimate
 from edge_ident.model.model import Estimate
@@ -18,6 +18,7 @@ from edge_ident.signals.metrics import Metric
 from edge_ident.signals.metrics import compare as measure
 from edge_ident.signals.recording import Recording
 from edge_ident.support.readable import Readable
+from edge_ident.support.words import listed
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -155,10 +156,9 @@ def compare(
 
     Raises
     ------
-    ValueError
-        There is no such method.
     DataError
-        Hardly any sample shows an axis in motion, or an effort never changes.
+        There is no such method, hardly any sample shows an axis in motion, or an effort never
+        changes.
 
     Examples
     --------
@@ -170,7 +170,7 @@ def compare(
     known, axes = all_methods(), {}
     for method in methods:
         if method not in known:
-            raise ValueError(f"there is no {method}; choose from {', '.join(known)}")
+            raise DataError(f"there is no method {method}", f"choose from {listed(known)}")
     check_efforts(recording)
     for name, axis in recording.axes.items():
         problem = pose(recording, name, network=network, tries=tries, seed=seed, note=on_note)

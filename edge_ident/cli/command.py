@@ -5,6 +5,7 @@ import inspect
 import math
 import sys
 import time
+import traceback
 from collections.abc import Callable, Mapping
 from dataclasses import MISSING, dataclass, fields, is_dataclass
 from typing import Annotated, Any, Final, get_type_hints
@@ -12,7 +13,7 @@ from typing import Annotated, Any, Final, get_type_hints
 import typer
 
 from edge_ident.cli.command_group import with_example
-from edge_ident.cli.failures import Failure, failure_of, print_failure, tell
+from edge_ident.cli.failures import INTERNAL, Failure, failure_of, tell
 from edge_ident.cli.messages import NORMAL, Verbosity, detail, telling
 from edge_ident.errors import EdgeIdentError
 
@@ -106,19 +107,12 @@ def _verbosity(before: Verbosity, quiet: bool, verbose: bool) -> Verbosity:
 
 
 def _report(error: BaseException, *, as_json: bool) -> int:
-    """Tell the user about an error, and choose the exit code.
-
-    Raises
-    ------
-    BaseException
-        The error itself, where it is a defect of the program.
-    """
+    """Tell the user about an error, and choose the exit code."""
     failure = failure_of(error)
     if failure is None:
-        if as_json:
-            cause = f"{type(error).__name__}: {error}"
-            print_failure(error, Failure(1, "internal", cause, "report this as a defect"))
-        raise error
+        traceback.print_exception(error)
+        cause = f"{type(error).__name__}: {error}"
+        failure = Failure(INTERNAL, "internal", cause, "report this as a defect of edge-ident")
     return tell(error, failure, as_json=as_json)
 
 

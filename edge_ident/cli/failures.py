@@ -14,6 +14,8 @@ from edge_ident.support.interrupts import INTERRUPTED, interrupted
 USAGE: Final = 2
 FILE: Final = 5
 """A file that cannot be read, or a result that cannot be written."""
+INTERNAL: Final = 70
+"""A defect of the program itself, by the number that sysexits.h has for it."""
 _NO_ROOM: Final = (errno.ENOSPC, errno.EFBIG, errno.EDQUOT)
 
 

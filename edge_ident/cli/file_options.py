@@ -85,6 +85,15 @@ class FileOptions:
         ),
     ] = None  # fmt: skip
 
+    axis: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--axis",
+            metavar="NAME",
+            help="Axis to read, may be repeated; default: all. One that stands still is refused.",
+        ),
+    ] = None
+
     def inspect(self, file: Path) -> "edge_ident.Inspection":
         """Find out what a file's columns are."""
         return edge_ident.inspect_recording(file, self.options())
@@ -100,6 +109,7 @@ class FileOptions:
             torque_constant=self.torque_constant,
             delimiter=self.delimiter,
             decimal=self.decimal,
+            axes=self.axis or (),
         )
 
     def read(self, file: Path) -> "edge_ident.Recording":

@@ -30,6 +30,11 @@ def import_file(
     Example: `edge-ident import scope.csv --unit Position=mm -o drive.npz`
     """
     target = None if output is None else recording_file(output)
+    if target is not None and target.exists() and target.samefile(recording.file):
+        raise typer.BadParameter(
+            f"{target} is the file to import, which may hold more than the recording",
+            param_hint="--output",
+        )
     found = recording.inspect(recording.file)
     if found.questions:
         _ask(found, recording, json)

@@ -151,8 +151,10 @@ def clear_fault(*, where: BoardOptions, results: ResultOptions) -> None:
     Example: `edge-ident clear-fault --device /dev/ttyACM0`
     """
     with connected(where) as (board, _):
-        say(f"fault: {board.status().fault.name}")
-        board.clear_fault()
+        fault = board.status().fault
+        say(f"fault: {fault.name}")
+        if fault:
+            board.clear_fault()
         _report_state(board.status(), results)
 
 

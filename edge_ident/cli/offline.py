@@ -96,12 +96,6 @@ class TrainedMotion(FileOptions):
             help="Recording with the motion to train for; default: the sinusoid of the paper.",
         ),
     ] = None
-    axis: Annotated[
-        str | None,
-        typer.Option(
-            "--axis", metavar="AXIS", help="Axis of the recording or model, if it has several."
-        ),
-    ] = None
     model: ModelFile = None
     name: Annotated[
         str | None,
@@ -113,15 +107,18 @@ class TrainedMotion(FileOptions):
     ] = None
 
     def load(self) -> Any:
-        """Return the motion that `export` trains for."""
+        """Return the motion that `export` trains for, of the axis that was named."""
+        if len(self.axis or ()) > 1:
+            raise typer.BadParameter("a network is trained for one axis", param_hint="--axis")
+        axis = self.axis[0] if self.axis else None
         motions = _offline("export.motion")
         if self.motion_from is None:
             motion = motions.paper_motion()
         else:
             recording = self.read(self.motion_from)
-            motion = motions.motion_from(recording, self.axis, self.name or self.motion_from.stem)
+            motion = motions.motion_from(recording, axis, self.name or self.motion_from.stem)
         known = given_model(self.model)
-        return motion if known is None else motions.with_effects(motion, known, self.axis)
+        return motion if known is None else motions.with_effects(motion, known, axis)
 
 
 def register(app: typer.Typer) -> None:

@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -27,6 +27,9 @@ from edge_ident.cli.options import (
 )
 from edge_ident.cli.progress import shown_progress
 from edge_ident.cli.sessions import session
+
+if TYPE_CHECKING:
+    from edge_ident import Drive
 
 
 def percentage(text: str) -> float:
@@ -86,6 +89,21 @@ class MotionOptions:
         """Duration of all identification motions."""
         return math.inf if self.most_seconds is None else self.most_seconds
 
+    @property
+    def periods(self) -> int | None:
+        """Periods of the first motion; None where it has none, or its own number."""
+        return periods(self.context, self.motion, self.cycles)
+
+    def check_time(self, drive: "Drive") -> None:
+        """Refuse a first motion that takes longer than all may take."""
+        first = commissioning.named_trajectory(drive, self.motion, self.periods)
+        takes_s = first.lead_in_s + first.duration_s
+        if takes_s > self.most_s:
+            raise typer.BadParameter(
+                f"the first motion takes {takes_s:.1f} s, and more where its way there is long",
+                param_hint="--most-seconds",
+            )
+
 
 @dataclass(frozen=True)
 class GainOptions:
@@ -132,10 +150,13 @@ def run(
 
     Example: `edge-ident run --device virtual --until 3%`
     """
+    if gains.dry_run and gains.store:
+        raise typer.BadParameter("a dry run has no gains to store", param_hint="--store")
     known, hidden = given_model(model), faults.hidden()
     plan, done = _plan(motions, gains, seed, known, diagnose=not no_diagnose), list[str]()
     with noting(done):
         with session(where, results.output, hidden) as opened:
+            motions.check_time(opened.drive)
             board, folder, loaded = opened.board, opened.folder, network.load()
             with shown_progress() as bars:
                 outcome = commissioning.commission(board, opened.drive, loaded, plan, folder, bars)
@@ -166,7 +187,7 @@ def _plan(
     """What the options ask for."""
     return commissioning.Plan(
         motions.motion,
-        periods(motions.context, motions.motion, motions.cycles),
+        motions.periods,
         gains.bandwidth,
         not gains.dry_run,
         gains.store,

@@ -105,8 +105,9 @@ def survey(
         )
     document = report.survey_document(found)
     written = report.write_survey_tables(found, kept)
+    said = f"written: {report.write_survey_page(found, document, kept)}"
     deliver(document, "survey.json", kept, json)
-    say(f"written: {report.write_survey_page(found, document, kept)}")
+    say(said)
     if not any(path.suffix == ".parquet" for path in written):
         say("no survey.parquet: pip install 'edge-ident[parquet]'")
     if not json:

@@ -46,6 +46,7 @@ if TYPE_CHECKING:
     from edge_ident.commissioning.profiling import profile_device
     from edge_ident.commissioning.run import Plan, commission
     from edge_ident.commissioning.study.identification_motions import CAPTURE_FILE
+    from edge_ident.drive.motions import named_trajectory
     from edge_ident.drive.writing import write_drive
     from firmware_interface.board import BoardStatus
     from firmware_interface.connection import DEFAULT_BAUD_RATE
@@ -89,6 +90,7 @@ __all__ = [
     "make_ready",
     "move_by",
     "move_to",
+    "named_trajectory",
     "parse_values",
     "period_doubts",
     "profile_device",
@@ -146,6 +148,7 @@ __getattr__ = lazy_names(
         "make_ready": "edge_ident.commissioning.motion.safety",
         "move_by": "edge_ident.commissioning.motion.homing",
         "move_to": "edge_ident.commissioning.motion.homing",
+        "named_trajectory": "edge_ident.drive.motions",
         "parse_values": "edge_ident.commissioning.link.register_access",
         "period_doubts": "edge_ident.commissioning.data_sheet.checks",
         "profile_device": "edge_ident.commissioning.profiling",

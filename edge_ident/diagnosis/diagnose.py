@@ -97,8 +97,9 @@ def diagnose(
     Raises
     ------
     DataError
-        There is no recording, or no axis of a name in `only`; an axis hardly moves, or the
-        recordings are not of one machine: their axes or units differ, or one is given twice.
+        There is no recording, no axis of a name in `only`, or a senseless tolerance; an axis hardly
+        moves; or the recordings are not of one machine: their axes or units differ, or one is given
+        twice.
 
     Examples
     --------
@@ -108,6 +109,8 @@ def diagnose(
     'adequate'
     """
     names = _names(recordings, only)
+    if not 0.0 <= tolerance < math.inf:
+        raise DataError(f"a tolerance of {tolerance}", "give a share of the effort, such as 0.01")
     begin_s = recordings[0].begin_s
     recordings = [replace(each, begin_s=each.begin_s - begin_s) for each in recordings]
     check_pooled([*recordings, *([validate] if validate else [])])

@@ -5,6 +5,8 @@ from itertools import pairwise
 from typing import Final, Literal
 
 from edge_ident.drive.description import Drive, DriveAxis
+from edge_ident.errors import ModelError
+from edge_ident.support.words import listed
 from firmware_interface.motion import Multisine, SineComponent, Staircase, Trajectory
 
 MotionName = Literal["sinusoid", "multisine", "staircase"]
@@ -27,7 +29,14 @@ def named_trajectory(drive: Drive, name: MotionName, cycles: int | None = None) 
     name : {"sinusoid", "multisine", "staircase"}
     cycles : int, optional
         Periods of a sinusoid or multisine; default from the description.
+
+    Raises
+    ------
+    ModelError
+        There is no such motion.
     """
+    if name not in MOTIONS:
+        raise ModelError(f"there is no motion {name}", f"choose one of {listed(MOTIONS)}")
     sinusoid = drive.trajectory(cycles)
     if name == "sinusoid":
         return sinusoid

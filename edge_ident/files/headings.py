@@ -10,8 +10,10 @@ _FORMS: Final = (
     re.compile(r"(?P<name>.*?)[\s_]*[\[({<](?P<unit>[^\[({<]*)[\])}>]\s*"),
     re.compile(r"(?P<name>.+?)\s*(?:[,;:]|\s/|\sin)\s+(?P<unit>\S+)\s*"),
     re.compile(r"(?P<name>.+?)_(?P<unit>[^\W_]+(?:_s2?)?)"),
+    re.compile(r"(?P<name>[^/]+)/\s*(?P<unit>[^/\s]+)\s*"),
 )
-"""Unit in brackets, after a sign, after an underscore. The first form that names a unit counts."""
+"""Unit in brackets, after a sign, after an underscore, or as a divisor, as in `Zeit/ms` (DIN 1313).
+The first form that names a unit counts."""
 _BY_NAME: Final = {
     "nm": "Nm",
     "a": "A",
@@ -35,10 +37,13 @@ def split_heading(heading: str) -> tuple[str, str | None]:
         if not match:
             continue
         unit = match["unit"].strip()
-        if form is _FORMS[-1]:
+        name = match["name"].strip()
+        if form is _FORMS[2]:
             unit = _BY_NAME.get(unit, unit)
-        if match["name"].strip() and known_unit(unit) is not None:
-            return match["name"].strip(), unit
+        if form is _FORMS[3] and known_unit(name.split()[-1] if name else "") is not None:
+            continue  # the stroke of m/s
+        if name and known_unit(unit) is not None:
+            return name, unit
     return text, None
 
 

@@ -36,10 +36,10 @@ def network_input(
     with watch.stage("align"):
         found = align(signals, motion.regressor[:, 1], motion.period_s)
     if found is None:
-        return (
-            f"the recording is shorter than the {motion.period_s:.4g} s of its motion, or has "
-            f"fewer than {len(motion.regressor)} samples in them"
-        )
+        samples = round(motion.period_s / signals.period_s)
+        if samples < len(motion.regressor):
+            return f"the recording has {samples} samples a period of its motion: too few"
+        return f"the recording is shorter than the {motion.period_s:.4g} s of its motion"
     mismatch, limit = motion_mismatch(found.regressor, network), network.manifest.mismatch_limit
     if mismatch > limit:
         return (

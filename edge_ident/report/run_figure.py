@@ -7,6 +7,7 @@ import numpy as np
 
 from edge_ident.commissioning.run import VERIFICATION_FILE
 from edge_ident.commissioning.study.identification_motions import CAPTURE_FILE
+from edge_ident.errors import DataError
 from edge_ident.identification.identify import identify
 from edge_ident.report.effort_figure import draw_effort
 from edge_ident.signals.recording import Recording
@@ -33,6 +34,12 @@ def draw_run(folder: Path) -> "Figure":
     DataError
         There is no capture, or matplotlib is not installed.
     """
+    if not (folder / CAPTURE_FILE).is_file():
+        raise DataError(
+            f"{folder} has no {CAPTURE_FILE}",
+            "give the folder of a run or a capture that came to its end; edge-ident identify reads "
+            "a part of a capture",
+        )
     before = load_recording(folder / CAPTURE_FILE)
     verification = folder / VERIFICATION_FILE
     after = load_recording(verification) if verification.is_file() else None

@@ -1,7 +1,7 @@
 """Names of columns in the contract, and the recording that such columns make."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Final
 
 import numpy as np
@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from edge_ident.errors import DataError
 from edge_ident.signals.recording import AxisRecord, Recording
+from edge_ident.support.words import listed
 
 Array = NDArray[np.float64]
 
@@ -58,6 +59,22 @@ def name_with(name: str, base: str) -> str | None:
     ends = [end for end, text in UNITS.items() if text == base]
     whole = f"{name}_{ends[0]}" if ends else ""
     return whole if whole != TIME and parse_name(whole) else None
+
+
+def only_axes(source: str, columns: Mapping[str, Array], axes: Sequence[str]) -> dict[str, Array]:
+    """The time, and the columns of these axes; of all where none is named.
+
+    Raises
+    ------
+    DataError
+        There is no such axis.
+    """
+    axis_of = {name: (parse_name(name) or ("",))[0] for name in columns}
+    every = dict.fromkeys(axis for axis in axis_of.values() if axis)
+    unknown = [axis for axis in axes if axis not in every]
+    if unknown:
+        raise DataError(f"{source} has no axis {listed(unknown)}", f"it has {listed(every)}")
+    return {n: v for n, v in columns.items() if not axes or not axis_of[n] or axis_of[n] in axes}
 
 
 def recording_of(

@@ -123,6 +123,12 @@ def check_recording(recording: Recording) -> None:
     check_motions(recording)
 
 
+def _without(recording: Recording, name: str) -> str:
+    """How to read a recording without an axis; nothing where it has no other."""
+    others = " ".join(f"--axis {other}" for other in recording.axes if other != name)
+    return f"; or leave this axis out: {others}" if others else ""
+
+
 def check_motions(recording: Recording, first_row: int = 0) -> None:
     """Check that every axis moves, and that its encoder follows it.
 
@@ -142,7 +148,8 @@ def check_motions(recording: Recording, first_row: int = 0) -> None:
             raise DataError(
                 f"{where}: no motion, it stays within {np.ptp(position):.3g} {axis.position_unit}",
                 "record while the axis moves through at least "
-                f"{_MINIMUM_COUNTS} encoder counts; check that the drive was enabled",
+                f"{_MINIMUM_COUNTS} encoder counts; check that the drive was enabled"
+                + _without(recording, name),
             )
         driver = axis.effort if axis.reference is None else axis.reference
         if np.ptp(position) < _MINIMUM_NOISES * position_noise(position):

@@ -1,6 +1,6 @@
 """What a person says of a file, beyond what stands in it."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 
@@ -27,6 +27,8 @@ class ReadOptions:
         comma, semicolon, tab or blanks; found out where it is None.
     decimal : str or None
         comma or point; found out where it is None.
+    axes : sequence of str
+        Axes to read, all where it is empty; the others' columns may hold anything.
 
     Examples
     --------
@@ -43,3 +45,4 @@ class ReadOptions:
     torque_constant: float | None = None
     delimiter: str | None = None
     decimal: str | None = None
+    axes: Sequence[str] = ()

@@ -5,7 +5,7 @@ other names are mapped to these.
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, Union
@@ -17,7 +17,7 @@ from edge_ident.errors import DataError
 from edge_ident.files.reading import read_table
 from edge_ident.files.table import Table
 from edge_ident.signals.column_mapping import ColumnMapping, ColumnUse, map_columns
-from edge_ident.signals.contract_columns import TIME, axis_columns, recording_of
+from edge_ident.signals.contract_columns import TIME, axis_columns, only_axes, recording_of
 from edge_ident.signals.data_checks import check_motions, check_table
 from edge_ident.signals.read_options import ReadOptions
 from edge_ident.signals.recording import Recording
@@ -90,6 +90,7 @@ class Inspection:
     _columns: Mapping[str, Array]
     _first_row: int
     _effort_shift_s: float
+    _axes: Sequence[str]
 
     @property
     def assumptions(self) -> tuple[str, ...]:
@@ -123,8 +124,9 @@ class Inspection:
                 f"accept or correct the proposal: {_shell(self.options)}",
             )
         held = ", ".join(use.heading for use in self.columns)
-        check_table(self.source, self._columns, self._first_row, held)
-        recording = recording_of(self.source, self._columns, self._effort_shift_s, held)
+        columns = only_axes(self.source, self._columns, self._axes)
+        check_table(self.source, columns, self._first_row, held)
+        recording = recording_of(self.source, columns, self._effort_shift_s, held)
         check_motions(recording, self._first_row)
         return recording
 
@@ -173,6 +175,7 @@ def inspect_recording(source: Source, options: ReadOptions | None = None) -> Ins
         _columns={} if mapping.questions else _converted(table, mapping, rows),
         _first_row=table.first_row,
         _effort_shift_s=_effort_shift_s(table),
+        _axes=options.axes,
     )
 
 

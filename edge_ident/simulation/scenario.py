@@ -56,6 +56,14 @@ class Scenario:
     stiff: bool = False
     seed: int = 0
 
+    def __post_init__(self) -> None:
+        sizes = (self.noise, self.encoder_counts or 0.0, self.effort_resolution or 0.0)
+        if not all(0.0 <= size < math.inf for size in sizes):
+            raise ModelError(
+                "noise, encoder counts and resolution of the effort: {}, {} and {}".format(*sizes),
+                "give finite numbers that are not negative",
+            )
+
 
 def record(
     model: Model,

@@ -1,5 +1,7 @@
 """Atomic writes: a file appears complete or not at all, because it is written and then renamed."""
 
+import errno
+import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -17,6 +19,8 @@ def atomic_write(path: Path) -> Iterator[Path]:
     OSError
         The disk is full, or writing there is not allowed. The error names the file.
     """
+    if path.is_dir():
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
     path.parent.mkdir(parents=True, exist_ok=True)
     partial = path.with_name(f".partial-{path.name}")
     try:

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 
 from edge_ident.commissioning.gains.promise import WORTH, Promise
 from edge_ident.commissioning.gains.verification import Verification
+from edge_ident.support.words import listed
 from firmware_interface.board_gains import RunningCommit
 
 
@@ -71,7 +72,12 @@ class GainChange:
             return f"{self._why_rolled_back} (ratio: {ratios}){self._contradiction}"
         if self.verification.verdict == "equal":
             return "new gains confirmed; the tracking error is unchanged within its repeatability"
-        return f"new gains confirmed; the tracking error fell: {ratios}"
+        axes = self.verification.axes
+        fell = [axis for axis, tracking in axes.items() if tracking.verdict == "better"]
+        smaller = ", ".join(f"{axis} {axes[axis].ratio:.1f} times" for axis in fell)
+        same = listed(axis for axis in axes if axis not in fell)
+        beside = f"; {same}: unchanged within its repeatability" if same else ""
+        return f"new gains confirmed; the tracking error fell: {smaller}{beside}"
 
     @property
     def _why_rolled_back(self) -> str:

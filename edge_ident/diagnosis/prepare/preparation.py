@@ -80,23 +80,30 @@ def prepare_axis(recordings: Sequence[Recording], name: str, *, timed: bool = Tr
         Hardly any sample shows the axis in motion.
     """
     clocked = zip(recordings, _clocks(recordings), strict=True)
-    found = in_time([_segment(each, name, clock) for each, clock in clocked], move=timed)
+    recorded = [_segment(each, name, clock) for each, clock in clocked]
+    _check_enough(name, recorded)
+    found = in_time(recorded, move=timed)
     segments = found.segments
-    valid = np.concatenate([s.valid for s in segments])
-    if np.count_nonzero(valid) < FEWEST_SAMPLES:
-        raise DataError(
-            f"axis {name}: only {np.count_nonzero(valid)} independent samples lie away from "
-            f"standstill and reversals, in a band up to {segments[0].cutoff_hz:.2g} Hz",
-            "record a longer motion, or one that turns less often. Of many minutes give a part, "
-            "because the band narrows with the length",
-        )
+    _check_enough(name, segments)
     return AxisData(
         segments=segments,
         effort=np.concatenate([s.effort[s.sample_index] for s in segments]),
-        valid=valid,
+        valid=np.concatenate([s.valid for s in segments]),
         block=_blocks(segments),
         late=found.late,
     )
+
+
+def _check_enough(name: str, segments: Sequence[Segment]) -> None:
+    fewest = min(len(s.sample_index) for s in segments)
+    valid = sum(np.count_nonzero(s.valid) for s in segments)
+    if not fewest or valid < FEWEST_SAMPLES:
+        raise DataError(
+            f"axis {name}: only {valid} independent samples lie away from standstill and "
+            f"reversals, in a band up to {segments[0].cutoff_hz:.2g} Hz",
+            "record a longer motion, or one that turns less often. Of many minutes give a part, "
+            "because the band narrows with the length",
+        )
 
 
 def _clocks(recordings: Sequence[Recording]) -> list[int]:

@@ -1,8 +1,6 @@
-"""Every threshold of the selection: value, unit, reason and support.
+"""Every threshold of the selection, which docs/diagnosis_reference.md prints, with its reason.
 
-No other file of this room holds one. docs/diagnosis_reference.md prints `thresholds`. What another
-value changes tells `tools.threshold_sensitivity`.
-"""
+What another value changes tells `tools.threshold_sensitivity`."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -1,5 +1,7 @@
 """Periods are for motions that have them, and not without end."""
 
+from pathlib import Path
+
 import pytest
 from typer.testing import CliRunner
 
@@ -28,6 +30,25 @@ def test_periods_that_make_no_sense_are_wrong_usage(
     done = CliRunner().invoke(app, [*command, *options])
     assert done.exit_code == 2
     assert said in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (["--most-seconds", "20"], "the first motion takes 26.9 s"),
+        (["--most-seconds", "40", "--cycles", "2"], "the first motion takes 48.7 s"),
+        (["--dry-run", "--store"], "a dry run has no gains to store"),
+    ],
+)
+def test_a_run_that_cannot_be_as_asked_does_not_begin(
+    options: list[str], said: str, tmp_path: Path
+) -> None:
+    done = CliRunner().invoke(
+        app, ["run", "--device", "virtual", "-o", str(tmp_path / "out"), *options]
+    )
+    assert done.exit_code == 2
+    assert said in done.stderr
+    assert not (tmp_path / "out" / "capture.npz").exists()
 
 
 def test_a_setting_counts_for_the_motions_that_have_periods(

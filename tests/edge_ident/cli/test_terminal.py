@@ -248,7 +248,7 @@ def test_a_full_stdout_is_a_file_error() -> None:
     assert "Traceback" not in done.stderr
 
 
-def test_a_defect_is_a_document_and_is_raised(
+def test_a_defect_is_a_document_a_traceback_and_a_code_of_its_own(
     recording: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def broken(*_: object, **__: object) -> None:
@@ -257,4 +257,5 @@ def test_a_defect_is_a_document_and_is_raised(
     monkeypatch.setattr("edge_ident.identification.identify.identify", broken)
     done = run("identify", recording, "--json")
     assert json.loads(done.stdout)["code"] == "internal"
-    assert isinstance(done.exception, ZeroDivisionError)
+    assert "ZeroDivisionError: division by zero" in done.stderr
+    assert done.exit_code == 70

@@ -45,6 +45,12 @@ def test_what_is_not_there_cannot_be_diagnosed() -> None:
         diagnose([FIRST], only=["x", "y", "z"])
 
 
+@pytest.mark.parametrize("tolerance", [-0.01, np.nan, np.inf])
+def test_a_senseless_tolerance_is_refused(tolerance: float) -> None:
+    with pytest.raises(DataError, match="a tolerance of"):
+        diagnose([FIRST], tolerance=tolerance)
+
+
 @pytest.mark.parametrize("samples", [2, 24, 199])
 def test_too_few_samples_are_refused(samples: int) -> None:
     axis = FIRST.axes["x"]

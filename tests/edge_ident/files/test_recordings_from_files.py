@@ -57,6 +57,48 @@ def parameters(document: Any) -> dict[str, tuple[float, float]]:
     return {name: (value["value"], value["std"]) for name, value in found.items()}
 
 
+def test_a_file_is_not_replaced_by_what_was_read_of_it(exported: Path) -> None:
+    before = exported.read_bytes()
+    done = CliRunner().invoke(app, ["import", str(exported), "-o", str(exported)])
+    assert done.exit_code == 2
+    assert "is the file to import" in done.stderr
+    assert exported.read_bytes() == before
+
+
+def test_an_axis_that_stands_still_or_is_damaged_can_be_left_out(tmp_path: Path) -> None:
+    columns, path = sound(), tmp_path / "machine.npz"
+    still, damaged = np.zeros_like(columns.position), np.full_like(columns.effort, np.nan)
+    np.savez(
+        path,
+        time_s=columns.time_s,
+        x_position_rad=columns.position,
+        x_torque_nm=columns.effort,
+        y_position_rad=still,
+        y_torque_nm=damaged,
+    )
+    with pytest.raises(DataError, match="not a finite number"):
+        edge_ident.load_recording(path)
+    alone = edge_ident.load_recording(path, options=edge_ident.ReadOptions(axes=["x"]))
+    assert list(alone.axes) == ["x"]
+    with pytest.raises(DataError, match="has no axis q") as caught:
+        edge_ident.load_recording(path, options=edge_ident.ReadOptions(axes=["x", "q"]))
+    assert caught.value.next_step == "it has x and y"
+    code, document, _ = run("identify", path, "--axis", "x", "--no-diagnose", "--json")
+    assert code == 0
+    assert list(document["axes"]) == ["x"]
+
+
+def test_an_axis_without_motion_is_refused_with_what_leaves_it_out(tmp_path: Path) -> None:
+    columns, path = sound(), tmp_path / "machine.csv"
+    moved = edge_ident.AxisRecord(columns.position, columns.effort, "rad", "N*m")
+    still = edge_ident.AxisRecord(np.zeros_like(columns.position), columns.effort, "rad", "N*m")
+    both = edge_ident.Recording(columns.time_s, {"x": moved, "y": still}, "made")
+    edge_ident.save_recording(both, path)
+    with pytest.raises(DataError, match="axis y, position: no motion") as caught:
+        edge_ident.load_recording(path)
+    assert "leave this axis out: --axis x" in caught.value.next_step
+
+
 def test_an_export_in_mm_and_ms_gives_the_same_parameters(exported: Path, tmp_path: Path) -> None:
     """To the precision of twelve digits, which the encoder noise of the fit amplifies a little."""
     path = native(tmp_path / "native.npz", linear(sound()))

@@ -3,11 +3,13 @@
 import hashlib
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+import edge_ident
 from edge_ident.cli import app
 from edge_ident.identification.identify import identify
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Model, Term
@@ -146,3 +148,12 @@ def test_a_drive_that_runs_away_is_an_error_not_a_recording(tmp_path: Path) -> N
     assert code == 5
     assert "does not follow" in message
     assert not (tmp_path / "rec.csv").exists()
+
+
+@pytest.mark.parametrize(
+    "asked",
+    [{"noise": np.nan}, {"noise": -1.0}, {"encoder_counts": -1.0}, {"motion": "spiral"}],
+)
+def test_what_cannot_be_simulated_is_refused(asked: dict[str, Any]) -> None:
+    with pytest.raises(edge_ident.ModelError):
+        edge_ident.simulate(**asked)

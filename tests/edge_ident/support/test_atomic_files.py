@@ -26,6 +26,12 @@ def test_a_full_disk_leaves_the_file_of_before(tmp_path: Path) -> None:
     assert list(path.parent.iterdir()) == [path]
 
 
+def test_a_folder_is_no_file(tmp_path: Path) -> None:
+    for folder in (tmp_path, Path()):
+        with pytest.raises(IsADirectoryError), atomic_write(folder):
+            pass
+
+
 def write_half(path: Path) -> None:
     with atomic_write(path) as partial:
         partial.write_text('{"n": ')
