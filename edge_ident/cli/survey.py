@@ -103,11 +103,10 @@ def survey(
             on_progress=bars.show,
             on_recording=_tell,
         )
-    document = report.survey_document(found)
-    written = report.write_survey_tables(found, kept)
-    said = f"written: {report.write_survey_page(found, document, kept)}"
+    document, written = report.survey_document(found), report.write_survey_tables(found, kept)
+    page = report.write_survey_page(found, document, kept)
     deliver(document, "survey.json", kept, json)
-    say(said)
+    say(f"written: {page}")
     if not any(path.suffix == ".parquet" for path in written):
         say("no survey.parquet: pip install 'edge-ident[parquet]'")
     if not json:

@@ -50,7 +50,9 @@ def describe_model(
             )
         ]
     said = extended or outcome.verdict is Verdict.UNEXPLAINED
-    return [*(_verdict(adequacy, outcome) if said else []), *outcome.findings]
+    # what the base model alone hardly determines is no doubt about another model's parameters
+    of_answer = [f for f in outcome.findings if not (extended and f.code == "undetermined")]
+    return [*(_verdict(adequacy, outcome) if said else []), *of_answer]
 
 
 def describe_scales(recording: Recording, name: str, inertia: float) -> list[Finding]:

@@ -180,8 +180,9 @@ def test_gains_of_an_axis_that_the_drive_lacks_are_refused() -> None:
 
 
 def test_a_method_that_there_is_not_is_refused(simulated: None) -> None:
-    with pytest.raises(ValueError, match="least_squares"):
+    with pytest.raises(edge_ident.DataError, match="no method divination") as caught:
         edge_ident.compare(edge_ident.simulate(), methods=["divination"])
+    assert "least_squares" in caught.value.next_step
 
 
 def test_the_page_names_every_export() -> None:

@@ -45,9 +45,10 @@ def test_a_machine_that_changed_is_named_with_its_share() -> None:
 def test_an_axis_without_a_difference_is_not_said_to_follow_better() -> None:
     same = Tracking(1e-3, 1.01e-3, 0.1e-3, 0.02e-3)
     assert same.verdict == "equal"
-    conclusion = GainChange(True, Verification({"x": same, "z": FINE})).conclusion
+    conclusion = GainChange(True, verification=Verification({"x": same, "z": FINE})).conclusion
     assert "fell: z 3.3 times; x: unchanged within its repeatability" in conclusion
-    assert "unchanged" not in GainChange(True, Verification({"x": FINE, "z": FINE})).conclusion
+    both = GainChange(True, verification=Verification({"x": FINE, "z": FINE}))
+    assert "unchanged" not in both.conclusion
 
 
 def test_worse_on_one_axis_outweighs_a_doubt_on_another() -> None:
