@@ -1,7 +1,8 @@
 """What effects leave of an axis's inertia and Coulomb friction.
 
 Some effects take a part of the base term: the load behind a play, friction that is gone at speed.
-They may take no more than there is, at any time and at any angle of another joint.
+They may take no more than there is: at any time, at any angle of another joint, and at any position
+that the model was seen at.
 """
 
 from dataclasses import dataclass, replace
@@ -18,6 +19,8 @@ _EVER: Final = (-1e12, 1e12)
 """Long before and long after any record, in s."""
 _ANGLES: Final = np.linspace(0.0, 2.0 * np.pi, 16, endpoint=False)
 """All around another joint, in rad; what lies between them is 2 % of an amplitude at most."""
+_PLACES: Final = 16
+"""Positions along the travel."""
 _TOO_FAST: Final = 1e12
 """Velocity at which no Stribeck friction is left."""
 _ROUNDING: Final = 1e-9
@@ -44,7 +47,7 @@ def left_by_terms(axis: AxisModel) -> Left:
     axis : AxisModel
         Of one drive.
     """
-    at = everywhere(_TOO_FAST)
+    at = everywhere(_TOO_FAST, axis)
     inertia, friction = (
         float(np.min(sum(getattr(named(t.effect), hook)(at, along_motion(t)) for t in axis.terms)))
         for hook in ("inertia", "friction")
@@ -52,13 +55,16 @@ def left_by_terms(axis: AxisModel) -> Left:
     return Left(inertia, friction)
 
 
-def everywhere(velocity: float) -> Motion:
-    """Instants (N, 1) at position zero and a velocity: long before and long after any record, with
-    another joint at rest at angles all around."""
-    time_s, angle = (x.reshape(-1, 1) for x in np.meshgrid(_EVER, _ANGLES))
+def everywhere(velocity: float, axis: AxisModel) -> Motion:
+    """Instants (N, 1) at a velocity: along the travel that the axis was seen at, or at position
+    zero; long before and long after any record; with another joint at rest at angles all around."""
+    seen = axis.terms[0].supported
+    lowest, highest = (0.0, 0.0) if seen is None else seen.position
+    grids = np.meshgrid(_EVER, _ANGLES, np.linspace(lowest, highest, _PLACES))
+    time_s, angle, position = (x.reshape(-1, 1) for x in grids)
     zero = np.zeros(time_s.shape)
     source = Motion.known(time_s, angle, zero, zero)
-    return replace(Motion.known(time_s, zero, zero + velocity, zero), source=source)
+    return replace(Motion.known(time_s, position, zero + velocity, zero), source=source)
 
 
 def made_physical(axis: AxisModel, least_inertia: float) -> AxisModel:

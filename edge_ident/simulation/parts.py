@@ -53,6 +53,7 @@ class Parts:
 
     def __init__(self, axes: Mapping[str, AxisModel], drives: int) -> None:
         self.names = list(axes)
+        self._instants = [everywhere(0.0, axis) for axis in axes.values()]
         terms = [[(term, _values(term, drives)) for term in axis.terms] for axis in axes.values()]
         self.base: Values = {
             name: np.stack([of_axis[0][1][name] for of_axis in terms]) for name in PARAMETERS
@@ -92,10 +93,10 @@ class Parts:
         return max(float(np.max(rate)), float(np.finfo(float).tiny))
 
     def _least_inertia(self) -> Array:
-        """What terms leave of the inertia at any time and any angle of another joint, (A, D)."""
-        at = everywhere(0.0)
-        inertia = np.repeat(self.base["inertia"][:, None], len(at.time_s), axis=1)
+        """What terms leave of the inertia wherever and whenever the axes may be, (A, D)."""
+        inertia = np.repeat(self.base["inertia"][:, None], len(self._instants[0].time_s), axis=1)
         for part in self.through("inertia"):
+            at = self._instants[part.axis]
             inertia[part.axis] += part.effect.inertia(at, part.values)
         return np.asarray(inertia.min(axis=1))
 

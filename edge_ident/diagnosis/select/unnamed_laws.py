@@ -1,4 +1,4 @@
-"""Laws that are not in the catalogue and that a named effect may be taken for.
+"""Laws that a named effect may be taken for; but for one, none is in the catalogue.
 
 What a machine has can change along the stroke, or with time: the inertia of a crank or of a reel
 that is wound, the force constant of a motor, friction that differs from place to place. Along one
@@ -22,6 +22,7 @@ from edge_ident.diagnosis.select.recorded_effort import along
 from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.select.thresholds import DECISIVE
 from edge_ident.model.effect import Values
+from edge_ident.model.effects import named
 from edge_ident.model.model import AxisModel
 from edge_ident.model.motion import Motion
 from edge_ident.model.search import ChangesWith
@@ -105,7 +106,9 @@ def unnamed(search: Search, model: FittedModel) -> dict[int, str]:
     """
     doubts = {}
     for k, term in enumerate(model.terms):
-        laws = _LAWS.get(term.candidate.form.changes)
+        laws = dict(_LAWS.get(term.candidate.form.changes, {}))
+        if named(term.candidate.effect).overrides("inertia"):
+            laws = {name: law for name, law in laws.items() if law is not _inertia}
         if not laws:
             continue
         values = {name: np.asarray(value) for name, value in term.model_term.values.items()}
@@ -114,7 +117,7 @@ def unnamed(search: Search, model: FittedModel) -> dict[int, str]:
                    for name, law in laws.items()}  # fmt: skip
         best = min(misfits, key=lambda name: misfits[name])
         if search.criterion.misfit(model.error) - misfits[best] > DECISIVE.value:
-            doubts[k] = f"{best}, which is not in the catalogue, describes the effort better"
+            doubts[k] = f"{best} describes the effort better"
     return doubts
 
 

@@ -54,7 +54,7 @@ def test_what_changes_along_the_stroke_is_called_no_effect(effect: str, law: str
     efforts = (shape * ACCELERATION + 0.5 * slope * VELOCITY**2, shape * VELOCITY, shape * SOUND)
     extra = dict(zip(LAWS, efforts, strict=True))[law]
     reason = doubt(SOUND + 0.1 * extra, effect, form, **at)
-    assert reason.startswith(f"{law} that changes along the stroke, which is not in the catalogue")
+    assert reason.startswith(f"{law} that changes along the stroke describes the effort better")
 
 
 def test_a_load_at_one_place_is_no_other_law() -> None:

@@ -1,0 +1,109 @@
+"""Inertia that depends on position: a crank, a reel that is wound, a load that a joint swings out.
+
+J(x) = slope·y + curvature·y² + cosine·cos(2π·x/period) + sine·sin(2π·x/period) with y = x - centre.
+This adds to the inertia, which is that in the middle of the travel or, beside waves, the mean. The
+effort is J(x)·a + J'(x)·v²/2: what turns faster where it is lighter costs effort at constant speed.
+A crank repeats once or twice per turn.
+Source: Lagrange's equation of the kinetic energy J(x)·v²/2.
+"""
+
+from typing import Final
+
+import numpy as np
+
+from edge_ident.model.advice import Advice
+from edge_ident.model.compensation import Compensation
+from edge_ident.model.effect import Array, Effect, Parameter, Values
+from edge_ident.model.motion import Motion
+from edge_ident.model.search import ChangesWith, Excitation, Form, SearchSpec
+from edge_ident.model.strengths import Draws, Scale
+from edge_ident.model.waves import wave
+
+_TURN_RAD: Final = 2.0 * np.pi
+_MOST_WAVES: Final = 4.0
+"""Over the travel; no mechanism of a few links repeats more often."""
+
+
+class PositionDependentInertia(Effect):
+    """Inertia with a parabola and one wave over the stroke."""
+
+    parameters = (
+        Parameter("slope", "{inertia}/{position}", -1e9, 1e9, "rise of the inertia"),
+        Parameter("curvature", "{inertia}/{position}^2", -1e9, 1e9, "rise towards the ends"),
+        Parameter("cosine", "{inertia}", -1e9, 1e9, "in phase with position zero"),
+        Parameter("sine", "{inertia}", -1e9, 1e9, "a quarter period later"),
+        Parameter("period", "{position}", 1e-9, 1e9, "travel after which the wave repeats"),
+        Parameter("centre", "{position}", -1e9, 1e9, "middle of the travel", default=0.0),
+    )
+
+    def load(self, at: Motion, values: Values) -> Array:
+        """What a change of the inertia costs at speed."""
+        rate = 2.0 * np.pi / values["period"]
+        away = at.position - values["centre"]
+        slope = values["slope"] + 2.0 * values["curvature"] * away
+        angle = rate * at.position
+        slope = slope + rate * wave(angle, values["sine"], -values["cosine"])
+        return np.asarray(0.5 * slope * at.velocity**2)
+
+    def inertia(self, at: Motion, values: Values) -> Array:
+        """What is moved beside the inertia of the base model."""
+        away = at.position - values["centre"]
+        angle = 2.0 * np.pi / values["period"] * at.position
+        moved = (values["slope"] + values["curvature"] * away) * away
+        return np.asarray(moved + wave(angle, values["cosine"], values["sine"]))
+
+    def fastest_rate(self, values: Values, inertia: Array, speed: float) -> Array:
+        """Passing the waves at top speed."""
+        return np.asarray(2.0 * np.pi / values["period"] * speed)
+
+
+def _grid(excitation: Excitation) -> dict[str, Array]:
+    """From a quarter of a wave over the travel to a few."""
+    periods = excitation.periods(0.25, _MOST_WAVES, step=0.25)
+    middle = excitation.lowest + 0.5 * excitation.travel
+    return {"period": periods, "centre": np.full(len(periods), middle)}
+
+
+def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
+    """5 % to 50 % of the axis's own inertia, as a slope or as one to three waves in the travel."""
+    amplitude = draws.log_uniform(0.05, 0.5) * scale.inertia
+    straight = draws.uniform(0.0, 1.0)
+    cosine, sine = draws.phase()
+    return {
+        "slope": draws.sign() * straight * amplitude / (0.5 * scale.travel),
+        "curvature": 0.0 * amplitude,
+        "cosine": (1.0 - straight) * amplitude * cosine,
+        "sine": (1.0 - straight) * amplitude * sine,
+        "period": scale.travel / draws.uniform(1.0, 3.0),
+    }
+
+
+EFFECT: Final = PositionDependentInertia(
+    advice=Advice(
+        in_words="how much is moved depends on where the axis stands",
+        part="crank, linkage, reel, or what the axis swings out",
+        action=(
+            "No fault where the mechanism is built so: keep it in the model. Otherwise look for a "
+            "load that slides or comes loose."
+        ),
+    ),
+    search=SearchSpec(
+        forms=(
+            Form(("slope",)),
+            Form(("slope", "curvature")),
+            Form(("cosine", "sine"), rotary=True, known=(("period", _TURN_RAD),)),
+            Form(("cosine", "sine"), rotary=True, known=(("period", 0.5 * _TURN_RAD),)),
+            Form(("cosine", "sine"), ("period",), changes=ChangesWith.STROKE),
+        ),
+        signature="along the stroke, grows with the acceleration and with the speed squared",
+        alternatives=("encoder_eccentricity", "position_dependent_load", "coupling_compliance"),
+        experiment="the whole stroke at several accelerations: --motion multisine",
+        grid=_grid,
+        discrepancy=0.05,
+        essential=("period",),
+    ),
+    draw=_draw,
+    compensation=Compensation(
+        without="it grows with the acceleration, and the board's tables hold a load or friction"
+    ),
+)
