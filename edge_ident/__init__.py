@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from edge_ident.fleet.survey import survey
     from edge_ident.identification.identify import identify
     from edge_ident.identification.result import AxisIdentification, Identification
-    from edge_ident.model.model import AxisModel, Estimate, Model, Term
+    from edge_ident.model.model import PARAMETERS, AxisModel, Estimate, Model, Term
     from edge_ident.model.model_files import load_model, save_model, sourced_model
     from edge_ident.signals.read_options import ReadOptions
     from edge_ident.signals.recording import AxisRecord, Recording
@@ -59,6 +59,7 @@ if TYPE_CHECKING:
     from firmware_interface.motion import Trajectory
 
 __all__ = [
+    "PARAMETERS",
     "TOLERANCE",
     "AxisDiagnosis",
     "AxisIdentification",
@@ -117,6 +118,7 @@ __all__ = [
 __getattr__ = lazy_names(
     __name__,
     {
+        "PARAMETERS": "edge_ident.model.model",
         "TOLERANCE": "edge_ident.diagnosis.tolerance",
         "AxisDiagnosis": "edge_ident.diagnosis.result",
         "AxisIdentification": "edge_ident.identification.result",

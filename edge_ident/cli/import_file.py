@@ -47,7 +47,10 @@ def import_file(
         print_document(report.import_document(found, made, target))
         return
     for line in (*report.inspection_lines(found), *report.recording_lines(made)):
-        print(line)
+        if target is None:
+            print(line)
+        else:  # then the path is the result
+            say(line)
     if target is not None:
         print(target)
 

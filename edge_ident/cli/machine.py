@@ -124,7 +124,8 @@ def hold(*, where: BoardOptions, seconds: Duration = 10.0, results: ResultOption
         held = commissioning.hold(board, seconds, bars)
     results.deliver(report.hold_document(held), "hold.json")
     for axis, one in held.items() if not results.json else []:
-        print(f"{axis}: pushed by up to {one.pushed_rad:.4f} rad, effort {one.effort_nm:.2f} N*m")
+        pushed_rad = round(one.pushed_rad, 4) + 0.0  # no negative zero
+        print(f"{axis}: pushed by up to {pushed_rad:.4f} rad, effort {one.effort_nm:.2f} N*m")
 
 
 @command

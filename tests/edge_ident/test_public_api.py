@@ -21,7 +21,7 @@ PROMISED = (
     "design_gains", "connect",
 )  # fmt: skip
 FUNCTIONS = [name for name in edge_ident.__all__ if inspect.isfunction(getattr(edge_ident, name))]
-WITHOUT_EXAMPLE = {"Board", "TOLERANCE", "__version__"}
+WITHOUT_EXAMPLE = {"Board", "PARAMETERS", "TOLERANCE", "__version__"}
 WITHOUT_EXAMPLE |= {name for name in edge_ident.__all__ if name.endswith("Error")}
 simulated_once = functools.cache(simulation.simulate)
 
