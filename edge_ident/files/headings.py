@@ -6,14 +6,13 @@ from typing import Final
 
 from edge_ident.files.units import known_unit
 
-_FORMS: Final = (
-    re.compile(r"(?P<name>.*?)[\s_]*[\[({<](?P<unit>[^\[({<]*)[\])}>]\s*"),
-    re.compile(r"(?P<name>.+?)\s*(?:[,;:]|\s/|\sin)\s+(?P<unit>\S+)\s*"),
-    re.compile(r"(?P<name>.+?)_(?P<unit>[^\W_]+(?:_s2?)?)"),
-    re.compile(r"(?P<name>[^/]+)/\s*(?P<unit>[^/\s]+)\s*"),
-)
-"""Unit in brackets, after a sign, after an underscore, or as a divisor, as in `Zeit/ms` (DIN 1313).
-The first form that names a unit counts."""
+_BRACKETS: Final = re.compile(r"(?P<name>.*?)[\s_]*[\[({<](?P<unit>[^\[({<]*)[\])}>]\s*")
+_AFTER_SIGN: Final = re.compile(r"(?P<name>.+?)\s*(?:[,;:]|\s/|\sin)\s+(?P<unit>\S+)\s*")
+_UNDERSCORE: Final = re.compile(r"(?P<name>.+?)_(?P<unit>[^\W_]+(?:_s2?)?)")
+_DIVISOR: Final = re.compile(r"(?P<name>[^/]+)/\s*(?P<unit>[^/\s]+)\s*")
+"""As in `Zeit/ms` (DIN 1313)."""
+_FORMS: Final = (_BRACKETS, _AFTER_SIGN, _UNDERSCORE, _DIVISOR)
+"""The first form that names a unit counts."""
 _BY_NAME: Final = {
     "nm": "Nm",
     "a": "A",
@@ -38,9 +37,9 @@ def split_heading(heading: str) -> tuple[str, str | None]:
             continue
         unit = match["unit"].strip()
         name = match["name"].strip()
-        if form is _FORMS[2]:
+        if form is _UNDERSCORE:
             unit = _BY_NAME.get(unit, unit)
-        if form is _FORMS[3] and known_unit(name.split()[-1] if name else "") is not None:
+        if form is _DIVISOR and known_unit(name.split()[-1] if name else "") is not None:
             continue  # the stroke of m/s
         if name and known_unit(unit) is not None:
             return name, unit

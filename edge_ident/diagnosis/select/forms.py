@@ -9,6 +9,7 @@ from edge_ident.diagnosis.fit.external_vibrations import VIBRATION
 from edge_ident.diagnosis.fit.fitting import FittedModel
 from edge_ident.diagnosis.fit.scoring import ScoredCandidate
 from edge_ident.diagnosis.select.acceptance import Evidence, decide, separable
+from edge_ident.diagnosis.select.cross_validation import near_zero
 from edge_ident.diagnosis.select.search import Search
 from edge_ident.model.effects import catalogue
 
@@ -28,7 +29,9 @@ def in_best_forms(search: Search, model: FittedModel) -> FittedModel:
         forms = [s.term for s in _others(search, rest, term.candidate) if not s.on_edge]
         models = [search.fit(model.base, (*before, form, *after)) for form in forms]
         best = min(models, key=search.criterion.value, default=model)
-        model = best if separable(search.gain(model, best)) else model
+        # one whose essential parameters nothing tells would leave for the other form, without end
+        if separable(search.gain(model, best)) and not near_zero(search.data, best)[place]:
+            model = best
     return model
 
 

@@ -2,13 +2,13 @@
 
 The rules stand in `select.acceptance`. A cause is suspected where one of them is against it: too
 few runs on disturbed data find it, it is smaller than what is left unexplained, the halves of the
-data disagree about it, it shows at standstill alone, it trades places with the base parameters, an
-unnamed law fits better, the model beside it is not physical, or no cause may be named at all.
-It is minor where it is certain and not worth naming, or where a sound drive's chain has it as well.
-What is not supported leaves the model, and the rest is fitted again.
+data disagree about it, it shows at standstill alone, it trades places with the base parameters,
+another law fits better, the model beside it is not physical, or no cause may be named. It is minor
+where it is certain and not worth naming, or a sound drive has it as well. The others leave the
+model, and the rest is fitted again.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -108,7 +108,9 @@ def judge(
     if rules.stability and selected.model.terms and not blocked:
         runs = disturbed_runs(search, start, selected.model, floor.rms, on_run)
         selected, found = agreed(search, start, selected, runs)
-    doubts = _not_found_again(found)
+    # where the elimination did not converge, terms are left that it does not accept
+    doubts = _refused(s.decision for s in selected.support)
+    doubts |= _refused(again(times, RUNS + 1) for times in found)
     assessed = Assessment.of(search, start, selected.model, floor, rules.tolerance)
     kept = [k for k in range(len(selected.model.terms)) if k not in doubts]
     before = None
@@ -143,9 +145,8 @@ class _Sorted:
     doubts: Mapping[int, str]
 
 
-def _not_found_again(found: Sequence[int]) -> dict[int, str]:
-    """Reasons against the terms that too few runs find."""
-    decisions = [again(times, RUNS + 1) for times in found]
+def _refused(decisions: Iterable[Decision]) -> dict[int, str]:
+    """Reasons of the decisions against terms, by their places."""
     return {k: d.reason for k, d in enumerate(decisions) if not d.accepted}
 
 

@@ -20,8 +20,10 @@ from edge_ident.model.strengths import Draws, Scale
 from edge_ident.model.waves import wave
 
 _TURN_RAD: Final = 2.0 * np.pi
-_MOST_WAVES: Final = 4.0
-"""Over the travel; no mechanism of a few links repeats more often."""
+_MOST_WAVES: Final = 2.0
+"""Over the travel, beside those of a turn. What repeats more often is rather an error of the
+encoder, whose effort also grows with the acceleration and with the speed squared."""
+_ROUNDING: Final = 1e-9
 
 
 class PositionDependentInertia(Effect):
@@ -58,10 +60,17 @@ class PositionDependentInertia(Effect):
 
 
 def _grid(excitation: Excitation) -> dict[str, Array]:
-    """From a quarter of a wave over the travel to a few."""
+    """From a quarter of a wave over the travel to two."""
     periods = excitation.periods(0.25, _MOST_WAVES, step=0.25)
     middle = excitation.lowest + 0.5 * excitation.travel
     return {"period": periods, "centre": np.full(len(periods), middle)}
+
+
+def _physical(values: Values, excitation: Excitation) -> bool:
+    """No more waves than a mechanism of a few links has."""
+    waves = excitation.travel / values["period"]
+    turns = np.isclose(values["period"], _TURN_RAD) | np.isclose(values["period"], 0.5 * _TURN_RAD)
+    return bool(np.all(turns | (waves <= _MOST_WAVES + _ROUNDING)))
 
 
 def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
@@ -99,6 +108,7 @@ EFFECT: Final = PositionDependentInertia(
         alternatives=("encoder_eccentricity", "position_dependent_load", "coupling_compliance"),
         experiment="the whole stroke at several accelerations: --motion multisine",
         grid=_grid,
+        physical=_physical,
         discrepancy=0.05,
         essential=("period",),
     ),

@@ -8,10 +8,12 @@ import pytest
 from edge_ident.diagnosis.diagnose import diagnose
 from edge_ident.diagnosis.fit.candidates import Candidate
 from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm, fit
+from edge_ident.diagnosis.fit.noise_floor import noise_floor
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.select import backward_elimination
 from edge_ident.diagnosis.select.backward_elimination import eliminate_backward
 from edge_ident.diagnosis.select.cross_validation import near_zero
+from edge_ident.diagnosis.select.judgement import Rules, judge
 from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.select.thresholds import MOST_ROUNDS
 from edge_ident.model.effects import named
@@ -47,6 +49,18 @@ def test_too_few_rounds_say_that_it_did_not_converge(
     supported = eliminate_backward(*superfluous)
     assert not supported.converged
     assert len(supported.model.terms) == len(supported.support) == 1
+
+
+def test_what_would_leave_in_one_more_round_is_only_suspected(
+    superfluous: tuple[Search, FittedModel], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(backward_elimination, "MOST_ROUNDS", replace(MOST_ROUNDS, value=0))
+    search, supported = superfluous[0], eliminate_backward(*superfluous)
+    start, floor = search.criterion.start, noise_floor(search.data, search.criterion.start)
+    judged = judge(search, start, supported, floor, Rules(stability=False))
+    assert judged.supported.model.terms == ()
+    (doubtful,) = judged.suspected
+    assert "more than 0 to stay" in doubtful.decision
 
 
 def test_a_diagnosis_says_whether_it_converged() -> None:
