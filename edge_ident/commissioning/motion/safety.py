@@ -174,8 +174,6 @@ def _leave(board: Board, was_enabled: bool, gains: Bank) -> list[str]:
             "the board could not be told to stop and to switch off: its axes may still produce "
             "effort. Use the wired emergency stop, or edge-ident stop once the board answers"
         )
-    elif not was_enabled:
-        notes.append("the axes stand, and are disabled again")
     return notes
 
 
