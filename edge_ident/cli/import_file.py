@@ -46,11 +46,9 @@ def import_file(
     if json:
         print_document(report.import_document(found, made, target))
         return
+    tell = print if target is None else say  # where a file is written, its path is the result
     for line in (*report.inspection_lines(found), *report.recording_lines(made)):
-        if target is None:
-            print(line)
-        else:  # then the path is the result
-            say(line)
+        tell(line)
     if target is not None:
         print(target)
 

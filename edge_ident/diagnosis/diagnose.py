@@ -48,8 +48,7 @@ from edge_ident.diagnosis.validation import judge as judge_elsewhere
 from edge_ident.diagnosis.written_model import written_model
 from edge_ident.errors import DataError
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Model, Term
-from edge_ident.signals.recording import Recording
-from edge_ident.support.words import listed
+from edge_ident.signals.recording import Recording, chosen_axes
 
 Progress = Callable[[str, int, int], None]
 Array = NDArray[np.float64]
@@ -108,7 +107,9 @@ def diagnose(
     >>> found.axes["x"].verdict.value
     'adequate'
     """
-    names = _names(recordings, only)
+    if not recordings:
+        raise DataError("there is no recording to diagnose", "give at least one")
+    names = chosen_axes(recordings[0].source, recordings[0].axes, only)
     if not 0.0 <= tolerance < math.inf:
         raise DataError(f"a tolerance of {tolerance}", "give a share of the effort, such as 0.01")
     begin_s = recordings[0].begin_s
@@ -127,19 +128,6 @@ def diagnose(
     on_progress("simulated motion", 0, 1)
     found = Diagnosis(axes, data_findings(recordings, axes), validations)
     return with_motion_errors(found, recordings)
-
-
-def _names(recordings: Sequence[Recording], only: Collection[str]) -> list[str]:
-    """Names of the axes to diagnose, in the order of the first recording."""
-    if not recordings:
-        raise DataError("there is no recording to diagnose", "give at least one")
-    every = recordings[0].axes
-    unknown = [name for name in only if name not in every]
-    if unknown:
-        raise DataError(
-            f"{recordings[0].source} has no axis {listed(unknown)}", f"it has {listed(every)}"
-        )
-    return [name for name in every if name in (only or every)]
 
 
 def _told(on_progress: Progress, name: str, done: int) -> None:

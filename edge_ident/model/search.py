@@ -129,6 +129,12 @@ class Excitation:
         count = max(2, int((min(highest, passed) - lowest) / step) + 1)
         return np.asarray(self.travel / (lowest + step * np.arange(count)))
 
+    def waves(self, highest: float) -> dict[str, Array]:
+        """From a quarter of a wave over the travel to so many, about the middle of the travel."""
+        periods = self.periods(0.25, highest, step=0.25)
+        middle = self.lowest + 0.5 * self.travel
+        return {"period": periods, "centre": np.full(len(periods), middle)}
+
     def places(self) -> dict[str, Array]:
         """Places along the travel, half a width apart.
 

@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.errors import DataError
-from edge_ident.signals.recording import AxisRecord, Recording
-from edge_ident.support.words import listed
+from edge_ident.signals.recording import AxisRecord, Recording, chosen_axes
 
 Array = NDArray[np.float64]
 
@@ -71,10 +70,8 @@ def only_axes(source: str, columns: Mapping[str, Array], axes: Sequence[str]) ->
     """
     axis_of = {name: (parse_name(name) or ("",))[0] for name in columns}
     every = dict.fromkeys(axis for axis in axis_of.values() if axis)
-    unknown = [axis for axis in axes if axis not in every]
-    if unknown:
-        raise DataError(f"{source} has no axis {listed(unknown)}", f"it has {listed(every)}")
-    return {n: v for n, v in columns.items() if not axes or not axis_of[n] or axis_of[n] in axes}
+    kept = chosen_axes(source, every, axes)
+    return {n: v for n, v in columns.items() if not axis_of[n] or axis_of[n] in kept}
 
 
 def recording_of(

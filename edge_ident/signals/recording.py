@@ -1,12 +1,14 @@
 """What a drive did: position and effort over time, per axis."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from edge_ident.errors import DataError
 from edge_ident.model.model import inertia_unit
+from edge_ident.support.words import listed
 
 Array = NDArray[np.float64]
 
@@ -118,3 +120,17 @@ class Recording:
     source: str
     effort_shift_s: float = 0.0
     begin_s: float = 0.0
+
+
+def chosen_axes(source: str, every: Collection[str], wanted: Collection[str]) -> list[str]:
+    """Names of the axes that are wanted, in the order of a recording; all where none is.
+
+    Raises
+    ------
+    DataError
+        The recording has no such axis.
+    """
+    unknown = [name for name in wanted if name not in every]
+    if unknown:
+        raise DataError(f"{source} has no axis {listed(unknown)}", f"it has {listed(every)}")
+    return [name for name in every if name in (wanted or every)]

@@ -29,7 +29,7 @@ def in_best_forms(search: Search, model: FittedModel) -> FittedModel:
         forms = [s.term for s in _others(search, rest, term.candidate) if not s.on_edge]
         models = [search.fit(model.base, (*before, form, *after)) for form in forms]
         best = min(models, key=search.criterion.value, default=model)
-        # one whose essential parameters nothing tells would leave for the other form, without end
+        # one whose essential parameters nothing tells would leave again in the next round
         if separable(search.gain(model, best)) and not near_zero(search.data, best)[place]:
             model = best
     return model

@@ -54,10 +54,8 @@ class PositionDependentFriction(Effect):
 
 
 def _grid(excitation: Excitation) -> dict[str, Array]:
-    """From a quarter of a wave over the travel to twenty."""
-    periods = excitation.periods(0.25, 20.0, step=0.25)
-    middle = excitation.lowest + 0.5 * excitation.travel
-    return {"period": periods, "centre": np.full(len(periods), middle)}
+    """Up to twenty waves over the travel."""
+    return excitation.waves(20.0)
 
 
 def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:

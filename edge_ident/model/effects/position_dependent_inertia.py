@@ -60,14 +60,12 @@ class PositionDependentInertia(Effect):
 
 
 def _grid(excitation: Excitation) -> dict[str, Array]:
-    """From a quarter of a wave over the travel to two."""
-    periods = excitation.periods(0.25, _MOST_WAVES, step=0.25)
-    middle = excitation.lowest + 0.5 * excitation.travel
-    return {"period": periods, "centre": np.full(len(periods), middle)}
+    """No more waves than a mechanism of a few links has."""
+    return excitation.waves(_MOST_WAVES)
 
 
 def _physical(values: Values, excitation: Excitation) -> bool:
-    """No more waves than a mechanism of a few links has."""
+    """No more of them after the refinement either, but for those of a turn."""
     waves = excitation.travel / values["period"]
     turns = np.isclose(values["period"], _TURN_RAD) | np.isclose(values["period"], 0.5 * _TURN_RAD)
     return bool(np.all(turns | (waves <= _MOST_WAVES + _ROUNDING)))
