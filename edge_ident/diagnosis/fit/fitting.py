@@ -171,7 +171,7 @@ def _fit_in_steps(
     data: AxisData, template: AxisModel, base: Array, terms: tuple[FittedTerm, ...]
 ) -> FittedModel:
     """Steps of Gauss and Newton."""
-    low, high = _bounds(data, template, terms)
+    low, high = bounds(data, template, terms)
     columns = own_columns(data)
     own = np.zeros(columns.shape[1])
     axis = build(template, base, terms)
@@ -224,7 +224,7 @@ def _fit_additive(
         (cached_regressors(data, template, t.candidate, t.nonlinear)[0] for t in other),
         known_effort(data, template),
     )
-    low, high = _bounds(data, template, terms)
+    low, high = bounds(data, template, terms)
     found = solve_within(jacobian[data.valid], (data.effort - fixed)[data.valid], low, high)
     base, own, terms = _split(found.solution, terms)
     predicted = np.asarray(jacobian @ found.solution + fixed)
@@ -242,19 +242,17 @@ def _fit_additive(
     )
 
 
-def _bounds(
-    data: AxisData, template: AxisModel, terms: Sequence[FittedTerm]
-) -> tuple[Array, Array]:
+def bounds(data: AxisData, template: AxisModel, terms: Sequence[FittedTerm]) -> tuple[Array, Array]:
     """Physical bounds (P,) of base parameters, the recordings' own and linear parameters.
 
     A delay in the model carries the whole shift, and no recording has a further one.
     """
     shifted = not delayed(build(template, np.zeros(len(PARAMETERS)), terms))
     own = np.stack(own_limits(data, shifted=shifted), axis=1)
-    bounds = [named(BASE).bounds[name] for name in PARAMETERS]
-    bounds += own.tolist()
-    bounds += [named(t.candidate.effect).bounds[name] for t in terms for name in t.linear]
-    low, high = np.array(bounds).T
+    pairs = [named(BASE).bounds[name] for name in PARAMETERS]
+    pairs += own.tolist()
+    pairs += [named(t.candidate.effect).bounds[name] for t in terms for name in t.linear]
+    low, high = np.array(pairs).T
     return low, high
 
 

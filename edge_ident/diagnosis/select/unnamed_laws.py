@@ -15,14 +15,13 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.fit.fitting import FittedModel
-from edge_ident.diagnosis.fit.projection import orthonormal
+from edge_ident.diagnosis.fit.bounded import solve_within
+from edge_ident.diagnosis.fit.fitting import FittedModel, bounds
 from edge_ident.diagnosis.prepare.segment import Segment
 from edge_ident.diagnosis.select.recorded_effort import along
 from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.select.thresholds import DECISIVE
 from edge_ident.model.effect import Values
-from edge_ident.model.effects import named
 from edge_ident.model.model import AxisModel
 from edge_ident.model.motion import Motion
 from edge_ident.model.search import ChangesWith
@@ -106,9 +105,7 @@ def unnamed(search: Search, model: FittedModel) -> dict[int, str]:
     """
     doubts = {}
     for k, term in enumerate(model.terms):
-        laws = dict(_LAWS.get(term.candidate.form.changes, {}))
-        if named(term.candidate.effect).overrides("inertia"):
-            laws = {name: law for name, law in laws.items() if law is not _inertia}
+        laws = _LAWS.get(term.candidate.form.changes, {})
         if not laws:
             continue
         values = {name: np.asarray(value) for name, value in term.model_term.values.items()}
@@ -122,12 +119,16 @@ def unnamed(search: Search, model: FittedModel) -> dict[int, str]:
 
 
 def _left(search: Search, rest: FittedModel, law: Law, values: Values) -> float:
-    """Sum of squares that a law leaves beside the other terms."""
+    """Sum of squares that a law leaves beside the other terms, which keep their bounds."""
     data = search.data
     columns = np.hstack([_columns(s, rest.axis, law, values) for s in data.segments]).T
-    basis = orthonormal(np.hstack([rest.jacobian, columns])[data.valid])
+    changes = np.hstack([rest.derivatives, columns])[data.valid]
+    free = np.full(columns.shape[1], np.inf)
+    low, high = np.array(bounds(data, rest.template, rest.terms)) - rest.linear_parameters
+    low, high = np.append(low, -free), np.append(high, free)
     residual = (data.effort - rest.predicted)[data.valid]
-    return float(np.sum((residual - basis @ (basis.T @ residual)) ** 2))
+    step = solve_within(changes, residual, low, high).solution
+    return float(np.sum((residual - changes @ step) ** 2))
 
 
 def _columns(segment: Segment, axis: AxisModel, law: Law, values: Values) -> Array:

@@ -99,7 +99,7 @@ LIMIT = Form((), ("limit",), changes=ChangesWith.EFFORT)
 
 NEEDED = 2.0 * ACCELERATION + SOUND
 MOST = float(np.max(np.abs(NEEDED)))
-SATURATING = NEEDED + 0.01 * NEEDED**3
+SATURATING = NEEDED + 0.001 * NEEDED**3
 
 
 def test_a_motor_that_saturates_is_no_loss_of_a_transmission() -> None:
@@ -114,3 +114,9 @@ def test_a_motor_that_saturates_is_no_limit() -> None:
     assert not doubt(wound_up, "actuator_saturation", LIMIT, limit=MOST)
     reason = doubt(SATURATING, "actuator_saturation", LIMIT, limit=MOST)
     assert reason.startswith("a motor whose force saturates")
+
+
+def test_a_law_gains_nothing_by_a_shift_that_no_other_model_may_have() -> None:
+    inertia = 0.1 * COSINE * ACCELERATION - 0.05 * RATE * SINE * VELOCITY**2
+    late = np.interp(TIME_S - 0.004, TIME_S, SOUND + inertia)
+    assert not doubt(late, "position_dependent_inertia", WAVE, period=PERIOD)
