@@ -4,7 +4,7 @@ Each threshold of `select.thresholds` that decides something is lowered to 0.7 a
 times its value, the others unchanged, and the same recordings are diagnosed again. A share near one
 has its distance from one doubled and halved instead. A rule that can be switched off is tried
 without as well. The recordings are of the benchmark: single effects that show, clean drives, pairs,
-and disturbances that no effect explains. docs/diagnosis_reference.md has the table.
+and disturbances that no effect explains. docs/diagnosis_record.md has the result.
 
     python -m tools.threshold_sensitivity --jobs 2
     python -m tools.threshold_sensitivity --read FILE        the table of a former run

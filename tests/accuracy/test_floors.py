@@ -47,7 +47,7 @@ def test_parameters_are_as_near_the_truth_as_published(
 ) -> None:
     """Errors in % of the range; 0.027, 0.113 and 0.019, 0.095 were measured.
 
-    Of another seed README tells 0.03, 0.12 and 0.02, 0.10.
+    Of another seed docs/accuracy.md tells 0.03, 0.12 and 0.02, 0.10.
     """
     assert len(identified) == 100
     errors = 100.0 * np.array([case.error(method) for case in identified])

@@ -1,9 +1,9 @@
 """Faults hidden in drives of a simulation that knows no effect file: what must be said of them.
 
 Effects, strengths, drives, noise and the axis that is hit come from a seed taken blindly.
-`tools/diagnosis_benchmark` does the same to hundreds of drives (docs/diagnosis.md), and
-`tests/accuracy/test_floors.py` hides each effect alone. The bounds here are looser: few drives tell
-a broken diagnosis from a working one, no more.
+`tools/diagnosis_benchmark` does the same to hundreds of drives (docs/diagnosis_accuracy.md),
+and `tests/accuracy/test_floors.py` hides each effect alone. The bounds here are looser: few drives
+tell a broken diagnosis from a working one, no more.
 """
 
 from dataclasses import replace
