@@ -16,6 +16,9 @@ from edge_ident.estimation.image import Normalization, effort_scale
 Array = NDArray[np.float64]
 Family = Callable[[np.random.Generator, int], Array]
 
+_START_SHARE: Final = 0.35
+"""Of the guesses that are random starts."""
+
 
 def uniform(rng: np.random.Generator, count: int) -> Array:
     """The paper's: in [0, 1], the offset in [-1, 1]."""
@@ -75,7 +78,7 @@ def random_starts(rng: np.random.Generator, count: int) -> Array:
     return _with_signs(rng, rng.uniform(0.0, 1.0, (count, 4)))
 
 
-def guesses(rng: np.random.Generator, truth: Array, start_share: float = 0.35) -> Array:
+def guesses(rng: np.random.Generator, truth: Array) -> Array:
     """Where the loop may stand: at a random start, or off the truth by 0.002 to 1 in any direction.
 
     Guesses that physics forbids are among them, since the loop passes through such.
@@ -84,7 +87,7 @@ def guesses(rng: np.random.Generator, truth: Array, start_share: float = 0.35) -
     direction = rng.normal(size=truth.shape)
     direction /= np.linalg.norm(direction, axis=1, keepdims=True)
     distance = np.exp(rng.uniform(np.log(0.002), 0.0, (count, 1)))
-    from_start = rng.uniform(size=(count, 1)) < start_share
+    from_start = rng.uniform(size=(count, 1)) < _START_SHARE
     return np.where(from_start, random_starts(rng, count), truth + distance * direction)
 
 

@@ -103,6 +103,7 @@ class Hold(BoardLine):
         """Renew the hold, feed the watchdog and acknowledge the pages in hand, in one write.
 
         Where no reply comes it is said again at once: twice does no harm, silence ends a motion.
+        After the last time, what is asked next says that the line is dead.
         """
         words = encode("session.key", self._key)
         words += encode("capture.pages_acknowledged", self.pages_in_hand)

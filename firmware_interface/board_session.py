@@ -145,8 +145,6 @@ class Session(Hold):
                 f"wait {SESSION_LEASE_S:g} s, then see with edge-ident doctor whether the effort "
                 "is on",
             ) from error
-        if status.last_result is not Result.NOT_HELD and self._held:
-            self._note_hold()
         return status
 
     def _settled(self, opcode: Opcode, status: BoardStatus) -> BoardStatus:

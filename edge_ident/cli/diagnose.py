@@ -106,7 +106,7 @@ def diagnose(
         )
     folder, model_file = results.output, None
     if folder:
-        model_file = save_result_model(found.model, files, folder)
+        model_file = save_result_model(found.model, files, folder, known)
         source = report.Provenance.of(files, validate)
         if page == "markdown":
             written = report.write_markdown(found, [name for name, _ in source.files], folder)

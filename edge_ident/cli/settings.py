@@ -51,7 +51,13 @@ def _from_toml(text: str) -> dict[str, Any]:
 
 
 def write_setting(key: str, value: Any) -> Path:
-    """Write one setting, or remove it if the value is None; all other lines stay as they are."""
+    """Write one setting, or remove it if the value is None; all other lines stay as they are.
+
+    Raises
+    ------
+    DataError
+        The file has the setting in a form that a line alone does not change; it stays as it is.
+    """
     path = settings_file()
     text = path.read_text(encoding="utf-8") if path.exists() else ""
     lines = text.splitlines()
@@ -60,9 +66,23 @@ def write_setting(key: str, value: Any) -> Path:
         lines = _replaced(lines, key, f"{key} = {json.dumps(value, ensure_ascii=False)}")
     else:
         lines = [line for line in lines if not _sets(line, key)]
+    text = "".join(f"{line}\n" for line in lines)
+    if not _means(text, key, value):
+        raise DataError(
+            f"{path} has {key} as a table, in quotes or twice, and was not changed",
+            "correct this setting in the file, or remove the file to use the defaults",
+        )
     with atomic_write(path) as partial:
-        partial.write_text("".join(f"{line}\n" for line in lines), encoding="utf-8")
+        partial.write_text(text, encoding="utf-8")
     return path
+
+
+def _means(text: str, key: str, value: Any) -> bool:
+    """Whether a file of this text has the value, or with None lacks the setting."""
+    try:
+        return bool(_from_toml(text).get(key) == value)
+    except ValueError:
+        return False
 
 
 def _replaced(lines: list[str], key: str, new: str) -> list[str]:

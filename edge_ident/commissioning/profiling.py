@@ -18,7 +18,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Final
+from typing import Any, Final
 
 from edge_ident.commissioning.commit_ways import measured_ways
 from edge_ident.commissioning.gains.transfer import compare_gains
@@ -29,6 +29,7 @@ from edge_ident.commissioning.motion.safety import left_safe, ready_to_move
 from edge_ident.commissioning.profile import Profile, ProfileRun
 from edge_ident.commissioning.run import board_designs
 from edge_ident.drive.description import load_drive
+from edge_ident.errors import BoardError, EdgeIdentError
 from edge_ident.estimation.manifest import VARIANTS, variant_named
 from edge_ident.estimation.network import Network, load_network
 from edge_ident.identification.identify import identify
@@ -145,12 +146,17 @@ def _cold(
         ]
         done = subprocess.run(
             [sys.executable, "-m", "edge_ident.commissioning.profiling", *arguments],
-            check=True,
-            capture_output=True,
+            stdout=subprocess.PIPE,
             text=True,
         )
-        times: dict[str, float] = json.loads(done.stdout)
-        return times
+        answer: dict[str, Any] = json.loads(done.stdout) if done.stdout else {}
+        if "cause" in answer:
+            error = BoardError(answer["cause"], answer["next_step"])
+            for note in answer["notes"]:
+                error.add_note(note)
+            raise error
+        done.check_returncode()
+        return answer
 
     times = _repeat(repeat, repetitions, observer)
     return ProfileRun("cold", network.variant, network.graph, times)
@@ -235,12 +241,19 @@ def _board_process(device: str | None) -> Iterator[str]:
         stderr=subprocess.DEVNULL,
         text=True,
     )
-    try:
-        assert process.stdout is not None
-        yield process.stdout.readline().strip()
-    finally:
-        process.terminate()
-        process.wait(timeout=10)
+    with process:
+        try:
+            assert process.stdout is not None
+            url = process.stdout.readline().strip()
+            if not url:
+                raise BoardError("no virtual board started", "try edge-ident board --pty")
+            yield url
+        finally:
+            process.terminate()
+            try:
+                process.wait(timeout=10)
+            except subprocess.TimeoutExpired:
+                process.kill()
 
 
 def _machine() -> str:
@@ -248,4 +261,8 @@ def _machine() -> str:
 
 
 if __name__ == "__main__":
-    _cold_start(*sys.argv[1:])
+    try:
+        _cold_start(*sys.argv[1:])
+    except EdgeIdentError as failed:
+        notes = getattr(failed, "__notes__", [])
+        print(json.dumps({"cause": failed.cause, "next_step": failed.next_step, "notes": notes}))

@@ -1,6 +1,7 @@
 """Defects of the data: gaps, uneven sampling, clipped efforts, doubtful units."""
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -17,16 +18,27 @@ def data_findings(recordings: Sequence[Recording], axes: Iterable[str]) -> tuple
     Parameters
     ----------
     recordings : sequence of Recording
+        Of several, the findings say which.
     axes : iterable of str
         Names of the axes to check.
     """
-    found = []
-    for recording in recordings:
-        for name in axes:
-            found += _timing(recording, name)
-            found += _clipping(recording.axes[name], name)
-            found += _units(recording, name)
+    found = [
+        replace(finding, message=f"{recording.source}: {finding.message}")
+        if len(recordings) > 1
+        else finding
+        for recording in recordings
+        for name in axes
+        for finding in _of_axis(recording, name)
+    ]
     return tuple(dict.fromkeys(found))
+
+
+def _of_axis(recording: Recording, name: str) -> list[DataFinding]:
+    return [
+        *_timing(recording, name),
+        *_clipping(recording.axes[name], name),
+        *_units(recording, name),
+    ]
 
 
 def _timing(recording: Recording, name: str) -> list[DataFinding]:
@@ -34,7 +46,9 @@ def _timing(recording: Recording, name: str) -> list[DataFinding]:
     gaps = int(np.count_nonzero(steps > GAP * np.median(steps)))
     if gaps:
         longest = float(np.max(steps))
-        message = f"{gaps} gaps of up to {longest:.3g} s in the time stamps were bridged"
+        what = "a gap of" if gaps == 1 else f"{gaps} gaps of up to"
+        were = "was" if gaps == 1 else "were"
+        message = f"{what} {longest:.3g} s in the time stamps {were} bridged"
         return [DataFinding("gaps", name, message)]
     grid = EvenGrid.of(recording.time_s)
     if grid.uneven:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.axis_search import AxisSearch, OnRun, search_axis
+from edge_ident.diagnosis.data_quality import data_findings
 from edge_ident.diagnosis.fit.fitting import FittedModel, delayed, fit
 from edge_ident.diagnosis.fit.held_out import standard_deviations
 from edge_ident.diagnosis.fit.summary import model_fit, nonzero_rms, timing, traces
@@ -19,7 +20,6 @@ from edge_ident.diagnosis.measures import Validation
 from edge_ident.diagnosis.motion_check import with_motion_errors
 from edge_ident.diagnosis.pooled import check_pooled
 from edge_ident.diagnosis.prepare.axis_data import AxisData
-from edge_ident.diagnosis.prepare.data_quality import data_findings
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.recording_checks import (
     contradicted,
@@ -114,7 +114,8 @@ def diagnose(
         raise DataError(f"a tolerance of {tolerance}", "give a share of the effort, such as 0.01")
     begin_s = recordings[0].begin_s
     recordings = [replace(each, begin_s=each.begin_s - begin_s) for each in recordings]
-    check_pooled([*recordings, *([validate] if validate else [])])
+    every = [*recordings, *([validate] if validate else [])]
+    check_pooled(every)
     axes, validations = {}, {}
     rules = Rules(tolerance, stability, keep_minor)
     for done, name in enumerate(names):
@@ -126,7 +127,7 @@ def diagnose(
             validations[name] = validation
     on_progress("diagnosis", len(names), len(names))
     on_progress("simulated motion", 0, 1)
-    found = Diagnosis(axes, data_findings(recordings, axes), validations)
+    found = Diagnosis(axes, data_findings(every, axes), validations)
     return with_motion_errors(found, recordings)
 
 

@@ -1,6 +1,6 @@
 """Checks of a diagnosed axis: what speaks against any cause, or limits what the recording shows."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from typing import Final
 
@@ -78,7 +78,17 @@ def findings(
         found += _unphysical(data, columns, extended)
     found += _narrow_excitation(data)
     found += own_values(recordings, name, data, extended)
-    return tuple({finding.code: finding for finding in reversed(found)}.values())[::-1]
+    return _each_once(found)
+
+
+def _each_once(findings: Iterable[Finding]) -> tuple[Finding, ...]:
+    """The first of each code, unless another forbids to name a cause."""
+    kept: dict[str, Finding] = {}
+    for finding in findings:
+        known = kept.setdefault(finding.code, finding)
+        if finding.blocks and not known.blocks:
+            kept[finding.code] = finding
+    return tuple(kept.values())
 
 
 def contradicted(efforts: Sequence[Sequence[Finding]]) -> bool:

@@ -17,6 +17,7 @@ from edge_ident.model.model import PARAMETERS, POSITIVE, Estimate
 from edge_ident.model.timing import LARGEST_SHIFT, Timing
 from edge_ident.signals.conditioning import Signals
 from edge_ident.signals.resampling import UNEVEN
+from edge_ident.support.words import spoken
 
 Array = NDArray[np.float64]
 
@@ -287,9 +288,9 @@ def compare_estimators(network: Estimate, least_squares: Estimate) -> list[Findi
     return [
         Finding(
             f"estimators_disagree_{name}",
-            f"network and least squares differ in {name} by {distance[i] / combined[i]:.1f} "
-            f"standard deviations ({network.parameters[i]:.4g} against "
-            f"{least_squares.parameters[i]:.4g})",
+            f"network and least squares differ in {spoken(name)} by "
+            f"{distance[i] / combined[i]:.1f} standard deviations "
+            f"({network.parameters[i]:.4g} against {least_squares.parameters[i]:.4g})",
             "one of them is wrong for this drive: examine the residual over time",
             blocks=True,
         )

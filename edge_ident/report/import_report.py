@@ -94,9 +94,9 @@ def scale_lines(recording: Recording) -> Iterator[str]:
         yield f"next:    {question.next_step}"
 
 
-def sparkline(values: Array, width: int = _WIDTH) -> str:
+def sparkline(values: Array) -> str:
     """The course of values (N,) in one line: the mean of each part, between lowest and highest."""
-    starts = np.linspace(0, len(values), min(width, len(values)), endpoint=False).astype(np.intp)
+    starts = np.linspace(0, len(values), min(_WIDTH, len(values)), endpoint=False).astype(np.intp)
     means = np.add.reduceat(values, starts) / np.diff(np.append(starts, len(values)))
     span = float(np.ptp(means)) or 1.0
     level = np.rint((means - np.min(means)) / span * (len(_BLOCKS) - 1)).astype(np.intp)

@@ -12,7 +12,6 @@ from nothing. Either way a motion decides, and the board rolls back by itself.
 """
 
 import logging
-from pathlib import Path
 
 from edge_ident.commissioning.gains.files import GainFile
 from edge_ident.commissioning.gains.outcome import GainChange
@@ -40,8 +39,6 @@ def put_in_force(
     wanted: Bank,
     before: MotionBefore,
     observer: Observer,
-    file: Path | None = None,
-    watch: Stopwatch | None = None,
 ) -> GainChange:
     """Forecast, stage, commit, move with the new gains, and confirm them if they keep the promise.
 
@@ -56,17 +53,13 @@ def put_in_force(
         Checked.
     before : MotionBefore
     observer : Observer
-    file : Path, optional
-        For the recording of the verification motion; those of the second motion go beside it.
-    watch : Stopwatch, optional
-        Notes how long the forecast, writing and verifying take.
 
     Raises
     ------
     BoardError
         The window is too short, or a motion did not get to its end.
     """
-    trial = Trial(board, wanted, before, observer, file, watch or Stopwatch())
+    trial = Trial(board, wanted, before, observer, None, Stopwatch())
     return concluded(board, trial, worth_a_write=trial.worth_a_write())
 
 

@@ -230,7 +230,7 @@ class Trial:
         before, board = self._before, self._board
         model, limits = before.grounds.model, self._limits
         fitting = within_limits(before.second, model, self._active, limits)
-        _, second = inside_window(before.first, fitting, confirm_window_s(board))
+        second = inside_window(before.first, fitting, confirm_window_s(board))
         self._observer.stage("second motion, old gains")
         file = self._beside("capture", second)
         with self._watch.stage("second_motion"):

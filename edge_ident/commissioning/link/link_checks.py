@@ -40,17 +40,19 @@ def check_link(url: str, baud_rate: int, on_request: Callable[[int, int], None])
         link = open_link(url, baud_rate=baud_rate)
     except LinkError as error:
         return [Check("link", False, error.cause, error.next_step)]
+    found: list[Check] = []
     try:
         board = Board.connect(link)
-        found = [_map(board), _state(board)]
+        found += [_map(board), _state(board)]
         sent_s, returned_s, samples = _timed(board, on_request)
         found.append(round_trip_check(returned_s - sent_s))
         if url == "virtual":
             return [*found, Check("board clock", True, "in this process: passes with requests")]
         middle_s = 0.5 * (sent_s + returned_s)
-        return found + clock_checks(middle_s, samples, board.identity.sample_period_s)
+        return [*found, *clock_checks(middle_s, samples, board.identity.sample_period_s)]
     except (LinkError, BoardError) as error:
-        return [Check("register map", False, error.cause, error.next_step)]
+        failed = "link" if found else "register map"
+        return [*found, Check(failed, False, error.cause, error.next_step)]
     finally:
         link.close()
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from edge_ident.commissioning.motion.approach import with_lead_in
 from edge_ident.commissioning.motion.capture import capture_motion
 from edge_ident.commissioning.motion.observer import Observer
-from edge_ident.commissioning.motion.safety import ready_to_move
+from edge_ident.commissioning.motion.safety import make_ready, ready_to_move
 from firmware_interface.board import AxisLimits, Board
 from firmware_interface.errors import ValueRefusedError
 from firmware_interface.motion import Multisine, SineComponent, Trajectory
@@ -135,6 +135,7 @@ def move_by(
     ValueRefusedError
         As `move_to`.
     """
+    make_ready(board)  # it may still move by what another host began
     stands = board.status().position_rad
     targets = {axis: stands.get(axis, 0.0) + way for axis, way in distances.items()}
     return move_to(board, targets, observer, speed_rad_s)

@@ -123,13 +123,15 @@ def _period_s(recording: Recording) -> float:
 
 
 def beginning(recording: Recording, samples: int) -> Recording:
-    """The first samples of a recording."""
+    """The first samples of a board's recording."""
     axes = {
         name: replace(
             axis,
             position=axis.position[:samples],
             effort=axis.effort[:samples],
             reference=None if axis.reference is None else axis.reference[:samples],
+            velocity=None,
+            temperature_c=None,
         )
         for name, axis in recording.axes.items()
     }

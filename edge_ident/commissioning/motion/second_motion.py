@@ -77,10 +77,8 @@ def within_limits(
     return replace(motion, trajectory=smaller)
 
 
-def inside_window(
-    first: NamedMotion, second: NamedMotion, window_s: float
-) -> tuple[NamedMotion, NamedMotion]:
-    """Both motions, the second shortened as far as the board's window to confirm asks for.
+def inside_window(first: NamedMotion, second: NamedMotion, window_s: float) -> NamedMotion:
+    """The second motion, shortened as far as the board's window to confirm asks for.
 
     The first is not: a part of the cycle would not tell how the rest is followed.
 
@@ -99,7 +97,7 @@ def inside_window(
             "describe a shorter motion in the drive description, or lengthen the window in the "
             "board's firmware",
         )
-    return first, replace(second, trajectory=replace(second.trajectory, duration_s=left_s))
+    return replace(second, trajectory=replace(second.trajectory, duration_s=left_s))
 
 
 def confirm_window_s(board: Board) -> float:

@@ -49,6 +49,7 @@ def stop_machine(url: str, baud_rate: int, say: Callable[[str], None]) -> BoardS
             board.quick_stop()
             _switch_off(board)
             status = board.status()
+            board.release()
         finally:
             link.close()
     except EdgeIdentError as error:

@@ -47,6 +47,11 @@ class FittedTerm:
         """As part of a model."""
         return term(self.candidate, self.nonlinear, self.linear)
 
+    @property
+    def values(self) -> dict[str, Array]:
+        """All parameters of the effect, by name."""
+        return {name: np.asarray(value) for name, value in self.model_term.values.items()}
+
 
 @dataclass(frozen=True)
 class FittedModel:
@@ -258,8 +263,7 @@ def bounds(data: AxisData, template: AxisModel, terms: Sequence[FittedTerm]) -> 
 
 def _additive_jacobian(data: AxisData, template: AxisModel, terms: tuple[FittedTerm, ...]) -> Array:
     """Derivatives (n, P) by base parameters and linear parameters."""
-    linear = [t for t in terms if t.linear]
-    rows = (cached_regressors(data, template, t.candidate, t.nonlinear) for t in linear)
+    rows = (cached_regressors(data, template, t.candidate, t.nonlinear) for t in terms if t.linear)
     return np.vstack([base_regressor(data).T, own_columns(data).T, *rows]).T
 
 

@@ -110,8 +110,9 @@ def orthonormal(jacobian: Array) -> Array:
     return np.asarray(left[:, singular > 1e-7 * singular[0]])
 
 
-def _cube(dimensions: int) -> Array:
-    """Points (P, dimensions) of a cube about zero, zero among them.
+@cache
+def around(dimensions: int) -> Array:
+    """Points (P, dimensions) of a cube about zero, zero among them, to try around a set of values.
 
     One or two dimensions have a grid, more have a Sobol sequence.
     """
@@ -121,7 +122,3 @@ def _cube(dimensions: int) -> Array:
         return np.stack(mesh, axis=-1).reshape(-1, dimensions)
     scattered = qmc.Sobol(dimensions, scramble=False).random_base2(6)
     return np.vstack([np.zeros(dimensions), 2.0 * scattered - 1.0])
-
-
-AROUND: Final = {dimensions: _cube(dimensions) for dimensions in range(1, 7)}
-"""Points to try around a set of nonlinear parameters, by their number."""

@@ -11,7 +11,7 @@ from edge_ident.diagnosis.fit.candidates import Candidate
 from edge_ident.diagnosis.fit.descent import descended
 from edge_ident.diagnosis.fit.fitting import FittedTerm
 from edge_ident.diagnosis.fit.library import Grid
-from edge_ident.diagnosis.fit.projection import AROUND
+from edge_ident.diagnosis.fit.projection import around
 from edge_ident.diagnosis.fit.scoring import ResidualSubspace, ScoredCandidate
 from edge_ident.model.effects import named
 
@@ -82,14 +82,14 @@ def refined(
     candidate = scored.candidate
     names = candidate.form.nonlinear
     width = {name: _spacing(grid, name, scored.term.nonlinear) for name in names}
-    around = AROUND.get(len(names), AROUND[max(AROUND)])
     many = candidate.descends
     # points around many parameters are too sparse to improve on what was refined before
     rounds = 0 if many and np.isinf(scored.error) else most_rounds
     for _ in range(rounds if names else 0):
-        points = {k: np.full(len(around), v) for k, v in scored.term.nonlinear.items()}
+        tried = around(len(names))
+        points = {k: np.full(len(tried), v) for k, v in scored.term.nonlinear.items()}
         for k, name in enumerate(names):
-            offsets = width[name] * around[:, k]
+            offsets = width[name] * tried[:, k]
             points[name] = _within(candidate, name, grid, points[name] + offsets)
             width[name] *= _NARROWING[many]
         closer = subspace.score(candidate, points, grid)

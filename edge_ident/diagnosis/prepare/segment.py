@@ -30,7 +30,7 @@ class Segment:
     Attributes
     ----------
     motion : Motion
-        Smooth, (N,), time from the first sample; its bandwidth is wider than the comparison's.
+        Smooth, (N,), time from where the first recording begins; wider than the comparison.
     others : mapping of axis name to Motion
     earlier : frozenset of str
         Axes that the recording lists before this one.

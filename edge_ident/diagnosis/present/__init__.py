@@ -1,1 +1,1 @@
-"""Presentation: a diagnosis as sentences, tables, figures, a page and a JSON document."""
+"""Presentation: a diagnosis as sentences, tables, figures and a JSON document."""

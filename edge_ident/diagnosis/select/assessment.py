@@ -114,16 +114,14 @@ class Assessment:
         t = self.model.terms[place]
         if t.candidate == VIBRATION:
             return False
-        values = {name: np.asarray(value) for name, value in t.model_term.values.items()}
-        return named(t.candidate.effect).search.sound(values, self.search.excitation)
+        return named(t.candidate.effect).search.sound(t.values, self.search.excitation)
 
     def degenerate(self, place: int) -> str:
         """Why a term of the model is another effect; nothing where it is not."""
         t = self.model.terms[place]
         if t.candidate == VIBRATION:
             return ""
-        values = {name: np.asarray(value) for name, value in t.model_term.values.items()}
-        return named(t.candidate.effect).search.degenerate(values)
+        return named(t.candidate.effect).search.degenerate(t.values)
 
     def rest(self, model: FittedModel) -> float:
         """Share of the effort that a model leaves beyond noise."""

@@ -18,8 +18,7 @@ _TINY: Final = float(np.finfo(float).tiny)
 
 def excited(term: FittedTerm, excitation: Excitation) -> bool:
     """Whether the recording excites a term of this size."""
-    values = {name: np.asarray(value) for name, value in term.model_term.values.items()}
-    return named(term.candidate.effect).search.physical(values, excitation)
+    return named(term.candidate.effect).search.physical(term.values, excitation)
 
 
 def measurable(term: FittedTerm, regressors: Array, excitation: Excitation) -> bool:

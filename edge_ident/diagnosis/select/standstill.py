@@ -67,8 +67,7 @@ def at_standstill(data: AxisData, model: FittedModel) -> dict[int, str]:
 
 def _held_travel(term: FittedTerm) -> float:
     """Travel in which friction may hold the axis by a term of the model."""
-    values = {name: np.asarray(value) for name, value in term.model_term.values.items()}
-    return float(named(term.candidate.effect).held_travel(values))
+    return float(named(term.candidate.effect).held_travel(term.values))
 
 
 def _of_term(segment: Segment, model: FittedModel, index: int) -> Array:

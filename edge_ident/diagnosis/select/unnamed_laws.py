@@ -108,9 +108,8 @@ def unnamed(search: Search, model: FittedModel) -> dict[int, str]:
         laws = _LAWS.get(term.candidate.form.changes, {})
         if not laws:
             continue
-        values = {name: np.asarray(value) for name, value in term.model_term.values.items()}
         rest = search.fit(model.base, model.without(k))
-        misfits = {name: search.criterion.misfit(_left(search, rest, law, values))
+        misfits = {name: search.criterion.misfit(_left(search, rest, law, term.values))
                    for name, law in laws.items()}  # fmt: skip
         best = min(misfits, key=lambda name: misfits[name])
         if search.criterion.misfit(model.error) - misfits[best] > DECISIVE.value:

@@ -135,3 +135,18 @@ def test_a_value_that_no_option_takes_is_an_error_of_the_file(
     assert str(settings_file) in error["cause"]
     assert f"config set {line.partition(' ')[0]}" in error["next_step"]
     assert run("config", "unset", line.partition(" ")[0]).exit_code == 0
+
+
+@pytest.mark.parametrize(
+    ("text", "command"),
+    [('"device" = "virtual"\n', ["set", "device", "x"]), ("[other]\nx = 1\n", ["unset", "other"])],
+)
+def test_what_a_line_alone_does_not_change_stays_as_it_is(
+    settings_file: Path, text: str, command: list[str]
+) -> None:
+    settings_file.parent.mkdir()
+    settings_file.write_text(text)
+    done = run("config", *command)
+    assert done.exit_code == 5
+    assert f"{command[1]} as a table, in quotes or twice" in done.stderr
+    assert settings_file.read_text() == text

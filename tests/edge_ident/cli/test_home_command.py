@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from edge_ident.drive.description import load_drive
 from firmware_interface.registers import State
 from tests.edge_ident.shared_board import SharedBoard
 
@@ -64,6 +65,21 @@ def test_home_moves_by_degrees_from_where_an_axis_stands(shared: SharedBoard) ->
     assert way["from_rad"] == pytest.approx(stood["x"], abs=0.001)
     assert way["to_rad"] == pytest.approx(stood["x"] - math.radians(5.0), abs=0.001)
     assert document["axes"]["z"]["reached_rad"] == pytest.approx(stood["z"], abs=0.001)
+
+
+def test_home_moves_from_where_the_machine_comes_to_rest(shared: SharedBoard) -> None:
+    """A host began a motion, and went away."""
+    gone = shared.board
+    gone.enable()
+    gone.write_register("watchdog.timeout", 2.0)
+    gone.write_trajectory(load_drive().trajectory())
+    gone.arm()
+    gone.start()
+    while gone.status().clock_samples < 3000:
+        gone.heartbeat()
+    assert gone.status().state is State.MOVING
+    x = shared.json("home", "--by", "x=0.3")["axes"]["x"]
+    assert x["to_rad"] - x["from_rad"] == pytest.approx(0.3, abs=0.002)
 
 
 def test_hold_says_how_far_an_axis_was_pushed_and_what_held_it(

@@ -169,6 +169,17 @@ def test_a_port_that_something_else_holds_is_said_so() -> None:
         assert stop_machine(device, 115200, lambda message: None).state is State.IDLE
 
 
+def test_after_a_stop_the_next_host_need_not_wait() -> None:
+    with served_board() as device:
+        board = Board.connect(open_link(device))
+        board.enable()
+        board.close()
+        stop_machine(device, 115200, lambda message: None)
+        board = Board.connect(open_link(device))
+        assert board.status().session_remaining_s == 0.0
+        board.close()
+
+
 def test_a_note_is_there_as_long_as_the_device_is_held_and_names_the_real_one(
     tmp_path: Path,
 ) -> None:

@@ -12,7 +12,9 @@ from typer.testing import CliRunner
 
 from edge_ident.cli import app
 from edge_ident.commissioning.link import doctor, link_checks
+from firmware_interface.errors import NoReplyError
 from firmware_interface.registers import Fault
+from firmware_interface.virtual.board import VirtualBoard
 from firmware_interface.virtual.settings import BoardSettings
 from tests.edge_ident.shared_board import SharedBoard
 
@@ -183,3 +185,30 @@ def test_a_device_that_is_not_there(monkeypatch: pytest.MonkeyPatch) -> None:
     (link,) = [c for c in json.loads(result.stdout)["checks"] if c["what"] == "link"]
     assert result.exit_code == 1
     assert "edge-ident ports" in link["next_step"]
+
+
+class FailingLine(VirtualBoard):
+    """Falls silent after some reads."""
+
+    def __init__(self, answers: int) -> None:
+        super().__init__()
+        self._answers = answers
+
+    def read(self, address: int, count: int) -> list[int]:
+        self._answers -= 1
+        if self._answers < 0:
+            raise NoReplyError("no reply within 0.3 s", "check the cable")
+        return super().read(address, count)
+
+    def close(self) -> None:
+        """Nothing is open."""
+
+
+@pytest.mark.parametrize(("answers", "bad"), [(0, "register map"), (60, "link")])
+def test_a_line_that_fails_is_no_wrong_register_map(
+    monkeypatch: pytest.MonkeyPatch, answers: int, bad: str
+) -> None:
+    monkeypatch.setattr(link_checks, "open_link", lambda *_, **__: FailingLine(answers))
+    found = link_checks.check_link("a line", 115200, lambda done, of: None)
+    assert [check.what for check in found if not check.good] == [bad]
+    assert ("register map" in {check.what for check in found if check.good}) is (answers > 0)

@@ -13,7 +13,7 @@ from edge_ident.cli import app
 from edge_ident.diagnosis import diagnose as engine
 from edge_ident.diagnosis.result import Diagnosis
 from edge_ident.model.model import Model
-from edge_ident.model.model_files import load_model, save_model
+from edge_ident.model.model_files import load_model, save_model, sourced_model
 from edge_ident.signals.recording import AxisRecord, Recording
 from edge_ident.signals.recording_files import save_recording
 from tests.edge_ident.diagnosis import hand_made
@@ -135,6 +135,19 @@ def test_columns_are_renamed(answered, file, tmp_path) -> None:
     done = diagnose(tmp_path / "renamed.csv", "--column", "angle=y_position_rad")
     assert done.exit_code == 0, done.stderr
     assert list(stand_in.asked["recordings"][0].axes) == ["x", "y", "z"]
+
+
+def test_the_written_model_has_the_sources_of_the_known_one(
+    answered: Callable[[Diagnosis], Engine], file: Path, tmp_path: Path
+) -> None:
+    found = hand_made.diagnosis()
+    answered(found)
+    earlier = tmp_path / "earlier.csv"
+    earlier.write_text(file.read_text())
+    save_model(sourced_model(found.model, [earlier], None), tmp_path / "known.json")
+    diagnose(file, "--model", tmp_path / "known.json", "--output", tmp_path / "out")
+    recordings = load_model(tmp_path / "out" / "model.json").recordings
+    assert [source.file for source in recordings] == ["recording.csv", "earlier.csv"]
 
 
 def test_the_folder_holds_document_model_with_its_recordings_and_page(

@@ -198,3 +198,17 @@ def test_lines_of_a_motion_their_harmonics_and_combinations() -> None:
     belongs = driven(frequency_hz, both, 0.05)
     assert belongs.tolist() == [True, True, True, True, True, True, True, False, False]
     assert strongest_line(signal, period_s, 1.0).frequency_hz == pytest.approx(0.7, abs=0.02)
+
+
+@pytest.mark.parametrize("blocks", [(False, True), (True, False)])
+def test_what_forbids_a_cause_in_one_recording_does_so_in_any_order(
+    blocks: tuple[bool, bool],
+) -> None:
+    pair = [speed_loop(0.3), speed_loop(0.3, seed=2)]
+    (name,) = pair[0].axes
+    data = prepare_axis(pair, name)
+    base = Term(BASE, dict.fromkeys(PARAMETERS, 0.0))
+    start = fit(data, AxisModel((base,), "rad", "A"), np.array([1.0, 0, 0, 0]), ())
+    late = [[Finding("effort_late", f"it blocks: {b}", "look", blocks=b)] for b in blocks]
+    (found,) = (f for f in findings(pair, name, data, start, late) if f.code == "effort_late")
+    assert found.message == "it blocks: True"
