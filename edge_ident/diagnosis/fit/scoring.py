@@ -26,6 +26,7 @@ _SLIGHT: Final = 1e-6
 _MOST_IGNORED: Final = 0.4
 """Share of ignored samples from which the actuator follows no command at all."""
 _TINY: Final = float(np.finfo(float).tiny)
+_ROUNDING: Final = float(np.finfo(float).eps)
 
 
 @dataclass(frozen=True)
@@ -228,30 +229,38 @@ def ignored_command_penalty(data: AxisData, added: Term) -> Array:
     So each such sample is a free parameter and is penalized like one; or it may be anything in the
     range of those that are ignored, where any other command has the density of noise. The shorter
     description counts: a narrow deadband leaves little free.
+
+    What is left for the motion to explain is the effort that arrives. The error counts as a share
+    of that: a deadband as wide as an effort of two levels would leave nothing, and explain nothing.
     """
     effect = named(added.effect)
     if not effect.overrides("withheld"):
         return np.ones(1)
-    share, width = _ignored(data, effect, along_motion(added))
+    share, width, arriving = _ignored(data, effect, along_motion(added))
     noise = min(s.effort_noise for s in data.segments)
     as_wide = math.sqrt(2.0 * math.pi * math.e) * max(noise, _TINY)  # as entropic as noise
     in_range = 2.0 * np.log(np.maximum(width / as_wide, 1.0))
     each = np.minimum(np.log(np.count_nonzero(data.valid)), in_range)
-    return np.asarray(np.where(share < _MOST_IGNORED, np.exp(share * each), np.inf))
+    factor = np.exp(share * each) / np.maximum(arriving, _ROUNDING)
+    return np.asarray(np.where(share < _MOST_IGNORED, factor, np.inf))
 
 
-def _ignored(data: AxisData, effect: Effect, values: Values) -> tuple[Array, Array]:
-    """Share (D,) of the samples at which an actuator ignores commands, and the width (D,) of the
-    range of what it withholds there, computed once."""
+def _ignored(data: AxisData, effect: Effect, values: Values) -> tuple[Array, Array, Array]:
+    """Share (D,) of the samples at which an actuator ignores commands, the width (D,) of the range
+    of what it withholds there, and the share (D,) of the variance that arrives, computed once."""
     key = (effect.name, *(value.tobytes() for value in values.values()))
     if key not in data.cache:
         parts = [_ignored_in(s.raw_effort, effect, values) for s in data.segments]
         ignores, withheld = (np.concatenate(part, axis=-1) for part in zip(*parts, strict=True))
         low = np.min(np.where(ignores, withheld, np.inf), axis=-1)
         high = np.max(np.where(ignores, withheld, -np.inf), axis=-1)
-        data.cache[key] = np.array([np.mean(ignores, axis=-1), np.maximum(high - low, 0.0)])
-    share, width = data.cache[key]
-    return share, width
+        commanded = np.concatenate([s.raw_effort for s in data.segments])
+        arriving = np.var(commanded - withheld, axis=-1) / max(float(np.var(commanded)), _TINY)
+        data.cache[key] = np.array(
+            [np.mean(ignores, axis=-1), np.maximum(high - low, 0.0), np.minimum(arriving, 1.0)]
+        )
+    share, width, arriving = data.cache[key]
+    return share, width, arriving
 
 
 def _ignored_in(raw: Array, effect: Effect, values: Values) -> tuple[NDArray[np.bool_], Array]:

@@ -45,6 +45,8 @@ def _axis(name: str, diagnosis: Diagnosis) -> Iterator[RenderableType]:
     yield _comparison_table(name, diagnosis)
     for experiment, effects in wording.not_testable(axis).items():
         yield Text(f"  not testable: {', '.join(effects)}; record {experiment}")
+    if axis.not_testable:
+        yield Text("  edge-ident plan designs a motion that shows them, from this recording")
 
 
 def _causes_table(axis: AxisDiagnosis) -> FittingTable:

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, Final
 
 from edge_ident.diagnosis.measures import ModelFit, SpectralLine, Validation
 from edge_ident.diagnosis.result import Alternative, AxisDiagnosis, Cause, Refused
@@ -12,6 +12,9 @@ from edge_ident.model.model import AxisModel, Term, base_axis
 from edge_ident.model.model_files import values_document
 from edge_ident.model.timing import LARGEST_SHIFT, Timing
 from edge_ident.support.words import listed, spoken
+
+_WHOLE: Final = 0.95
+"""Share of the effort's variance from which on the band holds the effort."""
 
 
 def percent(share: float) -> str:
@@ -27,6 +30,11 @@ def verdict_sentence(axis: AxisDiagnosis) -> str:
     if axis.lines:
         parts.append(
             f"no effect explains, above the band, {listed(map(spoken_line, axis.lines[:3]))}"
+        )
+    if axis.share_in_band < _WHOLE:
+        parts.append(
+            f"above {axis.cutoff_hz:.3g} Hz, where {percent(1.0 - axis.share_in_band)} of the "
+            "effort's variance lies, nothing but sinusoids was looked for"
         )
     if not axis.converged:
         parts.append("the selection of causes did not converge, so read them with caution")

@@ -2,10 +2,10 @@
 
 The rules stand in `select.acceptance`. A cause is suspected where one of them is against it: too
 few runs on disturbed data find it, it is smaller than what is left unexplained, the halves of the
-data disagree about it, it shows at standstill alone, it trades places with the base parameters,
-another law fits better, the model beside it is not physical, or no cause may be named. It is minor
-where it is certain and not worth naming, or a sound drive has it as well. The others leave the
-model, and the rest is fitted again.
+data disagree about it, it shows at standstill alone or recurs too often, it trades places with the
+base parameters, another law fits better, the model beside it is not physical, or no cause may be
+named. It is minor where it is certain and not worth naming, or a sound drive has it as well. The
+others leave the model, and the rest is fitted again.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -23,11 +23,11 @@ from edge_ident.diagnosis.select.assessment import Assessment
 from edge_ident.diagnosis.select.backward_elimination import SupportedModel, SupportedTerm
 from edge_ident.diagnosis.select.both_halves import decide_halves
 from edge_ident.diagnosis.select.causes import causes, strongest_first
+from edge_ident.diagnosis.select.causes_in_time import at_standstill, recurring, tied_to_time
 from edge_ident.diagnosis.select.evidence import evidence_for_terms
 from edge_ident.diagnosis.select.physics import unphysical
 from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.select.stability import RUNS, disturbed_runs
-from edge_ident.diagnosis.select.standstill import at_standstill, tied_to_time
 from edge_ident.diagnosis.select.thresholds import INFORMATION_KEPT
 from edge_ident.diagnosis.select.unnamed_laws import unnamed
 from edge_ident.diagnosis.tolerance import TOLERANCE
@@ -116,7 +116,7 @@ def judge(
     before = None
     while kept != before:  # beside the others more is left unexplained then
         before = kept
-        for doubt in (_smaller, _traded, _at_standstill, _halves_apart, _another_law):
+        for doubt in (_smaller, _traded, _in_time, _halves_apart, _another_law):
             doubts |= (doubtful := doubt(assessed, kept))
             kept = [k for k in kept if k not in doubtful]
     reason = blocked or (
@@ -185,9 +185,10 @@ def _traded(assessed: Assessment, kept: Sequence[int]) -> dict[int, str]:
     return {k: reason for k in kept if terms[k].candidate == VIBRATION}
 
 
-def _at_standstill(assessed: Assessment, kept: Sequence[int]) -> dict[int, str]:
-    """Reasons against events that friction at a stop may imitate."""
-    reasons = at_standstill(assessed.search.data, assessed.fitted(kept))
+def _in_time(assessed: Assessment, kept: Sequence[int]) -> dict[int, str]:
+    """Reasons against events that friction at a stop may imitate, and against those that recur."""
+    model = assessed.fitted(kept)
+    reasons = at_standstill(assessed.search.data, model) | recurring(model)
     return {kept[place]: reason for place, reason in reasons.items()}
 
 

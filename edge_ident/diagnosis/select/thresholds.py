@@ -3,36 +3,10 @@
 What another value changes tells `tools.threshold_sensitivity`."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Final, Generic, TypeVar
+from typing import Final
 
 from edge_ident.diagnosis.fit.sinusoid import SAME_RATE
-
-Number = TypeVar("Number", int, float)
-
-
-@dataclass(frozen=True)
-class Threshold(Generic[Number]):
-    """A number that decides.
-
-    Attributes
-    ----------
-    value : int or float
-    unit : str
-    meaning : str
-        What it decides.
-    reason : str
-        Why it has this value: a source, or the judgement behind it.
-    support : str
-        The test or the experiment that supports it.
-    """
-
-    value: Number
-    unit: str
-    meaning: str
-    reason: str
-    support: str
-
+from edge_ident.diagnosis.select.threshold import Threshold
 
 ADDED_TERM: Final = Threshold(
     25.0,
@@ -105,7 +79,14 @@ HELD: Final = Threshold(
     "of the energy of a cause's effort",
     "A cause in time is suspected where so much of it acts while friction may hold the axis.",
     "A judgement: most of it is then what friction may do.",
-    "`test_standstill.py`: what lasts beyond the stop is no friction",
+    "`test_causes_in_time.py`: what lasts beyond the stop is no friction",
+)
+MOST_EVENTS: Final = Threshold(
+    2,
+    "events",
+    "More of them in one recording are suspected.",
+    "A judgement: an event happens once. What happens three times has a cause that recurs.",
+    "`test_causes_in_time.py`: bumps that recur",
 )
 NEGATIVE: Final = Threshold(
     2.0,

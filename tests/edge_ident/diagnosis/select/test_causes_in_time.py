@@ -1,4 +1,4 @@
-"""Events that friction at a stop may imitate, and those that it cannot."""
+"""Events that friction at a stop may imitate, those that it cannot, and those that recur."""
 
 from dataclasses import replace
 
@@ -9,10 +9,17 @@ from numpy.typing import NDArray
 from edge_ident.diagnosis.fit.candidates import Candidate
 from edge_ident.diagnosis.fit.fitting import FittedTerm, fit
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
-from edge_ident.diagnosis.select.standstill import _may_be_held, at_standstill
+from edge_ident.diagnosis.select.causes_in_time import _may_be_held, at_standstill
+from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.model.model import AxisModel, Term
 from edge_ident.model.search import Form
-from tests.edge_ident.diagnosis.select.test_search_parts import TEMPLATE, recorded, rigid
+from tests.edge_ident.diagnosis.select.test_search_parts import (
+    TEMPLATE,
+    diagnosed,
+    recorded,
+    rigid,
+    swing,
+)
 
 Array = NDArray[np.float64]
 
@@ -82,3 +89,19 @@ def test_a_guide_with_presliding_creeps_to_its_stop() -> None:
     creeps_s = STOP_S + 0.3
     assert doubts(creeps_s, 0.9 * COULOMB) == {}
     assert list(doubts(creeps_s, 0.9 * COULOMB, 0.2, presliding)) == [1]
+
+
+@pytest.mark.parametrize("times", [2, 4])
+def test_events_are_named_only_as_long_as_each_may_have_happened_once(times: int) -> None:
+    t, x, v, a = swing()
+    begins_s = np.array([3.1, 8.3, 5.7, 11.9])[:times, None]
+    pushes = 2.0 * np.sin(np.pi * np.clip((t - begins_s) / 0.4, 0.0, 1.0)) ** 2
+    axis = diagnosed(recorded(t, x, rigid(v, a) + pushes.sum(axis=0), noise=0.05))
+    named = [cause.term.effect for cause in axis.causes]
+    if times == 2:
+        assert named == ["disturbance_event"] * 2
+        assert axis.verdict is Verdict.EXPLAINED
+    else:
+        assert not named
+        assert axis.verdict is Verdict.UNEXPLAINED
+        assert all("something recurs" in cause.decision for cause in axis.suspected)

@@ -1,4 +1,4 @@
-"""Causes in time that act while friction may hold the axis.
+"""Causes in time that friction may imitate, or that are too many to be single events.
 
 Friction at a stop answers whatever pushes, up to its level in either direction. So what the effort
 does there, within twice the Coulomb friction, is no evidence of an event: a sound axis does it,
@@ -6,6 +6,7 @@ too. While the table sticks, its chain winds up, and an encoder on the motor see
 one on a guide with presliding.
 """
 
+from collections import defaultdict
 from typing import Final
 
 import numpy as np
@@ -16,7 +17,7 @@ from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.segment import Segment
 from edge_ident.diagnosis.select.recorded_effort import along
-from edge_ident.diagnosis.select.thresholds import HELD
+from edge_ident.diagnosis.select.thresholds import HELD, MOST_EVENTS
 from edge_ident.model.effects import named
 from edge_ident.model.search import SOUND_RESONANCE_HZ
 
@@ -63,6 +64,26 @@ def at_standstill(data: AxisData, model: FittedModel) -> dict[int, str]:
         if held and largest <= most:
             doubts[k] = "it acts while the axis stands or nearly stops, and friction may do as much"
     return doubts
+
+
+def recurring(model: FittedModel) -> dict[int, str]:
+    """Reasons against events of one recording that are too many for each to have happened once.
+
+    Returns
+    -------
+    mapping of place to str
+        Places are those of `model.terms`.
+    """
+    places = defaultdict(list)
+    for k, t in enumerate(model.terms):
+        if tied_to_time(t):
+            places[t.candidate.effect, t.nonlinear.get("clock")].append(k)
+    return {
+        k: f"{len(several)} of them are in one recording: something recurs that no effect describes"
+        for several in places.values()
+        if len(several) > MOST_EVENTS.value
+        for k in several
+    }
 
 
 def _held_travel(term: FittedTerm) -> float:
