@@ -220,8 +220,8 @@ def _left_by_base(time_s: Array, position: Array, effort: Array) -> float:
 
 def _check_spike(where: str, values: Array, unit: str, first_row: int) -> None:
     """One sample far from both its neighbours, farther than nearly all others, and large."""
-    off = np.zeros(len(values))
-    off[1:-1] = values[1:-1] - 0.5 * (values[2:] + values[:-2])
+    padded = np.concatenate([values[:1], values, values[-1:]])
+    off = values - 0.5 * (padded[2:] + padded[:-2])
     size = np.abs(off)
     swing = float(np.std(np.delete(values, int(np.argmax(size)))))
     if np.max(size) <= swing:  # of most recordings; what follows takes longer

@@ -1,0 +1,30 @@
+"""What a recording is refused for, and what looks like it."""
+
+import numpy as np
+import pytest
+
+from edge_ident.errors import DataError
+from edge_ident.signals.data_checks import check_motions
+from edge_ident.signals.recording import AxisRecord, Recording
+
+TIME_S = 2e-3 * np.arange(4000)
+LEVELS = np.repeat([2.0, -2.0, 3.0, -1.0, 2.0, -3.0, 1.0, -2.0], 500)
+
+
+def motion(first: int, last: int, value: float) -> Recording:
+    """A motor under an effort in steps, of which some samples have another value."""
+    effort = LEVELS + 0.01 * np.random.default_rng(1).standard_normal(len(LEVELS))
+    effort[first:last] = value
+    position = 1e-3 * np.round(1e3 * np.cumsum(np.cumsum(LEVELS)) * 4e-6)
+    return Recording(TIME_S, {"x": AxisRecord(position, effort, "rad", "A")}, "by hand")
+
+
+@pytest.mark.parametrize(("first", "last"), [(0, 1), (0, 2), (3999, 4000), (3998, 4000)])
+def test_a_drive_that_is_switched_on_or_off_is_no_spike(first: int, last: int) -> None:
+    check_motions(motion(first, last, 0.0))
+
+
+@pytest.mark.parametrize("row", [1, 2000, 3998])
+def test_a_spike_is_one_anywhere(row: int) -> None:
+    with pytest.raises(DataError, match=f"row {row}: a spike"):
+        check_motions(motion(row, row + 1, 40.0))
