@@ -8,14 +8,14 @@ from edge_ident.signals.data_checks import check_motions
 from edge_ident.signals.recording import AxisRecord, Recording
 
 TIME_S = 2e-3 * np.arange(4000)
-LEVELS = np.repeat([2.0, -2.0, 3.0, -1.0, 2.0, -3.0, 1.0, -2.0], 500)
+SWING = 0.5 * np.cos(2.0 * np.pi * 0.5 * TIME_S)
 
 
 def motion(first: int, last: int, value: float) -> Recording:
-    """A motor under an effort in steps, of which some samples have another value."""
-    effort = LEVELS + 0.01 * np.random.default_rng(1).standard_normal(len(LEVELS))
+    """A motor under a smooth effort and a weight, of which some samples have another value."""
+    effort = 3.0 + SWING + 0.01 * np.random.default_rng(1).standard_normal(len(SWING))
     effort[first:last] = value
-    position = 1e-3 * np.round(1e3 * np.cumsum(np.cumsum(LEVELS)) * 4e-6)
+    position = 1e-3 * np.round(1e3 * np.cumsum(np.cumsum(SWING)) * 4e-4)
     return Recording(TIME_S, {"x": AxisRecord(position, effort, "rad", "A")}, "by hand")
 
 
