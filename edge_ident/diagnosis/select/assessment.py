@@ -16,6 +16,7 @@ from edge_ident.diagnosis.select.own_effort import Array, base_space, own_effort
 from edge_ident.diagnosis.select.polishing import polished
 from edge_ident.diagnosis.select.recorded_effort import recorded_sizes
 from edge_ident.diagnosis.select.search import Search
+from edge_ident.diagnosis.select.thresholds import TAKEN_BACK
 from edge_ident.estimation.columns import unit_length
 from edge_ident.model.effects import named
 from edge_ident.model.model import PARAMETERS
@@ -84,10 +85,31 @@ class Assessment:
         recorded = recorded_sizes(self.search.data, model)
         if recorded_alone:
             return recorded
+        return [max(pair) for pair in zip(recorded, self._together(model), strict=True)]
+
+    def taken_back(self, model: FittedModel) -> dict[int, str]:
+        """Reasons against terms of which others take back more than half.
+
+        All together explain no more than the base model leaves.
+
+        Returns
+        -------
+        mapping of place to str
+            Places are those of `model.terms`.
+        """
+        left = self.left(self.start) / self.scale
+        return {
+            k: f"its own effort, {share:.1%}, is mostly taken back by the other causes: the base "
+            f"model leaves {left:.1%}"
+            for k, share in enumerate(self._together(model))
+            if share > TAKEN_BACK.value * left
+        }
+
+    def _together(self, model: FittedModel) -> list[float]:
+        """Rms of each term's own effort, with the others of its effect, over that of the effort."""
         efforts = own_efforts(self.search.data, model, self.space)
-        together = (efforts[list(model.of_effect(model.terms[k]))] for k in range(len(model.terms)))
-        in_band = (rms(np.sum(parts, axis=0)) / self.scale for parts in together)
-        return [max(pair) for pair in zip(recorded, in_band, strict=True)]
+        parts = (efforts[list(model.of_effect(t))] for t in model.terms)
+        return [rms(np.sum(part, axis=0)) / self.scale for part in parts]
 
     def information_kept(self, kept: Sequence[int]) -> float:
         """Least share of what the motion says of a base parameter that it says beside vibrations.

@@ -174,12 +174,13 @@ def _beside_rest(assessed: Assessment, model: FittedModel) -> list[Decision]:
 
 
 def _traded(assessed: Assessment, kept: Sequence[int]) -> dict[int, str]:
-    """Reasons against vibrations that trade places with the base model.
+    """Reasons against causes that others take back, and vibrations that the base model does.
 
-    They are no part of the machine, and the motion has to show its parameters beside them.
+    These are no part of the machine, and the motion has to show its parameters beside them.
     """
-    if assessed.information_kept(kept) > INFORMATION_KEPT.value:
-        return {}
+    doubts = assessed.taken_back(assessed.fitted(kept))
+    if doubts or assessed.information_kept(kept) > INFORMATION_KEPT.value:
+        return {kept[place]: reason for place, reason in doubts.items()}
     reason = "it trades places with the base parameters, of which this motion then says little"
     terms = assessed.model.terms
     return {k: reason for k in kept if terms[k].candidate == VIBRATION}

@@ -81,6 +81,13 @@ HELD: Final = Threshold(
     "A judgement: most of it is then what friction may do.",
     "`test_causes_in_time.py`: what lasts beyond the stop is no friction",
 )
+TAKEN_BACK: Final = Threshold(
+    2.0,
+    "residuals of the base model",
+    "A cause whose own effort is larger is suspected.",
+    "All causes together explain no more than that residual, so others take back over half of it.",
+    "`test_judgement.py`: two efforts that cancel each other",
+)
 MOST_EVENTS: Final = Threshold(
     2,
     "events",

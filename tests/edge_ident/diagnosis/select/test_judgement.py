@@ -12,6 +12,7 @@ from edge_ident.diagnosis.fit.fitting import fit
 from edge_ident.diagnosis.fit.noise_floor import NoiseFloor
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.result import AxisDiagnosis, Cause
+from edge_ident.diagnosis.select import assessment
 from edge_ident.diagnosis.select.assessment import Assessment
 from edge_ident.diagnosis.select.criterion import Criterion
 from edge_ident.diagnosis.select.physics import unphysical
@@ -130,3 +131,22 @@ def test_a_doubtful_cause_that_is_larger_than_the_rest_outweighs_what_is_named(
     )
     without: Any = None
     assert Assessment.outweighed(assessed, without, doubts) is outweighs
+
+
+@pytest.mark.parametrize(("size", "doubtful"), [(1.5, []), (3.0, [0, 2])])
+def test_what_the_other_causes_take_back_is_suspected(
+    monkeypatch: pytest.MonkeyPatch, size: float, doubtful: list[int]
+) -> None:
+    """Two efforts that cancel each other but for a rest, and one that stands alone between them."""
+    wave = np.sqrt(2.0) * np.sin(2.0 * np.pi * np.arange(1000) / 100.0)
+    other = np.roll(wave, 25)
+    efforts = np.array([size * wave, other, other - size * wave])
+    monkeypatch.setattr(assessment, "own_efforts", lambda *_: efforts)
+    model: Any = SimpleNamespace(terms=range(3), of_effect=lambda t: (t,))
+    assessed: Any = SimpleNamespace(
+        left=lambda model: 1.0, start=None, scale=1.0, space=None, search=SimpleNamespace(data=None)
+    )
+    assessed._together = lambda of: Assessment._together(assessed, of)
+    found = Assessment.taken_back(assessed, model)
+    assert sorted(found) == doubtful
+    assert all("taken back by the other causes" in reason for reason in found.values())
