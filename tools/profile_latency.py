@@ -32,9 +32,9 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")  # before numpy is loaded, as edge
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.commissioning.commit_ways import measured_ways
-from edge_ident.commissioning.profile import spread
-from edge_ident.commissioning.profiling import board_at, profile_device
+from edge_ident.commissioning.latency.measure import board_at, profile_device
+from edge_ident.commissioning.latency.result import spread
+from edge_ident.commissioning.latency.ways import measured_ways
 from edge_ident.control.gain_design import design
 from edge_ident.control.position_loop import LoopHardware
 from edge_ident.drive.motions import MotionName

@@ -186,15 +186,15 @@ def _plan(
 ) -> "commissioning.Plan":
     """What the options ask for."""
     return commissioning.Plan(
-        motions.motion,
-        motions.periods,
-        gains.bandwidth,
-        not gains.dry_run,
-        gains.store,
-        seed,
-        known,
-        diagnose,
-        motions.most_motions,
-        motions.most_s,
-        motions.until,
+        motion=motions.motion,
+        cycles=motions.periods,
+        bandwidth_rad_s=gains.bandwidth,
+        write=not gains.dry_run,
+        store=gains.store,
+        seed=seed,
+        model=known,
+        diagnose=diagnose,
+        most_motions=motions.most_motions,
+        most_s=motions.most_s,
+        until=motions.until,
     )

@@ -1,4 +1,4 @@
-"""The whole job on a board: capture, run, verification, the life of gains, checks, profiling.
+"""The whole job on a board: capture, run, verification, the life of gains, checks, latency.
 
 This is the door of the room; its names load their modules when they are first used.
 """
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from edge_ident.commissioning.gains.files import back_up, load_gains
     from edge_ident.commissioning.gains.forecast import Forecaster, Forecasts, check_stable
     from edge_ident.commissioning.gains.transfer import stage_gains
+    from edge_ident.commissioning.latency.measure import profile_device
     from edge_ident.commissioning.link.doctor import check_host
     from edge_ident.commissioning.link.link_checks import check_link
     from edge_ident.commissioning.link.ports import ask_ports
@@ -43,7 +44,6 @@ if TYPE_CHECKING:
     from edge_ident.commissioning.motion.record import record_motion
     from edge_ident.commissioning.motion.safety import make_ready
     from edge_ident.commissioning.motion.stopping import stop_machine
-    from edge_ident.commissioning.profiling import profile_device
     from edge_ident.commissioning.run import Plan, commission
     from edge_ident.commissioning.study.identification_motions import CAPTURE_FILE
     from edge_ident.drive.motions import named_trajectory
@@ -151,7 +151,7 @@ __getattr__ = lazy_names(
         "named_trajectory": "edge_ident.drive.motions",
         "parse_values": "edge_ident.commissioning.link.register_access",
         "period_doubts": "edge_ident.commissioning.data_sheet.checks",
-        "profile_device": "edge_ident.commissioning.profiling",
+        "profile_device": "edge_ident.commissioning.latency.measure",
         "record_motion": "edge_ident.commissioning.motion.record",
         "registers_named": "edge_ident.commissioning.link.register_access",
         "registers_of": "edge_ident.commissioning.link.register_access",

@@ -91,8 +91,8 @@ class Plan:
     ) -> Study:
         """What is to be identified of a drive."""
         return Study(
-            board, drive, folder, observer, Stopwatch(), network, self.model, self.seed,
-            self.diagnose, self.most_motions, self.most_s,
+            board, drive, folder, observer, Stopwatch(), network, model=self.model, seed=self.seed,
+            diagnose=self.diagnose, most_motions=self.most_motions, most_s=self.most_s,
         )  # fmt: skip
 
 
@@ -196,7 +196,7 @@ def commission(
     log.info(conclusion)
     return Outcome(
         first.capture, separation.found, designs, gains_before, change, stored, conclusion,
-        study.watch.timing_ms(), separation, answer, early,
+        study.watch.timing_ms(), separation, board=answer, early=early,
     )  # fmt: skip
 
 

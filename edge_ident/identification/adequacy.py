@@ -2,9 +2,10 @@
 
 Two things tell that it is not: what the model leaves is more than noise, or its parameters depend
 on the regime of the motion more than noise makes them. Both are judged on signals in which noise is
-small (`edge_ident.identification.comparison`). These leave out what is near a reversal, so a third
-thing is asked of all samples: does the model leave more than gains may be designed from? A wrong
-'no' costs a diagnosis, a wrong 'yes' is a wrong answer, so the limits lean towards the diagnosis.
+small (`edge_ident.identification.compared_signals`). These leave out what is near a reversal, so a
+third thing is asked of all samples: does the model leave more than gains may be designed from? A
+wrong 'no' costs a diagnosis, a wrong 'yes' is a wrong answer, so the limits lean towards the
+diagnosis.
 """
 
 from dataclasses import dataclass
@@ -17,7 +18,7 @@ from edge_ident.diagnosis.select.thresholds import STRUCTURE
 from edge_ident.diagnosis.tolerance import TOLERANCE
 from edge_ident.estimation.model_error import SMALLEST_EXCESS
 from edge_ident.estimation.trust import RESIDUAL_LIMIT
-from edge_ident.identification.comparison import Comparison
+from edge_ident.identification.compared_signals import ComparedSignals
 from edge_ident.model.model import PARAMETERS
 from edge_ident.signals.metrics import rms
 
@@ -102,7 +103,7 @@ class Adequacy:
         return "; ".join(parts) or noise
 
 
-def judge(compared: Comparison) -> Adequacy:
+def judge(compared: ComparedSignals) -> Adequacy:
     """Judge the base model."""
     unit, length, found = compared.columns.unit, compared.columns.length, compared.parameters
     left, scale = rms(compared.residual), max(rms(compared.effort), _TINY)

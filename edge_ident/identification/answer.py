@@ -36,7 +36,7 @@ from edge_ident.estimation.trust import (
     with_timing,
 )
 from edge_ident.identification.adequacy import Adequacy
-from edge_ident.identification.comparison import Comparison
+from edge_ident.identification.compared_signals import ComparedSignals
 from edge_ident.identification.findings import describe_model, describe_scales, said_once
 from edge_ident.identification.result import AxisIdentification, EffortTrace, ParameterSource
 from edge_ident.model.model import AxisModel, Estimate, Model, base_axis, effect_names
@@ -68,7 +68,7 @@ class Question:
         What least squares estimates from.
     linear : Estimate
         Least squares; its deviations are those by noise.
-    compared : Comparison
+    compared : ComparedSignals
     network : Estimate or None
     network_reason : str
     adequacy : Adequacy
@@ -80,7 +80,7 @@ class Question:
     compensated: CompensatedAxis
     part: EstimationPart
     linear: Estimate
-    compared: Comparison
+    compared: ComparedSignals
     network: Estimate | None
     network_reason: str
     adequacy: Adequacy

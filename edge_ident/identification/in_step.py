@@ -9,7 +9,7 @@ import numpy as np
 from edge_ident.estimation.compensated_axis import CompensatedAxis
 from edge_ident.estimation.compensation import compensate_effects
 from edge_ident.identification.adequacy import Adequacy, judge
-from edge_ident.identification.comparison import Comparison
+from edge_ident.identification.compared_signals import ComparedSignals
 from edge_ident.model.model import Model
 from edge_ident.model.timing import EVEN_SHIFT, LARGEST_SHIFT, Timing
 from edge_ident.signals.recording import Recording
@@ -35,13 +35,13 @@ class InStep:
     Attributes
     ----------
     compensated : CompensatedAxis
-    compared : Comparison
+    compared : ComparedSignals
     timing : Timing
         Beyond what the recording states.
     """
 
     compensated: CompensatedAxis
-    compared: Comparison
+    compared: ComparedSignals
     timing: Timing
 
     @cached_property
@@ -102,7 +102,7 @@ def _as_slow_part(shifted: _Shifted, compensated: CompensatedAxis) -> InStep:
     sampling_s = compensated.signals.recorded_period_s
     largest_s = LARGEST_SHIFT * sampling_s
     unknown = Timing(0.0, 0.0, EVEN_SHIFT)
-    stated = seen = InStep(compensated, Comparison.of(compensated), unknown)
+    stated = seen = InStep(compensated, ComparedSignals.of(compensated), unknown)
     for _ in range(_LOOKS):
         further = seen.compared.shift(sampling_s)
         late_s = seen.timing.shift_s

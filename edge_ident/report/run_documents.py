@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import Any
 
 from edge_ident.commissioning.gains.outcome import GainChange
+from edge_ident.commissioning.latency.result import TARGET_MS, Profile, spread
 from edge_ident.commissioning.motion.capture import Capture
 from edge_ident.commissioning.motion.homing import Held, Homing
-from edge_ident.commissioning.profile import TARGET_MS, Profile, spread
 from edge_ident.commissioning.run import Outcome
 from edge_ident.commissioning.study.identification_motions import CAPTURE_FILE
 from edge_ident.estimation.network import Network

@@ -6,7 +6,7 @@ from rich.console import Group, RenderableType
 from rich.text import Text
 
 from edge_ident.commissioning.gains.verification import Verification
-from edge_ident.commissioning.profile import TARGET_MS, Profile, ProfileRun, spread
+from edge_ident.commissioning.latency.result import TARGET_MS, Profile, ProfileRun, spread
 from edge_ident.commissioning.run import Outcome
 from edge_ident.commissioning.study.separation import Separation
 from edge_ident.report.gain_report import promise_view

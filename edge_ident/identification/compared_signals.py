@@ -49,7 +49,7 @@ _TINY: Final = float(np.finfo(float).tiny)
 
 
 @dataclass(frozen=True)
-class Comparison:
+class ComparedSignals:
     """One axis, filtered for the comparison, at n samples out of N at a rate that this band needs.
 
     Attributes
@@ -83,7 +83,7 @@ class Comparison:
     noise: tuple[float, float]
 
     @classmethod
-    def of(cls, axis: CompensatedAxis) -> "Comparison":
+    def of(cls, axis: CompensatedAxis) -> "ComparedSignals":
         """Filter an axis."""
         signals, recorded_s = axis.signals, axis.signals.recorded_period_s
         count, noise = signals.encoder_count, signals.position_noise
@@ -118,7 +118,7 @@ class Comparison:
             noise=_noise(band, density, noise, recorded_s),
         )
 
-    def with_effort(self, axis: CompensatedAxis) -> "Comparison":
+    def with_effort(self, axis: CompensatedAxis) -> "ComparedSignals":
         """The same motion with the effort of an axis that was compensated or shifted otherwise."""
         effort, rate = _effort(axis, self.band, self.weight, self.period_s, self.samples)
         return replace(self, effort=effort, rates=np.column_stack([self.rates[:, :2], rate]))

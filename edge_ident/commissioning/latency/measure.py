@@ -5,7 +5,7 @@ One motion is captured; then the work that follows it is repeated: the last page
 gains are staged, read back, committed and read again, then rolled back, so that the machine
 never runs other gains than before. Warm: in one process. Cold: a new process each time, from
 its start on. The stop that follows the last sample needs a motion: it is measured once. So does
-the whole way from there to gains, with that stop and without: `commit_ways`.
+the whole way from there to gains, with that stop and without: `ways`.
 """
 
 import json
@@ -20,13 +20,13 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, Final
 
-from edge_ident.commissioning.commit_ways import measured_ways
 from edge_ident.commissioning.gains.transfer import compare_gains
+from edge_ident.commissioning.latency.result import Profile, ProfileRun
+from edge_ident.commissioning.latency.ways import measured_ways
 from edge_ident.commissioning.link.port_notes import noted
 from edge_ident.commissioning.motion.capture import capture_motion, check_drive
 from edge_ident.commissioning.motion.observer import Observer
 from edge_ident.commissioning.motion.safety import left_safe, ready_to_move
-from edge_ident.commissioning.profile import Profile, ProfileRun
 from edge_ident.commissioning.run import board_designs
 from edge_ident.drive.description import load_drive
 from edge_ident.errors import BoardError, EdgeIdentError
@@ -145,7 +145,7 @@ def _cold(
             repr(time.time()),
         ]
         done = subprocess.run(
-            [sys.executable, "-m", "edge_ident.commissioning.profiling", *arguments],
+            [sys.executable, "-m", "edge_ident.commissioning.latency.measure", *arguments],
             stdout=subprocess.PIPE,
             text=True,
         )
