@@ -13,7 +13,7 @@ from edge_ident.model.model_files import values_document
 from edge_ident.model.timing import LARGEST_SHIFT, Timing
 from edge_ident.support.words import listed, spoken
 
-_WHOLE: Final = 0.95
+_WHOLE: Final = 0.98
 """Share of the effort's variance from which on the band holds the effort."""
 
 

@@ -149,3 +149,10 @@ def test_an_adequate_axis_says_what_minor_causes_in_its_model_take_off() -> None
     extended = replace(bare, model=replace(of_base, terms=(*of_base.terms, kept)))
     assert "with torque ripple the residual falls from" in verdict_sentence(extended)
     assert (bare.in_model, extended.in_model) == ((), (ripple,))
+
+
+@pytest.mark.parametrize(("share", "said"), [(0.8, True), (0.99, False)])
+def test_the_share_of_the_effort_that_was_not_compared_is_said(share: float, said: bool) -> None:
+    axis = replace(hand_made.diagnosis().axes["x"], share_in_band=share, cutoff_hz=12.5)
+    sentence = "above 12.5 Hz, where 20.0 % of the effort's variance lies, nothing but sinusoids"
+    assert (sentence in verdict_sentence(axis)) is said
