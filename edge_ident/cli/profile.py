@@ -34,8 +34,9 @@ def profile(
 ) -> None:
     """Measure how long each stage takes, from the last captured sample to verified gains.
 
-    Without a device, a virtual board is started. The result is printed; with --output it is also
-    written to profile.json in that folder.
+    Without a device, a virtual board is started. The result is printed, with a bar for each stage
+    where it stands in the whole. With --output it is also written to profile.json in that folder,
+    and drawn as profile.svg.
 
     Example: `edge-ident profile --repetitions 200 --json`
     """
@@ -46,4 +47,6 @@ def profile(
             device_of(given, drive), baud_rate_of(given, drive), repetitions, bars
         )
     results.deliver(report.profile_document(profiled), "profile.json")
+    if results.output:
+        report.save_waterfall(profiled, results.output / "profile.svg")
     results.show(report.profile_view(profiled))

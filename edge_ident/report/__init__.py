@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from edge_ident.report.run_figure import draw_run
     from edge_ident.report.run_tables import outcome_view, profile_view
     from edge_ident.report.survey_tables import survey_document, write_survey_tables
+    from edge_ident.report.waterfall import save_waterfall
     from edge_ident.support.json_text import to_json, write_json
 
 __all__ = [
@@ -72,6 +73,7 @@ __all__ = [
     "registers_document",
     "run_document",
     "save_figure",
+    "save_waterfall",
     "scale_lines",
     "show",
     "simulation_document",
@@ -116,6 +118,7 @@ __getattr__ = lazy_names(
         "registers_document": "edge_ident.report.register_tables",
         "run_document": "edge_ident.report.run_documents",
         "save_figure": "edge_ident.report.output",
+        "save_waterfall": "edge_ident.report.waterfall",
         "scale_lines": "edge_ident.report.import_report",
         "show": "edge_ident.report.output",
         "simulation_document": "edge_ident.report.documents",

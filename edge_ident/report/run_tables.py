@@ -12,6 +12,7 @@ from edge_ident.commissioning.study.separation import Separation
 from edge_ident.report.gain_report import promise_view
 from edge_ident.report.identification_tables import designs_view, identification_view
 from edge_ident.report.run_motions import kind, what_for, what_it_ruled_out, what_it_showed
+from edge_ident.report.waterfall import bar_texts
 from edge_ident.support.tables import FittingTable
 
 
@@ -80,8 +81,9 @@ def _stage_table(run: ProfileRun) -> FittingTable:
     table.add_column("stage")
     for heading in ("p50", "p95", "p99", "max"):
         table.add_column(heading, justify="right")
-    for stage, times in run.stages_ms.items():
+    table.add_column("█ p50, ░ p99")
+    for (stage, times), bar in zip(run.stages_ms.items(), [*bar_texts(run), ""], strict=True):
         of_stage = spread(times)
         values = (of_stage.p50, of_stage.p95, of_stage.p99, of_stage.maximum)
-        table.add_row(stage.replace("_", " "), *(f"{value:.2f}" for value in values))
+        table.add_row(stage.replace("_", " "), *(f"{value:.2f}" for value in values), bar)
     return table

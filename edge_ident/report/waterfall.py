@@ -1,0 +1,112 @@
+"""The stages of a latency profile as a waterfall: each begins where the median of the last ends."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from markupsafe import Markup
+
+from edge_ident.commissioning.latency.result import Profile, ProfileRun, Spread, spread
+from edge_ident.support.atomic_files import atomic_write
+
+_WHOLE: Final = "total"
+_CELLS: Final = 24
+_WIDTH, _LEFT, _RIGHT, _ROW, _TITLE = 900, 130, 150, 20, 40
+_STYLE: Final = (
+    "text { font: 12px sans-serif; fill: #1c2430; } .title { font-weight: bold; font-size: 14px; } "
+    "rect.median { fill: #2b6cb0; } rect.slow { fill: #f0a35e; } .paper { fill: #ffffff; }"
+)
+
+
+@dataclass(frozen=True)
+class Bar:
+    """One stage: where it begins, and how long it takes.
+
+    Attributes
+    ----------
+    stage : str
+    begin_ms : float
+        Sum of the medians before it.
+    times : Spread
+    """
+
+    stage: str
+    begin_ms: float
+    times: Spread
+
+    @property
+    def slow_end_ms(self) -> float:
+        """Where it ends in 99 of 100 repetitions."""
+        return self.begin_ms + self.times.p99
+
+
+def bars(run: ProfileRun) -> list[Bar]:
+    """The stages of a run one after the other, without their sum."""
+    found, begin_ms = [], 0.0
+    for stage, times_ms in run.stages_ms.items():
+        if stage != _WHOLE:
+            found.append(Bar(stage.replace("_", " "), begin_ms, spread(times_ms)))
+            begin_ms += found[-1].times.p50
+    return found
+
+
+def bar_texts(run: ProfileRun) -> Iterator[str]:
+    """For each stage but the sum, its place in the whole as characters: the median dark, the rest
+    to p99 light."""
+    every = bars(run)
+    per_ms = _CELLS / max(bar.slow_end_ms for bar in every)
+    for bar in every:
+        begin, middle, end = (
+            round(per_ms * ms)
+            for ms in (bar.begin_ms, bar.begin_ms + bar.times.p50, bar.slow_end_ms)
+        )
+        yield " " * begin + "█" * max(middle - begin, 1) + "░" * (end - max(middle, begin + 1))
+
+
+def save_waterfall(profile: Profile, file: Path) -> None:
+    """Write the waterfalls of all runs of a profile, one below the other, as an SVG picture."""
+    parts, top = [], 0
+    for run in profile.runs:
+        parts.append(_drawn(run, top))
+        top += _TITLE + _ROW * len(bars(run))
+    text = Markup(
+        '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {w} {h}" width="{w}" height="{h}">'
+        '<style>{style}</style><rect class="paper" width="100%" height="100%"/>{parts}</svg>'
+    ).format(w=_WIDTH, h=top + _ROW, style=Markup(_STYLE), parts=Markup("").join(parts))
+    with atomic_write(file) as partial:
+        partial.write_text(f"{text}\n", encoding="utf-8")
+
+
+def _drawn(run: ProfileRun, top: int) -> Markup:
+    every = bars(run)
+    per_ms = (_WIDTH - _LEFT - _RIGHT) / max(bar.slow_end_ms for bar in every)
+    whole = spread(run.stages_ms[_WHOLE])
+    parts = [
+        Markup('<text class="title" x="12" y="{y}">{title}</text>').format(
+            y=top + 26,
+            title=f"{run.start}, {run.precision}: {whole.p50:.1f} ms in the median, "
+            f"{whole.p99:.1f} ms in 99 of 100 repetitions",
+        )
+    ]
+    for row, bar in enumerate(every):
+        y = top + _TITLE + _ROW * row
+        parts.append(
+            Markup(
+                '<text x="12" y="{text_y}">{stage}</text>'
+                '<rect class="slow" x="{x:.1f}" y="{y}" width="{slow:.1f}" height="12"/>'
+                '<rect class="median" x="{x:.1f}" y="{y}" width="{median:.1f}" height="12"/>'
+                '<text x="{end:.1f}" y="{text_y}">{p50:.1f}, p99 {p99:.1f} ms</text>'
+            ).format(
+                stage=bar.stage,
+                text_y=y + 11,
+                y=y,
+                x=_LEFT + per_ms * bar.begin_ms,
+                slow=per_ms * bar.times.p99,
+                median=per_ms * bar.times.p50,
+                end=_LEFT + per_ms * bar.slow_end_ms + 6,
+                p50=bar.times.p50,
+                p99=bar.times.p99,
+            )
+        )
+    return Markup("").join(parts)
