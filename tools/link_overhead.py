@@ -37,11 +37,7 @@ def main() -> None:
     parser.add_argument("--requests", type=int, default=1000, help="of each client")
     parser.add_argument("--json", action="store_true")
     given = parser.parse_args()
-    ours, theirs = multiprocessing.Pipe()
-    responder = multiprocessing.Process(target=_respond, args=(theirs,), daemon=True)
-    responder.start()
-    times_ms = _measure(ours.recv(), given.requests)
-    responder.terminate()
+    times_ms = client_times_ms(given.requests)
     quantiles = {
         name: [float(q) for q in np.quantile(of_client, [0.5, 0.95, 0.99])]
         for name, of_client in times_ms.items()
@@ -52,6 +48,17 @@ def main() -> None:
     print(f"{given.requests} requests of each, ms {'median':>12} {'95 %':>8} {'99 %':>8}")
     for name, row in quantiles.items():
         print(f"{name:24} {row[0]:15.3f} {row[1]:8.3f} {row[2]:8.3f}")
+
+
+def client_times_ms(requests: int) -> dict[str, list[float]]:
+    """Durations of requests by client, in ms."""
+    ours, theirs = multiprocessing.Pipe()
+    responder = multiprocessing.Process(target=_respond, args=(theirs,), daemon=True)
+    responder.start()
+    try:
+        return _measure(ours.recv(), requests)
+    finally:
+        responder.terminate()
 
 
 def _respond(ready: Connection) -> None:
