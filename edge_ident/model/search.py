@@ -54,7 +54,8 @@ class Form:
         Values that follow from that, and need no search.
     several_speeds : bool
         Whether it needs several speeds at one place: where the speed follows from the position, as
-        along one sinusoid, friction over the position is friction over the speed.
+        along one sinusoid, friction over the position is friction over the speed, and inertia over
+        the position is a load.
     changes : ChangesWith, optional
         Laws outside the catalogue that change likewise may be taken for it.
     grid : callable, optional

@@ -3,7 +3,8 @@
 J(x) = slope·y + curvature·y² + cosine·cos(2π·x/period) + sine·sin(2π·x/period) with y = x - centre.
 This adds to the inertia, which is that in the middle of the travel or, beside waves, the mean. The
 effort is J(x)·a + J'(x)·v²/2: what turns faster where it is lighter costs effort at constant speed.
-A crank repeats once or twice per turn.
+A crank repeats once or twice per turn. Along one sinusoid, acceleration and speed squared follow
+from the position, and the same effort is that of a load along the stroke.
 Source: Lagrange's equation of the kinetic energy J(x)·v²/2.
 """
 
@@ -96,11 +97,18 @@ EFFECT: Final = PositionDependentInertia(
     ),
     search=SearchSpec(
         forms=(
-            Form(("slope",)),
-            Form(("slope", "curvature")),
-            Form(("cosine", "sine"), rotary=True, known=(("period", _TURN_RAD),)),
-            Form(("cosine", "sine"), rotary=True, known=(("period", 0.5 * _TURN_RAD),)),
-            Form(("cosine", "sine"), ("period",), changes=ChangesWith.STROKE),
+            Form(("slope",), several_speeds=True),
+            Form(("slope", "curvature"), several_speeds=True),
+            Form(
+                ("cosine", "sine"), rotary=True, known=(("period", _TURN_RAD),), several_speeds=True
+            ),
+            Form(
+                ("cosine", "sine"),
+                rotary=True,
+                known=(("period", 0.5 * _TURN_RAD),),
+                several_speeds=True,
+            ),
+            Form(("cosine", "sine"), ("period",), changes=ChangesWith.STROKE, several_speeds=True),
         ),
         signature="along the stroke, grows with the acceleration and with the speed squared",
         alternatives=("encoder_eccentricity", "position_dependent_load", "coupling_compliance"),

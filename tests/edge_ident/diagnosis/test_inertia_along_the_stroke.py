@@ -27,6 +27,9 @@ ZERO = 0.7
 
 
 def turned(t: Array, seed: int) -> Array:
+    """Four sines; one of seed 0."""
+    if seed == 0:
+        return np.asarray(2.0 * np.sin(2.0 * np.pi * 0.31 * t))
     rng = np.random.default_rng(seed)
     rates = 2.0 * np.pi * np.array([0.11, 0.23, 0.41, 0.67])
     return np.asarray(1.1 * np.sin(rates * t[:, None] + rng.uniform(0, 6, 4)).sum(axis=1))
@@ -81,3 +84,13 @@ def test_that_of_a_drum_is_that_in_the_middle_and_a_slope() -> None:
     assert cause.term.values["slope"] == pytest.approx(slope, rel=0.05)
     inertia = INERTIA + MASS_KG * radius_m**2
     assert axis.extended.estimate.parameters[0] == pytest.approx(inertia, rel=0.02)
+
+
+@pytest.mark.parametrize("mechanism", ["yoke", "drum"])
+def test_along_one_sinusoid_it_is_no_cause_but_not_testable(mechanism: str) -> None:
+    """A load along the stroke has the same effort there."""
+    axis = diagnose([recorded(mechanism, 0)], stability=False).axes["x"]
+    assert "position_dependent_inertia" not in [cause.term.effect for cause in axis.causes]
+    (missing,) = (e for e in axis.not_testable if e.effect == "position_dependent_inertia")
+    assert "every place at one speed" in missing.reason
+    assert "--motion multisine" in missing.experiment
