@@ -32,15 +32,11 @@ def not_testable(search: Search, model: FittedModel, noise: float) -> tuple[NotT
     data = search.data
     effort = rms(data.effort[data.valid])
     basis = orthonormal(model.jacobian[data.valid])
-    missing, one_speed = [], not data.several_speeds
+    missing = []
     for name in catalogue():
         if name in model.effects or (_of_angles(name) and search.template.position_unit != "rad"):
             continue
         experiment = named(name).search.experiment
-        if all(form.several_speeds for form in named(name).search.forms) and one_speed:
-            reason = "the axis passes every place at one speed, and this effort may be another's"
-            missing.append(NotTestable(name, reason, experiment))
-            continue
         if named(name).needs_source and not data.other_axes:
             reason = "no other axis moves in this recording"
             missing.append(NotTestable(name, reason, experiment))
