@@ -21,7 +21,7 @@ def test_every_part_is_measured_beside_its_opponent(
 ) -> None:
     history = tmp_path / "bench.jsonl"
     monkeypatch.setattr("sys.argv", ["bench", "--repetitions", "1", "--history", str(history)])
-    monkeypatch.setattr(bench, "link_ratio", lambda requests: {"a request": 3.0})
+    monkeypatch.setattr(bench, "link_ratio", lambda repetitions: {"a request": 3.0})
     bench.main()
     lines = capsys.readouterr().out.splitlines()
     ratios = bench.earlier_medians(history)

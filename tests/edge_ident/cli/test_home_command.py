@@ -75,7 +75,7 @@ def test_home_moves_from_where_the_machine_comes_to_rest(shared: SharedBoard) ->
     gone.write_trajectory(load_drive().trajectory())
     gone.arm()
     gone.start()
-    while gone.status().clock_samples < 3000:
+    while gone.status().clock_samples < 2400:
         gone.heartbeat()
     assert gone.status().state is State.MOVING
     x = shared.json("home", "--by", "x=0.3")["axes"]["x"]
