@@ -68,8 +68,9 @@ def save_waterfall(profile: Profile, file: Path) -> None:
     """Write the waterfalls of all runs of a profile, one below the other, as an SVG picture."""
     parts, top = [], 0
     for run in profile.runs:
-        parts.append(_drawn(run, top))
-        top += _TITLE + _ROW * len(bars(run))
+        every = bars(run)
+        parts.append(_drawn(run, every, top))
+        top += _TITLE + _ROW * len(every)
     text = Markup(
         '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {w} {h}" width="{w}" height="{h}">'
         '<style>{style}</style><rect class="paper" width="100%" height="100%"/>{parts}</svg>'
@@ -78,8 +79,8 @@ def save_waterfall(profile: Profile, file: Path) -> None:
         partial.write_text(f"{text}\n", encoding="utf-8")
 
 
-def _drawn(run: ProfileRun, top: int) -> Markup:
-    every = bars(run)
+def _drawn(run: ProfileRun, every: list[Bar], top: int) -> Markup:
+    """A run with its bars, from `top` on."""
     per_ms = (_WIDTH - _LEFT - _RIGHT) / max(bar.slow_end_ms for bar in every)
     whole = spread(run.stages_ms[_WHOLE])
     parts = [

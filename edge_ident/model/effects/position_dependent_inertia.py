@@ -20,7 +20,8 @@ from edge_ident.model.search import ChangesWith, Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
 from edge_ident.model.waves import wave
 
-_TURN_RAD: Final = 2.0 * np.pi
+_TURNS_RAD: Final = (2.0 * np.pi, np.pi)
+"""Periods of what repeats once or twice per turn."""
 _MOST_WAVES: Final = 2.0
 """Over the travel, beside those of a turn. What repeats more often is rather an error of the
 encoder, whose effort also grows with the acceleration and with the speed squared."""
@@ -68,8 +69,8 @@ def _grid(excitation: Excitation) -> dict[str, Array]:
 def _physical(values: Values, excitation: Excitation) -> bool:
     """No more of them after the refinement either, but for those of a turn."""
     waves = excitation.travel / values["period"]
-    turns = np.isclose(values["period"], _TURN_RAD) | np.isclose(values["period"], 0.5 * _TURN_RAD)
-    return bool(np.all(turns | (waves <= _MOST_WAVES + _ROUNDING)))
+    turns = [np.isclose(values["period"], turn) for turn in _TURNS_RAD]
+    return bool(np.all(np.any(turns, axis=0) | (waves <= _MOST_WAVES + _ROUNDING)))
 
 
 def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
@@ -99,14 +100,11 @@ EFFECT: Final = PositionDependentInertia(
         forms=(
             Form(("slope",), several_speeds=True),
             Form(("slope", "curvature"), several_speeds=True),
-            Form(
-                ("cosine", "sine"), rotary=True, known=(("period", _TURN_RAD),), several_speeds=True
-            ),
-            Form(
-                ("cosine", "sine"),
-                rotary=True,
-                known=(("period", 0.5 * _TURN_RAD),),
-                several_speeds=True,
+            *(
+                Form(
+                    ("cosine", "sine"), rotary=True, known=(("period", turn),), several_speeds=True
+                )
+                for turn in _TURNS_RAD
             ),
             Form(("cosine", "sine"), ("period",), changes=ChangesWith.STROKE, several_speeds=True),
         ),
