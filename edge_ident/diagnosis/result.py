@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.measures import ModelFit, SpectralLine, Traces, Validation
+from edge_ident.diagnosis.tolerance import TOLERANCE
 from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.estimation.trust import Finding
 from edge_ident.model.model import AxisModel, Model, Term
@@ -211,6 +212,13 @@ class AxisDiagnosis:
     def in_model(self) -> tuple[Cause, ...]:
         """All by which the extended model differs from the base model."""
         return (*self.causes, *self.minor_in_model)
+
+    @property
+    def base_is_enough(self) -> bool:
+        """Whether the base model is adequate by itself. Without the chain of a sound drive, which
+        is no cause, it may leave more than is worth naming."""
+        largest = max((cause.share for cause in self.in_model), default=0.0)
+        return self.verdict is Verdict.ADEQUATE and largest < TOLERANCE
 
 
 @dataclass(frozen=True)

@@ -16,6 +16,7 @@ from edge_ident.estimation.columns import Columns
 from edge_ident.model.model import PARAMETERS, POSITIVE, Estimate
 from edge_ident.model.timing import LARGEST_SHIFT, Timing
 from edge_ident.signals.conditioning import Signals
+from edge_ident.signals.even_rows import even_rows_sentence
 from edge_ident.signals.resampling import UNEVEN
 from edge_ident.support.words import spoken
 
@@ -103,9 +104,25 @@ def check_estimate(
     return findings
 
 
-def describe_data(signals: Signals) -> list[Finding]:
-    """What was done to the data before anything was estimated."""
+def describe_data(signals: Signals, stamp_jitter: float) -> list[Finding]:
+    """What was done to the data before anything was estimated.
+
+    Parameters
+    ----------
+    signals : Signals
+    stamp_jitter : float
+        See `edge_ident.signals.recording.Recording`.
+    """
     findings = []
+    if stamp_jitter:
+        findings.append(
+            Finding(
+                "jittering_stamps",
+                even_rows_sentence(stamp_jitter),
+                "record with the board's clock, or read the file with --period",
+                blocks=False,
+            )
+        )
     if signals.jitter > UNEVEN:
         findings.append(
             Finding(

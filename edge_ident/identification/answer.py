@@ -203,7 +203,7 @@ def _what_was_done(
 ) -> list[Finding]:
     """Findings about the data, the known effects and the model."""
     known, signals = question.compensated, question.compensated.signals
-    findings = describe_data(signals)
+    findings = describe_data(signals, question.recording.stamp_jitter)
     findings += departures(known.effects, seen, question.recording.axes[question.name])
     findings += tied_to_time(known.tied_to_time)
     findings += check_effort(signals, question.part)
@@ -264,12 +264,11 @@ def _extended(
     )  # fmt: skip
     estimate = Estimate(diagnosed.model.parameters, diagnosed.extended.estimate.std)
     error = _model_error(compensated, question.part, estimate.std)
-    if diagnosed.verdict is Verdict.ADEQUATE:
-        base = _best(bases, known).estimate
-        error = np.hypot(error, estimate.parameters - base.parameters)
     causes = listed(dict.fromkeys(map(spoken, effect_names(diagnosed.model))))
     reason = f"the base model is inadequate; the extended model has {causes}"
-    if diagnosed.verdict is Verdict.ADEQUATE:
+    if diagnosed.base_is_enough:
+        base = _best(bases, known).estimate
+        error = np.hypot(error, estimate.parameters - base.parameters)
         reason = f"what it adds to the base model is minor, and certain: {causes}"
     return _Choice(
         ParameterSource.EXTENDED_MODEL, _widened(estimate, error), error, compensated, reason

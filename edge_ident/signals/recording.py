@@ -104,6 +104,9 @@ class Recording:
     begin_s : float
         From the first sample of an earlier recording of the machine to its own, where what changes
         in the course of time goes on. Files do not hold it.
+    stamp_jitter : float
+        Rms of the jitter that was taken out of the time stamps, in sampling periods; 0 where they
+        are those recorded (`edge_ident.signals.even_rows`).
 
     Examples
     --------
@@ -120,6 +123,7 @@ class Recording:
     source: str
     effort_shift_s: float = 0.0
     begin_s: float = 0.0
+    stamp_jitter: float = 0.0
 
 
 def chosen_axes(source: str, every: Collection[str], wanted: Collection[str]) -> list[str]:

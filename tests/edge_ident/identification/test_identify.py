@@ -190,3 +190,42 @@ def test_a_shift_that_does_not_show_is_named_before_the_friction_that_follows_it
     truth = (0.5, 0.9, 1.4, 0.1)
     apart = np.abs(axis.estimate.parameters - truth)
     assert np.all(apart < 3.0 * axis.estimate.std)
+
+
+def chain_recording(resonance_hz: float) -> Recording:
+    """A motor that carries two thirds of its inertia on a spring, in N*m and rad.
+
+    The effort is a multisine and is followed exactly: a linear drive with Coulomb friction at the
+    motor only.
+    """
+    period_s, rng = 0.001, np.random.default_rng(11)
+    time = period_s * np.arange(24_000)
+    rates = 2 * np.pi * np.arange(1, 160) / 12.0
+    phases = rng.uniform(0, 2 * np.pi, len(rates))
+    motor, load = 0.1, 0.2
+    spring = (2 * np.pi * resonance_hz) ** 2 * load
+    damping = 0.06 * np.sqrt(spring * load)
+    position, effort = np.zeros(len(time)), np.zeros(len(time))
+    for rate, phase in zip(rates, phases, strict=True):
+        s = 1j * rate
+        wound = (damping * s + spring) / (load * s**2 + damping * s + spring)
+        amplitude = np.exp(1j * (rate * time + phase)) / (1.0 + (rate / 25.0) ** 2)
+        position += np.imag(0.02 * amplitude)
+        effort += np.imag(0.02 * amplitude * ((motor + load * wound) * s**2 + 0.4 * s))
+    velocity = np.gradient(position, period_s)
+    effort = effort + 0.3 * np.sign(velocity) + 0.02
+    effort = effort + 0.01 * np.std(effort) * rng.standard_normal(len(time))
+    position = 1e-5 * np.round(position / 1e-5)
+    return Recording(time, {"x": AxisRecord(position, effort, "rad", "N*m")}, "a test")
+
+
+def test_a_stiff_chain_that_shows_gives_the_answer_with_its_own_intervals() -> None:
+    """A chain above 15 Hz is no fault, but the base model is not enough without it."""
+    found = identify(chain_recording(22.0)).axes["x"]
+    assert found.diagnosis.minor_in_model, "the chain is no cause"
+    assert not found.diagnosis.causes
+    assert found.source is ParameterSource.EXTENDED_MODEL
+    truth = np.array([0.3, 0.4, 0.3, 0.02])
+    far = np.abs(found.estimate.parameters - truth)
+    assert np.all(far < np.maximum(3 * found.estimate.std, 0.05 * truth))
+    assert np.all(found.estimate.std[:3] < 0.05 * truth[:3])
