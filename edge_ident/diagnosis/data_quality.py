@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from edge_ident.diagnosis.result import DataFinding
+from edge_ident.signals.even_rows import even_rows_sentence
 from edge_ident.signals.recording import AxisRecord, Recording
 from edge_ident.signals.resampling import GAP, EvenGrid
 from edge_ident.signals.scale_checks import check_scale
@@ -42,6 +43,13 @@ def _of_axis(recording: Recording, name: str) -> list[DataFinding]:
 
 
 def _timing(recording: Recording, name: str) -> list[DataFinding]:
+    if recording.stamp_jitter:
+        message = even_rows_sentence(recording.stamp_jitter)
+        return [DataFinding("jittering_stamps", name, message), *_gaps(recording, name)]
+    return _gaps(recording, name) or _uneven(recording, name)
+
+
+def _gaps(recording: Recording, name: str) -> list[DataFinding]:
     steps = np.diff(recording.time_s)
     gaps = int(np.count_nonzero(steps > GAP * np.median(steps)))
     if gaps:
@@ -50,6 +58,10 @@ def _timing(recording: Recording, name: str) -> list[DataFinding]:
         were = "was" if gaps == 1 else "were"
         message = f"{what} {longest:.3g} s in the time stamps {were} bridged"
         return [DataFinding("gaps", name, message)]
+    return []
+
+
+def _uneven(recording: Recording, name: str) -> list[DataFinding]:
     grid = EvenGrid.of(recording.time_s)
     if grid.uneven:
         message = (

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from edge_ident.diagnosis.axis_search import AxisSearch, OnRun, search_axis
 from edge_ident.diagnosis.data_quality import data_findings
 from edge_ident.diagnosis.fit.fitting import FittedModel, delayed, fit
-from edge_ident.diagnosis.fit.held_out import standard_deviations
 from edge_ident.diagnosis.fit.summary import model_fit, nonzero_rms, timing, traces
 from edge_ident.diagnosis.fit.term_effort import contributions
 from edge_ident.diagnosis.fit.traded import with_trades
@@ -48,6 +47,7 @@ from edge_ident.diagnosis.validation import judge as judge_elsewhere
 from edge_ident.diagnosis.written_model import written_model
 from edge_ident.errors import DataError
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Model, Term
+from edge_ident.signals.even_rows import with_even_rows
 from edge_ident.signals.recording import Recording, chosen_axes
 
 Progress = Callable[[str, int, int], None]
@@ -113,7 +113,10 @@ def diagnose(
     if not 0.0 <= tolerance < math.inf:
         raise DataError(f"a tolerance of {tolerance}", "give a share of the effort, such as 0.01")
     begin_s = recordings[0].begin_s
-    recordings = [replace(each, begin_s=each.begin_s - begin_s) for each in recordings]
+    recordings = [
+        with_even_rows(replace(each, begin_s=each.begin_s - begin_s)) for each in recordings
+    ]
+    validate = with_even_rows(validate) if validate else None
     every = [*recordings, *([validate] if validate else [])]
     check_pooled(every)
     axes, validations = {}, {}
@@ -223,7 +226,7 @@ def _axis_diagnosis(
         external_vibrations=_vibrations(judged.supported.vibrations, data, recordings),
         converged=judged.supported.converged,
         not_testable=not_testable(selected.search, model, left),
-        base=model_fit(data, base, standard_deviations(data, base)),
+        base=model_fit(data, base, with_trades(data, base, base, search.floor.rms)),
         extended=extended,
         timing=timing(data, model),
         noise_floor=search.floor.rms / nonzero_rms(data.effort[data.valid]),

@@ -26,6 +26,7 @@ from edge_ident.model.model import Estimate, Model
 from edge_ident.model.timing import NO_SHIFT
 from edge_ident.signals.data_checks import check_efforts
 from edge_ident.signals.decimation import LONG
+from edge_ident.signals.even_rows import with_even_rows
 from edge_ident.signals.metrics import relative_residual
 from edge_ident.signals.recording import Recording
 from edge_ident.support.stopwatch import Stopwatch
@@ -92,6 +93,7 @@ def identify(
     check_efforts(recording)
     watch = stopwatch or Stopwatch()
     with watch.stage("signals"):
+        recording = with_even_rows(recording)
         needed = at_needed_rate(recording)
     axes = {}
     for names in _looked_at_together(needed):
