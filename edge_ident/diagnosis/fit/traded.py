@@ -7,13 +7,17 @@ confirmed shows in the part that the base model cannot express: what is left une
 part of the cause, is the relative error that the formula may have. The same relative error of what
 the cause takes from a base parameter is added to the parameter's standard deviation. At most it is
 all of it, where the interval reaches the parameter of the base model alone.
+
+They also trade places with the shift between effort and position. Along one slow sinusoid a shift
+looks like less inertia and more viscous friction, and the fit may end at a limit of the shift. Then
+the shift may lie anywhere between its limits.
 """
 
 import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.fit.bounded import solve
-from edge_ident.diagnosis.fit.fitting import FittedModel
+from edge_ident.diagnosis.fit.fitting import FittedModel, delayed
 from edge_ident.diagnosis.fit.held_out import standard_deviations
 from edge_ident.diagnosis.fit.summary import nonzero_rms
 from edge_ident.diagnosis.fit.term_effort import term_effort
@@ -29,9 +33,11 @@ def with_trades(data: AxisData, base: FittedModel, model: FittedModel, floor: fl
 
     The parameters and their order are those of `edge_ident.diagnosis.fit.held_out`.
     """
-    deviations = standard_deviations(data, model)
+    deviations, known = standard_deviations(data, model), len(PARAMETERS)
     traded = traded_deviations(data, base, model, floor)
-    return np.concatenate([np.hypot(deviations[: len(traded)], traded), deviations[len(traded) :]])
+    shifted = _shifted_deviations(data, model)
+    deviations[:known] = np.sqrt(deviations[:known] ** 2 + traded**2 + shifted**2)
+    return deviations
 
 
 def traded_deviations(data: AxisData, base: FittedModel, model: FittedModel, floor: float) -> Array:
@@ -57,4 +63,21 @@ def traded_deviations(data: AxisData, base: FittedModel, model: FittedModel, flo
         own = nonzero_rms(effort - columns @ taken)
         error = min(1.0, unexplained / own)
         variance += (error * taken[: len(PARAMETERS)]) ** 2
+    return np.sqrt(variance)
+
+
+def _shifted_deviations(data: AxisData, model: FittedModel) -> Array:
+    """Standard deviations (4,) of the base parameters from shifts that a limit holds.
+
+    Such a shift may lie anywhere between its limits; the fit has it at one of them.
+    """
+    variance = np.zeros(len(PARAMETERS))
+    if delayed(model.axis):
+        return variance
+    columns = model.jacobian[data.valid]
+    early, late = data.timing_limits
+    for place, range_s in enumerate(late - early, start=len(PARAMETERS)):
+        if not model.free[place]:
+            moves = solve(columns, model.derivatives[data.valid, place])
+            variance += (range_s * moves[: len(PARAMETERS)]) ** 2 / 3.0
     return np.sqrt(variance)
