@@ -19,6 +19,7 @@ from edge_ident.diagnosis.measures import Validation
 from edge_ident.diagnosis.motion_check import with_motion_errors
 from edge_ident.diagnosis.pooled import check_pooled
 from edge_ident.diagnosis.prepare.axis_data import AxisData
+from edge_ident.diagnosis.prepare.parts import in_parts, part_findings
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.recording_checks import (
     contradicted,
@@ -116,8 +117,8 @@ def diagnose(
     recordings = [
         with_even_rows(replace(each, begin_s=each.begin_s - begin_s)) for each in recordings
     ]
-    validate = with_even_rows(validate) if validate else None
-    every = [*recordings, *([validate] if validate else [])]
+    validates = [with_even_rows(validate)] if validate else []
+    every = [*recordings, *validates]
     check_pooled(every)
     axes, validations = {}, {}
     rules = Rules(tolerance, stability, keep_minor)
@@ -125,13 +126,15 @@ def diagnose(
         on_progress("diagnosis", done, len(names))
         template = _template(recordings[0], name, model)
         told = partial(_told, on_progress, name)
-        axes[name], validation = _diagnose_axis(recordings, name, template, validate, rules, told)
+        parts, others = (in_parts(each, name) for each in (recordings, validates))
+        found, validation = _diagnose_axis(parts, name, template, others, rules, told)
+        axes[name] = replace(found, findings=(*part_findings(recordings, parts), *found.findings))
         if validation is not None:
             validations[name] = validation
     on_progress("diagnosis", len(names), len(names))
     on_progress("simulated motion", 0, 1)
-    found = Diagnosis(axes, data_findings(every, axes), validations)
-    return with_motion_errors(found, recordings)
+    diagnosis = Diagnosis(axes, data_findings(every, axes), validations)
+    return with_motion_errors(diagnosis, recordings)
 
 
 def _told(on_progress: Progress, name: str, done: int) -> None:
@@ -165,7 +168,7 @@ def _diagnose_axis(
     recordings: Sequence[Recording],
     name: str,
     template: AxisModel,
-    validate: Recording | None,
+    validates: Sequence[Recording],
     rules: Rules,
     on_run: OnRun,
 ) -> tuple[AxisDiagnosis, Validation | None]:
@@ -188,8 +191,8 @@ def _diagnose_axis(
     found = _without_orders(found, known, (*out_of_step, *smaller))
     data, start = found.data, found.selected.start
     carried = Judged(found.judged.supported.without_vibrations(data))
-    if validate is not None:
-        other = _prepared([validate], name, carried.supported.model.axis)
+    if validates:
+        other = _prepared(validates, name, carried.supported.model.axis)
         carried = judge_elsewhere(data, other, start, carried.supported, rules.tolerance)
     base = start if start.template is template else fitted_base(data, template)
     result = _axis_diagnosis(_Outcome(found, base, carried), known, recordings)

@@ -24,14 +24,14 @@ from edge_ident.diagnosis.prepare.masks import (
     run_in,
     unknown_directions,
 )
-from edge_ident.diagnosis.prepare.preparation import FEWEST_SAMPLES, MOST_SAMPLES
+from edge_ident.diagnosis.prepare.parts import most_hz
+from edge_ident.diagnosis.prepare.preparation import FEWEST_SAMPLES
 from edge_ident.model.inverse import inverse_effort
 from edge_ident.model.model import AxisModel
 from edge_ident.model.motion import Motion
 from edge_ident.signals.conditioning import (
     FEWEST_CUTOFF_PERIODS,
     SAMPLED_PER_PERIOD,
-    SAMPLES_PER_CUTOFF_PERIOD,
     decimated,
     resolving_cutoff_hz,
 )
@@ -130,8 +130,7 @@ class Instruments:
         band = search_band(
             self.inertia, self.position_noise, self.density, widest_hz, self.sampling_s
         )
-        most_hz = MOST_SAMPLES / (SAMPLES_PER_CUTOFF_PERIOD * duration_s)
-        return replace(band, cutoff_hz=min(band.cutoff_hz, most_hz))
+        return replace(band, cutoff_hz=min(band.cutoff_hz, most_hz(duration_s)))
 
     def floor(self, band: Band) -> float:
         """Noise floor in a band."""

@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.verdict import Verdict
+from edge_ident.errors import DataError
 from edge_ident.estimation.compensated_axis import CompensatedAxis
 from edge_ident.estimation.compensation import compensate_effects
 from edge_ident.estimation.effort_checks import check_effort
@@ -119,17 +120,17 @@ class _Choice:
     reason: str
 
 
-def answer(question: Question, outcome: "AxisDiagnosis | str | None") -> AxisIdentification:
+def answer(question: Question, outcome: "AxisDiagnosis | DataError | None") -> AxisIdentification:
     """Choose the answer for one axis, and check it.
 
     Parameters
     ----------
     question : Question
-    outcome : AxisDiagnosis, str or None
+    outcome : AxisDiagnosis, DataError or None
         Why there is no diagnosis, where the recording is too short for one. None where the base
         model is adequate, or no diagnosis is wanted.
     """
-    diagnosed, samples = None if isinstance(outcome, str) else outcome, question.part.samples
+    diagnosed, samples = None if isinstance(outcome, DataError) else outcome, question.part.samples
     bases = _bases(question)
     linear, whitened = (base.estimate for base in bases)
     # slow noise moves both answers alike; the network's own figures know white noise alone
@@ -197,7 +198,7 @@ def _bases(question: Question) -> tuple[_Base, _Base]:
 
 def _what_was_done(
     question: Question,
-    outcome: "AxisDiagnosis | str | None",
+    outcome: "AxisDiagnosis | DataError | None",
     seen: SupportedRange,
     source: ParameterSource,
 ) -> list[Finding]:

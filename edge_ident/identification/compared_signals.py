@@ -21,6 +21,7 @@ from edge_ident.diagnosis.prepare.masks import (
     TURN_NOISE,
     aliasing_mask,
     direction_weight,
+    longer_or_faster,
     run_in,
 )
 from edge_ident.errors import DataError
@@ -100,7 +101,7 @@ class ComparedSignals:
         time_s = np.arange(len(position), dtype=np.float64) * period_s
         motion = Motion.known(time_s, position, velocity, acceleration)
         aliased = _aliased(motion, count, band, recorded_s, period_s)
-        samples = _samples(position, weight, aliased, band, period_s)
+        samples = _samples(position, weight, aliased, band, period_s, recorded_s)
         effort, effort_rate = _effort(axis, band, weight, period_s, samples)
         jerk = np.gradient(acceleration, period_s)
         columns = np.stack([*regressor(velocity, acceleration).T, jerk, acceleration])
@@ -249,7 +250,12 @@ def _first_beyond(position: Array, least: float) -> int:
 
 
 def _samples(
-    position: Array, weight: Array, aliased: NDArray[np.bool_], band: Band, period_s: float
+    position: Array,
+    weight: Array,
+    aliased: NDArray[np.bool_],
+    band: Band,
+    period_s: float,
+    recorded_s: float,
 ) -> NDArray[np.intp]:
     """Samples that are compared: decimated, of known direction, after the run-in."""
     samples = decimated(len(weight), band.cutoff_hz, period_s)
@@ -259,7 +265,7 @@ def _samples(
         raise DataError(
             f"only {len(samples)} independent samples lie away from standstill, reversals, "
             "gaps and clipped efforts",
-            "record a longer motion, or one that is gentler and turns less often",
+            longer_or_faster(1.0 / recorded_s),
         )
     return samples
 

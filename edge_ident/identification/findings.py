@@ -3,6 +3,7 @@
 from typing import TYPE_CHECKING
 
 from edge_ident.diagnosis.verdict import Verdict
+from edge_ident.errors import DataError
 from edge_ident.estimation.trust import Finding
 from edge_ident.identification.adequacy import Adequacy
 from edge_ident.signals.recording import Recording
@@ -14,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def describe_model(
-    adequacy: Adequacy, outcome: "AxisDiagnosis | str | None", *, extended: bool
+    adequacy: Adequacy, outcome: "AxisDiagnosis | DataError | None", *, extended: bool
 ) -> list[Finding]:
     """Findings about the model that an answer belongs to.
 
@@ -22,7 +23,7 @@ def describe_model(
     ----------
     adequacy : Adequacy
         Of the base model.
-    outcome : AxisDiagnosis, str or None
+    outcome : AxisDiagnosis, DataError or None
         Of the diagnosis where the base model is not adequate, here or in another recording, or why
         there was none.
     extended : bool
@@ -30,12 +31,12 @@ def describe_model(
     """
     if adequacy.adequate and outcome is None:
         return []
-    if isinstance(outcome, str):
+    if isinstance(outcome, DataError):
         return [
             Finding(
                 "not_diagnosed",
-                f"{adequacy.reason}; too short for a diagnosis: {outcome}",
-                "record a longer motion; the intervals include what parts of this one change",
+                f"{adequacy.reason}; this could not be diagnosed: {outcome.cause}",
+                f"{outcome.next_step}; the intervals include what parts of the motion change",
                 blocks=not adequacy.tolerable,
             )
         ]

@@ -103,7 +103,7 @@ def identify(
         for name in names:
             estimate, reason = read[name]
             question = replace(looks.pop(name)[0], network=estimate, network_reason=reason)
-            outcome: AxisDiagnosis | str | None = (diagnosed or {}).get(name)
+            outcome: AxisDiagnosis | DataError | None = (diagnosed or {}).get(name)
             if diagnose and outcome is None and not question.adequacy.adequate:
                 with watch.stage("diagnosis"):
                     outcome = _diagnosed(recording, name, model, on_progress)
@@ -121,7 +121,7 @@ def _looked_at_together(recording: Recording) -> list[list[str]]:
 
 def _diagnosed(
     recording: Recording, name: str, model: Model | None, on_progress: Progress
-) -> "AxisDiagnosis | str":
+) -> "AxisDiagnosis | DataError":
     """Diagnose an axis, or say why its recording is too short for that.
 
     The diagnosis needs scipy, which an adequate axis does without.
@@ -134,7 +134,7 @@ def _diagnosed(
             [recording], model=model, keep_minor=True, only=[name], on_progress=on_progress
         )
     except DataError as error:
-        return error.cause
+        return error
     return found.axes[name]
 
 
@@ -173,11 +173,11 @@ def _look(
 
 
 def _in_step_as_diagnosed(
-    question: Question, outcome: "AxisDiagnosis | str | None", model: Model | None
+    question: Question, outcome: "AxisDiagnosis | DataError | None", model: Model | None
 ) -> Question:
     """An adequate axis with the shift that its diagnosis found, where that is another; where a
     delay is in the diagnosis' model, the shift is not asked for."""
-    if outcome is None or isinstance(outcome, str) or outcome.verdict is not Verdict.ADEQUATE:
+    if outcome is None or isinstance(outcome, DataError) or outcome.verdict is not Verdict.ADEQUATE:
         return question
     if outcome.timing == NO_SHIFT:
         return question

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.model.motion import Motion
+from edge_ident.signals.conditioning import SAMPLED_PER_PERIOD
 from edge_ident.signals.decimation import LONG
 from edge_ident.signals.standstill import at_rest, crept, widened
 
@@ -37,6 +38,15 @@ _HARMONICS: Final = 2
 """Harmonics of the rounding error, a sawtooth, that are considered."""
 _SLOW_SWEEP: Final = 8.0
 """Cut-off periods in which an aliased tone may cross the band and still look like motion."""
+
+
+def longer_or_faster(sampling_hz: float) -> str:
+    """What to do where hardly a sample is of known direction."""
+    return (
+        "record a longer motion, or one that is gentler and turns less often, or sample faster: "
+        f"{sampling_hz:.4g} Hz shows reversals that are {SAMPLED_PER_PERIOD / sampling_hz:.2g} s "
+        "apart, or more"
+    )
 
 
 def reversals(motion: Motion) -> NDArray[np.intp]:
@@ -126,7 +136,7 @@ def unknown_directions(
     speed : float
         Typical speed.
     """
-    found, width = _turning_points(position, TURN_NOISE * noise), _half_period(cutoff_hz, period_s)
+    found, width = turning_points(position, TURN_NOISE * noise), _half_period(cutoff_hz, period_s)
     near = np.zeros(len(position), dtype=np.bool_)
     near[found] = True
     # the smooth velocity shows the turning points too, a few samples aside
@@ -153,7 +163,7 @@ def _not_away(position: Array, turns: list[int], noise: float) -> Mask:
     return found
 
 
-def _turning_points(position: Array, least: float) -> list[int]:
+def turning_points(position: Array, least: float) -> list[int]:
     """Extremes from which the position returns by more than `least`."""
     turns: list[int] = []
     highest = lowest = 0

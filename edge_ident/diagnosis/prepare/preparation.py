@@ -17,10 +17,12 @@ from edge_ident.diagnosis.prepare.masks import (
     Mask,
     aliasing_mask,
     direction_weight,
+    longer_or_faster,
     reversals,
     run_in,
     unknown_directions,
 )
+from edge_ident.diagnosis.prepare.parts import most_hz
 from edge_ident.diagnosis.prepare.sampled import Sampled
 from edge_ident.diagnosis.prepare.sampled_filter import SampledFilter
 from edge_ident.diagnosis.prepare.segment import Segment, filtered_effort
@@ -28,25 +30,27 @@ from edge_ident.diagnosis.prepare.timing import in_time
 from edge_ident.errors import DataError
 from edge_ident.model.motion import Motion
 from edge_ident.signals.conditioning import (
-    SAMPLES_PER_CUTOFF_PERIOD,
     acceleration_noise,
     choose_cutoff,
     decimated,
 )
 from edge_ident.signals.encoder import encoder_count
-from edge_ident.signals.filters import lowpass
+from edge_ident.signals.filters import differentiate, lowpass
 from edge_ident.signals.metrics import rms
 from edge_ident.signals.recording import Recording
 from edge_ident.signals.standstill import widened
 
 Array = NDArray[np.float64]
 
-MOST_SAMPLES: Final = 1500
-"""Independent samples in a recording; a wider band adds little information and much time."""
 FEWEST_SAMPLES: Final = 40
 """Twice the parameters of the base model and a few causes."""
 _REGRESSOR_RATE: Final = 6.0
 """Samples per period of the motion's cut-off at which regressors are computed."""
+_MOVED: Final = 0.99
+"""Share of the power of the acceleration that is the motion's; the rest may be encoder noise."""
+_BEYOND_MOTION: Final = 4.0
+"""Bandwidth of the motion over the highest frequency in it, which is then attenuated by 1e-5. Twice
+that frequency would take 0.4 % off, which the inertia makes up for."""
 _ALIASED: Final = 2.0 / np.pi
 """Amplitude, in encoder counts, that aliasing can reach: twice the first harmonic of the rounding
 error, because the controller answers it."""
@@ -101,8 +105,7 @@ def _check_enough(name: str, segments: Sequence[Segment]) -> None:
         raise DataError(
             f"axis {name}: only {valid} independent samples lie away from standstill and "
             f"reversals, in a band up to {segments[0].cutoff_hz:.2g} Hz",
-            "record a longer motion, or one that turns less often. Of many minutes give a part, "
-            "because the band narrows with the length",
+            longer_or_faster(1.0 / segments[0].raw_period_s),
         )
 
 
@@ -119,14 +122,15 @@ def _segment(recording: Recording, name: str, clock: int) -> Segment:
     raw = Sampled.of(recording, name, clock)
     count, noise = _noise(raw, recording, name)
     widest_hz = choose_cutoff(raw.position, raw.period_s, raw.noises[name])
-    band, density = _band(raw, noise, widest_hz)
-    motion_hz = band.motion_hz(raw.period_s)
+    seen, density = _band(raw, noise, widest_hz)
+    band = _affordable(seen, raw)
+    motion_hz = _motion_hz(raw, seen, band)
     stride = max(1, int(1.0 / (_REGRESSOR_RATE * motion_hz * raw.period_s)))
     period_s = stride * raw.period_s
     motions, replicas = raw.motions(motion_hz, stride)
     reversing, known, weight = _direction(raw, motions[name], noise, band, stride)
     sample_index = _sample_index(known, weight, band, motions[name], raw, stride)
-    narrow = raw.motion(raw.position, band.cutoff_hz, stride)
+    narrow = raw.motion(raw.position, max(band.cutoff_hz, 0.5 * motion_hz), stride)
     turns, valid, far = _masks(narrow, known, count, band, period_s, sample_index)
     late_s = recording.effort_shift_s
     return Segment(
@@ -158,12 +162,32 @@ def _segment(recording: Recording, name: str, clock: int) -> Segment:
 
 
 def _band(raw: Sampled, noise: float, widest_hz: float) -> tuple[Band, float]:
-    """The band of the comparison, and the power density of the effort noise per Hz."""
+    """The band in which causes can be seen, and the power density of the effort noise per Hz."""
     deviation = white_noise(raw.effort, raw.position, widest_hz, raw.period_s)
     density = 2.0 * raw.period_s * deviation**2
     band = comparison_band(raw.position, raw.effort, noise, density, widest_hz, raw.period_s)
-    most_hz = MOST_SAMPLES / (SAMPLES_PER_CUTOFF_PERIOD * raw.period_s * len(raw.time_s))
-    return replace(band, cutoff_hz=min(band.cutoff_hz, most_hz)), density
+    return band, density
+
+
+def _affordable(band: Band, raw: Sampled) -> Band:
+    """The band of the comparison, as wide as the number of samples allows."""
+    return replace(band, cutoff_hz=min(band.cutoff_hz, most_hz(raw.period_s * len(raw.time_s))))
+
+
+def _motion_hz(raw: Sampled, seen: Band, band: Band) -> float:
+    """Bandwidth of the motion behind the regressors.
+
+    A band that is narrow because the record is long does not narrow the motion: what moves faster
+    is in the effort, and the direction of motion depends on it.
+    """
+    narrow_hz, widest_hz = band.motion_hz(raw.period_s), seen.motion_hz(raw.period_s)
+    if narrow_hz >= widest_hz:
+        return widest_hz
+    _, _, acceleration = differentiate(raw.position, seen.cutoff_hz, raw.period_s)
+    power = np.cumsum(np.abs(np.fft.rfft(acceleration)) ** 2)
+    highest = int(np.searchsorted(power, _MOVED * power[-1]))
+    moved_hz = highest / (raw.period_s * len(acceleration))
+    return min(max(narrow_hz, _BEYOND_MOTION * moved_hz), widest_hz)
 
 
 def _noise(raw: Sampled, recording: Recording, name: str) -> tuple[float, float]:

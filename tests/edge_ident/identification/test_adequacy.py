@@ -165,7 +165,9 @@ def test_an_axis_at_rest_is_refused() -> None:
 def test_a_recording_too_short_for_a_diagnosis_says_so(left: float, blocks: bool) -> None:
     """What a diagnosis would not name either forbids nothing; the intervals hold model error."""
     adequacy = Adequacy(left, 5.0, ("viscous_friction",), 0.03, 8.0)
-    (finding,) = describe_model(adequacy, "only 17 independent samples", extended=False)
+    refused = DataError("only 17 independent samples", "record a longer motion")
+    (finding,) = describe_model(adequacy, refused, extended=False)
     assert finding.code == "not_diagnosed"
     assert "17 independent samples" in finding.message
+    assert "record a longer motion" in finding.next_step
     assert finding.blocks is blocks
