@@ -12,35 +12,28 @@ from dataclasses import replace
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from edge_ident.diagnosis.prepare.masks import TURN_NOISE, turning_points
 from edge_ident.estimation.trust import Finding
 from edge_ident.signals.conditioning import SAMPLES_PER_CUTOFF_PERIOD, choose_cutoff
 from edge_ident.signals.encoder import encoder_count, position_noise
-from edge_ident.signals.filters import differentiate
 from edge_ident.signals.recording import AxisRecord, Recording
 from edge_ident.signals.resampling import EvenGrid
 
-Array = NDArray[np.float64]
-
-MOST_SAMPLES: Final = 1500
+_MOST_SAMPLES: Final = 1500
 """Independent samples in a recording; a wider band adds little information and much time."""
 _PARTS: Final = 3
 _PERIODS_PER_STROKE: Final = 1.5
 """Fewest periods of the cut-off from one reversal to the next, on average: the weight of the
 direction fades over 0.4 at both of its ends."""
 _IN_PARTS: Final = 2.0
-"""The band of parts over the least that a whole recording may have."""
-_MOVED: Final = 0.99
-"""Share of the power of the velocity that is in the motion's band."""
-_BEYOND_MOTION: Final = 2.0
-"""Least cut-off over the highest frequency of the motion."""
+"""The band of parts over the least that a whole recording may have. Together they are at most half
+of it: to leave out less is not worth it."""
 
 
 def most_hz(duration_s: float) -> float:
     """Cut-off of the comparison of a recording, at most."""
-    return MOST_SAMPLES / (SAMPLES_PER_CUTOFF_PERIOD * duration_s)
+    return _MOST_SAMPLES / (SAMPLES_PER_CUTOFF_PERIOD * duration_s)
 
 
 def in_parts(recordings: Sequence[Recording], name: str) -> list[Recording]:
@@ -74,23 +67,13 @@ def _parts(recording: Recording, name: str) -> list[Recording]:
     affordable_hz = most_hz(duration_s)
     if affordable_hz >= widest_hz:
         return [recording]
-    least_hz = _least_hz(position, noise, widest_hz, grid.period_s)
-    if affordable_hz >= least_hz:
+    strokes_hz = len(turning_points(position, TURN_NOISE * noise)) / duration_s
+    wanted_hz = min(widest_hz, _IN_PARTS * _PERIODS_PER_STROKE * strokes_hz)
+    if wanted_hz < _IN_PARTS * affordable_hz:
         return [recording]
-    length_s = MOST_SAMPLES / (SAMPLES_PER_CUTOFF_PERIOD * min(widest_hz, _IN_PARTS * least_hz))
-    length_s /= _PARTS
+    length_s = duration_s * affordable_hz / wanted_hz / _PARTS
     begins_s = recording.time_s[0] + np.linspace(0.0, duration_s - length_s, _PARTS)
     return [_part(recording, float(begin_s), length_s) for begin_s in begins_s]
-
-
-def _least_hz(position: Array, noise: float, widest_hz: float, period_s: float) -> float:
-    """Cut-off that a motion needs."""
-    _, velocity = differentiate(position, widest_hz, period_s, orders=(0, 1))
-    power = np.cumsum(np.abs(np.fft.rfft(velocity - np.mean(velocity))) ** 2)
-    moved_hz = np.searchsorted(power, _MOVED * power[-1]) / (period_s * len(velocity))
-    turns = turning_points(position, TURN_NOISE * noise)
-    strokes_hz = len(turns) / (period_s * len(velocity))
-    return float(max(_BEYOND_MOTION * moved_hz, _PERIODS_PER_STROKE * strokes_hz))
 
 
 def _part(recording: Recording, begin_s: float, length_s: float) -> Recording:

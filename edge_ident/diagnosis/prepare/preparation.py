@@ -47,7 +47,7 @@ FEWEST_SAMPLES: Final = 40
 _REGRESSOR_RATE: Final = 6.0
 """Samples per period of the motion's cut-off at which regressors are computed."""
 _MOVED: Final = 0.99
-"""Share of the power of the acceleration that is the motion's; the rest may be encoder noise."""
+"""Share of the power of the velocity up to the highest frequency of the motion."""
 _BEYOND_MOTION: Final = 4.0
 """Bandwidth of the motion over the highest frequency in it, which is then attenuated by 1e-5. Twice
 that frequency would take 0.4 % off, which the inertia makes up for."""
@@ -183,10 +183,9 @@ def _motion_hz(raw: Sampled, seen: Band, band: Band) -> float:
     narrow_hz, widest_hz = band.motion_hz(raw.period_s), seen.motion_hz(raw.period_s)
     if narrow_hz >= widest_hz:
         return widest_hz
-    _, _, acceleration = differentiate(raw.position, seen.cutoff_hz, raw.period_s)
-    power = np.cumsum(np.abs(np.fft.rfft(acceleration)) ** 2)
-    highest = int(np.searchsorted(power, _MOVED * power[-1]))
-    moved_hz = highest / (raw.period_s * len(acceleration))
+    _, velocity, _ = differentiate(raw.position, seen.cutoff_hz, raw.period_s)
+    power = np.cumsum(np.abs(np.fft.rfft(velocity)) ** 2)
+    moved_hz = int(np.searchsorted(power, _MOVED * power[-1])) / (raw.period_s * len(velocity))
     return min(max(narrow_hz, _BEYOND_MOTION * moved_hz), widest_hz)
 
 
