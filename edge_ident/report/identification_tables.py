@@ -7,7 +7,7 @@ from rich.console import Group, RenderableType
 from rich.markup import escape
 from rich.text import Text
 
-from edge_ident.diagnosis.present.wording import timing_sentence
+from edge_ident.diagnosis.present.wording import timing_sentence, values
 from edge_ident.identification.result import (
     AxisIdentification,
     Identification,
@@ -30,7 +30,8 @@ def identification_view(identification: Identification) -> Group:
 
 def _axis(name: str, axis: AxisIdentification) -> Iterator[RenderableType]:
     yield _parameter_table(name, axis)
-    verdict = "[green]trusted[/]" if axis.trusted else "[red]not trusted[/]"
+    blocking = ", ".join(finding.code for finding in axis.findings if finding.blocks)
+    verdict = "[green]trusted[/]" if axis.trusted else f"[red]not trusted: {blocking}[/]"
     yield Text.from_markup(f"  {verdict}; {axis.source.spoken} used: {escape(axis.reason)}")
     yield Text(
         f"  relative residual {axis.metric.relative_residual:.2%} of all samples, "
@@ -41,6 +42,8 @@ def _axis(name: str, axis: AxisIdentification) -> Iterator[RenderableType]:
     yield Text(f"  {timing_sentence(axis.timing)}")
     if axis.compensated_effects:
         yield Text(f"  compensated effects: {', '.join(axis.compensated_effects)}")
+    for term in axis.model.terms[1:]:
+        yield Text(f"    {term.effect}: {', '.join(values(term, axis.model))}")
     if axis.network is None:
         yield Text(f"  network: {axis.network_reason}")
     for finding in axis.findings:
@@ -64,8 +67,8 @@ def _parameter_table(name: str, axis: AxisIdentification) -> FittingTable:
         table.add_column(heading, justify="right")
     table.add_column("unit")
     for i, parameter in enumerate(PARAMETERS):
-        values = ("–" if estimate is None else _value(estimate, i) for estimate in columns.values())
-        table.add_row(parameter.replace("_", " "), *values, axis.units[i])
+        cells = ("–" if estimate is None else _value(estimate, i) for estimate in columns.values())
+        table.add_row(parameter.replace("_", " "), *cells, axis.units[i])
     return table
 
 

@@ -34,6 +34,10 @@ def _axis(name: str, diagnosis: Diagnosis) -> Iterator[RenderableType]:
     axis = diagnosis.axes[name]
     sentence = escape(wording.verdict_sentence(axis))
     yield _line(f"[bold]axis {escape(name)}[/] [{_COLOUR[axis.verdict]}]{sentence}[/]")
+    for finding in axis.findings:
+        colour = "red" if finding.blocks else "yellow"
+        yield _line(f"  [{colour}]{finding.code}[/]: {escape(finding.message)}")
+        yield Text(f"    next: {finding.next_step}")
     if axis.causes:
         yield _causes_table(axis)
     for cause in axis.causes:

@@ -10,7 +10,7 @@ from edge_ident.diagnosis.select.thresholds import STRUCTURE
 from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.model.model import AxisModel, Term, base_axis
 from edge_ident.model.model_files import values_document
-from edge_ident.model.timing import LARGEST_SHIFT, Timing
+from edge_ident.model.timing import LARGEST_SHIFT, NO_SHIFT, Timing
 from edge_ident.support.words import listed, spoken
 
 _WHOLE: Final = 0.98
@@ -121,6 +121,8 @@ def not_accepted(axis: AxisDiagnosis) -> list[str]:
 
 def timing_sentence(timing: Timing) -> str:
     """By how much the effort is recorded late or early."""
+    if timing == NO_SHIFT:
+        return "the delay in the model is all by which the effort is late"
     if timing.unknown:
         return (
             "how late the effort is does not show; the intervals allow for "
