@@ -15,9 +15,6 @@ from numpy.typing import NDArray
 from edge_ident.estimation.columns import Columns
 from edge_ident.model.model import PARAMETERS, POSITIVE, Estimate
 from edge_ident.model.timing import LARGEST_SHIFT, Timing
-from edge_ident.signals.conditioning import Signals
-from edge_ident.signals.even_rows import even_rows_sentence
-from edge_ident.signals.resampling import UNEVEN
 from edge_ident.support.words import spoken
 
 Array = NDArray[np.float64]
@@ -30,10 +27,6 @@ WEAK_LIMIT: Final = 0.10
 """Relative standard deviation above which a parameter is called weakly determined."""
 TARGET: Final = 0.05
 """Relative standard deviation that a suggested motion should reach."""
-UNKNOWN_LIMIT: Final = 0.05
-"""Share of a record that is clipped or missing, above which the rest may be another motion."""
-_FEW_UNKNOWN: Final = 0.001
-"""The same, below which it is not worth a sentence."""
 AGREEMENT: Final = 3.0
 """Combined standard deviations by which two estimators may differ: 0.3 % by chance."""
 CERTAIN_SIGN: Final = 2.0
@@ -102,66 +95,6 @@ def check_estimate(
         if finding:
             findings.append(finding)
     return findings
-
-
-def describe_data(signals: Signals, stamp_jitter: float) -> list[Finding]:
-    """What was done to the data before anything was estimated.
-
-    Parameters
-    ----------
-    signals : Signals
-    stamp_jitter : float
-        See `edge_ident.signals.recording.Recording`.
-    """
-    findings = []
-    if stamp_jitter:
-        findings.append(
-            Finding(
-                "jittering_stamps",
-                even_rows_sentence(stamp_jitter),
-                "record with the board's clock, or read the file with --period",
-                blocks=False,
-            )
-        )
-    if signals.jitter > UNEVEN:
-        findings.append(
-            Finding(
-                "uneven_sampling",
-                f"time stamps are up to {signals.jitter:.2g} sampling periods off an even "
-                "grid; samples were interpolated",
-                "record with the board's clock if results look noisy",
-                blocks=False,
-            )
-        )
-    findings += _unknown(signals)
-    standing = 1.0 - float(np.mean(signals.moving))
-    if standing > 0 and not signals.unknown_share:
-        findings.append(
-            Finding(
-                "standstill",
-                f"in {standing:.1%} of the recording the axis is at rest or nearly so; "
-                "this part was not used",
-                "use stiffer feedback or friction feed-forward to shorten the rest at reversals",
-                blocks=False,
-            )
-        )
-    return findings
-
-
-def _unknown(signals: Signals) -> list[Finding]:
-    """Samples inside gaps of the time stamps, or with a clipped effort."""
-    share = signals.unknown_share
-    if share < _FEW_UNKNOWN:
-        return []
-    return [
-        Finding(
-            "clipped_or_missing",
-            f"in {share:.1%} of the recording the effort is clipped at its highest or lowest "
-            "value, or samples are missing; this part was not used",
-            "record with a larger range of the effort, a gentler motion, and without pauses",
-            blocks=share > UNKNOWN_LIMIT,
-        )
-    ]
 
 
 def _inseparable(columns: Columns) -> list[Finding]:

@@ -32,10 +32,10 @@ from edge_ident.estimation.trust import (
     Finding,
     check_estimate,
     compare_estimators,
-    describe_data,
     tied_to_time,
     with_timing,
 )
+from edge_ident.estimation.used_data import describe_data
 from edge_ident.identification.adequacy import Adequacy
 from edge_ident.identification.compared_signals import ComparedSignals
 from edge_ident.identification.findings import describe_model, describe_scales, said_once

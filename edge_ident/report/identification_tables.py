@@ -82,8 +82,8 @@ def designs_view(designs: Mapping[str, "GainDesign"]) -> Group:
     table.add_column("")
     for name in designs:
         table.add_column(escape(f"axis {name}"), justify="right")
-    for label, values in _gain_rows(list(designs.values())):
-        table.add_row(label, *values)
+    for label, cells in _gain_rows(list(designs.values())):
+        table.add_row(label, *cells)
     used = (
         Text(f"  axis {name}: {used.effect}: {used.sentence}")
         for name, design in designs.items()

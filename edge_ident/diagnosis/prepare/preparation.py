@@ -122,9 +122,7 @@ def _segment(recording: Recording, name: str, clock: int) -> Segment:
     raw = Sampled.of(recording, name, clock)
     count, noise = _noise(raw, recording, name)
     widest_hz = choose_cutoff(raw.position, raw.period_s, raw.noises[name])
-    seen, density = _band(raw, noise, widest_hz)
-    band = _affordable(seen, raw)
-    motion_hz = _motion_hz(raw, seen, band)
+    band, motion_hz, density = _band(raw, noise, widest_hz)
     stride = max(1, int(1.0 / (_REGRESSOR_RATE * motion_hz * raw.period_s)))
     period_s = stride * raw.period_s
     motions, replicas = raw.motions(motion_hz, stride)
@@ -161,17 +159,15 @@ def _segment(recording: Recording, name: str, clock: int) -> Segment:
     )
 
 
-def _band(raw: Sampled, noise: float, widest_hz: float) -> tuple[Band, float]:
-    """The band in which causes can be seen, and the power density of the effort noise per Hz."""
+def _band(raw: Sampled, noise: float, widest_hz: float) -> tuple[Band, float, float]:
+    """The band of the comparison, the bandwidth of the motion, and the power density of the effort
+    noise per Hz."""
     deviation = white_noise(raw.effort, raw.position, widest_hz, raw.period_s)
     density = 2.0 * raw.period_s * deviation**2
-    band = comparison_band(raw.position, raw.effort, noise, density, widest_hz, raw.period_s)
-    return band, density
-
-
-def _affordable(band: Band, raw: Sampled) -> Band:
-    """The band of the comparison, as wide as the number of samples allows."""
-    return replace(band, cutoff_hz=min(band.cutoff_hz, most_hz(raw.period_s * len(raw.time_s))))
+    seen = comparison_band(raw.position, raw.effort, noise, density, widest_hz, raw.period_s)
+    affordable_hz = most_hz(raw.period_s * len(raw.time_s))
+    band = replace(seen, cutoff_hz=min(seen.cutoff_hz, affordable_hz))
+    return band, _motion_hz(raw, seen, band), density
 
 
 def _motion_hz(raw: Sampled, seen: Band, band: Band) -> float:

@@ -47,8 +47,9 @@ def _axis(name: str, diagnosis: Diagnosis) -> Iterator[RenderableType]:
     for refused in axis.refused:
         yield Text(f"  {wording.refused_sentence(refused)}")
     yield _comparison_table(name, diagnosis)
+    beside = " beside the causes" if axis.causes else ""
     for experiment, effects in wording.not_testable(axis).items():
-        yield Text(f"  not testable: {', '.join(effects)}; record {experiment}")
+        yield Text(f"  not testable{beside}: {', '.join(effects)}; record {experiment}")
     if axis.not_testable:
         yield Text("  edge-ident plan designs a motion that shows them, from this recording")
 

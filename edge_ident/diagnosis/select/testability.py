@@ -50,7 +50,10 @@ def not_testable(search: Search, model: FittedModel, noise: float) -> tuple[NotT
             default=0.0,
         )
         if hidden > NOT_TESTABLE.value * effort:
-            missing.append(NotTestable(name, _reason(hidden / effort), experiment))
+            reason = _reason(
+                hidden / effort, "beside the causes" if model.terms else "in this motion"
+            )
+            missing.append(NotTestable(name, reason, experiment))
     return tuple(missing)
 
 
@@ -80,8 +83,8 @@ def _orthogonal_shares(rows: Array, basis: Array) -> Array:
     return np.asarray(np.linalg.norm(orthogonal, axis=1) / np.maximum(whole, _TINY))
 
 
-def _reason(hidden: float) -> str:
+def _reason(hidden: float, where: str) -> str:
     """In words; `hidden` is relative to the effort."""
     if hidden > INDISTINGUISHABLE.value:
-        return "in this motion it looks exactly like the base model's terms"
-    return f"in this motion it could make up {hidden:.0%} of the effort and not be noticed"
+        return f"{where} it looks exactly like the base model's terms"
+    return f"{where} it could make up {hidden:.0%} of the effort and not be noticed"
