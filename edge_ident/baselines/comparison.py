@@ -13,7 +13,7 @@ from edge_ident.errors import DataError, EdgeIdentError
 from edge_ident.estimation.network import Network
 from edge_ident.estimation.trust import Finding, check_estimate
 from edge_ident.model.model import Estimate
-from edge_ident.signals.data_checks import check_efforts
+from edge_ident.signals.data_checks import check_usable
 from edge_ident.signals.even_rows import with_even_rows
 from edge_ident.signals.metrics import Metric
 from edge_ident.signals.metrics import compare as measure
@@ -172,7 +172,7 @@ def compare(
     for method in methods:
         if method not in known:
             raise DataError(f"there is no method {method}", f"choose from {listed(known)}")
-    check_efforts(recording)
+    check_usable(recording)
     recording = with_even_rows(recording)
     for name, axis in recording.axes.items():
         problem = pose(recording, name, network=network, tries=tries, seed=seed, note=on_note)

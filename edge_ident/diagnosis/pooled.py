@@ -6,7 +6,7 @@ from itertools import combinations
 import numpy as np
 
 from edge_ident.errors import DataError
-from edge_ident.signals.data_checks import check_efforts
+from edge_ident.signals.data_checks import check_usable
 from edge_ident.signals.recording import Recording
 from edge_ident.support.words import listed
 
@@ -20,7 +20,7 @@ def check_pooled(recordings: Sequence[Recording]) -> None:
         An effort never changes, axes or units differ, or two recordings are the same one.
     """
     for recording in recordings:
-        check_efforts(recording)
+        check_usable(recording)
     for one, other in combinations(recordings, 2):
         _check_pair(one, other)
 

@@ -24,7 +24,7 @@ from edge_ident.identification.network_answers import network_input, run_network
 from edge_ident.identification.result import Identification
 from edge_ident.model.model import Estimate, Model
 from edge_ident.model.timing import NO_SHIFT
-from edge_ident.signals.data_checks import check_efforts
+from edge_ident.signals.data_checks import check_usable
 from edge_ident.signals.decimation import LONG
 from edge_ident.signals.even_rows import with_even_rows
 from edge_ident.signals.metrics import relative_residual
@@ -90,7 +90,7 @@ def identify(
     >>> round(float(inertia), 2), found.axes["x"].units[0]
     (0.43, 'kg*m^2')
     """
-    check_efforts(recording)
+    check_usable(recording)
     watch = stopwatch or Stopwatch()
     with watch.stage("signals"):
         recording = with_even_rows(recording)

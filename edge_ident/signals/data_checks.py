@@ -10,6 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.errors import DataError
+from edge_ident.signals.array_checks import (
+    check_arrays,
+    check_finite,
+    check_increasing,
+    check_length,
+)
 from edge_ident.signals.conditioning import condition
 from edge_ident.signals.encoder import position_noise
 from edge_ident.signals.metrics import quantile
@@ -17,8 +23,6 @@ from edge_ident.signals.recording import AxisRecord, Recording
 
 Array = NDArray[np.float64]
 
-MINIMUM_SAMPLES: Final = 200
-"""Twice the points that every signal is subsampled to."""
 _MINIMUM_COUNTS: Final = 50
 """Travel, in encoder counts, below which a motion cannot be told from quantization."""
 _MINIMUM_NOISES: Final = 20.0
@@ -69,10 +73,10 @@ def check_table(
             "the sampling period with --period",
         )
     time_s = columns["time_s"]
-    _check_length(source, time_s)
+    check_length(source, time_s)
     for name, values in columns.items():
-        _check_finite(source, name, values, first_row)
-    _check_increasing(source, time_s, first_row)
+        check_finite(source, f"column {name}", values, first_row)
+    check_increasing(source, "column time_s", time_s, first_row)
     period_s = quantile(np.diff(time_s), 0.5)
     if period_s >= _SLOWEST_S:
         raise DataError(
@@ -83,35 +87,6 @@ def check_table(
         )
 
 
-def _check_length(source: str, time_s: Array) -> None:
-    if time_s.ndim != 1 or len(time_s) < MINIMUM_SAMPLES:
-        raise DataError(
-            f"{source}: {len(time_s)} samples are not enough",
-            f"record at least {MINIMUM_SAMPLES} samples, better a whole period of the motion",
-        )
-
-
-def _check_finite(source: str, name: str, values: Array, first_row: int) -> None:
-    bad = np.flatnonzero(~np.isfinite(values))
-    if len(bad):
-        raise DataError(
-            f"{source}, row {first_row + bad[0]}, column {name}: not a finite number "
-            f"({len(bad)} in all)",
-            "remove these rows; uneven sampling is allowed",
-        )
-
-
-def _check_increasing(source: str, time_s: Array, first_row: int) -> None:
-    back = np.flatnonzero(np.diff(time_s) <= 0)
-    if len(back):
-        row = first_row + back[0] + 1
-        raise DataError(
-            f"{source}, row {row}, column time_s: time goes from "
-            f"{time_s[back[0]]:.15g} to {time_s[back[0] + 1]:.15g} s",
-            "sort the rows by time and remove repeated ones",
-        )
-
-
 def check_recording(recording: Recording) -> None:
     """Check every axis: an effort that changes, a motion, and an encoder that follows it.
 
@@ -119,7 +94,7 @@ def check_recording(recording: Recording) -> None:
     ------
     DataError
     """
-    check_efforts(recording)
+    check_usable(recording)
     check_motions(recording)
 
 
@@ -164,14 +139,16 @@ def check_motions(recording: Recording, first_row: int = 0) -> None:
         _check_jump(where, steps, np.diff(recording.time_s), first_row)
 
 
-def check_efforts(recording: Recording) -> None:
-    """Check what nothing follows from: too few samples, or an effort of one value throughout.
+def check_usable(recording: Recording) -> None:
+    """Check what nothing follows from: arrays that are no recording, an effort of one value.
+
+    A recording of a file has passed the first of these; one that is made in memory has not.
 
     Raises
     ------
     DataError
     """
-    _check_length(recording.source, recording.time_s)
+    check_arrays(recording)
     for name, axis in recording.axes.items():
         _check_effort_changes(recording.source, name, axis)
 

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from edge_ident.errors import DataError
 from edge_ident.files.reading import read_table
 from edge_ident.files.table import Table
+from edge_ident.signals.array_checks import check_form
 from edge_ident.signals.column_mapping import ColumnMapping, ColumnUse, map_columns
 from edge_ident.signals.contract_columns import TIME, axis_columns, only_axes, recording_of
 from edge_ident.signals.data_checks import check_motions, check_table
@@ -232,6 +233,8 @@ def save_recording(recording: Recording, path: str | Path) -> None:
 
     Raises
     ------
+    DataError
+        A unit is none of a recording, or a signal is not as long as the time.
     OSError
         The file cannot be written.
 
@@ -240,6 +243,7 @@ def save_recording(recording: Recording, path: str | Path) -> None:
     >>> import edge_ident
     >>> edge_ident.save_recording(edge_ident.simulate(), "drive.npz")
     """
+    check_form(recording)
     path = Path(path)
     columns = {TIME: recording.time_s}
     for name, axis in recording.axes.items():

@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 from edge_ident.drive.motions import MotionName
 from edge_ident.model.model import Model
+from edge_ident.signals.array_checks import check_arrays
 from edge_ident.signals.recording import Recording
 from edge_ident.simulation.flexible import reduced_model
 from edge_ident.simulation.references import (
@@ -57,7 +58,8 @@ def simulate(
     Raises
     ------
     DataError
-        The motion lacks an axis of the model, or has it in another unit.
+        The motion lacks an axis of the model, has it in another unit, or is no recording that
+        can be used.
     ModelError
         The model cannot be simulated, or does not follow the motion.
     GainError
@@ -75,6 +77,7 @@ def simulate(
     followed = reduced_model() if model is None else model
     units = {name: axis.position_unit for name, axis in followed.axes.items()}
     if isinstance(motion, Recording):
+        check_arrays(motion)
         references = recorded_references(motion, units)
     elif isinstance(motion, Trajectory):
         references = designed_references(units, motion)
