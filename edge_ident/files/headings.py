@@ -9,9 +9,12 @@ from edge_ident.files.units import known_unit
 _BRACKETS: Final = re.compile(r"(?P<name>.*?)[\s_]*[\[({<](?P<unit>[^\[({<]*)[\])}>]\s*")
 _AFTER_SIGN: Final = re.compile(r"(?P<name>.+?)\s*(?:[,;:]|\s/|\sin)\s+(?P<unit>\S+)\s*")
 _UNDERSCORE: Final = re.compile(r"(?P<name>.+?)_(?P<unit>[^\W_]+(?:_s2?)?)")
+_TWO_WORDS: Final = re.compile(r"(?P<name>.+?)_(?P<unit>[^\W_]+_[^\W_]+)")
+"""As in `torque_oz_in`."""
 _DIVISOR: Final = re.compile(r"(?P<name>[^/]+)/\s*(?P<unit>[^/\s]+)\s*")
 """As in `Zeit/ms` (DIN 1313)."""
-_FORMS: Final = (_BRACKETS, _AFTER_SIGN, _UNDERSCORE, _DIVISOR)
+_LABEL: Final = re.compile(r"\w*\d|[XYZABCUVW]")
+_FORMS: Final = (_BRACKETS, _AFTER_SIGN, _TWO_WORDS, _UNDERSCORE, _DIVISOR)
 """The first form that names a unit counts."""
 _BY_NAME: Final = {
     "nm": "Nm",
@@ -44,6 +47,22 @@ def split_heading(heading: str) -> tuple[str, str | None]:
         if name and known_unit(unit) is not None:
             return name, unit
     return text, None
+
+
+def split_unknown(heading: str) -> tuple[str, str | None]:
+    """Name of a heading, and what stands where a unit would and is none that is known, or None.
+
+    That is text in brackets, but for the label of an axis, as in `Axis[1]` or `Position (J2)`; and
+    `grad` anywhere, which is one unit in German and another in English.
+    """
+    name, unit = split_heading(heading)
+    for form in _FORMS if unit is None else ():
+        match = form.fullmatch(heading.strip())
+        text = match["unit"].strip() if match else ""
+        said = form is _BRACKETS and not _LABEL.fullmatch(text)
+        if match and text and (said or text.lower() == "grad"):
+            return match["name"].strip(), text
+    return name, None
 
 
 def unique(headings: Iterable[str]) -> list[str]:

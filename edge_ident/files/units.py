@@ -25,6 +25,12 @@ class Unit:
 
 
 _TURN: Final = 2.0 * pi
+_INCH_M: Final = 0.0254
+_FOOT_M: Final = 12.0 * _INCH_M
+_KILOGRAM_N: Final = 9.80665
+"""Weight of a kilogram at standard gravity, exact by definition (CGPM 1901; NIST SP 811, B.8)."""
+_POUND_N: Final = 0.45359237 * _KILOGRAM_N
+"""Of a pound of 0.45359237 kg; inch and pound are exact since 1959 (NIST SP 811, B.6)."""
 _SPELLED: Final = {
     "s": {
         1.0: "s sec sek second seconds Sekunden",
@@ -34,18 +40,20 @@ _SPELLED: Final = {
         60.0: "min",
     },
     "m": {1.0: "m meter metre", 1e-3: "mm", 1e-2: "cm", 1e-6: "um µm μm micron", 1e-9: "nm"}
-    | {0.0254: "in inch"},
+    | {_INCH_M: "in inch inches", _FOOT_M: "ft"},
     "rad": {1.0: "rad", 1e-3: "mrad", 1e-6: "urad µrad", pi / 180.0: "deg ° degree degrees Grad"}
-    | {_TURN: "turn turns rev revs U Umdr", pi / 648000.0: "arcsec"},
+    | {_TURN: "turn turns rev revs U Umdr", pi / 648000.0: "arcsec", pi / 200.0: "gon gradian"},
     "count": {
         1.0: "count counts cnt cts inc incr increment increments Inkremente Ink ticks pulses"
     },
-    "N": {1.0: "N", 1e3: "kN", 1e-3: "mN"},
+    "N": {1.0: "N", 1e3: "kN", 1e-3: "mN", 10.0: "daN"}
+    | {_POUND_N: "lbf lb lbs", _POUND_N / 16.0: "ozf oz", _KILOGRAM_N: "kgf"},
     "N*m": {
         1.0: "Nm N*m N·m N.m N-m",
-        1e-3: "mNm mN*m mN·m",
+        1e-3: "mNm mN*m mN·m Nmm N*mm N·mm",
         1e-2: "Ncm N*cm N·cm",
         1e3: "kNm kN*m kN·m",
+        10.0: "daNm",
     },
     "A": {1.0: "A Arms Aeff A_rms Ampere", 1e-3: "mA"},
     "V": {1.0: "V Volt", 1e-3: "mV"},
@@ -67,6 +75,28 @@ _UNITS: Final = {
     for factor, spellings in factors.items()
     for spelling in spellings.split()
 } | {"K": Unit("degC", 1.0, -273.15)}
+_ONLY_SO: Final = ("Grad",)
+"""German for degree; in English, grad is a gradian. Other spellings of it name no unit."""
+_FORCES_N: Final = {
+    "oz": _POUND_N / 16.0, "ounce": _POUND_N / 16.0, "lb": _POUND_N, "pound": _POUND_N,
+    "kg": _KILOGRAM_N, "kp": _KILOGRAM_N,
+}  # fmt: skip
+_ARMS_M: Final = {
+    "in": _INCH_M, "inch": _INCH_M, "ft": _FOOT_M, "foot": _FOOT_M, "feet": _FOOT_M,
+    "m": 1.0, "cm": 1e-2, "mm": 1e-3,
+}  # fmt: skip
+_JOINED: Final = r"\s*[-·⋅*._\s]?\s*"
+_POUNDS: Final = r"(?P<force>oz|ounce|lb|pound)(?:f|s)?"
+_INCHES: Final = r"(?P<arm>inch|in|foot|feet|ft)(?:es|s)?"
+_TORQUES: Final = tuple(
+    re.compile(pattern, re.IGNORECASE)
+    for pattern in (
+        _POUNDS + _JOINED + _INCHES,
+        _INCHES + _JOINED + _POUNDS,
+        r"(?P<force>kg|kp)f?" + _JOINED + "(?P<arm>m|cm|mm)",
+    )
+)
+"""Force and arm in either order: `oz-in`, `lbf·in`, `ft-lbs`, `ftlb`, `kgf·cm`."""
 _NUMBER: Final = r"\d+(?:\.\d*)?(?:[eE][-+]?\d+)?"
 _SCALED: Final = re.compile(rf"(?P<top>{_NUMBER})(?:/(?P<bottom>{_NUMBER}))?\s*(?P<unit>\D.*)")
 _PER: Final = re.compile(rf"(?P<counts>{_NUMBER})\s*(?:/\s*(?P<unit>\D.*))?")
@@ -81,8 +111,21 @@ def known_unit(text: str) -> Unit | None:
     text = text.strip()
     if text in _UNITS:
         return _UNITS[text]
-    alike = {unit for spelling, unit in _UNITS.items() if spelling.lower() == text.lower()}
-    return alike.pop() if len(alike) == 1 else None
+    alike = {
+        unit
+        for spelling, unit in _UNITS.items()
+        if spelling.lower() == text.lower() and spelling not in _ONLY_SO
+    }
+    return alike.pop() if len(alike) == 1 else _torque(text)
+
+
+def _torque(text: str) -> Unit | None:
+    """A torque as a force and its arm, in the units of pounds and inches, or of kilograms."""
+    for pattern in _TORQUES:
+        if match := pattern.fullmatch(text):
+            force, arm = match["force"].lower(), match["arm"].lower()
+            return Unit("N*m", _FORCES_N[force] * _ARMS_M[arm])
+    return None
 
 
 def stated_unit(text: str) -> Unit | None:

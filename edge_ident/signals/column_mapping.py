@@ -12,11 +12,13 @@ from edge_ident.errors import DataError
 from edge_ident.files.headings import repetition, split_heading
 from edge_ident.files.table import Column, Table
 from edge_ident.files.units import Unit, known_unit
-from edge_ident.signals.column_proposals import Proposal, propose_axes, propose_time
+from edge_ident.signals.column_proposals import propose_axes
 from edge_ident.signals.column_roles import role_of
 from edge_ident.signals.column_units import checked_options, conversion, weak
 from edge_ident.signals.contract_columns import EFFORTS, TIME, name_with, parse_name
+from edge_ident.signals.read_columns import Proposal, ReadColumn, read_columns
 from edge_ident.signals.read_options import ReadOptions
+from edge_ident.signals.time_proposals import propose_time
 
 
 @dataclass(frozen=True)
@@ -94,8 +96,8 @@ def map_columns(table: Table, options: ReadOptions) -> ColumnMapping:
         elif not native or found:
             questions += asked
     uses = tuple(
-        _use(column, targets.get(column.heading, Proposal(None, "")), units, options, period_s)
-        for column in table.columns
+        _use(read, targets.get(read.heading, Proposal(None, "")), units, options, period_s)
+        for read in read_columns(table.columns)
     )
     repeated = _repeated(uses, said)
     questions += [f"several columns are named {heading}" for heading in repeated]
@@ -186,13 +188,13 @@ def _column(table: Table, name: str) -> Column:
 
 
 def _use(
-    column: Column,
+    read: ReadColumn,
     proposal: Proposal,
     units: Mapping[str, str],
     options: ReadOptions,
     period_s: float | None,
 ) -> ColumnUse:
-    target, reason = proposal.target, proposal.reason
+    column, target, reason = read.column, proposal.target, proposal.reason
     if target == TIME and period_s is not None:
         target, reason = None, "the sampling period is given"
     text = units.get(column.heading) or proposal.unit or column.unit
@@ -206,6 +208,11 @@ def _use(
         if column.heading in units or not weak(column):
             raise
         text, unit = None, conversion(column, target, None, options)
+    if text is None and read.unknown is not None:
+        raise DataError(
+            f"column {read.heading} states {read.unknown}, which is no unit that edge-ident knows",
+            f"say which it is: --unit '{read.heading}=UNIT'",
+        )
     if text is None:
         reason += ", unit not stated: taken as the contract's"
     return ColumnUse(column.heading, target, text, unit, reason)
@@ -224,20 +231,20 @@ def _accepting(
     options: ReadOptions,
 ) -> tuple[str, ...]:
     """Options of the command line that say what a proposal guesses."""
-    said: list[str] = []
+    said: list[tuple[str, ...]] = []
     for use, column in zip(uses, table.columns, strict=True):
         if use.target is None:
             continue
         heading, proposal = use.heading, targets[use.heading]
         if use.target != heading or heading in repeated:
-            said += ["--column", f"{heading}={use.target}"]
+            said.append(("--column", f"{heading}={use.target}"))
         if use.unit_text is not None and use.unit_text != column.unit:
-            said += ["--unit", f"{heading}={use.unit_text}"]
-        said += [word for word in proposal.open if word not in said]
+            said.append(("--unit", f"{heading}={use.unit_text}"))
+        said.append(proposal.open)
     if options.period_s is not None:
-        said += ["--period", f"{options.period_s:g}"]
+        said.append(("--period", f"{options.period_s:g}"))
     elif not any(use.target == TIME for use in uses):
-        said += ["--period", "SECONDS"]
+        said.append(("--period", "SECONDS"))
     for option, value in (
         ("--resolution", options.resolution),
         ("--rated-effort", options.rated_effort),
@@ -245,5 +252,5 @@ def _accepting(
         ("--delimiter", options.delimiter),
         ("--decimal", options.decimal),
     ):
-        said += [] if value is None else [option, str(value)]
-    return tuple(said)
+        said += [] if value is None else [(option, str(value))]
+    return tuple(word for words in dict.fromkeys(said) for word in words)

@@ -26,8 +26,8 @@ def checked_options(options: ReadOptions) -> None:
         if stated_unit(text) is None:
             raise DataError(
                 f"--unit {name}={text}: {text!r} is no unit that edge-ident knows",
-                "write one such as s, ms, mm, m, deg, rad, turn, N, Nm, A, V, or a number of it: "
-                "1/8192 turn",
+                "write one such as s, ms, mm, m, in, deg, gon, rad, turn, N, lbf, Nm, oz-in, A, V, "
+                "or a number of it: 1/8192 turn",
             )
     if options.resolution is not None and count_unit(options.resolution) is None:
         raise DataError(

@@ -17,9 +17,11 @@ from edge_ident.signals.array_checks import (
     check_length,
 )
 from edge_ident.signals.conditioning import condition
+from edge_ident.signals.contract_columns import TIME
 from edge_ident.signals.encoder import position_noise
 from edge_ident.signals.metrics import quantile
 from edge_ident.signals.recording import AxisRecord, Recording
+from edge_ident.signals.time_units import TIME_WORDS, likely_unit
 
 Array = NDArray[np.float64]
 
@@ -48,7 +50,11 @@ _TINY: Final = float(np.finfo(float).tiny)
 
 
 def check_table(
-    source: str, columns: Mapping[str, Array], first_row: int, held: str | None = None
+    source: str,
+    columns: Mapping[str, Array],
+    first_row: int,
+    held: str | None = None,
+    time_column: tuple[str, float] | None = (TIME, 1.0),
 ) -> None:
     """Check what holds for any column: time there and increasing, all finite, long enough.
 
@@ -61,6 +67,8 @@ def check_table(
         Row of the file that holds the first sample.
     held : str, optional
         Headings of the file, for messages.
+    time_column : tuple of str and float, or None
+        Heading of the time in the file and its unit in s; None where a sampling period is given.
 
     Raises
     ------
@@ -82,9 +90,23 @@ def check_table(
         raise DataError(
             f"{source}, column time_s: {period_s:.4g} s from sample to sample is too slow for any "
             "drive",
-            "give the time in seconds; if it is in milliseconds, say so: --unit time_s=ms; if it "
-            "counts samples, give --period",
+            _time_instead(time_s, time_column),
         )
+
+
+def _time_instead(time_s: Array, time_column: tuple[str, float] | None) -> str:
+    """What to say of a time that is too slow as it was read."""
+    if time_column is None:
+        return "give the sampling period in seconds: --period"
+    from shlex import join
+
+    heading, factor = time_column
+    unit = likely_unit(time_s / factor)
+    said = join(["--unit", f"{heading}={unit}"])
+    return (
+        f"give the time in seconds; if it is in {TIME_WORDS[unit]}, say so: {said}; if it counts "
+        "samples, give --period"
+    )
 
 
 def check_recording(recording: Recording) -> None:

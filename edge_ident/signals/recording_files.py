@@ -126,7 +126,8 @@ class Inspection:
             )
         held = ", ".join(use.heading for use in self.columns)
         columns = only_axes(self.source, self._columns, self._axes)
-        check_table(self.source, columns, self._first_row, held)
+        times = [(use.heading, use.unit.factor) for use in self.columns if use.target == TIME]
+        check_table(self.source, columns, self._first_row, held, next(iter(times), None))
         recording = recording_of(self.source, columns, self._effort_shift_s, held)
         check_motions(recording, self._first_row)
         return recording

@@ -167,7 +167,7 @@ def test_what_is_not_certain_is_listed_with_the_command_that_accepts_it(tmp_path
         ({"units": {"X.ActPos": "furlong"}}, "no unit that edge-ident knows"),
         ({"units": {"X.ActPos": "counts"}}, "say what that is with --resolution"),
         ({"units": {"X.Kraft": "%"}}, "say what that is with --rated-effort"),
-        ({"units": {"X.Kraft": "mm"}}, "is in mm, which is no N"),
+        ({"units": {"X.Kraft": "mm"}}, "is named force and has the unit mm"),
         ({"resolution": "many"}, "not counts per turn or length"),
         ({"rated_effort": "2.4"}, "not an effort with its unit"),
     ],

@@ -1,0 +1,102 @@
+"""A column with what its heading and its unit say, and what may be proposed for it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+from edge_ident.files.headings import split_unknown
+from edge_ident.files.table import Column
+from edge_ident.files.units import Unit, stated_unit
+from edge_ident.signals.column_roles import Role, role_of
+
+LENGTHS: Final = ("m", "rad")
+_UNIT: Final = "UNIT"
+"""Stands in a proposed command line where only a person knows the unit."""
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """What a column may be.
+
+    Attributes
+    ----------
+    target : str or None
+        Name in the contract.
+    reason : str
+    unit : str or None
+        That the file does not state.
+    open : tuple of str
+        Option that still has to be given, and what it wants.
+    """
+
+    target: str | None
+    reason: str
+    unit: str | None = None
+    open: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class ReadColumn:
+    """A column with what its heading and its unit say.
+
+    Attributes
+    ----------
+    column : Column
+    role : Role
+    unit : Unit or None
+    unknown : str or None
+        What the heading states in a unit's place, where that is no unit that is known.
+    """
+
+    column: Column
+    role: Role
+    unit: Unit | None
+    unknown: str | None
+
+    @property
+    def heading(self) -> str:
+        """As it stands in the file."""
+        return self.column.heading
+
+    @property
+    def is_length(self) -> bool:
+        """Whether its unit is one of a position."""
+        return self.unit is not None and self.unit.base in (*LENGTHS, "count")
+
+
+def read_columns(columns: Sequence[Column]) -> list[ReadColumn]:
+    """Read headings and units of columns; the user may have stated a unit."""
+    split = [split_unknown(column.heading) for column in columns]
+    labels = {text for _, text in split if text is not None and _is_label(text, split)}
+    read = []
+    for column, (name, text) in zip(columns, split, strict=True):
+        unit = None if column.unit is None else stated_unit(column.unit)
+        if text is None or text in labels:
+            read.append(ReadColumn(column, role_of(column.name), unit, None))
+        else:
+            unknown = text if column.unit is None else None
+            read.append(ReadColumn(column, role_of(name), unit, unknown))
+    return read
+
+
+def _is_label(text: str, split: Sequence[tuple[str, str | None]]) -> bool:
+    """Whether text in a unit's place is none: known words, or the same for several quantities.
+
+    As in `Position (actual)`, or in `Position (left)` beside `Torque (left)`.
+    """
+    quantities = {role_of(name).quantity for name, other in split if other == text}
+    return not role_of(text).axis or len(quantities) > 1
+
+
+def without_unit(read: ReadColumn, target: str, reason: str) -> tuple[Proposal, str]:
+    """A proposal for a column that states a unit which cannot be its own, and the question.
+
+    No other unit is proposed: that would be a guess against what the file says.
+    """
+    stated = read.unknown or read.column.unit
+    asked = (
+        f"{read.heading} states {stated}, which is no unit that edge-ident knows"
+        if read.unknown
+        else f"{read.heading} is {reason} and has the unit {stated}"
+    )
+    return Proposal(target, reason, open=("--unit", f"{read.heading}={_UNIT}")), asked
