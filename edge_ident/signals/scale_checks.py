@@ -37,6 +37,14 @@ _FACTORS: Final = {
     "turns and rad": 2.0 * np.pi,
     "1/min and rad/s": 30.0 / np.pi,
 }
+_CROSSED: Final = {
+    ("m", "N*m"): "if the position is an angle, say so: --unit NAME=rad (of {axis}_position_m, "
+    "with --column {axis}_position_m={axis}_position_rad); of a screw with 5 mm a turn, mm are an "
+    "angle: --unit 'NAME=1/5 turn'",
+    ("rad", "N"): "if the position is a length, say so: --unit NAME=mm; if the effort is a "
+    "torque: --unit NAME=Nm (of {axis}_force_n, with --column {axis}_force_n={axis}_torque_nm)",
+}  # fmt: skip
+"""Position and effort whose product is no work, and what to do."""
 
 
 @dataclass(frozen=True)
@@ -64,7 +72,8 @@ def check_scales(recording: Recording) -> list[ScaleQuestion]:
 def check_scale(recording: Recording, name: str) -> list[ScaleQuestion]:
     """The same of one axis."""
     axis, time_s = recording.axes[name], recording.time_s
-    return _travel(name, axis) + _sampling(name, axis, time_s) + _within_axis(name, axis, time_s)
+    asked = _kinds(name, axis) + _travel(name, axis) + _sampling(name, axis, time_s)
+    return asked + _within_axis(name, axis, time_s)
 
 
 def check_inertia(name: str, inertia: float, unit: str) -> list[ScaleQuestion]:
@@ -77,6 +86,22 @@ def check_inertia(name: str, inertia: float, unit: str) -> list[ScaleQuestion]:
             name,
             f"an inertia of {inertia:.2g} {unit} is that of no axis: are all units right?",
             "check the units of time, position and effort: edge-ident import FILE shows them",
+        )
+    ]
+
+
+def _kinds(name: str, axis: AxisRecord) -> list[ScaleQuestion]:
+    """A length beside a torque, or an angle beside a force."""
+    if axis.units not in _CROSSED:
+        return []
+    position, effort = axis.units
+    return [
+        ScaleQuestion(
+            "crossed_units",
+            name,
+            f"the position is in {position} and the effort in {effort}, so that the inertia is in "
+            f"{axis.parameter_units[0]}: are both units right?",
+            _CROSSED[axis.units].format(axis=name),
         )
     ]
 

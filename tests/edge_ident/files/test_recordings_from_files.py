@@ -210,6 +210,39 @@ def test_implausible_scales_are_questioned(change: dict[str, float], unit: str, 
     assert not question.blocks
 
 
+@pytest.mark.parametrize(("position", "effort"), [("m", "N*m"), ("rad", "N")])
+def test_a_length_beside_a_torque_and_an_angle_beside_a_force_are_questioned(
+    position: str, effort: str, tmp_path: Path
+) -> None:
+    """Their product is no work, and the inertia that follows is none."""
+    good, path = sound(), tmp_path / "crossed.csv"
+    axis = edge_ident.AxisRecord(1e-3 * good.position, good.effort, position, effort)
+    edge_ident.save_recording(edge_ident.Recording(good.time_s, {"x": axis}, "made"), path)
+    _, document, messages = run("import", path, "--json")
+    assert f"the position is in {position} and the effort in {effort}" in messages
+    assert "crossed_units" in [question["code"] for question in document["warnings"]]
+    _, document, _ = run("identify", path, "--no-diagnose", "--json")
+    assert "crossed_units" in [found["code"] for found in document["axes"]["x"]["warnings"]]
+
+
+def test_the_question_about_crossed_units_can_be_followed(tmp_path: Path) -> None:
+    """A position of 5 mm a turn becomes an angle by what the next step says."""
+    good, path = sound(), tmp_path / "screw.csv"
+    table = np.column_stack([good.time_s, 5.0 * good.position / (2.0 * np.pi), good.effort])
+    np.savetxt(path, table, delimiter=",", header="t [s],pos [mm],torque [Nm]", comments="")
+    _, _, messages = run("import", path, "--json")
+    assert "--unit 'NAME=1/5 turn'" in messages
+    options = edge_ident.ReadOptions(units={"pos": "1/5 turn"})
+    read = edge_ident.load_recording(path, options=options).axes["x"]
+    np.testing.assert_allclose(read.position, good.position, rtol=1e-9)
+    native = Columns(good.time_s, good.position, good.effort).write(tmp_path / "native.csv")
+    named = native.read_text().replace("x_position_rad", "x_position_m")
+    native.write_text(named)
+    assert "--column x_position_m=x_position_rad" in run("import", native, "--json")[2]
+    options = edge_ident.ReadOptions({"x_position_m": "x_position_rad"}, {"x_position_m": "rad"})
+    assert edge_ident.load_recording(native, options=options).axes["x"].position_unit == "rad"
+
+
 def test_a_position_in_degrees_beside_a_speed_in_rad_is_questioned() -> None:
     good = sound()
     velocity = np.gradient(good.position, good.time_s)
