@@ -5,12 +5,13 @@ from pathlib import Path
 from edge_ident.errors import DataError
 from edge_ident.files.dialect import Dialect
 from edge_ident.files.layout import Layout
+from edge_ident.files.opening import open_text
 
 
 def bad_cell(path: Path, dialect: Dialect, layout: Layout) -> DataError:
     """Find the first row that is no row of the table, and say what is wrong with it."""
     width = len(layout.headings)
-    with path.open(encoding=dialect.encoding, errors="replace", newline=None) as file:
+    with open_text(path, dialect.encoding) as file:
         for row, line in enumerate(file, start=1):
             if row < layout.first_row or not line.strip():
                 continue

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Final
 
 from edge_ident.errors import DataError
+from edge_ident.files.opening import open_bytes
 
 BLANKS: Final = " "
 """Delimiter that stands for any run of blanks."""
@@ -106,7 +107,7 @@ def read_head(path: Path) -> tuple[str, list[str]]:
     DataError
         The file is empty, or not text.
     """
-    with path.open("rb") as file:
+    with open_bytes(path) as file:
         head = file.read(_HEAD_BYTES)
         whole = not file.read(1)
     if not head.strip():

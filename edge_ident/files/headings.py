@@ -1,7 +1,7 @@
 """Headings of columns: the name and the unit in it."""
 
 import re
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from typing import Final
 
 from edge_ident.files.units import known_unit
@@ -16,6 +16,8 @@ _DIVISOR: Final = re.compile(r"(?P<name>[^/]+)/\s*(?P<unit>[^/\s]+)\s*")
 _LABEL: Final = re.compile(r"\w*\d|[XYZABCUVW]")
 _FORMS: Final = (_BRACKETS, _AFTER_SIGN, _TWO_WORDS, _UNDERSCORE, _DIVISOR)
 """The first form that names a unit counts."""
+_JOINT: Final = re.compile(r"(?:.*[\W_])?name[\W_]*(?P<index>\d+)\W*", re.IGNORECASE)
+"""`field.name0`, `name_0`, `name[0]`: each row repeats the joint's name."""
 _BY_NAME: Final = {
     "nm": "Nm",
     "a": "A",
@@ -79,3 +81,14 @@ def unique(headings: Iterable[str]) -> list[str]:
 def repetition(heading: str, number: int) -> str:
     """What a heading is called where it stands in a file for the second time, and so on."""
     return f"{heading} ({number})"
+
+
+def joint_names(texts: Iterable[tuple[str, Collection[str]]]) -> dict[str, str]:
+    """Names of joints by their index, from headings of columns of text and what stands in them."""
+    names: dict[str, str] = {}
+    for heading, held in texts:
+        match = _JOINT.fullmatch(heading)
+        if match and len(held) == 1:
+            name = re.sub(r"\W+", "_", next(iter(held))).strip("_")
+            names |= {match["index"]: name} if name else {}
+    return names if len(set(names.values())) == len(names) else {}

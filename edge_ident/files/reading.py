@@ -7,6 +7,7 @@ from typing import Any, Final
 
 from edge_ident.errors import DataError
 from edge_ident.files.frames import is_frame, read_frame
+from edge_ident.files.ros import joined_stamps
 from edge_ident.files.table import Table
 from edge_ident.support.paths import no_file
 
@@ -20,8 +21,20 @@ _READERS: Final = {
     ".xlsx": ("excel", "read_xlsx"),
 }
 """Module and function of every format but text, by the ending of the name."""
-ENDINGS: Final = (".csv", ".tsv", ".txt", ".dat", ".asc", *_READERS)
+ENDINGS: Final = (".csv", ".tsv", ".txt", ".dat", ".asc", ".csv.gz", *_READERS)
 """Of files that hold a table: of text, then of every other format."""
+_BAG: Final = "export its topic with the joint states to .csv or .parquet"
+_NOT_READ: Final = {
+    ".bag": ("a bag of ROS 1", f"{_BAG}: rostopic echo -b FILE.bag -p /joint_states > FILE.csv"),
+    ".db3": ("a bag of ROS 2", f"{_BAG}, one row per message"),
+    ".mcap": ("an MCAP file", f"{_BAG}, one row per message"),
+    ".npy": (
+        "an array without names of columns",
+        "write an archive of named arrays: numpy.savez('FILE.npz', time_s=..., "
+        "x_position_rad=..., x_torque_nm=...)",
+    ),
+}
+"""What other endings stand for, and what to do."""
 
 
 def read_table(source: Any, delimiter: str | None = None, decimal: str | None = None) -> Table:
@@ -31,17 +44,18 @@ def read_table(source: Any, delimiter: str | None = None, decimal: str | None = 
     ----------
     source : str, Path or data frame
         The ending of the name tells the format: .npz, .mat, .h5 or .hdf5, .tdms, .parquet, .xlsx;
-        any other is text.
+        any other is text, which gzip may have compressed.
     delimiter, decimal : str, optional
         Of text, where they cannot be found out.
 
     Raises
     ------
     DataError
-        There is no such file, it is damaged, or a package that it needs is missing.
+        There is no such file, it is damaged or of a format that is not read, or a package that it
+        needs is missing.
     """
     if not isinstance(source, str | Path):
-        return _frame(source)
+        return joined_stamps(_frame(source))
     path = Path(source)
     if not path.is_file():
         raise DataError(
@@ -50,8 +64,11 @@ def read_table(source: Any, delimiter: str | None = None, decimal: str | None = 
         )
     ending = path.suffix.lower()
     if ending in _READERS:
-        return _read(*_READERS[ending], path)
-    return _read("text", "read_text", path, delimiter, decimal)
+        return joined_stamps(_read(*_READERS[ending], path))
+    if ending in _NOT_READ:
+        what, next_step = _NOT_READ[ending]
+        raise DataError(f"{path}: {what}, which edge-ident does not read", next_step)
+    return joined_stamps(_read("text", "read_text", path, delimiter, decimal))
 
 
 def _frame(source: Any) -> Table:

@@ -2,14 +2,18 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.errors import DataError
-from edge_ident.files.headings import split_heading, unique
+from edge_ident.files.headings import joint_names, split_heading, unique
 
 Array = NDArray[np.float64]
+
+_LOOKED_AT: Final = 100
+"""Rows of a column of text that are looked at: a name of a joint is in all of them."""
 
 
 @dataclass(frozen=True)
@@ -52,6 +56,8 @@ class Table:
         What the file holds besides, and why it is not in the table.
     period_s : float or None
         Sampling period that the file states.
+    labels : mapping of str to str
+        Names of axes that headings have the index of.
     """
 
     source: str
@@ -61,6 +67,7 @@ class Table:
     header: Mapping[str, str] = field(default_factory=dict)
     left_out: tuple[str, ...] = ()
     period_s: float | None = None
+    labels: Mapping[str, str] = field(default_factory=dict)
 
 
 def make_columns(
@@ -108,7 +115,13 @@ def series(source: str, arrays: Mapping[str, NDArray[np.generic]], how: str) -> 
     columns = make_columns(
         kept, (values for _, values in kept.values()), (unit for unit, _ in kept.values())
     )
-    return Table(source, columns, how, left_out=tuple(left_out))
+    texts = {name: set(map(str, a[:_LOOKED_AT])) for name, a in arrays.items() if _is_text(a)}
+    labels = joint_names(texts.items())
+    return Table(source, columns, how, left_out=tuple(left_out), labels=labels)
+
+
+def _is_text(array: NDArray[np.generic]) -> bool:
+    return array.ndim == 1 and array.dtype.kind in "OSUT"
 
 
 def _split(

@@ -2,6 +2,7 @@
 
 import csv
 import warnings
+import zlib
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import islice
@@ -21,7 +22,10 @@ from edge_ident.files.dialect import (
     split,
     width_of,
 )
+from edge_ident.files.extras import unreadable
+from edge_ident.files.headings import joint_names
 from edge_ident.files.layout import Layout, lay_out, stated_period
+from edge_ident.files.opening import is_compressed, open_bytes, open_text
 from edge_ident.files.table import Table, make_columns
 
 Array = NDArray[np.float64]
@@ -44,8 +48,18 @@ def read_text(path: Path, delimiter: str | None = None, decimal: str | None = No
     Raises
     ------
     DataError
-        The file is not text, holds no table, has a bad cell, or a comma may be one of thousands.
+        The file is not text, holds no table, has a bad cell, or a comma may be one of thousands;
+        or gzip has compressed it, and it is damaged.
     """
+    try:
+        return _table(path, delimiter, decimal)
+    except (EOFError, OSError, zlib.error) as error:
+        if not is_compressed(path):
+            raise
+        raise unreadable(str(path), "gzip", error) from error
+
+
+def _table(path: Path, delimiter: str | None, decimal: str | None) -> Table:
     encoding, lines = read_head(path)
     dialect = find_dialect(path, lines, encoding, delimiter, decimal)
     rows = [(i, dialect.cells(line)) for i, line in enumerate(lines, start=1) if line.strip()]
@@ -60,12 +74,16 @@ def read_text(path: Path, delimiter: str | None = None, decimal: str | None = No
         raise bad_cell(path, dialect, layout) from error
     headings = [layout.headings[c] for c in layout.numeric]
     columns = make_columns(headings, values, [layout.units[c] for c in layout.numeric])
-    left_out = tuple(
-        f"{layout.headings[c]} (no numbers)" for c in range(width) if c not in layout.numeric
-    )
+    held = [cells for number, cells in rows if number >= layout.first_row and len(cells) == width]
+    texts = {
+        layout.headings[c]: {cells[c] for cells in held}
+        for c in range(width)
+        if c not in layout.numeric
+    }
     return Table(
-        str(path), columns, _how(dialect, layout), layout.first_row, layout.header, left_out,
-        stated_period(layout.header),
+        str(path), columns, _how(dialect, layout), layout.first_row, layout.header,
+        tuple(f"{heading} (no numbers)" for heading in texts),
+        stated_period(layout.header), joint_names(texts.items()),
     )  # fmt: skip
 
 
@@ -101,7 +119,7 @@ def _numbers(path: Path, dialect: Dialect, layout: Layout, quoted: bool) -> Arra
     """
     most = max(_count_rows(path) - layout.first_row + 1, 0)
     values, at = np.empty((len(layout.numeric), most)), 0
-    with path.open(encoding=dialect.encoding, errors="replace", newline=None) as file:
+    with open_text(path, dialect.encoding) as file:
         table = islice(file, layout.first_row - 1, layout.first_row - 1 + most)
         lines = _plain(table, dialect, layout, quoted)
         while (rows := _parsed(islice(lines, _CHUNK_ROWS), dialect, layout, quoted)).size:
@@ -175,7 +193,7 @@ def _count_rows(path: Path) -> int:
     """Rows of a file, or more; of any encoding and any end of line. A last line EOF is none."""
     feeds = returns = 0
     block = b""
-    with path.open("rb") as file:
+    with open_bytes(path) as file:
         while part := file.read(_BLOCK_BYTES):
             block = part
             feeds += block.count(b"\n")

@@ -90,7 +90,7 @@ def find_recordings(
 def _taken(path: Path, pattern: str | None) -> bool:
     if pattern:
         return path.match(pattern)
-    return path.suffix.lower() in ENDINGS and path.name not in _BESIDE_CAPTURES
+    return path.name.lower().endswith(ENDINGS) and path.name not in _BESIDE_CAPTURES
 
 
 def _unit_names(folder: Path, files: list[Path], units: Units) -> dict[Path, str]:
@@ -98,11 +98,16 @@ def _unit_names(folder: Path, files: list[Path], units: Units) -> dict[Path, str
     inside = {path: path.relative_to(folder) for path in files}
     if units == "folder":
         return {
-            path: (name.parent if len(name.parts) > 1 else name.with_suffix("")).as_posix()
+            path: name.parent.as_posix() if len(name.parts) > 1 else _without_ending(name)
             for path, name in inside.items()
         }
-    short = {path: name.with_suffix("").as_posix() for path, name in inside.items()}
+    short = {path: _without_ending(name) for path, name in inside.items()}
     often = Counter(short.values())
     return {
         path: short[path] if often[short[path]] == 1 else inside[path].as_posix() for path in files
     }
+
+
+def _without_ending(name: Path) -> str:
+    plain = name.with_suffix("") if name.suffix.lower() == ".gz" else name
+    return plain.with_suffix("").as_posix()

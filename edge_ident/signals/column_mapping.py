@@ -7,6 +7,7 @@ question.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import Final
 
 from edge_ident.errors import DataError
 from edge_ident.files.headings import repetition, split_heading
@@ -19,6 +20,9 @@ from edge_ident.signals.contract_columns import EFFORTS, TIME, name_with, parse_
 from edge_ident.signals.read_columns import Proposal, ReadColumn, read_columns
 from edge_ident.signals.read_options import ReadOptions
 from edge_ident.signals.time_proposals import propose_time
+
+_UNNAMED: Final = ("POSITION=x_position_rad", "EFFORT=x_torque_nm")
+"""Stands in a proposed command line where no heading says which columns these are."""
 
 
 @dataclass(frozen=True)
@@ -85,7 +89,7 @@ def map_columns(table: Table, options: ReadOptions) -> ColumnMapping:
     native = any(proposal.target != TIME for proposal in targets.values())
     questions: list[str] = []
     if not native and free:
-        proposed, asked = propose_axes(free, options)
+        proposed, asked = propose_axes(free, options, table.labels)
         targets, questions = targets | proposed, questions + asked
     period_s, why = options.period_s, "as given"
     if period_s is None and all(p.target != TIME for p in targets.values()):
@@ -245,6 +249,8 @@ def _accepting(
         said.append(("--period", f"{options.period_s:g}"))
     elif not any(use.target == TIME for use in uses):
         said.append(("--period", "SECONDS"))
+    if all(use.target in (None, TIME) for use in uses):
+        said += [("--column", named) for named in _UNNAMED]
     for option, value in (
         ("--resolution", options.resolution),
         ("--rated-effort", options.rated_effort),

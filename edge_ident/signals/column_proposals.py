@@ -1,6 +1,6 @@
 """Proposals for columns of axes that nobody named: from what headings and units say together."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Final
 
 import numpy as np
@@ -30,10 +30,19 @@ _PLACEHOLDERS: Final = {"--resolution": "COUNTS/turn", "--rated-effort": "VALUE_
 
 
 def propose_axes(
-    columns: Sequence[Column], options: ReadOptions
+    columns: Sequence[Column], options: ReadOptions, labels: Mapping[str, str]
 ) -> tuple[dict[str, Proposal], list[str]]:
-    """Propose the columns of every axis, with questions where they are not certain."""
-    read = read_columns(columns)
+    """Propose the columns of every axis, with questions where they are not certain.
+
+    Parameters
+    ----------
+    columns : sequence of Column
+        That are nothing else.
+    options : ReadOptions
+    labels : mapping of str to str
+        Names of axes that headings have the index of.
+    """
+    read = read_columns(columns, labels)
     positions = [r for r in read if r.role.quantity == "position"]
     efforts = [r for r in read if r.role.quantity in _GUESSED]
     asked = []

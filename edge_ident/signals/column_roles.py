@@ -22,19 +22,27 @@ _STEMS: Final = {
 """Beginnings and ends of words. Of two quantities in one heading, the first here counts: a `current
 position` is a position."""
 _SHORT: Final = {
-    "other": ("err", "lag", "acc"),
+    "other": ("err", "lag", "acc", "seq"),
     "position": ("pos", "enc", "ang"),
     "velocity": ("vel", "velo", "spd", "rpm", "omega"),
     "temperature": ("temp",),
     "torque": ("trq", "tau"),
     "current": ("iq", "cur"),
-    "time": ("t",),
+    "time": ("t", "stamp"),
     "reference": ("ref", "set", "cmd", "des", "desired"),
 }
 """Whole words; with a letter before or after it, as in `xpos`, that names the axis."""
+_SYMBOLS: Final = {
+    "q": "position", "theta": "position", "phi": "position",
+    "dq": "velocity", "qd": "velocity", "qdot": "velocity",
+    "ddq": "other", "qdd": "other", "qddot": "other",
+}  # fmt: skip
+"""Letters of formulas, which count where a heading has nothing but numbers besides: an `i_q` is a
+current."""
 _FILLERS: Final = frozenset({
     "act", "actual", "ist", "istwert", "wert", "value", "val", "measured", "meas", "mess",
     "feedback", "fb", "motor", "axis", "achse", "drive", "signal", "channel", "data", "out",
+    "field", "header",
 })  # fmt: skip
 
 
@@ -70,6 +78,8 @@ def role_of(name: str) -> Role:
             axis.append(rest)
     quantities = [quantity for quantity in _STEMS if quantity in found and quantity != "reference"]
     quantity = quantities[0] if quantities else ""
+    if not quantity and axis and axis[0] in _SYMBOLS and all(t.isdigit() for t in axis[1:]):
+        quantity = _SYMBOLS[axis.pop(0)]
     commanded = "reference" in found
     if quantity == "position" and commanded:
         quantity = "reference"

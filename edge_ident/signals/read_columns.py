@@ -1,7 +1,7 @@
 """A column with what its heading and its unit say, and what may be proposed for it."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Final
 
 from edge_ident.files.headings import split_unknown
@@ -64,18 +64,28 @@ class ReadColumn:
         return self.unit is not None and self.unit.base in (*LENGTHS, "count")
 
 
-def read_columns(columns: Sequence[Column]) -> list[ReadColumn]:
-    """Read headings and units of columns; the user may have stated a unit."""
+def read_columns(
+    columns: Sequence[Column], names: Mapping[str, str] | None = None
+) -> list[ReadColumn]:
+    """Read headings and units of columns; the user may have stated a unit.
+
+    Parameters
+    ----------
+    columns : sequence of Column
+    names : mapping of str to str, optional
+        Names of axes that headings have the index of.
+    """
     split = [split_unknown(column.heading) for column in columns]
     labels = {text for _, text in split if text is not None and _is_label(text, split)}
     read = []
     for column, (name, text) in zip(columns, split, strict=True):
         unit = None if column.unit is None else stated_unit(column.unit)
         if text is None or text in labels:
-            read.append(ReadColumn(column, role_of(column.name), unit, None))
+            role, unknown = role_of(column.name), None
         else:
-            unknown = text if column.unit is None else None
-            read.append(ReadColumn(column, role_of(name), unit, unknown))
+            role, unknown = role_of(name), text if column.unit is None else None
+        axis = tuple((names or {}).get(token, token) for token in role.axis)
+        read.append(ReadColumn(column, replace(role, axis=axis), unit, unknown))
     return read
 
 

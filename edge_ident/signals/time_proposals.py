@@ -29,6 +29,7 @@ def propose_time(
         found = [r for r in read if not r.unit and _is_clock(r.column)][:1]
     if not found:
         return {}, ["no column holds the time: give its sampling period, --period SECONDS"]
+    found = sorted(found, key=lambda r: "header.stamp" not in r.heading)  # when it was measured
     first, asked = found[0], []
     if any(not np.array_equal(r.column.values, first.column.values) for r in found[1:]):
         headings = " or ".join(r.heading for r in found)

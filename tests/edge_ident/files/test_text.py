@@ -1,5 +1,6 @@
 """Text tables: any dialect reads as the numbers that were written, and bad files say where."""
 
+import gzip
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,6 +13,7 @@ from hypothesis import strategies as st
 from edge_ident.errors import DataError
 from edge_ident.files.dialect import DECIMALS, DELIMITERS
 from edge_ident.files.headings import split_heading
+from edge_ident.files.reading import read_table
 from edge_ident.files.table import Table
 from edge_ident.files.text import read_text
 from edge_ident.files.units import count_unit, known_unit, stated_unit
@@ -256,3 +258,35 @@ def test_a_unit_may_be_a_number_of_another() -> None:
     assert stated_unit("1 furlong") is None
     assert count_unit("0/turn") is None
     assert count_unit("100/N") is None
+
+
+def test_text_may_be_compressed(tmp_path: Path) -> None:
+    """By gzip, whatever the file is called; the same table, the same sentences."""
+    plain = tmp_path / "plain.csv"
+    german = "Zeit [ms];x.pos [mm];x.kraft [N]\n"
+    german += "".join(f"{2 * i};{i},5;{i},25\n" for i in range(300))
+    plain.write_text(german, encoding="utf-8")
+    for name, text in (("scope.csv.gz", german), ("scope.csv", german)):
+        (tmp_path / name).write_bytes(gzip.compress(text.encode("utf-8")))
+        read, expected = read_table(tmp_path / name), read_table(plain)
+        assert read.how == expected.how
+        for column, other in zip(read.columns, expected.columns, strict=True):
+            assert (column.heading, column.unit) == (other.heading, other.unit)
+            np.testing.assert_array_equal(column.values, other.values)
+    bad = tmp_path / "bad.csv.gz"
+    bad.write_bytes(gzip.compress(german.replace("7,25", "seven").encode("utf-8")))
+    with pytest.raises(DataError, match=r"row 9, column x\.kraft"):
+        read_table(bad)
+
+
+@pytest.mark.parametrize("kept", [0.5, 0.99])
+def test_a_damaged_compressed_file_is_refused(kept: float, tmp_path: Path) -> None:
+    rows = np.random.default_rng(1).standard_normal((50_000, 3))
+    text = "t,a,b\n" + "\n".join(",".join(map(repr, row)) for row in rows.tolist())
+    whole, path = gzip.compress(text.encode("ascii")), tmp_path / "cut.csv.gz"
+    path.write_bytes(whole[: int(kept * len(whole))])
+    with pytest.raises(DataError, match="not a readable gzip file"):
+        read_table(path)
+    path.write_bytes(whole[:1000] + bytes(1000) + whole[2000:])
+    with pytest.raises(DataError, match="not a readable gzip file"):
+        read_table(path)

@@ -142,6 +142,13 @@ def test_every_format_that_is_read_is_taken(tmp_path: Path) -> None:
     assert left == ()
 
 
+def test_a_compressed_recording_is_of_the_unit_that_it_is_called_after(tmp_path: Path) -> None:
+    (tmp_path / "press.csv.gz").touch()
+    (tmp_path / "lathe.csv").touch()
+    found, _ = find_recordings(tmp_path, "file", None, None)
+    assert [one.unit for one in found] == ["lathe", "press"]
+
+
 def test_results_and_hidden_files_are_no_recordings(tmp_path: Path) -> None:
     for name in (
         "a.csv",

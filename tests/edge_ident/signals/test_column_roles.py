@@ -24,6 +24,17 @@ from edge_ident.signals.column_roles import axis_names, role_of
         ("Motor Temperature", "temperature", ()),
         ("Zeitstempel", "time", ()),
         ("offset", "", ("offset",)),
+        ("q1", "position", ("1",)),
+        ("q_2_ref", "reference", ("2",)),
+        ("dq1", "velocity", ("1",)),
+        ("ddq[1]", "other", ("1",)),
+        ("iq", "current", ()),
+        ("i_q", "", ("i", "q")),
+        ("current_q", "current", ("q",)),
+        ("u_q [V]", "", ("u", "q", "v")),
+        ("field.position0", "position", ("0",)),
+        ("field.header.stamp", "time", ()),
+        ("header.seq", "other", ()),
     ],
 )
 def test_a_heading_says_quantity_and_axis(
