@@ -41,22 +41,28 @@ _SPELLED: Final = {
     },
     "m": {1.0: "m meter metre", 1e-3: "mm", 1e-2: "cm", 1e-6: "um µm μm micron", 1e-9: "nm"}
     | {_INCH_M: "in inch inches", _FOOT_M: "ft"},
-    "rad": {1.0: "rad", 1e-3: "mrad", 1e-6: "urad µrad", pi / 180.0: "deg ° degree degrees Grad"}
-    | {_TURN: "turn turns rev revs U Umdr", pi / 648000.0: "arcsec", pi / 200.0: "gon gradian"},
+    "rad": {
+        1.0: "rad radian radians",
+        1e-3: "mrad",
+        1e-6: "urad µrad",
+        pi / 180.0: "deg ° degree degrees Grad",
+    }
+    | {_TURN: "turn turns rev revs revolution revolutions U Umdr"}
+    | {pi / 648000.0: "arcsec", pi / 10800.0: "arcmin", pi / 200.0: "gon gradian"},
     "count": {
         1.0: "count counts cnt cts inc incr increment increments Inkremente Ink ticks pulses"
     },
-    "N": {1.0: "N", 1e3: "kN", 1e-3: "mN", 10.0: "daN"}
-    | {_POUND_N: "lbf lb lbs", _POUND_N / 16.0: "ozf oz", _KILOGRAM_N: "kgf"},
+    "N": {1.0: "N newton newtons", 1e3: "kN", 1e-3: "mN", 10.0: "daN"}
+    | {_POUND_N: "lbf lb lbs pound pounds", _POUND_N / 16.0: "ozf oz", _KILOGRAM_N: "kgf"},
     "N*m": {
-        1.0: "Nm N*m N·m N.m N-m",
+        1.0: "Nm N*m N·m N.m N-m newton*meter newton*meters",
         1e-3: "mNm mN*m mN·m Nmm N*mm N·mm",
         1e-2: "Ncm N*cm N·cm",
         1e3: "kNm kN*m kN·m",
         10.0: "daNm",
     },
-    "A": {1.0: "A Arms Aeff A_rms Ampere", 1e-3: "mA"},
-    "V": {1.0: "V Volt", 1e-3: "mV"},
+    "A": {1.0: "A Arms Aeff A_rms Ampere amp amps amperes", 1e-3: "mA"},
+    "V": {1.0: "V Volt volts", 1e-3: "mV"},
     "%": {1.0: "% percent pct Prozent", 0.1: "‰ 0.1% 0,1%"},
     "degC": {1.0: "°C degC celsius"},
     "m/s": {
@@ -97,6 +103,8 @@ _TORQUES: Final = tuple(
     )
 )
 """Force and arm in either order: `oz-in`, `lbf·in`, `ft-lbs`, `ftlb`, `kgf·cm`."""
+_SIGN: Final = re.compile(r"\s*[·⋅*.\-\s]\s*")
+"""What stands between the parts of a product."""
 _NUMBER: Final = r"\d+(?:\.\d*)?(?:[eE][-+]?\d+)?"
 _SCALED: Final = re.compile(rf"(?P<top>{_NUMBER})(?:/(?P<bottom>{_NUMBER}))?\s*(?P<unit>\D.*)")
 _PER: Final = re.compile(rf"(?P<counts>{_NUMBER})\s*(?:/\s*(?P<unit>\D.*))?")
@@ -108,13 +116,15 @@ def known_unit(text: str) -> Unit | None:
     Case counts (`mN` and `MN`, `nm` and `Nm`); where no unit is written so, it does not, provided
     that only one unit is left.
     """
-    text = text.strip()
-    if text in _UNITS:
-        return _UNITS[text]
+    text = text.strip().rstrip(".")
+    spelled = (text, _SIGN.sub("*", text))
+    if exact := [_UNITS[word] for word in spelled if word in _UNITS]:
+        return exact[0]
+    lower = {word.lower() for word in spelled}
     alike = {
         unit
         for spelling, unit in _UNITS.items()
-        if spelling.lower() == text.lower() and spelling not in _ONLY_SO
+        if spelling.lower() in lower and spelling not in _ONLY_SO
     }
     return alike.pop() if len(alike) == 1 else _torque(text)
 

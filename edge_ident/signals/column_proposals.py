@@ -1,6 +1,7 @@
 """Proposals for columns of axes that nobody named: from what headings and units say together."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -54,37 +55,48 @@ def propose_axes(
         asked += [f"is {r.heading} the effort? Only its unit suggests it" for r in efforts]
     if not positions or not efforts:
         lacks = "a position" if not positions else "an effort"
-        asked = [f"no heading says which column is {lacks}"]
-        return _by_course([r.column for r in read if r.role.quantity != "time"]), asked
+        proposed, more = _by_course([r for r in read if r.role.quantity != "time"], options)
+        return proposed, [f"no heading says which column is {lacks}", *more]
     pairs, more = _pairs(positions, efforts)
     names = axis_names([position.role.axis for position, _ in pairs])
-    proposed: dict[str, Proposal] = {}
+    proposed = {}
     for position, effort in pairs:
         axis = names[position.role.axis]
-        of_effort, about_effort = _of_effort(effort, axis, options)
-        turns = of_effort.target == f"{axis}_torque_nm"
-        of_position, about_position = _of_position(position, axis, turns, options)
-        proposed |= {position.heading: of_position, effort.heading: of_effort}
-        proposed |= _optional(read, position, of_position, axis)
-        asked += about_position + about_effort
+        of_axis, about = _of_axis(position, effort, axis, options)
+        proposed |= of_axis | _optional(read, position, of_axis[position.heading], axis)
+        asked += about
     return proposed, asked + more
 
 
-def _by_course(columns: Sequence[Column]) -> dict[str, Proposal]:
+def _of_axis(
+    position: ReadColumn, effort: ReadColumn, axis: str, options: ReadOptions
+) -> tuple[dict[str, Proposal], list[str]]:
+    """What two columns of an axis may be; beside a torque it turns."""
+    of_effort, about_effort = _of_effort(effort, axis, options)
+    turns = of_effort.target == f"{axis}_torque_nm"
+    of_position, about_position = _of_position(position, axis, turns, options)
+    proposed = {position.heading: of_position, effort.heading: of_effort}
+    return proposed, about_position + about_effort
+
+
+def _by_course(
+    read: Sequence[ReadColumn], options: ReadOptions
+) -> tuple[dict[str, Proposal], list[str]]:
     """What two columns beside the time may be: a position runs smoother than an effort."""
-    rough = {
-        column.heading: float(np.std(np.diff(column.values, 2)) / np.std(column.values))
-        for column in columns
-        if np.std(column.values) > 0.0 and not np.all(np.diff(column.values) > 0.0)
-    }
+    rough = [
+        (float(np.std(np.diff(r.column.values, 2)) / np.std(r.column.values)), i)
+        for i, r in enumerate(read)
+        if np.std(r.column.values) > 0.0 and not np.all(np.diff(r.column.values) > 0.0)
+    ]
     if len(rough) != 2:
-        return {}
-    smooth, other = sorted(rough, key=lambda heading: rough[heading])
-    values = next(column.values for column in columns if column.heading == smooth)
-    return {
-        smooth: Proposal("x_position_rad", "runs smoother than the effort", _angle_unit(values)),
-        other: Proposal("x_torque_nm", "runs rougher than the position", "Nm"),
+        return {}, []
+    smooth, other = (read[i] for _, i in sorted(rough))
+    proposed, asked = _of_axis(smooth, other, "x", options)
+    reasons = {
+        smooth.heading: "runs smoother than the effort",
+        other.heading: "runs rougher than the position",
     }
+    return {h: replace(p, reason=reasons[h]) for h, p in proposed.items()}, asked
 
 
 def _pairs(
@@ -113,7 +125,7 @@ def _pairs(
 def _of_position(
     read: ReadColumn, axis: str, turns: bool, options: ReadOptions
 ) -> tuple[Proposal, list[str]]:
-    """What a position may be; beside a torque an axis turns."""
+    """What a position may be."""
     if read.unit is None:
         return _of_bare_position(read, axis, turns)
     unit, lacks = told(read.unit, options)

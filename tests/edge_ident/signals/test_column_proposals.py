@@ -164,6 +164,22 @@ def test_beside_a_torque_without_a_name_an_axis_turns(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
+    ("heading", "name", "unit"),
+    [
+        ("Load (fnord)", "x_torque_nm", None),
+        ("Load (oz-in)", "x_torque_nm", "oz-in"),
+        ("Load (lbf)", "x_force_n", "lbf"),
+    ],
+)
+def test_a_column_told_by_its_course_keeps_its_unit(
+    heading: str, name: str, unit: str | None, tmp_path: Path
+) -> None:
+    path = write(tmp_path / "load.csv", axis("Position (deg)", heading))
+    assert proposed(path)["Position (deg)"] == ("x_position_rad", "deg")
+    assert proposed(path)[heading] == (name, unit)
+
+
+@pytest.mark.parametrize(
     ("unit", "factor", "first"),
     [
         ("s", 1.0, 0.0),
