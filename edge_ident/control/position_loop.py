@@ -168,16 +168,23 @@ def margins_of(
     # neither the law's phase nor that of the axis jumps; the sum begins within half a turn
     phase = seen.phase + np.angle(law)
     phase -= 2.0 * np.pi * np.round(phase[:, :1] / (2.0 * np.pi))
-    above = level >= 0.0
-    passes = above[:, :-1] != above[:, 1:]
+    passes, at_one = _where_zero(level, phase)
     if not np.all(np.any(passes, axis=1)):
         return 0.0, 0.0
-    axis, at = np.nonzero(passes)
-    part = level[axis, at] / (level[axis, at] - level[axis, at + 1])
-    at_one = phase[axis, at] + part * (phase[axis, at + 1] - phase[axis, at])
-    late = level[:, 1:][phase[:, 1:] <= -np.pi]
+    beyond = -np.pi - phase
+    _, at_turn = _where_zero(beyond, level)
+    late = np.concatenate([level[:, 1:][beyond[:, 1:] >= 0.0], at_turn])
     gain_margin = math.exp(-float(np.max(late))) if len(late) else math.inf
     return max(float(np.min(at_one)) + np.pi, 0.0), gain_margin
+
+
+def _where_zero(of: Array, asked: Array) -> tuple[NDArray[np.bool_], Array]:
+    """Between which frequencies each row passes zero, and what is asked for there."""
+    above = of >= 0.0
+    passes = above[:, :-1] != above[:, 1:]
+    axis, at = np.nonzero(passes)
+    part = of[axis, at] / (of[axis, at] - of[axis, at + 1])
+    return passes, asked[axis, at] + part * (asked[axis, at + 1] - asked[axis, at])
 
 
 def open_loop(gains: AxisGains, plant: Plant, hardware: LoopHardware) -> tuple[Array, Complex]:

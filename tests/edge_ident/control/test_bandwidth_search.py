@@ -46,11 +46,13 @@ def drives() -> Iterator[tuple[AxisModel, Plant, LoopHardware]]:
         yield AxisModel(tuple(terms)), Plant(inertia, viscous, loads), hardware
 
 
-def margins(gains: AxisGains, plant: Plant, hardware: LoopHardware) -> tuple[float, float]:
+def margins(
+    gains: AxisGains, plant: Plant, hardware: LoopHardware, frequencies: int = 400
+) -> tuple[float, float]:
     """Of one loop, on a grid of its own: the phase of the whole product, unwrapped."""
     period = hardware.sample_period_s
     nyquist = math.pi / period
-    parts = [np.geomspace(1e-2, 0.999 * nyquist, 400)]
+    parts = [np.geomspace(1e-2, 0.999 * nyquist, frequencies)]
     around = np.geomspace(0.05, 300.0, 60)
     for load in plant.loads:
         steps = max(load.damping_ratio, 1e-3) * np.concatenate([-around, [0.0], around])
@@ -70,6 +72,9 @@ def margins(gains: AxisGains, plant: Plant, hardware: LoopHardware) -> tuple[flo
     part = level[crossing] / (level[crossing] - level[crossing + 1])
     at_one = phase[crossing] + part * (phase[crossing + 1] - phase[crossing])
     late = level[1:][phase[1:] <= -np.pi]
+    turn = np.flatnonzero((phase[:-1] > -np.pi) != (phase[1:] > -np.pi))
+    part = (phase[turn] + np.pi) / (phase[turn] - phase[turn + 1])
+    late = np.concatenate([late, level[turn] + part * (level[turn + 1] - level[turn])])
     return max(float(np.min(at_one)) + np.pi, 0.0), (
         math.exp(-float(np.max(late))) if len(late) else math.inf
     )
@@ -141,3 +146,20 @@ def test_margins_of_a_law_with_integral_action_are_those_of_each_loop_alone() ->
         expected = [min(of_all) for of_all in zip(*each, strict=True)]
         found = worst_margins(integral, axis, hardware)
         np.testing.assert_allclose(found, expected, rtol=ROUNDING, atol=ROUNDING)
+
+
+def test_margins_are_those_of_a_grid_a_hundred_times_as_fine() -> None:
+    """At 400 points to the Nyquist frequency the next point is up to 6 % quieter than -180°."""
+    for axis, plant, hardware in drives():
+        try:
+            found = design(axis, hardware)
+        except GainError:
+            continue
+        spread = 2.0 * axis.terms[0].std["inertia"]
+        each = [
+            margins(found.gains, plant.with_inertia(plant.inertia + change), hardware, 40_000)
+            for change in (-spread, 0.0, spread)
+        ]
+        phase, gain = (min(of_all) for of_all in zip(*each, strict=True))
+        assert abs(found.phase_margin_rad - phase) < math.radians(0.1)
+        assert abs(found.gain_margin / gain - 1.0) < 0.002
