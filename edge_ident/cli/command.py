@@ -6,7 +6,7 @@ import math
 import sys
 import time
 import traceback
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import MISSING, dataclass, fields, is_dataclass
 from typing import Annotated, Any, Final, get_type_hints
 
@@ -14,7 +14,7 @@ import typer
 
 from edge_ident.cli.command_group import with_example
 from edge_ident.cli.failures import INTERNAL, Failure, failure_of, tell
-from edge_ident.cli.messages import NORMAL, Verbosity, detail, telling
+from edge_ident.cli.messages import NORMAL, Verbosity, detail, say_always, telling
 from edge_ident.errors import EdgeIdentError
 
 UNTRUSTED: Final = 1
@@ -34,12 +34,12 @@ class Beginning:
     Attributes
     ----------
     verbosity : Verbosity
-    settings_error : EdgeIdentError or None
-        Why the settings file cannot be used.
+    settings_errors : tuple of EdgeIdentError
+        Why the settings file cannot be used, or some of its settings cannot.
     """
 
     verbosity: Verbosity = NORMAL
-    settings_error: EdgeIdentError | None = None
+    settings_errors: tuple[EdgeIdentError, ...] = ()
 
 
 def command(function: Callable[..., None]) -> Callable[..., None]:
@@ -53,7 +53,10 @@ def command(function: Callable[..., None]) -> Callable[..., None]:
 
 
 def settings_command(function: Callable[..., None]) -> Callable[..., None]:
-    """Make a command that also works while the settings file cannot be used, to mend it."""
+    """Make a command that also works while the settings file cannot be used.
+
+    To mend it, or because a machine has to be stopped. Settings that can be used are.
+    """
     return _command(function, needs_settings=False)
 
 
@@ -71,8 +74,8 @@ def _command(function: Callable[..., None], *, needs_settings: bool) -> Callable
         with telling(_verbosity(began.verbosity, quiet, verbose)):
             _check_finite(context, given)
             try:
-                if needs_settings and began.settings_error:
-                    raise began.settings_error
+                if needs_settings and began.settings_errors:
+                    raise began.settings_errors[0]
                 _timed(function, _grouped(given, groups))
             except (typer.Exit, typer.BadParameter, BrokenPipeError):
                 raise
@@ -82,6 +85,13 @@ def _command(function: Callable[..., None], *, needs_settings: bool) -> Callable
     wrapper.__doc__ = with_example(function.__doc__ or "")
     wrapper.__signature__ = _expanded(parameters, groups)  # type: ignore[attr-defined]
     return wrapper
+
+
+def tell_ignored(errors: Iterable[EdgeIdentError]) -> None:
+    """Say which settings are ignored, and why."""
+    for error in errors:
+        say_always(f"ignored: {error.cause}")
+        say_always(f"next:    {error.next_step}")
 
 
 def _check_finite(context: typer.Context, given: Mapping[str, Any]) -> None:

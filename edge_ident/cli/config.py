@@ -1,6 +1,7 @@
 """The command config: defaults that are set once, and where each value comes from."""
 
 import os
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Annotated, Any, Final
 
@@ -8,10 +9,11 @@ import typer
 
 import edge_ident
 from edge_ident.cli import settings
-from edge_ident.cli.command import settings_command
+from edge_ident.cli.command import settings_command, tell_ignored
 from edge_ident.cli.command_group import CommandGroup, with_example
 from edge_ident.cli.messages import say
 from edge_ident.cli.options import ResultOptions
+from edge_ident.cli.sessions import drive_or_built_in
 
 _HELP: Final = """Show, set and remove defaults of options, such as the device of your board.
 
@@ -64,9 +66,10 @@ def show(*, context: typer.Context, results: ResultOptions) -> None:
 
     Example: `edge-ident config show --json`
     """
-    found = _all_settings(context)
-    results.deliver(_document(found), "config.json")
+    found, ignored = _all_settings(context)
+    results.deliver(_document(found, ignored), "config.json")
     say(f"settings file: {settings.settings_file()}")
+    tell_ignored(ignored)
     longest = max(len(_text(setting.value)) for setting in found.values())
     for key, setting in found.items() if not results.json else []:
         print(f"{key:14} {_text(setting.value):{longest}} {setting.source}")
@@ -79,9 +82,11 @@ def get(*, context: typer.Context, key: Key, results: ResultOptions) -> None:
     Example: `edge-ident config get device`
     """
     _option(context, key)
-    found = _all_settings(context)[key]
-    results.deliver(_document({key: found}), "config.json")
+    settings_found, ignored = _all_settings(context)
+    found = settings_found[key]
+    results.deliver(_document({key: found}, ignored), "config.json")
     say(f"from: {found.source}")
+    tell_ignored(ignored)
     if not results.json:
         print(_text(found.value))
 
@@ -92,10 +97,13 @@ def set_(*, context: typer.Context, key: Key, value: Text, results: ResultOption
 
     Example: `edge-ident config set device tcp://192.0.2.7:502`
     """
-    option = _option(context, key)
-    checked = option.process_value(context, value)
-    if not isinstance(checked, bool | int | float):
-        checked = value  # a path stays as it was written
+    try:
+        value.encode()
+        checked = settings.checked_value(context, _option(context, key), value)
+    except (ValueError, OverflowError) as error:
+        raise typer.BadParameter(f"{value!r}: {error}", param_hint="VALUE") from error
+    if not isinstance(checked, bool | int | float) or value.endswith("%"):
+        checked = value  # a path or a percentage stays as it was written
     settings.read_settings()  # a file that cannot be read is not overwritten
     _written(context, settings.write_setting(key, checked), key, results)
 
@@ -110,9 +118,11 @@ def unset(*, context: typer.Context, key: Key, results: ResultOptions) -> None:
 
 
 def _written(context: typer.Context, path: Any, key: str, results: ResultOptions) -> None:
-    found = {k: v for k, v in _all_settings(context).items() if k == key}
-    results.deliver(_document(found), "config.json")
+    settings_found, ignored = _all_settings(context)
+    found = {k: v for k, v in settings_found.items() if k == key}
+    results.deliver(_document(found, ignored), "config.json")
     say(f"written: {path}")
+    tell_ignored(ignored)
     for setting in found.values():
         say(f"in force: {key} = {_text(setting.value)} ({setting.source})")
 
@@ -127,17 +137,26 @@ def _option(context: typer.Context, key: str) -> Any:
     return known[key]
 
 
-def _all_settings(context: typer.Context) -> dict[str, Setting]:
-    written = settings.read_settings()
+def _all_settings(
+    context: typer.Context,
+) -> tuple[dict[str, Setting], tuple[edge_ident.EdgeIdentError, ...]]:
+    """Every setting as it is now, and what of the file is ignored."""
+    ignored = settings.use_settings(context.find_root())
+    try:
+        written = settings.read_settings()
+    except edge_ident.DataError:  # which is what is ignored
+        written = {}
     known = dict(settings.options(context.find_root().command))
     found = {key: _setting(key, known[key], written) for key in sorted(known)}
     drive = found["drive"].value
-    described = edge_ident.load_drive(drive)
+    described, error = drive_or_built_in(drive if isinstance(drive, str) else None)
+    if error is not None:
+        return found, (*ignored, error)
     for key in settings.BOARD:
         value = getattr(described, key)
         if value is not None and not found[key].source.startswith("environment"):
             found[key] = Setting(value, f"drive description {drive}")
-    return found
+    return found, ignored
 
 
 def _setting(key: str, option: Any, written: dict[str, Any]) -> Setting:
@@ -145,7 +164,7 @@ def _setting(key: str, option: Any, written: dict[str, Any]) -> Setting:
     if os.environ.get(variable):
         return Setting(os.environ[variable], f"environment {variable}")
     if key in written:
-        return Setting(written[key], "settings file")
+        return Setting(settings.shown(written[key]), "settings file")
     return Setting(option.default, "default")
 
 
@@ -153,7 +172,9 @@ def _text(value: Any) -> str:
     return "–" if value is None else str(value)
 
 
-def _document(found: dict[str, Setting]) -> dict[str, Any]:
+def _document(
+    found: dict[str, Setting], ignored: Iterable[edge_ident.EdgeIdentError]
+) -> dict[str, Any]:
     return {
         "schema": "edge-ident/config/1",
         "file": str(settings.settings_file()),
@@ -166,4 +187,5 @@ def _document(found: dict[str, Setting]) -> dict[str, Any]:
             }
             for key, setting in found.items()
         },
+        "ignored": [error.cause for error in ignored],
     }

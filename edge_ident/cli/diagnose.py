@@ -17,6 +17,7 @@ from edge_ident.cli.options import (
     save_result_model,
 )
 from edge_ident.cli.progress import shown_progress
+from edge_ident.cli.shares import part
 
 RecordingFiles = Annotated[
     list[Path],
@@ -35,11 +36,11 @@ Tolerance = Annotated[
     float,
     typer.Option(
         "--tolerance",
-        min=0.0,
-        max=1.0,
+        parser=part,
         metavar="SHARE",
         envvar="EDGE_IDENT_TOLERANCE",
-        help="Smallest part of the rms effort that a cause must explain to be reported.",
+        help="Smallest part of the rms effort that a cause must explain to be reported, "
+        "such as 1% or 0.01.",
     ),
 ]
 Stability = Annotated[

@@ -1,16 +1,17 @@
 """Commands that leave the machine at rest where it should be: home, hold, stop, clear-fault."""
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
 from edge_ident import commissioning, report
-from edge_ident.cli.command import command
+from edge_ident.cli.command import command, settings_command, tell_ignored
 from edge_ident.cli.messages import say
 from edge_ident.cli.options import BoardOptions, ResultOptions
 from edge_ident.cli.progress import shown_progress
-from edge_ident.cli.sessions import connected, located
+from edge_ident.cli.sessions import connected, drive_or_built_in, located
 
 if TYPE_CHECKING:
     from edge_ident.commissioning import BoardStatus
@@ -128,19 +129,32 @@ def hold(*, where: BoardOptions, seconds: Duration = 10.0, results: ResultOption
         print(f"{axis}: pushed by up to {pushed_rad:.4f} rad, effort {one.effort_nm:.2f} N*m")
 
 
-@command
-def stop(*, where: BoardOptions, results: ResultOptions) -> None:
+@settings_command
+def stop(*, context: typer.Context, where: BoardOptions, results: ResultOptions) -> None:
     """Bring the machine to rest and switch the effort off. This is not an emergency stop.
 
     Unconfirmed gains are rolled back. If another command of the same user has the port open, that
     command is interrupted as by Ctrl-C. Another host that controls the board has some seconds to
     switch the effort off; if it stays on, this command fails.
+    Settings that cannot be used are told and ignored.
     The state of the board is printed; with --output it is also written to state.json.
 
     Example: `edge-ident stop --device /dev/ttyACM0`
     """
-    address = located(where)
+    tell_ignored(context.find_root().obj.settings_errors)
+    address = located(_with_readable_drive(context, where))
     _report_state(commissioning.stop_machine(address.device, address.baud_rate, say), results)
+
+
+def _with_readable_drive(context: typer.Context, where: BoardOptions) -> BoardOptions:
+    """The board to stop, without an unreadable drive description that is not needed to find it."""
+    _, error = drive_or_built_in(where.drive)
+    source = context.get_parameter_source("drive")
+    set_once = source is not None and source.name == "DEFAULT_MAP"
+    if error is None or not (where.device or set_once):
+        return where
+    tell_ignored([error])
+    return replace(where, drive=None)
 
 
 @command

@@ -12,7 +12,6 @@ from edge_ident.cli.command import Beginning, Quiet, Verbose
 from edge_ident.cli.command_group import CommandGroup
 from edge_ident.cli.failures import INTERRUPTION, USAGE, Failure, failure_of, print_failure, tell
 from edge_ident.cli.messages import Verbosity
-from edge_ident.errors import EdgeIdentError
 
 # the base of all of typer's usage errors has no public name
 _UsageError: Final[type[Any]] = typer.BadParameter.__mro__[1]
@@ -43,12 +42,7 @@ def begin(
 
     Example: `edge-ident run --device virtual`
     """
-    error = None
-    try:
-        context.default_map = settings.default_map(context)
-    except EdgeIdentError as found:
-        error = found
-    context.obj = Beginning(Verbosity(quiet, verbose), error)
+    context.obj = Beginning(Verbosity(quiet, verbose), settings.use_settings(context))
 
 
 class RootGroup(CommandGroup):

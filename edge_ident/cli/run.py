@@ -27,20 +27,10 @@ from edge_ident.cli.options import (
 )
 from edge_ident.cli.progress import shown_progress
 from edge_ident.cli.sessions import session
+from edge_ident.cli.shares import true_part
 
 if TYPE_CHECKING:
     from edge_ident import Drive
-
-
-def percentage(text: str) -> float:
-    """A share from a percentage such as 2%."""
-    try:
-        share = float(text.removesuffix("%")) / 100.0
-    except ValueError:
-        share = math.nan
-    if not (text.endswith("%") and 0.0 < share < 1.0):
-        raise typer.BadParameter(f"{text!r} is no percentage between 0% and 100%, such as 2%")
-    return share
 
 
 @dataclass(frozen=True)
@@ -76,11 +66,11 @@ class MotionOptions:
         float | None,
         typer.Option(
             "--until",
-            parser=percentage,
-            metavar="PERCENT",
+            parser=true_part,
+            metavar="SHARE",
             envvar="EDGE_IDENT_UNTIL",
             help="End the first motion as soon as half of every 95 % interval is at most this "
-            "share of the parameter (of the offset: of the Coulomb friction), such as 2%.",
+            "share of the parameter (of the offset: of the Coulomb friction), such as 2% or 0.02.",
         ),
     ] = None
 

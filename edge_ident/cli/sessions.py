@@ -15,7 +15,7 @@ import edge_ident
 from edge_ident import commissioning
 from edge_ident.cli.logs import logged
 from edge_ident.cli.options import BoardOptions
-from edge_ident.cli.settings import read_settings
+from edge_ident.cli.settings import board_setting
 
 if TYPE_CHECKING:
     from edge_ident import Board, Drive
@@ -42,13 +42,24 @@ class Session:
 
 def device_of(options: BoardOptions, drive: "Drive") -> str | None:
     """Where the board is: option or environment, drive description, settings; None: nowhere."""
-    return options.device or drive.device or read_settings().get("device")
+    return options.device or drive.device or board_setting("device")
 
 
 def baud_rate_of(options: BoardOptions, drive: "Drive") -> int:
     """Baud rate of a serial device, from the same places or the default."""
-    given = options.baud_rate or drive.baud_rate or read_settings().get("baud_rate")
+    given = options.baud_rate or drive.baud_rate or board_setting("baud_rate")
     return given or commissioning.DEFAULT_BAUD_RATE
+
+
+def drive_or_built_in(path: Path | str | None) -> "tuple[Drive, edge_ident.EdgeIdentError | None]":
+    """A drive description, or the built-in one and why that one cannot be read."""
+    try:
+        return edge_ident.load_drive(path), None
+    except edge_ident.EdgeIdentError as error:
+        return edge_ident.load_drive(), error
+    except OSError as error:
+        told = edge_ident.DataError(str(error), "check the path of the drive description")
+        return edge_ident.load_drive(), told
 
 
 def located(options: BoardOptions) -> Address:

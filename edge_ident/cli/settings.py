@@ -1,6 +1,7 @@
 """Defaults that a user sets once: a TOML file, below the environment and above the defaults."""
 
 import json
+import math
 import os
 import re
 from collections.abc import Iterator, Mapping
@@ -16,6 +17,10 @@ PREFIX: Final = "EDGE_IDENT_"
 FILE_VARIABLE: Final = "EDGE_IDENT_CONFIG_FILE"
 BOARD: Final = ("device", "baud_rate")
 """Settings that the drive description may hold too; it belongs to the machine and precedes."""
+_MOST_BITS: Final = 64
+"""Of a number that is shown digit by digit; Python refuses to for more than 4300 digits."""
+_of_board: Final[dict[str, Any]] = {}
+"""Those that can be used, for the command line that runs."""
 
 
 def settings_file() -> Path:
@@ -32,16 +37,27 @@ def read_settings() -> dict[str, Any]:
     DataError
         If the file cannot be read or is no TOML.
     """
-    path = settings_file()
+    text = _text()
     try:
-        return _from_toml(path.read_text(encoding="utf-8"))
+        return _from_toml(text) if text else {}
+    except (ValueError, RecursionError) as error:
+        raise _unreadable(error) from error
+
+
+def _text() -> str:
+    try:
+        return settings_file().read_text(encoding="utf-8")
     except (FileNotFoundError, NotADirectoryError):
-        return {}
+        return ""
     except (OSError, ValueError) as error:
-        raise DataError(
-            f"{path}: the settings cannot be read: {error}",
-            "correct the file, or remove it to use the defaults",
-        ) from error
+        raise _unreadable(error) from error
+
+
+def _unreadable(error: Exception) -> DataError:
+    return DataError(
+        f"{settings_file()}: the settings cannot be read: {error}",
+        "correct the file, or remove it to use the defaults",
+    )
 
 
 def _from_toml(text: str) -> dict[str, Any]:
@@ -56,20 +72,21 @@ def write_setting(key: str, value: Any) -> Path:
     Raises
     ------
     DataError
-        The file has the setting in a form that a line alone does not change; it stays as it is.
+        The file has the setting in a form that a line alone does not change, or cannot be read; it
+        stays as it is.
     """
-    path = settings_file()
-    text = path.read_text(encoding="utf-8") if path.exists() else ""
-    lines = text.splitlines()
+    path, lines = settings_file(), _text().splitlines()
     if value is not None:
-        # a JSON string, number or boolean is one of TOML too
-        lines = _replaced(lines, key, f"{key} = {json.dumps(value, ensure_ascii=False)}")
+        # a JSON string, number or boolean is one of TOML too, but for one character
+        written = json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+        lines = _replaced(lines, key, f"{key} = {written}")
     else:
         lines = [line for line in lines if not _sets(line, key)]
     text = "".join(f"{line}\n" for line in lines)
     if not _means(text, key, value):
         raise DataError(
-            f"{path} has {key} as a table, in quotes or twice, and was not changed",
+            f"{path} has {key} as a table, in quotes, twice or over several lines, and was "
+            "not changed",
             "correct this setting in the file, or remove the file to use the defaults",
         )
     with atomic_write(path) as partial:
@@ -81,7 +98,8 @@ def _means(text: str, key: str, value: Any) -> bool:
     """Whether a file of this text has the value, or with None lacks the setting."""
     try:
         return bool(_from_toml(text).get(key) == value)
-    except ValueError:
+    except (ValueError, RecursionError):
+        read_settings()  # where the file itself is damaged, that is what to tell
         return False
 
 
@@ -113,40 +131,86 @@ def setting_name(parameter: Any) -> str | None:
     return variable.removeprefix(PREFIX).lower()
 
 
-def default_map(context: typer.Context) -> dict[str, Any]:
-    """The settings as defaults of commands, in the form that typer takes.
+def use_settings(context: Any) -> tuple[DataError, ...]:
+    """Make defaults of commands of those settings that can be used.
 
     Parameters
     ----------
-    context : typer.Context
-        Of the command line as a whole.
+    context : Context
+        Of the command line as a whole; it gets the defaults in the form that typer takes.
+
+    Returns
+    -------
+    tuple of DataError
+        Why the file cannot be used, or one of its settings cannot.
+    """
+    errors, usable = list[DataError](), dict[str | None, Any]()
+    try:
+        written = read_settings()
+    except DataError as error:
+        written = {}
+        errors.append(error)
+    known = list(options(context.command)) if written else []
+    for key, value in written.items():
+        try:
+            usable[key] = _checked(context, key, value, [o for name, o in known if name == key])
+        except DataError as error:
+            errors.append(error)
+    _of_board.clear()
+    _of_board.update({key: usable.pop(key) for key in BOARD if key in usable})
+    context.default_map = _defaults(context.command, usable)
+    return tuple(errors)
+
+
+def board_setting(key: str) -> Any:
+    """A setting of `BOARD` that can be used, for the command line that runs; None without one."""
+    return _of_board.get(key)
+
+
+def _checked(context: Any, key: str, value: Any, replaced: list[Any]) -> Any:
+    """A setting as the options take it that it replaces."""
+    if not replaced:
+        raise DataError(
+            f"{settings_file()}: there is no setting {key}",
+            f"remove it with: edge-ident config unset {key}",
+        )
+    try:
+        found = [checked_value(context, option, value) for option in replaced][-1]
+        return found if isinstance(found, bool | int | float) else str(value)
+    except (typer.BadParameter, ValueError, OverflowError) as error:
+        raise DataError(
+            f"{settings_file()}: {key} = {shown(value)!r}: {error}",
+            f"set it anew: edge-ident config set {key} VALUE, or remove it: config unset {key}",
+        ) from error
+
+
+def checked_value(context: Any, option: Any, value: Any) -> Any:
+    """What an option makes of a value, which may be of any type that TOML has.
 
     Raises
     ------
-    DataError
-        The file cannot be used, or one of its settings cannot.
+    typer.BadParameter, ValueError, OverflowError
+        The option does not take it.
     """
-    known, values = list(options(context.command)), read_settings()
-    for key, value in values.items():
-        replaced = [option for name, option in known if name == key]
-        if not replaced:
-            raise DataError(
-                f"{settings_file()}: there is no setting {key}",
-                f"remove it with: edge-ident config unset {key}",
-            )
-        for option in replaced:
-            _check_value(context, option, key, value)
-    return _defaults(context.command, {k: v for k, v in values.items() if k not in BOARD})
+    if not isinstance(value, str | bool | int | float):
+        raise typer.BadParameter("a list, a table or a date is no value of a setting")
+    if "\0" in str(value):
+        raise typer.BadParameter("no option takes a null character")
+    if isinstance(value, bool) and not option.is_flag:
+        raise typer.BadParameter("only a switch is true or false")
+    # as text, as on the command line
+    found = option.process_value(context, value if isinstance(value, bool) else str(value))
+    if isinstance(found, float) and not math.isfinite(found):
+        raise typer.BadParameter(f"{found} is no finite number")
+    return found
 
 
-def _check_value(context: typer.Context, option: Any, key: str, value: Any) -> None:
-    try:
-        option.process_value(context, value)
-    except (typer.BadParameter, OverflowError) as error:
-        raise DataError(
-            f"{settings_file()}: {key} = {value!r}: {error}",
-            f"set it anew: edge-ident config set {key} VALUE, or remove it: config unset {key}",
-        ) from error
+def shown(value: Any) -> str | bool | int | float:
+    """A value of the file as a sentence or a document can hold it."""
+    if isinstance(value, int) and value.bit_length() > _MOST_BITS:
+        return f"a number of {value.bit_length()} bits"
+    finite = isinstance(value, int) or (isinstance(value, float) and math.isfinite(value))
+    return value if finite else str(value)
 
 
 def _defaults(command: Any, values: Mapping[str | None, Any]) -> dict[str, Any]:

@@ -14,6 +14,7 @@ from edge_ident.cli.messages import print_document, say
 from edge_ident.cli.motion_options import SimulatedCycles, periods
 from edge_ident.cli.options import Json, RecordingOutput, Seed, recording_file
 from edge_ident.cli.progress import shown_progress
+from edge_ident.cli.shares import share
 
 if TYPE_CHECKING:
     from typing import Literal
@@ -80,9 +81,9 @@ class MeasurementOptions:
         float,
         typer.Option(
             "--noise",
-            min=0.0,
+            parser=share,
             metavar="SHARE",
-            help="White noise of the effort, relative to the rms effort.",
+            help="White noise of the effort, relative to the rms effort, such as 5% or 0.05.",
         ),
     ] = 0.0
     encoder_counts: Annotated[

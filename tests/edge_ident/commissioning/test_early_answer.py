@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from edge_ident.cli.run import percentage
 from edge_ident.commissioning.gains.trial import MotionBefore
 from edge_ident.commissioning.motion.capture import capture_motion, come_to_rest, partial_file
 from edge_ident.commissioning.motion.recorded_motion import beginning
@@ -247,14 +246,3 @@ def test_the_beginning_of_a_recording_keeps_its_axes(short) -> None:
     first = beginning(recording, 100)
     assert len(first.time_s) == len(first.axes["x"].reference) == 100
     assert np.array_equal(first.axes["z"].effort, recording.axes["z"].effort[:100])
-
-
-@pytest.mark.parametrize(("text", "share"), [("2%", 0.02), ("0.5%", 0.005)])
-def test_a_percentage_is_read_as_a_share(text: str, share: float) -> None:
-    assert percentage(text) == pytest.approx(share)
-
-
-@pytest.mark.parametrize("text", ["2", "0.02", "0%", "100%", "nan%", "-1%", "%", "two%"])
-def test_anything_else_is_refused(text: str) -> None:
-    with pytest.raises(Exception, match="no percentage"):
-        percentage(text)
