@@ -1,6 +1,7 @@
 """What a host leaves behind when something goes wrong, and what it says about it."""
 
 from collections.abc import Callable
+from contextlib import suppress
 
 import pytest
 from board_bench import NEW, OLD, Bench, long_motion
@@ -179,3 +180,22 @@ def test_effort_that_was_on_before_stays_on_and_that_is_said() -> None:
         pass
     assert bench.board.status().enabled
     assert any("edge-ident stop switches the effort off" in line for line in said)
+
+
+@pytest.mark.parametrize("on_before", [False, True])
+def test_effort_that_was_off_before_is_said_to_be_off_again(on_before: bool) -> None:
+    bench, said = LineBench(), list[str]()
+    if on_before:
+        bench.board.enable()
+    with suppress(RuntimeError), ready_to_move(bench.board, said.append):
+        raise RuntimeError
+    assert ("axes disabled again" in said) != on_before
+    assert bench.board.status().enabled == on_before
+
+
+def test_effort_that_could_not_be_switched_off_is_not_said_to_be_off() -> None:
+    bench, said = LineBench(), list[str]()
+    with suppress(RuntimeError), ready_to_move(bench.board, said.append):
+        bench.line.reading = bench.line.before = always(SILENCE)
+        raise RuntimeError
+    assert "axes disabled again" not in said

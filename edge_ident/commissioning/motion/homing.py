@@ -51,10 +51,13 @@ class Homing:
     ways : mapping of axis name to Way
     time_s : float
         Of the board's time; 0 where all axes stood there already.
+    resolution_rad : float
+        Of the encoder: a shorter way is none.
     """
 
     ways: Mapping[str, Way]
     time_s: float
+    resolution_rad: float
 
     @property
     def stuck(self) -> tuple[str, ...]:
@@ -64,7 +67,8 @@ class Homing:
         return tuple(
             axis
             for axis, way in self.ways.items()
-            if way.left_rad > 0.5 * abs(way.to_rad - way.from_rad)
+            if (far := abs(way.to_rad - way.from_rad)) >= self.resolution_rad
+            and way.left_rad > 0.5 * far
         )
 
 
@@ -98,8 +102,10 @@ def move_to(
         start = board.status().position_rad
         wanted = {axis: targets.get(axis, start[axis]) for axis in board.axes}
         far = {axis: abs(wanted[axis] - start[axis]) for axis in board.axes}
-        if max(far.values()) < board.identity.encoder_resolution_rad:
-            return Homing({axis: Way(start[axis], wanted[axis], start[axis]) for axis in far}, 0.0)
+        count_rad = board.identity.encoder_resolution_rad
+        if max(far.values()) < count_rad:
+            there = {axis: Way(start[axis], wanted[axis], start[axis]) for axis in far}
+            return Homing(there, 0.0, count_rad)
         lead_in_s = max(_SHORTEST_S, *(_PEAK * far[axis] / speeds[axis] for axis in far))
         captured_s = _CAPTURED * board.identity.sample_period_s
         way = with_lead_in(board, Trajectory(_still(wanted), captured_s, lead_in_s))
@@ -110,7 +116,7 @@ def move_to(
         board.finish()
     reached = {axis: float(r.position[-1]) for axis, r in capture.recording.axes.items()}
     ways = {axis: Way(start[axis], wanted[axis], reached[axis]) for axis in far}
-    return Homing(ways, way.lead_in_s + captured_s)
+    return Homing(ways, way.lead_in_s + captured_s, count_rad)
 
 
 def move_by(

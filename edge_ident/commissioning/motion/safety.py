@@ -8,6 +8,7 @@ import logging
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from typing import Final
 
 from edge_ident.errors import BoardError, EdgeIdentError
@@ -25,6 +26,7 @@ _MOVES: Final = (State.MOVING, State.DRAINING, State.STOPPING)
 _STOP_S: Final = 2.0
 """Longest stop that follows a watchdog's end, with some to spare."""
 _POLL_S: Final = 0.01
+_OFF: Final = "axes disabled again"
 
 
 @contextmanager
@@ -51,13 +53,16 @@ def ready_to_move(board: Board, say: Callable[[str], None]) -> Iterator[None]:
             f"not homed: {listed(unhomed)}. Positions count from where they stood when the board "
             "was switched on"
         )
-    with left_safe(board), effort_on(board, say):
+    with left_safe(board, say), effort_on(board, say):
         yield
 
 
 @contextmanager
 def effort_on(board: Board, say: Callable[[str], None]) -> Iterator[None]:
-    """Switch the effort on where it is off, and off again at the end where it was."""
+    """Switch the effort on where it is off, and off again at the end where it was.
+
+    Where the body does not end well, that is left to `left_safe`, which stops the machine before.
+    """
     if board.status().enabled:
         say("the axes were enabled already, and stay so: edge-ident stop switches the effort off")
         yield
@@ -68,7 +73,7 @@ def effort_on(board: Board, say: Callable[[str], None]) -> Iterator[None]:
     yield
     board.disable()
     log.info("axes disabled")
-    say("axes disabled again")
+    say(_OFF)
 
 
 def make_ready(board: Board) -> None:
@@ -126,11 +131,17 @@ def _at_rest(board: Board) -> BoardStatus:
 
 
 @contextmanager
-def left_safe(board: Board) -> Iterator[None]:
+def left_safe(board: Board, say: Callable[[str], None] | None = None) -> Iterator[None]:
     """Stop the machine, take back unconfirmed gains and switch off if the body does not end well.
 
     The effort goes off unless it was on before. A board that another host has taken over is left
     to it. What could not be done, and gains that are new, is noted on the exception.
+
+    Parameters
+    ----------
+    board : Board
+    say : callable, optional
+        Takes that the effort is off again, where the body switches it on.
     """
     was_enabled, gains = board.status().enabled, board.active_gains()
     try:
@@ -143,6 +154,8 @@ def left_safe(board: Board) -> Iterator[None]:
             for note in _leave(board, was_enabled, gains):
                 log.warning(note)
                 reason.add_note(note)
+            if say is not None and not was_enabled and _attempt("state", partial(_see_off, board)):
+                say(_OFF)
         raise
 
 
@@ -175,6 +188,11 @@ def _leave(board: Board, was_enabled: bool, gains: Bank) -> list[str]:
             "effort. Use the wired emergency stop, or edge-ident stop once the board answers"
         )
     return notes
+
+
+def _see_off(board: Board) -> None:
+    if board.status().enabled:
+        raise BoardError("the effort is on", "switch it off with edge-ident stop")
 
 
 def _roll_back_unconfirmed(board: Board) -> None:

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from edge_ident.commissioning.motion.homing import Homing, Way
 from edge_ident.drive.description import load_drive
 from firmware_interface.registers import State
 from tests.edge_ident.shared_board import SharedBoard
@@ -38,6 +39,31 @@ def test_home_says_what_is_left_of_the_way(shared: SharedBoard) -> None:
     assert "less than half" not in messages
     _, printed, messages = shared.run("home", "--by", "x=0.005")
     assert "axis x made less than half of its way" in messages
+
+
+def test_an_axis_that_was_not_told_to_move_is_not_stuck(shared: SharedBoard) -> None:
+    """Positions pass the board as float32: rounding makes a way of some nanoradians."""
+    shared.run("home", "--to", "z=0.7")
+    _, _, messages = shared.run("home", "--to", "x=1.0")
+    assert "less than half" not in messages
+
+
+@pytest.mark.parametrize("way_rad", [6e-9, 1e-5, 2e-3])
+def test_only_a_way_of_a_count_can_be_missed(way_rad: float) -> None:
+    homing = Homing({"z": Way(0.7, 0.7 + way_rad, 0.7)}, 1.0, 1e-3)
+    assert homing.stuck == (("z",) if way_rad > 1e-3 else ())
+
+
+def test_a_command_that_fails_says_that_the_effort_is_off_again(shared: SharedBoard) -> None:
+    code, _, messages = shared.run("home", "--to", "x=0.5", "--speed", "1e9")
+    assert code != 0
+    assert "drives now produce effort" not in messages
+    code, _, messages = shared.run("run", "--bandwidth", "40", "--no-diagnose", "--cycles", "1")
+    assert code == 1
+    lines = messages.splitlines()
+    enabled = next(at for at, line in enumerate(lines) if "drives now produce effort" in line)
+    assert lines.index("axes disabled again") > enabled
+    assert not shared.board.status().enabled
 
 
 def test_home_keeps_the_speed_that_it_is_given(
