@@ -127,8 +127,8 @@ def promise_view(promise: Promise) -> FittingTable:
     """A row for every axis and motion; nothing is measured where no gains were tried."""
     title = "tracking error promised, mrad" + ("" if tried(promise) else "; not tried")
     table = FittingTable(title=title, title_justify="left")
-    headings = ("motion", "axis", "", "now", "after (90 %)", "measured", "kept")
-    shown = len(headings) if tried(promise) else -2
+    headings = ("motion", "axis", "", "now", "after (90 %)", "kept up to", "measured", "kept")
+    shown = len(headings) if tried(promise) else -3
     for heading in headings[:shown]:
         table.add_column(heading, justify="right")
     for *cells, kept in promise_rows(promise):

@@ -73,19 +73,24 @@ def tried(promise: Promise) -> bool:
 
 
 def promise_rows(promise: Promise) -> Iterator[tuple[str, ...]]:
-    """Motion, axis, quantity; now, promised, measured (mrad); and whether it was kept."""
+    """Motion, axis, quantity; now, promised, limit, measured (mrad); and whether it was kept."""
     for motion, axis, of_axis in promise.every:
-        kept = {None: "", True: "yes", False: "no"}[of_axis.kept(promise.judged)]
-        for quantity in ("rms", "peak"):
-            name, measured = f"{quantity}_rad", of_axis.measured
+        limits_rad = {
+            "rms": of_axis.rms_limit_rad(promise.judged),
+            "peak": of_axis.peak_limit_rad(promise.judged),
+        }
+        for quantity, limit_rad in limits_rad.items():
+            name, tracked = f"{quantity}_rad", of_axis.measured
+            measured_rad = None if tracked is None else getattr(tracked, name)
             yield (
                 motion,
                 axis,
                 quantity,
                 _mrad(getattr(of_axis.now, name)),
                 _span(getattr(of_axis.after, quantity)),
-                "" if measured is None else _mrad(getattr(measured, name)),
-                kept,
+                _mrad(limit_rad),
+                "" if measured_rad is None else _mrad(measured_rad),
+                "" if measured_rad is None else "yes" if measured_rad <= limit_rad else "no",
             )
 
 

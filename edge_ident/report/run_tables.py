@@ -52,7 +52,7 @@ def _motions_table(separation: Separation) -> FittingTable:
 
 def _tracking_table(verification: Verification) -> FittingTable:
     table = FittingTable(title="tracking error, rms", title_justify="left")
-    for heading in ("axis", "before", "after", "smaller by", "repeats within"):
+    for heading in ("axis", "before", "after", "smaller by", "no change below"):
         table.add_column(heading, justify="right")
     for axis, tracking in verification.axes.items():
         table.add_row(

@@ -1,6 +1,7 @@
 """A survey as JSON document, as files of one table, and as tables for the terminal."""
 
 import csv
+import math
 from collections.abc import Iterator
 from dataclasses import asdict
 from importlib.util import find_spec
@@ -15,10 +16,12 @@ from edge_ident.files.extras import needed
 from edge_ident.fleet.between_units import FALSE_ALARM, FEWEST_UNITS
 from edge_ident.fleet.result import Survey, SurveyedAxis, SurveyedRecording
 from edge_ident.fleet.table import COLUMNS
+from edge_ident.report.page.wording import to_its_std
 from edge_ident.report.survey_wording import (
     causes_words,
     conclusion,
     difference_words,
+    quantity_words,
     ratio_to_others,
 )
 from edge_ident.support.atomic_files import atomic_write
@@ -26,6 +29,8 @@ from edge_ident.support.tables import FittingTable
 
 CSV_FILE: Final = "survey.csv"
 PARQUET_FILE: Final = "survey.parquet"
+_LEAST_STD: Final = 1e-6
+"""Smaller deviations would need too many decimals."""
 _ARROW_TYPES: Final = {str: "string", float: "float64", bool: "bool_"}
 
 
@@ -122,7 +127,7 @@ def _parts(survey: Survey) -> Iterator[RenderableType]:
 
 def _overview(survey: Survey) -> FittingTable:
     table = FittingTable(title_justify="left")
-    for heading in ("unit", "axis", "inertia", "viscous", "Coulomb", "offset", "causes", ""):
+    for heading in ("unit", "axis", "inertia", "viscous", "Coulomb", "offset", "causes", "remark"):
         right = heading in ("inertia", "viscous", "Coulomb", "offset")
         table.add_column(heading, justify="right" if right else "left")
     for recording in survey.recordings:
@@ -130,8 +135,27 @@ def _overview(survey: Survey) -> FittingTable:
             table.add_row(
                 escape(recording.unit),
                 escape(name),
-                *(f"{of.value:.4g} ± {of.std or 0.0:.1g}" for of in axis.parameters.values()),
+                *(with_std(of.value, of.std) for of in axis.parameters.values()),
                 causes_words(axis, "supported") or axis.verdict or "not diagnosed",
-                "" if axis.trusted else "[red]not trusted[/]",
+                _remark(survey, recording.unit, name, trusted=axis.trusted),
             )
     return table
+
+
+def with_std(value: float, std: float | None) -> str:
+    """A value and its deviation, both to two digits of the deviation."""
+    if not std or not _LEAST_STD < std < math.inf:
+        return f"{value:.4g}" if not std else f"{value:.4g} ± {std:.1e}"
+    return " ± ".join(to_its_std(value, std))
+
+
+def _remark(survey: Survey, unit: str, axis: str, *, trusted: bool) -> str:
+    """What a reader should look at, in a row of the table."""
+    if not trusted:
+        return "[red]not trusted[/]"
+    quantities = [
+        quantity_words(one.comparison)
+        for one in survey.standing_out
+        if (one.unit, one.comparison.axis) == (unit, axis)
+    ]
+    return f"[bold]stands out: {escape(', '.join(quantities))}[/]" if quantities else ""

@@ -57,7 +57,7 @@ class Tracking:
     Attributes
     ----------
     repeatability_rad : float
-        Differences up to this may be the motion's own.
+        Differences up to this may be the motion's own; at least `resolved_rad`.
     resolved_rad : float
         Smallest difference that means anything.
     machine_changed : float
@@ -80,6 +80,11 @@ class Tracking:
         if grown > self.resolved_rad or self.machine_changed > SHARE:
             return "in doubt"
         return "better" if -grown > self.repeatability_rad else "equal"
+
+    @property
+    def floor_counts(self) -> bool:
+        """Whether the motion repeats better than any difference that means something."""
+        return self.repeatability_rad <= self.resolved_rad
 
     @property
     def ratio(self) -> float:

@@ -7,6 +7,7 @@ from typing import Final
 from markupsafe import Markup, escape
 
 from edge_ident.commissioning.gains.outcome import GainChange
+from edge_ident.commissioning.gains.promise import SHARE
 from edge_ident.commissioning.gains.verification import Tracking
 from edge_ident.commissioning.run import BACKUP_FILE, Outcome
 from edge_ident.identification.result import AxisIdentification
@@ -157,10 +158,17 @@ def _tracking_sure(name: str, outcome: Outcome) -> list[Markup]:
     tracking = tracking_of(name, outcome)
     if tracking is None:
         return []
+    least = angle(tracking.repeatability_rad, "verification", name, "repeatability_rad")
+    if not tracking.floor_counts:
+        return [
+            Markup("The motion repeats within {}: a smaller change means nothing.").format(least)
+        ]
+    of_error = tracking.resolved_rad <= SHARE * tracking.before_rad * (1.0 + 1e-9)
+    what = f"{100 * SHARE:.0f} % of the error before" if of_error else "what the encoder resolves"
     return [
-        Markup("The motion repeats within {}: a smaller change means nothing.").format(
-            angle(tracking.repeatability_rad, "verification", name, "repeatability_rad")
-        )
+        Markup(
+            "A change below {}, {}, counts as none; the motion repeats more closely than that."
+        ).format(least, what)
     ]
 
 

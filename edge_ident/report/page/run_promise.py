@@ -68,14 +68,15 @@ def effects_said(outcome: Outcome) -> list[str]:
 
 def promise_table(promise: Promise) -> Table:
     """Rms and peak of every axis and motion; nothing is measured where no gains were tried."""
-    headings = ("axis, motion", "old gains", "promised (90 % interval)", "measured", "kept")
+    promised = "promised (90 % interval)"
+    headings = ("axis, motion", "old gains", promised, "kept up to", "measured", "kept")
     rows: list[Row] = [
         (f"{axis}, {motion}, {quantity}", *map(minus, cells))
         for motion, axis, quantity, *cells in promise_rows(promise)
     ]
     if tried(promise):
         return Table("Tracking error (mrad)", headings, rows)
-    return Table("Tracking error (mrad), not tried", headings[:-2], [row[:-2] for row in rows])
+    return Table("Tracking error (mrad), not tried", headings[:-3], [row[:-3] for row in rows])
 
 
 def promise_picture(promise: Promise) -> IntervalPicture | None:

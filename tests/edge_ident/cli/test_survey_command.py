@@ -17,11 +17,12 @@ from typer.testing import CliRunner, Result
 import edge_ident
 from edge_ident.cli import app
 from edge_ident.fleet.kept import FOLDER
+from edge_ident.report.survey_tables import with_std
 from tests.processes import running
 
 
-def run(*arguments: object) -> Result:
-    return CliRunner().invoke(app, ["survey", *map(str, arguments)])
+def run(*arguments: object, **environment: str) -> Result:
+    return CliRunner().invoke(app, ["survey", *map(str, arguments)], env=environment)
 
 
 @pytest.fixture(scope="module")
@@ -137,6 +138,22 @@ def test_a_unit_that_stands_out_is_on_the_page_and_in_the_document(
     assert {one["unit"] for one in document["standing_out"]} == {"unit-0"}
     assert document["conclusion"] == "One of 8 units stands out: unit-0."
     assert {one["quantity"] for one in document["standing_out"]} >= {"inertia", "coulomb_friction"}
+    lines = run(tmp_path / "in", "-o", tmp_path / "out", "-q", "-j", 1, COLUMNS="300").stdout.split(
+        "\n"
+    )
+    assert "remark" in lines[1]
+    marked, *others = (line for line in lines if "unit-" in line and "│" in line)
+    assert "stands out: " in marked
+    assert "inertia" in marked.partition("stands out")[2]
+    assert not any("stands out" in line for line in others)
+
+
+def test_deviations_have_two_digits() -> None:
+    assert with_std(0.42861, 0.00139) == "0.4286 ± 0.0014"
+    assert with_std(1.4, 0.00096) == "1.40000 ± 0.00096"
+    assert with_std(-12345.6, 123.4) == "−12346 ± 123"
+    assert with_std(1.0, None) == "1"
+    assert with_std(1.0, 1.23e-9) == "1 ± 1.2e-09"
 
 
 def test_ctrl_c_ends_the_workers_and_keeps_what_is_finished(sound: Path, tmp_path: Path) -> None:
