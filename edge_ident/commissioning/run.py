@@ -114,7 +114,7 @@ class Outcome:
     timing_ms : mapping of stage to milliseconds
         `last_sample_to_verified` runs from the last page in hand to gains committed and read back,
         the stop included. `separation` is the time of further motions, and of what designs and
-        judges them.
+        judges them; `diagnosis` is part of both.
     separation : Separation
         All identification motions, the first included.
     board : BoardAnswer or None

@@ -22,7 +22,7 @@ def outcome_view(outcome: Outcome) -> Group:
 
 
 def _outcome_parts(outcome: Outcome) -> Iterator[RenderableType]:
-    yield identification_view(outcome.identification)
+    yield identification_view(outcome.identification, outcome.timing_ms.get("diagnosis"))
     if outcome.early is not None:
         yield Text(outcome.early.sentence)
     if outcome.board is not None:

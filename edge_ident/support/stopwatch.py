@@ -36,8 +36,11 @@ class Stopwatch:
         try:
             yield
         finally:
-            spent_s = self._clock() - start_s
-            self._stages_s[name] = self._stages_s.get(name, 0.0) + spent_s
+            self.add(name, self._clock() - start_s)
+
+    def add(self, name: str, spent_s: float) -> None:
+        """Add what another stopwatch told of a stage, in s."""
+        self._stages_s[name] = self._stages_s.get(name, 0.0) + spent_s
 
     def timing_ms(self) -> dict[str, float]:
         """Milliseconds by stage, and `total` since the start."""

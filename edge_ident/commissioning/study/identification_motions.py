@@ -197,6 +197,8 @@ def identified(
         diagnosed=diagnosed,
         on_progress=progress_on(study),
     )
+    if "diagnosis" in found.timing_ms:
+        study.watch.add("diagnosis", 1e-3 * found.timing_ms["diagnosis"])
     for name, axis in found.axes.items():
         if axis.diagnosis is not None:
             study.tell(f"axis {name}: {axis.diagnosis_sentence}")

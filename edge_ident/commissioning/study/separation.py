@@ -231,9 +231,11 @@ def _asked(
     others = [name for name in found.axes if name not in open_axes]
     if not others:
         return open_axes
-    beside = diagnose(
-        recordings, model=study.model, stability=False, only=others, on_progress=progress_on(study)
-    )
+    progress = progress_on(study)
+    with study.watch.stage("diagnosis"):
+        beside = diagnose(
+            recordings, model=study.model, stability=False, only=others, on_progress=progress
+        )
     return {
         name: open_axes[name] if name in open_axes else without_causes(beside.axes[name])
         for name in found.axes
@@ -253,14 +255,15 @@ def judged(
         for name, axis in seen.axes.items()
         if name in before or name in made.sought or not axis.adequacy.adequate
     ]
-    after = diagnose_together(
-        [motion.recording for motion in motions],
-        names,
-        before=before,
-        plan=made.plan,
-        model=study.model,
-        on_progress=progress_on(study),
-    )
+    with study.watch.stage("diagnosis"):
+        after = diagnose_together(
+            [motion.recording for motion in motions],
+            names,
+            before=before,
+            plan=made.plan,
+            model=study.model,
+            on_progress=progress_on(study),
+        )
     found = _known(study, motions, after)
     return replace(made, found=found, ruled_out=_ruled_out(before, after))
 

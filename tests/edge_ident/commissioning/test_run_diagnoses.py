@@ -85,6 +85,7 @@ def test_what_the_base_model_lacks_is_said_and_the_gains_have_it(
     [line] = [line for line in listener.said if "stribeck friction" in line]
     assert line.startswith("axis x: explained")
     assert outcome.identification.axes["z"].diagnosis is None
+    assert outcome.timing_ms["diagnosis"] >= outcome.identification.timing_ms["diagnosis"]
 
 
 def test_what_nothing_explains_writes_nothing(

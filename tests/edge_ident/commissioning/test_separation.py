@@ -5,11 +5,13 @@ how a motion is designed have tests of their own. The last test has neither.
 """
 
 from dataclasses import replace
+from io import StringIO
 from pathlib import Path
 
 import pytest
 from interrupted_link import InterruptedLink
 from old_gains import assert_old_gains
+from rich.console import Console
 
 from edge_ident.commissioning.run import Outcome, Plan, commission
 from edge_ident.commissioning.study import identification_motions, separation
@@ -22,6 +24,7 @@ from edge_ident.experiment import together
 from edge_ident.experiment.limits import Use
 from edge_ident.experiment.result import AxisUse, LeftOut, MotionPlan, PlannedPair, Why
 from edge_ident.identification.identify import identify
+from edge_ident.report.run_tables import outcome_view
 from edge_ident.signals.recording_files import load_recording
 from firmware_interface.board import Board
 from firmware_interface.link import Link
@@ -223,6 +226,12 @@ def test_a_fault_in_the_second_motion_leaves_the_gains_and_the_first_capture(
     assert len(load_recording(tmp_path / "capture.npz").time_s) == 2185
 
 
+def printed(outcome: Outcome) -> str:
+    console = Console(width=200, record=True, file=StringIO())
+    console.print(outcome_view(outcome))
+    return console.export_text()
+
+
 def test_a_sound_machine_makes_one_motion(tmp_path: Path) -> None:
     outcome = run(VirtualBoard(), tmp_path)
     assert [made.file for made in outcome.separation.motions] == ["capture.npz"]
@@ -243,5 +252,12 @@ def test_a_spring_that_a_sinusoid_hides_is_found_by_a_second_motion(tmp_path: Pa
     (cause,) = after.diagnosis.causes
     assert cause.term.effect == "position_dependent_load"
     assert all(a.separable for a in cause.alternatives)
+    own_ms = outcome.identification.timing_ms["total"]
+    assert 0.0 < outcome.timing_ms["diagnosis"] < outcome.timing_ms["total"]
+    assert outcome.timing_ms["diagnosis"] <= sum(
+        outcome.timing_ms[stage] for stage in ("separation", "last_sample_to_verified")
+    )
+    spent_s = 1e-3 * outcome.timing_ms["diagnosis"]
+    assert f"identified in {own_ms:.0f} ms, diagnosed in {spent_s:.1f} s" in printed(outcome)
     assert outcome.separation.ended == "one explanation is left"
     assert separation.diagnoses(outcome.identification).keys() == {"x"}
