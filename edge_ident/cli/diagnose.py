@@ -92,10 +92,11 @@ def diagnose(
 
     Example: `edge-ident diagnose monday.csv tuesday.csv --validate friday.csv --output diagnosis`
     """
-    recordings = [reading.read(file) for file in files]
-    held_out = reading.read(validate) if validate else None
     known = given_model(model)
     with shown_progress() as bars:
+        bars.stage("reading")
+        recordings = [reading.read(file) for file in files]
+        held_out = reading.read(validate) if validate else None
         found = edge_ident.diagnose(
             recordings,
             model=known,

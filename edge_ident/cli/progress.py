@@ -4,6 +4,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
+from threading import Event, Thread
 from typing import TYPE_CHECKING, Final
 
 from edge_ident.cli.messages import detail, say, verbosity
@@ -60,7 +61,7 @@ class Progress:
 
 
 class ProgressLines(Progress):
-    """At most one line every few seconds, for logs and pipes."""
+    """One line every few seconds, for logs and pipes."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -83,6 +84,13 @@ class ProgressLines(Progress):
             rate = (in_hand - first) / (now_s - first_s)
             parts.append(f"{duration((expected - in_hand) / rate)} left")
         say(", ".join([*parts, *filter(None, [self._note])]))
+
+    def beat(self) -> None:
+        """Print a line where a stage has had nothing to count for some seconds."""
+        now_s = time.monotonic()
+        if self._title and now_s - self._printed_s >= LINE_EVERY_S:
+            self._printed_s = now_s
+            say(f"{self._title}: {duration(now_s - self._began_s)} so far")
 
     def note(self, text: str) -> None:
         """Keep a remark for the next line."""
@@ -132,11 +140,30 @@ def shown_progress() -> Iterator[Progress]:
         if verbosity().quiet:
             progress = Progress()
         elif not sys.stderr.isatty():
-            progress = ProgressLines()
+            progress = lines = ProgressLines()
+            stack.enter_context(_beating(lines))
         else:
             progress = ProgressBars(stack.enter_context(_bars()))
         yield progress
         progress.end()
+
+
+@contextmanager
+def _beating(lines: ProgressLines) -> Iterator[None]:
+    """Let lines appear while the body computes and tells nothing."""
+    ended = Event()
+
+    def beat() -> None:
+        while not ended.wait(LINE_EVERY_S):
+            lines.beat()
+
+    thread = Thread(target=beat, daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        ended.set()
+        thread.join()
 
 
 def _bars() -> "Bars":

@@ -6,6 +6,7 @@ import os
 import re
 import sys
 from pathlib import Path
+from threading import Event
 
 import pytest
 import typer
@@ -147,6 +148,42 @@ def test_without_a_terminal_a_line_of_progress_comes_every_few_seconds(
             clock.now_s += 1.0
     lines = capsys.readouterr().err.splitlines()
     assert lines == ["training: 50 of 100, 5 s left", "training: 100 of 100"]
+
+
+def test_what_counts_nothing_says_every_few_seconds_that_it_goes_on(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    clock = Clock()
+    monkeypatch.setattr(progress, "time", clock)
+    with shown_progress() as shown:
+        assert isinstance(shown, ProgressLines)
+        shown.beat()
+        shown.stage("diagnosis")
+        for _ in range(12):
+            clock.now_s += 1.0
+            shown.beat()
+    assert capsys.readouterr().err.splitlines() == [
+        "diagnosis: 5 s so far", "diagnosis: 10 s so far"
+    ]  # fmt: skip
+
+
+def test_lines_appear_while_the_command_itself_tells_nothing(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """As for a million samples, whose preparation is one long computation."""
+    monkeypatch.setattr(progress, "LINE_EVERY_S", 0.01)
+    said, twice = list[str](), Event()
+
+    def say(message: str) -> None:
+        said.append(message)
+        if len(said) > 1:
+            twice.set()
+
+    monkeypatch.setattr(progress, "say", say)
+    with shown_progress() as shown:
+        shown.stage("diagnosis")
+        assert twice.wait(60.0)
+    assert said[-1] == "diagnosis: 0 s so far"
 
 
 def test_the_time_that_is_left_does_not_count_the_lead_in(
