@@ -102,7 +102,8 @@ Bandwidth = Annotated[
         min=0.1,
         metavar="NUMBER",
         envvar="EDGE_IDENT_BANDWIDTH",
-        help="Closed-loop bandwidth in rad/s; default: the highest with sufficient margins.",
+        help="Frequency of the closed loop's poles, rad/s; default: the highest with sufficient "
+        "margins.",
     ),
 ]
 NoDiagnose = Annotated[

@@ -55,7 +55,7 @@ class Plan:
     cycles : int or None
         Periods of the identification motion; None takes the drive description's.
     bandwidth_rad_s : float or None
-        Of the closed loop; None takes the highest that keeps the margins.
+        Of the closed loop's poles; None takes the highest that keeps the margins.
     write : bool
         False for a dry run: everything up to the forecast on the motion of the identification.
     store : bool

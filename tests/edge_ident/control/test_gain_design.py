@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 import scipy.signal
 
+from edge_ident.control.compensation import plant_of
 from edge_ident.control.gain_design import GAIN_MARGIN, PHASE_MARGIN_RAD, QUANTIZATION_SHARE, design
-from edge_ident.control.position_loop import LoopHardware
+from edge_ident.control.position_loop import LoopHardware, open_loop
 from edge_ident.errors import GainError
 from edge_ident.model.model import AxisModel, Estimate, base_axis
 
@@ -129,3 +130,20 @@ def test_a_board_gets_no_gains_in_other_units(units: tuple[str, str]) -> None:
     other = base_axis(Estimate(PARAMETERS, np.zeros(4)), *units)
     with pytest.raises(GainError, match=rf"in {units[0]} and {units[1]}"):
         design(other, HARDWARE)
+
+
+@pytest.mark.parametrize("poles_rad_s", [10.0, None])
+def test_the_usual_bandwidths_are_in_proportion_to_the_frequency_of_the_poles(
+    poles_rad_s: float | None,
+) -> None:
+    """As docs/method.md says of the built-in drive."""
+    found = design(axis(), HARDWARE, poles_rad_s)
+    omega, loop = open_loop(found.gains, plant_of(axis()), HARDWARE)
+    closed, sensitivity = np.abs(loop / (1.0 + loop)), np.abs(1.0 / (1.0 + loop))
+    poles_rad_s, three_db = found.bandwidth_rad_s, math.sqrt(0.5)
+    for begins, low, high in (
+        (np.abs(loop) < 1.0, 1.9, 2.0),
+        ((closed < three_db) & (omega > poles_rad_s), 3.2, 3.4),
+        (sensitivity > three_db, 1.3, 1.3),
+    ):
+        assert low - 0.1 < omega[np.argmax(begins)] / poles_rad_s < high + 0.1
