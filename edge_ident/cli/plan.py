@@ -55,15 +55,16 @@ def plan(
 ) -> None:
     """Design the motion that separates the causes which recordings do not tell apart.
 
-    The recordings are diagnosed first. The motion stays inside the limits of the drive description,
-    overshoot included. It is printed, with what it separates; with --output, it is written to that
-    file.
+    The recordings are diagnosed first. The motion stays inside the limits of the drive description
+    (--drive; default: those of the built-in drive), overshoot included. It is printed, with what it
+    separates; with --output, it is written to that file.
 
     Example: `edge-ident plan recording.csv --drive press.toml --output motion.json`
     """
     limits = edge_ident.load_drive(drive)
     recordings = [reading.read(file) for file in files]
     limits.check_axes(recordings[0].axes)
+    say(_whose(drive))
     with shown_progress() as bars:
         diagnosis = edge_ident.diagnose(recordings, model=given_model(model), on_progress=bars.show)
         bars.stage("designing the motion")
@@ -80,3 +81,13 @@ def plan(
         say("next:  " + report.plan_next_step(found))
     if found.pairs and not all(pair.separated for pair in found.pairs):
         raise typer.Exit(UNTRUSTED)
+
+
+def _whose(drive: Path | None) -> str:
+    """Whose limits the motion keeps."""
+    if drive is not None:
+        return f"limits: those of {drive}"
+    return (
+        "limits: those of the built-in drive, which may be more than your machine bears. Give its "
+        "own with --drive FILE; edge-ident init writes such a file"
+    )

@@ -102,7 +102,10 @@ def axis_case(
     )
     excitation = data.excitation(base.parameters)
     motions = {n: named_trajectory(drive, n).axes for n in _USUAL}
-    found = rivals(axis, _typical(name, base, excitation, instruments, motions, duration_s))
+    typical = _typical(name, base, excitation, instruments, motions, duration_s)
+    if not data.other_axes:  # those of the drive do not show in the recordings
+        typical = replace(typical, source=None)
+    found = rivals(axis, typical)
     before = Compared.of_recordings(data, noise)
     bases = _bases(data, before, base, found.pairs)
     judge = Judge(excitation)

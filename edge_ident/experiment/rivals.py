@@ -28,6 +28,8 @@ Array = NDArray[np.float64]
 
 _SMALL: Final = 1e-6
 """Amplitude at which all effects are nearly linear."""
+_NO_SECOND_AXIS: Final = "the recordings have no second axis, whose motion would show it"
+_NOT_ALONE: Final = "no motion of this drive alone shows it"
 _TIED: Final = "it belongs to the time of its recording: repeat the recording"
 
 
@@ -88,7 +90,7 @@ class Typical:
     effort : float
         Rms of the base model's effort along it.
     source : str or None
-        Another axis that moves.
+        Another axis that moves, and is in the recordings.
     """
 
     base: AxisModel
@@ -153,7 +155,8 @@ def rivals(axis: AxisDiagnosis, typical: Typical) -> Rivals:
             continue
         found = typical.term_of(missing.effect)
         if found is None:
-            left_out[missing.effect] = "no motion of this drive alone shows it"
+            alone = typical.source is None and named(missing.effect).needs_source
+            left_out[missing.effect] = _NO_SECOND_AXIS if alone else _NOT_ALONE
         else:
             pairs.append(Pair(found, None, known, Why.UNTESTED))
     return Rivals(tuple(pairs), left_out)

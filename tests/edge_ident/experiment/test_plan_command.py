@@ -10,7 +10,9 @@ from edge_ident.cli import app
 from edge_ident.diagnosis import diagnose as engine
 from edge_ident.drive.motion_files import load_motion
 from edge_ident.experiment.plan import BoardSide, plan_motion
+from edge_ident.signals.recording import Recording
 from edge_ident.signals.recording_files import load_recording, save_recording
+from edge_ident.simulation.simulate import simulate
 from tests.edge_ident.experiment.problems import one_axis, rival_pair, supposed, term
 from tests.edge_ident.shared_board import SharedBoard
 
@@ -79,6 +81,22 @@ def test_a_file_has_no_periods(planned: tuple[Path, dict], monkeypatch: pytest.M
     code, _, errors = SharedBoard(monkeypatch).run("capture", "--motion", planned[0], "--cycles", 2)
     assert code == 2
     assert "has no periods" in errors
+
+
+def test_without_a_second_axis_its_effects_are_left_out_for_that_reason(tmp_path: Path) -> None:
+    recording = simulate()
+    alone = Recording(recording.time_s, {"x": recording.axes["x"]}, "alone")
+    save_recording(alone, tmp_path / "alone.npz")
+    code, text, errors = run("plan", tmp_path / "alone.npz", "--json")
+    document = json.loads(text)
+    assert code == 0, document["pairs"]
+    reasons = {left["effect"]: left["reason"] for left in document["left_out"]}
+    assert set(reasons) == {"cross_axis_coupling", "pose_dependent_inertia"}
+    assert set(reasons.values()) == {
+        "the recordings have no second axis, whose motion would show it"
+    }
+    assert "limits: those of the built-in drive" in errors
+    assert "--drive FILE" in errors
 
 
 @pytest.mark.thorough
