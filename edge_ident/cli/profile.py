@@ -14,7 +14,10 @@ from edge_ident.cli.sessions import baud_rate_of, device_of
 Repetitions = Annotated[
     int,
     typer.Option(
-        "--repetitions", min=1, metavar="NUMBER", help="Repetitions of every measurement."
+        "--repetitions",
+        min=1,
+        metavar="NUMBER",
+        help="Repetitions of every measurement; of those that need a motion, at most five.",
     ),
 ]
 

@@ -57,7 +57,7 @@ STAGES: Final = (
 )
 """In order; `start` (interpreter, imports, network) and `connect` are cold only."""
 
-_MOST_MOTIONS: Final = 5
+MOST_MOTIONS: Final = 5
 """Of each way from the last sample to gains: a motion takes seconds."""
 
 
@@ -72,7 +72,8 @@ def profile_device(
         None starts `edge-ident board --pty`.
     baud_rate : int or None
     repetitions : int
-        Of each of warm and cold, fp32 and int8.
+        Of each of warm and cold, fp32 and int8; of each way from the last sample to gains, at most
+        `MOST_MOTIONS`.
     observer : Observer
     """
     with _board_process(device) as url, noted(url), TemporaryDirectory() as folder:
@@ -81,9 +82,13 @@ def profile_device(
             tail_ms, stop_ms = _record(board, file, observer)
             recording = load_recording(file)
             networks = [load_network(precision) for precision in VARIANTS]
-            ways_ms = measured_ways(
-                board, recording, networks[0], min(repetitions, _MOST_MOTIONS), observer
-            )
+            motions = min(repetitions, MOST_MOTIONS)
+            if motions < repetitions:
+                observer.say(
+                    f"from the last sample to gains: {motions} repetitions of each way, not "
+                    f"{repetitions}, because each needs a motion"
+                )
+            ways_ms = measured_ways(board, recording, networks[0], motions, observer)
             runs = [_warm(board, recording, of, repetitions, observer) for of in networks]
         runs += [_cold(url, baud_rate, file, of, repetitions, observer) for of in networks]
     return Profile(
@@ -166,6 +171,7 @@ def _repeat(
     repeat: Callable[[], dict[str, float]], repetitions: int, observer: Observer
 ) -> dict[str, list[float]]:
     times: dict[str, list[float]] = {}
+    observer.samples(0, repetitions)
     for done in range(repetitions):
         for stage, spent_ms in repeat().items():
             times.setdefault(stage, []).append(spent_ms)

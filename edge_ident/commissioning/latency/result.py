@@ -75,7 +75,7 @@ class Profile:
         stop, running = (spread(self.ways_ms[way]).p50 for way in ("at_rest", "running"))
         return (
             f"last sample to gains read back: {stop:.0f} ms with the stop, {running:.0f} ms "
-            f"without (p50), {stop / running:.2f} times as fast"
+            f"without (p50 of {len(self.ways_ms['running'])}), {stop / running:.2f} times as fast"
         )
 
     @property

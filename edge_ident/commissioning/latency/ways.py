@@ -41,13 +41,14 @@ def measured_ways(
     ways = ("at_rest", "running") if board.takes_gains_running() else ("at_rest",)
     found: dict[str, list[float]] = {way: [] for way in ways}
     motion = replace(load_drive().trajectory(), duration_s=_MOTION_S)
+    turns = repetitions * ways
     observer.stage("from the last sample to gains")
+    observer.samples(0, len(turns))
     with ready_to_move(board, observer.say):
-        for done in range(repetitions):
-            for way in ways:
-                spent = _way_ms(board, motion, recording, network, observer, stop=way == "at_rest")
-                found[way].append(spent)
-            observer.samples(done + 1, repetitions)
+        for done, way in enumerate(turns, 1):
+            spent = _way_ms(board, motion, recording, network, observer, stop=way == "at_rest")
+            found[way].append(spent)
+            observer.samples(done, len(turns))
     return found
 
 
