@@ -2,10 +2,10 @@
 
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from threading import Event, Thread
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 from edge_ident.cli.messages import detail, say, verbosity
 
@@ -15,6 +15,16 @@ if TYPE_CHECKING:
 
 LINE_EVERY_S: Final = 5.0
 """Least time between two lines of progress where there is no terminal."""
+_LOOK_EVERY: Final = 0.2
+"""Share of that time after which it is looked whether a line is due: the most that one is late."""
+
+
+class _Count(NamedTuple):
+    """How far a stage was at a time."""
+
+    at_s: float
+    done: int
+    of: int
 
 
 class Progress:
@@ -67,7 +77,7 @@ class ProgressLines(Progress):
         super().__init__()
         self._printed_s = time.monotonic()
         self._note = ""
-        self._first: tuple[float, int] | None = None
+        self._counts: list[_Count] = []
 
     def samples(self, in_hand: int, expected: int) -> None:
         """Print a line if the last one is some seconds ago.
@@ -75,29 +85,42 @@ class ProgressLines(Progress):
         What is left is reckoned from the first count on: a motion's lead-in comes before it.
         """
         now_s = time.monotonic()
-        first_s, first = self._first = self._first or (now_s, in_hand)
-        if now_s - self._printed_s < LINE_EVERY_S:
-            return
-        self._printed_s = now_s
-        parts = [f"{self._title}: {in_hand} of {expected}"]
-        if first < in_hand < expected:
-            rate = (in_hand - first) / (now_s - first_s)
-            parts.append(f"{duration((expected - in_hand) / rate)} left")
-        say(", ".join([*parts, *filter(None, [self._note])]))
+        self._counts[1:] = [_Count(now_s, in_hand, expected)]
+        if self._due(now_s):
+            self._print(self._counts, now_s)
 
     def beat(self) -> None:
-        """Print a line where a stage has had nothing to count for some seconds."""
-        now_s = time.monotonic()
-        if self._title and now_s - self._printed_s >= LINE_EVERY_S:
-            self._printed_s = now_s
+        """Print a line also where a stage has had nothing to count for some seconds."""
+        now_s, counts = time.monotonic(), self._counts  # a new stage begins a new list
+        if not self._title or not self._due(now_s):
+            return
+        if counts and counts[0].done < counts[-1].done:
+            self._print(counts, now_s)
+        else:
             say(f"{self._title}: {duration(now_s - self._began_s)} so far")
+
+    def _due(self, now_s: float) -> bool:
+        """Whether a line is due, which then counts as printed."""
+        due = now_s - self._printed_s >= LINE_EVERY_S
+        if due:
+            self._printed_s = now_s
+        return due
+
+    def _print(self, counts: Sequence[_Count], now_s: float) -> None:
+        first, last = counts[0], counts[-1]
+        parts = [f"{self._title}: {last.done} of {last.of}"]
+        if first.done < last.done < last.of:
+            each_s = (last.at_s - first.at_s) / (last.done - first.done)
+            left_s = (last.of - last.done) * each_s - (now_s - last.at_s)
+            parts.append(f"{duration(max(left_s, 0.0))} left")
+        say(", ".join([*parts, *filter(None, [self._note])]))
 
     def note(self, text: str) -> None:
         """Keep a remark for the next line."""
         self._note = text
 
     def _begin(self) -> None:
-        self._note, self._first = "", None
+        self._note, self._counts = "", []
         if time.monotonic() - self._printed_s >= LINE_EVERY_S:
             self._printed_s = time.monotonic()
             say(self._title)
@@ -154,7 +177,7 @@ def _beating(lines: ProgressLines) -> Iterator[None]:
     ended = Event()
 
     def beat() -> None:
-        while not ended.wait(LINE_EVERY_S):
+        while not ended.wait(_LOOK_EVERY * LINE_EVERY_S):
             lines.beat()
 
     thread = Thread(target=beat, daemon=True)

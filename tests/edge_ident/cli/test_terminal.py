@@ -167,6 +167,26 @@ def test_what_counts_nothing_says_every_few_seconds_that_it_goes_on(
     ]  # fmt: skip
 
 
+def test_between_two_counts_the_last_one_is_said_with_the_time_that_is_left(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    clock = Clock()
+    monkeypatch.setattr(progress, "time", clock)
+    with shown_progress() as shown:
+        assert isinstance(shown, ProgressLines)
+        shown.show("gains", 0, 3)
+        for done in range(1, 4):
+            for _ in range(2):
+                clock.now_s += 5.0
+                shown.beat()
+            shown.show("gains", done, 3)
+    assert capsys.readouterr().err.splitlines() == [
+        "gains: 5 s so far", "gains: 10 s so far",
+        "gains: 1 of 3, 15 s left", "gains: 1 of 3, 10 s left",
+        "gains: 2 of 3, 5 s left", "gains: 2 of 3, 0 s left",
+    ]  # fmt: skip
+
+
 def test_lines_appear_while_the_command_itself_tells_nothing(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
