@@ -12,6 +12,7 @@ import os
 import sys
 
 from edge_ident.support.interrupts import INTERRUPTED, end_at_once, exit_code_counts
+from edge_ident.support.streams import flushed, open_closed
 
 _ALLOCATED = 100_000
 """Objects after which garbage is looked for: more than a command loads, which all stay."""
@@ -20,6 +21,7 @@ _ALLOCATED = 100_000
 def main() -> None:
     """Entry point of the `edge-ident` script."""
     end_at_once()
+    open_closed()
     os.environ.setdefault("OMP_NUM_THREADS", "1")
     gc.set_threshold(_ALLOCATED)
     from edge_ident.cli import main as command_line
@@ -32,6 +34,7 @@ def main() -> None:
     except KeyboardInterrupt:  # after the last that the command line does
         sys.exit(INTERRUPTED)
     finally:
+        flushed(sys.stderr)
         # nothing is left to be cleaned up while the interpreter shuts down
         exit_code_counts()
         gc.freeze()

@@ -11,6 +11,7 @@ import typer
 
 from edge_ident.cli import root, settings
 from edge_ident.cli.command_group import with_example
+from edge_ident.cli.failures import failure_of, tell
 from edge_ident.support.interrupts import INTERRUPTED, end_as_by_ctrl_c
 
 HOMES: Final = {
@@ -51,6 +52,10 @@ def main() -> None:
         whole(prog_name="edge-ident")
     except KeyboardInterrupt:
         sys.exit(INTERRUPTED)
+    except OSError as error:  # help, or a wrong option, for which there is no room
+        failure = failure_of(error)
+        assert failure is not None
+        sys.exit(tell(error, failure, as_json=False))
 
 
 def app_for(arguments: Sequence[str]) -> typer.Typer:

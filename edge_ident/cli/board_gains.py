@@ -158,7 +158,7 @@ def stage(
         if loaded.serial_number not in (None, number):
             say(f"these are the gains of board {loaded.serial_number}, and this is board {number}")
         found = report.GainReport(number, active, wanted, predicted, backup)
-    _deliver(found, results)
+    _deliver(found, results, "the gains are staged, and not active")
     say("the gains are staged and read back; activate them with: edge-ident gains commit")
 
 
@@ -209,7 +209,7 @@ def rollback(*, where: BoardOptions, results: ResultOptions) -> None:
     with connected(where) as (board, _):
         commissioning.roll_back_unconfirmed(board)
         found = report.GainReport(board.identity.serial_number, board.active_gains())
-    _deliver(found, results)
+    _deliver(found, results, "the previous gains are in force")
 
 
 @command
@@ -228,7 +228,7 @@ def store(
         backup = commissioning.back_up(active, board.identity, backups)
         board.store()
         found = report.GainReport(board.identity.serial_number, active, backup=backup)
-    _deliver(found, results)
+    _deliver(found, results, "the gains are stored")
     say("the gains are stored")
 
 
@@ -271,6 +271,7 @@ def _in_force(done: "commissioning.GainChange") -> list[str]:
     return ["new gains are in force, and confirmed"] if done.confirmed else []
 
 
-def _deliver(found: "report.GainReport", results: ResultOptions) -> None:
-    results.deliver(report.gain_report_document(found), "board_gains.json")
-    results.show(report.gain_report_view(found))
+def _deliver(found: "report.GainReport", results: ResultOptions, *done: str) -> None:
+    with noting(done):
+        results.deliver(report.gain_report_document(found), "board_gains.json")
+        results.show(report.gain_report_view(found))

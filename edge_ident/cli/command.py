@@ -77,7 +77,7 @@ def _command(function: Callable[..., None], *, needs_settings: bool) -> Callable
                 if needs_settings and began.settings_errors:
                     raise began.settings_errors[0]
                 _timed(function, _grouped(given, groups))
-            except (typer.Exit, typer.BadParameter, BrokenPipeError):
+            except (typer.Exit, typer.BadParameter):
                 raise
             except (Exception, KeyboardInterrupt) as error:
                 raise typer.Exit(_report(error, as_json=as_json)) from error

@@ -1,7 +1,6 @@
 """Errors that a user can act on, with their exit codes."""
 
 import errno
-import os
 import sys
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
@@ -10,10 +9,13 @@ from typing import Final, NamedTuple
 from edge_ident.cli.messages import print_document, say, say_always
 from edge_ident.errors import EdgeIdentError
 from edge_ident.support.interrupts import INTERRUPTED, interrupted
+from edge_ident.support.streams import flushed
 
 USAGE: Final = 2
 FILE: Final = 5
 """A file that cannot be read, or a result that cannot be written."""
+UNREAD: Final = 141
+"""Nobody reads the result any more: as a shell says of other programs that a closed pipe ends."""
 INTERNAL: Final = 70
 """A defect of the program itself, by the number that sysexits.h has for it."""
 _NO_ROOM: Final = (errno.ENOSPC, errno.EFBIG, errno.EDQUOT)
@@ -40,12 +42,21 @@ class Failure(NamedTuple):
 INTERRUPTION: Final = Failure(
     INTERRUPTED, "interrupted", "the command was interrupted", "run it again when you are ready"
 )
+CLOSED: Final = Failure(
+    FILE,
+    "file",
+    "the output was closed before the result was written to it",
+    "let what reads it read to the end; files are written",
+)
+UNREAD_RESULT: Final = CLOSED._replace(exit_code=UNREAD)
 
 
 def failure_of(error: BaseException) -> Failure | None:
     """What to tell about an error; None for what a user cannot act on."""
     if isinstance(error, EdgeIdentError):
         return Failure(error.exit_code, error.code, error.cause, error.next_step)
+    if isinstance(error, BrokenPipeError):
+        return CLOSED if _notes(error) else UNREAD_RESULT
     if isinstance(error, OSError):
         return Failure(FILE, "file", str(error), _remedy(error))
     if isinstance(error, KeyboardInterrupt) or interrupted():
@@ -57,11 +68,12 @@ def tell(error: BaseException, failure: Failure, *, as_json: bool) -> int:
     """Print an error on stderr, as a document on stdout where JSON is wanted; the exit code."""
     if failure is INTERRUPTION:
         say("interrupted")
-    else:
+    elif failure is not UNREAD_RESULT:
         say_always(f"error: {failure.cause}")
         say_always(f"next:  {failure.next_step}")
     for note in _notes(error):
         say_always(f"note:  {note}")
+    flushed(sys.stdout)
     if as_json:
         print_failure(error, failure)
     return failure.exit_code
@@ -81,8 +93,8 @@ def print_failure(error: BaseException, failure: Failure) -> None:
     }
     try:
         print_document(document)
-    except OSError:  # stdout may be what failed; what it still holds would fail again at the end
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    except OSError:  # stdout may be what failed
+        flushed(sys.stdout)
 
 
 @contextmanager

@@ -80,9 +80,9 @@ def design(
             recorded, network.load(), model=given_model(model),
             diagnose=not no_diagnose, on_progress=show,
         )  # fmt: skip
-    results.show(found)
     if not found.trusted:
         results.deliver(report.gains_document(found, {}), "gains.json")
+        results.show(found)
         if not results.json:
             say("no gains were designed: the parameters are not trusted")
         raise typer.Exit(UNTRUSTED)
@@ -91,4 +91,5 @@ def design(
         at_s=max(axis.end_s for axis in found.axes.values()),
     )  # fmt: skip
     results.deliver(report.gains_document(found, designs.axes), "gains.json")
+    results.show(found)
     results.show(designs)

@@ -84,4 +84,4 @@ class HideOptions:
         """Print the truth, if it is asked for."""
         if self.reveal and hidden:
             for line in report.fault_lines(hidden.faults):
-                print(line)
+                print(line, flush=True)

@@ -4,11 +4,12 @@ import shutil
 import sys
 import textwrap
 from collections.abc import Iterator
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from dataclasses import dataclass
 from typing import Any, Final
 
 from edge_ident import report
+from edge_ident.support.streams import flushed
 
 
 @dataclass(frozen=True)
@@ -63,11 +64,16 @@ def say(message: str) -> None:
 
 
 def say_always(message: str) -> None:
-    """Print a message on stderr in any case; on a terminal its lines break between words."""
+    """Print a message on stderr in any case; on a terminal its lines break between words.
+
+    Where nobody can read it, on a full disk or a closed pipe, the command goes on without a word.
+    """
     if sys.stderr.isatty():
         width = shutil.get_terminal_size().columns
         message = textwrap.fill(message, width, break_long_words=False, break_on_hyphens=False)
-    print(message, file=sys.stderr, flush=True)
+    with suppress(OSError):
+        print(message, file=sys.stderr)
+    flushed(sys.stderr)
 
 
 def detail(message: str) -> None:

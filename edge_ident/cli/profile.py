@@ -49,7 +49,7 @@ def profile(
         profiled = commissioning.profile_device(
             device_of(given, drive), baud_rate_of(given, drive), repetitions, bars
         )
-    results.deliver(report.profile_document(profiled), "profile.json")
     if results.output:
         report.save_waterfall(profiled, results.output / "profile.svg")
+    results.deliver(report.profile_document(profiled), "profile.json")
     results.show(report.profile_view(profiled))

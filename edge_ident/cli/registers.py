@@ -7,6 +7,7 @@ import typer
 import edge_ident
 from edge_ident import commissioning, report
 from edge_ident.cli.command import command
+from edge_ident.cli.failures import noting
 from edge_ident.cli.options import BoardOptions, ResultOptions
 from edge_ident.cli.sessions import connected, device_of
 
@@ -61,9 +62,10 @@ def registers(
             if write is not None:
                 _write(board, name, write, yes)
             values = {entry.name: board.register_values(entry.name) for entry in chosen}
-    results.deliver(report.registers_document(chosen, values, version), "registers.json")
-    if not results.json:
-        print("\n".join(report.register_lines(chosen, values, version)))
+    with noting([] if write is None else [f"{name} is written"]):
+        results.deliver(report.registers_document(chosen, values, version), "registers.json")
+        if not results.json:
+            print("\n".join(report.register_lines(chosen, values, version)), flush=True)
 
 
 def _write(board: "Board", name: str | None, texts: list[str], yes: bool) -> None:

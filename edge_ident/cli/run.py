@@ -153,12 +153,14 @@ def run(
                 # a full disk or Ctrl-C changes nothing on the board any more
                 done.append(outcome.conclusion)
         document = report.run_document(outcome, board.identity, loaded, folder)
-        if not results.json:  # then rich is not loaded, 2 MiB
-            report.show(report.outcome_view(outcome))
-        save_result_model(outcome.identification.model, outcome.captures(folder), folder, known)
-        page = report.write_run_page(outcome, document, folder)
-        faults.add_to(document, hidden)
-        deliver(document, "report.json", folder, results.json)
+        try:
+            save_result_model(outcome.identification.model, outcome.captures(folder), folder, known)
+            page = report.write_run_page(outcome, document, folder)
+            faults.add_to(document, hidden)
+            deliver(document, "report.json", folder, results.json)
+        finally:  # also where the disk is full
+            if not results.json:  # then rich is not loaded, 2 MiB
+                report.show(report.outcome_view(outcome))
     if not results.json:
         faults.tell(hidden)
         say(f"written: {page}")

@@ -13,9 +13,17 @@ if TYPE_CHECKING:
 _RESOLUTION_DPI: Final = 120
 
 
+class _Console(Console):
+    """A console that leaves it to the command what a closed pipe means."""
+
+    def on_broken_pipe(self) -> None:
+        """Raise the error that is being handled, in the place of SystemExit."""
+        raise
+
+
 def show(result: RenderableType) -> None:
     """Print a result, or the view of one, on stdout; only for a terminal are lines broken."""
-    console = Console(highlight=False)
+    console = _Console(highlight=False)
     if console.is_terminal:
         console.print(result, crop=False, overflow="fold")
     else:
