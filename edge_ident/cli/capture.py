@@ -49,7 +49,7 @@ def capture(
     cycles = periods(context, motion, cycles)
     followed: Any = motion if motion in MOTIONS else edge_ident.load_motion(motion)
     hidden = faults.hidden()
-    with session(where, results.output, hidden) as opened:
+    with session(context, where, results.output, hidden) as opened:
         path = opened.folder / commissioning.CAPTURE_FILE
         with shown_progress() as bars:
             found = commissioning.record_motion(

@@ -10,7 +10,7 @@ import typer
 from edge_ident.cli.command import command
 from edge_ident.cli.file_options import FileOptions
 from edge_ident.cli.messages import print_document, say
-from edge_ident.cli.options import Json, ModelFile, given_model
+from edge_ident.cli.options import Json, ModelFile, given_model, result_folder
 from edge_ident.cli.progress import Progress, shown_progress
 from edge_ident.errors import ModelError
 
@@ -24,6 +24,7 @@ CheckpointFolder = Annotated[
         "--output",
         "-o",
         metavar="FOLDER",
+        parser=result_folder,
         envvar="EDGE_IDENT_OUTPUT",
         help="Folder to write the checkpoint and the loss curves to.",
     ),
@@ -58,6 +59,7 @@ NetworkFolder = Annotated[
         "--output",
         "-o",
         metavar="FOLDER",
+        parser=result_folder,
         envvar="EDGE_IDENT_OUTPUT",
         help="Folder to write the networks and their manifest to.",
     ),

@@ -18,6 +18,21 @@ from edge_ident.cli.messages import print_document
 _SUFFIXES: Final = (".csv", ".npz")
 _IN_FOLDER: Final = "recording.npz"
 
+
+def named(path: str) -> Path:
+    """A path of an option; an unset variable of a shell names none."""
+    if not str(path).strip():
+        raise typer.BadParameter("the name is empty")
+    return Path(path)
+
+
+def result_folder(path: str) -> Path:
+    """A folder for results, which need not exist."""
+    if named(path).is_file():
+        raise typer.BadParameter(f"{path} is a file; give a folder")
+    return Path(path)
+
+
 Json = Annotated[
     bool, typer.Option("--json", help="Print the result as one JSON document on stdout.")
 ]
@@ -27,6 +42,7 @@ Output = Annotated[
         "--output",
         "-o",
         metavar="FOLDER",
+        parser=result_folder,
         envvar="EDGE_IDENT_OUTPUT",
         help="Folder to write the results to; it is created if it does not exist.",
     ),
@@ -35,6 +51,7 @@ _RECORDING_OUTPUT: Final = typer.Option(
     "--output",
     "-o",
     metavar="FOLDER|FILE",
+    parser=named,
     envvar="EDGE_IDENT_OUTPUT",
     help=f"Folder to write {_IN_FOLDER} to, or a file that ends in .csv or .npz.",
 )

@@ -11,7 +11,7 @@ from edge_ident.cli.command import UNTRUSTED, command
 from edge_ident.cli.diagnose import RecordingFiles
 from edge_ident.cli.file_options import FileOptions
 from edge_ident.cli.messages import print_document, say
-from edge_ident.cli.options import DriveFile, Json, ModelFile, Seed, given_model
+from edge_ident.cli.options import DriveFile, Json, ModelFile, Seed, given_model, named
 from edge_ident.cli.progress import shown_progress
 
 MotionOutput = Annotated[
@@ -20,6 +20,7 @@ MotionOutput = Annotated[
         "--output",
         "-o",
         metavar="FILE",
+        parser=named,
         help="File to write the motion to, for capture --motion FILE.",
     ),
 ]

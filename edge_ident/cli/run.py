@@ -145,7 +145,7 @@ def run(
     known, hidden = given_model(model), faults.hidden()
     plan, done = _plan(motions, gains, seed, known, diagnose=not no_diagnose), list[str]()
     with noting(done):
-        with session(where, results.output, hidden) as opened:
+        with session(motions.context, where, results.output, hidden) as opened:
             motions.check_time(opened.drive)
             board, folder, loaded = opened.board, opened.folder, network.load()
             with shown_progress() as bars:

@@ -96,19 +96,28 @@ def connected(
 
 @contextmanager
 def session(
-    options: BoardOptions, output: Path | None, hidden: "Hidden | None" = None
+    context: typer.Context,
+    options: BoardOptions,
+    output: Path | None,
+    hidden: "Hidden | None" = None,
 ) -> Iterator[Session]:
-    """Connect to a board, with a folder for results and a log in it."""
+    """Connect to a board, with a folder for results that no other session has, and a log in it.
+
+    The command line names this folder; the environment and the settings name one in which every
+    session has a folder of its own.
+    """
+    source = context.get_parameter_source("output")
+    by_name = source is not None and source.name == "COMMANDLINE"
     with connected(options, hidden) as (board, drive):
-        folder = output or _new_folder()
+        folder = output if output and by_name else _new_folder(output or Path("edge-ident-runs"))
         folder.mkdir(parents=True, exist_ok=True)
         with _log_file(folder / "log.txt"):
             yield Session(board, drive, folder)
 
 
-def _new_folder() -> Path:
+def _new_folder(above: Path) -> Path:
     """A folder by the time of day that no other session has."""
-    begun = Path("edge-ident-runs") / datetime.now().strftime("%Y-%m-%dT%H-%M-%S")
+    begun = above / datetime.now().strftime("%Y-%m-%dT%H-%M-%S")
     folder, others = begun, count(2)
     while True:
         with suppress(FileExistsError):
@@ -119,7 +128,23 @@ def _new_folder() -> Path:
 
 @contextmanager
 def _log_file(path: Path) -> Iterator[None]:
-    handler = _LogFile(path, encoding="utf-8")
+    """A new log, which says to other sessions whose folder that is.
+
+    A session that leaves nothing else, for it was refused, leaves no log either.
+
+    Raises
+    ------
+    DataError
+        Another session, earlier or at this time, has the folder.
+    """
+    before = set(path.parent.iterdir())
+    try:
+        handler = _LogFile(path, "x", encoding="utf-8")
+    except FileExistsError as error:
+        raise edge_ident.DataError(
+            f"{path.parent} holds another run or capture, whose files would be lost",
+            "choose another folder with --output; without it, each has a folder by date and time",
+        ) from error
     line = "%(asctime)s %(levelname)s %(name)s: %(message)s"
     try:
         with logged(handler, line, ("edge_ident", "firmware_interface")):
@@ -127,6 +152,8 @@ def _log_file(path: Path) -> Iterator[None]:
     finally:
         with suppress(OSError):
             handler.close()
+            if {*path.parent.iterdir()} - before == {path}:
+                path.unlink()
 
 
 class _LogFile(logging.FileHandler):

@@ -11,7 +11,7 @@ from edge_ident.cli.command import UNTRUSTED, command
 from edge_ident.cli.failures import FILE
 from edge_ident.cli.file_options import FileOptions
 from edge_ident.cli.messages import detail, say
-from edge_ident.cli.options import Json, ModelFile, NoDiagnose, deliver, given_model
+from edge_ident.cli.options import Json, ModelFile, NoDiagnose, deliver, given_model, result_folder
 from edge_ident.cli.progress import shown_progress
 
 RecordingFolder = Annotated[
@@ -55,6 +55,7 @@ SurveyFolder = Annotated[
         "--output",
         "-o",
         metavar="FOLDER",
+        parser=result_folder,
         envvar="EDGE_IDENT_OUTPUT",
         help="Folder to write the results to; default: edge-ident-survey in the folder.",
     ),

@@ -9,7 +9,7 @@ from typing import Final
 
 from edge_ident.commissioning.carry_over import reconsidered
 from edge_ident.commissioning.gains.change import check_change, concluded
-from edge_ident.commissioning.gains.files import save_backup
+from edge_ident.commissioning.gains.files import keep_backup
 from edge_ident.commissioning.gains.motor_way import unseen_load
 from edge_ident.commissioning.gains.outcome import GainChange
 from edge_ident.commissioning.gains.trial import MotionBefore, Recorded, Trial
@@ -42,7 +42,6 @@ from firmware_interface.motion import Trajectory
 log = logging.getLogger(__name__)
 
 VERIFICATION_FILE: Final = "verification.npz"
-BACKUP_FILE: Final = "gains_before.json"
 
 
 @dataclass(frozen=True)
@@ -179,7 +178,7 @@ def commission(
     make_ready(board)
     gains_before = board.active_gains()
     # before the effort goes on: whatever happens from there, the backup is there
-    save_backup(gains_before, board.identity, folder / BACKUP_FILE)
+    keep_backup(gains_before, board.identity, folder)
     rehearse(study, trajectory)
     check_room(folder / CAPTURE_FILE, board, trajectory)
     with ready_to_move(board, observer.say):
@@ -264,6 +263,7 @@ def _changed(
         if heard is separation:
             break
         separation = heard
+    keep_backup(gains_before, study.board.identity, study.folder)
     return separation, designs, concluded(study.board, trial, worth_a_write=worth_a_write)
 
 

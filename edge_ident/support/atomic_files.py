@@ -12,7 +12,7 @@ def atomic_write(path: Path) -> Iterator[Path]:
     """Yield a name beside `path` to write to; the file written there is renamed to `path`.
 
     If the body fails, nothing is left and an older file stays. Missing folders are made. The name
-    keeps its suffix, from which some writers tell the format.
+    keeps its suffix, from which some writers tell the format, and is that of this process alone.
 
     Raises
     ------
@@ -22,7 +22,7 @@ def atomic_write(path: Path) -> Iterator[Path]:
     if path.is_dir():
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
     path.parent.mkdir(parents=True, exist_ok=True)
-    partial = path.with_name(f".partial-{path.name}")
+    partial = path.with_name(f".partial-{os.getpid()}-{path.name}")
     try:
         yield partial
         partial.replace(path)

@@ -16,6 +16,8 @@ from firmware_interface.gains import AxisGains, Bank
 
 log = logging.getLogger(__name__)
 
+BACKUP_FILE: Final = "gains_before.json"
+"""The backup of a run, in its folder."""
 BACKUP_SCHEMA: Final = "edge-ident/gain-backup/1"
 _DESIGN_SCHEMA: Final = "edge-ident/gains/1"
 _FIELDS: Final = {field.name: field for field in dataclasses.fields(AxisGains)}
@@ -45,6 +47,24 @@ def save_backup(gains: Bank, identity: BoardIdentity, path: Path) -> None:
         "axes": {axis: dataclasses.asdict(values) for axis, values in gains.items()},
     }
     write_json(document, path)
+
+
+def keep_backup(gains: Bank, identity: BoardIdentity, folder: Path) -> None:
+    """Make sure that a folder has the backup of a run; where it was removed, it is written again.
+
+    Raises
+    ------
+    DataError
+        The folder has the backup of another run, which is not overwritten.
+    """
+    path = folder / BACKUP_FILE
+    if not path.exists():
+        save_backup(gains, identity, path)
+    elif load_gains(path) != GainFile(dict(gains), identity.serial_number):
+        raise DataError(
+            f"{path} holds other gains than the board: it is of another run",
+            "choose another folder; to have these gains back, use edge-ident gains restore",
+        )
 
 
 def back_up(gains: Bank, identity: BoardIdentity, folder: Path) -> Path:

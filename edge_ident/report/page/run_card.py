@@ -6,10 +6,11 @@ from typing import Final
 
 from markupsafe import Markup, escape
 
+from edge_ident.commissioning.gains.files import BACKUP_FILE
 from edge_ident.commissioning.gains.outcome import GainChange
 from edge_ident.commissioning.gains.promise import SHARE
 from edge_ident.commissioning.gains.verification import Tracking
-from edge_ident.commissioning.run import BACKUP_FILE, Outcome
+from edge_ident.commissioning.run import Outcome
 from edge_ident.identification.result import AxisIdentification
 from edge_ident.model.effects import named
 from edge_ident.model.model import PARAMETERS

@@ -5,7 +5,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from edge_ident.commissioning.run import BACKUP_FILE, VERIFICATION_FILE, Outcome
+from edge_ident.commissioning.gains.files import BACKUP_FILE
+from edge_ident.commissioning.run import VERIFICATION_FILE, Outcome
 from edge_ident.commissioning.study.identification_motions import CAPTURE_FILE
 from edge_ident.identification.result import AxisIdentification, ParameterSource
 from edge_ident.model.model import PARAMETERS

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from edge_ident.commissioning.gains.files import back_up, load_gains
+from edge_ident.commissioning.gains.files import back_up, keep_backup, load_gains
 from edge_ident.errors import DataError
 from firmware_interface.board import Board
 from firmware_interface.virtual.board import VirtualBoard
@@ -28,6 +28,21 @@ def test_a_backup_comes_back_as_it_was(tmp_path: Path) -> None:
     assert loaded.gains == GAINS
     assert loaded.serial_number == 77
     assert {path.name for path in first.parent.iterdir()} == {first.name, second.name}
+
+
+def test_the_backup_of_a_run_is_written_again_and_never_over_another(tmp_path: Path) -> None:
+    identity = Board.connect(VirtualBoard()).identity
+    keep_backup(GAINS, identity, tmp_path)
+    kept = (tmp_path / "gains_before.json").read_bytes()
+    keep_backup(GAINS, identity, tmp_path)
+    with pytest.raises(DataError, match="of another run"):
+        keep_backup({**GAINS, "x": CONSERVATIVE_GAINS}, identity, tmp_path)
+    with pytest.raises(DataError, match="of another run"):
+        keep_backup(GAINS, replace(identity, serial_number=77), tmp_path)
+    assert (tmp_path / "gains_before.json").read_bytes() == kept
+    (tmp_path / "gains_before.json").unlink()
+    keep_backup(GAINS, identity, tmp_path)
+    assert load_gains(tmp_path / "gains_before.json").gains == GAINS
 
 
 def test_a_design_document_holds_gains_too(tmp_path: Path) -> None:

@@ -158,8 +158,8 @@ def test_on_a_tuned_board_a_run_changes_nothing_and_ends_well(tmp_path: Path) ->
     virtual = VirtualBoard()
     assert run(virtual, tmp_path).confirmed
     tuned = virtual.machine.banks.active
-    for _ in range(2):
-        again = run(virtual, tmp_path)
+    for number in range(2):
+        again = run(virtual, tmp_path / str(number))
         assert again.trusted
         assert again.change is not None
         assert again.change.unchanged
@@ -169,8 +169,8 @@ def test_on_a_tuned_board_a_run_changes_nothing_and_ends_well(tmp_path: Path) ->
 
 def test_what_is_tuned_already_is_stored_where_that_is_asked_for(tmp_path: Path) -> None:
     virtual = VirtualBoard()
-    run(virtual, tmp_path)
-    assert run(virtual, tmp_path, store=True).stored
+    run(virtual, tmp_path / "first")
+    assert run(virtual, tmp_path / "second", store=True).stored
     assert virtual.machine.banks.stored == virtual.machine.banks.active
 
 

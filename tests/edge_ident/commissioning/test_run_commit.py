@@ -1,10 +1,12 @@
 """How a run puts its gains in force: without a stop where the board can, else as ever."""
 
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
+from edge_ident.commissioning.gains.files import load_gains
 from edge_ident.commissioning.run import Outcome, Plan, commission
 from edge_ident.report.promise_report import commit_document
 from firmware_interface.board import Board
@@ -43,6 +45,25 @@ def test_a_run_commits_without_a_stop(tmp_path: Path) -> None:
     assert not any(STOP in line for line in said)
     assert virtual.machine.state is State.IDLE
     assert not virtual.machine.enabled
+
+
+def test_the_old_gains_are_on_disk_when_new_ones_are_written(tmp_path: Path) -> None:
+    class Tidy(Listening):
+        """Somebody who removes the folder during the first motion."""
+
+        removed = False
+
+        def samples(self, in_hand: int, expected: int) -> None:
+            if not self.removed:
+                shutil.rmtree(tmp_path / "run")
+            self.removed = True
+
+    virtual = VirtualBoard()
+    board = Board.connect(virtual)
+    old = board.active_gains()
+    (tmp_path / "run").mkdir()
+    assert commission(board, brief_drive(), None, Plan(), tmp_path / "run", Tidy()).confirmed
+    assert load_gains(tmp_path / "run" / "gains_before.json").gains == old
 
 
 def test_where_the_effort_would_jump_too_far_a_run_stops_and_says_so(tmp_path: Path) -> None:

@@ -1,5 +1,6 @@
 """Files are there whole or not at all, whatever interrupts their writing."""
 
+import os
 from pathlib import Path
 
 import numpy as np
@@ -24,6 +25,17 @@ def test_a_full_disk_leaves_the_file_of_before(tmp_path: Path) -> None:
         write_half(path)
     assert path.read_text() == '{\n  "n": 1\n}\n'
     assert list(path.parent.iterdir()) == [path]
+
+
+def test_two_processes_do_not_write_to_one_name(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with atomic_write(tmp_path / "a") as mine, monkeypatch.context() as other:
+        other.setattr(os, "getpid", lambda: 1)
+        with atomic_write(tmp_path / "a") as others:
+            assert mine != others
+            others.touch()
+        mine.touch()
 
 
 def test_a_folder_is_no_file(tmp_path: Path) -> None:
