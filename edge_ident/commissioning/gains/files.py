@@ -105,8 +105,15 @@ def load_gains(path: Path) -> GainFile:
         if schema == _DESIGN_SCHEMA and isinstance(entry, dict):
             entry = entry.get("gains")
         gains[axis] = _axis_gains(path, axis, entry)
-    serial_number = document.get("serial_number")
-    return GainFile(gains, serial_number if isinstance(serial_number, int) else None)
+    return GainFile(gains, _owner(path, document) if schema == BACKUP_SCHEMA else None)
+
+
+def _owner(path: Path, backup: dict[str, Any]) -> int:
+    """Whose backup it is; gains without an owner would go to any board."""
+    serial_number = backup.get("serial_number")
+    if not isinstance(serial_number, int) or isinstance(serial_number, bool):
+        raise _error(path, f"serial_number is {serial_number!r:.30}, not a whole number")
+    return serial_number
 
 
 def _axis_gains(path: Path, axis: str, entry: Any) -> AxisGains:

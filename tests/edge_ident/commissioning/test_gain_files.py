@@ -52,6 +52,13 @@ def test_a_design_document_holds_gains_too(tmp_path: Path) -> None:
     assert loaded.serial_number is None
 
 
+@pytest.mark.parametrize("owner", ["2", True, None, 1.0])
+def test_a_backup_without_an_owner_is_refused(tmp_path: Path, owner: Any) -> None:
+    path = write(tmp_path, backup(entry()) | {"serial_number": owner})
+    with pytest.raises(DataError, match="serial_number is"):
+        load_gains(path)
+
+
 def test_a_backup_of_before_the_effects_had_terms_is_read(tmp_path: Path) -> None:
     short = {name: value for name, value in entry().items() if "ripple" not in name}
     path = write(tmp_path, backup(short))
@@ -107,7 +114,7 @@ def entry() -> dict[str, Any]:
 
 
 def backup(gains: dict[str, Any]) -> dict[str, Any]:
-    return {"schema": "edge-ident/gain-backup/1", "axes": {"x": gains}}
+    return {"schema": "edge-ident/gain-backup/1", "serial_number": 1, "axes": {"x": gains}}
 
 
 def write(folder: Path, document: Any) -> Path:
