@@ -173,6 +173,8 @@ class _Reader:
             self.data: dict[str, Any] = tomllib.loads(text)
         except tomllib.TOMLDecodeError as error:
             raise DataError(f"{source}: {error}", "correct the TOML at that line") from error
+        except RecursionError as error:
+            raise DataError(f"{source}: nested too deeply", "correct the TOML") from error
 
     def drive(self) -> Drive:
         unknown = set(self.data) - _TABLES

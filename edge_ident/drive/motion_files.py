@@ -1,6 +1,5 @@
 """A motion as a file: what `plan` designs, and `capture` and `simulate` follow."""
 
-import math
 from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
@@ -21,6 +20,8 @@ from firmware_interface.motion import (
 SCHEMA: Final = "edge-ident/motion/1"
 _NEXT: Final = "write the file with edge-ident plan RECORDING --output FILE"
 _LONGEST_S: Final = 86_400.0
+_LARGEST: Final = 1e5
+"""Of a way, phase, frequency or speed, in rad and s: far beyond any board, and finite squared."""
 
 
 def motion_document(trajectory: Trajectory) -> dict[str, Any]:
@@ -87,13 +88,13 @@ def load_motion(path: str | Path) -> Trajectory:
         raise DataError(f"{path}: its schema is not {SCHEMA}", _NEXT)
     try:
         return _trajectory(document)
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
-        what = f"{error} is missing" if isinstance(error, KeyError) else str(error)
-        raise DataError(f"{path}: {what}", _NEXT) from error
+    except ValueError as error:
+        raise DataError(f"{path}: {error}", _NEXT) from error
 
 
 def _trajectory(document: Mapping[str, Any]) -> Trajectory:
-    axes = {str(name): _motion(name, of_axis) for name, of_axis in document["axes"].items()}
+    of_axes = _entry(document, "axes", dict)
+    axes = {name: _motion(f"axes.{name}", of_axis) for name, of_axis in of_axes.items()}
     if not axes or len({type(motion) for motion in axes.values()}) != 1:
         raise ValueError("its axes need motions, all of one kind")
     return Trajectory(
@@ -103,39 +104,64 @@ def _trajectory(document: Mapping[str, Any]) -> Trajectory:
     )
 
 
-def _motion(name: str, of_axis: Mapping[str, Any]) -> Multisine | Staircase:
+def _motion(place: str, of_axis: Any) -> Multisine | Staircase:
+    _check_kind(place, of_axis, dict)
     if "components" in of_axis:
-        sines = of_axis["components"]
-        _check_count(name, "components", len(sines), MAXIMUM_COMPONENTS)
+        sines = _entry(of_axis, "components", list, place)
+        _check_count(place, "components", len(sines), MAXIMUM_COMPONENTS)
         return Multisine(
-            tuple(
-                SineComponent(
-                    _number(sine, "amplitude_rad"),
-                    _number(sine, "angular_frequency_rad_s"),
-                    _number(sine, "phase_rad"),
-                )
-                for sine in sines
-            )
+            tuple(_sine(f"{place}.components[{k}]", sine) for k, sine in enumerate(sines))
         )
-    speeds = of_axis["speeds_rad_s"]
-    _check_count(name, "speeds", len(speeds), MAXIMUM_LEVELS)
+    speeds = _entry(of_axis, "speeds_rad_s", list, place)
+    _check_count(place, "speeds", len(speeds), MAXIMUM_LEVELS)
     return Staircase(
-        tuple(_number({"speed": speed}, "speed") for speed in speeds),
-        _number(of_axis, "dwell_s", 0.0),
-        _number(of_axis, "acceleration_rad_s2", 1e-9),
+        tuple(
+            _checked(f"{place}.speeds_rad_s[{k}]", speed, -_LARGEST, _LARGEST)
+            for k, speed in enumerate(speeds)
+        ),
+        _number(of_axis, "dwell_s", 0.0, _LONGEST_S, place),
+        _number(of_axis, "acceleration_rad_s2", 1e-9, _LARGEST**2, place),
     )
 
 
-def _check_count(name: str, what: str, count: int, most: int) -> None:
+def _sine(place: str, sine: Any) -> SineComponent:
+    _check_kind(place, sine, dict)
+    names = ("amplitude_rad", "angular_frequency_rad_s", "phase_rad")
+    return SineComponent(*(_number(sine, name, -_LARGEST, _LARGEST, place) for name in names))
+
+
+def _check_count(place: str, what: str, count: int, most: int) -> None:
     if not 1 <= count <= most:
-        raise ValueError(f"axis {name} has {count} {what}, a board takes 1 to {most}")
+        raise ValueError(f"{place} has {count} {what}, a board takes 1 to {most}")
+
+
+def _entry(values: Mapping[str, Any], name: str, kind: type, place: str = "") -> Any:
+    """What stands under a name, of the kind that it must be."""
+    where = f"{place}.{name}".removeprefix(".")
+    if name not in values:
+        raise ValueError(f"{where} is missing")
+    _check_kind(where, values[name], kind)
+    return values[name]
+
+
+def _check_kind(place: str, value: Any, kind: type) -> None:
+    if not isinstance(value, kind):
+        what = "an object with names" if kind is dict else "a list"
+        raise ValueError(f"{place} is {value!r:.30}, and must be {what}")
 
 
 def _number(
-    values: Mapping[str, Any], name: str, low: float = -math.inf, high: float = math.inf
+    values: Mapping[str, Any], name: str, low: float, high: float, place: str = ""
 ) -> float:
-    value = values[name]
+    where = f"{place}.{name}".removeprefix(".")
+    if name not in values:
+        raise ValueError(f"{where} is missing")
+    return _checked(where, values[name], low, high)
+
+
+def _checked(place: str, value: Any, low: float, high: float) -> float:
     number = isinstance(value, int | float) and not isinstance(value, bool)
-    if not number or not math.isfinite(value) or not low <= value <= high:
-        raise ValueError(f"{name} is {value!r}")
+    if not number or not low <= value <= high:
+        must = f"a number from {low:g} to {high:g}"
+        raise ValueError(f"{place} is {value!r:.30}, and must be {must}")
     return float(value)

@@ -13,7 +13,7 @@ from edge_ident.commissioning.motion.safety import ready_to_move
 from edge_ident.drive.description import Drive
 from edge_ident.drive.motions import MotionName, named_trajectory
 from edge_ident.errors import DataError
-from edge_ident.signals.data_checks import check_recording
+from edge_ident.signals.data_checks import MINIMUM_SAMPLES, check_recording
 from firmware_interface.board import Board
 from firmware_interface.motion import Trajectory
 
@@ -49,7 +49,7 @@ def record_motion(
     """
     check_drive(board, drive)
     if isinstance(motion, Trajectory):
-        check_axes(motion, board)
+        check_motion(motion, board)
         trajectory, stage = motion, "motion"
     else:
         trajectory, stage = named_trajectory(drive, motion, cycles), motion
@@ -62,17 +62,23 @@ def record_motion(
     return found
 
 
-def check_axes(trajectory: Trajectory, board: Board) -> None:
-    """Make sure that a motion is one of the board's axes.
+def check_motion(trajectory: Trajectory, board: Board) -> None:
+    """Make sure that a motion is one of the board's axes, and long enough to be identified.
 
     Raises
     ------
     DataError
-        It names other axes.
+        It names other axes, or ends too soon.
     """
     if set(trajectory.axes) != set(board.axes):
         raise DataError(
             f"the motion is one of axes {', '.join(trajectory.axes)}, the board has "
             f"{', '.join(board.axes)}",
             "design the motion with the description of this drive: edge-ident plan --drive FILE",
+        )
+    least_s = MINIMUM_SAMPLES * board.identity.sample_period_s
+    if trajectory.duration_s < least_s:
+        raise DataError(
+            f"duration_s of {trajectory.duration_s:g} is too short for {MINIMUM_SAMPLES} samples",
+            f"give a motion of at least {least_s:g} s",
         )

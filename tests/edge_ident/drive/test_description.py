@@ -24,6 +24,13 @@ def test_built_in_drive_is_the_papers() -> None:
     assert drive.trajectory(cycles=3).duration_s == pytest.approx(3 * trajectory.duration_s)
 
 
+def test_a_description_nested_too_deeply_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "mine.toml"
+    path.write_text("a = " + 3000 * "[")
+    with pytest.raises(DataError, match="nested too deeply"):
+        load_drive(path)
+
+
 def test_board_table_gives_the_device(tmp_path: Path) -> None:
     path = tmp_path / "mine.toml"
     path.write_text(BUILT_IN + '\n[board]\ndevice = "/dev/ttyACM7"\nbaud_rate = 921600\n')

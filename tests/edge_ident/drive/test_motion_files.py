@@ -31,7 +31,7 @@ def damaged(change) -> str:
 CASES = {
     "no JSON": ("{", "no JSON"),
     "another document": ('{"schema": "edge-ident/model/1"}', "its schema is not"),
-    "no duration": (damaged(lambda d: d.pop("duration_s")), "'duration_s' is missing"),
+    "no duration": (damaged(lambda d: d.pop("duration_s")), "duration_s is missing"),
     "not a number": (damaged(lambda d: d.update(lead_in_s="5")), "lead_in_s is '5'"),
     "an endless motion": (damaged(lambda d: d.update(duration_s=1e9)), "duration_s is"),
     "no axis": (damaged(lambda d: d.update(axes={})), "all of one kind"),
@@ -48,7 +48,32 @@ CASES = {
         ),
         "all of one kind",
     ),
-    "an axis that is a list": (damaged(lambda d: d.update(axes=[1])), "list"),
+    "axes in a list": (damaged(lambda d: d.update(axes=[1])), "axes is .1., and must be an object"),
+    "an axis of text": (damaged(lambda d: d["axes"].update(x="y")), "axes.x is 'y', and must be"),
+    "lines of text": (
+        damaged(lambda d: d["axes"]["x"].update(components="abc")),
+        "axes.x.components is 'abc', and must be a list",
+    ),
+    "lines of nothing": (
+        damaged(lambda d: d["axes"]["x"].update(components=None)),
+        "axes.x.components is None, and must be a list",
+    ),
+    "a line of text": (
+        damaged(lambda d: d["axes"]["x"].update(components=["abc"])),
+        r"axes.x.components\[0\] is 'abc', and must be an object",
+    ),
+    "a line without an amplitude": (
+        damaged(lambda d: d["axes"]["x"]["components"][0].pop("amplitude_rad")),
+        r"axes.x.components\[0\].amplitude_rad is missing",
+    ),
+    "a frequency whose square is none": (
+        damaged(lambda d: d["axes"]["x"]["components"][0].update(angular_frequency_rad_s=1e300)),
+        "angular_frequency_rad_s is 1e.300, and must be a number from -100000 to 100000",
+    ),
+    "neither lines nor a staircase": (
+        damaged(lambda d: d["axes"].update(x={})),
+        "axes.x.speeds_rad_s is missing",
+    ),
 }
 
 

@@ -77,6 +77,17 @@ def test_a_motion_of_other_axes_is_refused_by_the_board(
     assert "the motion is one of axes x, the board has x, z" in errors
 
 
+def test_a_motion_of_too_few_samples_is_refused_before_it_moves(
+    planned: tuple[Path, dict], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    short = tmp_path / "short.json"
+    short.write_text(json.dumps({**json.loads(planned[0].read_text()), "duration_s": 0.001}))
+    code, _, errors = SharedBoard(monkeypatch).run("capture", "--motion", short)
+    assert code == 5
+    assert "duration_s of 0.001 is too short for 200 samples" in errors
+    assert "at least 0.5 s" in errors
+
+
 def test_a_file_has_no_periods(planned: tuple[Path, dict], monkeypatch: pytest.MonkeyPatch) -> None:
     code, _, errors = SharedBoard(monkeypatch).run("capture", "--motion", planned[0], "--cycles", 2)
     assert code == 2
