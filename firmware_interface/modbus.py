@@ -100,10 +100,8 @@ class ModbusLink:
             self._identity = self._first_identity()
         except (NoReplyError, BoardError) as error:
             client.close()  # type: ignore[no-untyped-call]
-            raise LinkError(
-                f"{name} is open, but no board answers: {error.cause}",
-                advice,
-            ) from error
+            advice += f"; replies that take more than {silence_s:g} s need a faster gateway"
+            raise LinkError(f"{name} is open, but no board answers: {error}", advice) from error
 
     def read(self, address: int, count: int) -> list[int]:
         """Words of consecutive registers; repeated when no reply comes, or a refusal."""
@@ -208,6 +206,9 @@ class ModbusLink:
                 f"{cause}: another host controls the board, or it has no time",
                 "wait until it is free and at rest, or stop it with edge-ident stop",
             )
+        if code > ExcCodes.ILLEGAL_VALUE:
+            cause += ": acknowledged, still busy" if code == ExcCodes.ACKNOWLEDGE else ": it failed"
+            return BoardError(cause, "look at board and gateway, then try again")
         kind = ValueRefusedError if code == ExcCodes.ILLEGAL_VALUE else BoardError
         return kind(cause, "install the same release on board and host")
 
@@ -267,7 +268,7 @@ def open_serial(url: str, baud_rate: int, timeout_s: float) -> ModbusLink:
         client.socket = serial.serial_for_url(
             url, baudrate=baud_rate, timeout=timeout_s, write_timeout=timeout_s, exclusive=True
         )
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, OverflowError) as error:  # the last: no such baud rate
         raise LinkError(f"{url} cannot be opened: {error}", _serial_advice(error)) from error
     return ModbusLink(client, url, timeout_s)
 

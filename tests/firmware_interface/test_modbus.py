@@ -1,6 +1,7 @@
 """The board behind real lines: Modbus RTU on a pseudo-terminal, Modbus TCP, with real clients."""
 
 import os
+import re
 import socket
 import time
 from collections.abc import Callable
@@ -74,6 +75,34 @@ def test_a_second_client_finds_the_board_after_the_first_left(served: Served, li
             board = Board.connect(open_link(url))
             assert board.status().state is State.IDLE
             board.close()
+
+
+@pytest.mark.parametrize(
+    ("code", "cause", "step"),
+    [
+        (2, "exception 2", "same release"),
+        (5, "exception 5.: acknowledged, still busy", "gateway"),
+        (8, "exception 8.: it failed", "gateway"),
+    ],
+)
+def test_a_refusal_says_what_to_look_at(served: Served, code: int, cause: str, step: str) -> None:
+    with served(VirtualBoard(), "tcp") as url:
+        link = open_link(url)
+        assert isinstance(link, ModbusLink)
+        error = link._refused(code)
+        assert re.search(cause, error.cause)
+        assert step in error.next_step
+        link.close()
+
+
+def test_a_baud_rate_that_no_port_has_is_refused() -> None:
+    port, other = os.openpty()
+    try:
+        with pytest.raises(LinkError, match="cannot be opened"):
+            open_link(os.ttyname(other), baud_rate=4_000_000_000)
+    finally:
+        os.close(port)
+        os.close(other)
 
 
 def test_a_refusal_of_an_address_is_a_board_error(served: Served) -> None:
