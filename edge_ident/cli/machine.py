@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Final
 import typer
 
 from edge_ident import commissioning, report
-from edge_ident.cli.command import command, settings_command, tell_ignored
+from edge_ident.cli.command import UNTRUSTED, command, settings_command, tell_ignored
 from edge_ident.cli.messages import say
 from edge_ident.cli.options import BoardOptions, ResultOptions
 from edge_ident.cli.progress import shown_progress
@@ -71,8 +71,9 @@ def home(
 
     The command does not search for a reference mark. Positions of an axis that is not homed count
     from where it stood when the board was switched on. The positions are printed, and what is left
-    of the way: friction holds an axis short of its target where gains are weak. With --output they
-    are also written to home.json in that folder.
+    of the way: friction holds an axis short of its target where gains are weak. An axis that makes
+    less than half of its way ends the command with exit code 1. With --output they are also written
+    to home.json in that folder.
 
     Example: `edge-ident home --to x=1.5 --to z=-0.5 --device /dev/ttyACM0`
     """
@@ -89,11 +90,14 @@ def home(
     for axis, way in done.ways.items() if not results.json else []:
         short = f", {way.left_rad:.4f} rad from {way.to_rad:.4f}" if way.left_rad >= _SHOWN else ""
         print(f"{axis}: {way.from_rad:.4f} → {way.reached_rad:.4f} rad{short}")
-    for axis in done.stuck:
+    stuck = [axis for axis in done.stuck if axis in (targets or distances or done.ways)]
+    for axis in stuck:
         say(
             f"axis {axis} made less than half of its way. Look whether it can move; where only "
             "friction holds it, a longer way or better gains move it"
         )
+    if stuck:
+        raise typer.Exit(UNTRUSTED)
 
 
 def _angles(texts: list[str], option: str) -> dict[str, float]:
@@ -108,6 +112,8 @@ def _angles(texts: list[str], option: str) -> dict[str, float]:
             raise typer.BadParameter(
                 f"{text}: write AXIS=RAD or AXIS=DEGREESdeg", param_hint=option
             ) from None
+        if axis in angles:
+            raise typer.BadParameter(f"{axis} is named twice", param_hint=option)
         angles[axis] = math.radians(angle) if degrees else angle
     return angles
 

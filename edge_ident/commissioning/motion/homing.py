@@ -16,7 +16,7 @@ from edge_ident.commissioning.motion.capture import capture_motion
 from edge_ident.commissioning.motion.observer import Observer
 from edge_ident.commissioning.motion.safety import make_ready, ready_to_move
 from firmware_interface.board import AxisLimits, Board
-from firmware_interface.errors import ValueRefusedError
+from firmware_interface.errors import BoardError, ValueRefusedError
 from firmware_interface.motion import Multisine, SineComponent, Trajectory
 
 _SPEED_SHARE: Final = 0.2
@@ -108,7 +108,13 @@ def move_to(
             return Homing(there, 0.0, count_rad)
         lead_in_s = max(_SHORTEST_S, *(_PEAK * far[axis] / speeds[axis] for axis in far))
         captured_s = _CAPTURED * board.identity.sample_period_s
-        way = with_lead_in(board, Trajectory(_still(wanted), captured_s, lead_in_s))
+        try:
+            way = with_lead_in(board, Trajectory(_still(wanted), captured_s, lead_in_s))
+        except BoardError as error:
+            raise BoardError(
+                "the way takes longer than the board allows, or too much of its travel",
+                "give a higher --speed, or a position within nine tenths of the travel",
+            ) from error
         observer.stage("way")
         legs = ", ".join(f"{axis} {start[axis]:.3f} → {wanted[axis]:.3f} rad" for axis in far)
         observer.say(f"{legs}, in {way.lead_in_s:.1f} s")

@@ -31,13 +31,16 @@ def steps() -> Iterator[str]:
 
 
 def answer(arguments: str) -> str:
-    """What a command prints; it must end well."""
+    """What a command prints; it must end well, or say that an axis stopped short."""
     ran = CliRunner().invoke(app, arguments.split(), env=EXPORTED)
     if arguments == "doctor":
         bad = [line for line in ran.stdout.splitlines() if line.startswith("BAD")]
         assert all(line.startswith(OF_TIME) for line in bad), ran.stdout
     else:
-        assert ran.exit_code == 0, f"edge-ident {arguments}\n{ran.stdout}{ran.stderr}"
+        short = "made less than half of its way" in ran.stderr  # with the first gains
+        assert ran.exit_code == (1 if short else 0), (
+            f"edge-ident {arguments}\n{ran.stdout}{ran.stderr}"
+        )
     return ran.stdout
 
 

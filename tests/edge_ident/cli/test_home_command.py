@@ -1,5 +1,6 @@
 """`edge-ident home` and `hold`, and what every command that moves does about the effort."""
 
+import json
 import math
 from pathlib import Path
 
@@ -37,7 +38,8 @@ def test_home_says_what_is_left_of_the_way(shared: SharedBoard) -> None:
     left = 2.5 - positions(shared)["x"]
     assert f"{left:.4f} rad from 2.5000" in printed.splitlines()[0]
     assert "less than half" not in messages
-    _, printed, messages = shared.run("home", "--by", "x=0.005")
+    code, printed, messages = shared.run("home", "--by", "x=0.005")
+    assert code == 1
     assert "axis x made less than half of its way" in messages
 
 
@@ -66,6 +68,20 @@ def test_a_command_that_fails_says_that_the_effort_is_off_again(shared: SharedBo
     assert not shared.board.status().enabled
 
 
+@pytest.mark.parametrize("option", ["--to", "--by"])
+def test_an_axis_has_one_target(shared: SharedBoard, option: str) -> None:
+    code, _, messages = shared.run("home", option, "x=1", option, "x=2")
+    assert code == 2
+    assert "x is named twice" in messages
+
+
+def test_a_way_that_takes_too_long_asks_for_more_speed(shared: SharedBoard) -> None:
+    code, _, messages = shared.run("home", "--by", "x=0.1", "--speed", "1e-9")
+    assert code == 4
+    assert "longer than the board allows" in messages
+    assert "--speed" in messages
+
+
 def test_home_keeps_the_speed_that_it_is_given(
     shared: SharedBoard, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -86,7 +102,9 @@ def test_home_keeps_the_speed_that_it_is_given(
 def test_home_moves_by_degrees_from_where_an_axis_stands(shared: SharedBoard) -> None:
     shared.json("home", "--to", "x=60deg")
     stood = positions(shared)
-    document = shared.json("home", "--by", "x=-5deg", "--speed", "0.1")
+    code, text, _ = shared.run("home", "--by", "x=-5deg", "--speed", "0.1", "--json")
+    assert code == 1  # soft start-up gains leave it short
+    document = json.loads(text)
     way = document["axes"]["x"]
     assert way["from_rad"] == pytest.approx(stood["x"], abs=0.001)
     assert way["to_rad"] == pytest.approx(stood["x"] - math.radians(5.0), abs=0.001)
