@@ -90,13 +90,12 @@ def home(
     for axis, way in done.ways.items() if not results.json else []:
         short = f", {way.left_rad:.4f} rad from {way.to_rad:.4f}" if way.left_rad >= _SHOWN else ""
         print(f"{axis}: {way.from_rad:.4f} → {way.reached_rad:.4f} rad{short}")
-    stuck = [axis for axis in done.stuck if axis in (targets or distances or done.ways)]
-    for axis in stuck:
+    for axis in done.stuck:
         say(
             f"axis {axis} made less than half of its way. Look whether it can move; where only "
             "friction holds it, a longer way or better gains move it"
         )
-    if stuck:
+    if done.stuck:
         raise typer.Exit(UNTRUSTED)
 
 

@@ -113,13 +113,12 @@ def diagnose(
     names = chosen_axes(recordings[0].source, recordings[0].axes, only)
     if not 0.0 <= tolerance < math.inf:
         raise DataError(f"a tolerance of {tolerance}", "give a share of the effort, such as 0.01")
+    check_pooled([*recordings, *([validate] if validate else [])])
     begin_s = recordings[0].begin_s
     recordings = [
         with_even_rows(replace(each, begin_s=each.begin_s - begin_s)) for each in recordings
     ]
     validates = [with_even_rows(validate)] if validate else []
-    every = [*recordings, *validates]
-    check_pooled(every)
     axes, validations = {}, {}
     rules = Rules(tolerance, stability, keep_minor)
     for done, name in enumerate(names):
@@ -133,7 +132,7 @@ def diagnose(
             validations[name] = validation
     on_progress("diagnosis", len(names), len(names))
     on_progress("simulated motion", 0, 1)
-    diagnosis = Diagnosis(axes, data_findings(every, axes), validations)
+    diagnosis = Diagnosis(axes, data_findings([*recordings, *validates], axes), validations)
     return with_motion_errors(diagnosis, recordings)
 
 

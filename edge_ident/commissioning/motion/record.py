@@ -13,7 +13,8 @@ from edge_ident.commissioning.motion.safety import ready_to_move
 from edge_ident.drive.description import Drive
 from edge_ident.drive.motions import MotionName, named_trajectory
 from edge_ident.errors import DataError
-from edge_ident.signals.data_checks import MINIMUM_SAMPLES, check_recording
+from edge_ident.signals.array_checks import MINIMUM_SAMPLES
+from edge_ident.signals.data_checks import check_recording
 from firmware_interface.board import Board
 from firmware_interface.motion import Trajectory
 
