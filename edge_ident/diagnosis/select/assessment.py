@@ -139,10 +139,14 @@ class Assessment:
         return named(t.candidate.effect).search.sound(t.values, self.search.excitation)
 
     def degenerate(self, place: int) -> str:
-        """Why a term of the model is another effect; nothing where it is not."""
+        """Why a term of the model is another effect, or no part of the axis; nothing where it is
+        neither."""
         t = self.model.terms[place]
         if t.candidate == VIBRATION:
             return ""
+        load, whole = t.linear.get("load_inertia", 0.0), float(self.model.base[0])
+        if load > whole:
+            return f"its load would be {load / whole:.1f} times the inertia of the whole axis"
         return named(t.candidate.effect).search.degenerate(t.values)
 
     def rest(self, model: FittedModel) -> float:
