@@ -19,7 +19,7 @@ from edge_ident.diagnosis.measures import Validation
 from edge_ident.diagnosis.motion_check import with_motion_errors
 from edge_ident.diagnosis.pooled import check_pooled
 from edge_ident.diagnosis.prepare.axis_data import AxisData
-from edge_ident.diagnosis.prepare.parts import in_parts, part_findings
+from edge_ident.diagnosis.prepare.parts import in_parts
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.recording_checks import (
     contradicted,
@@ -125,9 +125,10 @@ def diagnose(
         on_progress("diagnosis", done, len(names))
         template = _template(recordings[0], name, model)
         told = partial(_told, on_progress, name)
-        parts, others = (in_parts(each, name) for each in (recordings, validates))
+        parts, said = in_parts(recordings, name)
+        others, also_said = in_parts(validates, name)
         found, validation = _diagnose_axis(parts, name, template, others, rules, told)
-        axes[name] = replace(found, findings=(*part_findings(recordings, parts), *found.findings))
+        axes[name] = replace(found, findings=(*said, *also_said, *found.findings))
         if validation is not None:
             validations[name] = validation
     on_progress("diagnosis", len(names), len(names))

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from edge_ident.diagnosis.fit.fitting import delayed
 from edge_ident.diagnosis.fit.summary import nonzero_rms
 from edge_ident.diagnosis.prepare.axis_data import AxisData
+from edge_ident.diagnosis.prepare.parts import as_diagnosed
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.result import AxisDiagnosis
 from edge_ident.drive.description import Drive
@@ -90,7 +91,8 @@ def axis_case(
     DataError
         The drive's own motions are too short to show anything.
     """
-    data = prepare_axis(recordings, name, timed=not delayed(axis.model))
+    parts = as_diagnosed(recordings, name)
+    data = prepare_axis(parts, name, timed=not delayed(axis.model))
     base = replace(axis.model, terms=axis.model.terms[:1])
     noise = axis.noise_floor * nonzero_rms(axis.traces.effort[axis.traces.valid])
     instruments = Instruments.of_recordings(

@@ -164,8 +164,16 @@ def _never(values: Values, excitation: Excitation) -> bool:
     return False
 
 
-def _itself(values: Values) -> str:
+def _itself(values: Values, inertia: float) -> str:
     return ""
+
+
+def heavier_than(inertia: float, values: Values) -> str:
+    """Why a load is no part of an axis of this inertia; nothing where it may be."""
+    load = float(np.max(values["load_inertia"]))
+    if not 0.0 < inertia < load:
+        return ""
+    return f"its load would be {load / inertia:.1f} times the inertia of the whole axis"
 
 
 @dataclass(frozen=True)
@@ -204,7 +212,8 @@ class SearchSpec:
         Whether it makes up the axis's friction together with the base model's: then only the sum
         has to be positive.
     degenerate : callable
-        Why values are those of another effect, to which this one tends; nothing where they are not.
+        Why values are those of another effect, to which this one tends, or of no axis with that
+        inertia; nothing where they are neither.
     """
 
     forms: tuple[Form, ...] = ()
@@ -220,7 +229,7 @@ class SearchSpec:
     repeats: bool = False
     shares_friction: bool = False
     sound: Callable[[Values, Excitation], bool] = _never
-    degenerate: Callable[[Values], str] = _itself
+    degenerate: Callable[[Values, float], str] = _itself
 
     @property
     def linear(self) -> frozenset[str]:

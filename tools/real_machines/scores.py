@@ -8,6 +8,7 @@ import numpy as np
 
 from edge_ident.diagnosis.diagnose import diagnose
 from edge_ident.diagnosis.prepare.axis_data import AxisData
+from edge_ident.diagnosis.prepare.parts import as_diagnosed
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.result import AxisDiagnosis, Cause
 from edge_ident.errors import EdgeIdentError
@@ -90,7 +91,7 @@ def scores(label: str, fitted: Recording, other: Recording) -> list[Score]:
 def _scored(label: str, name: str, axis: AxisDiagnosis, other: Recording) -> Score:
     base, extended, note = np.nan, np.nan, ""
     try:
-        data = prepare_axis([other], name)
+        data = prepare_axis(as_diagnosed([other], name), name)
         base, extended = (residual(data, model) for model in (_base(axis), axis.model))
     except EdgeIdentError as error:
         note = str(error)

@@ -17,18 +17,20 @@ from edge_ident.diagnosis.prepare.masks import TURN_NOISE, turning_points
 from edge_ident.estimation.trust import Finding
 from edge_ident.signals.conditioning import SAMPLES_PER_CUTOFF_PERIOD, choose_cutoff
 from edge_ident.signals.encoder import encoder_count, position_noise
+from edge_ident.signals.even_rows import with_even_rows
 from edge_ident.signals.recording import AxisRecord, Recording
 from edge_ident.signals.resampling import EvenGrid
 
 _MOST_SAMPLES: Final = 1500
-"""Independent samples in a recording; a wider band adds little information and much time."""
+"""Independent samples in a recording, or in a part of one; a wider band adds little information and
+much time."""
 _PARTS: Final = 3
 _PERIODS_PER_STROKE: Final = 1.5
 """Fewest periods of the cut-off from one reversal to the next, on average: the weight of the
 direction fades over 0.4 at both of its ends."""
-_IN_PARTS: Final = 2.0
-"""The band of parts over the least that a whole recording may have. Together they are at most half
-of it: to leave out less is not worth it."""
+_TOGETHER: Final = 2.0
+"""Least that the band may narrow for a recording to be taken in parts: together they are at most
+half of it, because to leave out less is not worth it."""
 
 
 def most_hz(duration_s: float) -> float:
@@ -36,30 +38,26 @@ def most_hz(duration_s: float) -> float:
     return _MOST_SAMPLES / (SAMPLES_PER_CUTOFF_PERIOD * duration_s)
 
 
-def in_parts(recordings: Sequence[Recording], name: str) -> list[Recording]:
-    """Recordings, those that are too long for the motion of an axis in parts."""
-    return [part for recording in recordings for part in _parts(recording, name)]
+def as_diagnosed(recordings: Sequence[Recording], name: str) -> list[Recording]:
+    """Recordings as a diagnosis of an axis takes them: with even rows, and long ones in parts."""
+    return in_parts([with_even_rows(each) for each in recordings], name)[0]
 
 
-def part_findings(recordings: Sequence[Recording], parts: Sequence[Recording]) -> list[Finding]:
-    """That parts of recordings were taken, in words."""
-    if len(parts) == len(recordings):
-        return []
-    looked_s, whole_s = (
-        sum(float(np.ptp(each.time_s)) for each in every) for every in (parts, recordings)
-    )
-    return [
-        Finding(
-            "in_parts",
-            f"{looked_s:.3g} s of {whole_s:.3g} s were looked at, in {len(parts)} parts: a longer "
-            "record of a motion that reverses so often leaves too narrow a band",
-            "give the part that matters as a recording of its own to look at another one",
-            blocks=False,
-        )
-    ]
+def in_parts(recordings: Sequence[Recording], name: str) -> tuple[list[Recording], list[Finding]]:
+    """Recordings, those in parts that are too long for the motion of an axis; and which are."""
+    parts, findings = [], []
+    for recording in recordings:
+        taken = _parts(recording, name)
+        parts += taken
+        findings += _findings(recording, taken)
+    return parts, findings
 
 
 def _parts(recording: Recording, name: str) -> list[Recording]:
+    """Parts of a recording that is too long for the motion of an axis; otherwise itself.
+
+    The parts have the same number of reversals, so none of them lies in a rest or in a gap.
+    """
     grid, duration_s = EvenGrid.of(recording.time_s), float(np.ptp(recording.time_s))
     position = grid.resampled(recording.axes[name].position)
     noise = position_noise(position, encoder_count(position))
@@ -67,25 +65,42 @@ def _parts(recording: Recording, name: str) -> list[Recording]:
     affordable_hz = most_hz(duration_s)
     if affordable_hz >= widest_hz:
         return [recording]
-    strokes_hz = len(turning_points(position, TURN_NOISE * noise)) / duration_s
-    wanted_hz = min(widest_hz, _IN_PARTS * _PERIODS_PER_STROKE * strokes_hz)
-    if wanted_hz < _IN_PARTS * affordable_hz:
+    turns = turning_points(position, TURN_NOISE * noise)
+    wanted_hz = min(widest_hz, _TOGETHER * _PERIODS_PER_STROKE * len(turns) / duration_s)
+    if wanted_hz < _TOGETHER * affordable_hz:
         return [recording]
-    length_s = duration_s * affordable_hz / wanted_hz / _PARTS
-    begins_s = recording.time_s[0] + np.linspace(0.0, duration_s - length_s, _PARTS)
-    return [_part(recording, float(begin_s), length_s) for begin_s in begins_s]
+    strokes = int(len(turns) * affordable_hz / wanted_hz / _PARTS)
+    firsts = np.linspace(0, len(turns) - 1 - strokes, _PARTS).astype(np.intp)
+    ends_s = [(grid.time_s[turns[first]], grid.time_s[turns[first + strokes]]) for first in firsts]
+    return [_part(recording, float(begin_s), float(end_s)) for begin_s, end_s in ends_s]
 
 
-def _part(recording: Recording, begin_s: float, length_s: float) -> Recording:
-    first, last = np.searchsorted(recording.time_s, [begin_s, begin_s + length_s])
-    rows = slice(int(first), int(last))
-    start_s = begin_s - float(recording.time_s[0])
+def _findings(recording: Recording, parts: Sequence[Recording]) -> list[Finding]:
+    """That parts of a recording were taken, in words."""
+    if len(parts) < _PARTS:
+        return []
+    looked_s = sum(float(np.ptp(part.time_s)) for part in parts)
+    return [
+        Finding(
+            "in_parts",
+            f"{recording.source}: {looked_s:.3g} s of {np.ptp(recording.time_s):.3g} s were looked "
+            f"at, in {_PARTS} parts, because a longer record of a motion that reverses so often "
+            "leaves too narrow a band",
+            "to look at another part, give it as a recording of its own",
+            blocks=False,
+        )
+    ]
+
+
+def _part(recording: Recording, begin_s: float, end_s: float) -> Recording:
+    first, last = np.searchsorted(recording.time_s, [begin_s, end_s])
+    rows, start_s = slice(int(first), int(last)), float(recording.time_s[0])
     return replace(
         recording,
         time_s=recording.time_s[rows],
         axes={name: _rows(axis, rows) for name, axis in recording.axes.items()},
-        source=f"{recording.source}, {start_s:.4g} to {start_s + length_s:.4g} s",
-        begin_s=recording.begin_s + float(recording.time_s[rows.start] - recording.time_s[0]),
+        source=f"{recording.source}, {begin_s - start_s:.4g} to {end_s - start_s:.4g} s",
+        begin_s=recording.begin_s + float(recording.time_s[first]) - start_s,
     )
 
 

@@ -144,10 +144,7 @@ class Assessment:
         t = self.model.terms[place]
         if t.candidate == VIBRATION:
             return ""
-        load, whole = t.linear.get("load_inertia", 0.0), float(self.model.base[0])
-        if load > whole:
-            return f"its load would be {load / whole:.1f} times the inertia of the whole axis"
-        return named(t.candidate.effect).search.degenerate(t.values)
+        return named(t.candidate.effect).search.degenerate(t.values, float(self.model.base[0]))
 
     def rest(self, model: FittedModel) -> float:
         """Share of the effort that a model leaves beyond noise."""

@@ -18,7 +18,7 @@ from edge_ident.model.compensation import Compensation
 from edge_ident.model.effect import Array, Effect, Parameter, Values
 from edge_ident.model.motion import Motion
 from edge_ident.model.play import pushed_load
-from edge_ident.model.search import SOUND_RESONANCE_HZ, Excitation, Form, SearchSpec
+from edge_ident.model.search import SOUND_RESONANCE_HZ, Excitation, Form, SearchSpec, heavier_than
 from edge_ident.model.strengths import Draws, Scale
 
 _SEGMENTS: Final = 12
@@ -123,11 +123,12 @@ def _physical(values: Values, excitation: Excitation) -> bool:
     return bool(seen) and excitation.moved(values["load_inertia"])
 
 
-def _degenerate(values: Values) -> str:
-    """A gap narrower than what the load's friction winds up the contacts beside it."""
+def _degenerate(values: Values, inertia: float) -> str:
+    """A gap narrower than what the load's friction winds up the contacts beside it, or too much
+    beyond it."""
     wound_up = 2.0 * values["deceleration"] / np.square(values["contact_rate"])
     if np.all(values["gap"] >= wound_up):
-        return ""
+        return heavier_than(inertia, values)
     return "its gap is narrower than its contacts wind up: that would be a compliance"
 
 

@@ -17,7 +17,7 @@ from edge_ident.model.compensation import Compensation
 from edge_ident.model.effect import Array, Effect, Parameter, Values
 from edge_ident.model.load_on_spring import lag_states, real_product
 from edge_ident.model.motion import Motion
-from edge_ident.model.search import SOUND_RESONANCE_HZ, Excitation, Form, SearchSpec
+from edge_ident.model.search import SOUND_RESONANCE_HZ, Excitation, Form, SearchSpec, heavier_than
 from edge_ident.model.strengths import Draws, Scale
 
 _STOPPING_RATE: Final = 300.0
@@ -102,10 +102,11 @@ def _physical(values: Values, excitation: Excitation) -> bool:
     return excitation.moved(values["load_inertia"])
 
 
-def _degenerate(values: Values) -> str:
-    """A spring with so much damping that its response has no peak."""
-    ringing = np.any(_damping(values) < 0.5**0.5)
-    return "" if ringing else "it does not ring: a filter or a soft hose lags in the same way"
+def _degenerate(values: Values, inertia: float) -> str:
+    """A spring with so much damping that its response has no peak, or with too much behind it."""
+    if not np.any(_damping(values) < 0.5**0.5):
+        return "it does not ring: a filter or a soft hose lags in the same way"
+    return heavier_than(inertia, values)
 
 
 def _sound(values: Values, excitation: Excitation) -> bool:

@@ -16,6 +16,7 @@ from edge_ident.cli.failures import INTERNAL
 @pytest.fixture
 def settings_file(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
     path = tmp_path / "settings" / "config.toml"
+    monkeypatch.chdir(tmp_path)  # a setting may make a folder
     monkeypatch.setenv("EDGE_IDENT_CONFIG_FILE", str(path))
     for name in ("DEVICE", "BANDWIDTH", "DRIVE", "SEED"):
         monkeypatch.delenv(f"EDGE_IDENT_{name}", raising=False)

@@ -203,7 +203,7 @@ def test_lines_appear_while_the_command_itself_tells_nothing(
     with shown_progress() as shown:
         shown.stage("diagnosis")
         assert twice.wait(60.0)
-    assert said[-1] == "diagnosis: 0 s so far"
+    assert said[-1].startswith("diagnosis: ")
 
 
 def test_the_time_that_is_left_does_not_count_the_lead_in(

@@ -150,17 +150,3 @@ def test_what_the_other_causes_take_back_is_suspected(
     found = Assessment.taken_back(assessed, model)
     assert sorted(found) == doubtful
     assert all("taken back by the other causes" in reason for reason in found.values())
-
-
-@pytest.mark.parametrize(("load", "doubtful"), [(0.45, False), (0.55, True)])
-def test_a_load_of_more_than_the_whole_inertia_is_no_part_of_the_axis(
-    load: float, doubtful: bool
-) -> None:
-    spring = SimpleNamespace(
-        candidate=SimpleNamespace(effect="coupling_compliance"),
-        linear={"load_inertia": load},
-        values={"rate": 60.0, "damping_ratio": 0.05, "damping_rate": 0.0},
-    )
-    model = SimpleNamespace(base=np.array([0.5, 1.0, 1.0, 0.0]), terms=(spring,))
-    reason = Assessment.degenerate(SimpleNamespace(model=model), 0)  # type: ignore[arg-type]
-    assert ("1.1 times the inertia" in reason) is doubtful

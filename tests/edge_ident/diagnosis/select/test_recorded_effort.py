@@ -139,8 +139,9 @@ def test_a_gap_narrower_than_its_contacts_wind_up_is_no_play() -> None:
     """Friction of the load winds up both: twice its deceleration over the rate squared."""
     for factor, doubtful in ((1.1, False), (0.9, True)):
         play = {"gap": factor * 2.0 * 5.0 / 60.0**2, "deceleration": 5.0, "contact_rate": 60.0}
+        play["load_inertia"] = 0.3
         values = {name: np.array([value]) for name, value in play.items()}
-        assert ("compliance" in named("backlash").search.degenerate(values)) is doubtful
+        assert ("compliance" in named("backlash").search.degenerate(values, 0.5)) is doubtful
 
 
 def test_a_spring_that_does_not_ring_is_a_lag_of_another_kind() -> None:
@@ -148,5 +149,19 @@ def test_a_spring_that_does_not_ring_is_a_lag_of_another_kind() -> None:
     for factor, doubtful in ((0.9, False), (1.1, True)):
         ratio = factor * 0.5**0.5
         spring = {"rate": 60.0, "damping_ratio": 0.4 * ratio, "damping_rate": 1.2 * ratio * 60.0}
-        values = {name: np.array([value]) for name, value in spring.items()}
-        assert bool(named("coupling_compliance").search.degenerate(values)) is doubtful
+        values = {
+            name: np.array([value]) for name, value in {**spring, "load_inertia": 0.3}.items()
+        }
+        assert bool(named("coupling_compliance").search.degenerate(values, 0.5)) is doubtful
+
+
+@pytest.mark.parametrize(("inertia", "doubtful"), [(0.32, False), (0.28, True), (-0.1, False)])
+def test_a_load_of_more_than_the_whole_inertia_is_no_part_of_the_axis(
+    inertia: float, doubtful: bool
+) -> None:
+    spring = {"rate": 60.0, "damping_ratio": 0.05, "damping_rate": 0.0, "load_inertia": 0.3}
+    play = {"gap": 0.1, "deceleration": 5.0, "contact_rate": 60.0, "load_inertia": 0.3}
+    for effect, known in (("coupling_compliance", spring), ("backlash", play)):
+        values = {name: np.array([value]) for name, value in known.items()}
+        reason = named(effect).search.degenerate(values, inertia)
+        assert ("1.1 times the inertia" in reason) is doubtful
