@@ -61,8 +61,8 @@ def test_missing_file_and_column(tmp_path: Path) -> None:
     assert refused("identify", tmp_path / "absent.csv") == (
         DATA,
         f"error: {tmp_path}/absent.csv: no such file\n"
-        "next:  give the path of a recording (.csv, .tsv, .txt, .dat, .asc, .npz, .mat, .h5, "
-        ".hdf5, .tdms, .parquet, .xlsx)\n",
+        "next:  give the path of a recording (.csv, .tsv, .txt, .dat, .asc, .csv.gz, .npz, .mat, "
+        ".h5, .hdf5, .tdms, .parquet, .xlsx)\n",
     )
     path = write(tmp_path / "a.csv")
     path.write_text(path.read_text().replace("x_torque_nm", "load", 1))

@@ -71,9 +71,9 @@ def home(
 
     The command does not search for a reference mark. Positions of an axis that is not homed count
     from where it stood when the board was switched on. The positions are printed, and what is left
-    of the way: friction holds an axis short of its target where gains are weak. An axis that makes
-    less than half of its way ends the command with exit code 1. With --output they are also written
-    to home.json in that folder.
+    of the way: friction holds an axis short of its target where gains are weak. With --output they
+    are also written to home.json in that folder. Exit code 1 means that an axis made less than half
+    of its way.
 
     Example: `edge-ident home --to x=1.5 --to z=-0.5 --device /dev/ttyACM0`
     """
@@ -141,7 +141,7 @@ def stop(*, context: typer.Context, where: BoardOptions, results: ResultOptions)
     Unconfirmed gains are rolled back. If another command of the same user has the port open, that
     command is interrupted as by Ctrl-C. Another host that controls the board has some seconds to
     switch the effort off; if it stays on, this command fails.
-    Settings that cannot be used are told and ignored.
+    Settings that cannot be used are reported and ignored.
     The state of the board is printed; with --output it is also written to state.json.
 
     Example: `edge-ident stop --device /dev/ttyACM0`

@@ -131,7 +131,8 @@ def run(
     Where a diagnosis leaves several explanations, further motions are designed, announced and made.
     The gains are read back after writing. They are confirmed if two motions show the tracking error
     that was promised and nothing is in doubt; otherwise the old gains are restored. The results are
-    printed and written to the folder given by --output (default: edge-ident-runs/DATE-AND-TIME).
+    printed and written to the folder given by --output, which must not hold another run. Without
+    it, each run has a folder by date and time in edge-ident-runs, or in that of the setting.
 
     With --until 2%, the first motion ends as soon as every parameter is known to 2 %, and the
     result says how much of it was needed. New gains are then verified on the part that was made.

@@ -35,5 +35,7 @@ def joined_stamps(table: Table) -> Table:
 
 
 def _is_stamp(seconds: Column, fine: Column) -> bool:
+    if not len(seconds.values):
+        return False
     whole = bool(np.all(np.floor(seconds.values) == seconds.values))
     return whole and bool(np.all((fine.values >= 0.0) & (fine.values < _NS_PER_S)))

@@ -166,12 +166,13 @@ def _of_effort(read: ReadColumn, axis: str, options: ReadOptions) -> tuple[Propo
     heading, named = read.heading, read.role.quantity
     text = _GUESSED.get(named, "Nm")
     guess, _ = told(stated_unit(text) or Unit("N*m"), options)
+    taken = f"named {named}" if named else "taken for the effort"
     if read.unknown is not None:
-        proposal, question = without_unit(read, _effort_name(axis, guess.base), f"named {named}")
+        proposal, question = without_unit(read, _effort_name(axis, guess.base), taken)
         return proposal, [question]
     if read.unit is None:
         return (
-            Proposal(_effort_name(axis, guess.base), f"named {named}", text),
+            Proposal(_effort_name(axis, guess.base), taken, text),
             [f"{heading} states no unit: {text}?"],
         )
     unit, lacks = told(read.unit, options)
@@ -179,7 +180,7 @@ def _of_effort(read: ReadColumn, axis: str, options: ReadOptions) -> tuple[Propo
     if lacks:
         return _open(f"{axis}_torque_nm", reason, lacks), [_asks(read, lacks)]
     if unit.base not in _EFFORT_OF:
-        proposal, question = without_unit(read, _effort_name(axis, guess.base), f"named {named}")
+        proposal, question = without_unit(read, _effort_name(axis, guess.base), taken)
         return proposal, [question]
     fits = named in ("", "effort") or read.unit.base == "%" or _EFFORT_OF[read.unit.base] == named
     asked = [] if fits else [f"{heading} is named {named} and has the unit {read.column.unit}"]

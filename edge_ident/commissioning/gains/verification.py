@@ -82,7 +82,7 @@ class Tracking:
         return "better" if -grown > self.repeatability_rad else "equal"
 
     @property
-    def floor_counts(self) -> bool:
+    def limited_by_floor(self) -> bool:
         """Whether the motion repeats better than any difference that means something."""
         return self.repeatability_rad <= self.resolved_rad
 

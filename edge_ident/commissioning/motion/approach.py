@@ -47,6 +47,10 @@ class _Use:
     effort_nm: float
 
 
+class UnreachableError(BoardError):
+    """However long it takes, a motion cannot be begun from where the axes stand."""
+
+
 def with_lead_in(board: Board, trajectory: Trajectory) -> Trajectory:
     """Lengthen the lead-in as far as the distance from where the axes stand asks for.
 
@@ -72,7 +76,7 @@ def with_lead_in(board: Board, trajectory: Trajectory) -> Trajectory:
             return replace(trajectory, lead_in_s=lead_in_s)
         lead_in_s *= _LENGTHEN
     where = ", ".join(f"{axis} {rest[axis]:.3g} rad" for axis in trajectory.axes)
-    raise BoardError(
+    raise UnreachableError(
         f"the motion cannot be reached from the present position of the axes ({where})",
         "move the axes closer with edge-ident home",
     )

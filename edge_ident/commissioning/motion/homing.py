@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.commissioning.motion.approach import with_lead_in
+from edge_ident.commissioning.motion.approach import UnreachableError, with_lead_in
 from edge_ident.commissioning.motion.capture import capture_motion
 from edge_ident.commissioning.motion.observer import Observer
 from edge_ident.commissioning.motion.safety import make_ready, ready_to_move
@@ -110,7 +110,7 @@ def move_to(
         captured_s = _CAPTURED * board.identity.sample_period_s
         try:
             way = with_lead_in(board, Trajectory(_still(wanted), captured_s, lead_in_s))
-        except BoardError as error:
+        except UnreachableError as error:
             raise BoardError(
                 "the way takes longer than the board allows, or too much of its travel",
                 "give a higher --speed, or a position within nine tenths of the travel",

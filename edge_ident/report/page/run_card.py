@@ -160,7 +160,7 @@ def _tracking_sure(name: str, outcome: Outcome) -> list[Markup]:
     if tracking is None:
         return []
     least = angle(tracking.repeatability_rad, "verification", name, "repeatability_rad")
-    if not tracking.floor_counts:
+    if not tracking.limited_by_floor:
         return [
             Markup("The motion repeats within {}: a smaller change means nothing.").format(least)
         ]

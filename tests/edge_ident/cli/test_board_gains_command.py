@@ -33,7 +33,11 @@ def shared(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> SharedBoard:
 def gains_file(folder: Path, gains: AxisGains, **more: object) -> Path:
     path = folder / "gains.json"
     axes = dict.fromkeys(("x", "z"), asdict(gains))
-    path.write_text(json.dumps({"schema": "edge-ident/gain-backup/1", "axes": axes, **more}))
+    path.write_text(
+        json.dumps(
+            {"schema": "edge-ident/gain-backup/1", "serial_number": 42, "axes": axes, **more}
+        )
+    )
     return path
 
 
