@@ -11,13 +11,14 @@ import gc
 import os
 import sys
 
-from edge_ident.support.interrupts import INTERRUPTED, end_at_once, exit_code_counts
+from edge_ident.support.interrupts import INTERRUPTED, end_at_once, exit_code_counts, uncut
 from edge_ident.support.streams import flushed, open_closed
 
 _ALLOCATED = 100_000
 """Objects after which garbage is looked for: more than a command loads, which all stay."""
 
 
+@uncut
 def main() -> None:
     """Entry point of the `edge-ident` script."""
     end_at_once()

@@ -12,7 +12,7 @@ import typer
 from edge_ident.cli import root, settings
 from edge_ident.cli.command_group import with_example
 from edge_ident.cli.failures import failure_of, tell
-from edge_ident.support.interrupts import INTERRUPTED, end_as_by_ctrl_c
+from edge_ident.support.interrupts import INTERRUPTED, end_as_by_ctrl_c, uncut
 
 HOMES: Final = {
     "init": "init",
@@ -44,6 +44,7 @@ HOMES: Final = {
 """The module of each command, in the order of the help."""
 
 
+@uncut
 def main() -> None:
     """Run the command line; ending signals interrupt it from here on, so that it can clean up."""
     whole = typer.main.get_command(app_for(sys.argv[1:]))

@@ -1,4 +1,8 @@
-"""Signals that end a command as Ctrl-C does, and how a short task is protected from them.
+"""Signals that end a command as Ctrl-C does, and how what must be done then is protected from them.
+
+The first raises KeyboardInterrupt. Those that follow close behind change nothing: a service manager
+sends two at once, and a person in a hurry presses Ctrl-C again. A with statement could lose its end
+to them, and the machine its stop.
 
 This is the first module that the script loads: what it imports must load fast.
 """
@@ -10,11 +14,14 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from types import FrameType
+from types import CodeType, FrameType
 
 TYPE_CHECKING = False  # loading typing takes longer than all that a script's start needs
 if TYPE_CHECKING:
-    from typing import Final
+    from typing import Final, ParamSpec, TypeVar
+
+    _P = ParamSpec("_P")
+    _R = TypeVar("_R")
 
 ENDING: "Final" = tuple(s for s in signal.Signals if s.name in ("SIGINT", "SIGTERM", "SIGHUP"))
 """Ctrl-C, a service manager, a closed terminal; not every system has them all."""
@@ -22,8 +29,13 @@ INTERRUPTED: "Final" = 130
 """Exit code of a command that such a signal ended."""
 
 _SOON_S: "Final" = 1e-3
-"""Until a destructor has ended; if it has not, the same happens again."""
+"""Until a destructor or a few lines have ended; if they have not, the same happens again."""
+_QUIET_S: "Final" = 1.0
+"""For so long after an interruption, and after what it had to wait for, none follows. It ends the
+command within that time, unless something has swallowed it."""
 _received: "Final[list[int]]" = []
+_uncut: "Final[set[CodeType]]" = set()
+_quiet_until_s = 0.0
 
 
 def end_at_once() -> None:
@@ -73,8 +85,18 @@ def deaf_to_interrupts() -> Iterator[None]:
     try:
         yield
     finally:
+        _be_quiet()
         for ending, handler in previous.items():
             signal.signal(ending, handler)
+
+
+def uncut(function: "Callable[_P, _R]") -> "Callable[_P, _R]":
+    """Have no ending signal cut into the lines of a function, but only into what it calls.
+
+    For one that has to do something in any case: its first line after an exception comes to pass.
+    """
+    _uncut.add(function.__code__)
+    return function
 
 
 def _handle_endings(handler: Callable[[int, FrameType | None], None]) -> None:
@@ -84,19 +106,47 @@ def _handle_endings(handler: Callable[[int, FrameType | None], None]) -> None:
 
 
 def _end_process(number: int, frame: FrameType | None) -> None:
-    os.write(2, b"interrupted\n")
+    if not _received:  # else it has been said
+        os.write(2, b"interrupted\n")
     os._exit(INTERRUPTED)
 
 
 def _interrupt(number: int, frame: FrameType | None) -> None:
     _received.append(number)
+    if time.monotonic() < _quiet_until_s:
+        return
+    if frame is not None and _must_not_be_cut(frame):
+        _again_soon()
+        return
+    _be_quiet()
     raise KeyboardInterrupt
+
+
+def _must_not_be_cut(frame: FrameType) -> bool:
+    """Whether these lines enter or leave a with statement, are `uncut`, or called from here."""
+    if frame.f_code in _uncut or frame.f_globals.get("__name__") == "contextlib":
+        return True
+    caller: FrameType | None = frame
+    while caller is not None and caller.f_globals is not globals():
+        caller = caller.f_back
+    return caller is not None
+
+
+def _be_quiet() -> None:
+    global _quiet_until_s
+    _quiet_until_s = time.monotonic() + _QUIET_S
+
+
+def _again_soon() -> None:
+    global _quiet_until_s
+    _quiet_until_s = 0.0
+    _thread.start_new_thread(_interrupt_soon, (_thread.get_ident(),))
 
 
 def _not_lost(swallowed: "sys.UnraisableHookArgs") -> None:
     """Interrupt again what was interrupted in a destructor, where no exception gets out."""
     if swallowed.exc_type is KeyboardInterrupt:
-        _thread.start_new_thread(_interrupt_soon, (_thread.get_ident(),))
+        _again_soon()
     else:
         sys.__unraisablehook__(swallowed)
 

@@ -1,12 +1,17 @@
 """What a host leaves behind when something goes wrong, and what it says about it."""
 
+import signal
+import sys
 from collections.abc import Callable
 from contextlib import suppress
+from types import FrameType
+from typing import Any
 
 import pytest
 from board_bench import NEW, OLD, Bench, long_motion
 
 from edge_ident.commissioning.motion.safety import left_safe, ready_to_move
+from edge_ident.support import interrupts
 from firmware_interface import board_session
 from firmware_interface.board import Board
 from firmware_interface.errors import BoardError, BusyError, NoReplyError
@@ -199,3 +204,34 @@ def test_effort_that_could_not_be_switched_off_is_not_said_to_be_off() -> None:
         bench.line.reading = bench.line.before = always(SILENCE)
         raise RuntimeError
     assert "axes disabled again" not in said
+
+
+def _interrupted_at(step: int) -> Callable[[FrameType, str, Any], Any]:
+    """Traces; at this line or call the signal's handler runs, as the interpreter would let it."""
+    left = [step]
+
+    def trace(frame: FrameType, event: str, argument: object) -> Any:
+        left[0] -= 1
+        if left[0] == 0:
+            interrupts._interrupt(signal.SIGINT, frame)
+        return trace
+
+    return trace
+
+
+def test_ctrl_c_at_any_line_of_what_follows_an_error_leaves_the_effort_off(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Between an error and the stop lie lines of contextlib: Ctrl-C there skipped the stop."""
+    monkeypatch.setattr(interrupts, "_received", [])
+    monkeypatch.setattr(interrupts, "_again_soon", lambda: None)
+    for step in range(1, 120):
+        monkeypatch.setattr(interrupts, "_quiet_until_s", 0.0)
+        bench, before = LineBench(), sys.gettrace()
+        try:
+            with ready_to_move(bench.board, lambda text: None):
+                sys.settrace(_interrupted_at(step))
+                raise RuntimeError  # what is traced begins in the frames that this one leaves
+        except (RuntimeError, KeyboardInterrupt):
+            sys.settrace(before)
+        assert not bench.board.status().enabled, f"interrupted at step {step}"

@@ -17,7 +17,7 @@ from edge_ident.errors import DataError, LinkError
 from edge_ident.signals.metrics import rms
 from edge_ident.signals.recording import AxisRecord, Recording
 from edge_ident.signals.recording_files import save_recording
-from edge_ident.support.interrupts import deaf_to_interrupts
+from edge_ident.support.interrupts import deaf_to_interrupts, uncut
 from firmware_interface.board import Board, CapturePage
 from firmware_interface.board_checks import CLOCK_RANGE, fault_error
 from firmware_interface.errors import BusyError
@@ -239,6 +239,7 @@ def _drain(
 
 
 @contextmanager
+@uncut
 def _kept_if_cut_short(
     board: Board, pages: list[CapturePage], file: Path | None, say: Callable[[str], None]
 ) -> Iterator[None]:

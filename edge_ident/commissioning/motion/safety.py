@@ -12,7 +12,7 @@ from functools import partial
 from typing import Final
 
 from edge_ident.errors import BoardError, EdgeIdentError
-from edge_ident.support.interrupts import deaf_to_interrupts
+from edge_ident.support.interrupts import deaf_to_interrupts, uncut
 from edge_ident.support.words import listed
 from firmware_interface.board import Board, BoardStatus
 from firmware_interface.board_checks import fault_error
@@ -131,6 +131,7 @@ def _at_rest(board: Board) -> BoardStatus:
 
 
 @contextmanager
+@uncut
 def left_safe(board: Board, say: Callable[[str], None] | None = None) -> Iterator[None]:
     """Stop the machine, take back unconfirmed gains and switch off if the body does not end well.
 
@@ -147,10 +148,10 @@ def left_safe(board: Board, say: Callable[[str], None] | None = None) -> Iterato
     try:
         yield
     except BaseException as reason:
-        if isinstance(reason, BusyError) and _taken_over(board):
-            raise
-        log.warning("ended early (%s): stopping the machine", type(reason).__name__)
         with deaf_to_interrupts():  # a second Ctrl-C must not cut the stop short
+            if isinstance(reason, BusyError) and _taken_over(board):
+                raise
+            log.warning("ended early (%s): stopping the machine", type(reason).__name__)
             for note in _leave(board, was_enabled, gains):
                 log.warning(note)
                 reason.add_note(note)
