@@ -120,12 +120,17 @@ class Board(GainVerbs):
         self._session.claim()
 
     def release(self) -> None:
-        """Let go of the board; it must not be moving."""
+        """Let go of the board; it must not be moving. A host that was stopped may then go on."""
         self._session.release()
 
     def held_by_another(self) -> bool:
         """Whether another host holds the board now."""
         return self._session.held_by_another()
+
+    @property
+    def holds(self) -> bool:
+        """Whether this host holds the board, as far as it knows without asking."""
+        return self._session.holds
 
     def heartbeat(self) -> None:
         """Renew the hold and feed the watchdog."""

@@ -1,7 +1,8 @@
 """Which host commands a board: one at a time, by a key that it draws.
 
 The hold lasts a few seconds from each write of the key, which is also all that feeds the board's
-watchdog. Reading needs no hold.
+watchdog. Reading needs no hold. Another host that stops the machine ends it, and the board takes
+that key no more: a host that was stopped goes on only after `release`, as a new one.
 """
 
 import math
@@ -12,9 +13,8 @@ from typing import Final
 
 from firmware_interface.board_checks import CLOCK_RANGE
 from firmware_interface.board_line import BoardLine
-from firmware_interface.board_types import BoardStatus
 from firmware_interface.codec import decode_integer, encode
-from firmware_interface.errors import BusyError, LinkError, NoReplyError
+from firmware_interface.errors import BusyError, LinkError, NoReplyError, StoppedError
 from firmware_interface.link import Link
 from firmware_interface.registers import REGISTERS, SESSION_LEASE_S
 
@@ -26,6 +26,8 @@ _NOBODY: Final = 0
 """Key of a board that nobody holds."""
 BEATS_PER_TIMEOUT: Final = 4
 """Signs of life in the watchdog's time."""
+STOPPED: Final = "another host or edge-ident stop has stopped this one"
+USED: Final = "another host has used the board while this one was silent"
 _SHORTEST_TIMEOUT_S: Final = REGISTERS["watchdog.timeout"].minimum or 0.0
 
 
@@ -46,9 +48,12 @@ class Hold(BoardLine):
 
     def __init__(self, link: Link, sample_period_s: float) -> None:
         self._held = False
+        self._claimed = False  # and has not let go
+        self._stopped = ""  # why this host must not go on
         super().__init__(link)
         self._period_s = sample_period_s
         self._key = _drawn_key()
+        self._former_keys: set[int] = set()
         self._held_at_s = -math.inf
         self._beat_every_s = _SHORTEST_TIMEOUT_S / BEATS_PER_TIMEOUT
         self._beat_clock = self._clock
@@ -61,9 +66,15 @@ class Hold(BoardLine):
         ------
         BusyError
             Another host holds the board and renews its hold, or moves the machine.
+        StoppedError
+            This host held the board, and another one stopped it, or holds it now.
         """
+        if self._stopped:
+            raise StoppedError(self._stopped)
         left_s, since_s = math.inf, time.monotonic()
         while not self._take():
+            if self._claimed and self._lost():
+                raise self._ended()
             status = self.status()
             if status.session_remaining_s < left_s:
                 since_s = time.monotonic()
@@ -85,15 +96,46 @@ class Hold(BoardLine):
         """Whether the board knows another host's key now."""
         register = REGISTERS["session.key"]
         key = decode_integer(register.name, self.read(register.address, register.words))
-        return key not in (_NOBODY, self._key)
+        return key not in {_NOBODY, self._key} | self._former_keys
+
+    @property
+    def holds(self) -> bool:
+        """Whether this host holds the board, as far as it knows without asking."""
+        return self._held and not self._may_have_run_out
+
+    @property
+    def _may_have_run_out(self) -> bool:
+        return self._silent_s() >= SESSION_LEASE_S
+
+    def _silent_s(self) -> float:
+        """Time since the key was written, by this host's clock or the board's."""
+        samples = (self._clock - self._beat_clock) % CLOCK_RANGE
+        return max(time.monotonic() - self._held_at_s, samples * self._period_s)
+
+    def _lost(self) -> bool:
+        """Whether the board knows this host's key no more."""
+        register = REGISTERS["session.key"]
+        words = self.read(register.address, register.words)
+        return decode_integer(register.name, words) != self._key
+
+    def _ended(self) -> StoppedError:
+        """Remember that another host commanded the board, and say so."""
+        self._held, self._stopped = False, USED if self._may_have_run_out else STOPPED
+        return StoppedError(self._stopped)
 
     def release(self) -> None:
-        """Let go of the board; while it moves, the hold runs out by itself afterwards."""
-        if not self._held:
-            return
-        self._held = False
-        with suppress(BusyError, NoReplyError):
-            self.write(REGISTERS["session.release"].address, encode("session.release", self._key))
+        """Let go of the board; while it moves, the hold runs out by itself afterwards.
+
+        A host that was stopped may hold it again from here on.
+        """
+        held, self._held, self._claimed = self._held, False, False
+        if self._stopped:
+            self._change_key()
+            self._stopped = ""
+        elif held:
+            words = encode("session.release", self._key)
+            with suppress(BusyError, NoReplyError):
+                self.write(REGISTERS["session.release"].address, words)
 
     def beat_every(self, watchdog_timeout_s: float) -> None:
         """Set the pace of heartbeats."""
@@ -104,7 +146,16 @@ class Hold(BoardLine):
 
         Where no reply comes it is said again at once: twice does no harm, silence ends a motion.
         After the last time, what is asked next says that the line is dead.
+
+        Raises
+        ------
+        StoppedError
+            Another host has stopped this one.
+        BusyError
+            What stands between host and board refuses.
         """
+        if self._stopped:
+            raise StoppedError(self._stopped)
         words = encode("session.key", self._key)
         words += encode("capture.pages_acknowledged", self.pages_in_hand)
         for _ in range(_TRIES):
@@ -112,20 +163,16 @@ class Hold(BoardLine):
                 try:
                     self.write(REGISTERS["session.key"].address, words)
                 except BusyError:
+                    if self._claimed and self._lost():
+                        raise self._ended() from None
                     self._held = False
                     raise
                 self._note_hold()
                 return
 
-    def keep(self, status: BoardStatus | None = None) -> None:
-        """Beat if it is time, by this host's clock or the board's; nothing where it holds none."""
-        if not self._held:
-            return
-        passed_s = time.monotonic() - self._held_at_s
-        if status is not None:
-            samples = (status.clock_samples - self._beat_clock) % CLOCK_RANGE
-            passed_s = max(passed_s, samples * self._period_s)
-        if passed_s >= self._beat_every_s:
+    def keep(self) -> None:
+        """Beat if it is time; nothing where this host holds none."""
+        if self._held and self._silent_s() >= self._beat_every_s:
             self.beat()
 
     def _take(self) -> bool:
@@ -140,7 +187,7 @@ class Hold(BoardLine):
             except NoReplyError:
                 words = self.read(register.address, register.words)
                 if decode_integer(register.name, words) != self._key:
-                    self._key = _drawn_key()  # this one may still come
+                    self._change_key()  # this one may still come
                     continue
             self._note_hold()
             return True
@@ -152,7 +199,9 @@ class Hold(BoardLine):
     def _disown(self) -> bool:
         """Let go, and go on under another key: a command of the old one that is still on its way
         finds no holder. Says whether the board has let go."""
-        old, self._key, self._held = self._key, _drawn_key(), False
+        old = self._key
+        self._change_key()
+        self._held = self._claimed = False
         release, holder = REGISTERS["session.release"], REGISTERS["session.key"]
         try:
             with suppress(BusyError, NoReplyError):
@@ -162,13 +211,18 @@ class Hold(BoardLine):
             return False
         return decode_integer(holder.name, words) != old
 
+    def _change_key(self) -> None:
+        self._former_keys.add(self._key)
+        self._key = _drawn_key()
+
     def _note_hold(self) -> None:
+        self._claimed = True
         self._held, self._held_at_s, self._beat_clock = True, time.monotonic(), self._clock
 
     def _restarted(self, nonce: int) -> None:
         """Whoever holds the board now, it is not this host."""
         super()._restarted(nonce)
-        self._held = False
+        self._held = self._claimed = False
 
 
 def _drawn_key() -> int:

@@ -5,6 +5,9 @@ Commands carry the host's key; while nobody holds the board, the first command t
 A command carries a fresh token as well, and is written once. What became of it is read back by
 that token, so that a lost reply neither repeats a motion nor hides a refusal. A host that gives a
 command up goes on under another key: should the command come late, it finds no holder.
+
+Whoever else commands the board in between, to stop it as a rule, ends what this host is about:
+older boards leave it the hold, but the last token is none of its own then. It may still tidy up.
 """
 
 import secrets
@@ -13,7 +16,7 @@ from collections.abc import Callable, Container
 from typing import Final
 
 from firmware_interface.board_checks import refusal
-from firmware_interface.board_hold import POLL_S, STALL_S, Hold
+from firmware_interface.board_hold import POLL_S, STALL_S, STOPPED, USED, Hold
 from firmware_interface.board_types import BoardStatus
 from firmware_interface.codec import encode
 from firmware_interface.errors import (
@@ -23,6 +26,7 @@ from firmware_interface.errors import (
     NoReplyError,
     OvertakenError,
     RestartedError,
+    StoppedError,
 )
 from firmware_interface.link import Link
 from firmware_interface.registers import REGISTERS, SESSION_LEASE_S, Opcode, Result, State
@@ -36,6 +40,8 @@ _NEEDS_NO_HOLD: Final = frozenset({Opcode.QUICK_STOP})
 _ENDS_WHAT_BEGAN: Final = frozenset({Opcode.START, Opcode.CONFIRM})
 """Commands that a host which has lost its hold must not send: what it armed or committed may be
 another host's by now."""
+_TIDIES_UP: Final = frozenset({Opcode.DISABLE, Opcode.ROLL_BACK})
+"""Commands by which a host that was stopped leaves the board as it found it, as a new host."""
 _LATE_DOES_NOTHING: Final = _NEEDS_NO_HOLD | _ENDS_WHAT_BEGAN | {Opcode.COMMIT_RUNNING}
 """Commands that find nothing to do after the stop that follows when they get lost; or gains that
 the board takes back by itself."""
@@ -45,11 +51,33 @@ class Session(Hold):
     """One host's dealings with a board; parameters are those of `Hold`."""
 
     def __init__(self, link: Link, sample_period_s: float) -> None:
+        self._own_tokens: set[int] = set()
+        """The board's last one is among them, unless another host commanded; none before a hold."""
         super().__init__(link, sample_period_s)
         # beyond those of earlier hosts: the board ignores what it remembers, and last frames of a
         # host that is gone may still come
         self._token_seen = self._first_status.last_token
         self._token = self._first_status.last_token + _TOKEN_LEAP + secrets.randbelow(_TOKEN_SPREAD)
+
+    def claim(self) -> None:
+        """See `Hold.claim`.
+
+        Raises
+        ------
+        StoppedError
+            Another host has commanded the board since this one has held it.
+        """
+        long_ago = self._may_have_run_out
+        super().claim()
+        if not self._own_tokens:
+            self._own_tokens = {self.status().last_token}
+        elif long_ago:
+            self._check_alone(USED)
+
+    def release(self) -> None:
+        """See `Hold.release`."""
+        super().release()
+        self._own_tokens = set()
 
     # ---- status
 
@@ -69,7 +97,7 @@ class Session(Hold):
                     f"it did not {what}",
                     "look at the machine; use the wired emergency stop if it moves",
                 )
-            self.keep(status)
+            self.keep()
             time.sleep(POLL_S)
         return status
 
@@ -89,25 +117,63 @@ class Session(Hold):
 
         Raises
         ------
+        StoppedError
+            Another host has commanded the board meanwhile.
         BoardError
             The board refuses.
         LinkError
             It did not arrive.
         """
-        if opcode not in _NEEDS_NO_HOLD | _ENDS_WHAT_BEGAN:
-            self.hold()
+        self._prepare(opcode)
         deadline = time.monotonic() + REST_TIMEOUT_S
         while True:
             status = self._settled(opcode, self._send(opcode, argument))
             if status.last_result is Result.DONE or status.last_result in expected:
                 return status
-            if status.last_result is Result.NOT_HELD and opcode not in _ENDS_WHAT_BEGAN:
-                self.claim()
+            if status.last_result is Result.NOT_HELD and opcode in _TIDIES_UP:
+                self._held = False
+                self._begin_anew()
+            elif status.last_result is Result.NOT_HELD and self.holds:
+                raise self._ended()
             elif status.last_result is not Result.NOT_AT_REST:
                 raise refusal(opcode, status)
             if time.monotonic() > deadline:
                 raise refusal(opcode, status)
             time.sleep(POLL_S)
+
+    def _prepare(self, opcode: Opcode) -> None:
+        """Hold the board, and make sure that nobody else has commanded it."""
+        if opcode in _NEEDS_NO_HOLD:
+            return
+        if opcode in _TIDIES_UP:
+            try:
+                self.hold()
+            except StoppedError:
+                self._begin_anew()
+            return
+        if opcode not in _ENDS_WHAT_BEGAN:
+            self.hold()
+        self._check_alone(STOPPED)
+
+    def _check_alone(self, otherwise: str) -> None:
+        if self._own_tokens and self.status().last_token not in self._own_tokens:
+            self._stopped = otherwise
+        if self._stopped:
+            raise StoppedError(self._stopped)
+
+    def _begin_anew(self) -> None:
+        """Hold the board as a new host, which was not stopped, to tidy up; no more than that."""
+        stopped, self._stopped, self._claimed = self._stopped or STOPPED, "", False
+        if not self._held:
+            self._change_key()
+        try:
+            super().claim()
+        finally:
+            self._stopped = stopped
+
+    def _restarted(self, nonce: int) -> None:
+        super()._restarted(nonce)
+        self._own_tokens = set()
 
     def _send(self, opcode: Opcode, argument: int) -> BoardStatus:
         """Write a command once and wait until the board has taken it.
@@ -116,6 +182,8 @@ class Session(Hold):
         host and board may have made it.
         """
         before, self._token = self._token_seen, self._token % 0xFFFF + 1
+        if self._own_tokens:
+            self._own_tokens.add(self._token)
         words = encode("command.opcode", opcode) + encode("command.token", self._token)
         words += encode("command.argument", argument) + encode("command.key", self._key)
         lost: EdgeIdentError = LinkError(

@@ -42,7 +42,7 @@ def fetch_pages(
         status = session.status()
         check_capture(status)
         watch.look(status)
-        session.keep(status)
+        session.keep()
         came = status.pages_written > fetched
         for index in range(fetched, status.pages_written):
             try:

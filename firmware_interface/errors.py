@@ -7,6 +7,7 @@ EdgeIdentError
     ├── ValueRefusedError   a value is outside its register's range
     ├── BusyError           another host controls the board, or an axis moves
     ├── OvertakenError      a command of another host came right after this host's
+    ├── StoppedError        another host stopped this one, or used the board meanwhile
     └── RestartedError      it was off since it was asked before
 """
 
@@ -77,6 +78,18 @@ class OvertakenError(BoardError):
             f"what became of {command} is not known: a command of another host came right after it",
             "make sure that no other host uses the board, then try again",
         )
+
+
+class StoppedError(BoardError):
+    """Another host stopped this one, or used the board while this one's hold had run out.
+
+    Parameters
+    ----------
+    cause : str
+    """
+
+    def __init__(self, cause: str) -> None:
+        super().__init__(cause, "find out who, and why, before you start again")
 
 
 class RestartedError(BoardError):

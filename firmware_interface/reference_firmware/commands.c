@@ -274,8 +274,14 @@ void commands_execute(const struct command *command)
         return; /* nor does a late copy tell that the host is alive */
     }
     tokens[tokens_seen++ % TOKENS_REMEMBERED] = command->token;
-    /* whoever sees the need may stop the machine */
-    if (from_holder(command->key) || command->opcode == FD_OPCODE_QUICK_STOP) {
+    /* whoever sees the need may stop the machine, and the host that moves it */
+    const bool stops = command->opcode == FD_OPCODE_QUICK_STOP;
+    if (stops) {
+        port_lock();
+        session_stop(command->key);
+        port_unlock();
+    }
+    if (from_holder(command->key) || stops) {
         last_result = execute(command);
         awaits_sample = command->opcode == FD_OPCODE_COMMIT_RUNNING;
     } else {

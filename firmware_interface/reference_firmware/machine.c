@@ -134,12 +134,13 @@ static void fail(enum fd_fault fault)
     coast();
 }
 
-/* A motion ends when its last page is fetched: until then a host owes the board a sign of life. */
+/* A motion ends when its last page is fetched: until then a host owes the board a sign of life.
+ * Nobody holds the board in a motion that another host stops: that one needs no guard. */
 static void check_watchdog(void)
 {
     const uint32_t timeout_us = 1000u * register_u16(FD_REG_WATCHDOG_TIMEOUT);
     const bool owed = setpoints_moving() || machine.state == FD_STATE_DRAINING;
-    if (!owed || machine.fault != FD_FAULT_NONE
+    if (!owed || machine.fault != FD_FAULT_NONE || session_key() == 0
         || session_silence_us() <= timeout_us) {
         return;
     }

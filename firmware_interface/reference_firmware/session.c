@@ -5,13 +5,21 @@
 
 #define LEASE_US ((uint32_t)(FD_SESSION_LEASE_S * 1e6f))
 
+#define STOPPED_REMEMBERED 8u
+
 static uint32_t holder;
+static uint32_t last_holder; /* also once the hold has run out, but not once it let go */
+static uint32_t stopped[STOPPED_REMEMBERED]; /* 0 is no host's key */
+static uint32_t stops;
 static uint32_t renewed_us; /* the lease runs from here */
 static uint32_t fed_us; /* the watchdog runs from here */
 
 void session_init(void)
 {
-    holder = 0;
+    holder = last_holder = 0;
+    for (uint32_t n = 0; n < STOPPED_REMEMBERED; n++) {
+        stopped[n] = 0;
+    }
     renewed_us = fed_us = port_time_us();
 }
 
@@ -26,19 +34,32 @@ void session_sample(bool busy)
 
 bool session_open_to(uint32_t key)
 {
+    for (uint32_t n = 0; n < STOPPED_REMEMBERED; n++) {
+        if (stopped[n] == key) {
+            return false;
+        }
+    }
     return holder == 0 || holder == key || session_remaining_us() == 0;
 }
 
 void session_claim(uint32_t key)
 {
-    holder = key;
+    holder = last_holder = key;
     renewed_us = fed_us = port_time_us();
 }
 
 void session_release(uint32_t key)
 {
     if (holder == key) {
-        holder = 0;
+        holder = last_holder = 0;
+    }
+}
+
+void session_stop(uint32_t key)
+{
+    if (last_holder != 0 && last_holder != key) {
+        stopped[stops++ % STOPPED_REMEMBERED] = last_holder;
+        holder = last_holder = 0;
     }
 }
 

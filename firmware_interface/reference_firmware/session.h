@@ -1,5 +1,6 @@
 /* Which host commands the board, and when it was heard last. Held by a key that the host draws;
- * everybody else may read, and may stop the machine.
+ * everybody else may read, and may stop the machine, which ends the hold. The stopped host may know
+ * nothing of it yet, so its key holds the board no more; under another one it comes as a new host.
  * Looked at by the sample interrupt; in the main loop, hold the lock. */
 #ifndef SESSION_H
 #define SESSION_H
@@ -14,7 +15,8 @@ void session_init(void);
  * second host cannot take over a motion. */
 void session_sample(bool busy);
 
-/* Whether a write of this key would be accepted: the board is free or this host holds it. */
+/* Whether a write of this key would be accepted: the board is free or this host holds it, and
+ * nobody has stopped it. */
 bool session_open_to(uint32_t key);
 
 /* The host with this key holds the board from now on, and feeds the watchdog. */
@@ -22,6 +24,9 @@ void session_claim(uint32_t key);
 
 /* Let go, if this host holds the board. */
 void session_release(uint32_t key);
+
+/* A host of this key stops the machine: the hold of another one ends, even one run out. */
+void session_stop(uint32_t key);
 
 /* Whether this key is the holder's. */
 bool session_held_by(uint32_t key);

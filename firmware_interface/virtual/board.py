@@ -138,7 +138,8 @@ class VirtualBoard:
         session = self.machine.session
         if _KEY in written and not session.may_claim(written[_KEY]):
             raise BusyError(
-                f"another host controls the board, for {session.remaining_s:.1f} s more",
+                f"another host controls the board, for {session.remaining_s:.1f} s more, or has "
+                "stopped this one",
                 "wait until it is finished, or stop it with edge-ident stop",
             )
         leaves = written.get(_RELEASE, FREE) == session.key != FREE

@@ -74,6 +74,8 @@ class Commands:
         held = key != FREE and key == self._machine.session.key
         if held:
             self._machine.session.heard(key)
+        if opcode == Opcode.QUICK_STOP:
+            self._machine.session.stopped_by(key)
         if held or opcode == Opcode.QUICK_STOP:
             if self._machine.handover.offered is not None:  # no sample has decided it: too late
                 self._machine.handover.end(Result.WRONG_STATE)

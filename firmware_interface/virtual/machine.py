@@ -21,7 +21,7 @@ from firmware_interface.virtual.inputs import Inputs
 from firmware_interface.virtual.protection import violated
 from firmware_interface.virtual.register_file import RegisterFile
 from firmware_interface.virtual.self_test import settings_sound
-from firmware_interface.virtual.session import Session
+from firmware_interface.virtual.session import FREE, Session
 from firmware_interface.virtual.setpoints import SetpointGenerator
 from firmware_interface.virtual.settings import BoardSettings
 from firmware_interface.virtual.trajectory_check import TrajectoryCheck
@@ -241,10 +241,14 @@ class Machine:
 
     @property
     def _abandoned(self) -> bool:
-        """The host fell silent during a motion, which ends when its last page is fetched."""
+        """The host fell silent during a motion, which ends when its last page is fetched.
+
+        Nobody holds the board in a motion that another host stops: that one needs no guard.
+        """
         return (
             self.state in _MOTION
             and not self.fault
+            and self.session.key != FREE
             and (self._setpoints.moving or self.state is State.DRAINING)
             and self.session.silence_s > self._registers.value("watchdog.timeout")
         )

@@ -1,5 +1,6 @@
 """Which host holds the board, for how long still, and when it was last heard."""
 
+from collections import deque
 from collections.abc import Callable
 from typing import Final
 
@@ -7,12 +8,15 @@ from firmware_interface.registers import SESSION_LEASE_S
 
 FREE: Final = 0
 """No host's key."""
+_STOPPED_REMEMBERED: Final = 8
 
 
 class Session:
     """The holder's key, its lease, and the silence that the watchdog measures.
 
     Nobody else's frames count: neither a foreign host nor a mere reader keeps a motion alive.
+    Whoever stops the machine ends the hold. The stopped host may know nothing of it yet, so its key
+    holds the board no more; under another one it comes as a new host.
 
     Parameters
     ----------
@@ -23,6 +27,7 @@ class Session:
     def __init__(self, now_s: Callable[[], float]) -> None:
         self._now_s = now_s
         self._key = FREE
+        self._stopped: deque[int] = deque(maxlen=_STOPPED_REMEMBERED)
         self._lease_s = self._heard_s = now_s()
 
     @property
@@ -43,8 +48,8 @@ class Session:
         return self._now_s() - self._heard_s
 
     def may_claim(self, key: int) -> bool:
-        """Whether the board is free, or held by this key already."""
-        return self.key in (FREE, key)
+        """Whether the board is free, or held by this key already, which nobody has stopped."""
+        return self.key in (FREE, key) and key not in self._stopped
 
     def heard(self, key: int) -> None:
         """The host of this key, which may claim the board, wrote it or a command."""
@@ -55,6 +60,12 @@ class Session:
         """Hold on while an axis moves: the lease begins anew when it stands."""
         if self.key != FREE:
             self._lease_s = self._now_s()
+
+    def stopped_by(self, key: int) -> None:
+        """A host of this key stops the machine: the hold of another one ends, even one run out."""
+        if self._key not in (FREE, key):
+            self._stopped.append(self._key)
+            self._key = FREE
 
     def release(self) -> None:
         """Nobody holds the board."""

@@ -165,7 +165,7 @@ def put_gains(board: Board, gains: Mapping[str, AxisGains]) -> None:
 
 def until(board: Board, condition: Callable[[BoardStatus], bool]) -> BoardStatus:
     """Poll the status, by a host that is alive, until the condition holds."""
-    return _poll(board, condition, board._session.keep)
+    return _poll(board, condition, lambda status: board._session.keep())
 
 
 def until_abandoned(board: Board, condition: Callable[[BoardStatus], bool]) -> BoardStatus:
@@ -222,6 +222,8 @@ def command(
 
 def send(board: Board, opcode: int, token: int, argument: int, key: int) -> None:
     """Write a command as it is, once."""
+    if key == key_of(board):
+        board._session._own_tokens.add(token)
     words = encode("command.opcode", opcode) + encode("command.token", token)
     words += encode("command.argument", argument) + encode("command.key", key)
     board._link.write(REGISTERS["command.opcode"].address, words)

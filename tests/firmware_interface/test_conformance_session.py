@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import pytest
 from board_bench import NEW, long_motion
 from conformance_boards import (
     ask,
@@ -18,6 +19,7 @@ from conformance_boards import (
 
 from firmware_interface.board import Board
 from firmware_interface.codec import crc32, encode
+from firmware_interface.errors import StoppedError
 from firmware_interface.gain_words import encode_gains, staged_writes
 from firmware_interface.registers import (
     MAP_CRC,
@@ -146,13 +148,59 @@ def test_a_start_is_not_carried_out_for_another_host(either_board: Board) -> Non
     assert either_board.status().state is State.ARMED
 
 
-def test_anybody_may_stop_the_machine(either_board: Board) -> None:
+def test_anybody_may_stop_the_machine_and_its_host(either_board: Board) -> None:
+    """No watchdog ends the stop of a host that is barred; the shortest stop lasts 0.25 s."""
+    assert refused_value(either_board, "watchdog.timeout", 0.1) == 0
     start(either_board, LONG)
     until(either_board, lambda status: status.samples_captured > 100)
     assert ask(either_board, Opcode.QUICK_STOP, key=FOREIGN) is Result.DONE
-    status = until(either_board, lambda status: status.state is not State.STOPPING)
-    assert (status.state, status.fault) == (State.IDLE, Fault.NONE)
+    status = until_abandoned(either_board, lambda status: status.state is not State.STOPPING)
+    assert (status.state, status.fault, holder(either_board)) == (State.IDLE, Fault.NONE, 0)
+    assert claimed(either_board, key_of(either_board)) == BUSY
+
+
+@pytest.mark.parametrize("hold", ["lives", "has run out"])
+def test_a_host_that_another_one_stopped_at_rest_is_refused(either_board: Board, hold: str) -> None:
+    either_board.enable()
+    mine = key_of(either_board)
+    if hold == "has run out":  # while it computes, which takes longer
+        until_abandoned(either_board, lambda status: not status.session_remaining_s)
+    assert ask(either_board, Opcode.QUICK_STOP, key=FOREIGN) is Result.DONE
+    assert (holder(either_board), remaining_s(either_board)) == (0, 0.0)
+    for opcode in (Opcode.ENABLE, Opcode.ARM, Opcode.START, Opcode.COMMIT, Opcode.CONFIRM):
+        assert ask(either_board, opcode, MAP_CRC, mine) is Result.NOT_HELD
+    assert claimed(either_board, mine) == BUSY
+    assert claimed(either_board, FOREIGN) == 0
+    assert released(either_board, FOREIGN) == 0
+    assert claimed(either_board, mine) == BUSY  # it knows nothing of the stop yet
+
+
+def test_gains_that_wait_for_their_confirmation_go_with_the_host_that_is_stopped(
+    either_board: Board,
+) -> None:
+    old = either_board.active_gains()
+    either_board.stage_gains(NEW)
+    either_board.commit()
+    assert ask(either_board, Opcode.QUICK_STOP, key=FOREIGN) is Result.DONE
+    status = until_abandoned(either_board, lambda status: not status.unconfirmed)
+    assert status.state is State.IDLE
+    assert either_board.active_gains() == old
+    with pytest.raises(StoppedError):
+        either_board.confirm()
+
+
+def test_a_host_that_stops_its_own_motion_keeps_the_board(either_board: Board) -> None:
+    start(either_board, LONG)
+    either_board.quick_stop()
     assert holder(either_board) == key_of(either_board)
+    either_board.arm()
+
+
+def test_a_stop_is_not_held_against_a_host_that_had_let_go(either_board: Board) -> None:
+    either_board.claim()
+    either_board.release()
+    assert ask(either_board, Opcode.QUICK_STOP, key=FOREIGN) is Result.DONE
+    either_board.enable()
 
 
 def test_gains_that_another_host_staged_are_not_committed(either_board: Board) -> None:
