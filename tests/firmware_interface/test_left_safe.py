@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 from board_bench import NEW, OLD, Bench, long_motion
 
+from edge_ident.commissioning.motion import safety
 from edge_ident.commissioning.motion.safety import left_safe, ready_to_move
 from edge_ident.support import interrupts
 from firmware_interface import board_session
@@ -25,8 +26,9 @@ SILENCE = NoReplyError("no reply", "check cable and power of the board")
 
 @pytest.fixture(autouse=True)
 def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Ask the board as fast as it answers: its time goes by requests."""
+    """Ask the board as fast as it answers, its time goes by requests; and not for long."""
     monkeypatch.setattr(board_session, "POLL_S", 0.0)
+    monkeypatch.setattr(safety, "_LEAVE_S", 0.2)
 
 
 class Line:
@@ -82,7 +84,7 @@ def notes_after(bench: Bench, body: Callable[[], None]) -> str:
     try:
         with left_safe(bench.board):
             body()
-    except (RuntimeError, BusyError) as error:
+    except (RuntimeError, BoardError) as error:
         return "; ".join(getattr(error, "__notes__", []))
     raise AssertionError("it ended well")
 

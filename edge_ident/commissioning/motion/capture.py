@@ -20,7 +20,7 @@ from edge_ident.signals.recording_files import save_recording
 from edge_ident.support.interrupts import deaf_to_interrupts, uncut
 from firmware_interface.board import Board, CapturePage
 from firmware_interface.board_checks import CLOCK_RANGE, fault_error
-from firmware_interface.errors import BusyError
+from firmware_interface.errors import BusyError, StoppedError
 from firmware_interface.motion import Trajectory
 from firmware_interface.registers import State
 
@@ -247,7 +247,7 @@ def _kept_if_cut_short(
         yield
     except BaseException as error:
         with deaf_to_interrupts():
-            if not isinstance(error, BusyError):  # then another host may have the board now
+            if not isinstance(error, BusyError | StoppedError):  # then another may have the board
                 stop_at_once(board)
             if file is not None and pages:
                 path = partial_file(file)

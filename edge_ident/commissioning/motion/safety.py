@@ -16,7 +16,7 @@ from edge_ident.support.interrupts import deaf_to_interrupts, uncut
 from edge_ident.support.words import listed
 from firmware_interface.board import Board, BoardStatus
 from firmware_interface.board_checks import fault_error
-from firmware_interface.errors import BusyError
+from firmware_interface.errors import StoppedError
 from firmware_interface.gains import Bank
 from firmware_interface.registers import Fault, State
 
@@ -25,6 +25,8 @@ log = logging.getLogger(__name__)
 _MOVES: Final = (State.MOVING, State.DRAINING, State.STOPPING)
 _STOP_S: Final = 2.0
 """Longest stop that follows a watchdog's end, with some to spare."""
+_LEAVE_S: Final = 5.0
+"""For so long the machine is told to stop and to switch off, until the board says that it has."""
 _POLL_S: Final = 0.01
 _OFF: Final = "axes disabled again"
 
@@ -135,8 +137,9 @@ def _at_rest(board: Board) -> BoardStatus:
 def left_safe(board: Board, say: Callable[[str], None] | None = None) -> Iterator[None]:
     """Stop the machine, take back unconfirmed gains and switch off if the body does not end well.
 
-    The effort goes off unless it was on before. A board that another host has taken over is left
-    to it. What could not be done, and gains that are new, is noted on the exception.
+    The effort goes off unless it was on before. This is repeated for some seconds, until the board
+    says that it is so. A board that another host has taken over is left to it. What could not be
+    done, and gains that are new, is noted on the exception.
 
     Parameters
     ----------
@@ -149,10 +152,11 @@ def left_safe(board: Board, say: Callable[[str], None] | None = None) -> Iterato
         yield
     except BaseException as reason:
         with deaf_to_interrupts():  # a second Ctrl-C must not cut the stop short
-            if isinstance(reason, BusyError) and _taken_over(board):
+            if _taken_over(board):
                 raise
             log.warning("ended early (%s): stopping the machine", type(reason).__name__)
-            for note in _leave(board, was_enabled, gains):
+            stopped = isinstance(reason, StoppedError)  # by another host, which may hold it by now
+            for note in _leave(board, was_enabled, gains, stopped=stopped):
                 log.warning(note)
                 reason.add_note(note)
             if say is not None and not was_enabled and _attempt("state", partial(_see_off, board)):
@@ -166,24 +170,30 @@ def stop_at_once(board: Board) -> bool:
 
 
 def _taken_over(board: Board) -> bool:
-    """Whether another host has the board; any device in between may say that it is busy."""
+    """Whether another host has the board; any device in between may say that it is busy.
+
+    A host that surely holds it does not ask: a stop must not wait.
+    """
     try:
-        return board.held_by_another()
+        return not board.holds and board.held_by_another()
     except EdgeIdentError:
         return False
 
 
-def _leave(board: Board, was_enabled: bool, gains: Bank) -> list[str]:
+def _leave(board: Board, was_enabled: bool, gains: Bank, *, stopped: bool) -> list[str]:
     """Leave a machine in safety, and say what else its user has to know."""
+    deadline = time.monotonic() + _LEAVE_S
+    while not (left := _told_to_rest(board, was_enabled, stopped)):
+        if time.monotonic() > deadline or _taken_over(board):
+            break
+        stopped = False
+        time.sleep(_POLL_S)
     notes: list[str] = []
-    stopped = stop_at_once(board)
-    took_back = _attempt("roll back", lambda: _roll_back_unconfirmed(board))
-    if board.has_committed:
-        told = took_back and _attempt("gains", lambda: notes.append(_in_force(board, gains)))
-        if not told:
-            notes.append("which gains are in force is not known: look with edge-ident gains show")
-    disabled = was_enabled or _attempt("disable", board.disable)
-    if not (stopped and disabled):
+    if board.has_committed and not (
+        left and _attempt("gains", lambda: notes.append(_in_force(board, gains)))
+    ):
+        notes.append("which gains are in force is not known: look with edge-ident gains show")
+    if not left:
         notes.append(
             "the board could not be told to stop and to switch off: its axes may still produce "
             "effort. Use the wired emergency stop, or edge-ident stop once the board answers"
@@ -194,6 +204,21 @@ def _leave(board: Board, was_enabled: bool, gains: Bank) -> list[str]:
 def _see_off(board: Board) -> None:
     if board.status().enabled:
         raise BoardError("the effort is on", "switch it off with edge-ident stop")
+
+
+def _told_to_rest(board: Board, was_enabled: bool, stopped: bool) -> bool:
+    """Tell the board to stop and to switch off, each at least once; whether it says that it has."""
+    if not stopped:
+        stop_at_once(board)
+    _attempt("roll back", lambda: _roll_back_unconfirmed(board))
+    if not was_enabled:
+        _attempt("disable", board.disable)
+    try:
+        status = board.status()
+    except EdgeIdentError:
+        return False
+    still = status.state in (State.IDLE, State.FAULT) and not status.unconfirmed
+    return still and (was_enabled or not status.enabled)
 
 
 def _roll_back_unconfirmed(board: Board) -> None:
