@@ -8,7 +8,7 @@ import numpy as np
 
 from firmware_interface.board_types import BoardStatus
 from firmware_interface.codec import decode
-from firmware_interface.errors import BoardError, LinkError
+from firmware_interface.errors import BoardError, LinkError, StoppedError
 from firmware_interface.link import Link
 from firmware_interface.map_versions import MAP_CRCS
 from firmware_interface.registers import (
@@ -24,6 +24,13 @@ from firmware_interface.registers import (
 )
 
 _CLOCK_STALL_S: Final = 2.0
+STOPPED: Final = "another host or edge-ident stop has stopped this one"
+_SWAPPED: Final = {
+    (MAGIC & 0xFFFF) << 16 | MAGIC >> 16: "words",
+    int.from_bytes(MAGIC.to_bytes(4, "little"), "big"): "words and bytes",
+    int.from_bytes(((MAGIC & 0xFFFF) << 16 | MAGIC >> 16).to_bytes(4, "little"), "big"): "bytes",
+}
+"""What a gateway has swapped, by the magic number that comes of it."""
 CLOCK_RANGE: Final = 2**32
 """A board's clock wraps around after so many samples."""
 
@@ -35,10 +42,15 @@ def check_map(link: Link) -> None:
         register = REGISTERS[f"identity.{name}"]
         return decode(register.name, link.read(register.address, register.words))
 
-    if value("magic") != MAGIC:
+    magic = int(value("magic"))
+    if magic in _SWAPPED:
         raise BoardError(
-            "the device answers Modbus but is not an edge-ident board "
-            f"(magic {int(value('magic')):#010x})",
+            f"{_SWAPPED[magic]} of each value come in the wrong order (magic {magic:#010x})",
+            f"switch off the swapping of {_SWAPPED[magic]} in the gateway between host and board",
+        )
+    if magic != MAGIC:
+        raise BoardError(
+            f"the device answers Modbus but is not an edge-ident board (magic {magic:#010x})",
             "check which port or address belongs to the board",
         )
     if MAP_CRCS.get(int(value("map_version"))) != value("map_crc"):
@@ -72,12 +84,11 @@ def check_capture(status: BoardStatus) -> None:
     if status.state is State.FAULT:
         raise fault_error(status)
     if status.state not in (State.MOVING, State.DRAINING, State.DONE):
+        early = f"the motion was stopped before its end; the board is {status.state.name}"
         meaning, next_step = FAULT_TEXTS[status.fault]
-        raise BoardError(
-            f"the motion was stopped before its end; the board is {status.state.name}"
-            + (f" because {meaning}" if status.fault else ""),
-            next_step if status.fault else "start it again",
-        )
+        if status.fault:
+            raise BoardError(f"{early} because {meaning}", next_step)
+        raise StoppedError(f"{early}: {STOPPED}")
     if status.overflows:
         raise LinkError(
             f"{status.overflows} capture pages were overwritten before they were fetched",

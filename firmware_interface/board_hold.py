@@ -11,7 +11,7 @@ import time
 from contextlib import suppress
 from typing import Final
 
-from firmware_interface.board_checks import CLOCK_RANGE
+from firmware_interface.board_checks import CLOCK_RANGE, STOPPED
 from firmware_interface.board_line import BoardLine
 from firmware_interface.codec import decode_integer, encode
 from firmware_interface.errors import BusyError, LinkError, NoReplyError, StoppedError
@@ -26,7 +26,6 @@ _NOBODY: Final = 0
 """Key of a board that nobody holds."""
 BEATS_PER_TIMEOUT: Final = 4
 """Signs of life in the watchdog's time."""
-STOPPED: Final = "another host or edge-ident stop has stopped this one"
 USED: Final = "another host has used the board while this one was silent"
 _SHORTEST_TIMEOUT_S: Final = REGISTERS["watchdog.timeout"].minimum or 0.0
 
@@ -89,7 +88,7 @@ class Hold(BoardLine):
 
     def hold(self) -> None:
         """Hold the board, where that may have run out."""
-        if not self._held or time.monotonic() - self._held_at_s > SESSION_LEASE_S / 2.0:
+        if not self._held or self._silent_s() > SESSION_LEASE_S / 2.0:
             self.claim()
 
     def held_by_another(self) -> bool:
@@ -129,13 +128,13 @@ class Hold(BoardLine):
         A host that was stopped may hold it again from here on.
         """
         held, self._held, self._claimed = self._held, False, False
+        key = self._key
         if self._stopped:
             self._change_key()
             self._stopped = ""
-        elif held:
-            words = encode("session.release", self._key)
+        if held:
             with suppress(BusyError, NoReplyError):
-                self.write(REGISTERS["session.release"].address, words)
+                self.write(REGISTERS["session.release"].address, encode("session.release", key))
 
     def beat_every(self, watchdog_timeout_s: float) -> None:
         """Set the pace of heartbeats."""
@@ -154,8 +153,6 @@ class Hold(BoardLine):
         BusyError
             What stands between host and board refuses.
         """
-        if self._stopped:
-            raise StoppedError(self._stopped)
         words = encode("session.key", self._key)
         words += encode("capture.pages_acknowledged", self.pages_in_hand)
         for _ in range(_TRIES):

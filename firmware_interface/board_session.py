@@ -15,8 +15,8 @@ import time
 from collections.abc import Callable, Container
 from typing import Final
 
-from firmware_interface.board_checks import refusal
-from firmware_interface.board_hold import POLL_S, STALL_S, STOPPED, USED, Hold
+from firmware_interface.board_checks import STOPPED, refusal
+from firmware_interface.board_hold import POLL_S, STALL_S, USED, Hold
 from firmware_interface.board_types import BoardStatus
 from firmware_interface.codec import encode
 from firmware_interface.errors import (
@@ -67,12 +67,11 @@ class Session(Hold):
         StoppedError
             Another host has commanded the board since this one has held it.
         """
-        long_ago = self._may_have_run_out
+        if self._own_tokens:
+            self.status()
         super().claim()
         if not self._own_tokens:
             self._own_tokens = {self.status().last_token}
-        elif long_ago:
-            self._check_alone(USED)
 
     def release(self) -> None:
         """See `Hold.release`."""
@@ -82,9 +81,11 @@ class Session(Hold):
     # ---- status
 
     def status(self) -> BoardStatus:
-        """See `BoardLine.status`."""
+        """See `BoardLine.status`; notes whether another host has commanded."""
         status = super().status()
         self._token_seen = status.last_token
+        if self._own_tokens and status.last_token not in self._own_tokens and not self._stopped:
+            self._stopped = USED if self._may_have_run_out else STOPPED
         return status
 
     def wait_for(self, states: set[State], what: str) -> BoardStatus:
@@ -130,11 +131,8 @@ class Session(Hold):
             status = self._settled(opcode, self._send(opcode, argument))
             if status.last_result is Result.DONE or status.last_result in expected:
                 return status
-            if status.last_result is Result.NOT_HELD and opcode in _TIDIES_UP:
-                self._held = False
-                self._begin_anew()
-            elif status.last_result is Result.NOT_HELD and self.holds:
-                raise self._ended()
+            if status.last_result is Result.NOT_HELD:
+                self._hold_again(opcode, status)
             elif status.last_result is not Result.NOT_AT_REST:
                 raise refusal(opcode, status)
             if time.monotonic() > deadline:
@@ -147,19 +145,28 @@ class Session(Hold):
             return
         if opcode in _TIDIES_UP:
             try:
+                self.status()
                 self.hold()
             except StoppedError:
                 self._begin_anew()
             return
         if opcode not in _ENDS_WHAT_BEGAN:
             self.hold()
-        self._check_alone(STOPPED)
-
-    def _check_alone(self, otherwise: str) -> None:
-        if self._own_tokens and self.status().last_token not in self._own_tokens:
-            self._stopped = otherwise
+        self.status()
         if self._stopped:
             raise StoppedError(self._stopped)
+
+    def _hold_again(self, opcode: Opcode, refused: BoardStatus) -> None:
+        """After a refusal because the board did not know this host; raises unless it may go on."""
+        if opcode in _TIDIES_UP:
+            self._held = False
+            self._begin_anew()
+        elif self.holds:
+            raise self._ended()
+        elif opcode in _ENDS_WHAT_BEGAN:
+            raise refusal(opcode, refused)
+        else:
+            self.claim()
 
     def _begin_anew(self) -> None:
         """Hold the board as a new host, which was not stopped, to tidy up; no more than that."""

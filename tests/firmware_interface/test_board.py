@@ -75,6 +75,21 @@ def test_another_device_and_swapped_words_are_told_apart() -> None:
         Board.connect(tampered("identity.float_test", [0x0FDB, 0x4049]))
 
 
+@pytest.mark.parametrize(
+    ("words", "swapped"),
+    [
+        ([0x4453, 0x4D46], "words"),
+        ([0x464D, 0x5344], "bytes"),
+        ([0x5344, 0x464D], "words and bytes"),
+    ],
+)
+def test_a_gateway_that_swaps_is_told_by_the_magic_number(words: list[int], swapped: str) -> None:
+    """It comes first: with it swapped, no other value is looked at."""
+    with pytest.raises(BoardError, match=f"^{swapped} of each value come in the wrong") as caught:
+        Board.connect(tampered("identity.magic", words))
+    assert f"swapping of {swapped} in the gateway" in caught.value.next_step
+
+
 def test_a_capture_is_complete_and_follows_the_motion(short_motion: Trajectory) -> None:
     board = enabled(VirtualBoard())
     board.write_trajectory(short_motion)

@@ -16,10 +16,11 @@ from edge_ident.support import interrupts
 from firmware_interface import board_session
 from firmware_interface.board import Board
 from firmware_interface.errors import BoardError, BusyError, NoReplyError
-from firmware_interface.registers import REGISTERS, SESSION_LEASE_S, State
+from firmware_interface.registers import REGISTERS, SESSION_LEASE_S, Opcode, State
 from firmware_interface.virtual.board import VirtualBoard
 
 COMMAND = REGISTERS["command.opcode"].address
+KEY = REGISTERS["session.key"].address
 BUSY = BusyError("the line refuses the request (Modbus exception 6)", "wait")
 SILENCE = NoReplyError("no reply", "check cable and power of the board")
 
@@ -38,6 +39,7 @@ class Line:
         self._virtual = virtual
         self.reading: Callable[[], None] = lambda: None
         self.before: Callable[[int], None] = lambda address: None
+        self.before_words: Callable[[int, list[int]], None] = lambda address, words: None
         self.after: Callable[[int], None] = lambda address: None
 
     def read(self, address: int, count: int) -> list[int]:
@@ -46,6 +48,7 @@ class Line:
 
     def write(self, address: int, words: list[int]) -> None:
         self.before(address)
+        self.before_words(address, words)
         self._virtual.write(address, words)
         self.after(address)
 
@@ -237,3 +240,43 @@ def test_ctrl_c_at_any_line_of_what_follows_an_error_leaves_the_effort_off(
         except (RuntimeError, KeyboardInterrupt):
             sys.settrace(before)
         assert not bench.board.status().enabled, f"interrupted at step {step}"
+
+
+@pytest.mark.parametrize("error", [BUSY, SILENCE], ids=["busy", "silent"])
+@pytest.mark.parametrize("opcode", [Opcode.QUICK_STOP, Opcode.DISABLE, None])
+def test_one_reply_that_is_lost_or_busy_does_not_leave_the_effort_on(
+    error: Exception, opcode: Opcode | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of a command, or of the write of the key before it, where the hold is old."""
+    monkeypatch.setattr(safety, "_LEAVE_S", 5.0)
+    monkeypatch.setattr(board_session, "COMMAND_TIMEOUT_S", 0.0)
+    bench, left = LineBench(), [error]
+
+    def happen(address: int, words: list[int]) -> None:
+        wanted = address == KEY if opcode is None else (address, words[0]) == (COMMAND, opcode)
+        if wanted and left:
+            raise left.pop()
+
+    def body() -> None:
+        bench.board.enable()
+        bench.board._session._held_at_s -= 3.0
+        bench.line.before_words = happen
+        raise RuntimeError
+
+    assert notes_after(bench, body) == ""
+    assert not left
+    assert not bench.board.status().enabled
+
+
+def test_a_machine_that_stopped_although_no_reply_came_needs_no_note(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """What is said comes from the board's status, not from what became of each command."""
+    monkeypatch.setattr(safety, "stop_at_once", lambda board: board.quick_stop() or False)
+    bench = LineBench()
+
+    def body() -> None:
+        bench.board.enable()
+        raise RuntimeError
+
+    assert notes_after(bench, body) == ""

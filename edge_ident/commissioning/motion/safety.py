@@ -25,6 +25,7 @@ log = logging.getLogger(__name__)
 _MOVES: Final = (State.MOVING, State.DRAINING, State.STOPPING)
 _STOP_S: Final = 2.0
 """Longest stop that follows a watchdog's end, with some to spare."""
+_AT_REST: Final = (State.IDLE, State.FAULT)
 _LEAVE_S: Final = 5.0
 """For so long the machine is told to stop and to switch off, until the board says that it has."""
 _POLL_S: Final = 0.01
@@ -182,11 +183,15 @@ def _taken_over(board: Board) -> bool:
 
 def _leave(board: Board, was_enabled: bool, gains: Bank, *, stopped: bool) -> list[str]:
     """Leave a machine in safety, and say what else its user has to know."""
-    deadline = time.monotonic() + _LEAVE_S
-    while not (left := _told_to_rest(board, was_enabled, stopped)):
-        if time.monotonic() > deadline or _taken_over(board):
+    deadline, left, stops = time.monotonic() + _LEAVE_S, False, stopped
+    while True:
+        status = _told_to_rest(board, was_enabled, stop=not stops)
+        if status is not None and status.state in _AT_REST and not status.unconfirmed:
+            left = was_enabled or not status.enabled
+        if left or time.monotonic() > deadline or _taken_over(board):
             break
-        stopped = False
+        # a stop in place of another host's would end its hold
+        stops = stopped and status is not None and status.state in (*_AT_REST, State.STOPPING)
         time.sleep(_POLL_S)
     notes: list[str] = []
     if board.has_committed and not (
@@ -206,19 +211,17 @@ def _see_off(board: Board) -> None:
         raise BoardError("the effort is on", "switch it off with edge-ident stop")
 
 
-def _told_to_rest(board: Board, was_enabled: bool, stopped: bool) -> bool:
-    """Tell the board to stop and to switch off, each at least once; whether it says that it has."""
-    if not stopped:
+def _told_to_rest(board: Board, was_enabled: bool, *, stop: bool) -> BoardStatus | None:
+    """Tell the board to stop, to take gains back and to switch off; what it says then."""
+    if stop:
         stop_at_once(board)
     _attempt("roll back", lambda: _roll_back_unconfirmed(board))
     if not was_enabled:
         _attempt("disable", board.disable)
     try:
-        status = board.status()
+        return board.status()
     except EdgeIdentError:
-        return False
-    still = status.state in (State.IDLE, State.FAULT) and not status.unconfirmed
-    return still and (was_enabled or not status.enabled)
+        return None
 
 
 def _roll_back_unconfirmed(board: Board) -> None:
