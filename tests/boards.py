@@ -21,7 +21,7 @@ serve(on_ready=lambda device: print(device, flush=True), settings=BoardSettings(
 
 @contextmanager
 def served_board(
-    where: str = "pty=True", speed: float | None = None, settings: str = ""
+    where: str = "pty=True", speed: float | None = None, settings: str = "", before: str = ""
 ) -> Iterator[str]:
     """A virtual board in another process; yields its device URL.
 
@@ -33,8 +33,10 @@ def served_board(
         Of real time; None lets time pass with the requests.
     settings : str
         Arguments of `BoardSettings`, as source text.
+    before : str
+        Source text that runs before it serves.
     """
-    source = _SERVE.format(settings=settings, speed=speed, where=where)
+    source = before + _SERVE.format(settings=settings, speed=speed, where=where)
     with running([sys.executable, "-c", source], errors=None) as process:
         assert process.stdout is not None
         yield process.stdout.readline().strip()

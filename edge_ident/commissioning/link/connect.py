@@ -4,9 +4,9 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from typing import TYPE_CHECKING
 
-from edge_ident.commissioning.link.port_notes import noted
+from edge_ident.commissioning.link.port_notes import explain, noted
 from edge_ident.commissioning.link.virtual_network import VirtualNetwork
-from edge_ident.errors import EdgeIdentError
+from edge_ident.errors import EdgeIdentError, LinkError
 from firmware_interface.board import Board
 from firmware_interface.connection import DEFAULT_BAUD_RATE, open_link
 
@@ -50,7 +50,11 @@ def connect(
     'IDLE'
     """
     with ExitStack() as ending:
-        link = open_link(device, baud_rate=baud_rate, plant=plant, identifier=VirtualNetwork())
+        try:
+            link = open_link(device, baud_rate=baud_rate, plant=plant, identifier=VirtualNetwork())
+        except LinkError as error:
+            explain(error, device)
+            raise
         ending.callback(link.close)
         ending.enter_context(noted(device))
         board = Board.connect(link)

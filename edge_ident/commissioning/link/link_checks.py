@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.commissioning.link.check import Check
+from edge_ident.commissioning.link.port_notes import explain
 from edge_ident.errors import BoardError, LinkError
 from firmware_interface.board import Board
 from firmware_interface.board_checks import CLOCK_RANGE, fault_error
@@ -39,6 +40,7 @@ def check_link(url: str, baud_rate: int, on_request: Callable[[int, int], None])
     try:
         link = open_link(url, baud_rate=baud_rate)
     except LinkError as error:
+        explain(error, url)
         return [Check("link", False, error.cause, error.next_step)]
     found: list[Check] = []
     try:

@@ -1,12 +1,17 @@
-"""Which process holds a device, so that another one can ask it to stop the machine.
+"""Which processes have a device open, so that another one can ask them to stop the machine.
 
-A serial port has one holder. Each command that holds a device leaves a note of itself in a folder
-that only this user may enter: its process, when that began, and the device's real path.
+A serial port has one holder, a board at a network several. Each command that opens a device leaves
+a note of itself in folders that only this user may enter: its process, when that began, and what
+the device is really called. Which folders there are depends on how a command was started (cron, su,
+a container), so the note stands in each that there is.
 """
 
 import json
 import os
 import signal
+import socket
+import stat
+import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -15,13 +20,15 @@ from pathlib import Path
 from typing import Final
 from urllib.parse import quote
 
+from edge_ident.errors import LinkError
+
 _POLL_S: Final = 0.05
 _PRIVATE: Final = 0o700
 
 
 @dataclass(frozen=True)
 class Holder:
-    """A process that holds a device.
+    """A process that has a device open.
 
     Attributes
     ----------
@@ -29,12 +36,18 @@ class Holder:
     started : str
         When it began, in the system's own words: another process of that number began later.
     device : str
-        Real path.
+        Real path, or the address of a board at a network.
+    command : str
+        What it is.
     """
 
     pid: int
     started: str
     device: str
+    command: str = ""
+
+    def __str__(self) -> str:
+        return f"process {self.pid}" + (f" ({self.command})" if self.command else "")
 
     @property
     def alive(self) -> bool:
@@ -55,38 +68,101 @@ class Holder:
 
 @contextmanager
 def noted(device: str) -> Iterator[None]:
-    """Leave a note that this process holds the device, for as long as the body runs."""
-    path = _note(device)
-    holder = Holder(os.getpid(), _started(os.getpid()) or "", os.path.realpath(device))
-    with suppress(OSError):  # without it, only `edge-ident stop` is poorer
-        path.parent.mkdir(mode=_PRIVATE, parents=True, exist_ok=True)
-        path.write_text(json.dumps(asdict(holder)), "utf-8")
+    """Leave a note that this process has the device open, for as long as the body runs."""
+    pid = os.getpid()
+    holder = Holder(pid, _started(pid) or "", _real_name(device), _command())
+    notes = []
+    for folder in _folders() if device != "virtual" else ():  # that is a board of its own
+        with suppress(OSError):  # without it, only `edge-ident stop` is poorer
+            _make_private(folder)
+            note = folder / f"{quote(holder.device, safe='')}.{pid}.json"
+            note.write_text(json.dumps(asdict(holder)), "utf-8")
+            notes.append(note)
     try:
         yield
     finally:
-        if _read(path) == holder:
-            path.unlink(missing_ok=True)
+        for note in notes:
+            with suppress(OSError):
+                note.unlink(missing_ok=True)
 
 
-def holder_of(device: str) -> Holder | None:
-    """The process of this user that holds a device, where one does that left a note."""
-    holder = _read(_note(device))
-    return holder if holder is not None and holder.alive else None
+def holders_of(device: str) -> list[Holder]:
+    """The processes of this user that have a device open and left a note."""
+    found, name = dict[int, Holder](), _real_name(device)
+    for folder in _folders():
+        with suppress(OSError):
+            if not _is_private(folder):
+                continue
+            for note in folder.glob("*.json"):
+                holder = _read(note)
+                if holder is None or not holder.alive:  # of one that was killed
+                    note.unlink(missing_ok=True)
+                elif holder.device == name:
+                    found[holder.pid] = holder
+    return list(found.values())
 
 
-def _note(device: str) -> Path:
-    folder = os.environ.get("XDG_RUNTIME_DIR") or os.environ.get("TMPDIR") or "/tmp"
-    base = Path(folder) / f"edge-ident-{os.getuid()}"
-    return base / f"{quote(os.path.realpath(device), safe='')}.json"
+def explain(error: LinkError, device: str) -> None:
+    """Give an error of opening a device the processes that have it open as the next step."""
+    holders = holders_of(device)
+    if holders:
+        who = ", ".join(map(str, holders))
+        error.next_step = f"{who} has it open: wait, or end that with edge-ident stop"
+
+
+def _folders() -> list[Path]:
+    """Wherever a command of this user may look, however it was started."""
+    user = os.getuid()
+    places = [os.environ.get("XDG_RUNTIME_DIR"), os.environ.get("TMPDIR"), "/tmp"]
+    if os.path.isdir(f"/run/user/{user}"):
+        places.append(f"/run/user/{user}")
+    return list(dict.fromkeys(Path(place) / f"edge-ident-{user}" for place in places if place))
+
+
+def _make_private(folder: Path) -> None:
+    folder.mkdir(mode=_PRIVATE, parents=True, exist_ok=True)
+    if not _is_private(folder):
+        raise PermissionError(f"{folder} is not this user's alone")
+
+
+def _is_private(folder: Path) -> bool:
+    """A folder, no link, of this user, where nobody else may write."""
+    found = folder.lstat()
+    ours = stat.S_ISDIR(found.st_mode) and found.st_uid == os.getuid()
+    return ours and not found.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
+
+
+def _real_name(device: str) -> str:
+    """One name for a device, whatever it is called and from whichever folder."""
+    if "://" not in device:
+        return os.path.realpath(device)
+    host, _, port = device.removeprefix("tcp://").rpartition(":")
+    if not device.startswith("tcp://") or not port.isdecimal():
+        return device
+    try:
+        found = socket.getaddrinfo(host, int(port), type=socket.SOCK_STREAM)
+    except (OSError, UnicodeError):
+        return device
+    return f"tcp://{min(str(address[0]) for *_, address in found)}:{int(port)}"
+
+
+def _command() -> str:
+    """What this process is, as a person knows it: `edge-ident run`."""
+    program, *words = [*sys.argv, ""]
+    name = "edge-ident" if program.endswith("__main__.py") else os.path.basename(program)
+    if name != "edge-ident":
+        return name
+    return " ".join([name, *[word for word in words if word and not word.startswith("-")][:1]])
 
 
 def _read(path: Path) -> Holder | None:
     """A note, if it is this user's own."""
     try:
-        if path.parent.stat().st_uid != os.getuid() or path.stat().st_uid != os.getuid():
+        if path.stat().st_uid != os.getuid():
             return None
         values = json.loads(path.read_text("utf-8"))
-        return Holder(int(values["pid"]), str(values["started"]), str(values["device"]))
+        began, device = str(values["started"]), str(values["device"])
+        return Holder(int(values["pid"]), began, device, str(values.get("command", "")))
     except (OSError, ValueError, KeyError, TypeError):
         return None
 

@@ -1,32 +1,34 @@
-"""Stops the machine from outside: at the board, or through the process that holds its port."""
+"""Stops the machine from outside: at the board, and through the processes that have it open."""
 
+import os
 import time
 from collections.abc import Callable
 from typing import Final
 
-from edge_ident.commissioning.link.port_notes import Holder, holder_of
+from edge_ident.commissioning.link.port_notes import holders_of
 from edge_ident.errors import BoardError, EdgeIdentError, LinkError
 from firmware_interface.board import Board, BoardStatus
 from firmware_interface.connection import open_link
-from firmware_interface.errors import BusyError, OvertakenError
-from firmware_interface.link import Link
 from firmware_interface.registers import State
 
 _END_S: Final = 20.0
 """Longest time that a process takes to stop the machine, over a line on which much is lost."""
-_OTHER_HOST_S: Final = 5.0
-"""Longest time that another host has, once the machine stands, to switch the effort off."""
+_OTHER_HOST_S: Final = 8.0
+"""Longest time that another host has to switch the effort off and to let go of the board, on which
+an older firmware leaves it its hold. One that says nothing more loses it sooner."""
 _POLL_S: Final = 0.05
 _LAST_RESORT: Final = "if the machine moves, use the wired emergency stop"
+_END_OTHER: Final = "end that host's program, then: edge-ident stop"
 
 
 def stop_machine(url: str, baud_rate: int, say: Callable[[str], None]) -> BoardStatus:
-    """Bring the machine to rest, whoever moves it, and switch the effort off.
+    """Bring the machine to rest, whoever moves it, switch the effort off, and end whoever began.
 
-    Where another process of this user holds the port, that one is asked to end, which stops the
-    machine; then the board itself says whether it stands. A host that vanished while the axes stood
-    has left the effort on, for no watchdog runs at rest. One that is alive has some seconds to
-    switch it off itself, as `edge-ident` does when it is stopped.
+    The board is stopped, which ends the hold of the host that had it. Processes of this user that
+    have it open are asked to end; where one has the port to itself, before the board is. Then stop
+    and DISABLE are repeated until the board says that it stands without effort and that nobody else
+    holds it. A host that vanished while the axes stood has left the effort on, for no watchdog runs
+    at rest.
 
     Parameters
     ----------
@@ -40,56 +42,93 @@ def stop_machine(url: str, baud_rate: int, say: Callable[[str], None]) -> BoardS
     LinkError
         Neither the board nor the process that holds its port can be reached.
     BoardError
-        The machine does not come to rest, or another host keeps the effort on.
+        The machine does not come to rest, or another host keeps the effort on, or the board.
     """
     try:
-        link = _opened(url, baud_rate, say)
+        board = _connected(url, baud_rate, say)
         try:
-            board = Board.connect(link)
-            board.quick_stop()
-            _switch_off(board)
-            status = board.status()
-            board.release()
+            _stop_once(board)
+            try:
+                _end_others(url, say)
+            finally:  # also where one does not end
+                status = _at_rest_for_good(board)
+            return status
         finally:
-            link.close()
+            board.close()
     except EdgeIdentError as error:
         error.next_step = f"{_LAST_RESORT}; then {error.next_step}"
         raise
-    if status.state not in (State.IDLE, State.FAULT):
-        raise BoardError(f"the board is {status.state.name}: it did not stop", _LAST_RESORT)
-    return status
 
 
-def _switch_off(board: Board) -> None:
-    deadline = time.monotonic() + _OTHER_HOST_S
-    while (status := board.status()).state is State.IDLE and status.enabled:
-        try:
-            board.disable()
-        except (BusyError, OvertakenError) as error:
-            if time.monotonic() > deadline:
-                raise BoardError(
-                    f"the machine stands, but the effort stays on: {error.cause}",
-                    "end that host's program, then: edge-ident stop",
-                ) from error
-            time.sleep(_POLL_S)
-
-
-def _opened(url: str, baud_rate: int, say: Callable[[str], None]) -> Link:
+def _connected(url: str, baud_rate: int, say: Callable[[str], None]) -> Board:
+    """The board; where another process of this user has the only connection, once it has ended."""
     try:
-        return open_link(url, baud_rate=baud_rate)
+        return _board(url, baud_rate)
     except LinkError:
-        holder = holder_of(url)
-        if holder is None:
+        if not _end_others(url, say):
             raise
-    _end(holder, say)
-    return open_link(url, baud_rate=baud_rate)
+    return _board(url, baud_rate)
 
 
-def _end(holder: Holder, say: Callable[[str], None]) -> None:
-    say(f"process {holder.pid} has {holder.device} open: asking it to stop the machine")
-    if not holder.end(_END_S):
-        raise LinkError(
-            f"process {holder.pid}, which has {holder.device} open, does not end",
-            f"end it: kill -9 {holder.pid}",
-        )
-    say(f"process {holder.pid} has ended")
+def _board(url: str, baud_rate: int) -> Board:
+    link = open_link(url, baud_rate=baud_rate)
+    try:
+        return Board.connect(link)
+    except BaseException:
+        link.close()
+        raise
+
+
+def _stop_once(board: Board) -> EdgeIdentError | None:
+    """Stop, switch off, and let go; what went wrong."""
+    try:
+        board.quick_stop()
+        if board.status().enabled:
+            board.disable()
+        board.release()
+    except EdgeIdentError as error:
+        return error
+    return None
+
+
+def _at_rest_for_good(board: Board) -> BoardStatus:
+    """Stop and switch off until the board says so, and nobody else can move the machine."""
+    deadline = time.monotonic() + _OTHER_HOST_S
+    while True:
+        late = time.monotonic() > deadline
+        failed = _stop_once(board)
+        try:
+            status, held = board.status(), board.held_by_another()
+        except LinkError:
+            if late:
+                raise
+            continue
+        stands = status.state in (State.IDLE, State.FAULT)
+        if stands and not status.enabled and not held:
+            return status
+        if late:
+            raise _not_stopped(status, failed)
+        time.sleep(_POLL_S)
+
+
+def _not_stopped(status: BoardStatus, failed: EdgeIdentError | None) -> BoardError:
+    if status.state not in (State.IDLE, State.FAULT):
+        return BoardError(f"the board is {status.state.name}: it did not stop", _LAST_RESORT)
+    if status.enabled:
+        why = failed.cause if failed else "another host has switched it on again"
+        return BoardError(f"the machine stands, but the effort stays on: {why}", _END_OTHER)
+    return BoardError("the machine stands, but another host keeps the board", _END_OTHER)
+
+
+def _end_others(url: str, say: Callable[[str], None]) -> bool:
+    """Ask the other processes of this user that have the board open to end; whether any had."""
+    holders = [holder for holder in holders_of(url) if holder.pid != os.getpid()]
+    for holder in holders:
+        say(f"{holder} has {holder.device} open: asking it to stop the machine")
+        if not holder.end(_END_S):
+            raise LinkError(
+                f"process {holder.pid}, which has {holder.device} open, does not end",
+                f"end it: kill -9 {holder.pid}",
+            )
+        say(f"process {holder.pid} has ended")
+    return bool(holders)

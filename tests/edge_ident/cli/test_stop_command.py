@@ -8,22 +8,28 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from threading import Event, Thread
+from typing import Final
 
 import numpy as np
 import pytest
 
-from edge_ident.commissioning.link.port_notes import Holder, holder_of, noted
+from edge_ident import connect
+from edge_ident.commissioning.link import port_notes
+from edge_ident.commissioning.link.port_notes import Holder, holders_of, noted
 from edge_ident.commissioning.motion import stopping
 from edge_ident.commissioning.motion.stopping import stop_machine
 from edge_ident.errors import BoardError, LinkError
 from firmware_interface.board import Board
 from firmware_interface.connection import open_link
+from firmware_interface.errors import StoppedError
 from firmware_interface.registers import State
+from tests import processes
 from tests.boards import served_board
 
+ROOT = str(Path(__file__).parents[3])
 COMMAND = [sys.executable, "-m", "edge_ident"]
 
 
@@ -31,6 +37,8 @@ COMMAND = [sys.executable, "-m", "edge_ident"]
 def folder_of_notes(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
     """Notes of this test alone; processes that it starts inherit it."""
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path / "notes"))
+    of_user = tmp_path / "notes" / f"edge-ident-{os.getuid()}"
+    monkeypatch.setattr(port_notes, "_folders", lambda: [of_user])
     return tmp_path / "notes"
 
 
@@ -71,12 +79,12 @@ def test_stop_reaches_the_command_that_holds_the_port(command: str, tmp_path: Pa
         )
         assert stopped.returncode == 0, stopped.stderr
         assert json.loads(stopped.stdout)["state"] == "IDLE"
-        assert f"process {process.pid} has" in stopped.stderr
+        assert f"process {process.pid} (edge-ident {command}) has" in stopped.stderr
         assert process.wait(timeout=20) == 130
         for path in (tmp_path / "out").glob("*.npz"):
             # stopped soon after its start it may be too short for `load_recording`
             assert len(np.load(path)["time_s"]) > 0
-        assert holder_of(device) is None
+        assert not holders_of(device)
 
 
 def test_stop_switches_off_the_effort_that_a_vanished_host_left_on() -> None:
@@ -88,57 +96,115 @@ def test_stop_switches_off_the_effort_that_a_vanished_host_left_on() -> None:
         assert not stop_machine(device, 115200, lambda text: None).enabled
 
 
-def test_an_effort_that_a_living_host_keeps_on_is_an_error(
-    monkeypatch: pytest.MonkeyPatch,
+OLDER: Final = """
+from firmware_interface.virtual.session import Session
+Session.stopped_by = lambda self, key: None
+"""
+"""A firmware that leaves a host its hold where another one stops the machine."""
+
+
+@contextmanager
+def living_host(device: str, *, enabled: bool) -> Iterator[None]:
+    """A host in another thread that goes on with its heartbeats."""
+    board, ended = Board.connect(open_link(device)), Event()
+    if enabled:
+        board.enable()
+    else:
+        board.claim()
+
+    def beat() -> None:
+        while not ended.wait(0.2):
+            with suppress(StoppedError):
+                board.heartbeat()
+
+    thread = Thread(target=beat)
+    thread.start()
+    try:
+        yield
+    finally:
+        ended.set()
+        thread.join()
+        board.close()
+
+
+@pytest.mark.parametrize("enabled", [True, False])
+def test_a_living_host_loses_the_board(enabled: bool) -> None:
+    with served_board("tcp_port=0") as device, living_host(device, enabled=enabled):
+        status = stop_machine(device, 115200, lambda text: None)
+        assert (status.state, status.enabled) == (State.IDLE, False)
+        assert status.session_remaining_s == 0.0
+
+
+@pytest.mark.parametrize(
+    ("enabled", "said"), [(True, "the effort stays on: another"), (False, "another host keeps")]
+)
+def test_a_living_host_that_keeps_an_older_board_is_an_error(
+    enabled: bool, said: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(stopping, "_OTHER_HOST_S", 0.3)
-    with served_board("tcp_port=0", speed=5.0) as device:
+    with (
+        served_board("tcp_port=0", before=OLDER) as device,
+        living_host(device, enabled=enabled),
+        pytest.raises(BoardError, match=said) as caught,
+    ):
+        stop_machine(device, 115200, lambda text: None)
+    assert "edge-ident stop" in caught.value.next_step
+
+
+def test_a_host_of_an_older_board_that_says_nothing_more_loses_it() -> None:
+    with served_board("tcp_port=0", speed=5.0, before=OLDER) as device:
         link = open_link(device)
-        board = Board.connect(link)
-        board.enable()
-        beating = Event()
-        thread = Thread(target=_beat_until, args=(board, beating))
-        thread.start()
-        try:
-            with pytest.raises(BoardError, match="the effort stays on: another host") as caught:
-                stop_machine(device, 115200, lambda text: None)
-            assert "edge-ident stop" in caught.value.next_step
-        finally:
-            beating.set()
-            thread.join()
-            link.close()
+        Board.connect(link).claim()
+        assert stop_machine(device, 115200, lambda text: None).session_remaining_s == 0.0
+        link.close()
 
 
-def test_a_host_that_is_stopped_has_time_to_switch_the_effort_off() -> None:
-    """As `run` does over TCP, where it is not asked to end."""
-    with served_board("tcp_port=0", speed=5.0) as device:
-        link = open_link(device)
-        board = Board.connect(link)
-        board.enable()
-        ended = Event()
-        thread = Thread(target=_disabled_after, args=(board, 1.0, ended))
-        thread.start()
-        try:
-            assert not stop_machine(device, 115200, lambda text: None).enabled
-        finally:
-            thread.join()
-            link.close()
-        assert ended.is_set()
+HOLDING: Final = """
+import sys, time
+import edge_ident
+from edge_ident.support.interrupts import end_as_by_ctrl_c
+end_as_by_ctrl_c()
+try:
+    with edge_ident.connect(sys.argv[1]) as board:
+        if sys.argv[2] == "holds":
+            board.claim()
+        print("ready", flush=True)
+        time.sleep(120.0)  # it computes, and asks the board for nothing
+except KeyboardInterrupt:
+    sys.exit(130)
+"""
 
 
-def _disabled_after(board: Board, seconds: float, ended: Event) -> None:
-    while seconds > 0.0:
-        board.heartbeat()
-        time.sleep(0.1)
-        seconds -= 0.1
-    board.disable()
-    board.release()
-    ended.set()
+@pytest.mark.parametrize("how", ["holds", "has not begun"])
+def test_stop_over_tcp_ends_the_process_that_is_about_to_move(how: str, tmp_path: Path) -> None:
+    """From any folder, by any name of the address, and wherever it left its note."""
+    with (
+        served_board("tcp_port=0") as device,
+        processes.running([sys.executable, "-c", HOLDING, device, how]) as process,
+    ):
+        assert process.stdout is not None
+        assert process.stdout.readline() == "ready\n"
+        stopped = subprocess.run(
+            [*COMMAND, "stop", "--device", device.replace("127.0.0.1", "localhost")],
+            env=os.environ | {"XDG_RUNTIME_DIR": str(tmp_path / "another"), "PYTHONPATH": ROOT},
+            capture_output=True, text=True, timeout=60, check=False, cwd=tmp_path,
+        )  # fmt: skip
+        assert (stopped.returncode, stopped.stdout) == (0, "IDLE\n"), stopped.stderr
+        assert f"process {process.pid} (-c) has {device} open" in stopped.stderr
+        assert process.wait(timeout=20) == 130
 
 
-def _beat_until(board: Board, ended: Event) -> None:
-    while not ended.wait(0.5):
-        board.heartbeat()
+def test_a_port_in_use_is_said_with_the_process_that_has_it() -> None:
+    with (
+        served_board() as device,
+        processes.running([sys.executable, "-c", HOLDING, device, "holds"]) as process,
+    ):
+        assert process.stdout is not None
+        assert process.stdout.readline() == "ready\n"
+        with pytest.raises(LinkError) as caught, connect(device):
+            pass
+        assert f"process {process.pid} (-c) has it open" in caught.value.next_step
+        assert "edge-ident stop" in caught.value.next_step
 
 
 def test_a_holder_that_does_not_end_is_said_with_the_wired_stop_as_next_step(
@@ -186,12 +252,11 @@ def test_a_note_is_there_as_long_as_the_device_is_held_and_names_the_real_one(
     device, link = tmp_path / "ttyX", tmp_path / "by-id"
     device.touch()
     link.symlink_to(device)
-    assert holder_of(str(device)) is None
+    assert not holders_of(str(device))
     with noted(str(link)):
-        holder = holder_of(str(device))
-        assert holder is not None
+        (holder,) = holders_of(str(device))
         assert (holder.pid, holder.device) == (os.getpid(), str(device))
-    assert holder_of(str(device)) is None
+    assert not holders_of(str(device))
 
 
 def test_a_process_that_has_the_number_of_a_dead_one_is_left_alone(
@@ -202,7 +267,7 @@ def test_a_process_that_has_the_number_of_a_dead_one_is_left_alone(
         values = json.loads(note.read_text())
         assert Holder(**values).alive
         note.write_text(json.dumps(values | {"started": "1"}))
-        assert holder_of(str(tmp_path / "ttyX")) is None
+        assert not holders_of(str(tmp_path / "ttyX"))
 
 
 @pytest.mark.parametrize("text", ["", "{", "[]", '{"pid": "x", "started": 1, "device": 2}'])
@@ -210,4 +275,4 @@ def test_a_damaged_note_is_none(folder_of_notes: Path, tmp_path: Path, text: str
     with noted(str(tmp_path / "ttyX")):
         (note,) = folder_of_notes.glob("*/*.json")
         note.write_text(text)
-        assert holder_of(str(tmp_path / "ttyX")) is None
+        assert not holders_of(str(tmp_path / "ttyX"))
