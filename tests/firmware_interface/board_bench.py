@@ -82,8 +82,7 @@ class Bench:
 
         The host's own tokens start below 1,000, at random: take one from 30,000 on.
         """
-        if key is None:
-            self.board._session._own_tokens.add(token)
+        self.board._session._own_tokens.add(token)
         words = encode("command.opcode", opcode) + encode("command.token", token)
         words += encode("command.argument", argument)
         words += encode("command.key", self.key if key is None else key)

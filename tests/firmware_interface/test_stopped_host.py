@@ -11,7 +11,7 @@ from edge_ident.commissioning.motion.safety import left_safe
 from firmware_interface import board_session
 from firmware_interface.board import Board
 from firmware_interface.errors import StoppedError
-from firmware_interface.registers import SESSION_LEASE_S, State
+from firmware_interface.registers import SESSION_LEASE_S, Fault, State
 from firmware_interface.virtual.session import Session
 
 Verb = Callable[[Board], object]
@@ -159,3 +159,16 @@ def test_a_host_that_was_frozen_goes_on_where_nobody_used_the_board(bench: Bench
     Board.connect(bench.virtual).active_gains()  # whoever only reads is nobody
     bench.arm(long_motion())
     assert bench.board.status().state is State.ARMED
+
+
+def test_no_watchdog_ends_the_stop_of_a_host_that_is_no_longer_heard() -> None:
+    """Its last sign of life is 0.2 s old, and the shortest stop takes a quarter of a second."""
+    bench = Bench()
+    bench.board.write_register("watchdog.timeout", 0.3)
+    another = Board.connect(bench.virtual)
+    bench.start(long_motion())
+    bench.board.heartbeat()
+    bench.wait(0.2)
+    another.quick_stop()
+    status = another.status()
+    assert (status.state, status.fault, status.enabled) == (State.IDLE, Fault.NONE, True)

@@ -165,10 +165,13 @@ static void check_asked_for(void)
 
 static void check_holder(void)
 {
+    const bool stopped = register_u16(FD_REG_COMMAND_OPCODE) == FD_OPCODE_QUICK_STOP
+        && register_u32(FD_REG_COMMAND_KEY) != before.holder;
     hold(session_key() == before.holder || before.holder == 0 || session_key() == 0,
          "one host took over from another");
-    hold(session_key() == before.holder || before.holder == 0 || !machine_busy(),
-         "let go of the host in a motion");
+    hold(session_key() == before.holder || before.holder == 0 || !machine_busy()
+             || stopped, "let go of the host in a motion");
+    hold(session_key() != 0 || machine.state != FD_STATE_MOVING, "a motion that nobody holds");
 }
 
 static void check_reply(void)
