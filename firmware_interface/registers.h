@@ -48,7 +48,7 @@ enum fd_fault {
 enum fd_opcode {
     FD_OPCODE_ARM = 1, /* check the trajectory from the present position on; argument: CRC-32 of the trajectory's words */
     FD_OPCODE_START = 2, /* start the armed motion; argument: the map CRC */
-    FD_OPCODE_QUICK_STOP = 3, /* decelerate to rest; no safety function */
+    FD_OPCODE_QUICK_STOP = 3, /* decelerate to rest, and end the hold of another host; no safety function */
     FD_OPCODE_FINISH = 4, /* leave DONE for IDLE */
     FD_OPCODE_CLEAR_FAULT = 5, /* leave FAULT for IDLE, at rest only; the effort stays off */
     FD_OPCODE_COMMIT = 6, /* swap the shadow bank into the active one where the axes stand, keep the old one; argument: CRC of the shadow bank */

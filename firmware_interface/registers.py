@@ -233,7 +233,7 @@ RESULT_TEXTS: Final = {
     ),
     Result.NOT_HELD: (
         "the command came from a host that does not control the board",
-        "wait until the other host is finished, or stop it with edge-ident stop",
+        "wait until the other host is finished, or stop it with edge-ident stop; if somebody stopped this host, find out why",
     ),
     Result.EFFORT_JUMP: (
         "the effort would jump too far under the staged gains; the old ones stay in force",
@@ -564,7 +564,7 @@ _ALL = (
         address=132,
         type="u32",
         access="rw",
-        description="Session key of the host; any will do for QUICK_STOP.",
+        description="Session key of the host; any will do for QUICK_STOP, which ends the hold of a host with another key.",
     ),
     Register(
         name="session.release",
@@ -578,7 +578,7 @@ _ALL = (
         address=144,
         type="u32",
         access="rw",
-        description="A host that writes a key here holds the board, for 5 s each time; refused (exception 6) while another host holds it. What an earlier host armed is armed no longer. During a motion it is the heartbeat. Reads as the holder's key, 0 when there is none.",
+        description="A host that writes a key here holds the board, for 5 s each time; refused (exception 6) while another host holds it, and for a key whose host another one has stopped by QUICK_STOP since it held the board and did not let go. What an earlier host armed is armed no longer. During a motion it is the heartbeat. Reads as the holder's key, 0 when there is none.",
     ),
     Register(
         name="capture.pages_acknowledged",

@@ -138,9 +138,9 @@ def hold(*, where: BoardOptions, seconds: Duration = 10.0, results: ResultOption
 def stop(*, context: typer.Context, where: BoardOptions, results: ResultOptions) -> None:
     """Bring the machine to rest and switch the effort off. This is not an emergency stop.
 
-    Unconfirmed gains are rolled back. If another command of the same user has the port open, that
-    command is interrupted as by Ctrl-C. Another host that controls the board has some seconds to
-    switch the effort off; if it stays on, this command fails.
+    Unconfirmed gains are rolled back. Another host that controls the board loses it, and its
+    command ends. If another command of the same user has the board open, it is interrupted as by
+    Ctrl-C. Where the effort stays on, or another host keeps the board, this command fails.
     Settings that cannot be used are reported and ignored.
     The state of the board is printed; with --output it is also written to state.json.
 
