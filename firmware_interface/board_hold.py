@@ -49,6 +49,7 @@ class Hold(BoardLine):
         self._held = False
         self._claimed = False  # and has not let go
         self._stopped = ""  # why this host must not go on
+        self._told = False  # and whether that has been said
         super().__init__(link)
         self._period_s = sample_period_s
         self._key = _drawn_key()
@@ -69,10 +70,11 @@ class Hold(BoardLine):
             This host held the board, and another one stopped it, or holds it now.
         """
         if self._stopped:
-            raise StoppedError(self._stopped)
+            raise self._ended()
         left_s, since_s = math.inf, time.monotonic()
         while not self._take():
             if self._claimed and self._lost():
+                self._held = False
                 raise self._ended()
             status = self.status()
             if status.session_remaining_s < left_s:
@@ -118,8 +120,9 @@ class Hold(BoardLine):
         return decode_integer(register.name, words) != self._key
 
     def _ended(self) -> StoppedError:
-        """Remember that another host commanded the board, and say so."""
-        self._held, self._stopped = False, USED if self._may_have_run_out else STOPPED
+        """Say that another host commanded the board, which is remembered."""
+        self._stopped = self._stopped or (USED if self._may_have_run_out else STOPPED)
+        self._told = True
         return StoppedError(self._stopped)
 
     def release(self) -> None:
@@ -131,7 +134,7 @@ class Hold(BoardLine):
         key = self._key
         if self._stopped:
             self._change_key()
-            self._stopped = ""
+            self._stopped, self._told = "", False
         if held:
             with suppress(BusyError, NoReplyError):
                 self.write(REGISTERS["session.release"].address, encode("session.release", key))
@@ -160,9 +163,9 @@ class Hold(BoardLine):
                 try:
                     self.write(REGISTERS["session.key"].address, words)
                 except BusyError:
+                    self._held = False
                     if self._claimed and self._lost():
                         raise self._ended() from None
-                    self._held = False
                     raise
                 self._note_hold()
                 return

@@ -119,7 +119,8 @@ class Session(Hold):
         Raises
         ------
         StoppedError
-            Another host has commanded the board meanwhile.
+            Another host has commanded the board meanwhile. DISABLE and ROLL_BACK are carried out
+            all the same, and say so only where nothing else has.
         BoardError
             The board refuses.
         LinkError
@@ -130,6 +131,8 @@ class Session(Hold):
         while True:
             status = self._settled(opcode, self._send(opcode, argument))
             if status.last_result is Result.DONE or status.last_result in expected:
+                if self._stopped and not self._told and opcode not in _NEEDS_NO_HOLD:
+                    raise self._ended()
                 return status
             if status.last_result is Result.NOT_HELD:
                 self._hold_again(opcode, status)
@@ -144,17 +147,19 @@ class Session(Hold):
         if opcode in _NEEDS_NO_HOLD:
             return
         if opcode in _TIDIES_UP:
+            told = self._told
             try:
                 self.status()
                 self.hold()
             except StoppedError:
+                self._told = told  # that is for the end
                 self._begin_anew()
             return
         if opcode not in _ENDS_WHAT_BEGAN:
             self.hold()
         self.status()
         if self._stopped:
-            raise StoppedError(self._stopped)
+            raise self._ended()
 
     def _hold_again(self, opcode: Opcode, refused: BoardStatus) -> None:
         """After a refusal because the board did not know this host; raises unless it may go on."""
@@ -162,6 +167,7 @@ class Session(Hold):
             self._held = False
             self._begin_anew()
         elif self.holds:
+            self._held = False
             raise self._ended()
         elif opcode in _ENDS_WHAT_BEGAN:
             raise refusal(opcode, refused)

@@ -295,7 +295,7 @@ def test_effort_that_another_hosts_command_left_on_is_not_taken_for_off() -> Non
     words = encode("command.opcode", Opcode.QUICK_STOP) + encode("command.token", token)
     words += encode("command.argument", 0) + encode("command.key", 0xF0)
     board._link.write(REGISTERS["command.opcode"].address, words)
-    with pytest.raises(BoardError, match="still on"):
+    with pytest.raises(BoardError, match="has stopped this one"):
         board.disable()
     assert machine.drive.powered
     board.disable()

@@ -1,13 +1,14 @@
 """Whoever stops the machine stops the host that was about to move it, on boards old and new."""
 
 from collections.abc import Callable
+from contextlib import ExitStack
 from dataclasses import replace
 
 import pytest
 from board_bench import NEW, OLD, Bench, long_motion
 
 from edge_ident.commissioning.motion import safety
-from edge_ident.commissioning.motion.safety import left_safe
+from edge_ident.commissioning.motion.safety import left_safe, ready_to_move
 from firmware_interface import board_session
 from firmware_interface.board import Board
 from firmware_interface.errors import StoppedError
@@ -87,8 +88,10 @@ def test_a_host_that_was_stopped_does_not_go_on(
 def test_a_host_that_was_stopped_may_tidy_up_and_come_back_as_a_new_one(bench: Bench) -> None:
     bench.board.enable()
     Board.connect(bench.virtual).quick_stop()
-    bench.board.disable()
+    with pytest.raises(StoppedError):  # it has to learn of it
+        bench.board.disable()
     assert not bench.board.status().enabled
+    bench.board.disable()
     with pytest.raises(StoppedError):
         bench.board.enable()
     bench.board.release()
@@ -150,6 +153,22 @@ def test_a_host_that_was_frozen_sees_that_another_one_used_the_board(bench: Benc
     bench.board.status()
     with pytest.raises(StoppedError, match="used the board while this one was silent"):
         bench.board.write_trajectory(long_motion())
+    assert bench.board.active_gains() == NEW
+
+
+def test_a_host_that_was_frozen_learns_of_it_at_its_end_at_the_latest(bench: Bench) -> None:
+    """It concluded from another host's gains that nothing was to be improved."""
+    with ExitStack() as ending:
+        ending.enter_context(pytest.raises(StoppedError, match="used the board"))
+        ending.enter_context(ready_to_move(bench.board, lambda text: None))
+        bench.board.active_gains()
+        bench.wait(SESSION_LEASE_S + 0.1)
+        another = Board.connect(bench.virtual)
+        another.stage_gains(NEW)
+        another.commit()
+        another.confirm()
+        another.release()
+    assert not bench.board.status().enabled
     assert bench.board.active_gains() == NEW
 
 
