@@ -60,9 +60,13 @@ def exit_code_counts() -> None:
     """Have the interpreter end with the exit code that it is given, after an interruption as well.
 
     It would end by SIGINT where that came while code of a string ran, such as that of a dataclass:
-    it remembers so until code of a string runs again.
+    it remembers so until code of a string runs again. Another one would end it by SIGINT, too, once
+    the interpreter has let go of its handlers, but not of those that ignore a signal.
     """
     exec("")
+    if _received:
+        for ending in ENDING:
+            signal.signal(ending, signal.SIG_IGN)
 
 
 def interrupted() -> bool:

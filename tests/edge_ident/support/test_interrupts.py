@@ -119,3 +119,15 @@ def test_an_interrupt_that_something_swallowed_does_not_make_deaf() -> None:
         [sys.executable, "-c", swallowed], capture_output=True, text=True, timeout=30, check=False
     )
     assert "KeyboardInterrupt" in done.stderr
+
+
+def test_after_an_interruption_no_signal_changes_the_exit_code() -> None:
+    """The interpreter puts what it handles back to the default, which ends the process."""
+    last = (
+        "import atexit\n    atexit.register(lambda: print(signal.getsignal(2) is signal.SIG_IGN))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", _TRAIN.replace("    sys.exit", f"    {last}\n    sys.exit")],
+        capture_output=True, text=True, timeout=30, check=False,
+    )  # fmt: skip
+    assert (done.returncode, done.stdout, done.stderr) == (INTERRUPTED, "True\n", "")
