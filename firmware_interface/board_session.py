@@ -163,12 +163,13 @@ class Session(Hold):
 
     def _hold_again(self, opcode: Opcode, refused: BoardStatus) -> None:
         """After a refusal because the board did not know this host; raises unless it may go on."""
-        if opcode in _TIDIES_UP:
+        if self.holds:  # it cannot have run out
             self._held = False
+            if opcode not in _TIDIES_UP:
+                raise self._ended()
             self._begin_anew()
-        elif self.holds:
-            self._held = False
-            raise self._ended()
+        elif opcode in _TIDIES_UP and self._stopped:
+            self._begin_anew()
         elif opcode in _ENDS_WHAT_BEGAN:
             raise refusal(opcode, refused)
         else:

@@ -280,3 +280,18 @@ def test_a_machine_that_stopped_although_no_reply_came_needs_no_note(
         raise RuntimeError
 
     assert notes_after(bench, body) == ""
+
+
+def test_a_hold_that_runs_out_as_the_effort_goes_off_is_nobodys_stop() -> None:
+    bench, left = LineBench(), [SESSION_LEASE_S + 0.1]
+
+    def held_up(address: int, words: list[int]) -> None:
+        if (address, words[0]) == (COMMAND, Opcode.DISABLE) and left:
+            bench.wait(left.pop())
+
+    bench.board.enable()
+    bench.line.before_words = held_up
+    bench.board.disable()
+    assert not left
+    assert not bench.board.status().enabled
+    bench.board.enable()
