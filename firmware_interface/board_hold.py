@@ -73,9 +73,12 @@ class Hold(BoardLine):
             raise self._ended()
         left_s, since_s = math.inf, time.monotonic()
         while not self._take():
-            if self._claimed and self._lost():
+            holder = self._holder()
+            if self._claimed and holder != self._key:
                 self._held = False
                 raise self._ended()
+            if holder == _NOBODY:  # it was stopped before it let go, and has not learned of it
+                self._change_key()
             status = self.status()
             if status.session_remaining_s < left_s:
                 since_s = time.monotonic()
@@ -95,9 +98,7 @@ class Hold(BoardLine):
 
     def held_by_another(self) -> bool:
         """Whether the board knows another host's key now."""
-        register = REGISTERS["session.key"]
-        key = decode_integer(register.name, self.read(register.address, register.words))
-        return key not in {_NOBODY, self._key} | self._former_keys
+        return self._holder() not in {_NOBODY, self._key} | self._former_keys
 
     @property
     def holds(self) -> bool:
@@ -113,11 +114,10 @@ class Hold(BoardLine):
         samples = (self._clock - self._beat_clock) % CLOCK_RANGE
         return max(time.monotonic() - self._held_at_s, samples * self._period_s)
 
-    def _lost(self) -> bool:
-        """Whether the board knows this host's key no more."""
+    def _holder(self) -> int:
+        """The key that holds the board."""
         register = REGISTERS["session.key"]
-        words = self.read(register.address, register.words)
-        return decode_integer(register.name, words) != self._key
+        return decode_integer(register.name, self.read(register.address, register.words))
 
     def _ended(self) -> StoppedError:
         """Say that another host commanded the board, which is remembered."""
@@ -164,7 +164,7 @@ class Hold(BoardLine):
                     self.write(REGISTERS["session.key"].address, words)
                 except BusyError:
                     self._held = False
-                    if self._claimed and self._lost():
+                    if self._claimed and self._holder() != self._key:
                         raise self._ended() from None
                     raise
                 self._note_hold()

@@ -256,13 +256,16 @@ static enum fd_result execute(const struct command *command)
     return result;
 }
 
-/* Whether the host that holds the board sent it: then that host is alive. */
-static bool from_holder(uint32_t key)
+/* Whether the host that holds the board sent it: then that host is alive. A stop of another one
+ * ends its hold. */
+static bool from_holder(uint32_t key, bool stops)
 {
     port_lock();
     const bool held = session_held_by(key);
     if (held) {
         session_claim(key);
+    } else if (stops) {
+        session_stop(key);
     }
     port_unlock();
     return held;
@@ -274,14 +277,9 @@ void commands_execute(const struct command *command)
         return; /* nor does a late copy tell that the host is alive */
     }
     tokens[tokens_seen++ % TOKENS_REMEMBERED] = command->token;
-    /* whoever sees the need may stop the machine, and the host that moves it */
+    /* whoever sees the need may stop the machine */
     const bool stops = command->opcode == FD_OPCODE_QUICK_STOP;
-    if (stops) {
-        port_lock();
-        session_stop(command->key);
-        port_unlock();
-    }
-    if (from_holder(command->key) || stops) {
+    if (from_holder(command->key, stops) || stops) {
         last_result = execute(command);
         awaits_sample = command->opcode == FD_OPCODE_COMMIT_RUNNING;
     } else {

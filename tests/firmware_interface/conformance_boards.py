@@ -144,6 +144,7 @@ def clean_up(board: Board, first_gains: Mapping[str, AxisGains]) -> None:
     """Bring a board back to where it was at power-up: IDLE, without effort, held by nobody."""
     board.quick_stop()
     until(board, lambda status: status.state in (State.IDLE, State.FAULT))
+    board.release()  # a host that was stopped goes on as a new one
     if board.status().state is State.FAULT:
         board.clear_fault()
     if board.status().unconfirmed:

@@ -100,6 +100,14 @@ def test_a_host_that_was_stopped_may_tidy_up_and_come_back_as_a_new_one(bench: B
     assert bench.board.status().enabled
 
 
+def test_a_host_that_lets_go_without_knowing_that_it_was_stopped_comes_back(bench: Bench) -> None:
+    bench.board.claim()
+    Board.connect(bench.virtual).quick_stop()
+    bench.board.release()
+    bench.board.enable()
+    assert bench.board.status().enabled
+
+
 def test_a_motion_that_another_host_stops_is_said_so(bench: Bench) -> None:
     bench.start(long_motion())
     pages = bench.board.capture_pages()
