@@ -130,7 +130,7 @@ def _new_folder(above: Path) -> Path:
 def _log_file(path: Path) -> Iterator[None]:
     """A new log, which says to other sessions whose folder that is.
 
-    A session that leaves nothing else, for it was refused, leaves no log either.
+    A session in which nothing happened, for it was refused, leaves no log either.
 
     Raises
     ------
@@ -152,7 +152,8 @@ def _log_file(path: Path) -> Iterator[None]:
     finally:
         with suppress(OSError):
             handler.close()
-            if {*path.parent.iterdir()} - before == {path}:
+            alone = {*path.parent.iterdir()} - before == {path}
+            if alone and not path.stat().st_size:
                 path.unlink()
 
 

@@ -1,11 +1,13 @@
 """The folder of a run or capture is its own: nothing that another left is written over."""
 
+import logging
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
 
 from edge_ident.cli import sessions
-from edge_ident.errors import DataError
+from edge_ident.errors import BoardError, DataError
 from firmware_interface.board import Board
 from firmware_interface.registers import Fault
 from firmware_interface.virtual.settings import BoardSettings
@@ -65,6 +67,14 @@ def test_a_session_that_was_refused_leaves_the_folder_free(
     assert not list(tmp_path.iterdir())
     assert faulty.run("clear-fault")[0] == 0
     assert faulty.run("capture", "--output", tmp_path)[0] == 0
+
+
+def test_a_session_in_which_something_happened_keeps_its_log(tmp_path: Path) -> None:
+    log = tmp_path / "log.txt"
+    with suppress(BoardError), sessions._log_file(log):
+        logging.getLogger("edge_ident").info("axes enabled")
+        raise BoardError("a fault in the lead-in", "look at the machine")
+    assert "axes enabled" in log.read_text("utf-8")
 
 
 @pytest.mark.parametrize(
