@@ -7,6 +7,7 @@ from rich.console import Group, RenderableType
 from rich.markup import escape
 from rich.text import Text
 
+from edge_ident.diagnosis.present.finding_lines import finding_lines
 from edge_ident.diagnosis.present.wording import timing_sentence, values
 from edge_ident.identification.result import (
     AxisIdentification,
@@ -56,10 +57,7 @@ def _axis(name: str, axis: AxisIdentification) -> Iterator[RenderableType]:
         yield Text(f"    {term.effect}: {', '.join(values(term, axis.model))}")
     if axis.network is None:
         yield Text(f"  network: {axis.network_reason}")
-    for finding in axis.findings:
-        colour = "red" if finding.blocks else "yellow"
-        yield Text.from_markup(f"  [{colour}]{finding.code}[/]: {escape(finding.message)}")
-        yield Text(f"    next: {finding.next_step}")
+    yield from finding_lines(axis.findings)
 
 
 def _parameter_table(name: str, axis: AxisIdentification) -> FittingTable:

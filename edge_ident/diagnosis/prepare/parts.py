@@ -16,7 +16,7 @@ import numpy as np
 from edge_ident.diagnosis.prepare.masks import TURN_NOISE, turning_points
 from edge_ident.estimation.trust import Finding
 from edge_ident.signals.conditioning import SAMPLES_PER_CUTOFF_PERIOD, choose_cutoff
-from edge_ident.signals.encoder import encoder_count, position_noise
+from edge_ident.signals.encoder import position_noise
 from edge_ident.signals.even_rows import with_even_rows
 from edge_ident.signals.recording import AxisRecord, Recording
 from edge_ident.signals.resampling import EvenGrid
@@ -60,7 +60,7 @@ def _parts(recording: Recording, name: str) -> list[Recording]:
     """
     grid, duration_s = EvenGrid.of(recording.time_s), float(np.ptp(recording.time_s))
     position = grid.resampled(recording.axes[name].position)
-    noise = position_noise(position, encoder_count(position))
+    noise = position_noise(position)
     widest_hz = choose_cutoff(position, grid.period_s, noise)
     affordable_hz = most_hz(duration_s)
     if affordable_hz >= widest_hz:

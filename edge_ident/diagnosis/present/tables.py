@@ -8,6 +8,7 @@ from rich.markup import escape
 from rich.text import Text
 
 from edge_ident.diagnosis.present import wording
+from edge_ident.diagnosis.present.finding_lines import finding_lines
 from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Diagnosis
 from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.support.tables import FittingTable, plain_table
@@ -34,10 +35,7 @@ def _axis(name: str, diagnosis: Diagnosis) -> Iterator[RenderableType]:
     axis = diagnosis.axes[name]
     sentence = escape(wording.verdict_sentence(axis))
     yield _line(f"[bold]axis {escape(name)}[/] [{_COLOUR[axis.verdict]}]{sentence}[/]")
-    for finding in axis.findings:
-        colour = "red" if finding.blocks else "yellow"
-        yield _line(f"  [{colour}]{finding.code}[/]: {escape(finding.message)}")
-        yield Text(f"    next: {finding.next_step}")
+    yield from finding_lines(axis.findings)
     if axis.causes:
         yield _causes_table(axis)
     for cause in axis.causes:
