@@ -1,7 +1,7 @@
 """What a selected model and its parts are measured by."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Self
 
 import numpy as np
@@ -132,11 +132,15 @@ class Assessment:
         return float(np.min(alone / left))
 
     def sound(self, place: int) -> bool:
-        """Whether a sound drive has as much of what a term of the model says."""
+        """Whether a sound drive has as much of what a term of the model says.
+
+        Without the terms, the base parameters may be far off: an inertia of zero beside hysteresis.
+        """
         t = self.model.terms[place]
         if t.candidate == VIBRATION:
             return False
-        return named(t.candidate.effect).search.sound(t.values, self.search.excitation)
+        excitation = replace(self.search.excitation, base=self.model.base)
+        return named(t.candidate.effect).search.sound(t.values, excitation)
 
     def degenerate(self, place: int) -> str:
         """Why a term of the model is another effect, or no part of the axis; nothing where it is

@@ -135,6 +135,23 @@ def test_a_sound_chain_is_as_stiff_whichever_effect_says_so() -> None:
         assert named("backlash").search.sound(gap, excitation) is sound
 
 
+def test_hysteresis_that_hides_the_inertia_is_not_called_that_of_a_sound_chain() -> None:
+    """Along a slow sinusoid it looks like a negative inertia, so the base model has none."""
+    t = PERIOD_S * np.arange(8000)
+    rate, reach = 2.0 * np.pi * 0.1, 0.7
+    x, v, a = (
+        reach * np.sin(rate * t),
+        reach * rate * np.cos(rate * t),
+        -reach * rate**2 * np.sin(rate * t),
+    )
+    base = Term(BASE, dict(zip(PARAMETERS, (0.2, 0.5, 1.2, 0.3), strict=True)))
+    bristles = Term("presliding_hysteresis", {"level": 0.8, "distance": 0.09})
+    effort = inverse_effort(AxisModel((base, bristles)), Motion.known(t, x, v, a))
+    found = diagnose([recorded(t, x, effort, noise=0.005)], stability=False).axes["x"]
+    assert found.base.estimate.parameters[0] < 0.02
+    assert [cause.term.effect for cause in found.causes] == ["presliding_hysteresis"]
+
+
 def test_a_gap_narrower_than_its_contacts_wind_up_is_no_play() -> None:
     """Friction of the load winds up both: twice its deceleration over the rate squared."""
     for factor, doubtful in ((1.1, False), (0.9, True)):
