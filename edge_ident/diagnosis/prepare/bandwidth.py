@@ -36,7 +36,10 @@ other moments than the axis; a wider one brings noise that the weighting folds i
 _WIDEST: Final = 0.2
 """Highest bandwidth of the motion, of the sampling rate."""
 _LAGS: Final = 12
-"""Samples for which a controller answers the rounding of its encoder."""
+"""Samples for which a controller answers the rounding of its encoder, and by which either column
+may be recorded late."""
+_EDGE_PERIODS: Final = 2.0
+"""Periods of the filter's cut-off at either end of a record, in which it is not settled."""
 _TINY: Final = float(np.finfo(float).tiny)
 
 
@@ -138,11 +141,13 @@ def white_noise(effort: Array, position: Array, cutoff_hz: float, period_s: floa
     above_hz = min(max(3.0 * cutoff_hz, 0.05 / period_s), 0.25 / period_s)
     both = np.stack([effort, position])
     high = both - lowpass(both, above_hz, period_s)
-    lags = np.arange(-_LAGS // 4, _LAGS)
-    last = len(effort) - _LAGS
-    scaled = high[1] / max(float(np.max(np.abs(high[1]))), _TINY)
-    inside = high[0, _LAGS:-_LAGS]
-    answers = np.stack([*(scaled[_LAGS - lag : last - lag] for lag in lags), inside])
+    lags = np.arange(-_LAGS, _LAGS)
+    # at its ends the filter reflects both alike, though one is late
+    first = _LAGS + min(round(_EDGE_PERIODS / (above_hz * period_s)), len(effort) // 10)
+    last = len(effort) - first
+    inside = high[0, first:last]
+    scaled = high[1] / max(float(np.max(np.abs(high[1, first:last]))), _TINY)
+    answers = np.stack([*(scaled[first - lag : last - lag] for lag in lags), inside])
     # normal equations take a quarter of the time, and squares of 1e-7 are resolved
     products = answers @ answers.T
     answer = np.linalg.lstsq(products[:-1, :-1], products[:-1, -1], rcond=1e-14)[0]

@@ -4,7 +4,12 @@ import numpy as np
 import pytest
 import scipy.signal
 
-from edge_ident.diagnosis.prepare.bandwidth import Band, balanced_band, comparison_band
+from edge_ident.diagnosis.prepare.bandwidth import (
+    Band,
+    balanced_band,
+    comparison_band,
+    white_noise,
+)
 from edge_ident.signals.conditioning import choose_cutoff
 from edge_ident.signals.filters import differentiate
 
@@ -62,3 +67,17 @@ def test_a_perfect_instrument_has_a_band_too(noise: float, density: float) -> No
     band = comparison_band(position, effort, noise, density, 50.0, PERIOD_S)
     assert 0.0 < band.cutoff_hz <= 50.0
     assert np.all(np.isfinite(band.lowpass(effort, PERIOD_S)))
+
+
+@pytest.mark.parametrize("late", [-9, -4, 0, 4, 9])
+def test_a_controllers_answer_to_rounding_is_no_noise_whichever_column_is_late(late: int) -> None:
+    rng = np.random.default_rng(9)
+    time_s = np.arange(20_000) * PERIOD_S
+    count, rate = 1e-3, 2.0 * np.pi * 0.3
+    read = count * np.round(np.sin(rate * time_s) / count)
+    answer = -20.0 * np.diff(read, prepend=read[0]) / PERIOD_S
+    effort = answer - INERTIA * rate**2 * np.sin(rate * time_s)
+    effort += EFFORT_NOISE * rng.standard_normal(len(time_s))
+    whole = slice(10, -10)
+    found = white_noise(effort[whole], np.roll(read, late)[whole], 10.0, PERIOD_S)
+    assert found == pytest.approx(EFFORT_NOISE, rel=0.05)
