@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from edge_ident.files.table import Column
 from edge_ident.files.units import Unit, stated_unit
-from edge_ident.signals.column_roles import axis_names
+from edge_ident.signals.column_roles import Role, axis_names
 from edge_ident.signals.column_units import end_of, told
 from edge_ident.signals.contract_columns import EFFORTS, QUANTITIES, UNITS
 from edge_ident.signals.read_columns import (
@@ -44,8 +44,9 @@ def propose_axes(
         Names of axes that headings have the index of.
     """
     read = read_columns(columns, labels)
-    positions = [r for r in read if r.role.quantity == "position"]
     efforts = [r for r in read if r.role.quantity in _GUESSED]
+    read = [_coordinate(r, efforts) or r for r in read]
+    positions = [r for r in read if r.role.quantity == "position"]
     asked = []
     if not positions:
         positions = [r for r in read if r.is_length and not r.role.quantity]
@@ -66,6 +67,15 @@ def propose_axes(
         proposed |= of_axis | _optional(read, position, of_axis[position.heading], axis)
         asked += about
     return proposed, asked + more
+
+
+def _coordinate(read: ReadColumn, efforts: Sequence[ReadColumn]) -> ReadColumn | None:
+    """The position that a `q_elbow` is where there is an effort of that axis, as `tau_elbow`."""
+    symbol, axis = read.role.axis[:1], read.role.axis[1:]
+    if read.role.quantity or symbol != ("q",) or not read.is_length:
+        return None
+    of_axis = any(effort.role.axis == axis for effort in efforts)
+    return replace(read, role=Role("position", False, axis)) if of_axis else None
 
 
 def _of_axis(

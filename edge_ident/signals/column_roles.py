@@ -26,8 +26,9 @@ _SHORT: Final = {
     "position": ("pos", "enc", "ang"),
     "velocity": ("vel", "velo", "spd", "rpm", "omega"),
     "temperature": ("temp",),
-    "torque": ("trq", "tau"),
+    "torque": ("trq",),
     "current": ("iq", "cur"),
+    "effort": ("tau",),
     "time": ("t", "stamp"),
     "reference": ("ref", "set", "cmd", "des", "desired"),
 }

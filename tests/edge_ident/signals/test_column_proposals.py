@@ -77,6 +77,27 @@ def test_a_force_in_pounds_beside_inches_is_converted(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
+    ("position", "effort", "targets"),
+    [
+        ("q_elbow [rad]", "tau_elbow [Nm]", ["elbow_position_rad", "elbow_torque_nm"]),
+        ("q_x [m]", "tau_x [N]", ["x_position_m", "x_force_n"]),
+        ("q1 [rad]", "tau1 [A]", ["axis1_position_rad", "axis1_current_a"]),
+    ],
+)
+def test_coordinates_and_efforts_of_formulas_are_an_axis_with_any_name(
+    position: str, effort: str, targets: list[str], tmp_path: Path
+) -> None:
+    found = edge_ident.inspect_recording(write(tmp_path / "arm.csv", axis(position, effort)))
+    assert not found.questions
+    assert [use.target for use in found.columns[1:]] == targets
+
+
+def test_a_coordinate_without_an_effort_of_its_axis_is_asked_about(tmp_path: Path) -> None:
+    path = write(tmp_path / "arm.csv", axis("q_elbow [rad]", "tau_wrist [Nm]"))
+    assert proposed(path)
+
+
+@pytest.mark.parametrize(
     ("position", "effort", "unknown"),
     [
         ("Position [rad]", "Torque [fnord]", "Torque [fnord]"),
