@@ -174,13 +174,15 @@ def _recorded_late(signals: Signals, part: NDArray[np.intp]) -> list[Finding]:
     judged = len(away) >= _FEWEST
     if judged and not _shifted(signals, inside, away, int(shifts[best])):
         return []
+    reasons = ["The two columns were recorded by different clocks"]
+    reasons += ["what lies between motor and encoder is soft"] if late_s < 0 else []
+    reasons += [] if judged else ["the axis sticks where it turns"]
     return [
         Finding(
             "effort_late",
             f"{'later' if late_s > 0 else 'earlier'} by {abs(late_s):.2g} s the effort fits the "
-            f"motion: the model then misses {left[best]:.1%} of it, now {left[reach]:.1%}. The two "
-            "columns were recorded by different clocks"
-            + ("" if judged else ", or the axis sticks where it turns"),
+            f"motion: the model then misses {left[best]:.1%} of it, now {left[reach]:.1%}. "
+            + ", or ".join(reasons),
             f"shift the effort column by {-late_s:+.2g} s against time_s, or record both at once",
             blocks=judged,
         )

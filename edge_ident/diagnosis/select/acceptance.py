@@ -69,6 +69,11 @@ class Decision:
     margin: float
 
 
+def nearly_none(names: Sequence[str]) -> str:
+    """What is said of essential parameters near zero."""
+    return f"{', '.join(names)} lies within {NONZERO.value:.0f} standard deviations of zero"
+
+
 def decide(
     before: Sequence[FittedTerm],
     after: Sequence[FittedTerm],
@@ -93,9 +98,7 @@ def decide(
     if not margin > 0.0:
         return Decision(False, reason, margin)
     if evidence.near_zero:
-        names = ", ".join(evidence.near_zero)
-        near = f"{names} lies within {NONZERO.value:.0f} standard deviations of zero"
-        return Decision(False, near, margin)
+        return Decision(False, nearly_none(evidence.near_zero), margin)
     if evidence.one_off:
         return Decision(
             True, f"{reason} and it acts once, so it counts where it was fitted", margin

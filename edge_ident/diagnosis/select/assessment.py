@@ -11,7 +11,13 @@ from edge_ident.diagnosis.fit.fitting import FittedModel
 from edge_ident.diagnosis.fit.noise_floor import NoiseFloor
 from edge_ident.diagnosis.fit.projection import orthonormal
 from edge_ident.diagnosis.fit.summary import nonzero_rms
-from edge_ident.diagnosis.select.acceptance import beyond, noise_limit, structure_left
+from edge_ident.diagnosis.select.acceptance import (
+    beyond,
+    nearly_none,
+    noise_limit,
+    structure_left,
+)
+from edge_ident.diagnosis.select.cross_validation import near_zero
 from edge_ident.diagnosis.select.own_effort import Array, base_space, own_efforts
 from edge_ident.diagnosis.select.polishing import polished
 from edge_ident.diagnosis.select.recorded_effort import recorded_sizes
@@ -149,6 +155,14 @@ class Assessment:
         if t.candidate == VIBRATION:
             return ""
         return named(t.candidate.effect).search.degenerate(t.values, float(self.model.base[0]))
+
+    def nearly_none(self, kept: Sequence[int]) -> dict[int, str]:
+        """Reasons against terms whose essential parameters are near zero beside those kept.
+
+        What stood beside them in the search may have left.
+        """
+        near = near_zero(self.search.data, self.fitted(kept))
+        return {k: nearly_none(names) for k, names in zip(kept, near, strict=True) if names}
 
     def rest(self, model: FittedModel) -> float:
         """Share of the effort that a model leaves beyond noise."""

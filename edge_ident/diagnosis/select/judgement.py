@@ -203,7 +203,7 @@ def _another_law(assessed: Assessment, kept: Sequence[int]) -> dict[int, str]:
     """Reasons against causes that are another effect by their values, or none of the catalogue."""
     others = unnamed(assessed.search, assessed.fitted(kept))
     doubts = {k: assessed.degenerate(k) or others.get(place, "") for place, k in enumerate(kept)}
-    return {k: reason for k, reason in doubts.items() if reason}
+    return assessed.nearly_none(kept) | {k: reason for k, reason in doubts.items() if reason}
 
 
 def _worth_naming(assessed: Assessment, kept: list[int]) -> _Sorted:

@@ -73,6 +73,7 @@ def test_an_effort_from_another_time_is_told_with_its_shift(samples: int) -> Non
     assert found.code == "effort_late"
     assert found.blocks
     assert float(found.next_step.split()[5]) == pytest.approx(-samples * PERIOD_S, abs=0.01)
+    assert ("or what lies between motor and encoder is soft" in found.message) is (samples < 0)
 
 
 @pytest.mark.parametrize("motion", [multisine(4000), staircase(4000)], ids=lambda m: m.name)
