@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from edge_ident.diagnosis.diagnose import diagnose
+from edge_ident.diagnosis.fit.candidates import Candidate
 from edge_ident.diagnosis.fit.external_vibrations import VIBRATION
-from edge_ident.diagnosis.fit.fitting import fit
-from edge_ident.diagnosis.fit.noise_floor import NoiseFloor
+from edge_ident.diagnosis.fit.fitting import FittedTerm, fit
+from edge_ident.diagnosis.fit.noise_floor import NoiseFloor, noise_floor
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.result import AxisDiagnosis, Cause
 from edge_ident.diagnosis.select import assessment
@@ -18,6 +19,7 @@ from edge_ident.diagnosis.select.criterion import Criterion
 from edge_ident.diagnosis.select.physics import unphysical
 from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.verdict import Verdict
+from edge_ident.model.effects import named
 from edge_ident.model.model import BASE
 from tests.edge_ident.diagnosis.select.test_search_parts import TEMPLATE, recorded, rigid, swing
 
@@ -52,6 +54,25 @@ def test_negative_friction_is_unphysical(viscous: float) -> None:
     reason = unphysical(data, fit(data, TEMPLATE, np.zeros(4), ()), 0.01)
     assert (reason is not None) is (viscous < 0.0)
     assert reason is None or "negative viscous friction, -0.4" in reason
+
+
+@pytest.mark.parametrize("mass", [0.0, 0.1])
+def test_a_payload_without_mass_beside_what_stays_is_doubtful(mass: float) -> None:
+    """Events that were found beside it may have left, with what told its mass."""
+    t, x, v, a = MOTION
+    added = (mass * a + 0.2 * np.sign(v)) * (t > 9.0)
+    data = prepare_axis([recorded(t, x, rigid(v, a) + added, noise=0.02)], "x")
+    start = fit(data, TEMPLATE, np.zeros(4), ())
+    search = Search.of(data, TEMPLATE, start)
+    (form, *_) = named("payload_change").search.forms
+    payload = FittedTerm(
+        Candidate("payload_change", form),
+        {"time": 9.0, "clock": 0.0},
+        {"inertia": 0.0, "coulomb_friction": 0.0},
+    )
+    model = search.fit(start.base, (payload,))
+    doubts = Assessment.of(search, start, model, noise_floor(data, start), 0.01).nearly_none([0])
+    assert ("inertia lies within" in doubts.get(0, "")) is (mass == 0.0)
 
 
 def test_a_cause_below_the_tolerance_is_minor_and_no_accusation() -> None:
