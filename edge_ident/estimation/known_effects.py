@@ -66,9 +66,7 @@ def _smooth_motions(
 
     def smooth(of_axis: str) -> Motion:
         position = grid.resampled(recording.axes[of_axis].position)
-        filtered = differentiate(
-            position, signals.cutoff_hz, grid.period_s, decimated=signals.sampling is not None
-        )
+        filtered = differentiate(position, signals.cutoff_hz, grid.period_s)
         time_s = grid.time_s - grid.time_s[0] + signals.begin_s + recording.begin_s
         return Motion.known(time_s, *filtered)
 

@@ -92,9 +92,7 @@ class ComparedSignals:
         motion_hz = band.motion_hz(recorded_s)
         stride = max(1, int(1.0 / (_RATE * motion_hz * signals.period_s)))
         period_s = stride * signals.period_s
-        smooth_motion = differentiate(
-            axis.position, motion_hz, signals.period_s, decimated=signals.sampling is not None
-        )
+        smooth_motion = differentiate(axis.position, motion_hz, signals.period_s)
         position, velocity, acceleration = (x[::stride] for x in smooth_motion)
         unknown = _direction_unknown(axis, velocity, noise, stride)
         weight = direction_weight(unknown, band.cutoff_hz, period_s)

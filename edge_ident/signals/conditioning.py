@@ -185,13 +185,11 @@ def filtered_regressor(
     Parameters
     ----------
     decimated : bool
-        See `differentiate`.
+        Whether the position was low-passed and decimated to few samples per cut-off period.
     motion : tuple of (N,) arrays, optional
         Velocity and acceleration, where they are known already.
     """
-    velocity, acceleration = motion or differentiate(
-        position, cutoff_hz, period_s, orders=(1, 2), decimated=decimated
-    )
+    velocity, acceleration = motion or differentiate(position, cutoff_hz, period_s, orders=(1, 2))
     columns = regressor(velocity, acceleration)
     if decimated:
         columns[:, 2] = _mean_direction(velocity, acceleration, period_s)

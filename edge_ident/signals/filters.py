@@ -16,8 +16,13 @@ from edge_ident.signals.decimation import LONG
 
 Array = NDArray[np.float64]
 
-_SETTLING_PERIODS: Final = 6
+_SETTLING_PERIODS: Final = 6.0
 """Cut-off periods after which the filter's impulse response is below 1e-6."""
+_WHITENING_PERIODS: Final = 3.0
+"""Periods of the knee after which that of `whitening` is."""
+_SLOW: Final = 0.125
+"""Highest cut-off, of the sampling rate, of which that holds: it leaves little of a jump at half
+the sampling rate, where the spectrum ends."""
 
 
 def differentiate(
@@ -26,7 +31,6 @@ def differentiate(
     period_s: float,
     *,
     orders: Sequence[int] = (0, 1, 2),
-    decimated: bool = False,
 ) -> tuple[Array, ...]:
     """Zero-phase filtered position, velocity and acceleration, correct up to the ends.
 
@@ -40,18 +44,16 @@ def differentiate(
     position : (N,) array
     orders : sequence of int
         Of the derivatives that are wanted.
-    decimated : bool
-        Whether it was low-passed and decimated to few samples per cut-off period. The filter then
-        rings where the padded record closes on itself, so the padding fades there.
 
     Returns
     -------
     tuple of (N,) arrays
         One for each order.
     """
-    blocks = _blocks(len(position), cutoff_hz, period_s)
+    blocks = _blocks(len(position), _settled(cutoff_hz, period_s))
     if len(blocks) == 1:
-        return _differentiated(position, cutoff_hz, period_s, orders, fading=decimated)
+        fading = _rings(cutoff_hz, period_s)
+        return _differentiated(position, cutoff_hz, period_s, orders, fading=fading)
     result = tuple(np.empty(len(position)) for _ in orders)
     for begin, end, around in blocks:
         inner = slice(begin - around.start, end - around.start)
@@ -68,7 +70,8 @@ def _differentiated(
     samples = len(position)
     trend, powers = _end_matching_quintic(position, cutoff_hz, period_s), _powers(samples)
     per_second = 2.0 / ((samples - 1) * period_s)
-    padded, start = _pad(position - trend @ powers, cutoff_hz, period_s, odd=True, fading=fading)
+    settled = _settled(cutoff_hz, period_s)
+    padded, start = _pad(position - trend @ powers, settled, odd=True, fading=fading)
     spectrum, frequency = _filtered_spectrum(padded, cutoff_hz, period_s)
     rate = 2j * np.pi * frequency
     spectra, polynomials = np.tile(spectrum, (len(orders), 1)), np.zeros((len(orders), 6))
@@ -116,9 +119,10 @@ def lowpass(
     knee_hz : float
         See `whitening`.
     """
-    blocks = _blocks(signal.shape[-1], cutoff_hz, period_s)
+    blocks = _blocks(signal.shape[-1], _settled(cutoff_hz, period_s, knee_hz))
     if len(blocks) == 1:
-        return _lowpassed(signal, cutoff_hz, period_s, delay_s, knee_hz, fading=False)
+        fading = _rings(cutoff_hz, period_s)
+        return _lowpassed(signal, cutoff_hz, period_s, delay_s, knee_hz, fading=fading)
     result = np.empty(signal.shape)
     for begin, end, around in blocks:
         part = _lowpassed(signal[..., around], cutoff_hz, period_s, delay_s, knee_hz, fading=True)
@@ -136,7 +140,8 @@ def _lowpassed(
     fading: bool,
 ) -> Array:
     """The same in one piece."""
-    padded, start = _pad(signal, cutoff_hz, period_s, odd=False, fading=fading)
+    settled = _settled(cutoff_hz, period_s, knee_hz)
+    padded, start = _pad(signal, settled, odd=False, fading=fading)
     spectrum, frequency = _filtered_spectrum(padded, cutoff_hz, period_s)
     if np.isfinite(knee_hz):
         spectrum *= whitening(frequency / knee_hz)
@@ -144,6 +149,17 @@ def _lowpassed(
         spectrum *= _turning(-2.0 * np.pi * frequency[1] * delay_s, len(frequency))
     samples = slice(start, start + signal.shape[-1])
     return np.asarray(np.fft.irfft(spectrum, padded.shape[-1])[..., samples])
+
+
+def _settled(cutoff_hz: float, period_s: float, knee_hz: float = np.inf) -> int:
+    """Samples after which the filter no longer feels a change."""
+    periods_s = max(_SETTLING_PERIODS / cutoff_hz, _WHITENING_PERIODS / knee_hz)
+    return int(np.ceil(periods_s / period_s))
+
+
+def _rings(cutoff_hz: float, period_s: float) -> bool:
+    """Whether the filter rings where the padded record closes on itself, so that it has to fade."""
+    return cutoff_hz * period_s > _SLOW
 
 
 def magnitude(frequency: Array) -> Array:
@@ -182,12 +198,12 @@ def _response(samples: int, cutoff_hz: float, period_s: float) -> tuple[Array, A
     return frequency, response
 
 
-def _blocks(samples: int, cutoff_hz: float, period_s: float) -> list[tuple[int, int, slice]]:
+def _blocks(samples: int, settled: int) -> list[tuple[int, int, slice]]:
     """Begin and end of the blocks of a long record, and what to filter for each.
 
     Their neighbours at both sides settle the filter.
     """
-    margin = int(np.ceil(2 * _SETTLING_PERIODS / (cutoff_hz * period_s)))
+    margin = 2 * settled
     length = max(LONG // 2, 2 * margin)
     if samples <= 2 * length:
         return [(0, samples, slice(0, samples))]
@@ -199,16 +215,8 @@ def _blocks(samples: int, cutoff_hz: float, period_s: float) -> list[tuple[int, 
     ]
 
 
-def _pad(
-    signal: Array,
-    cutoff_hz: float,
-    period_s: float,
-    *,
-    odd: bool,
-    fading: bool,
-) -> tuple[Array, int]:
+def _pad(signal: Array, settled: int, *, odd: bool, fading: bool) -> tuple[Array, int]:
     """Reflect both ends until the wrap-around cannot be felt, to a length that the FFT likes."""
-    settled = int(np.ceil(_SETTLING_PERIODS / (cutoff_hz * period_s)))
     margin = 2 * settled if fading else settled
     samples = signal.shape[-1]
     total = fast_length(samples + 2 * margin)

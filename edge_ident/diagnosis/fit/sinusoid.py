@@ -63,9 +63,14 @@ class Sinusoid:
         return float(np.hypot(self.cosine, self.sine))
 
     @property
+    def certain(self) -> bool:
+        """Whether its amplitude is."""
+        return self.amplitude > _NONZERO * self.std
+
+    @property
     def nameable(self) -> bool:
         """Whether a load of the axis, of a certain amplitude, is what explains it."""
-        return not self.of_encoder and self.amplitude > _NONZERO * self.std
+        return self.certain and not self.of_encoder
 
 
 def merged(found: list[list[Sinusoid]]) -> list[Sinusoid]:

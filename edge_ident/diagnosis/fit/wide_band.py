@@ -109,7 +109,7 @@ def above_band(
         beside = _beside(wide, hidden, waves, mass, without_inertia)
         whole_motion = _orders(wide, clear, waves, mass, without_inertia[0])
         orders.append(whole_motion + [s for s, p in beside if p.order])
-        lines.append([s for s, p in beside if not p.order])
+        lines.append([s for s, p in beside if not p.order and s.certain])
         moving.append(moving_line(wide, peaks, without_inertia[0]))
         left.append((wide, without_inertia[0]))
     found = [order for order in merged(orders) if _everywhere(order, orders, left)]

@@ -189,7 +189,8 @@ def _strongest(
             break
         swept = (rate * speeds[0], rate * speeds[1]) if order else (rate, rate)
         beside = [p for p in peaks + found if _near(p, rate, swept, one.cell, order)]
-        if beside and any(p in found for p in beside):
+        taken = any(p.order == order and abs(rate - p.rate) < one.cell for p in peaks)
+        if taken or any(p in found for p in beside):
             continue
         if any(power < _LEAKED * p.power for p in beside):
             continue

@@ -6,6 +6,7 @@ import scipy.signal
 
 from edge_ident.signals import filters
 from edge_ident.signals.decimation import LONG
+from edge_ident.signals.metrics import rms
 
 PERIOD_S = 0.0025
 
@@ -34,6 +35,27 @@ def test_lowpass_moves_a_signal_by_a_fraction_of_a_sample() -> None:
     time = PERIOD_S * np.arange(6000)
     moved = filters.lowpass(np.sin(3 * time), 20.0, PERIOD_S, delay_s=0.0017)
     np.testing.assert_allclose(moved[500:-500], np.sin(3 * (time - 0.0017))[500:-500], atol=1e-6)
+
+
+def test_a_filter_of_two_fifths_of_the_sampling_rate_does_not_ring_where_the_record_begins() -> (
+    None
+):
+    """The axis moves there, and its encoder counts."""
+    time_s = PERIOD_S * np.arange(8000)
+    position, velocity = 6.0 * np.sin(0.3 * time_s + 1.0), 1.8 * np.cos(0.3 * time_s + 1.0)
+    read = 1e-3 * np.round(position / 1e-3)
+    _, found, _ = filters.differentiate(read, 160.0, PERIOD_S)
+    off = (found - velocity) / (1e-3 / PERIOD_S)
+    assert np.max(np.abs(off)) < 1.5
+    assert rms(off[:200]) < 1.2 * rms(off)
+
+
+@pytest.mark.parametrize("samples", [3000, 2 * LONG + 1000])
+def test_whitening_does_not_feel_how_the_record_is_continued(samples: int) -> None:
+    """A constant stays one: the filter passes the lowest frequencies as they are."""
+    level = np.full(samples, 3.0)
+    found = filters.lowpass(level, 160.0, PERIOD_S, knee_hz=4.0)
+    np.testing.assert_allclose(found, level, atol=1e-4)
 
 
 @pytest.mark.parametrize("samples", [3000, 2 * LONG + 1000])
