@@ -182,7 +182,8 @@ def commit(
     with noting(said):
         with connected(where) as (board, drive):
             commissioning.make_ready(board)
-            staged, active = commissioning.staged_whole(board), board.active_gains()
+            active = board.active_gains()
+            staged = commissioning.staged_whole(board, active)
             commissioning.check_change(board, active, staged, change.large_steps)
             predicted = forecast.predict_stable(board, [active, staged])
             backup = commissioning.back_up(active, board.identity, change.backups)

@@ -22,11 +22,11 @@ if TYPE_CHECKING:
         commit_staged,
         restore_gains,
         roll_back_unconfirmed,
-        staged_whole,
         wanted_gains,
     )
     from edge_ident.commissioning.gains.files import back_up, load_gains
     from edge_ident.commissioning.gains.forecast import Forecaster, Forecasts, check_stable
+    from edge_ident.commissioning.gains.shadow_bank import staged_whole
     from edge_ident.commissioning.gains.transfer import stage_gains
     from edge_ident.commissioning.latency.measure import profile_device
     from edge_ident.commissioning.link.doctor import check_host
@@ -163,7 +163,7 @@ __getattr__ = lazy_names(
         "sheet_doubts": "edge_ident.commissioning.data_sheet.checks",
         "sheet_in_si": "edge_ident.commissioning.data_sheet.sheet",
         "stage_gains": "edge_ident.commissioning.gains.transfer",
-        "staged_whole": "edge_ident.commissioning.gains.change",
+        "staged_whole": "edge_ident.commissioning.gains.shadow_bank",
         "stop_machine": "edge_ident.commissioning.motion.stopping",
         "wanted_gains": "edge_ident.commissioning.gains.change",
         "write_drive": "edge_ident.drive.writing",

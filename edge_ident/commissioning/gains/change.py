@@ -118,21 +118,6 @@ def check_change(
         check_factor(wanted, active)
 
 
-def staged_whole(board: Board) -> dict[str, AxisGains]:
-    """Gains in the shadow bank, as somebody staged them.
-
-    Raises
-    ------
-    BoardError
-        Nothing was staged, or not all of it arrived.
-    """
-    if not board.status().staged_crc_ok:
-        raise BoardError(
-            "no gains are staged, or they are incomplete", "stage gains: edge-ident gains stage"
-        )
-    return board.staged_gains()
-
-
 def commit_staged(
     board: Board, drive: Drive, staged: Bank, observer: Observer, model: Model | None = None
 ) -> GainChange:

@@ -14,6 +14,7 @@ from edge_ident.commissioning.gains.drawn_loads import Grounds
 from edge_ident.commissioning.gains.motor_way import of_motor
 from edge_ident.commissioning.gains.outcome import GainChange
 from edge_ident.commissioning.gains.promise import Errors, Promise, promised
+from edge_ident.commissioning.gains.shadow_bank import confirm_window_s
 from edge_ident.commissioning.gains.transfer import write_gains
 from edge_ident.commissioning.gains.verification import (
     Verification,
@@ -25,7 +26,6 @@ from edge_ident.commissioning.motion.observer import Observer
 from edge_ident.commissioning.motion.recorded_motion import Moved, beginning
 from edge_ident.commissioning.motion.second_motion import (
     NamedMotion,
-    confirm_window_s,
     inside_window,
     second_motion,
     within_limits,

@@ -15,7 +15,7 @@ from edge_ident.drive.description import Drive
 from edge_ident.drive.motions import MotionName, named_trajectory
 from edge_ident.errors import BoardError
 from edge_ident.model.model import Model
-from firmware_interface.board import AxisLimits, Board
+from firmware_interface.board import AxisLimits
 from firmware_interface.control_law import feedforward_nm
 from firmware_interface.gains import AxisGains, Bank
 from firmware_interface.motion import Multisine, Staircase, Trajectory, reference
@@ -98,22 +98,6 @@ def inside_window(first: NamedMotion, second: NamedMotion, window_s: float) -> N
             "board's firmware",
         )
     return replace(second, trajectory=replace(second.trajectory, duration_s=left_s))
-
-
-def confirm_window_s(board: Board) -> float:
-    """How long the board waits for new gains to be confirmed.
-
-    It tells only while gains wait, so those in force are committed once more and taken back.
-    Nothing changes by that, and what was staged is staged again.
-    """
-    staged = board.staged_gains() if board.status().staged_crc_ok else None
-    board.stage_gains(board.active_gains())
-    board.commit()
-    window_s = board.status().confirm_remaining_s
-    board.roll_back()
-    if staged is not None:
-        board.stage_gains(staged)
-    return window_s
 
 
 def _of_size(trajectory: Trajectory, size: float) -> Trajectory:

@@ -122,6 +122,17 @@ def test_a_commit_without_anything_staged(shared: SharedBoard) -> None:
     assert "no gains are staged" in errors
 
 
+def test_a_commit_of_the_gains_in_force_moves_nothing(shared: SharedBoard) -> None:
+    board = shared.board
+    board.stage_gains(board.active_gains())
+    board.release()
+    code, _, errors = shared.run("gains", "commit")
+    assert code == 4
+    assert "in force already" in errors
+    assert "gains stage" in errors
+    assert not shared.board.status().pages_written
+
+
 def test_rollback_takes_back_what_a_dead_host_left(shared: SharedBoard, tmp_path: Path) -> None:
     board = shared.board
     board.stage_gains(dict.fromkeys(("x", "z"), BETTER))

@@ -23,7 +23,6 @@ from edge_ident.commissioning.gains.promise import promised as forecast
 from edge_ident.commissioning.motion.recorded_motion import Moved
 from edge_ident.commissioning.motion.second_motion import (
     NamedMotion,
-    confirm_window_s,
     inside_window,
     second_motion,
     within_limits,
@@ -177,15 +176,6 @@ def test_a_short_window_shortens_the_second_motion_then_refuses() -> None:
     assert shorter.trajectory.duration_s == pytest.approx(second.trajectory.duration_s - 3.0)
     with pytest.raises(BoardError, match="nothing was written"):
         inside_window(first, second, needed_s - 5.0)
-
-
-def test_asking_for_the_window_changes_nothing() -> None:
-    link = VirtualBoard()
-    board, staged = Board.connect(link), replace(CONSERVATIVE_GAINS, proportional=35.0)
-    board.stage_gains(dict.fromkeys(("x", "z"), staged))
-    assert confirm_window_s(board) == pytest.approx(120.0, abs=1.0)
-    assert_old_gains(link)
-    assert board.staged_gains()["x"].proportional == 35.0
 
 
 # ---- kept or broken, on a board
