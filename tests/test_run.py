@@ -284,29 +284,6 @@ def test_a_run_cleans_up_after_a_host_that_died(brief: list[str], tmp_path: Path
         assert json.loads(done.stdout)["gains_before"]["x"]["proportional"] == 30.0
 
 
-def test_profile_times_every_stage_and_leaves_the_gains_as_they_were() -> None:
-    def active_gains(device: str) -> dict:
-        link = open_link(device)
-        try:
-            return Board.connect(link).active_gains()
-        finally:
-            link.close()
-
-    with served_board() as device:
-        before = active_gains(device)
-        done = edge_ident("profile", "--device", device, "--repetitions", "1", "--json")
-        assert done.returncode == 0, done.stderr
-        assert active_gains(device) == before
-    runs = json.loads(done.stdout)["runs"]
-    measured = {(run["start"], run["precision"]) for run in runs}
-    assert measured == {(s, p) for s in ("warm", "cold") for p in ("fp32", "int8")}
-    for run in runs:
-        middle = {stage: times["p50"] for stage, times in run["stages_ms"].items()}
-        assert {"signals", "network", "estimate", "gains", "commit", "verify"} <= set(middle)
-        assert min(middle.values()) > 0.0
-        assert middle["total"] > middle["signals"] + middle["network"] + middle["estimate"]
-
-
 @pytest.mark.parametrize("where", [["--pty"], ["--tcp", "0"]])
 def test_the_board_command_serves_until_interrupted(where: list[str]) -> None:
     with running([*COMMAND, "board", *where, "--speed", "max"]) as process:

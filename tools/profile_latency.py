@@ -1,9 +1,10 @@
 """Latency of every stage from the last captured sample to verified gains, as table and JSON.
 
 The same measurement as `edge-ident profile`, kept as a script for boards that are profiled in
-batches: pass several devices to compare them.
+batches: pass several devices to compare them. Their axes move by the sinusoid of the drive.
 
-    python tools/profile_latency.py --repetitions 100 --output runs/latency virtual /dev/ttyACM0
+    python tools/profile_latency.py --repetitions 100 --output runs/latency virtual
+    python tools/profile_latency.py --drive press.toml /dev/ttyACM0 /dev/ttyACM1
     python tools/profile_latency.py --commit
     python tools/profile_latency.py --stages
     python tools/profile_latency.py --check
@@ -37,6 +38,7 @@ from edge_ident.commissioning.latency.result import spread
 from edge_ident.commissioning.latency.ways import measured_ways
 from edge_ident.control.gain_design import design
 from edge_ident.control.position_loop import LoopHardware
+from edge_ident.drive.description import Drive, load_drive
 from edge_ident.drive.motions import MotionName
 from edge_ident.estimation.manifest import BUILT_IN, GRAPHS, Graph, load_manifest
 from edge_ident.estimation.network import Network, load_network
@@ -189,11 +191,11 @@ def show_gains(repetitions: int) -> None:
     )
 
 
-def show_ways(device: str, baud_rate: int | None, repetitions: int) -> None:
+def show_ways(device: str, baud_rate: int | None, drive: Drive, repetitions: int) -> None:
     """Print how long gains take from the last sample on, with a stop and without."""
-    recording = simulate(noise=0.02)
+    recording, network = simulate(noise=0.02), load_network("fp32")
     with board_at(device, baud_rate) as board:
-        ways_ms = measured_ways(board, recording, load_network("fp32"), repetitions, _Lines())
+        ways_ms = measured_ways(board, drive, recording, network, repetitions, _Lines())
     for way, times in ways_ms.items():
         of = spread(times)
         print(f"{way}: p50 {of.p50:.0f} ms, p95 {of.p95:.0f} ms, max {of.maximum:.0f} ms")
@@ -211,6 +213,7 @@ def main() -> None:
     parser.add_argument("devices", nargs="*", default=["virtual"])
     parser.add_argument("--repetitions", type=int, default=100)
     parser.add_argument("--baud-rate", type=int)
+    parser.add_argument("--drive", type=Path, help="description of the drive behind the devices")
     parser.add_argument("--output", type=Path, default=Path("runs/latency"))
     parser.add_argument("--commit", action="store_true", help="commit with a stop and without")
     parser.add_argument("--stages", action="store_true", help="cost of the identification alone")
@@ -229,11 +232,12 @@ def main() -> None:
             show_part(given.repetitions)
     if any(parts.values()):
         return
+    drive = load_drive(given.drive)
     for number, device in enumerate(given.devices):
         if given.commit:
-            show_ways(device, given.baud_rate, given.repetitions)
+            show_ways(device, given.baud_rate, drive, given.repetitions)
             continue
-        profile = profile_device(device, given.baud_rate, given.repetitions, _Lines())
+        profile = profile_device(device, given.baud_rate, drive, given.repetitions, _Lines())
         show(profile_view(profile))
         path = given.output / f"profile_{number}.json"
         write_json(profile_document(profile), path)

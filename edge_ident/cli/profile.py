@@ -7,10 +7,20 @@ import typer
 import edge_ident
 from edge_ident import commissioning, report
 from edge_ident.cli.command import command
-from edge_ident.cli.options import BaudRate, BoardOptions, Device, ResultOptions
+from edge_ident.cli.messages import say
+from edge_ident.cli.options import BaudRate, BoardOptions, DriveFile, ResultOptions
 from edge_ident.cli.progress import shown_progress
-from edge_ident.cli.sessions import baud_rate_of, device_of
+from edge_ident.cli.sessions import baud_rate_of
 
+MovedDevice = Annotated[
+    str | None,
+    typer.Option(
+        "--device",
+        metavar="DEVICE",
+        help="Board to measure, whose axes then move: a port such as /dev/ttyACM0, a pySerial URL, "
+        "tcp://HOST:PORT, or virtual; default: virtual, whatever environment and files name.",
+    ),
+]
 Repetitions = Annotated[
     int,
     typer.Option(
@@ -30,25 +40,31 @@ def register(app: typer.Typer) -> None:
 @command
 def profile(
     *,
-    device: Device = None,
+    device: MovedDevice = None,
     baud_rate: BaudRate = None,
+    drive: DriveFile = None,
     repetitions: Repetitions = 100,
     results: ResultOptions,
 ) -> None:
     """Measure how long each stage takes, from the last captured sample to verified gains.
 
-    Without a device, a virtual board is started. The result is printed, with a bar for each stage
-    where it stands in the whole. With --output it is also written to profile.json in that folder,
-    and drawn as profile.svg.
+    A virtual board is measured. With --device your machine is, and its axes move with the effort
+    on: once along the sinusoid of the drive description, then up to ten times along its first
+    second. The gains in force are committed again and again, and taken back each time; what was
+    staged is staged again. The result is printed, with a bar for each stage where it stands in the
+    whole. With --output it is also written to profile.json in that folder, and drawn as
+    profile.svg.
 
     Example: `edge-ident profile --repetitions 200 --json`
+
+    Example: `edge-ident profile --device /dev/ttyACM0 --drive press.toml`
     """
-    given = BoardOptions(device, baud_rate)
-    drive = edge_ident.load_drive()
+    described = edge_ident.load_drive(drive)
+    if device is None:
+        say("measuring a virtual board; to move and measure a machine, name it with --device")
+    rate = baud_rate_of(BoardOptions(device, baud_rate, drive), described)
     with shown_progress() as bars:
-        profiled = commissioning.profile_device(
-            device_of(given, drive), baud_rate_of(given, drive), repetitions, bars
-        )
+        profiled = commissioning.profile_device(device, rate, described, repetitions, bars)
     if results.output:
         report.save_waterfall(profiled, results.output / "profile.svg")
     results.deliver(report.profile_document(profiled), "profile.json")

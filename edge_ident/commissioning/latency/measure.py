@@ -1,14 +1,14 @@
 """How long it takes from the last captured sample to gains committed and verified.
 
-One motion is captured; then the work that follows it is repeated: the last page is read again
-(reads change nothing), the recording is identified, gains are designed, and the board's own active
-gains are staged, read back, committed and read again, then rolled back, so that the machine
-never runs other gains than before. Warm: in one process. Cold: a new process each time, from
-its start on. The stop that follows the last sample needs a motion: it is measured once. So does
-the whole way from there to gains, with that stop and without: `ways`.
+One motion of the drive is captured; then the work that follows it is repeated: the last page is
+read again (reads change nothing), the recording is identified, gains are designed, and the board's
+own active gains are staged, read back, committed and read again, then rolled back, so that the
+machine never runs other gains than before. What was staged before is staged again. Warm: in one
+process. Cold: a new process each time, from its start on. The stop that follows the last sample
+needs a motion: it is measured once. So does the whole way from there to gains, with that stop and
+without: `ways`.
 """
 
-import json
 import os
 import platform
 import subprocess
@@ -18,68 +18,62 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any, Final
+from typing import Final
 
-from edge_ident.commissioning.gains.transfer import compare_gains
+from edge_ident.commissioning.gains.shadow_bank import staged_kept
+from edge_ident.commissioning.latency.after_motion import STAGES, after_motion_ms
+from edge_ident.commissioning.latency.cold import cold_ms
 from edge_ident.commissioning.latency.result import Profile, ProfileRun
 from edge_ident.commissioning.latency.ways import measured_ways
 from edge_ident.commissioning.link.port_notes import noted
-from edge_ident.commissioning.motion.capture import capture_motion, check_drive
+from edge_ident.commissioning.motion.capture import capture_motion, check_drive, check_room
 from edge_ident.commissioning.motion.observer import Observer
 from edge_ident.commissioning.motion.safety import left_safe, ready_to_move
-from edge_ident.commissioning.run import board_designs
-from edge_ident.drive.description import load_drive
-from edge_ident.errors import BoardError, EdgeIdentError
-from edge_ident.estimation.manifest import VARIANTS, variant_named
+from edge_ident.drive.description import Drive
+from edge_ident.errors import BoardError
+from edge_ident.estimation.manifest import VARIANTS
 from edge_ident.estimation.network import Network, load_network
-from edge_ident.identification.identify import identify
 from edge_ident.signals.recording import Recording
 from edge_ident.signals.recording_files import load_recording
-from edge_ident.support.stopwatch import Stopwatch
 from firmware_interface.board import Board
 from firmware_interface.connection import DEFAULT_BAUD_RATE, open_link
-
-STAGES: Final = (
-    "start",
-    "connect",
-    "page_tail",
-    "signals",
-    "adequacy",
-    "align",
-    "image",
-    "network",
-    "estimate",
-    "gains",
-    "stage",
-    "commit",
-    "verify",
-    "total",
-)
-"""In order; `start` (interpreter, imports, network) and `connect` are cold only."""
 
 MOST_MOTIONS: Final = 5
 """Of each way from the last sample to gains: a motion takes seconds."""
 
 
 def profile_device(
-    device: str | None, baud_rate: int | None, repetitions: int, observer: Observer
+    device: str | None,
+    baud_rate: int | None,
+    drive: Drive,
+    repetitions: int,
+    observer: Observer,
 ) -> Profile:
-    """Profile a board, or a virtual one in a process of its own.
+    """Profile a board, whose axes move, or a virtual one in a process of its own.
 
     Parameters
     ----------
     device : str or None
         None starts `edge-ident board --pty`.
     baud_rate : int or None
+    drive : Drive
+        Behind the board, with the motion.
     repetitions : int
         Of each of warm and cold, fp32 and int8; of each way from the last sample to gains, at most
         `MOST_MOTIONS`.
     observer : Observer
+
+    Raises
+    ------
+    LinkError, BoardError
+        A motion or a write did not get to its end.
+    DataError
+        Board and drive description differ, or the disk has no room for the recording.
     """
     with _board_process(device) as url, noted(url), TemporaryDirectory() as folder:
         file = Path(folder) / "capture.npz"
         with _connected(url, baud_rate) as board:
-            tail_ms, stop_ms = _record(board, file, observer)
+            tail_ms, stop_ms = _record(board, drive, file, observer)
             recording = load_recording(file)
             networks = [load_network(precision) for precision in VARIANTS]
             motions = min(repetitions, MOST_MOTIONS)
@@ -88,7 +82,7 @@ def profile_device(
                     f"from the last sample to gains: {motions} repetitions of each way, not "
                     f"{repetitions}, because each needs a motion"
                 )
-            ways_ms = measured_ways(board, recording, networks[0], motions, observer)
+            ways_ms = measured_ways(board, drive, recording, networks[0], motions, observer)
             runs = [_warm(board, recording, of, repetitions, observer) for of in networks]
         runs += [_cold(url, baud_rate, file, of, repetitions, observer) for of in networks]
     return Profile(
@@ -102,13 +96,14 @@ def profile_device(
     )
 
 
-def _record(board: Board, file: Path, observer: Observer) -> tuple[float, float]:
+def _record(board: Board, drive: Drive, file: Path, observer: Observer) -> tuple[float, float]:
     """Capture the motion to work on; returns the times of tail and stop, ms."""
-    drive = load_drive()
     check_drive(board, drive)
+    trajectory = drive.trajectory()
+    check_room(file, board, trajectory)
     with ready_to_move(board, observer.say):
         observer.stage("motion")
-        capture = capture_motion(board, drive.trajectory(), observer.samples, file)
+        capture = capture_motion(board, trajectory, observer.samples, file, observer.say)
         start_s = time.perf_counter()
         board.finish()
         stop_ms = 1e3 * (time.perf_counter() - start_s)
@@ -123,11 +118,8 @@ def _warm(
     observer: Observer,
 ) -> ProfileRun:
     observer.stage(f"warm, {network.variant}")
-
-    with left_safe(board):
-        times = _repeat(
-            lambda: _after_the_last_sample(board, recording, network), repetitions, observer
-        )
+    with staged_kept(board), left_safe(board):
+        times = _repeat(lambda: after_motion_ms(board, recording, network), repetitions, observer)
     return ProfileRun("warm", network.variant, network.graph, times)
 
 
@@ -140,30 +132,8 @@ def _cold(
     observer: Observer,
 ) -> ProfileRun:
     observer.stage(f"cold, {network.variant}")
-
-    def repeat() -> dict[str, float]:
-        arguments = [
-            url,
-            str(baud_rate or DEFAULT_BAUD_RATE),
-            str(file),
-            network.variant,
-            repr(time.time()),
-        ]
-        done = subprocess.run(
-            [sys.executable, "-m", "edge_ident.commissioning.latency.measure", *arguments],
-            stdout=subprocess.PIPE,
-            text=True,
-        )
-        answer: dict[str, Any] = json.loads(done.stdout) if done.stdout else {}
-        if "cause" in answer:
-            error = BoardError(answer["cause"], answer["next_step"])
-            for note in answer["notes"]:
-                error.add_note(note)
-            raise error
-        done.check_returncode()
-        return answer
-
-    times = _repeat(repeat, repetitions, observer)
+    baud_rate = baud_rate or DEFAULT_BAUD_RATE
+    times = _repeat(lambda: cold_ms(url, baud_rate, file, network.variant), repetitions, observer)
     return ProfileRun("cold", network.variant, network.graph, times)
 
 
@@ -177,44 +147,6 @@ def _repeat(
             times.setdefault(stage, []).append(spent_ms)
         observer.samples(done + 1, repetitions)
     return {stage: times[stage] for stage in STAGES if stage in times}
-
-
-def _after_the_last_sample(
-    board: Board, recording: Recording, network: Network
-) -> dict[str, float]:
-    """Everything that follows a motion, with the board's own gains in place of new ones."""
-    active = board.active_gains()
-    watch = Stopwatch()
-    with watch.stage("page_tail"):
-        board.read_last_page()
-    found = identify(recording, network, diagnose=False, stopwatch=watch)
-    with watch.stage("gains"):
-        board_designs(board, found)
-    with watch.stage("stage"):
-        board.stage_gains(active)
-    with watch.stage("commit"):
-        board.commit()
-    with watch.stage("verify"):
-        compare_gains(active, board.active_gains())
-    times = watch.timing_ms()
-    board.roll_back()
-    return {stage: times[stage] for stage in STAGES if stage in times}
-
-
-def _cold_start(url: str, baud_rate: str, file: str, precision: str, started_s: str) -> None:
-    """One cold repetition, in the process that exists for it; prints its times as JSON."""
-    recording = load_recording(Path(file))
-    network = load_network(variant_named(precision))
-    start_ms = 1e3 * (time.time() - float(started_s))
-    watch = Stopwatch()
-    board = Board.connect(open_link(url, baud_rate=int(baud_rate)))
-    connect_ms = watch.timing_ms()["total"]
-    with left_safe(board):
-        times = _after_the_last_sample(board, recording, network)
-    board.close()
-    times["start"], times["connect"] = start_ms, connect_ms
-    times["total"] += start_ms + connect_ms
-    print(json.dumps(times))
 
 
 @contextmanager
@@ -264,11 +196,3 @@ def _board_process(device: str | None) -> Iterator[str]:
 
 def _machine() -> str:
     return f"{platform.machine()}, {os.cpu_count()} cores, Python {platform.python_version()}"
-
-
-if __name__ == "__main__":
-    try:
-        _cold_start(*sys.argv[1:])
-    except EdgeIdentError as failed:
-        notes = getattr(failed, "__notes__", [])
-        print(json.dumps({"cause": failed.cause, "next_step": failed.next_step, "notes": notes}))

@@ -4,12 +4,13 @@ import time
 from dataclasses import replace
 from typing import Final
 
+from edge_ident.commissioning.gains.shadow_bank import staged_kept
 from edge_ident.commissioning.gains.transfer import write_gains
-from edge_ident.commissioning.motion.capture import capture_motion
+from edge_ident.commissioning.motion.capture import capture_motion, check_drive
 from edge_ident.commissioning.motion.observer import Observer
 from edge_ident.commissioning.motion.safety import ready_to_move
 from edge_ident.commissioning.run import board_designs
-from edge_ident.drive.description import load_drive
+from edge_ident.drive.description import Drive
 from edge_ident.estimation.network import Network
 from edge_ident.identification.identify import identify
 from edge_ident.signals.recording import Recording
@@ -21,30 +22,45 @@ _MOTION_S: Final = 1.0
 
 
 def measured_ways(
-    board: Board, recording: Recording, network: Network, repetitions: int, observer: Observer
+    board: Board,
+    drive: Drive,
+    recording: Recording,
+    network: Network,
+    repetitions: int,
+    observer: Observer,
 ) -> dict[str, list[float]]:
     """Times from the last sample to gains read back, ms: `at_rest` and, where it can, `running`.
 
     Each is the end of a short motion, the identification of a recording, the design of gains, and
-    the write of those in force, which are then taken back. The ways take turns, so that both have
-    the same load beside them.
+    the write of those in force, which are then taken back. What was staged before is staged again.
+    The ways take turns, so that both have the same load beside them.
 
     Parameters
     ----------
     board : Board
+    drive : Drive
+        Behind the board, with the motion.
     recording : Recording
     network : Network
     repetitions : int
         Of each way.
     observer : Observer
+
+    Raises
+    ------
+    LinkError, BoardError
+        A motion or a write did not get to its end.
+    DataError
+        Board and drive description differ.
     """
+    check_drive(board, drive)
     ways = ("at_rest", "running") if board.takes_gains_running() else ("at_rest",)
     found: dict[str, list[float]] = {way: [] for way in ways}
-    motion = replace(load_drive().trajectory(), duration_s=_MOTION_S)
+    motion = replace(drive.trajectory(), duration_s=_MOTION_S)
     turns = repetitions * ways
     observer.stage("from the last sample to gains")
     observer.samples(0, len(turns))
-    with ready_to_move(board, observer.say):
+    with staged_kept(board), ready_to_move(board, observer.say):
         for done, way in enumerate(turns, 1):
             spent = _way_ms(board, motion, recording, network, observer, stop=way == "at_rest")
             found[way].append(spent)
