@@ -20,6 +20,7 @@ from firmware_interface.board_types import (
     CapturePage,
     read_identity,
     read_limits,
+    twice,
 )
 from firmware_interface.capture_pages import fetch_pages, read_page
 from firmware_interface.codec import (
@@ -79,7 +80,7 @@ class Board(GainVerbs):
             No such board, another word order, another map, or stuck in its self-test.
         """
         check_map(link)
-        board = cls(link, read_identity(link.read))
+        board = cls(link, read_identity(twice(link.read)))
         board._session.wait_for(set(State) - {State.INIT}, "end its self-test")
         return board
 
@@ -96,7 +97,7 @@ class Board(GainVerbs):
     def limits(self) -> Mapping[str, AxisLimits]:
         """What the board enforces, by axis; like its identity, read once."""
         if not self._limits:
-            read, version = self._session.read, self.identity.map_version
+            read, version = twice(self._session.read), self.identity.map_version
             self._limits = {axis: read_limits(read, axis, version) for axis in self.axes}
         return self._limits
 

@@ -160,6 +160,23 @@ NONCE_WORDS = REGISTERS["identity.nonce"].address + 2 - _IDENTITY_BASE
 _IDENTITY_WORDS = REGISTERS["identity.effort_per_count"].address + 2 - _IDENTITY_BASE
 
 
+def twice(read: ReadWords) -> ReadWords:
+    """Transfers that are repeated and compared: identity and limits have no checksum of their own,
+    and every check of a motion or of gains goes by them."""
+
+    def compared(address: int, count: int) -> list[int]:
+        words = read(address, count)
+        if read(address, count) != words:
+            raise LinkError(
+                "what the board says of itself differs from one reading to the next: the line "
+                "changes words",
+                "check cable, shield and ground, and start the command again",
+            )
+        return words
+
+    return compared
+
+
 def read_identity(read: ReadWords) -> BoardIdentity:
     """One transfer."""
     words = read(_IDENTITY_BASE, _IDENTITY_WORDS)

@@ -197,3 +197,20 @@ def test_nonsense_over_a_real_line_is_an_error_too(served: Served) -> None:
         with pytest.raises(BoardError, match=r"identity\.counts_per_turn"):
             Board.connect(link)
         link.close()
+
+
+@pytest.mark.parametrize("name", ["identity.counts_per_turn", "limits.x.effort"])
+def test_a_word_that_the_line_changes_once_is_no_identity_and_no_limit(name: str) -> None:
+    """No checksum of the board covers them."""
+    virtual, changed = VirtualBoard(), REGISTERS[name].address
+    read, spoiled = virtual.read, [changed]
+
+    def flipping(address: int, count: int) -> list[int]:
+        words = read(address, count)
+        if spoiled and address <= changed < address + count:
+            words[spoiled.pop() - address] ^= 0x80
+        return words
+
+    virtual.read = flipping  # type: ignore[method-assign]
+    with pytest.raises(LinkError, match="differs from one reading to the next"):
+        Board.connect(virtual).limits()
