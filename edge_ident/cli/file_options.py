@@ -15,7 +15,7 @@ RecordingFile = Annotated[
     Path,
     typer.Argument(
         metavar="FILE",
-        help="Recording: a text file, .npz, .mat, .h5, .tdms, .parquet or .xlsx.",
+        help="Recording: a text file, .npz, .mat, .h5, .tdms, .parquet, .xlsx, or a bag of ROS.",
     ),
 ]
 

@@ -128,8 +128,8 @@ def _encoding(path: Path, head: bytes) -> str:
     if any(byte < 32 and byte not in b"\t\n\r\f\v\x1a" for byte in head):
         raise DataError(
             f"{path}: not a text file",
-            "edge-ident reads text tables, .npz, .mat, .h5, .tdms, .parquet and .xlsx, by the "
-            "ending of the name",
+            "edge-ident reads text tables, .npz, .mat, .h5, .tdms, .parquet, .xlsx, .bag, .db3 and "
+            ".mcap, by the ending of the name",
         )
     try:
         codecs.getincrementaldecoder("utf-8")().decode(head)

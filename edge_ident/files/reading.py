@@ -19,15 +19,14 @@ _READERS: Final = {
     ".tdms": ("tdms", "read_tdms"),
     ".parquet": ("frames", "read_parquet"),
     ".xlsx": ("excel", "read_xlsx"),
+    ".bag": ("bags", "read_bag"),
+    ".db3": ("bags", "read_bag"),
+    ".mcap": ("bags", "read_bag"),
 }
 """Module and function of every format but text, by the ending of the name."""
 ENDINGS: Final = (".csv", ".tsv", ".txt", ".dat", ".asc", ".csv.gz", *_READERS)
 """Of files that hold a table: of text, then of every other format."""
-_BAG: Final = "export its topic with the joint states to .csv or .parquet"
 _NOT_READ: Final = {
-    ".bag": ("a bag of ROS 1", f"{_BAG}: rostopic echo -b FILE.bag -p /joint_states > FILE.csv"),
-    ".db3": ("a bag of ROS 2", f"{_BAG}, one row per message"),
-    ".mcap": ("an MCAP file", f"{_BAG}, one row per message"),
     ".npy": (
         "an array without names of columns",
         "write an archive of named arrays: numpy.savez('FILE.npz', time_s=..., "
@@ -43,7 +42,8 @@ def read_table(source: Any, delimiter: str | None = None, decimal: str | None = 
     Parameters
     ----------
     source : str, Path or data frame
-        The ending of the name tells the format: .npz, .mat, .h5 or .hdf5, .tdms, .parquet, .xlsx;
+        The ending of the name tells the format: .npz, .mat, .h5 or .hdf5, .tdms, .parquet, .xlsx,
+        and .bag, .db3 or .mcap of ROS;
         any other is text, which gzip may have compressed.
     delimiter, decimal : str, optional
         Of text, where they cannot be found out.

@@ -139,7 +139,8 @@ def inspect_recording(source: Source, options: ReadOptions | None = None) -> Ins
     Parameters
     ----------
     source : str, Path or data frame
-        The ending of the name tells the format: .npz, .mat, .h5 or .hdf5, .tdms, .parquet, .xlsx;
+        The ending of the name tells the format: .npz, .mat, .h5 or .hdf5, .tdms, .parquet, .xlsx,
+        and .bag, .db3 or .mcap of ROS;
         any other is text.
     options : ReadOptions, optional
 

@@ -153,9 +153,6 @@ def test_where_no_heading_helps_the_command_says_what_it_wants(tmp_path: Path) -
 @pytest.mark.parametrize(
     ("ending", "next_step"),
     [
-        (".bag", "rostopic echo -b FILE.bag -p"),
-        (".db3", "export its topic"),
-        (".mcap", "export its topic"),
         (".npy", "numpy.savez"),
     ],
 )
