@@ -18,6 +18,7 @@ from firmware_interface.registers import (
     PAGE_SAMPLES,
     REGISTERS,
     RESULT_TEXTS,
+    Fault,
     Opcode,
     Result,
     State,
@@ -72,11 +73,18 @@ def _known_maps() -> str:
 
 
 def fault_error(status: BoardStatus) -> BoardError:
-    """What a latched fault means, and what to do."""
-    meaning, next_step = FAULT_TEXTS[status.fault]
-    return BoardError(
-        f"fault {status.fault.name} at sample {status.fault_sample}: {meaning}", next_step
-    )
+    """What a latched fault or the emergency stop means, and what to do.
+
+    The stop is named beside another fault: boards of older firmware do not put it in the place of
+    WATCHDOG.
+    """
+    fault = status.fault or Fault.STO  # a board says so from its next sample on
+    meaning, next_step = FAULT_TEXTS[fault]
+    cause = f"fault {fault.name} at sample {status.fault_sample}: {meaning}"
+    if status.emergency_stop and fault is not Fault.STO:
+        cause += f"; {FAULT_TEXTS[Fault.STO][0]}, too"
+        next_step = f"{RESULT_TEXTS[Result.STO_ACTIVE][1]}; {next_step}"
+    return BoardError(cause, next_step)
 
 
 def check_capture(status: BoardStatus) -> None:
@@ -150,8 +158,8 @@ class MotionWatch:
 def refusal(opcode: Opcode, status: BoardStatus) -> BoardError:
     """Why the board refused a command."""
     if status.last_result is Result.WRONG_STATE and status.state is State.FAULT:
-        meaning, next_step = FAULT_TEXTS[status.fault]
-        return BoardError(f"{opcode.name} refused: fault {status.fault.name}, {meaning}", next_step)
+        fault = fault_error(status)
+        return BoardError(f"{opcode.name} refused: {fault.cause}", fault.next_step)
     if status.last_result is Result.NOT_HELD and not status.session_remaining_s:
         return BoardError(
             f"{opcode.name} refused: this host does not control the board, or no longer does",

@@ -111,6 +111,11 @@ class BoardStatus:
     position_rad: Mapping[str, float]
     speed_rad_s: Mapping[str, float]
 
+    @property
+    def emergency_stop(self) -> bool:
+        """The wired emergency stop cuts the effort, or has since the last clear_fault."""
+        return self.sto_active or self.sto_latched
+
 
 @dataclass(frozen=True)
 class AxisLimits:

@@ -138,31 +138,31 @@ FAULT_TEXTS: Final = {
     ),
     Fault.TRAVEL: (
         "an axis left its travel range",
-        "move the axis back inside by hand, then clear the fault",
+        "move the axis back inside by hand, then run edge-ident clear-fault",
     ),
     Fault.SPEED: (
         "an axis was faster than its speed limit",
-        "choose a slower motion or softer gains, then clear the fault",
+        "choose a slower motion or softer gains, then run edge-ident clear-fault",
     ),
     Fault.FOLLOWING_ERROR: (
         "an axis fell too far behind its reference",
-        "look for an obstacle or a loose coupling, then clear the fault",
+        "look for an obstacle or a loose coupling, then run edge-ident clear-fault",
     ),
     Fault.WATCHDOG: (
         "the host that started the motion fell silent",
-        "check cable and host load, then clear the fault",
+        "check cable and host load, then run edge-ident clear-fault",
     ),
     Fault.STO: (
         "the wired emergency stop cut the effort",
-        "release the emergency stop, then clear the fault",
+        "release the emergency stop, then run edge-ident clear-fault",
     ),
     Fault.NOT_FINITE: (
         "a setpoint or an effort was not a finite number",
-        "keep the trajectory and the gains for the maintainer of the firmware, then clear the fault",
+        "keep the trajectory and the gains for the maintainer of the firmware, then run edge-ident clear-fault",
     ),
     Fault.LIMIT_SWITCH: (
         "an axis moved onto a limit switch",
-        "clear the fault, then move away from the switch: edge-ident home",
+        "run edge-ident clear-fault, then move away from the switch: edge-ident home",
     ),
 }
 
@@ -364,7 +364,7 @@ _ALL = (
         address=65,
         type="u16",
         enum="Fault",
-        description="First fault since the last CLEAR_FAULT.",
+        description="First fault since the last CLEAR_FAULT; STO takes the place of WATCHDOG, which a host clears by itself.",
     ),
     Register(
         name="status.fault_sample",

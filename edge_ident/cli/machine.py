@@ -171,10 +171,12 @@ def clear_fault(*, where: BoardOptions, results: ResultOptions) -> None:
     Example: `edge-ident clear-fault --device /dev/ttyACM0`
     """
     with connected(where) as (board, _):
-        fault = board.status().fault
-        say(f"fault: {fault.name}")
-        if fault:
+        status = board.status()
+        if status.fault:
+            say(commissioning.fault_error(status).cause)
             board.clear_fault()
+        else:
+            say("no fault")
         _report_state(board.status(), results)
 
 

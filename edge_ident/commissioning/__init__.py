@@ -49,6 +49,7 @@ if TYPE_CHECKING:
     from edge_ident.drive.motions import named_trajectory
     from edge_ident.drive.writing import write_drive
     from firmware_interface.board import BoardStatus
+    from firmware_interface.board_checks import fault_error
     from firmware_interface.connection import DEFAULT_BAUD_RATE
     from firmware_interface.gains import Bank
     from firmware_interface.plant.hiding import Fault, Hidden
@@ -84,6 +85,7 @@ __all__ = [
     "commission",
     "commit_staged",
     "describe_drive",
+    "fault_error",
     "fill_sheet",
     "hold",
     "load_gains",
@@ -142,6 +144,7 @@ __getattr__ = lazy_names(
         "commission": "edge_ident.commissioning.run",
         "commit_staged": "edge_ident.commissioning.gains.change",
         "describe_drive": "edge_ident.commissioning.data_sheet.described_drive",
+        "fault_error": "firmware_interface.board_checks",
         "fill_sheet": "edge_ident.commissioning.data_sheet.sheet",
         "hold": "edge_ident.commissioning.motion.homing",
         "load_gains": "edge_ident.commissioning.gains.files",

@@ -112,11 +112,13 @@ enum fd_result machine_roll_back(void)
 
 /* ---- protection */
 
-/* The first fault stays until it is cleared. */
+/* The first fault stays until it is cleared, but WATCHDOG gives way to the emergency stop: a host
+ * clears WATCHDOG by itself, and the emergency stop only for a person. */
 static void latch(enum fd_fault fault)
 {
     machine.roll_back_due = gain_banks_unconfirmed();
-    if (machine.fault == FD_FAULT_NONE) {
+    if (machine.fault == FD_FAULT_NONE
+        || (fault == FD_FAULT_STO && machine.fault == FD_FAULT_WATCHDOG)) {
         machine.fault = fault;
         machine.fault_sample = machine.samples;
     }

@@ -10,7 +10,7 @@
 
 struct machine {
     enum fd_state state;
-    enum fd_fault fault; /* the first since CLEAR_FAULT */
+    enum fd_fault fault; /* the first since CLEAR_FAULT; STO takes the place of WATCHDOG */
     uint32_t fault_sample;
     uint32_t samples; /* since power-up */
     bool roll_back_due; /* as soon as the axes stand */

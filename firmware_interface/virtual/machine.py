@@ -265,9 +265,12 @@ class Machine:
             self.coast()
 
     def _latch(self, fault: Fault) -> None:
-        """The first fault stays until it is cleared."""
+        """The first fault stays until it is cleared, but WATCHDOG gives way to the emergency stop.
+
+        A host clears WATCHDOG by itself, and the emergency stop only for a person.
+        """
         self.roll_back_due = self.banks.unconfirmed
-        if not self.fault:
+        if not self.fault or (fault is Fault.STO and self.fault is Fault.WATCHDOG):
             self.fault, self.fault_sample = fault, self.samples
 
     def coast(self) -> None:

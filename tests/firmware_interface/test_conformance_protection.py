@@ -5,7 +5,9 @@ from dataclasses import replace
 import pytest
 from board_bench import long_motion
 from conformance_boards import (
+    SPEED,
     BoardCommand,
+    Served,
     ask,
     put_gains,
     serving,
@@ -14,8 +16,10 @@ from conformance_boards import (
     until_fault,
 )
 
-from firmware_interface.board import Board
+from edge_ident.commissioning.motion.safety import make_ready
+from firmware_interface.board import Board, BoardStatus
 from firmware_interface.codec import encode
+from firmware_interface.errors import BoardError
 from firmware_interface.motion import Staircase, Trajectory
 from firmware_interface.registers import (
     MAP_CRC,
@@ -99,16 +103,47 @@ def test_the_board_stops_by_itself_when_the_host_is_gone(
         board.clear_fault()  # carried out at rest only
 
 
-def test_the_first_fault_is_the_one_that_stays(command_of_either: BoardCommand) -> None:
+def tap_stop(served: Served, board: Board) -> BoardStatus:
+    """Press the wired emergency stop and release it; gives what the board says a sample later."""
+    served.press_stop(True)
+    until_abandoned(board, lambda status: status.sto_active)
+    served.press_stop(False)
+    released = until_abandoned(board, lambda status: not status.sto_active)
+    later = released.clock_samples + 1
+    return until_abandoned(board, lambda status: status.clock_samples > later)
+
+
+def test_the_first_fault_stays_beside_the_emergency_stop(command_of_either: BoardCommand) -> None:
+    gains, stairs = FAULTS[Fault.FOLLOWING_ERROR]
     with serving(command_of_either()) as served, served.connected() as board:
-        watchdog(board, 0.1, WatchdogAction.QUICK_STOP)
-        start(board, LONG)
-        status = until_abandoned(board, lambda status: status.state is State.FAULT)
-        served.press_stop(True)
-        until_abandoned(board, lambda status: status.sto_active)
-        served.press_stop(False)
-        after = until_abandoned(board, lambda status: not status.sto_active)
-        assert (after.fault, after.fault_sample) == (Fault.WATCHDOG, status.fault_sample)
+        put_gains(board, dict.fromkeys("xz", gains))
+        start(board, Trajectory({"x": stairs, "z": stairs}, 15.0, 2.0))
+        until_fault(board)
+        before, after = board.status(), tap_stop(served, board)
+        assert (after.fault, after.fault_sample) == (Fault.FOLLOWING_ERROR, before.fault_sample)
         assert after.sto_latched
         board.clear_fault()
+        assert not board.status().sto_latched
+
+
+@pytest.mark.parametrize("state", [State.STOPPING, State.FAULT], ids=lambda state: state.name)
+def test_no_host_takes_the_emergency_stop_for_a_fault_of_the_watchdog(
+    command_of_either: BoardCommand, state: State
+) -> None:
+    """Pressed while the axes decelerate, where that is seen in time, or once they stand."""
+    speed = 0.2 if state is State.STOPPING else SPEED
+    with serving(command_of_either(speed=speed)) as served, served.connected() as board:
+        watchdog(board, 0.1, WatchdogAction.QUICK_STOP)
+        start(board, replace(LONG, lead_in_s=0.1))
+        before = until_abandoned(board, lambda status: status.state in (state, State.FAULT))
+        assert before.fault is Fault.WATCHDOG
+        after = tap_stop(served, board)
+        assert (after.state, after.fault, after.sto_latched) == (State.FAULT, Fault.STO, True)
+        assert after.fault_sample > before.fault_sample
+        for _ in range(2):
+            with pytest.raises(BoardError, match="the wired emergency stop cut the effort"):
+                make_ready(board)
+        assert board.status().sto_latched
+        board.clear_fault()
+        make_ready(board)
         assert not board.status().sto_latched

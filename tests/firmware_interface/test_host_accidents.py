@@ -269,7 +269,7 @@ def test_a_host_that_is_held_up_finds_the_machine_stopped(site: Site) -> None:
     assert process.returncode == 4, messages
     error = json.loads(document)
     assert "fault WATCHDOG" in error["cause"]
-    assert "clear the fault" in error["next_step"]
+    assert "edge-ident clear-fault" in error["next_step"]
     site.check_left_over(ambush)
 
 

@@ -297,7 +297,7 @@ def test_a_line_that_stays_away_is_said_and_the_machine_stops(
         proxy.come_back()
         with pytest.raises(BoardError, match="fault WATCHDOG") as fault:
             list(board.capture_pages())
-        assert "clear the fault" in fault.value.next_step
+        assert "edge-ident clear-fault" in fault.value.next_step
         until(board, lambda status: status.state is State.FAULT)
         board.clear_fault()
         board._link.write(REGISTERS["watchdog.timeout"].address, [1000])

@@ -72,7 +72,7 @@ def _map(board: Board) -> Check:
 
 def _state(board: Board) -> Check:
     status = board.status()
-    if status.state is State.FAULT:
+    if status.state is State.FAULT or status.emergency_stop:
         error = fault_error(status)
         return Check("state", False, error.cause, error.next_step)
     unhomed = [axis for axis in board.axes if axis not in status.homed]

@@ -84,25 +84,29 @@ def make_ready(board: Board) -> None:
 
     A host that vanished in the middle of a motion leaves the board moving until its watchdog stops
     it, then in that fault: nothing is wrong with the machine, and a host is there again. Whatever
-    it began is ended, and its effort goes off. One that vanished between motions may have left the
-    effort on, which no watchdog guards. That looks like effort that somebody wants: it stays, and
-    `effort_on` says so.
+    it began is ended, and its effort goes off. But where somebody has pressed the emergency stop
+    since, a person has to clear it.
+
+    One that vanished between motions may have left the effort on, which no watchdog guards. That
+    looks like effort that somebody wants: it stays, and `effort_on` says so.
 
     Raises
     ------
     BoardError
-        It is in another fault, or moves for somebody else, or another host holds it.
+        It is in another fault, or the emergency stop was pressed, or it moves for somebody else, or
+        another host holds it.
     """
-    status = _at_rest(board)
+    found = _at_rest(board).state  # what is armed is armed no longer once it is this host's
     board.claim()
-    if status.state is State.FAULT:
-        if status.fault is not Fault.WATCHDOG:
-            raise fault_error(status)
+    status = board.status()  # of now: the hold of a host that is gone may have lasted for seconds
+    in_fault = status.state is State.FAULT
+    if status.emergency_stop or (in_fault and status.fault is not Fault.WATCHDOG):
+        raise fault_error(status)
+    if in_fault:
         log.warning("an earlier host disappeared during a motion: clearing the watchdog fault")
         board.clear_fault()
-        status = board.status()
-    if status.state is not State.IDLE or status.unconfirmed:
-        log.warning("an earlier host left the board %s: cleaning up", status.state.name)
+    if found not in _AT_REST or status.unconfirmed:
+        log.warning("an earlier host left the board %s: cleaning up", found.name)
         _end_of_abandoned(board)
 
 

@@ -156,7 +156,7 @@ def quick(monkeypatch: pytest.MonkeyPatch) -> None:
     ("settings", "bad", "next_step"),
     [
         (BoardSettings(map_crc=7), "register map", "same release"),
-        (BoardSettings(fault=Fault.FOLLOWING_ERROR), "state", "clear the fault"),
+        (BoardSettings(fault=Fault.FOLLOWING_ERROR), "state", "edge-ident clear-fault"),
     ],
 )
 def test_boards_that_cannot_be_used_get_a_remedy(
