@@ -578,7 +578,7 @@ _ALL = (
         address=144,
         type="u32",
         access="rw",
-        description="A host that writes a key here holds the board, for 5 s each time; refused (exception 6) while another host holds it, and for a key whose host another one has stopped by QUICK_STOP since it held the board and did not let go. What an earlier host armed is armed no longer. During a motion it is the heartbeat. Reads as the holder's key, 0 when there is none.",
+        description="A host that writes a key here holds the board, for 5 s each time; refused (exception 6) while another host holds it, for a key whose host another one has stopped by QUICK_STOP since it held the board and did not let go, and for a late heartbeat of the host that let go last: the key together with capture.pages_acknowledged. What an earlier host armed is armed no longer. During a motion it is the heartbeat. Reads as the holder's key, 0 when there is none.",
     ),
     Register(
         name="capture.pages_acknowledged",

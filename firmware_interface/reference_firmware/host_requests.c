@@ -101,7 +101,8 @@ static bool forbidden(const struct request *request)
         return true;
     }
     if (contains(request, FD_REG_SESSION_KEY)
-        && !session_open_to(u32_of(request, FD_REG_SESSION_KEY))) {
+        && !session_open_to(u32_of(request, FD_REG_SESSION_KEY),
+                            contains(request, FD_REG_CAPTURE_PAGES_ACKNOWLEDGED))) {
         return true;
     }
     return contains(request, FD_REG_SESSION_RELEASE) && machine_busy()

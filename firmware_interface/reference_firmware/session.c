@@ -11,12 +11,13 @@ static uint32_t holder;
 static uint32_t last_holder; /* also once the hold has run out, but not once it let go */
 static uint32_t stopped[STOPPED_REMEMBERED]; /* 0 is no host's key */
 static uint32_t stops;
+static uint32_t released; /* the key that let go last, until somebody claims */
 static uint32_t renewed_us; /* the lease runs from here */
 static uint32_t fed_us; /* the watchdog runs from here */
 
 void session_init(void)
 {
-    holder = last_holder = 0;
+    holder = last_holder = released = 0;
     for (uint32_t n = 0; n < STOPPED_REMEMBERED; n++) {
         stopped[n] = 0;
     }
@@ -32,8 +33,11 @@ void session_sample(bool busy)
     }
 }
 
-bool session_open_to(uint32_t key)
+bool session_open_to(uint32_t key, bool heartbeat)
 {
+    if (heartbeat && key == released) {
+        return false;
+    }
     for (uint32_t n = 0; n < STOPPED_REMEMBERED; n++) {
         if (stopped[n] == key) {
             return false;
@@ -45,6 +49,7 @@ bool session_open_to(uint32_t key)
 void session_claim(uint32_t key)
 {
     holder = last_holder = key;
+    released = 0;
     renewed_us = fed_us = port_time_us();
 }
 
@@ -52,6 +57,7 @@ void session_release(uint32_t key)
 {
     if (holder == key) {
         holder = last_holder = 0;
+        released = key;
     }
 }
 

@@ -16,8 +16,8 @@ void session_init(void);
 void session_sample(bool busy);
 
 /* Whether a write of this key would be accepted: the board is free or this host holds it, and
- * nobody has stopped it. */
-bool session_open_to(uint32_t key);
+ * nobody has stopped it. A heartbeat of the host that let go last comes late. */
+bool session_open_to(uint32_t key, bool heartbeat);
 
 /* The host with this key holds the board from now on, and feeds the watchdog. */
 void session_claim(uint32_t key);

@@ -136,7 +136,8 @@ class VirtualBoard:
     def _check_time(self, written: dict[str, int]) -> None:
         """Make sure that now is the time for it."""
         session = self.machine.session
-        if _KEY in written and not session.may_claim(written[_KEY]):
+        heartbeat = _ACKNOWLEDGED in written
+        if _KEY in written and not session.may_claim(written[_KEY], heartbeat=heartbeat):
             raise BusyError(
                 f"another host controls the board, for {session.remaining_s:.1f} s more, or has "
                 "stopped this one",

@@ -26,7 +26,7 @@ class Session:
 
     def __init__(self, now_s: Callable[[], float]) -> None:
         self._now_s = now_s
-        self._key = FREE
+        self._key = self._released = FREE
         self._stopped: deque[int] = deque(maxlen=_STOPPED_REMEMBERED)
         self._lease_s = self._heard_s = now_s()
 
@@ -47,13 +47,17 @@ class Session:
         """Time since the holder was heard."""
         return self._now_s() - self._heard_s
 
-    def may_claim(self, key: int) -> bool:
-        """Whether the board is free, or held by this key already, which nobody has stopped."""
-        return self.key in (FREE, key) and key not in self._stopped
+    def may_claim(self, key: int, *, heartbeat: bool) -> bool:
+        """Whether the board is free, or held by this key already, which nobody has stopped.
+
+        A heartbeat of the host that let go last comes late.
+        """
+        late = heartbeat and key == self._released
+        return self.key in (FREE, key) and key not in self._stopped and not late
 
     def heard(self, key: int) -> None:
         """The host of this key, which may claim the board, wrote it or a command."""
-        self._key = key
+        self._key, self._released = key, FREE
         self._lease_s = self._heard_s = self._now_s()
 
     def keep(self) -> None:
@@ -69,4 +73,4 @@ class Session:
 
     def release(self) -> None:
         """Nobody holds the board."""
-        self._key = FREE
+        self._key, self._released = FREE, self._key

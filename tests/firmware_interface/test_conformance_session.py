@@ -81,6 +81,16 @@ def test_a_released_board_is_anybodys(either_board: Board) -> None:
     assert released(either_board, FOREIGN) == 0
 
 
+def test_a_late_heartbeat_does_not_take_a_board_that_its_host_let_go(either_board: Board) -> None:
+    heartbeat = encode("session.key", MINE) + encode("capture.pages_acknowledged", 0)
+    for _ in range(2):  # the same host may come again
+        assert claimed(either_board, MINE) == 0
+        assert refused(either_board, KEY, heartbeat) == 0
+        assert released(either_board, MINE) == 0
+        assert refused(either_board, KEY, heartbeat) == BUSY
+        assert holder(either_board) == 0
+
+
 def test_a_host_that_says_nothing_more_loses_the_board(either_board: Board) -> None:
     assert claimed(either_board, MINE) == 0
     until_abandoned(either_board, lambda status: holder(either_board) == 0)
