@@ -12,12 +12,17 @@ from edge_ident.cli.messages import say
 from edge_ident.cli.options import BoardOptions, ResultOptions
 from edge_ident.cli.progress import shown_progress
 from edge_ident.cli.sessions import connected, drive_or_built_in, located
+from edge_ident.support.interrupts import HANGUP, deaf_to_interrupts
 
 if TYPE_CHECKING:
     from edge_ident.commissioning import BoardStatus
 
 _SHOWN: Final = 5e-5
 """Half of the last digit that is printed, rad."""
+_MAY_MOVE: Final = (
+    "the machine may still be moving, or under effort: run edge-ident stop again, or use the "
+    "wired emergency stop"
+)
 
 Targets = Annotated[
     list[str] | None,
@@ -141,14 +146,21 @@ def stop(*, context: typer.Context, where: BoardOptions, results: ResultOptions)
     Unconfirmed gains are rolled back. Another host that controls the board loses it, and its
     command ends. If another command of the same user has the board open, it is interrupted as by
     Ctrl-C. Where the effort stays on, or another host keeps the board, this command fails.
-    Settings that cannot be used are reported and ignored.
+    Settings that cannot be used are reported and ignored. This command goes on where its terminal
+    is closed. Ctrl-C ends it: then the machine may still be moving.
     The state of the board is printed; with --output it is also written to state.json.
 
     Example: `edge-ident stop --device /dev/ttyACM0`
     """
     tell_ignored(context.find_root().obj.settings_errors)
-    address = located(_with_readable_drive(context, where))
-    _report_state(commissioning.stop_machine(address.device, address.baud_rate, say), results)
+    try:
+        with deaf_to_interrupts(HANGUP):
+            address = located(_with_readable_drive(context, where))
+            status = commissioning.stop_machine(address.device, address.baud_rate, say)
+    except KeyboardInterrupt as interruption:
+        interruption.add_note(_MAY_MOVE)
+        raise
+    _report_state(status, results)
 
 
 def _with_readable_drive(context: typer.Context, where: BoardOptions) -> BoardOptions:

@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 
 ENDING: "Final" = tuple(s for s in signal.Signals if s.name in ("SIGINT", "SIGTERM", "SIGHUP"))
 """Ctrl-C, a service manager, a closed terminal; not every system has them all."""
+HANGUP: "Final" = tuple(s for s in ENDING if s.name == "SIGHUP")
+"""A closed terminal alone."""
 INTERRUPTED: "Final" = 130
 """Exit code of a command that such a signal ended."""
 
@@ -78,14 +80,14 @@ def interrupted() -> bool:
 
 
 @contextmanager
-def deaf_to_interrupts() -> Iterator[None]:
-    """Ignore ending signals while the body runs; it must end by itself."""
+def deaf_to_interrupts(endings: "tuple[signal.Signals, ...]" = ENDING) -> Iterator[None]:
+    """Ignore ending signals, or some of them, while the body runs; it must end by itself."""
     import threading
 
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    previous = {ending: signal.signal(ending, signal.SIG_IGN) for ending in ENDING}
+    previous = {ending: signal.signal(ending, signal.SIG_IGN) for ending in endings}
     try:
         yield
     finally:

@@ -224,6 +224,43 @@ def test_a_holder_that_does_not_end_is_said_with_the_wired_stop_as_next_step(
         assert process.wait(timeout=20) == 130
 
 
+@contextmanager
+def stop_that_waits(device: str, holder: subprocess.Popen[str]) -> Iterator[subprocess.Popen[str]]:
+    """`edge-ident stop` while the process that has the board is frozen."""
+    holder.send_signal(signal.SIGSTOP)
+    with processes.running([*COMMAND, "stop", "--device", device]) as stopping:
+        assert stopping.stderr is not None
+        assert "asking it to stop the machine" in stopping.stderr.readline()
+        yield stopping
+
+
+@pytest.mark.real_time
+def test_stop_that_is_interrupted_says_that_the_machine_may_be_moving(tmp_path: Path) -> None:
+    with (
+        served_board(speed=5.0) as device,
+        running(device, tmp_path / "out", "capture") as process,
+        stop_that_waits(device, process) as stop,
+    ):
+        stop.send_signal(signal.SIGTERM)
+        _, errors = stop.communicate(timeout=20)
+        assert stop.returncode == 130
+        assert "the machine may still be moving" in errors
+        assert "run edge-ident stop again" in errors
+
+
+@pytest.mark.real_time
+def test_stop_goes_on_where_its_terminal_is_closed(tmp_path: Path) -> None:
+    with (
+        served_board(speed=5.0) as device,
+        running(device, tmp_path / "out", "capture") as process,
+        stop_that_waits(device, process) as stop,
+    ):
+        stop.send_signal(signal.SIGHUP)
+        process.send_signal(signal.SIGCONT)
+        _, errors = stop.communicate(timeout=60)
+        assert stop.returncode == 0, errors
+
+
 def test_a_port_that_something_else_holds_is_said_so() -> None:
     with served_board() as device:
         line = os.open(device, os.O_RDWR | os.O_NOCTTY)
