@@ -18,7 +18,7 @@ _NS_PER_S: Final = 1_000_000_000
 
 
 def read_bag(path: Path) -> Table:
-    """Read the joint states of a .bag, .db3 or .mcap file, in the order in which they were sent.
+    """Read the joint states of a .bag, .db3 or .mcap file, or of the folder of a bag of ROS 2.
 
     Time is the stamp of each message, or when it was recorded where it has none. A joint has
     columns `NAME/position`, `NAME/velocity` and `NAME/effort`; ROS does not say whether it turns.
@@ -38,7 +38,7 @@ def read_bag(path: Path) -> Table:
             topics = sorted({c.topic for c in reader.connections})
             sent = _joint_states(reader)
     except (highlevel.AnyReaderError, OSError, ValueError, KeyError, AssertionError) as error:
-        raise unreadable(str(path), f"{path.suffix} (ROS)", error) from error
+        raise unreadable(str(path), "ROS", error) from error
     with_effort = {topic: found for topic, found in sent.items() if found}
     if len(with_effort) != 1:
         several = ", ".join(with_effort) or "none"

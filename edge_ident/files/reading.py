@@ -26,6 +26,8 @@ _READERS: Final = {
 """Module and function of every format but text, by the ending of the name."""
 ENDINGS: Final = (".csv", ".tsv", ".txt", ".dat", ".asc", ".csv.gz", *_READERS)
 """Of files that hold a table: of text, then of every other format."""
+_BAG_OF_ROS_2: Final = "metadata.yaml"
+"""In the folder that such a bag is."""
 _NOT_READ: Final = {
     ".npy": (
         "an array without names of columns",
@@ -43,7 +45,7 @@ def read_table(source: Any, delimiter: str | None = None, decimal: str | None = 
     ----------
     source : str, Path or data frame
         The ending of the name tells the format: .npz, .mat, .h5 or .hdf5, .tdms, .parquet, .xlsx,
-        and .bag, .db3 or .mcap of ROS;
+        and .bag, .db3 or .mcap of ROS, of which version 2 also writes a folder;
         any other is text, which gzip may have compressed.
     delimiter, decimal : str, optional
         Of text, where they cannot be found out.
@@ -57,6 +59,8 @@ def read_table(source: Any, delimiter: str | None = None, decimal: str | None = 
     if not isinstance(source, str | Path):
         return joined_stamps(_frame(source))
     path = Path(source)
+    if (path / _BAG_OF_ROS_2).is_file():
+        return _read("bags", "read_bag", path)
     if not path.is_file():
         raise DataError(
             no_file(path),

@@ -71,6 +71,11 @@ def test_joint_states_of_a_bag_are_a_recording(ending: str, stamped: bool, tmp_p
     check(accepted(path), "pan", "tilt")
 
 
+def test_a_bag_of_ros_2_is_its_folder_too(tmp_path: Path) -> None:
+    path = write(tmp_path, ".db3", {"/joint_states": ["pan", "tilt"]})
+    check(accepted(path.parent), "pan", "tilt")
+
+
 def test_of_several_topics_none_is_taken(tmp_path: Path) -> None:
     path = write(tmp_path, ".db3", {"/left": ["pan"], "/right": ["pan"]})
     with pytest.raises(DataError, match="with efforts: /left, /right") as caught:
