@@ -2,8 +2,8 @@
 
 A serial port has one holder, a board at a network several. Each command that opens a device leaves
 a note of itself in folders that only this user may enter: its process, when that began, and what
-the device is really called. Which folders there are depends on how a command was started (cron, su,
-a container), so the note stands in each that there is.
+the device is called, as it was given and really. Which folders there are depends on how a command
+was started (cron, su, a container), so the note stands in each that there is.
 """
 
 import json
@@ -36,7 +36,9 @@ class Holder:
     started : str
         When it began, in the system's own words: another process of that number began later.
     device : str
-        Real path, or the address of a board at a network.
+        As it was given: its path from the root on, or an address.
+    real_name : str
+        What that stood for when it was opened: the path without links, the address as numbers.
     command : str
         What it is.
     """
@@ -44,6 +46,7 @@ class Holder:
     pid: int
     started: str
     device: str
+    real_name: str
     command: str = ""
 
     def __str__(self) -> str:
@@ -54,10 +57,20 @@ class Holder:
         """Whether it still runs."""
         return _started(self.pid) == self.started
 
+    @property
+    def names(self) -> set[str]:
+        """What its device is called: as given, really at that time, and really now.
+
+        An adapter that is plugged in again may get another number, to which a link then leads.
+        """
+        now = self.device if "://" in self.device else os.path.realpath(self.device)
+        return {self.device, self.real_name, now}
+
     def end(self, timeout_s: float) -> bool:
         """Ask it to end, as Ctrl-C does; says whether it did in time."""
         with suppress(ProcessLookupError):
             os.kill(self.pid, signal.SIGTERM)
+            os.kill(self.pid, signal.SIGCONT)  # else a suspended process does not take it
         deadline = time.monotonic() + timeout_s
         while self.alive:
             if time.monotonic() > deadline:
@@ -70,12 +83,12 @@ class Holder:
 def noted(device: str) -> Iterator[None]:
     """Leave a note that this process has the device open, for as long as the body runs."""
     pid = os.getpid()
-    holder = Holder(pid, _started(pid) or "", _real_name(device), _command())
+    holder = Holder(pid, _started(pid) or "", _given(device), _real_name(device), _command())
     notes = []
     for folder in _folders() if device != "virtual" else ():  # that is a board of its own
         with suppress(OSError):  # without it, only `edge-ident stop` is poorer
             _make_private(folder)
-            note = folder / f"{quote(holder.device, safe='')}.{pid}.json"
+            note = folder / f"{quote(holder.real_name, safe='')}.{pid}.json"
             note.write_text(json.dumps(asdict(holder)), "utf-8")
             notes.append(note)
     try:
@@ -88,7 +101,7 @@ def noted(device: str) -> Iterator[None]:
 
 def holders_of(device: str) -> list[Holder]:
     """The processes of this user that have a device open and left a note."""
-    found, name = dict[int, Holder](), _real_name(device)
+    found, names = dict[int, Holder](), {_given(device), _real_name(device)}
     for folder in _folders():
         with suppress(OSError):
             if not _is_private(folder):
@@ -97,7 +110,7 @@ def holders_of(device: str) -> list[Holder]:
                 holder = _read(note)
                 if holder is None or not holder.alive:  # of one that was killed
                     note.unlink(missing_ok=True)
-                elif holder.device == name:
+                elif names & holder.names:
                     found[holder.pid] = holder
     return list(found.values())
 
@@ -132,6 +145,11 @@ def _is_private(folder: Path) -> bool:
     return ours and not found.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
 
 
+def _given(device: str) -> str:
+    """The name of a device as it was given, from whichever folder."""
+    return device if "://" in device else os.path.abspath(device)
+
+
 def _real_name(device: str) -> str:
     """One name for a device, whatever it is called and from whichever folder."""
     if "://" not in device:
@@ -162,7 +180,8 @@ def _read(path: Path) -> Holder | None:
             return None
         values = json.loads(path.read_text("utf-8"))
         began, device = str(values["started"]), str(values["device"])
-        return Holder(int(values["pid"]), began, device, str(values.get("command", "")))
+        real_name, command = str(values.get("real_name", device)), str(values.get("command", ""))
+        return Holder(int(values["pid"]), began, device, real_name, command)
     except (OSError, ValueError, KeyError, TypeError):
         return None
 

@@ -128,7 +128,7 @@ def _end_others(url: str, say: Callable[[str], None]) -> bool:
         if not holder.end(_END_S):
             raise LinkError(
                 f"process {holder.pid}, which has {holder.device} open, does not end",
-                f"end it: kill -9 {holder.pid}",
+                f"end it: kill -9 {holder.pid}; then switch the effort off: edge-ident stop again",
             )
         say(f"process {holder.pid} has ended")
     return bool(holders)

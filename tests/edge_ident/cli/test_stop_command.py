@@ -160,13 +160,17 @@ def test_a_host_of_an_older_board_that_says_nothing_more_loses_it() -> None:
 
 
 HOLDING: Final = """
-import sys, time
+import signal, sys, time
 import edge_ident
 from edge_ident.support.interrupts import end_as_by_ctrl_c
 end_as_by_ctrl_c()
+if sys.argv[2] == "does not end":
+    signal.signal(signal.SIGTERM, signal.SIG_IGN)
 try:
     with edge_ident.connect(sys.argv[1]) as board:
-        if sys.argv[2] == "holds":
+        if sys.argv[2] == "enabled":
+            board.enable()
+        elif sys.argv[2] == "holds":
             board.claim()
         print("ready", flush=True)
         time.sleep(120.0)  # it computes, and asks the board for nothing
@@ -175,15 +179,19 @@ except KeyboardInterrupt:
 """
 
 
+@contextmanager
+def holding(device: str, how: str) -> Iterator[subprocess.Popen[str]]:
+    """A host that has a board open and asks it for nothing."""
+    with processes.running([sys.executable, "-c", HOLDING, device, how]) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline() == "ready\n"
+        yield process
+
+
 @pytest.mark.parametrize("how", ["holds", "has not begun"])
 def test_stop_over_tcp_ends_the_process_that_is_about_to_move(how: str, tmp_path: Path) -> None:
     """From any folder, by any name of the address, and wherever it left its note."""
-    with (
-        served_board("tcp_port=0") as device,
-        processes.running([sys.executable, "-c", HOLDING, device, how]) as process,
-    ):
-        assert process.stdout is not None
-        assert process.stdout.readline() == "ready\n"
+    with served_board("tcp_port=0") as device, holding(device, how) as process:
         stopped = subprocess.run(
             [*COMMAND, "stop", "--device", device.replace("127.0.0.1", "localhost")],
             env=os.environ | {"XDG_RUNTIME_DIR": str(tmp_path / "another"), "PYTHONPATH": ROOT},
@@ -195,12 +203,7 @@ def test_stop_over_tcp_ends_the_process_that_is_about_to_move(how: str, tmp_path
 
 
 def test_a_port_in_use_is_said_with_the_process_that_has_it() -> None:
-    with (
-        served_board() as device,
-        processes.running([sys.executable, "-c", HOLDING, device, "holds"]) as process,
-    ):
-        assert process.stdout is not None
-        assert process.stdout.readline() == "ready\n"
+    with served_board() as device, holding(device, "holds") as process:
         with pytest.raises(LinkError) as caught, connect(device):
             pass
         assert f"process {process.pid} (-c) has it open" in caught.value.next_step
@@ -208,19 +211,25 @@ def test_a_port_in_use_is_said_with_the_process_that_has_it() -> None:
 
 
 def test_a_holder_that_does_not_end_is_said_with_the_wired_stop_as_next_step(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(stopping, "_END_S", 0.3)
-    with (
-        served_board(speed=5.0) as device,
-        running(device, tmp_path / "out", "capture") as process,
-    ):
-        process.send_signal(signal.SIGSTOP)
+    with served_board() as device, holding(device, "does not end") as process:
         with pytest.raises(LinkError, match=f"process {process.pid}, .* does not end") as caught:
             stop_machine(device, 115200, lambda message: None)
         assert "wired emergency stop" in caught.value.next_step
-        assert f"kill -9 {process.pid}" in caught.value.next_step
-        process.send_signal(signal.SIGCONT)
+        assert f"kill -9 {process.pid}; then switch the effort off: edge-ident stop again" in (
+            caught.value.next_step
+        )
+        process.kill()
+
+
+@pytest.mark.parametrize("where", ["pty=True", "tcp_port=0"])
+def test_stop_ends_a_command_that_is_suspended(where: str) -> None:
+    """As by Ctrl-Z while it computes: no watchdog runs then, and the effort is on."""
+    with served_board(where) as device, holding(device, "enabled") as process:
+        process.send_signal(signal.SIGSTOP)
+        assert not stop_machine(device, 115200, lambda message: None).enabled
         assert process.wait(timeout=20) == 130
 
 
@@ -283,7 +292,7 @@ def test_after_a_stop_the_next_host_need_not_wait() -> None:
         board.close()
 
 
-def test_a_note_is_there_as_long_as_the_device_is_held_and_names_the_real_one(
+def test_a_note_is_there_as_long_as_the_device_is_held_by_whatever_name(
     tmp_path: Path,
 ) -> None:
     device, link = tmp_path / "ttyX", tmp_path / "by-id"
@@ -292,8 +301,22 @@ def test_a_note_is_there_as_long_as_the_device_is_held_and_names_the_real_one(
     assert not holders_of(str(device))
     with noted(str(link)):
         (holder,) = holders_of(str(device))
-        assert (holder.pid, holder.device) == (os.getpid(), str(device))
+        assert (holder.pid, holder.device) == (os.getpid(), str(link))
     assert not holders_of(str(device))
+
+
+def test_a_device_that_gets_another_number_is_found_by_its_link_and_by_that_number(
+    tmp_path: Path,
+) -> None:
+    """As an adapter that is plugged in again while its command goes on."""
+    link, other = tmp_path / "by-id", str(tmp_path / "ttyX1")
+    link.symlink_to(tmp_path / "ttyX0")
+    with noted(str(link)):
+        link.unlink()
+        link.symlink_to(other)
+        for name in (str(link), other, str(tmp_path / "ttyX0")):
+            assert [holder.pid for holder in holders_of(name)] == [os.getpid()]
+        assert not holders_of(str(tmp_path / "ttyX2"))
 
 
 def test_a_process_that_has_the_number_of_a_dead_one_is_left_alone(
