@@ -19,8 +19,9 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     # A shell script starts background jobs with SIGINT ignored, and every child inherits that.
     # The tests interrupt commands, so their children must not.
     signal.signal(signal.SIGINT, signal.default_int_handler)
-if signal.getsignal(signal.SIGHUP) is signal.SIG_IGN:
-    signal.signal(signal.SIGHUP, signal.SIG_DFL)  # nohup's
+for _ignored in (signal.SIGQUIT, signal.SIGHUP):  # a script's, too, and nohup's
+    if signal.getsignal(_ignored) is signal.SIG_IGN:
+        signal.signal(_ignored, signal.SIG_DFL)
 
 REAL_TIME = ("firmware_interface", "test_link_overhead.py", "test_refusals.py", "test_run.py")
 """Folder and files below this one whose tests wait for boards that go by the clock."""

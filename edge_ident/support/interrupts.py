@@ -23,8 +23,9 @@ if TYPE_CHECKING:
     _P = ParamSpec("_P")
     _R = TypeVar("_R")
 
-ENDING: "Final" = tuple(s for s in signal.Signals if s.name in ("SIGINT", "SIGTERM", "SIGHUP"))
-"""Ctrl-C, a service manager, a closed terminal; not every system has them all."""
+_NAMES: "Final" = ("SIGINT", "SIGQUIT", "SIGTERM", "SIGHUP")
+ENDING: "Final" = tuple(s for s in signal.Signals if s.name in _NAMES)
+"""Ctrl-C, Ctrl-\\, a service manager, a closed terminal; not every system has them all."""
 HANGUP: "Final" = tuple(s for s in ENDING if s.name == "SIGHUP")
 """A closed terminal alone."""
 INTERRUPTED: "Final" = 130
