@@ -3,11 +3,12 @@
 import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from threading import Event, Thread
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import IO, TYPE_CHECKING, Any, Final, NamedTuple, cast
 
 from edge_ident.cli.messages import detail, say, verbosity
+from edge_ident.support.streams import flushed
 
 if TYPE_CHECKING:
     from rich.progress import Progress as Bars
@@ -155,6 +156,25 @@ class ProgressBars(Progress):
         self._task = self._bars.add_task(self._title, total=None, note="")
 
 
+class _Terminal:
+    """Stderr for the bars: where the terminal is gone, they are lost and the command goes on."""
+
+    def __init__(self) -> None:
+        self._stream = sys.stderr
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._stream, name)
+
+    def write(self, text: str) -> None:
+        """Write what can be written."""
+        with suppress(OSError):
+            self._stream.write(text)
+
+    def flush(self) -> None:
+        """Let it appear."""
+        flushed(self._stream)
+
+
 @contextmanager
 def shown_progress() -> Iterator[Progress]:
     """Show progress on stderr while the body runs."""
@@ -207,7 +227,7 @@ def _bars() -> "Bars":
         TimeElapsedColumn(),
         TimeRemainingColumn(),
         TextColumn("{task.fields[note]}"),
-        console=Console(stderr=True),
+        console=Console(file=cast(IO[str], _Terminal())),
     )
 
 

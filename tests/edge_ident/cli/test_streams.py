@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from edge_ident.drive.writing import drive_text
+from tests import processes
 from tests.short_runs import brief_drive
 
 COMMAND = [sys.executable, "-m", "edge_ident"]
@@ -69,6 +70,25 @@ def test_a_run_goes_on_without_a_stream(
     assert (done.returncode, "Traceback" in done.stderr) == (0, False)
     assert ("new gains confirmed" in done.stdout) == (redirection != ">&-")
     assert confirmed(tmp_path / "run")
+
+
+def test_a_run_whose_terminal_is_gone_writes_its_results(
+    brief_run: list[object], tmp_path: Path
+) -> None:
+    """As one that `disown` keeps alive where the connection to its terminal is lost."""
+    terminal, stderr = os.openpty()
+    command = [*COMMAND, *map(str, brief_run), "--json"]
+    with processes.running(command, stderr) as process:
+        os.close(stderr)
+        said = b""
+        while b"axes enabled" not in said:
+            said += os.read(terminal, 4096)
+        os.close(terminal)
+        assert process.stdout is not None
+        assert json.loads(process.stdout.read())["confirmed"]
+        assert process.wait(timeout=60) == 0
+    assert confirmed(tmp_path / "run")
+    assert {"report.html", "model.json"} <= {file.name for file in (tmp_path / "run").iterdir()}
 
 
 def test_a_file_does_not_get_the_number_of_a_closed_stream(tmp_path: Path) -> None:
