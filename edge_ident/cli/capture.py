@@ -1,6 +1,6 @@
 """The command capture: a motion and its recording."""
 
-from typing import Annotated, Any
+from typing import Annotated, Any, Final
 
 import typer
 
@@ -13,6 +13,7 @@ from edge_ident.cli.options import BoardOptions, ResultOptions, deliver
 from edge_ident.cli.progress import shown_progress
 from edge_ident.cli.sessions import session
 
+_WRITES: Final = ("capture*.npz", "capture.json")
 MotionOrFile = Annotated[
     str,
     typer.Option(
@@ -50,7 +51,7 @@ def capture(
     cycles = periods(context, motion, cycles)
     followed: Any = motion if motion in MOTIONS else edge_ident.load_motion(motion)
     hidden = faults.hidden()
-    with session(context, where, results.output, hidden) as opened:
+    with session(context, where, results.output, _WRITES, hidden) as opened:
         path = opened.folder / commissioning.CAPTURE_FILE
         with shown_progress() as bars:
             found = commissioning.record_motion(

@@ -13,6 +13,7 @@ from edge_ident.cli.messages import say
 from edge_ident.cli.options import (
     ModelFile,
     ResultOptions,
+    check_no_run,
     given_model,
     save_result_model,
 )
@@ -88,10 +89,11 @@ def diagnose(
     """Find out what the base model gets wrong, and extend it by the physical causes.
 
     The result is printed; with --output, a page, diagnosis.json and the extended model model.json
-    are written to that folder.
+    are written to that folder, which must not be that of a run.
 
     Example: `edge-ident diagnose monday.csv tuesday.csv --validate friday.csv --output diagnosis`
     """
+    check_no_run(results.output)
     known = given_model(model)
     with shown_progress() as bars:
         bars.stage("reading")

@@ -12,6 +12,7 @@ from edge_ident.cli.options import (
     NoDiagnose,
     ResultOptions,
     Seed,
+    check_no_run,
     given_model,
     save_result_model,
 )
@@ -38,10 +39,11 @@ def identify(
     If a rigid body with friction does not describe an axis, the axis is diagnosed, and the
     parameters are those of the extended model. With --model, the effects of that model are
     compensated first. The result is printed; with --output, identification.json and model.json are
-    written to that folder.
+    written to that folder, which must not be that of a run.
 
     Example: `edge-ident identify recording.csv --column pos=x_position_rad --json`
     """
+    check_no_run(results.output)
     watch = edge_ident.Stopwatch()
     with watch.stage("load"):
         measured, loaded, known = recording.load(), network.load(), given_model(model)

@@ -17,6 +17,8 @@ from edge_ident.cli.messages import print_document
 
 _SUFFIXES: Final = (".csv", ".npz")
 _IN_FOLDER: Final = "recording.npz"
+_OF_A_RUN: Final = ("gains_before.json", "report.json")
+"""What a run writes first and last, and no other command."""
 
 
 def named(path: str) -> Path:
@@ -172,6 +174,20 @@ class ResultOptions:
         """Print a result for a person, unless JSON is wanted."""
         if not self.json:
             report.show(result)
+
+
+def check_no_run(folder: Path | None) -> None:
+    """Make sure that a folder for results is not that of a run, whose page and model are kept.
+
+    Raises
+    ------
+    DataError
+    """
+    if folder and any((folder / name).exists() for name in _OF_A_RUN):
+        raise edge_ident.DataError(
+            f"{folder} is the folder of a run, whose page or model would be lost",
+            "choose another folder with --output",
+        )
 
 
 def deliver(document: dict[str, Any], name: str, output: Path | None, as_json: bool) -> None:

@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
@@ -31,6 +31,11 @@ from edge_ident.cli.shares import true_part
 
 if TYPE_CHECKING:
     from edge_ident import Drive
+
+_WRITES: Final = (
+    "gains_before.json", "capture*.npz", "verification*.npz", "model.json", "report.html",
+    "report.json",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -131,7 +136,7 @@ def run(
     Where a diagnosis leaves several explanations, further motions are designed, announced and made.
     The gains are read back after writing. They are confirmed if two motions show the tracking error
     that was promised and nothing is in doubt; otherwise the old gains are restored. The results are
-    printed and written to the folder given by --output, which must not hold another run. Without
+    printed and written to the folder given by --output, where no file is written over. Without
     it, each run has a folder by date and time in edge-ident-runs, or in that of the setting.
 
     With --until 2%, the first motion ends as soon as every parameter is known to 2 %, and the
@@ -146,7 +151,7 @@ def run(
     known, hidden = given_model(model), faults.hidden()
     plan, done = _plan(motions, gains, seed, known, diagnose=not no_diagnose), list[str]()
     with noting(done):
-        with session(motions.context, where, results.output, hidden) as opened:
+        with session(motions.context, where, results.output, _WRITES, hidden) as opened:
             motions.check_time(opened.drive)
             board, folder, loaded = opened.board, opened.folder, network.load()
             with shown_progress() as bars:

@@ -1,7 +1,7 @@
 """A connected board for the length of a command, and the folder that the command fills."""
 
 import logging
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from datetime import datetime
@@ -99,19 +99,21 @@ def session(
     context: typer.Context,
     options: BoardOptions,
     output: Path | None,
+    writes: Iterable[str],
     hidden: "Hidden | None" = None,
 ) -> Iterator[Session]:
     """Connect to a board, with a folder for results that no other session has, and a log in it.
 
     The command line names this folder; the environment and the settings name one in which every
-    session has a folder of its own.
+    session has a folder of its own. None of the files that the session `writes`, as patterns of
+    their names, is there.
     """
     source = context.get_parameter_source("output")
     by_name = source is not None and source.name == "COMMANDLINE"
     with connected(options, hidden) as (board, drive):
         folder = output if output and by_name else _new_folder(output or Path("edge-ident-runs"))
         folder.mkdir(parents=True, exist_ok=True)
-        with _log_file(folder / "log.txt"):
+        with _log_file(folder / "log.txt", writes):
             yield Session(board, drive, folder)
 
 
@@ -127,7 +129,7 @@ def _new_folder(above: Path) -> Path:
 
 
 @contextmanager
-def _log_file(path: Path) -> Iterator[None]:
+def _log_file(path: Path, writes: Iterable[str]) -> Iterator[None]:
     """A new log, which says to other sessions whose folder that is.
 
     A session in which nothing happened, for it was refused, leaves no log either.
@@ -135,18 +137,19 @@ def _log_file(path: Path) -> Iterator[None]:
     Raises
     ------
     DataError
-        Another session, earlier or at this time, has the folder.
+        Another session, earlier or at this time, has the folder, or a file is there that this one
+        writes.
     """
     before = set(path.parent.iterdir())
     try:
         handler = _LogFile(path, "x", encoding="utf-8")
     except FileExistsError as error:
-        raise edge_ident.DataError(
-            f"{path.parent} holds another run or capture, whose files would be lost",
-            "choose another folder with --output; without it, each has a folder by date and time",
-        ) from error
+        raise _taken(path.parent, "another run or capture, whose files") from error
     line = "%(asctime)s %(levelname)s %(name)s: %(message)s"
     try:
+        there = sorted(file.name for pattern in writes for file in path.parent.glob(pattern))
+        if there:
+            raise _taken(path.parent, f"{', '.join(there)}, which")
         with logged(handler, line, ("edge_ident", "firmware_interface")):
             yield
     finally:
@@ -155,6 +158,13 @@ def _log_file(path: Path) -> Iterator[None]:
             alone = {*path.parent.iterdir()} - before == {path}
             if alone and not path.stat().st_size:
                 path.unlink()
+
+
+def _taken(folder: Path, what: str) -> edge_ident.DataError:
+    return edge_ident.DataError(
+        f"{folder} holds {what} would be lost",
+        "choose another folder with --output; without it, each has a folder by date and time",
+    )
 
 
 class _LogFile(logging.FileHandler):

@@ -11,7 +11,15 @@ from edge_ident.cli.command import UNTRUSTED, command
 from edge_ident.cli.failures import FILE
 from edge_ident.cli.file_options import FileOptions
 from edge_ident.cli.messages import detail, say
-from edge_ident.cli.options import Json, ModelFile, NoDiagnose, deliver, given_model, result_folder
+from edge_ident.cli.options import (
+    Json,
+    ModelFile,
+    NoDiagnose,
+    check_no_run,
+    deliver,
+    given_model,
+    result_folder,
+)
 from edge_ident.cli.progress import shown_progress
 
 RecordingFolder = Annotated[
@@ -84,12 +92,12 @@ def survey(
     """Identify and diagnose every recording of a folder, and say which unit stands out.
 
     A table (survey.csv, survey.parquet), a page (report.html) and survey.json are written to the
-    folder given by --output. Results are kept there: the next survey does only what is missing or
-    has changed. The result is printed.
+    folder given by --output, which must not be that of a run. Results are kept there: the next
+    survey does only what is missing or has changed. The result is printed.
 
     Example: `edge-ident survey recordings --jobs 4 --output comparison`
     """
-    kept = output or folder / "edge-ident-survey"
+    check_no_run(kept := output or folder / "edge-ident-survey")
     with shown_progress() as bars:
         found = edge_ident.survey(
             folder,

@@ -175,12 +175,12 @@ def commission(
     check_drive(board, drive)
     study = plan.study(board, drive, network, folder, observer)
     trajectory = named_trajectory(drive, plan.motion, plan.cycles)
+    check_room(folder / CAPTURE_FILE, board, trajectory)
     make_ready(board)
+    rehearse(study, trajectory)
     gains_before = board.active_gains()
     # before the effort goes on: whatever happens from there, the backup is there
     keep_backup(gains_before, board.identity, folder)
-    rehearse(study, trajectory)
-    check_room(folder / CAPTURE_FILE, board, trajectory)
     with ready_to_move(board, observer.say):
         first, early = _first_motion(study, trajectory, plan.until)
         answer = _answer_of_board(study, first)

@@ -5,6 +5,7 @@ import shutil
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
+from math import ceil
 from pathlib import Path
 from typing import Final
 
@@ -188,8 +189,8 @@ def check_room(file: Path, board: Board, trajectory: Trajectory) -> None:
     free = shutil.disk_usage(file.parent).free
     if free < needed:
         raise DataError(
-            f"{file.parent} has {free / 1e6:.1f} MB free, but the recording needs "
-            f"{needed / 1e6:.1f} MB",
+            f"{file.parent} has {free // 1000} kB free, but the recording needs "
+            f"{ceil(needed / 1000)} kB",
             "free some space or choose another folder with --output; this motion was not made",
         )
 

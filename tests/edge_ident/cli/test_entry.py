@@ -126,9 +126,7 @@ def test_little_is_loaded_before_the_signals_are_handled() -> None:
     assert not loaded & {"typing", "threading", "logging", "typer", "numpy"}
 
 
-@pytest.mark.parametrize(
-    "ending", [signal.SIGINT, signal.SIGQUIT, signal.SIGTERM, signal.SIGHUP]
-)
+@pytest.mark.parametrize("ending", [signal.SIGINT, signal.SIGQUIT, signal.SIGTERM, signal.SIGHUP])
 def test_a_signal_while_modules_load_ends_with_130_and_no_traceback(ending: signal.Signals) -> None:
     with started() as process:
         process.send_signal(ending)

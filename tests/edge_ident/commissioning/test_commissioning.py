@@ -168,11 +168,12 @@ def test_no_motion_begins_whose_recording_has_no_room(
     usage = shutil.disk_usage(tmp_path)._replace(free=100_000)
     monkeypatch.setattr(shutil, "disk_usage", lambda path: usage)
     monkeypatch.setattr(board, "enable", lambda: pytest.fail("the effort was switched on"))
-    with pytest.raises(DataError, match=r"has 0\.1 MB free") as caught:
+    with pytest.raises(DataError, match="has 100 kB free") as caught:
         run(board, tmp_path)
     assert "this motion was not made" in caught.value.next_step
     assert board.status().samples_captured == 0
     assert_old_gains_at_rest(board)
+    assert not list(tmp_path.iterdir())
 
 
 def test_store_only_on_request(tmp_path: Path) -> None:

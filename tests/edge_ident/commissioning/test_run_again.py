@@ -42,6 +42,7 @@ def run(
 ) -> Outcome:
     """A new host with the built-in drive on a brief motion, unless others are given."""
     board = Board.connect(link)
+    folder.mkdir(exist_ok=True)
     try:
         return commission(
             board,
