@@ -250,7 +250,7 @@ def save_recording(recording: Recording, path: str | Path) -> None:
     columns = {TIME: recording.time_s}
     for name, axis in recording.axes.items():
         columns |= axis_columns(name, axis)
-    with atomic_write(path) as partial:
+    with atomic_write(path, lasting=False) as partial:  # a watchdog does not wait for a disk
         if path.suffix == ".npz":
             shift = {_SHIFT: np.array(recording.effort_shift_s)}
             np.savez(partial, allow_pickle=False, **columns, **shift)
