@@ -187,10 +187,10 @@ def _traded(assessed: Assessment, kept: Sequence[int]) -> dict[int, str]:
 
 
 def _in_time(assessed: Assessment, kept: Sequence[int]) -> dict[int, str]:
-    """Reasons against events that friction at a stop may imitate, and against those that recur."""
-    model = assessed.fitted(kept)
-    reasons = at_standstill(assessed.search.data, model) | recurring(model)
-    return {kept[place]: reason for place, reason in reasons.items()}
+    """Reasons against events that friction at a stop may imitate, or that recur, weak ones too."""
+    held = at_standstill(assessed.search.data, assessed.fitted(kept))
+    reasons = recurring(assessed.model) | {kept[place]: why for place, why in held.items()}
+    return {k: reasons[k] for k in kept if k in reasons}
 
 
 def _halves_apart(assessed: Assessment, kept: Sequence[int]) -> dict[int, str]:

@@ -8,8 +8,12 @@ from numpy.typing import NDArray
 
 from edge_ident.diagnosis.fit.candidates import Candidate
 from edge_ident.diagnosis.fit.fitting import FittedTerm, fit
+from edge_ident.diagnosis.fit.noise_floor import noise_floor
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
+from edge_ident.diagnosis.select.assessment import Assessment
 from edge_ident.diagnosis.select.causes_in_time import _may_be_held, at_standstill
+from edge_ident.diagnosis.select.judgement import _in_time
+from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.model.model import AxisModel, Term
 from edge_ident.model.search import Form
@@ -105,3 +109,19 @@ def test_events_are_named_only_as_long_as_each_may_have_happened_once(times: int
         assert not named
         assert axis.verdict is Verdict.UNEXPLAINED
         assert all("something recurs" in cause.decision for cause in axis.suspected)
+
+
+@pytest.mark.parametrize("weak", [1, 2])
+def test_weak_events_that_are_suspected_already_recur_as_well(weak: int) -> None:
+    t, x, v, a = swing()
+    data = prepare_axis([recorded(t, x, rigid(v, a), noise=0.05)], "x")
+    start = fit(data, TEMPLATE, np.zeros(4), ())
+    form = Form(("level",), ("time", "duration"))
+    places = [{"time": 3.0 * k, "duration": 0.4, "clock": 0.0} for k in range(1, weak + 2)]
+    events = [
+        FittedTerm(Candidate("disturbance_event", form), place, {"level": 0.0}) for place in places
+    ]
+    search = Search.of(data, TEMPLATE, start)
+    model = search.fit(start.base, events)
+    assessed = Assessment.of(search, start, model, noise_floor(data, start), 0.01)
+    assert list(_in_time(assessed, [0])) == ([0] if weak == 2 else [])
