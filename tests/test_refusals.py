@@ -62,7 +62,7 @@ def test_missing_file_and_column(tmp_path: Path) -> None:
         DATA,
         f"error: {tmp_path}/absent.csv: no such file\n"
         "next:  give the path of a recording (.csv, .tsv, .txt, .dat, .asc, .csv.gz, .npz, .mat, "
-        ".h5, .hdf5, .tdms, .parquet, .xlsx)\n",
+        ".h5, .hdf5, .tdms, .parquet, .xlsx, .bag, .db3, .mcap)\n",
     )
     path = write(tmp_path / "a.csv")
     path.write_text(path.read_text().replace("x_torque_nm", "load", 1))
