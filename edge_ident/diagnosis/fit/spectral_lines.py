@@ -108,7 +108,9 @@ def over_time(
     rate = 2.0 * np.pi / (period_s * length) * np.arange(len(spectrum))
     power = np.abs(spectrum) ** 2 / max(float(weight @ weight), _TINY)
     inside = (rate >= lowest) & (rate <= highest)
-    return _of(rate[inside], power[inside], cell)
+    found = _of(rate[inside], power[inside], cell)
+    # noise that falls steeply is no line where it is highest
+    return replace(found, level=np.maximum(found.level, local_level(found.power, _CELLS // 2)))
 
 
 def over_position(signal: Array, position: Array, energy_at: tuple[Array, Array]) -> Periodogram:
@@ -137,9 +139,9 @@ def over_position(signal: Array, position: Array, energy_at: tuple[Array, Array]
     return _of(rate[inside], power, cell)
 
 
-def local_level(power: Array) -> Array:
-    """Mean of exponentially distributed ordinates (F,), by a running median."""
-    half = _CELLS * _OVERSAMPLED // 2
+def local_level(power: Array, cells: int = _CELLS) -> Array:
+    """Mean of exponentially distributed ordinates (F,), by a running median over so many cells."""
+    half = cells * _OVERSAMPLED // 2
     blocks = len(power) // half
     if blocks < 2:
         return np.full(len(power), np.median(power) / np.log(2.0) if len(power) else 0.0)

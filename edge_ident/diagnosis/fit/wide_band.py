@@ -40,6 +40,8 @@ _HELD: Final = 1.0 / np.sqrt(12.0)
 """Standard deviation of the timing, in samples: a command is held over one of them."""
 _AGREES: Final = 0.5
 """Largest difference between halves, of the amplitude, beside three standard deviations."""
+_LESS: Final = 2.0
+"""Standard deviations by which one amplitude is certainly less than another."""
 _BETTER: Final = 1.25
 """Energy that the square of the speed explains, over that of a constant amplitude, from which it is
 the better law. On a sinusoidal motion it is 1.5 for an error of the encoder, 0.67 for a ripple."""
@@ -214,7 +216,7 @@ def _beside(
     orders (W, N).
 
     A line counts in that account of the motion, of efforts (3, N), which leaves the least noise
-    about it.
+    about it. What the account with the whole motion has certainly less of is of the motion.
     """
     if not peaks:
         return []
@@ -231,9 +233,11 @@ def _beside(
         taken = [replace(one, recorded=share) for one, share in zip(found, shares, strict=True)]
         by_account.append(list(zip(taken, seen, strict=True)))
     pairs = []
-    for moving, first, *others in zip(part, *by_account, strict=True):
-        quietest = min((first, *others), key=lambda account: account[1].level)
+    for moving, first, whole, none in zip(part, *by_account, strict=True):
+        quietest = min((first, whole, none), key=lambda account: account[1].level)
         one, peak = first if first[1].order else quietest
+        if whole[0].amplitude + _LESS * whole[0].std < one.amplitude:
+            one = replace(one, found_again=False)
         pairs.append((replace(one, of_encoder=bool(moving > _AGREES * one.amplitude)), peak))
     return pairs
 

@@ -83,7 +83,8 @@ def test_a_delay_is_as_large_as_what_exceeds_a_controllers_timing(samples: float
     (in_band,) = own_shares(data, model, space)
     (size,) = recorded_sizes(data, model)
     assert in_band == pytest.approx(expected, rel=0.1)
-    assert size < 2.0 * expected  # friction's steps at reversals are in the recorded effort, too
+    # friction's steps at reversals are in the recorded effort, too
+    assert size < 2.0 * expected + 0.1 * whole_share
     assert found == pytest.approx(samples, rel=0.01)
 
 
