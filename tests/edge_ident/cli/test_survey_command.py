@@ -170,7 +170,7 @@ def test_ctrl_c_ends_the_workers_and_keeps_what_is_finished(sound: Path, tmp_pat
         )
     command = [sys.executable, "-m", "edge_ident", "survey", str(folder), "-j", "1"]
     with running([*command, "-o", str(tmp_path / "out")]) as process:
-        while not [*kept.glob("*.json")]:
+        while not [*kept.glob("[!.]*.json")]:  # none that is still being written
             assert process.poll() is None, process.communicate()
             time.sleep(0.01)
         workers = children(process.pid)
