@@ -116,6 +116,11 @@ class BoardStatus:
         """The wired emergency stop cuts the effort, or has since the last clear_fault."""
         return self.sto_active or self.sto_latched
 
+    @property
+    def at_rest(self) -> bool:
+        """The axes stand, and no motion is armed or under way."""
+        return self.state in (State.IDLE, State.FAULT)
+
 
 @dataclass(frozen=True)
 class AxisLimits:

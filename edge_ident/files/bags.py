@@ -12,6 +12,7 @@ from edge_ident.files.extras import needed, unreadable
 from edge_ident.files.table import Table, series
 
 Array = NDArray[np.float64]
+_Message = tuple[int, tuple[Array, Array, Array]]
 
 _JOINT_STATES: Final = "sensor_msgs/msg/JointState"
 _NS_PER_S: Final = 1_000_000_000
@@ -51,9 +52,6 @@ def read_bag(path: Path) -> Table:
     joints, messages = max(by_joints.items(), key=lambda pair: len(pair[1]))
     arrays = _arrays(joints, sorted(messages, key=lambda message: message[0]))
     return series(str(path), arrays, f"topic {topic}")
-
-
-_Message = tuple[int, tuple[Array, Array, Array]]
 
 
 def _joint_states(reader: Any) -> dict[str, dict[tuple[str, ...], list[_Message]]]:

@@ -25,7 +25,6 @@ log = logging.getLogger(__name__)
 _MOVES: Final = (State.MOVING, State.DRAINING, State.STOPPING)
 _STOP_S: Final = 2.0
 """Longest stop that follows a watchdog's end, with some to spare."""
-_AT_REST: Final = (State.IDLE, State.FAULT)
 _LEAVE_S: Final = 5.0
 """For so long the machine is told to stop and to switch off, until the board says that it has."""
 _POLL_S: Final = 0.01
@@ -96,7 +95,7 @@ def make_ready(board: Board) -> None:
         It is in another fault, or the emergency stop was pressed, or it moves for somebody else, or
         another host holds it.
     """
-    found = _at_rest(board).state  # what is armed is armed no longer once it is this host's
+    found = _at_rest(board)  # what is armed is armed no longer once it is this host's
     board.claim()
     status = board.status()  # of now: the hold of a host that is gone may have lasted for seconds
     in_fault = status.state is State.FAULT
@@ -105,8 +104,8 @@ def make_ready(board: Board) -> None:
     if in_fault:
         log.warning("an earlier host disappeared during a motion: clearing the watchdog fault")
         board.clear_fault()
-    if found not in _AT_REST or status.unconfirmed:
-        log.warning("an earlier host left the board %s: cleaning up", found.name)
+    if not found.at_rest or status.unconfirmed:
+        log.warning("an earlier host left the board %s: cleaning up", found.state.name)
         _end_of_abandoned(board)
 
 
@@ -190,12 +189,13 @@ def _leave(board: Board, was_enabled: bool, gains: Bank, *, stopped: bool) -> li
     deadline, left, stops = time.monotonic() + _LEAVE_S, False, stopped
     while True:
         status = _told_to_rest(board, was_enabled, stop=not stops)
-        if status is not None and status.state in _AT_REST and not status.unconfirmed:
+        if status is not None and status.at_rest and not status.unconfirmed:
             left = was_enabled or not status.enabled
         if left or time.monotonic() > deadline or _taken_over(board):
             break
         # a stop in place of another host's would end its hold
-        stops = stopped and status is not None and status.state in (*_AT_REST, State.STOPPING)
+        stands = status is not None and (status.at_rest or status.state is State.STOPPING)
+        stops = stopped and stands
         time.sleep(_POLL_S)
     notes: list[str] = []
     if board.has_committed and not (

@@ -9,7 +9,6 @@ from edge_ident.commissioning.link.port_notes import holders_of
 from edge_ident.errors import BoardError, EdgeIdentError, LinkError
 from firmware_interface.board import Board, BoardStatus
 from firmware_interface.connection import open_link
-from firmware_interface.registers import State
 
 _END_S: Final = 20.0
 """Longest time that a process takes to stop the machine, over a line on which much is lost."""
@@ -103,8 +102,7 @@ def _at_rest_for_good(board: Board) -> BoardStatus:
             if late:
                 raise
             continue
-        stands = status.state in (State.IDLE, State.FAULT)
-        if stands and not status.enabled and not held:
+        if status.at_rest and not status.enabled and not held:
             return status
         if late:
             raise _not_stopped(status, failed)
@@ -112,7 +110,7 @@ def _at_rest_for_good(board: Board) -> BoardStatus:
 
 
 def _not_stopped(status: BoardStatus, failed: EdgeIdentError | None) -> BoardError:
-    if status.state not in (State.IDLE, State.FAULT):
+    if not status.at_rest:
         return BoardError(f"the board is {status.state.name}: it did not stop", _LAST_RESORT)
     if status.enabled:
         why = failed.cause if failed else "another host has switched it on again"

@@ -76,33 +76,30 @@ def test_asking_for_the_window_changes_nothing(virtual: VirtualBoard) -> None:
     assert staged(virtual) == STAGED
 
 
+def check_kept(virtual: VirtualBoard, board: Board, error: type[BaseException]) -> None:
+    """A question for the window that ends in an error changes neither bank, and says nothing."""
+
+    def body() -> None:
+        with left_safe(board):
+            confirm_window_s(board)
+
+    assert "staged" not in notes(body, error)
+    assert_old_gains(virtual)
+    assert staged(virtual) == STAGED
+
+
 @pytest.mark.parametrize("opcode", [Opcode.COMMIT, Opcode.ROLL_BACK])
 def test_a_command_that_is_lost_meanwhile_leaves_what_was_staged(
     virtual: VirtualBoard, opcode: Opcode
 ) -> None:
     board = Board.connect(Losing(virtual, opcode, dead=False))
-
-    def body() -> None:
-        with left_safe(board):
-            confirm_window_s(board)
-
-    assert "staged" not in notes(body, EdgeIdentError)
-    assert_old_gains(virtual)
-    assert staged(virtual) == STAGED
+    check_kept(virtual, board, EdgeIdentError)
 
 
 def test_ctrl_c_meanwhile_leaves_what_was_staged(virtual: VirtualBoard) -> None:
     link = InterruptedLink(virtual, "asking for the window", KeyboardInterrupt)
     link.starts = 1
-    board = Board.connect(link)
-
-    def body() -> None:
-        with left_safe(board):
-            confirm_window_s(board)
-
-    assert "staged" not in notes(body, KeyboardInterrupt)
-    assert_old_gains(virtual)
-    assert staged(virtual) == STAGED
+    check_kept(virtual, Board.connect(link), KeyboardInterrupt)
 
 
 def test_where_the_line_is_dead_or_another_host_has_the_board_the_loss_is_said(
