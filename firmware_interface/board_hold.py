@@ -62,8 +62,13 @@ class Hold(BoardLine):
     def claim(self) -> None:
         """Hold the board; waits for the hold of a host that is gone to run out.
 
+        Its nonce tells whether it is still the board that this host knows: one whose clock is ahead
+        looks the same otherwise.
+
         Raises
         ------
+        RestartedError
+            It has restarted since, or is another board.
         BusyError
             Another host holds the board and renews its hold, or moves the machine.
         StoppedError
@@ -90,6 +95,7 @@ class Hold(BoardLine):
                 )
             left_s = status.session_remaining_s
             time.sleep(POLL_S)
+        self._check_nonce()
 
     def hold(self) -> None:
         """Hold the board, where that may have run out."""

@@ -90,6 +90,7 @@ class BoardLine:
         )
 
     def _check_nonce(self) -> None:
+        """Make sure that it is the board of before, which has not restarted."""
         nonce = read_nonce(self.read)
         if nonce != self._nonce:
             self._restarted(nonce)
