@@ -148,7 +148,7 @@ def stage(
     """
     loaded = commissioning.load_gains(file)
     with connected(where) as (board, _):
-        active = board.active_gains()
+        active = commissioning.settled_gains(board)
         wanted = commissioning.wanted_gains(active, loaded)
         commissioning.check_change(board, active, wanted, change.large_steps)
         predicted = forecast.predict_stable(board, [active, wanted])
@@ -225,7 +225,7 @@ def store(
     Example: `edge-ident gains store --device /dev/ttyACM0`
     """
     with connected(where) as (board, _):
-        active = board.active_gains()
+        active = commissioning.settled_gains(board)
         backup = commissioning.back_up(active, board.identity, backups)
         board.store()
         found = report.GainReport(board.identity.serial_number, active, backup=backup)

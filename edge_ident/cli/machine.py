@@ -183,12 +183,7 @@ def clear_fault(*, where: BoardOptions, results: ResultOptions) -> None:
     Example: `edge-ident clear-fault --device /dev/ttyACM0`
     """
     with connected(where) as (board, _):
-        status = board.status()
-        if status.fault:
-            say(commissioning.fault_error(status).cause)
-            board.clear_fault()
-        else:
-            say("no fault")
+        commissioning.clear_fault(board, say)
         _report_state(board.status(), results)
 
 

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
         commit_staged,
         restore_gains,
         roll_back_unconfirmed,
+        settled_gains,
         wanted_gains,
     )
     from edge_ident.commissioning.gains.files import back_up, load_gains
@@ -42,14 +43,13 @@ if TYPE_CHECKING:
     from edge_ident.commissioning.link.virtual_network import VirtualNetwork
     from edge_ident.commissioning.motion.homing import hold, move_by, move_to
     from edge_ident.commissioning.motion.record import record_motion
-    from edge_ident.commissioning.motion.safety import make_ready
+    from edge_ident.commissioning.motion.safety import clear_fault, make_ready
     from edge_ident.commissioning.motion.stopping import stop_machine
     from edge_ident.commissioning.run import Plan, commission
     from edge_ident.commissioning.study.identification_motions import CAPTURE_FILE
     from edge_ident.drive.motions import named_trajectory
     from edge_ident.drive.writing import write_drive
     from firmware_interface.board import BoardStatus
-    from firmware_interface.board_checks import fault_error
     from firmware_interface.connection import DEFAULT_BAUD_RATE
     from firmware_interface.gains import Bank
     from firmware_interface.plant.hiding import Fault, Hidden
@@ -82,10 +82,10 @@ __all__ = [
     "check_owner",
     "check_stable",
     "check_write",
+    "clear_fault",
     "commission",
     "commit_staged",
     "describe_drive",
-    "fault_error",
     "fill_sheet",
     "hold",
     "load_gains",
@@ -104,6 +104,7 @@ __all__ = [
     "sampling_period_s",
     "serve",
     "serve_plant",
+    "settled_gains",
     "sheet_doubts",
     "sheet_in_si",
     "stage_gains",
@@ -140,11 +141,11 @@ __getattr__ = lazy_names(
         "check_link": "edge_ident.commissioning.link.link_checks",
         "check_owner": "edge_ident.commissioning.gains.change",
         "check_stable": "edge_ident.commissioning.gains.forecast",
+        "clear_fault": "edge_ident.commissioning.motion.safety",
         "check_write": "edge_ident.commissioning.link.register_access",
         "commission": "edge_ident.commissioning.run",
         "commit_staged": "edge_ident.commissioning.gains.change",
         "describe_drive": "edge_ident.commissioning.data_sheet.described_drive",
-        "fault_error": "firmware_interface.board_checks",
         "fill_sheet": "edge_ident.commissioning.data_sheet.sheet",
         "hold": "edge_ident.commissioning.motion.homing",
         "load_gains": "edge_ident.commissioning.gains.files",
@@ -160,6 +161,7 @@ __getattr__ = lazy_names(
         "registers_of": "edge_ident.commissioning.link.register_access",
         "restore_gains": "edge_ident.commissioning.gains.change",
         "roll_back_unconfirmed": "edge_ident.commissioning.gains.change",
+        "settled_gains": "edge_ident.commissioning.gains.change",
         "sampling_period_s": "edge_ident.commissioning.data_sheet.described_drive",
         "serve": "firmware_interface.virtual.server",
         "serve_plant": "firmware_interface.plant.plant_socket",

@@ -43,9 +43,7 @@ def board(line: Exchange) -> Board:
     return Board.connect(line)
 
 
-def test_a_board_that_came_in_place_of_another_gets_no_effort(
-    line: Exchange, board: Board
-) -> None:
+def test_a_board_that_came_in_place_of_another_gets_no_effort(line: Exchange, board: Board) -> None:
     line.link = other = clock_ahead()
     with pytest.raises(RestartedError):
         board.enable()

@@ -84,6 +84,25 @@ def concluded(board: Board, trial: Trial, *, worth_a_write: bool) -> GainChange:
     return change
 
 
+def settled_gains(board: Board) -> Bank:
+    """Take a board, and give the gains that are in force on it to stay while this host holds it.
+
+    Before that, another host could put others in force, confirm them, or lose them.
+
+    Raises
+    ------
+    BoardError
+        They wait to be confirmed, or another host holds the board.
+    """
+    board.claim()
+    if board.status().unconfirmed:
+        raise BoardError(
+            "the gains in force wait to be confirmed, or the board takes them back by itself",
+            "wait for that, or take them back with: edge-ident gains rollback",
+        )
+    return board.active_gains()
+
+
 def wanted_gains(active: Bank, file: GainFile) -> dict[str, AxisGains]:
     """Gains of all axes: a file's, and those in force where it says nothing.
 

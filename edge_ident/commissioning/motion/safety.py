@@ -109,6 +109,27 @@ def make_ready(board: Board) -> None:
         _end_of_abandoned(board)
 
 
+def clear_fault(board: Board, say: Callable[[str], None]) -> None:
+    """Clear the fault that a board is in, and say which; nothing where it is in none.
+
+    Raises
+    ------
+    BoardError
+        While this host waited for the board, something else has happened, which nobody has seen.
+    """
+    seen = board.status()
+    if seen.fault:
+        board.claim()
+    found = board.status()
+    if not found.fault:
+        say("no fault")
+        return
+    if (found.fault, found.emergency_stop) != (seen.fault, seen.emergency_stop):
+        raise fault_error(found)
+    say(fault_error(found).cause)
+    board.clear_fault()
+
+
 def _end_of_abandoned(board: Board) -> None:
     """Stop what a host that is gone has begun; its effort too, for it will not switch that off."""
     board.quick_stop()

@@ -3,10 +3,12 @@
 import json
 from dataclasses import asdict, replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 from typer.testing import CliRunner
 
+from edge_ident import commissioning
 from edge_ident.cli import app
 from firmware_interface.errors import BoardError
 from firmware_interface.gains import AxisGains
@@ -143,6 +145,38 @@ def test_rollback_takes_back_what_a_dead_host_left(shared: SharedBoard, tmp_path
     code, _, errors = shared.run("gains", "rollback")
     assert code == 4
     assert "gains restore" in errors
+
+
+@pytest.mark.parametrize("verb", ["stage", "store"])
+def test_gains_that_wait_to_be_confirmed_are_no_gains_to_go_by(
+    shared: SharedBoard, verb: str, tmp_path: Path
+) -> None:
+    board = shared.board
+    board.stage_gains(dict.fromkeys(("x", "z"), BETTER))
+    board.commit()
+    board.release()
+    staged = board.staged_gains()
+    file = [gains_file(tmp_path, CONSERVATIVE_GAINS)] if verb == "stage" else []
+    code, _, errors = shared.run("gains", verb, *file)
+    assert (code, backups(tmp_path)) == (4, [])
+    assert "wait to be confirmed" in errors
+    assert shared.board.staged_gains() == staged
+
+
+@pytest.mark.parametrize("verb", ["stage", "store"])
+def test_no_other_host_has_the_board_while_its_gains_are_looked_at(
+    shared: SharedBoard, verb: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    other, back_up = shared.board, commissioning.back_up
+
+    def held(*gains: Any) -> Path:
+        assert other.held_by_another()
+        return back_up(*gains)
+
+    monkeypatch.setattr(commissioning, "back_up", held)
+    file = [gains_file(tmp_path, BETTER)] if verb == "stage" else []
+    code, _, errors = shared.run("gains", verb, *file)
+    assert (code, len(backups(tmp_path))) == (0, 1), errors
 
 
 def test_a_backup_of_another_board_is_not_restored(shared: SharedBoard, tmp_path: Path) -> None:

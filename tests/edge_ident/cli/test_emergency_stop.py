@@ -50,6 +50,23 @@ def test_no_command_clears_the_emergency_stop(
     assert (status.sto_latched, status.enabled) == (True, False)
 
 
+def test_a_stop_pressed_while_the_command_waits_for_the_board_stays(
+    shared: SharedBoard, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    claim = Board.claim
+
+    def waited(board: Board) -> None:
+        claim(board)
+        tap_stop(shared)
+
+    monkeypatch.setattr(Board, "claim", waited)
+    code, _, errors = shared.run("clear-fault")
+    assert (code, CUT in errors) == (4, True)
+    assert shared.board.status().sto_latched
+    monkeypatch.setattr(Board, "claim", claim)
+    assert shared.run("clear-fault")[0] == 0
+
+
 def test_a_person_clears_it_and_is_told_what_it_was(shared: SharedBoard) -> None:
     tap_stop(shared)
     code, _, errors = shared.run("clear-fault")
