@@ -81,11 +81,18 @@ class Session(Hold):
     # ---- status
 
     def status(self) -> BoardStatus:
-        """See `BoardLine.status`; notes whether another host has commanded."""
+        """See `BoardLine.status`; notes whether another host has commanded.
+
+        A command that the board refused because this host holds it, such as a late one of a host
+        that has given up, changes nothing.
+        """
         status = super().status()
         self._token_seen = status.last_token
         if self._own_tokens and status.last_token not in self._own_tokens and not self._stopped:
-            self._stopped = USED if self._may_have_run_out else STOPPED
+            if status.last_result is Result.NOT_HELD and not self._may_have_run_out:
+                self._own_tokens.add(status.last_token)
+            else:
+                self._stopped = USED if self._may_have_run_out else STOPPED
         return status
 
     def wait_for(self, states: set[State], what: str) -> BoardStatus:
