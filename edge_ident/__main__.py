@@ -12,7 +12,7 @@ import os
 import sys
 
 from edge_ident.support.interrupts import INTERRUPTED, end_at_once, exit_code_counts, uncut
-from edge_ident.support.streams import flushed, open_closed
+from edge_ident.support.streams import flushed, open_closed, take_any_character
 
 _ALLOCATED = 100_000
 """Objects after which garbage is looked for: more than a command loads, which all stay."""
@@ -23,6 +23,7 @@ def main() -> None:
     """Entry point of the `edge-ident` script."""
     end_at_once()
     open_closed()
+    take_any_character()
     os.environ.setdefault("OMP_NUM_THREADS", "1")
     gc.set_threshold(_ALLOCATED)
     from edge_ident.cli import main as command_line

@@ -111,6 +111,8 @@ def _angles(texts: list[str], option: str) -> dict[str, float]:
         axis, _, number = text.partition("=")
         degrees = number.endswith("deg")
         try:
+            if "_" in number:  # Python would leave it out: 0_5 would be 5
+                raise ValueError(number)
             angle = float(number.removesuffix("deg"))
         except ValueError:
             raise typer.BadParameter(

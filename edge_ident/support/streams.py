@@ -1,8 +1,9 @@
-"""Standard streams that the caller closed, or that nobody reads any more.
+"""Standard streams that the caller closed, that nobody reads any more, or that lack a character.
 
 The script loads this module first: what it imports must load fast.
 """
 
+import io
 import os
 import sys
 
@@ -22,6 +23,17 @@ def open_closed() -> None:
     sys.stdin = sys.stdin or os.fdopen(0)
     sys.stdout = sys.stdout or os.fdopen(1, "w")
     sys.stderr = sys.stderr or os.fdopen(2, "w")
+
+
+def take_any_character() -> None:
+    """Let standard streams show a character that they lack as its number, as JSON writes it.
+
+    A terminal without UTF-8 has no arrow, and no encoding has what stands in the name of a file
+    that is no text: a command would end there with its work done and its result untold.
+    """
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
 
 
 def flushed(stream: "TextIO") -> None:

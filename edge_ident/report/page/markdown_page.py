@@ -12,6 +12,7 @@ from edge_ident.report.page.axis_details import axis_details
 from edge_ident.report.page.chart import Chart
 from edge_ident.report.page.chart_files import save_chart
 from edge_ident.report.page.diagnosis_card import diagnosis_card
+from edge_ident.support.json_text import NOT_TEXT
 from edge_ident.support.words import listed, spoken
 
 MARKDOWN_FILE: Final = "report.md"
@@ -35,7 +36,8 @@ def write_markdown(diagnosis: Diagnosis, sources: Sequence[str], folder: Path) -
     """
     folder.mkdir(parents=True, exist_ok=True)
     page = folder / MARKDOWN_FILE
-    page.write_text("\n".join(_page(diagnosis, sources, folder)) + "\n", encoding="utf-8")
+    text = "\n".join(_page(diagnosis, sources, folder)) + "\n"
+    page.write_text(text, encoding="utf-8", errors=NOT_TEXT)
     return page
 
 

@@ -12,6 +12,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from edge_ident.support.atomic_files import atomic_write
+from edge_ident.support.json_text import NOT_TEXT
 
 PAGE_FILE: Final = "report.html"
 _PACKAGE: Final = "edge_ident.report.page"
@@ -49,7 +50,7 @@ def write_html(template: str, content: Mapping[str, Any], document: Any, folder:
     )
     page = folder / PAGE_FILE
     with atomic_write(page) as partial:
-        partial.write_text(text + "\n", encoding="utf-8")
+        partial.write_text(text + "\n", encoding="utf-8", errors=NOT_TEXT)
     return page
 
 

@@ -198,3 +198,12 @@ def test_the_effort_is_left_as_it_was_found_and_its_change_is_said(
 def test_that_axes_are_not_homed_is_said_once(shared: SharedBoard) -> None:
     _, _, errors = shared.run("home", "--to", "x=0.5")
     assert errors.count("not homed") == 1
+
+
+@pytest.mark.parametrize("angle", ["x=0_5", "x=1_5deg"])
+def test_a_number_that_python_alone_would_read_moves_nothing(
+    angle: str, shared: SharedBoard
+) -> None:
+    code, _, errors = shared.run("home", "--by", angle)
+    assert (code, "write AXIS=RAD" in errors) == (2, True)
+    assert not shared.board.status().pages_written

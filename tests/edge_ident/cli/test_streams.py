@@ -120,3 +120,25 @@ def test_help_for_which_there_is_no_room_is_no_defect(
 ) -> None:
     done = redirected(redirection, *arguments)
     assert (done.returncode, "Traceback" in done.stderr) == (5, False)
+
+
+@pytest.mark.parametrize("form", [[], ["--json"]])
+def test_a_terminal_without_utf_8_is_told_all_the_same(form: list[str]) -> None:
+    environment = os.environ | {"PYTHONIOENCODING": "ascii"}
+    done = subprocess.run(
+        [*COMMAND, "home", "--by", "x=0.5", "--device", "virtual", *form],
+        capture_output=True, text=True, timeout=60, check=False, env=environment,
+    )  # fmt: skip
+    assert (done.returncode, "Traceback" in done.stderr) == (0, False)
+    assert json.loads(done.stdout)["axes"] if form else "x: 0.0000 \\u2192 0.4" in done.stdout
+
+
+def test_the_name_of_a_folder_may_be_no_text(brief_run: list[object], tmp_path: Path) -> None:
+    folder = os.fsdecode(bytes(tmp_path) + b"/bad\xff")
+    done = subprocess.run(
+        [*COMMAND, *map(str, brief_run[:-1]), folder, "--dry-run", "--json"],
+        capture_output=True, text=True, timeout=60, check=False,
+    )  # fmt: skip
+    assert (done.returncode, "Traceback" in done.stderr) == (0, False), done.stderr
+    assert json.loads(done.stdout) == json.loads((Path(folder) / "report.json").read_text("utf-8"))
+    assert (Path(folder) / "report.html").is_file()

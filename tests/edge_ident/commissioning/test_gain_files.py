@@ -121,3 +121,11 @@ def write(folder: Path, document: Any) -> Path:
     path = folder / "gains.json"
     path.write_text(json.dumps(document))
     return path
+
+
+def test_a_file_that_says_one_thing_twice_is_refused(tmp_path: Path) -> None:
+    path = write(tmp_path, backup(entry()))
+    text = path.read_text().replace('"proportional"', '"proportional": 45.0, "proportional"', 1)
+    path.write_text(text)
+    with pytest.raises(DataError, match="'proportional' twice"):
+        load_gains(path)
