@@ -2,7 +2,8 @@
 
 EdgeIdentError
 ├── LinkError    the line between host and board failed                 exit code 3
-│   └── NoReplyError   no answer in time
+│   ├── NoReplyError   no answer in time
+│   └── ChangedWordError   a word came out as another one
 ├── BoardError   the board refused a command or is in fault             exit code 4
 ├── DataError    a recording, description or settings file is unusable  exit code 5
 ├── ModelError   a network, manifest or model file is unusable          exit code 5

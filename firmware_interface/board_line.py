@@ -6,8 +6,9 @@ from typing import Final
 
 from firmware_interface.board_checks import went_back
 from firmware_interface.board_types import BoardStatus, read_nonce, read_status
-from firmware_interface.errors import LinkError, NoReplyError, RestartedError
+from firmware_interface.errors import ChangedWordError, LinkError, NoReplyError, RestartedError
 from firmware_interface.link import Link
+from firmware_interface.registers import PAGE_SAMPLES
 from firmware_interface.spans import addresses, read_spans
 
 _TRIES: Final = 3
@@ -65,18 +66,18 @@ class BoardLine:
     def status(self) -> BoardStatus:
         """State, fault, last command and counters, all of one moment.
 
-        A status that is older than the one before came late, unless the board has restarted: its
-        nonce decides.
+        One that contradicts itself is asked for again. A status that is older than the one before
+        came late, unless the board has restarted: its nonce decides.
 
         Raises
         ------
         RestartedError
             The board has restarted since it was asked last; said once.
         LinkError
-            Old replies keep coming.
+            Old replies keep coming, or the line changes words.
         """
         for _ in range(_TRIES):
-            status = read_status(self.read)
+            status = self._agreeing_status()
             before, self._clock = self._clock, status.clock_samples
             if not went_back(before, status.clock_samples):
                 return status
@@ -89,6 +90,13 @@ class BoardLine:
             "check the cable and all devices between host and board, then try again",
         )
 
+    def _agreeing_status(self) -> BoardStatus:
+        for _ in range(_TRIES):
+            status = read_status(self.read)
+            if _agrees(status):
+                return status
+        raise ChangedWordError("what the board says of its state contradicts itself")
+
     def _check_nonce(self) -> None:
         """Make sure that it is the board of before, which has not restarted."""
         nonce = read_nonce(self.read)
@@ -99,3 +107,10 @@ class BoardLine:
     def _restarted(self, nonce: int) -> None:
         """Its clock began anew."""
         self._nonce, self._clock = nonce, 0
+
+
+def _agrees(status: BoardStatus) -> bool:
+    """Whether what it says twice is the same; a word that the line changed may show so."""
+    full, rest = divmod(status.samples_captured, PAGE_SAMPLES)
+    pages = (full, full + 1) if rest else (full,)
+    return status.enabled == status.brake_released and status.pages_written in pages

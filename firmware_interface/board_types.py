@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firmware_interface.codec import RawPage, decode_integer
-from firmware_interface.errors import LinkError
+from firmware_interface.errors import ChangedWordError, LinkError
 from firmware_interface.gain_words import bank_spans, decode_gains
 from firmware_interface.gains import GAIN_FIELDS, AxisGains
 from firmware_interface.received import checked_gains, received, received_integer
@@ -177,10 +177,8 @@ def twice(read: ReadWords) -> ReadWords:
     def compared(address: int, count: int) -> list[int]:
         words = read(address, count)
         if read(address, count) != words:
-            raise LinkError(
-                "what the board says of itself differs from one reading to the next: the line "
-                "changes words",
-                "check cable, shield and ground, and start the command again",
+            raise ChangedWordError(
+                "what the board says of itself differs from one reading to the next"
             )
         return words
 

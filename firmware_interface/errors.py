@@ -2,7 +2,8 @@
 
 EdgeIdentError
 ├── LinkError         the line between host and board failed (exit code 3)
-│   └── NoReplyError  no answer in time; a write may or may not have reached the board
+│   ├── NoReplyError        no answer in time; a write may or may not have reached the board
+│   └── ChangedWordError    a word came out as another one
 └── BoardError        the board refused a command or is in fault (exit code 4)
     ├── ValueRefusedError   a value is outside its register's range
     ├── BusyError           another host controls the board, or an axis moves
@@ -90,6 +91,23 @@ class StoppedError(BoardError):
 
     def __init__(self, cause: str) -> None:
         super().__init__(cause, "find out who, and why, before you start again")
+
+
+class ChangedWordError(LinkError):
+    """A word came out as another one, where no checksum covers it.
+
+    Parameters
+    ----------
+    shows : str
+        In what it shows.
+    """
+
+    def __init__(self, shows: str) -> None:
+        super().__init__(
+            f"{shows}: the line changes words",
+            "check cable, shield and ground, and that nobody moves an axis by hand; then start the "
+            "command again",
+        )
 
 
 class RestartedError(BoardError):

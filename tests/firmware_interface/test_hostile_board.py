@@ -157,7 +157,7 @@ def test_a_board_whose_clock_stands_still_is_not_waited_for(
     virtual = LyingBoard()
     board = moving(virtual, short_motion)
     virtual.lie("status.board_clock", [0, 1234])
-    virtual.lie("capture.pages_written", [0, 0])
+    virtual.lie("capture.pages_written", [0, 0, 0, 0])
     virtual.lie("status.state", encode("status.state", 3))
     with pytest.raises(BoardError, match="does not end"):
         list(board.capture_pages())
@@ -166,7 +166,7 @@ def test_a_board_whose_clock_stands_still_is_not_waited_for(
 def test_a_motion_that_is_overdue_is_given_up(short_motion: Trajectory) -> None:
     virtual = LyingBoard()
     board = moving(virtual, short_motion)
-    virtual.lie("capture.pages_written", [0, 0])
+    virtual.lie("capture.pages_written", [0, 0, 0, 0])
     virtual.lie("status.state", encode("status.state", 3))
     with pytest.raises(BoardError, match="does not end"):
         list(board.capture_pages())
@@ -175,8 +175,8 @@ def test_a_motion_that_is_overdue_is_given_up(short_motion: Trajectory) -> None:
 def test_more_pages_than_the_motion_has_samples_are_not_fetched(short_motion: Trajectory) -> None:
     virtual = LyingBoard()
     board = moving(virtual, short_motion)
-    virtual.lie("capture.pages_written", [0xFFFF, 0xFFFF])
-    with pytest.raises(BoardError, match="4294967295 pages"):
+    virtual.lie("capture.pages_written", [0x1249, 0x2492, 0xFFFF, 0xFFFC])  # and samples
+    with pytest.raises(BoardError, match="306783378 pages"):
         list(board.capture_pages())
 
 

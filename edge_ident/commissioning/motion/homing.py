@@ -16,7 +16,7 @@ from edge_ident.commissioning.motion.capture import capture_motion
 from edge_ident.commissioning.motion.observer import Observer
 from edge_ident.commissioning.motion.safety import make_ready, ready_to_move
 from firmware_interface.board import AxisLimits, Board
-from firmware_interface.errors import BoardError, ValueRefusedError
+from firmware_interface.errors import BoardError, ChangedWordError, ValueRefusedError
 from firmware_interface.motion import Multisine, SineComponent, Trajectory
 
 _SPEED_SHARE: Final = 0.2
@@ -24,6 +24,8 @@ _SPEED_SHARE: Final = 0.2
 _PEAK: Final = 1.875
 """Largest speed of the blend over its mean."""
 _SHORTEST_S: Final = 0.5
+_NEAR_COUNTS: Final = 8
+"""By which two readings of an axis at rest may differ."""
 _CAPTURED: Final = 8
 """Samples at the end of the way, from which the position reached is taken."""
 
@@ -99,7 +101,7 @@ def move_to(
     for axis, target_rad in targets.items():
         _check_target(axis, target_rad, limits)
     with ready_to_move(board, observer.say):
-        start = board.status().position_rad
+        start = _standing(board)
         wanted = {axis: targets.get(axis, start[axis]) for axis in board.axes}
         far = {axis: abs(wanted[axis] - start[axis]) for axis in board.axes}
         count_rad = board.identity.encoder_resolution_rad
@@ -148,7 +150,7 @@ def move_by(
         As `move_to`.
     """
     make_ready(board)  # it may still move by what another host began
-    stands = board.status().position_rad
+    stands = _standing(board)
     targets = {axis: stands.get(axis, 0.0) + way for axis, way in distances.items()}
     return move_to(board, targets, observer, speed_rad_s)
 
@@ -183,7 +185,7 @@ def hold(board: Board, duration_s: float, observer: Observer) -> dict[str, Held]
     dict of axis name to Held
     """
     with ready_to_move(board, observer.say):
-        stands = board.status().position_rad
+        stands = _standing(board)
         still = Trajectory(_still(stands), duration_s, _SHORTEST_S)
         observer.stage("hold")
         observer.say(f"held for {duration_s:g} s: push the axes by hand")
@@ -193,6 +195,15 @@ def hold(board: Board, duration_s: float, observer: Observer) -> dict[str, Held]
         axis: Held(_largest(record.position - stands[axis]), _largest(record.effort))
         for axis, record in records.items()
     }
+
+
+def _standing(board: Board) -> Mapping[str, float]:
+    """Where the axes stand, read twice: it has no checksum, and the way goes by it."""
+    first, second = board.status().position_rad, board.status().position_rad
+    near_rad = _NEAR_COUNTS * board.identity.encoder_resolution_rad
+    if any(abs(second[axis] - first[axis]) > near_rad for axis in first):
+        raise ChangedWordError("where the axes stand differs from one reading to the next")
+    return second
 
 
 def _still(positions: Mapping[str, float]) -> dict[str, Multisine]:
