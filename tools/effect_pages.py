@@ -94,7 +94,7 @@ def _compensation(effect: Effect) -> str:
         used.append("a curve over speed, each way, sampled from the effect where it was supported")
     if compensation.over == "position":
         used.append("a table over position, sampled from the effect where it was supported")
-    if compensation.resonance:
+    if compensation.resonance or compensation.series_resonance:
         used.append("the margins bear its resonance")
     if compensation.loop_delay:
         used.append("the margins bear its delay")

@@ -6,7 +6,7 @@ Each effect states its own use (`edge_ident.model.compensation`). There are six:
   (`firmware_interface.gains`). Where terms outnumber a field's places, the largest are taken.
 - A curve over speed or a table over position, sampled from the effect's own physics
   (`edge_ident.control.sampled_terms`) in the range in which the term was supported.
-- A resonance, which the loop's margins bear.
+- A resonance, of a load on a spring or of a spring before the load, which the loop's margins bear.
 - A delay of the recorded effort. The margins bear its size on top of the delay that the board
   measures. A negative delay means that the motion is late: an actuator or an encoder takes time,
   and the loop waits for it too. A positive delay means that the record of the effort is late. That
@@ -32,7 +32,8 @@ from typing import Final
 from edge_ident.control.effort_range import EffortRange
 from edge_ident.control.law_terms import Placed, Placement
 from edge_ident.control.left_out import gains_without
-from edge_ident.control.position_loop import LoopHardware, Plant, SprungLoad
+from edge_ident.control.loop_plant import Plant, SeriesSpring, SprungLoad
+from edge_ident.control.position_loop import LoopHardware
 from edge_ident.model.compensation import Compensation
 from edge_ident.model.effects import named
 from edge_ident.model.model import AxisModel, Term
@@ -50,6 +51,8 @@ _FIELDS: Final = {
 """What a board's law lacks where it lacks a field, in words."""
 _SAMPLED: Final = {"speed": ("friction_forward",), "position": ("load_table",)}
 """Fields that take what is sampled."""
+_STIFFEST_S2: Final = 1e-12
+"""One over the square of a resonance that no loop reaches."""
 
 
 @dataclass(frozen=True)
@@ -94,11 +97,22 @@ class Compensated:
 def plant_of(axis: AxisModel) -> Plant:
     """The axis as the position loop meets it."""
     inertia, viscous, *_ = (float(value) for value in axis.parameters)
-    loads = []
+    loads, springs = [], []
     for term in axis.terms:
-        if resonance := named(term.effect).compensation.resonance:
-            loads.append(SprungLoad(*(float(term.values[name]) for name in resonance)))
-    return Plant(inertia, viscous, tuple(loads))
+        compensation = named(term.effect).compensation
+        if compensation.resonance:
+            values = (float(term.values[name]) for name in compensation.resonance)
+            loads.append(SprungLoad(*values))
+        if compensation.series_resonance:
+            _, damping = compensation.series_resonance
+            springs.append(SeriesSpring(_series_rate(term), float(term.values[damping])))
+    return Plant(inertia, viscous, tuple(loads), tuple(springs))
+
+
+def _series_rate(term: Term) -> float:
+    """Resonance in rad/s of a spring that the whole effort passes."""
+    square, _ = named(term.effect).compensation.series_resonance
+    return 1.0 / math.sqrt(max(float(term.values[square]), _STIFFEST_S2))
 
 
 def loop_delay_s(axis: AxisModel) -> float:
@@ -163,7 +177,8 @@ def _size(term: Term) -> float:
 
 def _is_borne(compensation: Compensation) -> bool:
     """Whether the design bears the effect, without a number of the law for it."""
-    return bool(compensation.resonance or compensation.loop_delay or compensation.limit)
+    resonance = compensation.resonance or compensation.series_resonance
+    return bool(resonance or compensation.loop_delay or compensation.limit)
 
 
 def _not_fed(term: Term, hardware: LoopHardware, at_s: float | None) -> str:
@@ -217,6 +232,9 @@ def _borne(
         compensation = named(term.effect).compensation
         if compensation.resonance:
             rate_hz = float(term.values[compensation.resonance[1]]) / (2.0 * math.pi)
+            yield term, f"the margins bear its resonance at {rate_hz:.3g} Hz"
+        elif compensation.series_resonance:
+            rate_hz = _series_rate(term) / (2.0 * math.pi)
             yield term, f"the margins bear its resonance at {rate_hz:.3g} Hz"
         elif compensation.loop_delay:
             late_ms = 1e3 * abs(float(term.values[compensation.loop_delay]))

@@ -28,9 +28,9 @@ from edge_ident.control.compensation import (
     loop_delay_s,
     plant_of,
 )
+from edge_ident.control.loop_plant import Plant
 from edge_ident.control.position_loop import (
     LoopHardware,
-    Plant,
     margins_of,
     quantization_effort_nm,
 )

@@ -31,6 +31,9 @@ class Compensation:
         into a curve or a table, whatever its formula.
     resonance : tuple of parameter names
         Inertia, rate (rad/s) and damping ratio of a sprung load, which the loop's margins bear.
+    series_resonance : tuple of parameter names
+        One over the square of the resonance (s²), and damping ratio, of a spring that the whole
+        effort passes, which the loop's margins bear.
     loop_delay : str
         A time (s) of either sign, whose size the loop's margins bear.
     at_end : bool
@@ -52,6 +55,7 @@ class Compensation:
     takes_over: Mapping[str, str] = field(default_factory=dict)
     over: Over = ""
     resonance: tuple[str, ...] = ()
+    series_resonance: tuple[str, ...] = ()
     loop_delay: str = ""
     at_end: bool = False
     limit: str = ""
@@ -63,12 +67,12 @@ class Compensation:
     def used(self) -> bool:
         """Whether gains use the effect at all."""
         fed = self.feedforward or self.over or self.at_end
-        return bool(fed or self.resonance or self.loop_delay or self.limit)
+        borne = self.resonance or self.series_resonance or self.loop_delay or self.limit
+        return bool(fed or borne)
 
     @property
     def parameters(self) -> frozenset[str]:
         """Names of the parameters that this names."""
         single = {name for name in (self.loop_delay, self.limit) if name}
-        return frozenset(
-            {*self.feedforward, *self.times, *self.takes_over, *self.resonance} | single
-        )
+        fed = {*self.feedforward, *self.times, *self.takes_over}
+        return frozenset({*fed, *self.resonance, *self.series_resonance} | single)

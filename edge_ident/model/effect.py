@@ -10,6 +10,7 @@ direction, `edge_ident.model.inverse`), and inside the equations of motion
        │     actuator                                                                       │
        └─ recorded ─▶ effort column                          position column ◀─ reading ────┘
 
+A spring before the encoder may hold back some of the torque (`transmitted`).
 All hooks broadcast: values of shape (1,) or (D, 1) along a motion of (N,) samples, values of
 shape (D,) at one instant of D drives.
 
@@ -42,7 +43,9 @@ _NOTHING: Final = np.zeros(())
 _NO_SEARCH: Final = SearchSpec()
 _NO_COMPENSATION: Final = Compensation()
 _NO_ADVICE: Final = Advice()
-_NONADDITIVE_HOOKS: Final = ("true_motion", "reading", "command", "torque", "recorded", "withheld")
+_NONADDITIVE_HOOKS: Final = (
+    "true_motion", "reading", "command", "torque", "transmitted", "recorded", "withheld"
+)  # fmt: skip
 """Hooks that act on what other terms contribute."""
 
 
@@ -99,7 +102,8 @@ class Effect:
     memory_size: ClassVar[int] = 0
     """States that the effect brings into the equations of motion."""
     memory_scale: ClassVar[str] = ""
-    """The one parameter to which the effort of an effect with memory is proportional."""
+    """The one parameter to which the effort of an effect is proportional that resists with
+    memory."""
     follows_base: ClassVar[bool] = False
     """Whether its effort depends on the base parameters too."""
     changes_base: ClassVar[tuple[str, ...]] = ()
@@ -229,6 +233,10 @@ class Effect:
     def torque(self, command: Array, time_s: Array, values: Values) -> Array:
         """What the actuator makes of a commanded effort."""
         return command
+
+    def transmitted(self, at: Motion, values: Values) -> Array:
+        """What arrives of the actuator's effort on the encoder's side, at an instant."""
+        return at.driven
 
     def withheld(self, effort: Array, values: Values) -> Array:
         """Part of a recorded effort that the actuator did not give."""

@@ -29,6 +29,8 @@ class Motion:
         the first includes load-dependent friction.
     memory : (M, ...) array
         States of the effect whose hook is called, at an instant.
+    driven : array
+        Effort that the actuator gives, at an instant.
     source : Motion or None
         The axis that acts on this one, for effects that need or take one.
     clock : int
@@ -44,6 +46,7 @@ class Motion:
     inertia_effort: Array = field(default_factory=lambda: _NOTHING)
     friction_effort: Array = field(default_factory=lambda: _NOTHING)
     memory: Array = field(default_factory=lambda: _NOTHING)
+    driven: Array = field(default_factory=lambda: _NOTHING)
     source: "Motion | None" = None
     clock: int = 0
 

@@ -22,13 +22,15 @@ _UNITS: Final = {"effort": "N*m", "position": "rad", "inertia": "kg*m^2"}
 _TOGETHER: Final = (
     ("true_motion", "reading"),
     ("reading", "true_motion"),
-    ("command", "torque"),
+    ("command", "torque", "transmitted"),
     ("torque", "command"),
+    ("transmitted", "command"),
     ("withheld", "torque"),
 )
-"""Hooks, and the hook of the other direction that each of them requires."""
+"""Hooks, and those of the other direction of which each requires one."""
 _ACTING: Final = (
-    "load", "friction", "inertia", "cross_inertia", "resistance", "reading", "torque", "recorded"
+    "load", "friction", "inertia", "cross_inertia", "resistance", "reading", "torque",
+    "transmitted", "recorded",
 )  # fmt: skip
 """Hooks through one of which an effect acts."""
 _GAINS: Final = frozenset(field.name for field in fields(AxisGains))
@@ -131,9 +133,10 @@ def _hooks(effect: Effect) -> Iterator[str]:
     """Hooks come in pairs: what one direction does, the other undoes."""
     if not any(map(effect.overrides, _ACTING)):
         yield "it overrides no hook: it does nothing"
-    for hook, other in _TOGETHER:
-        if effect.overrides(hook) and not effect.overrides(other):
-            yield f"it overrides {hook} and not {other}: both directions are one physics"
+    for hook, *others in _TOGETHER:
+        if effect.overrides(hook) and not any(map(effect.overrides, others)):
+            missing = " or ".join(others)
+            yield f"it overrides {hook} and not {missing}: both directions are one physics"
     if effect.overrides("cross_inertia") and not (effect.needs_source or effect.takes_source):
         yield "it overrides cross_inertia and takes no source axis"
     for name in sorted(set(effect.changes_base) - set(PARAMETERS)):
@@ -144,14 +147,17 @@ def _hooks(effect: Effect) -> Iterator[str]:
 
 
 def _memory(effect: Effect) -> Iterator[str]:
-    """An effect with memory has equations in both directions, and one scale."""
+    """An effect with memory has equations in both directions, and one scale where it resists."""
     if not effect.memory_size:
         if effect.memory_scale or effect.overrides("rates"):
             yield "it has a memory_scale or rates, and no memory_size"
         return
-    for hook in ("rates", "resistance"):
-        if not effect.overrides(hook):
-            yield f"it has memory and does not override {hook}"
+    if not effect.overrides("rates"):
+        yield "it has memory and does not override rates"
+    if effect.overrides("transmitted"):
+        return
+    if not effect.overrides("resistance"):
+        yield "it has memory and overrides neither resistance nor transmitted"
     if effect.follows_base or effect.needs_source or effect.takes_source:
         yield "it has memory, and may then depend on neither the base parameters nor another axis"
     if any(form.linear != (effect.memory_scale,) for form in effect.search.forms):
@@ -215,6 +221,8 @@ def _compensation(effect: Effect) -> Iterator[str]:
         yield f"its feed-forward is multiplied by {name}, which is no base parameter"
     if len(compensation.resonance) not in (0, 3):
         yield "its resonance must name an inertia, a rate and a damping ratio"
+    if len(compensation.series_resonance) not in (0, 2):
+        yield "its series_resonance must name one over its square, and a damping ratio"
     if compensation.at_end and not effect.changes_base:
         yield "its compensation follows base parameters in time, and it changes none"
     if compensation.over and not _depends_only(effect, compensation.over):

@@ -79,9 +79,9 @@ class Machine:
         self._parts = parts = Parts(axes, position.shape[1])
         self.longest_step_s = min(longest_step_s, STEP / parts.fastest_rate(top_speed))
         self._holds_s = (delay_s, period_s - delay_s)
-        self._loads, self._frictions, self._inertias, self._memories = (
+        self._springs, self._loads, self._frictions, self._inertias, self._memories = (
             [part.effect.overrides(hook) for part in parts.all]
-            for hook in ("load", "friction", "inertia", "rates")
+            for hook in ("transmitted", "load", "friction", "inertia", "rates")
         )
         self._crossings = [part.effect.overrides("cross_inertia") for part in parts.all]
         self._crossed = any(self._crossings)
@@ -92,7 +92,7 @@ class Machine:
         self._state[: self._count] = position
         self._state[self._count : 2 * self._count] = velocity
         self._direction = np.sign(self.velocity)
-        at = self._instant(self._state, self._direction)
+        at = self._instant(self._state, self._direction, parts.base["offset"])
         for part in parts.through("start"):
             self._state[part.memory] = part.effect.start(part.at(at, self._state), part.values)
 
@@ -208,9 +208,11 @@ class Machine:
         inertia, friction = base["inertia"], base["coulomb_friction"]
         if not self._parts.all:
             return _Balance([], push, self._base_friction, inertia)
-        at = self._instant(state, direction, since_s)
+        at = self._instant(state, direction, torque, since_s)
         seen = [part.at(at, state) for part in self._parts.all]
         of_parts = list(zip(self._parts.all, seen, strict=True))
+        for part, one in compress(of_parts, self._springs):
+            push[part.axis] += part.effect.transmitted(one, part.values) - one.driven
         for part, one in compress(of_parts, self._loads):
             push[part.axis] -= part.effect.load(one, part.values)
         if any(self._inertias):
@@ -258,8 +260,10 @@ class Machine:
         """Effects by which axes accelerate each other, with what they see."""
         return compress(zip(self._parts.all, balance.seen, strict=True), self._crossings)
 
-    def _instant(self, state: Array, direction: Array, since_s: float = 0.0) -> Motion:
+    def _instant(
+        self, state: Array, direction: Array, driven: Array, since_s: float = 0.0
+    ) -> Motion:
         """Of all axes, (A, D)."""
         position, velocity = state[: self._count], state[self._count : 2 * self._count]
         now = np.asarray(self._time_s + since_s)
-        return Motion(now, position, velocity, self._zero, direction)
+        return Motion(now, position, velocity, self._zero, direction, driven=driven)

@@ -34,6 +34,7 @@ class Part(NamedTuple):
             all_axes.acceleration[self.axis],
             all_axes.direction[self.axis],
             memory=state[self.memory],
+            driven=all_axes.driven[self.axis],
             source=None if self.source is None else _row(all_axes, self.source),
         )
 

@@ -41,6 +41,7 @@ EXAMPLES: Mapping[str, Mapping[str, float]] = {
     "gain_drift": {"rate": 0.1, "curvature": -0.01},
     "load_dependent_friction": {"share": 0.4, "guided": 0.5, "moved": 0.6},
     "nonlinear_viscous": {"level": 0.4, "exponent": 1.7},
+    "noncollocated_compliance": {"lag_per_acceleration": 7e-5, "damping_ratio": 0.5},
     "offset_drift": {"rate": 0.2, "curvature": -0.05},
     "payload_change": {"time": 1.0, "inertia": 0.15, "coulomb_friction": 0.3, "offset": 0.1},
     "position_dependent_friction": {"gradient": 0.2, "cosine": 0.2, "sine": 0.1, "period": 0.7},
@@ -54,7 +55,7 @@ EXAMPLES: Mapping[str, Mapping[str, float]] = {
     "warm_up": {"excess": 0.5, "time_constant": 0.8},
 }  # fmt: skip
 # relative to the effect's own effort, below 15 Hz, once the loads' unknown start is forgotten
-TOLERANCE = {"backlash": 0.15, "coupling_compliance": 0.1}
+TOLERANCE = {"backlash": 0.15, "coupling_compliance": 0.1, "noncollocated_compliance": 0.1}
 
 
 def references() -> References:
