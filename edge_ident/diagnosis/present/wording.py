@@ -37,7 +37,7 @@ def verdict_sentence(axis: AxisDiagnosis) -> str:
             "effort's variance lies, nothing but sinusoids was looked for"
         )
     if not axis.converged:
-        parts.append("the selection of causes did not converge, so read them with caution")
+        parts.append("the selection of causes did not converge, so none is named")
     return "; ".join(parts)
 
 

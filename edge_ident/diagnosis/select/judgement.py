@@ -3,9 +3,8 @@
 The rules stand in `select.acceptance`. A cause is suspected where one of them is against it: too
 few runs on disturbed data find it, it is smaller than what is left unexplained, the halves of the
 data disagree about it, it shows at standstill alone or recurs too often, it trades places with the
-base parameters, another law fits better, the model beside it is not physical, or no cause may be
-named. It is minor where it is certain and not worth naming, or a sound drive has it as well. The
-others leave the model, and the rest is fitted again.
+base parameters, another law fits better, the model beside it is not physical, the selection did not
+converge, or no cause may be named. It is minor where a sound drive has it, or it is too small.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -33,6 +32,7 @@ from edge_ident.diagnosis.select.unnamed_laws import unnamed
 from edge_ident.diagnosis.tolerance import TOLERANCE
 from edge_ident.diagnosis.verdict import Verdict
 
+_UNSETTLED: Final = "the selection of causes did not converge: in another round others may stay"
 _SOUND: Final = "certain, and no fault: the chain of a sound drive winds up as much"
 
 
@@ -108,8 +108,8 @@ def judge(
     if rules.stability and selected.model.terms and not blocked:
         runs = disturbed_runs(search, start, selected.model, floor.rms, on_run)
         selected, found = agreed(search, start, selected, runs)
-    # where the elimination did not converge, terms are left that it does not accept
-    doubts = _refused(s.decision for s in selected.support)
+    doubts = {} if selected.converged else dict.fromkeys(range(len(selected.support)), _UNSETTLED)
+    doubts |= _refused(s.decision for s in selected.support)
     doubts |= _refused(again(times, RUNS + 1) for times in found)
     assessed = Assessment.of(search, start, selected.model, floor, rules.tolerance)
     kept = [k for k in range(len(selected.model.terms)) if k not in doubts]

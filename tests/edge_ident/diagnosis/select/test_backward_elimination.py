@@ -16,6 +16,7 @@ from edge_ident.diagnosis.select.cross_validation import near_zero
 from edge_ident.diagnosis.select.judgement import Rules, judge
 from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.select.thresholds import MOST_ROUNDS
+from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.model.effects import named
 from tests.edge_ident.diagnosis.select.test_search_parts import TEMPLATE, recorded, rigid, swing
 
@@ -49,6 +50,35 @@ def test_too_few_rounds_say_that_it_did_not_converge(
     supported = eliminate_backward(*superfluous)
     assert not supported.converged
     assert len(supported.model.terms) == len(supported.support) == 1
+
+
+def test_nothing_is_named_of_a_selection_that_did_not_converge(
+    superfluous: tuple[Search, FittedModel], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(backward_elimination, "MOST_ROUNDS", replace(MOST_ROUNDS, value=0))
+    t, x, v, a = swing(seconds=12.0)
+    effort = rigid(v, a) + 0.4 * v**2 * np.sign(v)
+    search = Search.of(
+        data := prepare_axis([recorded(t, x, effort, noise=0.05)], "x"),
+        TEMPLATE,
+        fit(data, TEMPLATE, np.zeros(4), ()),
+    )
+    form = named("nonlinear_viscous").search.forms[0]
+    bends = FittedTerm(
+        Candidate("nonlinear_viscous", form), {"exponent": 2.0}, dict.fromkeys(form.linear, 0.0)
+    )
+    start = search.criterion.start
+    model = search.fit(start.base, (bends, *superfluous[1].terms))
+    floor = noise_floor(search.data, model)
+    supported = eliminate_backward(search, model)
+    assert [s.decision.accepted for s in supported.support] == [True, False]
+    for converged, names in ((True, ["nonlinear_viscous"]), (False, [])):
+        judged = judge(
+            search, start, replace(supported, converged=converged), floor, Rules(stability=False)
+        )
+        assert [t.candidate.effect for t in judged.supported.model.terms] == names
+    assert {cause.term.effect for cause in judged.suspected} == model.effects
+    assert judged.verdict is Verdict.UNEXPLAINED
 
 
 def test_what_would_leave_in_one_more_round_is_only_suspected(
