@@ -69,6 +69,8 @@ def at_standstill(data: AxisData, model: FittedModel) -> dict[int, str]:
 def recurring(model: FittedModel) -> dict[int, str]:
     """Reasons against events of one recording that are too many for each to have happened once.
 
+    Events that overlap are one: a pulse of another shape takes several.
+
     Returns
     -------
     mapping of place to str
@@ -78,12 +80,24 @@ def recurring(model: FittedModel) -> dict[int, str]:
     for k, t in enumerate(model.terms):
         if tied_to_time(t):
             places[t.candidate.effect, t.nonlinear.get("clock")].append(k)
-    return {
-        k: f"{len(several)} of them are in one recording: something recurs that no effect describes"
-        for several in places.values()
-        if len(several) > MOST_EVENTS.value
-        for k in several
-    }
+    doubts: dict[int, str] = {}
+    for several in places.values():
+        count = _apart([model.terms[k] for k in several])
+        if count > MOST_EVENTS.value:
+            reason = (
+                f"{count} of them are in one recording: something recurs that no effect describes"
+            )
+            doubts |= dict.fromkeys(several, reason)
+    return doubts
+
+
+def _apart(terms: list[FittedTerm]) -> int:
+    """How many times causes in time happen, where those that overlap are one."""
+    begins_s = np.array([t.nonlinear.get("time", 0.0) for t in terms])
+    ends_s = begins_s + [t.nonlinear.get("duration", 0.0) for t in terms]
+    order = np.argsort(begins_s, kind="stable")
+    over_s = np.maximum.accumulate(ends_s[order])
+    return 1 + int(np.count_nonzero(begins_s[order][1:] > over_s[:-1]))
 
 
 def _held_travel(term: FittedTerm) -> float:

@@ -89,6 +89,7 @@ EFFECT: Final = PayloadChange(
         grid=_grid,
         discrepancy=0.05,
         essential=("inertia",),
+        repeats=True,
     ),
     draw=_draw,
     compensation=Compensation(at_end=True),

@@ -125,3 +125,28 @@ def test_weak_events_that_are_suspected_already_recur_as_well(weak: int) -> None
     model = search.fit(start.base, events)
     assessed = Assessment.of(search, start, model, noise_floor(data, start), 0.01)
     assert list(_in_time(assessed, [0])) == ([0] if weak == 2 else [])
+
+
+def test_a_push_of_another_shape_is_one_event() -> None:
+    """It rises within 0.05 s, stays for 0.8 s and falls: no single pulse of the catalogue."""
+    t, x, v, a = swing(seconds=24.0)
+    push = 2.5 * np.clip(np.minimum(t - 11.0, 11.9 - t) / 0.05, 0.0, 1.0)
+    axis = diagnosed(recorded(t, x, rigid(v, a) + push, noise=0.05))
+    assert axis.verdict is Verdict.EXPLAINED
+    assert {cause.term.effect for cause in axis.causes} == {"disturbance_event"}
+    assert len(axis.causes) > 2
+    assert all(10.8 < float(cause.term.values["time"]) < 12.0 for cause in axis.causes)
+
+
+def test_what_is_picked_up_and_put_down_is_two_changes() -> None:
+    t, x, v, a = swing(seconds=24.0)
+    carried = (t > 7.0) & (t < 17.0)
+    effort = rigid(v, a) + carried * (0.2 * a + 0.3 * np.sign(v))
+    axis = diagnosed(recorded(t, x, effort, noise=0.05))
+    assert axis.verdict is Verdict.EXPLAINED
+    changes = sorted((cause.term for cause in axis.causes), key=lambda term: term.values["time"])
+    assert [term.effect for term in changes] == ["payload_change"] * 2
+    assert [term.values["time"] for term in changes] == pytest.approx([7.0, 17.0], abs=0.1)
+    masses = [term.values["inertia"] for term in changes]
+    assert masses == pytest.approx([0.2, -0.2], abs=0.02)
+    assert axis.extended.estimate.parameters[0] == pytest.approx(0.5, rel=0.02)
