@@ -177,7 +177,9 @@ EFFECT: Final = CouplingCompliance(
             ),
         ),
         signature="ringing of one frequency, whatever the amplitude, where the acceleration jumps",
-        alternatives=("time_delay", "backlash", "presliding_hysteresis"),
+        alternatives=(
+            "noncollocated_compliance", "time_delay", "backlash", "presliding_hysteresis"
+        ),  # fmt: skip
         experiment="a motion with content up to the resonance: --motion multisine",
         grid=_grid,
         physical=_physical,
