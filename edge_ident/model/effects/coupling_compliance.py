@@ -178,8 +178,11 @@ EFFECT: Final = CouplingCompliance(
         ),
         signature="ringing of one frequency, whatever the amplitude, where the acceleration jumps",
         alternatives=(
-            "noncollocated_compliance", "time_delay", "backlash", "presliding_hysteresis"
-        ),  # fmt: skip
+            "noncollocated_compliance",
+            "time_delay",
+            "backlash",
+            "presliding_hysteresis",
+        ),
         experiment="a motion with content up to the resonance: --motion multisine",
         grid=_grid,
         physical=_physical,
