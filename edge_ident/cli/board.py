@@ -126,7 +126,7 @@ def _parse_speed(text: str) -> float | None:
     if text == "max":
         return None
     try:
-        speed = float(text)
+        speed = commissioning.plain_number(text)
     except ValueError:
         speed = 0.0
     if not 0.01 <= speed <= 100.0:

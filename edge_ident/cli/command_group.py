@@ -1,7 +1,9 @@
-"""How help is laid out: whole sentences for every command, and examples that can be copied."""
+"""What typer does not do by itself: help in whole sentences, and numbers as they are written."""
 
+import copy
 import inspect
 import re
+from functools import partial
 from typing import Any
 
 from typer.core import TyperGroup
@@ -25,3 +27,20 @@ def with_example(text: str) -> str:
     """A help text without marks, whose example is a line of its own."""
     text = re.sub(r"^Example: `(.+)`", "\b\nExample:\n  \\1", inspect.cleandoc(text), flags=re.M)
     return text.replace("`", "")
+
+
+def take_plain_numbers(command: Any) -> None:
+    """Make every option of a command, and of those below it, refuse underscores in numbers."""
+    for parameter in command.params:
+        kind = parameter.type
+        if kind.name.startswith(("float", "int")):
+            parameter.type = copy.copy(kind)  # options without a range share theirs
+            parameter.type.convert = partial(_converted, kind)
+    for below in getattr(command, "commands", {}).values():
+        take_plain_numbers(below)
+
+
+def _converted(kind: Any, value: Any, parameter: Any, context: Any) -> Any:
+    if "_" in str(value):
+        kind.fail(f"{value!r} is not a valid {kind.name}.", parameter, context)
+    return kind.convert(value, parameter, context)

@@ -111,9 +111,7 @@ def _angles(texts: list[str], option: str) -> dict[str, float]:
         axis, _, number = text.partition("=")
         degrees = number.endswith("deg")
         try:
-            if "_" in number:  # Python would leave it out: 0_5 would be 5
-                raise ValueError(number)
-            angle = float(number.removesuffix("deg"))
+            angle = commissioning.plain_number(number.removesuffix("deg"))
         except ValueError:
             raise typer.BadParameter(
                 f"{text}: write AXIS=RAD or AXIS=DEGREESdeg", param_hint=option

@@ -9,7 +9,7 @@ import typer
 import edge_ident
 from edge_ident.cli import settings
 from edge_ident.cli.command import Beginning, Quiet, Verbose
-from edge_ident.cli.command_group import CommandGroup
+from edge_ident.cli.command_group import CommandGroup, take_plain_numbers
 from edge_ident.cli.failures import INTERRUPTION, USAGE, Failure, failure_of, print_failure, tell
 from edge_ident.cli.messages import Verbosity
 
@@ -51,6 +51,7 @@ class RootGroup(CommandGroup):
     def make_context(self, info_name: str | None, args: list[str], *more: Any, **extra: Any) -> Any:
         """Parse what stands before the command."""
         self._as_json = "--json" in args
+        take_plain_numbers(self)
         with self._reported():
             return super().make_context(info_name, args, *more, **extra)
 

@@ -4,6 +4,8 @@ import math
 
 import typer
 
+from edge_ident import commissioning
+
 
 def share(given: str | float) -> float:
     """A share from a number such as 0.05 or a percentage such as 5%.
@@ -20,7 +22,9 @@ def share(given: str | float) -> float:
     """
     text = str(given).strip()
     try:
-        found = float(text.removesuffix("%")) / (100.0 if text.endswith("%") else 1.0)
+        found = commissioning.plain_number(text.removesuffix("%")) / (
+            100.0 if text.endswith("%") else 1.0
+        )
     except ValueError:
         found = math.nan
     if not 0.0 <= found < math.inf:

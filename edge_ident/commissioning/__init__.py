@@ -49,6 +49,7 @@ if TYPE_CHECKING:
     from edge_ident.commissioning.study.identification_motions import CAPTURE_FILE
     from edge_ident.drive.motions import named_trajectory
     from edge_ident.drive.writing import write_drive
+    from edge_ident.support.words import plain_number
     from firmware_interface.board import BoardStatus
     from firmware_interface.connection import DEFAULT_BAUD_RATE
     from firmware_interface.gains import Bank
@@ -95,6 +96,7 @@ __all__ = [
     "named_trajectory",
     "parse_values",
     "period_doubts",
+    "plain_number",
     "profile_device",
     "record_motion",
     "registers_named",
@@ -154,6 +156,7 @@ __getattr__ = lazy_names(
         "move_to": "edge_ident.commissioning.motion.homing",
         "named_trajectory": "edge_ident.drive.motions",
         "parse_values": "edge_ident.commissioning.link.register_access",
+        "plain_number": "edge_ident.support.words",
         "period_doubts": "edge_ident.commissioning.data_sheet.checks",
         "profile_device": "edge_ident.commissioning.latency.measure",
         "record_motion": "edge_ident.commissioning.motion.record",

@@ -156,6 +156,8 @@ def _parsed(wish: str) -> tuple[str, float]:
     if not given:
         return name, default_strength(name)
     try:
+        if "_" in size:  # Python would leave it out
+            raise ValueError(size)
         strength = float(size)
     except ValueError:
         raise ValueError(f"{wish}: {size!r} is not a number") from None

@@ -79,6 +79,7 @@ def test_what_a_size_leaves_open_is_drawn_by_the_number() -> None:
     [
         ("backlsh", "did you mean backlash"),
         ("backlash=wide", "'wide' is not a number"),
+        ("backlash=0_1", "'0_1' is not a number"),
         ("backlash=0", "but not 0"),
         ("backlash=-0.01", "from 0 to 0.3"),
         ("backlash=1", "from 0 to 0.3"),

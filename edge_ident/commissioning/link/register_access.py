@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 from edge_ident.errors import BoardError
+from edge_ident.support.words import plain_number
 from firmware_interface import registers
 from firmware_interface.board import Board
 from firmware_interface.codec import encode
@@ -30,7 +31,7 @@ def parse_values(register: Register, texts: Sequence[str]) -> tuple[float, ...]:
     if len(texts) != register.count:
         raise ValueError(f"{register.name} takes {register.count} values, {len(texts)} were given")
     codes = getattr(registers, register.enum).__members__ if register.enum else {}
-    return tuple(float(codes[text]) if text in codes else float(text) for text in texts)
+    return tuple(float(codes[text]) if text in codes else plain_number(text) for text in texts)
 
 
 def check_write(register: Register, values: Sequence[float]) -> None:

@@ -94,6 +94,8 @@ def test_other_lines_of_the_file_stay(settings_file: Path) -> None:
     [
         (("set", "bandwith", "3"), "no setting bandwith"),
         (("set", "bandwidth", "wide"), "is not a valid"),
+        (("set", "bandwidth", "1_2"), "is not a valid"),
+        (("set", "cycles", "1_2"), "is not a valid"),
         (("set", "bandwidth", "0.01"), "0.1"),
         (("get", "nothing"), "no setting nothing"),
     ],

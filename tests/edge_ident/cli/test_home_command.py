@@ -207,3 +207,10 @@ def test_a_number_that_python_alone_would_read_moves_nothing(
     code, _, errors = shared.run("home", "--by", angle)
     assert (code, "write AXIS=RAD" in errors) == (2, True)
     assert not shared.board.status().pages_written
+
+
+def test_a_speed_with_an_underscore_is_not_ten_times_as_fast(shared: SharedBoard) -> None:
+    """Python would take 0_3 for 3."""
+    code, _, errors = shared.run("home", "--to", "x=0.5", "--speed", "0_3")
+    assert (code, "not a valid float" in errors) == (2, True)
+    assert not shared.board.status().pages_written

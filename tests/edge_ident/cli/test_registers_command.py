@@ -67,6 +67,7 @@ def test_nothing_is_written_without_the_word(shared: SharedBoard) -> None:
         ("watchdog.timeout", "nan", 4),
         ("watchdog.action", "7", 4),
         ("watchdog.timeout", "soon", 2),
+        ("watchdog.timeout", "0_5", 2),
         ("command.token", "-1", 4),
         ("command.opcode", "2", 4),
         ("shadow.crc", "-1", 4),

@@ -18,7 +18,7 @@ def test_both_ways_of_writing_a_share_are_read(given: str | float, found: float)
         assert parse(given) == pytest.approx(found)
 
 
-@pytest.mark.parametrize("text", ["nan", "nan%", "-1%", "%", "two%", "", "inf", "True"])
+@pytest.mark.parametrize("text", ["nan", "nan%", "-1%", "%", "two%", "", "inf", "True", "2_5%"])
 def test_what_is_no_share_is_refused(text: str) -> None:
     for parse in (share, part, true_part):
         with pytest.raises(typer.BadParameter, match=r"5% or 0\.05"):
