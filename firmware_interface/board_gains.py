@@ -7,7 +7,7 @@ from typing import Final
 from firmware_interface.board_session import Session
 from firmware_interface.board_types import BoardIdentity, ReadWords
 from firmware_interface.codec import crc32, decode_integer
-from firmware_interface.errors import BoardError, LinkError
+from firmware_interface.errors import BoardError, LinkError, NoReplyError
 from firmware_interface.gain_words import bank_spans, decode_gains, span_of, staged_writes
 from firmware_interface.gains import OFF, AxisGains
 from firmware_interface.received import checked_gains, received
@@ -117,6 +117,8 @@ class GainVerbs:
     ----------
     has_committed : bool
         Whether this host has put gains in force, or tried to.
+    has_stored : bool
+        Whether it has written gains to permanent memory.
     """
 
     def __init__(self, session: Session, identity: BoardIdentity) -> None:
@@ -124,6 +126,7 @@ class GainVerbs:
         self._session = session
         self._staged_crc: int | None = None
         self.has_committed = False
+        self.has_stored = False
 
     def active_gains(self) -> dict[str, AxisGains]:
         """Gains in force, by axis.
@@ -204,5 +207,19 @@ class GainVerbs:
         self._session.command(Opcode.ROLL_BACK)
 
     def store(self) -> None:
-        """Write the confirmed gains to permanent memory."""
-        self._session.command(Opcode.STORE, STORE_SIGNATURE)
+        """Write the confirmed gains to permanent memory.
+
+        Raises
+        ------
+        NoReplyError
+            The link fell silent; a note says that nobody knows what became of it.
+        """
+        try:
+            self._session.command(Opcode.STORE, STORE_SIGNATURE)
+        except NoReplyError as error:
+            error.add_note(
+                "whether the gains are stored is not known: store them again with edge-ident "
+                "gains store"
+            )
+            raise
+        self.has_stored = True

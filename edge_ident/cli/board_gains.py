@@ -207,10 +207,13 @@ def rollback(*, where: BoardOptions, results: ResultOptions) -> None:
 
     Example: `edge-ident gains rollback --device /dev/ttyACM0`
     """
-    with connected(where) as (board, _):
-        commissioning.roll_back_unconfirmed(board)
-        found = report.GainReport(board.identity.serial_number, board.active_gains())
-    _deliver(found, results, "the previous gains are in force")
+    said = list[str]()
+    with noting(said):
+        with connected(where) as (board, _):
+            commissioning.roll_back_unconfirmed(board)
+            said.append("the previous gains are in force")
+            found = report.GainReport(board.identity.serial_number, board.active_gains())
+        _deliver(found, results)
 
 
 @command
@@ -224,12 +227,15 @@ def store(
 
     Example: `edge-ident gains store --device /dev/ttyACM0`
     """
-    with connected(where) as (board, _):
-        active = commissioning.settled_gains(board)
-        backup = commissioning.back_up(active, board.identity, backups)
-        board.store()
-        found = report.GainReport(board.identity.serial_number, active, backup=backup)
-    _deliver(found, results, "the gains are stored")
+    said = list[str]()
+    with noting(said):
+        with connected(where) as (board, _):
+            active = commissioning.settled_gains(board)
+            backup = commissioning.back_up(active, board.identity, backups)
+            board.store()
+            said.append("the gains are stored")
+            found = report.GainReport(board.identity.serial_number, active, backup=backup)
+        _deliver(found, results)
     say("the gains are stored")
 
 

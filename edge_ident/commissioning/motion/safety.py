@@ -223,6 +223,8 @@ def _leave(board: Board, was_enabled: bool, gains: Bank, *, stopped: bool) -> li
         left and _attempt("gains", lambda: notes.append(_in_force(board, gains)))
     ):
         notes.append("which gains are in force is not known: look with edge-ident gains show")
+    if board.has_stored:
+        notes.append("the gains were stored in the board's permanent memory before this")
     if not left:
         notes.append(
             "the board could not be told to stop and to switch off: its axes may still produce "

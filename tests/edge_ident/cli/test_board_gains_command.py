@@ -10,6 +10,7 @@ from typer.testing import CliRunner
 
 from edge_ident import commissioning
 from edge_ident.cli import app
+from firmware_interface.board import Board
 from firmware_interface.errors import BoardError
 from firmware_interface.gains import AxisGains
 from firmware_interface.registers import State
@@ -228,3 +229,26 @@ def test_gains_of_another_board_are_staged_and_named_as_such(
     assert "these are the gains of board 77, and this is board 42" in messages
     _, _, messages = shared.run("gains", "stage", gains_file(tmp_path, BETTER, serial_number=42))
     assert "these are the gains of board" not in messages
+
+
+@pytest.mark.parametrize(
+    ("verb", "done"),
+    [("store", "the gains are stored"), ("rollback", "the previous gains are in force")],
+)
+def test_what_was_done_is_noted_where_ctrl_c_comes_as_the_board_is_let_go(
+    verb: str, done: str, shared: SharedBoard, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    board = shared.board
+    board.enable()
+    board.stage_gains(dict.fromkeys(("x", "z"), BETTER))
+    board.commit()
+    if verb == "store":
+        board.confirm()
+    board.release()
+
+    def interrupted(self: Board) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(Board, "release", interrupted)
+    code, _, messages = shared.run("gains", verb)
+    assert (code, f"note:  {done}" in messages) == (130, True)
