@@ -97,10 +97,10 @@ def _fits(
 
 
 def _captured(trajectory: Trajectory, rest: Mapping[str, float]) -> dict[str, Reference]:
-    """The motion itself, by axis."""
+    """The motion itself, by axis; then any lead-in is over, however long it was."""
     count = max(int(trajectory.duration_s * _LOOKS_PER_S), 2)
     times = np.linspace(0.0, trajectory.duration_s, count)
-    return _ways(trajectory.axes, times, trajectory.lead_in_s, rest)
+    return _ways(trajectory.axes, times, 1.0, rest)
 
 
 def _ways(

@@ -75,8 +75,9 @@ def test_an_axis_has_one_target(shared: SharedBoard, option: str) -> None:
     assert "x is named twice" in messages
 
 
-def test_a_way_that_takes_too_long_asks_for_more_speed(shared: SharedBoard) -> None:
-    code, _, messages = shared.run("home", "--by", "x=0.1", "--speed", "1e-9")
+@pytest.mark.parametrize("speed", ["1e-9", "1e-300"])
+def test_a_way_that_takes_too_long_asks_for_more_speed(shared: SharedBoard, speed: str) -> None:
+    code, _, messages = shared.run("home", "--by", "x=0.1", "--speed", speed)
     assert code == 4
     assert "longer than the board allows" in messages
     assert "--speed" in messages
