@@ -47,7 +47,7 @@ def _axis(name: str, axes: Mapping[str, AxisDiagnosis]) -> dict[str, Any]:
         "timing": asdict(axis.timing),
         "band": {"cutoff_hz": axis.cutoff_hz, "share_of_effort_variance": axis.share_in_band},
         "lines": [asdict(line) for line in axis.lines],
-        "refused": [asdict(refused) for refused in axis.refused],
+        "refused": [{"effect": r.effect, "reason": r.reason} for r in axis.refused],
         "outside_vibrations": [asdict(vibration) for vibration in axis.external_vibrations],
         "not_testable": [asdict(effect) for effect in axis.not_testable],
         "base": _fit(axis.base, axis.model),

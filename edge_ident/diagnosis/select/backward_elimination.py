@@ -179,7 +179,7 @@ def _replaced(
     _, place, best = min(ranked, key=lambda entry: entry[0])
     assert best.replacement is not None
     assert best.decision is not None
-    new = best.replacement.terms[-1].candidate.effect.replace("_", " ")
-    reason = f"{new} in its place is preferred: {best.decision.reason}"
-    refused = Refused(model.terms[place].candidate.effect, reason)
+    new = best.replacement.terms[-1].candidate.effect
+    reason = f"{new.replace('_', ' ')} in its place is preferred: {best.decision.reason}"
+    refused = Refused(model.terms[place].candidate.effect, reason, new)
     return _Round(gains, decisions, comparisons, best.replacement, refused)

@@ -80,6 +80,11 @@ def select_again(search: Search, start: FittedModel, most: float) -> FittedModel
     return model if search.criterion.samples == most else _better(search, start, model)
 
 
+def grown_on(search: Search, model: FittedModel, without: frozenset[str]) -> FittedModel:
+    """Select on from a model, without some effects."""
+    return _pruned(search, _largest(search, model, without))
+
+
 def _better(fewer: Search, start: FittedModel, model: FittedModel) -> FittedModel:
     """The selection with fewer samples, or what that number leaves of the first model.
 
@@ -105,7 +110,7 @@ def _supported(search: Search, model: FittedModel) -> FittedModel:
         model = smaller
         if gone:  # and not one of several terms of an effect that stays
             without |= gone
-            model = _pruned(search, _largest(search, model, without))
+            model = grown_on(search, model, without)
     return model
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from edge_ident.diagnosis.fit.fitting import FittedModel, delayed, fit
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.select.backward_elimination import SupportedModel, eliminate_backward
-from edge_ident.diagnosis.select.forward_selection import Selection, select_forward
+from edge_ident.diagnosis.select.forward_selection import Selection, grown_on, select_forward
 from edge_ident.diagnosis.select.search import Search
 from edge_ident.model.model import PARAMETERS, AxisModel
 
@@ -88,8 +88,15 @@ def _selected(search: Search, start: FittedModel) -> Selected:
 
 
 def _eliminated(selection: Selection, start: FittedModel) -> Selected:
-    supported = eliminate_backward(selection.search, selection.model)
-    return Selected(selection.search, start, selection.model, supported)
+    """Eliminate, and select on from there where what took a term's place has left as well."""
+    search, model = selection.search, selection.model
+    supported = eliminate_backward(search, model)
+    left = {r.instead for r in supported.refused} - supported.model.effects - {""}
+    if left:
+        without = frozenset(r.effect for r in supported.refused if not r.instead)
+        again = eliminate_backward(search, grown_on(search, supported.model, without))
+        supported = again if search.gain(supported.model, again.model) > 0.0 else supported
+    return Selected(search, start, model, supported)
 
 
 def _with_hidden_events(selected: Selected) -> Selected:

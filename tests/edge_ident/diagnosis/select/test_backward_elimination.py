@@ -10,8 +10,9 @@ from edge_ident.diagnosis.fit.candidates import Candidate
 from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm, fit
 from edge_ident.diagnosis.fit.noise_floor import noise_floor
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
-from edge_ident.diagnosis.select import backward_elimination
-from edge_ident.diagnosis.select.backward_elimination import eliminate_backward
+from edge_ident.diagnosis.result import Refused
+from edge_ident.diagnosis.select import backward_elimination, selection
+from edge_ident.diagnosis.select.backward_elimination import SupportedModel, eliminate_backward
 from edge_ident.diagnosis.select.cross_validation import near_zero
 from edge_ident.diagnosis.select.judgement import Rules, judge
 from edge_ident.diagnosis.select.search import Search
@@ -91,6 +92,31 @@ def test_what_would_leave_in_one_more_round_is_only_suspected(
     assert judged.supported.model.terms == ()
     (doubtful,) = judged.suspected
     assert "more than 0 to stay" in doubtful.decision
+
+
+def test_what_was_replaced_may_return_when_what_replaced_it_has_left(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    t, x, v, a = swing(seconds=12.0)
+    effort = rigid(v, a) + 0.2 * np.sin(2.0 * np.pi * x / 0.31)
+    data = prepare_axis([recorded(t, x, effort, noise=0.05)], "x")
+    lost = (
+        Refused("torque_ripple", "", instead="asymmetric_friction"),
+        Refused("asymmetric_friction", ""),
+    )
+    models = []
+
+    def first_without_any(search: Search, model: FittedModel) -> SupportedModel:
+        models.append(model)
+        if len(models) > 1:
+            return eliminate_backward(search, model)
+        return SupportedModel(search.criterion.start, (), lost, converged=True)
+
+    monkeypatch.setattr(selection, "eliminate_backward", first_without_any)
+    found = selection.selected_model(data, TEMPLATE).supported
+    assert found.model.effects == {"torque_ripple"}
+    assert len(models) == 2
+    assert "asymmetric_friction" not in models[1].effects
 
 
 def test_a_diagnosis_says_whether_it_converged() -> None:
