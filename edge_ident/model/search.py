@@ -117,6 +117,11 @@ class Excitation:
     base: Array
     spans: tuple[Span, ...]
 
+    @property
+    def turning_rate(self) -> float:
+        """Of a sine (rad/s) with the same typical speed and acceleration."""
+        return self.acceleration / self.typical_speed
+
     def moved(self, inertia: Array) -> bool:
         """Whether the drive could have moved this much inertia."""
         return bool(np.all(inertia * self.acceleration < self.effort))

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Self
+from typing import Final, Self
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from edge_ident.diagnosis.select.acceptance import (
     noise_limit,
     structure_left,
 )
-from edge_ident.diagnosis.select.cross_validation import near_zero
+from edge_ident.diagnosis.select.cross_validation import near_zero, unsized
 from edge_ident.diagnosis.select.own_effort import Array, base_space, own_efforts
 from edge_ident.diagnosis.select.polishing import polished
 from edge_ident.diagnosis.select.recorded_effort import recorded_sizes
@@ -27,6 +27,8 @@ from edge_ident.estimation.columns import unit_length
 from edge_ident.model.effects import named
 from edge_ident.model.model import PARAMETERS
 from edge_ident.signals.metrics import rms
+
+_UNSIZED: Final = "its size is as uncertain as it is large"
 
 
 @dataclass(frozen=True)
@@ -157,12 +159,15 @@ class Assessment:
         return named(t.candidate.effect).search.degenerate(t.values, float(self.model.base[0]))
 
     def nearly_none(self, kept: Sequence[int]) -> dict[int, str]:
-        """Reasons against terms whose essential parameters are near zero beside those kept.
+        """Reasons against terms whose essential parameters are near zero, or that have no certain
+        size, beside those kept.
 
         What stood beside them in the search may have left.
         """
-        near = near_zero(self.search.data, self.fitted(kept))
-        return {k: nearly_none(names) for k, names in zip(kept, near, strict=True) if names}
+        data, model = self.search.data, self.fitted(kept)
+        pairs = zip(near_zero(data, model), unsized(data, model), strict=True)
+        reasons = [nearly_none(names) if names else _UNSIZED * unknown for names, unknown in pairs]
+        return {k: reason for k, reason in zip(kept, reasons, strict=True) if reason}
 
     def rest(self, model: FittedModel) -> float:
         """Share of the effort that a model leaves beyond noise."""

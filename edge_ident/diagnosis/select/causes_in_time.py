@@ -7,6 +7,7 @@ one on a guide with presliding.
 """
 
 from collections import defaultdict
+from itertools import pairwise
 from typing import Final
 
 import numpy as np
@@ -19,7 +20,7 @@ from edge_ident.diagnosis.prepare.segment import Segment
 from edge_ident.diagnosis.select.recorded_effort import along
 from edge_ident.diagnosis.select.thresholds import HELD, MOST_EVENTS
 from edge_ident.model.effects import named
-from edge_ident.model.search import SOUND_RESONANCE_HZ
+from edge_ident.model.search import SOUND_RESONANCE_HZ, Excitation
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -88,6 +89,39 @@ def recurring(model: FittedModel) -> dict[int, str]:
                 f"{count} of them are in one recording: something recurs that no effect describes"
             )
             doubts |= dict.fromkeys(several, reason)
+    return doubts
+
+
+def brief(model: FittedModel, excitation: Excitation) -> dict[int, str]:
+    """Reasons against changes that last, of which the next takes one back too soon.
+
+    A mass tells itself from a push by costing effort both ways, so it stays for a cycle.
+
+    Parameters
+    ----------
+    model : FittedModel
+    excitation : Excitation
+
+    Returns
+    -------
+    mapping of place to str
+        Places are those of `model.terms`.
+    """
+    cycle_s = 2.0 * np.pi / excitation.turning_rate
+    changes = defaultdict(list)
+    for k, t in enumerate(model.terms):
+        if "time" in t.nonlinear and "duration" not in t.nonlinear:
+            key = t.candidate.effect, t.nonlinear.get("clock")
+            changes[key].append((t.nonlinear["time"], k))
+    doubts: dict[int, str] = {}
+    for of_kind in changes.values():
+        for (begins_s, k), (ends_s, other) in pairwise(sorted(of_kind)):
+            if ends_s - begins_s < cycle_s:
+                reason = (
+                    f"what lasts for {ends_s - begins_s:.3g} s alone, less than a cycle of the "
+                    f"motion ({cycle_s:.3g} s), may be a push"
+                )
+                doubts |= {k: reason, other: reason}
     return doubts
 
 

@@ -24,6 +24,7 @@ from edge_ident.diagnosis.select.thresholds import (
     ONE_OFF_BLOCKS,
     ONE_OFF_ENERGY,
     RESAMPLES,
+    SIZED,
 )
 from edge_ident.model.effects import named
 
@@ -82,6 +83,16 @@ def near_zero(data: AxisData, fitted: FittedModel) -> list[tuple[str, ...]]:
         near = [name for name in std if abs(values[name]) < NONZERO.value * std[name]]
         found.append(tuple(name for name in near if name in names))
     return found
+
+
+def unsized(data: AxisData, fitted: FittedModel) -> list[bool]:
+    """Whether each linear parameter of a term is as uncertain as it is large, for each term."""
+    stds = deviations_by_term(fitted, standard_deviations(data, fitted))
+    return [
+        bool(t.linear)
+        and all(abs(value) < SIZED.value * std[name] for name, value in t.linear.items())
+        for t, std in zip(fitted.terms, stds, strict=True)
+    ]
 
 
 def is_one_off(data: AxisData, effort: Array) -> bool:

@@ -2,9 +2,9 @@
 
 The rules stand in `select.acceptance`. A cause is suspected where one of them is against it: too
 few runs on disturbed data find it, it is smaller than what is left unexplained, the halves of the
-data disagree about it, it shows at standstill alone or recurs too often, it trades places with the
-base parameters, another law fits better, the model beside it is not physical, the selection did not
-converge, or no cause may be named. It is minor where a sound drive has it, or it is too small.
+data disagree about it, it shows at standstill alone, too often or too briefly, it trades places
+with the base parameters, another law fits better, the model with it is not physical, the selection
+did not converge, or no cause may be named. It is minor where it is small, or a sound drive has it.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -22,7 +22,7 @@ from edge_ident.diagnosis.select.assessment import Assessment
 from edge_ident.diagnosis.select.backward_elimination import SupportedModel, SupportedTerm
 from edge_ident.diagnosis.select.both_halves import decide_halves
 from edge_ident.diagnosis.select.causes import causes, strongest_first
-from edge_ident.diagnosis.select.causes_in_time import at_standstill, recurring, tied_to_time
+from edge_ident.diagnosis.select.causes_in_time import at_standstill, brief, recurring, tied_to_time
 from edge_ident.diagnosis.select.evidence import evidence_for_terms
 from edge_ident.diagnosis.select.physics import unphysical
 from edge_ident.diagnosis.select.search import Search
@@ -125,8 +125,7 @@ def judge(
     if reason is not None:
         doubts |= dict.fromkeys(kept, reason)
         kept = []
-    sorted_ = replace(_worth_naming(assessed, kept), doubts=doubts)
-    judged = _judgement(assessed, selected, sorted_, found, rules)
+    judged = _judgement(assessed, selected, _sort(assessed, kept, doubts), found, rules)
     # a recording that contradicts itself is understood by no model, however well one fits
     return replace(judged, verdict=Verdict.UNEXPLAINED) if blocked else judged
 
@@ -188,7 +187,8 @@ def _traded(assessed: Assessment, kept: Sequence[int]) -> dict[int, str]:
 
 def _in_time(assessed: Assessment, kept: Sequence[int]) -> dict[int, str]:
     """Reasons against events that friction at a stop may imitate, or that recur, weak ones too."""
-    held = at_standstill(assessed.search.data, assessed.fitted(kept))
+    search, model = assessed.search, assessed.fitted(kept)
+    held = at_standstill(search.data, model) | brief(model, search.excitation)
     reasons = recurring(assessed.model) | {kept[place]: why for place, why in held.items()}
     return {k: reasons[k] for k in kept if k in reasons}
 
@@ -206,7 +206,7 @@ def _another_law(assessed: Assessment, kept: Sequence[int]) -> dict[int, str]:
     return assessed.nearly_none(kept) | {k: reason for k, reason in doubts.items() if reason}
 
 
-def _worth_naming(assessed: Assessment, kept: list[int]) -> _Sorted:
+def _sort(assessed: Assessment, kept: list[int], doubts: Mapping[int, str]) -> _Sorted:
     """Sort what is certain into what is named, what is minor, and what a sound drive has as well.
 
     Those below the tolerance are minor, the weakest first, as long as they do not together make
@@ -230,7 +230,7 @@ def _worth_naming(assessed: Assessment, kept: list[int]) -> _Sorted:
             break
         worth = fewer
     minor = [k for k in kept if k not in worth and k not in sound]
-    return _Sorted(worth, minor, sound, {})
+    return _Sorted(worth, minor, sound, doubts)
 
 
 def _judgement(

@@ -45,6 +45,13 @@ NONZERO: Final = Threshold(
     "The usual three-sigma rule.",
     "`test_search_parts.py`: friction that changes alone is no payload",
 )
+SIZED: Final = Threshold(
+    1.0,
+    "standard deviations",
+    "One of a cause's linear parameters is larger than this, or the cause is suspected.",
+    "What is known to no more than its own size may as well be nothing.",
+    "`test_judgement.py`: a cause that is as uncertain as it is large",
+)
 SAME_WAVEFORM: Final = Threshold(
     0.5,
     "rms of the cause's own effort",

@@ -154,8 +154,8 @@ def _grid(excitation: Excitation) -> dict[str, Array]:
     """
     inertia, viscous, coulomb, offset = excitation.base
     inertia, viscous, coulomb = (max(x, 1e-9) for x in (inertia, viscous, coulomb))
-    turning = excitation.acceleration / excitation.typical_speed
-    ends = _QUICKER * turning, _QUICKER * 2.0 * np.pi * excitation.cutoff_hz
+    fastest = 2.0 * np.pi * excitation.cutoff_hz
+    ends = _QUICKER * excitation.turning_rate, _QUICKER * fastest
     gaps, shares, rates = np.meshgrid(
         np.geomspace(0.5 * excitation.resolution, 0.1 * excitation.travel, 30),
         np.array([0.1, 0.4, 1.0, 2.5]),

@@ -102,8 +102,7 @@ def _sound(values: Values, excitation: Excitation) -> bool:
 
 def _physical(values: Values, excitation: Excitation) -> bool:
     """A motion stays below the resonance: what turns faster would leave the load behind."""
-    turning = excitation.acceleration / excitation.typical_speed
-    return bool(np.all(_resonance(values) > turning))
+    return bool(np.all(_resonance(values) > excitation.turning_rate))
 
 
 def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:

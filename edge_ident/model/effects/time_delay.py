@@ -41,7 +41,7 @@ def _physical(values: Values, excitation: Excitation) -> bool:
     with a phase."""
     late_s = np.abs(values["delay"])
     beyond = late_s > LARGEST_SHIFT * excitation.sampling_s
-    half_turn = late_s * excitation.acceleration < np.pi * excitation.typical_speed
+    half_turn = late_s * excitation.turning_rate < np.pi
     return bool(np.all(beyond & half_turn))
 
 

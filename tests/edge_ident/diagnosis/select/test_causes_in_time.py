@@ -11,7 +11,7 @@ from edge_ident.diagnosis.fit.fitting import FittedTerm, fit
 from edge_ident.diagnosis.fit.noise_floor import noise_floor
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.select.assessment import Assessment
-from edge_ident.diagnosis.select.causes_in_time import _may_be_held, at_standstill
+from edge_ident.diagnosis.select.causes_in_time import _may_be_held, at_standstill, brief
 from edge_ident.diagnosis.select.judgement import _in_time
 from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.verdict import Verdict
@@ -150,3 +150,26 @@ def test_what_is_picked_up_and_put_down_is_two_changes() -> None:
     masses = [term.values["inertia"] for term in changes]
     assert masses == pytest.approx([0.2, -0.2], abs=0.02)
     assert axis.extended.estimate.parameters[0] == pytest.approx(0.5, rel=0.02)
+
+
+@pytest.mark.parametrize(("lasts_s", "doubtful"), [(0.5, [0, 1]), (3.0, [])])
+def test_what_is_carried_for_less_than_a_cycle_may_be_a_push(
+    lasts_s: float, doubtful: list[int]
+) -> None:
+    """The motion has the speed and the acceleration of a sine with a cycle of 1.9 s."""
+    t, x, v, a = swing()
+    data = prepare_axis([recorded(t, x, rigid(v, a), noise=0.05)], "x")
+    form = Form(("inertia", "coulomb_friction"), ("time",))
+    none = {"inertia": 0.0, "coulomb_friction": 0.0}
+    model = fit(
+        data,
+        TEMPLATE,
+        np.zeros(4),
+        [
+            FittedTerm(Candidate("payload_change", form), {"time": time, "clock": 0.0}, none)
+            for time in (6.0, 6.0 + lasts_s)
+        ],
+    )
+    doubts = brief(model, data.excitation(np.ones(4)))
+    assert list(doubts) == doubtful
+    assert all("may be a push" in reason for reason in doubts.values())

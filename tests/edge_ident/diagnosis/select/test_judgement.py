@@ -13,7 +13,7 @@ from edge_ident.diagnosis.fit.fitting import FittedTerm, fit
 from edge_ident.diagnosis.fit.noise_floor import NoiseFloor, noise_floor
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.result import AxisDiagnosis, Cause
-from edge_ident.diagnosis.select import assessment
+from edge_ident.diagnosis.select import assessment, cross_validation
 from edge_ident.diagnosis.select.assessment import Assessment
 from edge_ident.diagnosis.select.criterion import Criterion
 from edge_ident.diagnosis.select.physics import unphysical
@@ -73,6 +73,23 @@ def test_a_payload_without_mass_beside_what_stays_is_doubtful(mass: float) -> No
     model = search.fit(start.base, (payload,))
     doubts = Assessment.of(search, start, model, noise_floor(data, start), 0.01).nearly_none([0])
     assert ("inertia lies within" in doubts.get(0, "")) is (mass == 0.0)
+
+
+@pytest.mark.parametrize(("deviations", "doubtful"), [(0.9, False), (1.1, True)])
+def test_a_cause_that_is_as_uncertain_as_it_is_large_is_doubtful(
+    monkeypatch: pytest.MonkeyPatch, deviations: float, doubtful: bool
+) -> None:
+    t, x, v, a = MOTION
+    data = prepare_axis([recorded(t, x, rigid(v, a) + 0.1 * np.abs(v), noise=0.02)], "x")
+    start = fit(data, TEMPLATE, np.zeros(4), ())
+    search = Search.of(data, TEMPLATE, start)
+    (form, *_) = named("asymmetric_friction").search.forms
+    term = FittedTerm(Candidate("asymmetric_friction", form), {}, dict.fromkeys(form.linear, 0.0))
+    model = search.fit(start.base, (term,))
+    of_each = deviations * np.abs(model.linear_parameters)
+    monkeypatch.setattr(cross_validation, "standard_deviations", lambda *_: of_each)
+    doubts = Assessment.of(search, start, model, noise_floor(data, start), 0.01).nearly_none([0])
+    assert ("as uncertain as it is large" in doubts.get(0, "")) is doubtful
 
 
 def test_a_cause_below_the_tolerance_is_minor_and_no_accusation() -> None:
