@@ -1,5 +1,7 @@
 """Gains for simulated drives: soft as at a board's start-up, or stiff as designed for the drive."""
 
+from collections.abc import Mapping
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -7,6 +9,7 @@ from numpy.typing import NDArray
 
 from edge_ident.control.gain_design import design
 from edge_ident.control.position_loop import LoopHardware
+from edge_ident.model.effects import named
 from edge_ident.model.model import AxisModel, Estimate, base_axis
 from firmware_interface.gains import AxisGains
 
@@ -71,12 +74,21 @@ def peak_effort(parameters: Array, motion: Array) -> Array:
 def stiff_gains(axis: AxisModel, hardware: LoopHardware) -> list[AxisGains]:
     """Gains that `edge_ident.control.gain_design` gives the base model, with its feed-forward.
 
+    A spring before the encoder counts as well: no stiff loop closes around it.
+
     Raises
     ------
     GainError
         No gains keep the margins.
     """
-    return [
-        design(base_axis(Estimate(parameters, np.zeros(4))), hardware).gains
-        for parameters in np.atleast_2d(axis.parameters)
-    ]
+    springs = [t for t in axis.terms if named(t.effect).compensation.series_resonance]
+    found = []
+    for drive, parameters in enumerate(np.atleast_2d(axis.parameters)):
+        base = base_axis(Estimate(parameters, np.zeros(4)))
+        own = (replace(t, values=_of_drive(t.values, drive)) for t in springs)
+        found.append(design(replace(base, terms=(*base.terms, *own)), hardware).gains)
+    return found
+
+
+def _of_drive(values: Mapping[str, float | Array], drive: int) -> dict[str, float]:
+    return {name: float(np.atleast_1d(x)[drive * (np.size(x) > 1)]) for name, x in values.items()}

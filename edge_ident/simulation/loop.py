@@ -107,7 +107,8 @@ def simulate(
     columns = _followed(plant, references, gains, sampling, on_progress)
     recorded = references.time_s > -0.5 * references.period_s
     effort = plant.recorded(columns[3], references.time_s)[..., recorded]
-    rms = np.sqrt(np.mean(effort**2, axis=-1, keepdims=True))
+    with np.errstate(over="ignore"):  # the caller says so where a drive runs away
+        rms = np.sqrt(np.mean(effort**2, axis=-1, keepdims=True))
     noise = np.random.default_rng(seed).normal(size=effort.shape)
     read, position, velocity = columns[:3, ..., recorded]
     return Simulation(

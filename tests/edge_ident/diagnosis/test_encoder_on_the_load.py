@@ -4,6 +4,7 @@ Two masses with friction on both sides are integrated in small steps. The loop i
 motor, as drives with two encoders do.
 """
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -14,7 +15,11 @@ from edge_ident.control.compensation import plant_of
 from edge_ident.diagnosis.diagnose import diagnose
 from edge_ident.diagnosis.result import AxisDiagnosis
 from edge_ident.diagnosis.verdict import Verdict
+from edge_ident.errors import ModelError
+from edge_ident.model.model import Model
 from edge_ident.signals.recording import AxisRecord, Recording
+from edge_ident.simulation.references import recorded_references
+from edge_ident.simulation.scenario import Scenario, record
 
 Array = NDArray[np.float64]
 
@@ -93,6 +98,17 @@ def test_a_loop_on_this_encoder_meets_the_resonance() -> None:
     ratio = plant_of(soft().model).response(at) / rigid
     assert np.abs(ratio[0]) > 10.0
     assert ratio[1].real == pytest.approx(-1.0 / 8.0, rel=0.1)  # it moves against the motor
+
+
+def test_its_model_can_be_simulated_and_is_found_again() -> None:
+    """Stiff gains bear the spring; soft ones know nothing of it, and do not close a loop."""
+    references = recorded_references(recorded(10.0, 2), {"x": "rad"})
+    model, scenario = Model({"x": soft().model}), Scenario(references, noise=0.01)
+    with pytest.raises(ModelError, match="does not follow"):
+        record(model, scenario, "soft gains")
+    again = record(model, replace(scenario, stiff=True), "stiff gains")
+    axis = diagnose([again], stability=False).axes["x"]
+    assert [cause.term.effect for cause in axis.causes] == ["noncollocated_compliance"]
 
 
 def test_a_stiff_chain_is_no_cause() -> None:
