@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Final, Self
+from typing import Self
 
 import numpy as np
 
@@ -27,8 +27,6 @@ from edge_ident.estimation.columns import unit_length
 from edge_ident.model.effects import named
 from edge_ident.model.model import PARAMETERS
 from edge_ident.signals.metrics import rms
-
-_UNSIZED: Final = "its size is as uncertain as it is large"
 
 
 @dataclass(frozen=True)
@@ -158,16 +156,24 @@ class Assessment:
             return ""
         return named(t.candidate.effect).search.degenerate(t.values, float(self.model.base[0]))
 
-    def nearly_none(self, kept: Sequence[int]) -> dict[int, str]:
-        """Reasons against terms whose essential parameters are near zero, or that have no certain
-        size, beside those kept.
+    def doubtful_sizes(self, kept: Sequence[int]) -> dict[int, str]:
+        """Reasons against terms that have no certain or no possible size beside those kept, or have
+        essential parameters near zero.
 
         What stood beside them in the search may have left.
         """
         data, model = self.search.data, self.fitted(kept)
-        pairs = zip(near_zero(data, model), unsized(data, model), strict=True)
-        reasons = [nearly_none(names) if names else _UNSIZED * unknown for names, unknown in pairs]
-        return {k: reason for k, reason in zip(kept, reasons, strict=True) if reason}
+        bounded = (_at_bounds(model, place) for place in range(len(kept)))
+        found = zip(kept, near_zero(data, model), bounded, unsized(data, model), strict=True)
+        doubts = {}
+        for k, near, most, unknown in found:
+            if near:
+                doubts[k] = nearly_none(near)
+            elif most:
+                doubts[k] = f"its {', '.join(most)} would be larger than any machine's"
+            elif unknown:
+                doubts[k] = "its size is as uncertain as it is large"
+        return doubts
 
     def rest(self, model: FittedModel) -> float:
         """Share of the effort that a model leaves beyond noise."""
@@ -190,3 +196,10 @@ class Assessment:
         return structure_left(
             left, floor.rms, floor.uncertainty, discrepancy, self.tolerance, self.scale
         )
+
+
+def _at_bounds(model: FittedModel, place: int) -> list[str]:
+    """Linear parameters of one term that a bound other than zero holds."""
+    linear, free = model.terms[place].linear, model.free[model.columns_of(place)]
+    of_each = zip(linear.items(), free, strict=True)
+    return [name for (name, value), moves in of_each if value and not moves]

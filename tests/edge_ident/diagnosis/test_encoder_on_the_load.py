@@ -23,7 +23,7 @@ from edge_ident.simulation.scenario import Scenario, record
 
 Array = NDArray[np.float64]
 
-PERIOD_S, STEPS = 0.002, 40
+PERIOD_S, STEPS = 0.002, 30
 INERTIA, VISCOUS, COULOMB, OFFSET = 0.02, 0.05, 0.3, 0.05
 COUNT_RAD = 2.0 * np.pi / 125_000
 ON_MOTOR = 0.4
@@ -31,8 +31,8 @@ ON_MOTOR = 0.4
 
 
 def wanted(seed: int) -> tuple[Array, Array, Array]:
-    """Position, velocity and acceleration of six sines, 22 s."""
-    t = PERIOD_S * np.arange(11_000)[:, None]
+    """Position, velocity and acceleration of six sines, 15 s."""
+    t = PERIOD_S * np.arange(7_500)[:, None]
     rates = 2.0 * np.pi * np.array([0.2, 0.5, 0.9, 1.4, 2.1, 3.0])
     angles = rates * t + np.random.default_rng(seed).uniform(0.0, 6.0, 6)
     sizes = 4.7 * rates**-1.5

@@ -71,7 +71,7 @@ def test_a_payload_without_mass_beside_what_stays_is_doubtful(mass: float) -> No
         {"inertia": 0.0, "coulomb_friction": 0.0},
     )
     model = search.fit(start.base, (payload,))
-    doubts = Assessment.of(search, start, model, noise_floor(data, start), 0.01).nearly_none([0])
+    doubts = Assessment.of(search, start, model, noise_floor(data, start), 0.01).doubtful_sizes([0])
     assert ("inertia lies within" in doubts.get(0, "")) is (mass == 0.0)
 
 
@@ -88,8 +88,25 @@ def test_a_cause_that_is_as_uncertain_as_it_is_large_is_doubtful(
     model = search.fit(start.base, (term,))
     of_each = deviations * np.abs(model.linear_parameters)
     monkeypatch.setattr(cross_validation, "standard_deviations", lambda *_: of_each)
-    doubts = Assessment.of(search, start, model, noise_floor(data, start), 0.01).nearly_none([0])
+    doubts = Assessment.of(search, start, model, noise_floor(data, start), 0.01).doubtful_sizes([0])
     assert ("as uncertain as it is large" in doubts.get(0, "")) is doubtful
+
+
+@pytest.mark.parametrize(("lost", "doubtful"), [(0.5, False), (0.95, True)])
+def test_a_cause_at_the_end_of_what_is_possible_is_doubtful(lost: float, doubtful: bool) -> None:
+    """No transmission loses more than nine tenths."""
+    t, x, v, a = MOTION
+    passed = 0.5 * a + 0.2
+    friction = passed / (1.0 - lost * np.sign(v) * np.sign(passed)) - passed
+    data = prepare_axis([recorded(t, x, rigid(v, a) + friction, noise=0.02)], "x")
+    start = fit(data, TEMPLATE, np.zeros(4), ())
+    search = Search.of(data, TEMPLATE, start)
+    (form, *_) = named("load_dependent_friction").search.forms
+    sides = {"guided": 0.0, "moved": 1.0}
+    term = FittedTerm(Candidate("load_dependent_friction", form), sides, {"share": 0.3})
+    model = search.fit(start.base, (term,))
+    doubts = Assessment.of(search, start, model, noise_floor(data, start), 0.01).doubtful_sizes([0])
+    assert ("share would be larger" in doubts.get(0, "")) is doubtful
 
 
 def test_a_cause_below_the_tolerance_is_minor_and_no_accusation() -> None:
