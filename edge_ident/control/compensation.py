@@ -34,7 +34,6 @@ from edge_ident.control.law_terms import Placed, Placement
 from edge_ident.control.left_out import gains_without
 from edge_ident.control.loop_plant import Plant, SeriesSpring, SprungLoad
 from edge_ident.control.position_loop import LoopHardware
-from edge_ident.model.compensation import Compensation
 from edge_ident.model.effects import named
 from edge_ident.model.model import AxisModel, Term
 from firmware_interface.gains import AxisGains
@@ -105,13 +104,16 @@ def plant_of(axis: AxisModel) -> Plant:
             loads.append(SprungLoad(*values))
         if compensation.series_resonance:
             _, damping = compensation.series_resonance
-            springs.append(SeriesSpring(_series_rate(term), float(term.values[damping])))
+            springs.append(SeriesSpring(_resonance_rate(term), float(term.values[damping])))
     return Plant(inertia, viscous, tuple(loads), tuple(springs))
 
 
-def _series_rate(term: Term) -> float:
-    """Resonance in rad/s of a spring that the whole effort passes."""
-    square, _ = named(term.effect).compensation.series_resonance
+def _resonance_rate(term: Term) -> float:
+    """Resonance in rad/s of what is soft in a term."""
+    compensation = named(term.effect).compensation
+    if compensation.resonance:
+        return float(term.values[compensation.resonance[1]])
+    square, _ = compensation.series_resonance
     return 1.0 / math.sqrt(max(float(term.values[square]), _STIFFEST_S2))
 
 
@@ -165,7 +167,7 @@ def compensated(
 def _largest_first(axis: AxisModel) -> list[Term]:
     """Terms that are to be fed forward or left out: those of one effect by size, the largest
     first, and else in the order of the model."""
-    terms = [term for term in axis.terms[1:] if not _is_borne(named(term.effect).compensation)]
+    terms = [term for term in axis.terms[1:] if not named(term.effect).compensation.borne]
     order = list(dict.fromkeys(term.effect for term in terms))
     return sorted(terms, key=lambda term: (order.index(term.effect), -_size(term)))
 
@@ -173,12 +175,6 @@ def _largest_first(axis: AxisModel) -> list[Term]:
 def _size(term: Term) -> float:
     linear = named(term.effect).search.linear
     return math.hypot(*(float(value) for name, value in term.values.items() if name in linear))
-
-
-def _is_borne(compensation: Compensation) -> bool:
-    """Whether the design bears the effect, without a number of the law for it."""
-    resonance = compensation.resonance or compensation.series_resonance
-    return bool(resonance or compensation.loop_delay or compensation.limit)
 
 
 def _not_fed(term: Term, hardware: LoopHardware, at_s: float | None) -> str:
@@ -230,11 +226,8 @@ def _borne(
     """Terms that the design bears, and how."""
     for term in axis.terms[1:]:
         compensation = named(term.effect).compensation
-        if compensation.resonance:
-            rate_hz = float(term.values[compensation.resonance[1]]) / (2.0 * math.pi)
-            yield term, f"the margins bear its resonance at {rate_hz:.3g} Hz"
-        elif compensation.series_resonance:
-            rate_hz = _series_rate(term) / (2.0 * math.pi)
+        if compensation.resonance or compensation.series_resonance:
+            rate_hz = _resonance_rate(term) / (2.0 * math.pi)
             yield term, f"the margins bear its resonance at {rate_hz:.3g} Hz"
         elif compensation.loop_delay:
             late_ms = 1e3 * abs(float(term.values[compensation.loop_delay]))

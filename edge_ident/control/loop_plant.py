@@ -88,7 +88,7 @@ class Plant:
         for load in self.loads:
             rate, damping = load.rate_rad_s, 2.0 * load.damping_ratio * load.rate_rad_s * s
             felt += load.inertia * ((damping + rate**2) / (s**2 + damping + rate**2) - 1.0)
-        passed = np.ones_like(s)
+        response = np.asarray(1.0 / (s * (felt * s + self.viscous_friction)))
         for spring in self.springs:
-            passed = passed * spring.response(s)
-        return np.asarray(passed / (s * (felt * s + self.viscous_friction)))
+            response *= spring.response(s)
+        return response

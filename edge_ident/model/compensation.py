@@ -66,9 +66,13 @@ class Compensation:
     @property
     def used(self) -> bool:
         """Whether gains use the effect at all."""
-        fed = self.feedforward or self.over or self.at_end
-        borne = self.resonance or self.series_resonance or self.loop_delay or self.limit
-        return bool(fed or borne)
+        return bool(self.feedforward or self.over or self.at_end or self.borne)
+
+    @property
+    def borne(self) -> bool:
+        """Whether the design bears the effect, without a number of the law for it."""
+        resonance = self.resonance or self.series_resonance
+        return bool(resonance or self.loop_delay or self.limit)
 
     @property
     def parameters(self) -> frozenset[str]:
