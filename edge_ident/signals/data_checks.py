@@ -38,6 +38,8 @@ _SPIKE_RATIO: Final = 8.0
 spike."""
 _SPIKE_WIDTH: Final = 1.5
 """How much farther than its neighbours do: 1 for a step, 2 for a single sample."""
+_SPIKE_LEAN: Final = 0.25
+"""How far they leave theirs toward it, at least: 0 beside a corner, 0.5 beside a single sample."""
 _ROUGHER: Final = 5.0
 """Noise of a position over that of an effort, each over its swing, from which the two columns may
 be swapped."""
@@ -218,18 +220,22 @@ def _left_by_base(time_s: Array, position: Array, effort: Array) -> float:
 
 
 def _check_spike(where: str, values: Array, unit: str, first_row: int) -> None:
-    """One sample far from both its neighbours, farther than nearly all others, and large."""
+    """One sample far from both its neighbours, farther than nearly all others, and large.
+
+    It leaves the line of its neighbours, and theirs lean to it by half of that: not so where an
+    effort begins to rise steeply. The first and the last sample have one neighbour, and are none.
+    """
     padded = np.concatenate([values[:1], values, values[-1:]])
     off = values - 0.5 * (padded[2:] + padded[:-2])
     size = np.abs(off)
     swing = float(np.std(np.delete(values, int(np.argmax(size)))))
     if np.max(size) <= swing:  # of most recordings; what follows takes longer
         return
-    around = np.maximum(np.append(size[1:], 0.0), np.insert(size[:-1], 0, 0.0))
     usual = quantile(size, 0.999)
-    spikes = np.flatnonzero(
-        (size > _SPIKE_WIDTH * around) & (size > _SPIKE_RATIO * usual) & (size > swing)
-    )
+    here = size[1:-1]
+    toward = -np.sign(off[1:-1]) * np.stack([off[:-2], off[2:]])
+    alone = (here > _SPIKE_WIDTH * toward.max(0)) & (toward.min(0) > _SPIKE_LEAN * here)
+    spikes = 1 + np.flatnonzero(alone & (here > _SPIKE_RATIO * usual) & (here > swing))
     if len(spikes):
         raise DataError(
             f"{where}, row {first_row + spikes[0]}: a spike of {off[spikes[0]]:.4g} {unit} in one "

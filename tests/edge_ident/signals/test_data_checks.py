@@ -24,6 +24,13 @@ def test_a_drive_that_is_switched_on_or_off_is_no_spike(first: int, last: int) -
     check_motions(motion(first, last, 0.0))
 
 
+@pytest.mark.parametrize("count", [1, 2, 3])
+def test_an_effort_that_rises_steeply_at_the_end_is_no_spike(count: int) -> None:
+    cut = motion(0, 0, 0.0)
+    cut.axes["x"].effort[-count:] += 4.0 * np.array([1.0, 2.5, 4.5])[:count]
+    check_motions(cut)
+
+
 @pytest.mark.parametrize("row", [1, 2000, 3998])
 def test_a_spike_is_one_anywhere(row: int) -> None:
     with pytest.raises(DataError, match=f"row {row}: a spike"):
