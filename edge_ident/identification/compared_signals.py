@@ -9,7 +9,7 @@ needs, because it precedes every answer.
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Final
+from typing import Final, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,22 +18,25 @@ from edge_ident.diagnosis.prepare.bandwidth import Band, balanced_band, white_no
 from edge_ident.diagnosis.prepare.masks import (
     LEAST_WEIGHT,
     SMEAR_PERIODS,
-    TURN_NOISE,
     aliasing_mask,
     direction_weight,
     longer_or_faster,
     run_in,
 )
+from edge_ident.diagnosis.tolerance import OUTLIER, worth_naming
 from edge_ident.errors import DataError
 from edge_ident.estimation.columns import Columns
 from edge_ident.estimation.compensated_axis import CompensatedAxis
 from edge_ident.estimation.covariance import coloured_std
 from edge_ident.estimation.least_squares import solve
 from edge_ident.estimation.model_error import RegimeMoves, regime_moves, regimes, unnoticed_error
+from edge_ident.identification.direction_unknown import direction_unknown
+from edge_ident.model.inverse import remembers
 from edge_ident.model.model import Estimate, regressor
 from edge_ident.model.motion import Motion
 from edge_ident.signals.conditioning import decimated
 from edge_ident.signals.filters import differentiate, lowpass
+from edge_ident.signals.metrics import rms
 from edge_ident.signals.timing import Shift, slow, solve_shift
 
 Array = NDArray[np.float64]
@@ -42,8 +45,6 @@ _RATE: Final = 8.0
 """Samples per period of the motion's bandwidth."""
 _FREQUENCIES: Final = 512
 """At which the noise through the filter is summed up."""
-_NEARBY: Final = 128
-"""Samples beside a reversal that are looked at first, before twice as many."""
 _FEWEST: Final = 8
 """Samples, two for each parameter."""
 _TINY: Final = float(np.finfo(float).tiny)
@@ -94,18 +95,18 @@ class ComparedSignals:
         period_s = stride * signals.period_s
         smooth_motion = differentiate(axis.position, motion_hz, signals.period_s)
         position, velocity, acceleration = (x[::stride] for x in smooth_motion)
-        unknown = _direction_unknown(axis, velocity, noise, stride)
+        unknown = direction_unknown(axis, velocity, noise, stride)
         weight = direction_weight(unknown, band.cutoff_hz, period_s)
         time_s = np.arange(len(position), dtype=np.float64) * period_s
         motion = Motion.known(time_s, position, velocity, acceleration)
         aliased = _aliased(motion, count, band, recorded_s, period_s)
-        samples = _samples(position, weight, aliased, band, period_s, recorded_s)
+        samples, start = _samples(position, weight, aliased, band, period_s, recorded_s)
         effort, effort_rate = _effort(axis, band, weight, period_s, samples)
         jerk = np.gradient(acceleration, period_s)
         columns = np.stack([*regressor(velocity, acceleration).T, jerk, acceleration])
         del smooth_motion, motion, jerk, velocity, acceleration  # they are large
         columns = band.lowpass(columns * weight, period_s)[:, samples]
-        return cls(
+        whole = cls(
             columns=Columns(columns[:4].T.copy()),
             effort=effort,
             rates=np.column_stack([*columns[4:], effort_rate]),
@@ -116,6 +117,26 @@ class ComparedSignals:
             period_s=period_s,
             noise=_noise(band, density, noise, recorded_s),
         )
+        later = whole._after(start)
+        return later if remembers(axis.effects) or not whole._differs(later) else whole
+
+    def _after(self, start: int) -> Self:
+        """The same without the first samples."""
+        return replace(
+            self,
+            columns=Columns(self.regressor[start:]),
+            effort=self.effort[start:],
+            rates=self.rates[start:],
+            position=self.position[start:],
+            samples=self.samples[start:],
+        )
+
+    def _differs(self, later: Self) -> bool:
+        """Whether the base model of later samples leaves more at the start than noise can be."""
+        begun = len(self.effort) - len(later.effort)
+        left = (self.effort - self.regressor @ later.parameters)[:begun]
+        far_off = np.abs(left) > OUTLIER * rms(later.residual)
+        return worth_naming(left[far_off], self.effort)
 
     def with_effort(self, axis: CompensatedAxis) -> "ComparedSignals":
         """The same motion with the effort of an axis that was compensated or shifted otherwise."""
@@ -209,44 +230,6 @@ def _effort(
     return filtered[0], filtered[1]
 
 
-def _direction_unknown(
-    axis: CompensatedAxis, velocity: Array, noise: float, stride: int
-) -> NDArray[np.bool_]:
-    """Samples, every stride-th, in standstills or within the encoder noise of a reversal."""
-    position = np.ascontiguousarray(axis.position[::stride])
-    unknown = ~axis.signals.moving[::stride]
-    turns = np.flatnonzero(velocity[1:] * velocity[:-1] <= 0.0)
-    first = turns - _first_away(position[::-1], len(position) - 1 - turns, TURN_NOISE * noise)
-    last = turns + _first_away(position, turns, TURN_NOISE * noise)
-    for begin, end in zip(np.maximum(first, 0).tolist(), (last + 1).tolist(), strict=True):
-        unknown[begin:end] = True
-    return unknown
-
-
-def _first_away(position: Array, turns: NDArray[np.intp], least: float) -> NDArray[np.intp]:
-    """Samples (T,) from each turn to the first after it that is farther from it than `least`.
-
-    One beyond the end where none is.
-    """
-    nearby = np.minimum(turns[:, None] + np.arange(_NEARBY), len(position) - 1)
-    away = np.abs(position[nearby] - position[turns, None]) > least
-    after: NDArray[np.intp] = np.argmax(away, axis=1)
-    for number in np.flatnonzero(~away.any(axis=1)):
-        after[number] = _first_beyond(position[turns[number] :], least)
-    return after
-
-
-def _first_beyond(position: Array, least: float) -> int:
-    """First sample after the nearby ones that is farther from sample 0; their number where none."""
-    begin, end = _NEARBY, 2 * _NEARBY
-    while begin < len(position):
-        away = np.abs(position[begin:end] - position[0]) > least
-        if away.any():
-            return begin + int(np.argmax(away))
-        begin, end = end, 2 * end
-    return len(position)
-
-
 def _samples(
     position: Array,
     weight: Array,
@@ -254,18 +237,19 @@ def _samples(
     band: Band,
     period_s: float,
     recorded_s: float,
-) -> NDArray[np.intp]:
-    """Samples that are compared: decimated, of known direction, after the run-in."""
+) -> tuple[NDArray[np.intp], int]:
+    """Samples of known direction, decimated; and how many of them lie before the run-in's end."""
     samples = decimated(len(weight), band.cutoff_hz, period_s)
     samples = samples[lowpass(weight, band.cutoff_hz, period_s)[samples] > LEAST_WEIGHT]
-    samples = samples[(samples >= run_in(position)) & ~aliased[samples]]
-    if len(samples) < _FEWEST:
+    samples = samples[~aliased[samples]]
+    start = int(np.searchsorted(samples, run_in(position)))
+    if len(samples) - start < _FEWEST:
         raise DataError(
-            f"only {len(samples)} independent samples lie away from standstill, reversals, "
+            f"only {len(samples) - start} independent samples lie away from standstill, reversals, "
             "gaps and clipped efforts",
             longer_or_faster(1.0 / recorded_s),
         )
-    return samples
+    return samples, start
 
 
 def _aliased(

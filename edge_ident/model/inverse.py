@@ -1,6 +1,6 @@
 """The inverse direction: the effort column that belongs to a known motion, for any model."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from types import MappingProxyType
 from typing import Any, Final
@@ -112,6 +112,11 @@ def obeyed(axis: AxisModel) -> AxisModel:
     (`Effect.withheld`): along a motion that was made, the actuator gave what it needed."""
     terms = tuple(t for t in axis.terms if not named(t.effect).overrides("withheld"))
     return replace(axis, terms=terms)
+
+
+def remembers(terms: Iterable[Term]) -> bool:
+    """Whether what an axis resists with depends on how it moved before."""
+    return any(named(term.effect).memory_size for term in terms)
 
 
 def along_motion(term: Term) -> Values:

@@ -20,7 +20,7 @@ from edge_ident.estimation.compensation import compensate_effects
 from edge_ident.estimation.known_effects import without_delay
 from edge_ident.identification.result import Identification
 from edge_ident.model.effects import named
-from edge_ident.model.inverse import along_motion, inverse_effort
+from edge_ident.model.inverse import along_motion, inverse_effort, remembers
 from edge_ident.model.model import AxisModel, Model, Term
 from edge_ident.model.motion import Motion
 from edge_ident.model.timing import NO_SHIFT, Timing
@@ -151,7 +151,7 @@ def _known(
     Slower than a count in half a period of the filter, no encoder shows a direction.
     """
     known = signals.moving & (np.abs(signals.regressor[:, 1]) > 2.0 * signals.cutoff_hz * count_rad)
-    if any(named(term.effect).memory_size for term in axis.terms):
+    if remembers(axis.terms):
         known[: run_in(position)] = False
     return known
 

@@ -10,6 +10,7 @@ import scipy.linalg
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.prepare.segment import Segment
+from edge_ident.diagnosis.tolerance import OUTLIER
 from edge_ident.model.model import AxisModel
 from edge_ident.model.search import Excitation, Span
 from edge_ident.model.supported_range import SupportedRange
@@ -21,8 +22,6 @@ Array = NDArray[np.float64]
 _APART: Final = 0.3
 """Share of the variation of the squared speed that does not follow from the position, from which
 the two are told apart. The correlation is then below 0.95."""
-_OUTLIER: Final = 5.0
-"""Standard deviations of a residual beyond which no noise explains it."""
 
 
 @dataclass(frozen=True)
@@ -165,7 +164,7 @@ class AxisData:
             [np.full(len(s.sample_index), s.aliased_acceleration) for s in self.segments]
         )
         elsewhere = rms(residual[self.valid])
-        most = np.maximum(inertia * aliased, _OUTLIER * elsewhere)
+        most = np.maximum(inertia * aliased, OUTLIER * elsewhere)
         return np.asarray(~self.valid & (np.abs(residual) > most))
 
     def with_valid(self, samples: NDArray[np.bool_]) -> "AxisData":
@@ -175,6 +174,20 @@ class AxisData:
             for s, part in zip(self.segments, self.by_segment(samples), strict=True)
         )
         return replace(self, segments=segments, valid=self.valid | samples, cache={})
+
+    def from_start(self) -> "AxisData":
+        """The same with the samples of the start among those that are compared, and not valid."""
+        segments = tuple(s.from_start() for s in self.segments)
+        added = [(len(s.start_index), 0) for s in self.segments]
+        blocks = zip(self.by_segment(self.block), added, strict=True)
+        return replace(
+            self,
+            segments=segments,
+            effort=np.concatenate([s.effort[s.sample_index] for s in segments]),
+            valid=np.concatenate([s.valid for s in segments]),
+            block=np.concatenate([np.pad(block, more, mode="edge") for block, more in blocks]),
+            cache={},
+        )
 
     def excitation(self, base: Array) -> Excitation:
         """What the recordings excite, together; `base` are the base parameters (4,)."""

@@ -24,8 +24,7 @@ from edge_ident.diagnosis.prepare.masks import (
 )
 from edge_ident.diagnosis.prepare.parts import most_hz
 from edge_ident.diagnosis.prepare.sampled import Sampled
-from edge_ident.diagnosis.prepare.sampled_filter import SampledFilter
-from edge_ident.diagnosis.prepare.segment import Segment, filtered_effort
+from edge_ident.diagnosis.prepare.segment import Segment, filter_at, filtered_effort
 from edge_ident.diagnosis.prepare.timing import in_time
 from edge_ident.errors import DataError
 from edge_ident.model.motion import Motion
@@ -58,10 +57,6 @@ _BLOCKS: Final = 40
 """Blocks of time in a recording."""
 _BLOCK_PERIODS: Final = 4.0
 """Shortest block, in cut-off periods: longer than the filter's memory."""
-_REACH_PERIODS: Final = 4.0
-"""Cut-off periods after which the filter's response is below a ten-thousandth."""
-_WHITENING_REACH: Final = 2.0
-"""The same in periods of the knee, for the whitening."""
 _TINY: Final = float(np.finfo(float).tiny)
 
 
@@ -127,7 +122,9 @@ def _segment(recording: Recording, name: str, clock: int) -> Segment:
     period_s = stride * raw.period_s
     motions, replicas = raw.motions(motion_hz, stride)
     reversing, known, weight = _direction(raw, motions[name], noise, band, stride)
-    sample_index = _sample_index(known, weight, band, motions[name], raw, stride)
+    moving = _moving(known, weight, band, raw, stride)
+    first = np.searchsorted(moving, run_in(motions[name].position))
+    sample_index = moving[first:]
     narrow = raw.motion(raw.position, max(band.cutoff_hz, 0.5 * motion_hz), stride)
     turns, valid, far = _masks(narrow, known, count, band, period_s, sample_index)
     late_s = recording.effort_shift_s
@@ -146,6 +143,7 @@ def _segment(recording: Recording, name: str, clock: int) -> Segment:
         direction_weight=weight,
         reversing=reversing,
         effort=filtered_effort(raw.effort, weight, band, raw.period_s, late_s)[::stride],
+        start_index=moving[:first],
         sample_index=sample_index,
         valid=valid,
         far=far,
@@ -155,7 +153,7 @@ def _segment(recording: Recording, name: str, clock: int) -> Segment:
         position_noise=noise,
         acceleration_noise=acceleration_noise(noise, band.cutoff_hz, raw.period_s),
         effort_noise=float(np.sqrt(density * band.cutoff_hz)),
-        filter=_filter_at(sample_index, known, band, period_s),
+        filter=filter_at(sample_index, known, band, period_s),
     )
 
 
@@ -210,15 +208,12 @@ def _direction(
     return reversing, weight[::stride], weight
 
 
-def _sample_index(
-    known: Array, weight: Array, band: Band, motion: Motion, raw: Sampled, stride: int
-) -> NDArray[np.intp]:
-    """Samples that are compared: decimated, of known direction, after the run-in."""
+def _moving(known: Array, weight: Array, band: Band, raw: Sampled, stride: int) -> NDArray[np.intp]:
+    """Samples, decimated, of known direction."""
     at = np.arange(len(known)) * stride
     index = decimated(len(known), band.cutoff_hz, stride * raw.period_s)
     passed = lowpass(weight, band.cutoff_hz, raw.period_s)[at]
-    index = index[passed[index] > LEAST_WEIGHT]
-    return index[index >= run_in(motion.position)]
+    return index[passed[index] > LEAST_WEIGHT]
 
 
 def _masks(
@@ -238,19 +233,6 @@ def _masks(
     valid = ~aliased[sample_index]
     far = ~widened(turning, 3 * smear)[sample_index]
     return turns, valid, far & valid
-
-
-def _filter_at(
-    sample_index: NDArray[np.intp], known: Array, band: Band, period_s: float
-) -> SampledFilter:
-    """The filter, weighted, at a few samples."""
-    samples = len(known)
-    reach_s = max(_REACH_PERIODS / band.cutoff_hz, _WHITENING_REACH / band.knee_hz)
-    reach = min(int(reach_s / period_s), samples - 1)
-    impulse = np.zeros(2 * reach + 1)
-    impulse[reach] = 1.0
-    kernel = band.lowpass(impulse, period_s)
-    return SampledFilter.of(kernel, sample_index, known)
 
 
 def _others(

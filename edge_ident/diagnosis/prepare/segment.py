@@ -21,6 +21,10 @@ UNKNOWN: Final = 1e-6
 """Direction weight where the direction is unknown: zero, but for rounding."""
 WHOLE_BAND: Final = 0.4
 """Of the sampling rate; below it a shift by a fraction of a sample is exact."""
+_REACH_PERIODS: Final = 4.0
+"""Cut-off periods after which the filter's response is below a ten-thousandth."""
+_WHITENING_REACH: Final = 2.0
+"""The same in periods of the knee, for the whitening."""
 
 
 @dataclass(frozen=True)
@@ -55,8 +59,10 @@ class Segment:
         Where the direction is unknown, short rests without a reversal aside.
     effort : (N,) array
         Filtered, in step with the motion: every stride-th sample.
+    start_index : array of int
+        Samples at the start that are not compared: decimated, of known direction.
     sample_index : (n,) array of int
-        Samples that are compared: decimated, of known direction, away from the ends.
+        Samples that are compared: those after the start.
     valid : (n,) array of bool
         Those at which encoder quantization does not alias into the band.
     far : (n,) array of bool
@@ -84,6 +90,7 @@ class Segment:
     direction_weight: Array
     reversing: NDArray[np.bool_]
     effort: Array
+    start_index: NDArray[np.intp]
     sample_index: NDArray[np.intp]
     valid: NDArray[np.bool_]
     far: NDArray[np.bool_]
@@ -110,6 +117,22 @@ class Segment:
             self.raw_effort, self.direction_weight, self.band, self.raw_period_s, shift_s
         )
         return replace(self, shift_s=shift_s, applied_s=applied_s, effort=effort[:: self.stride])
+
+    def from_start(self) -> "Segment":
+        """The same with the samples of the start among those that are compared, and not valid."""
+        added = len(self.start_index)
+        sample_index = np.concatenate([self.start_index, self.sample_index])
+        weight = self.direction_weight[:: self.stride]
+        return replace(
+            self,
+            start_index=self.start_index[:0],
+            sample_index=sample_index,
+            valid=np.pad(self.valid, (added, 0)),
+            far=np.pad(self.far, (added, 0)),
+            filter=filter_at(sample_index, weight, self.band, self.period_s),
+            timing_column=np.pad(self.timing_column, (added, 0)),
+            cache={},
+        )
 
     @property
     def direction_known(self) -> NDArray[np.bool_]:
@@ -151,6 +174,19 @@ class Segment:
             raw, self.direction_weight, self.band, self.raw_period_s, self.shift_s
         )
         return filtered[..., :: self.stride][..., self.sample_index]
+
+
+def filter_at(
+    sample_index: NDArray[np.intp], weight: Array, band: Band, period_s: float
+) -> SampledFilter:
+    """The filter of the comparison, weighted by (N,), at a few samples."""
+    samples = len(weight)
+    reach_s = max(_REACH_PERIODS / band.cutoff_hz, _WHITENING_REACH / band.knee_hz)
+    reach = min(int(reach_s / period_s), samples - 1)
+    impulse = np.zeros(2 * reach + 1)
+    impulse[reach] = 1.0
+    kernel = band.lowpass(impulse, period_s)
+    return SampledFilter.of(kernel, sample_index, weight)
 
 
 def filtered_effort(

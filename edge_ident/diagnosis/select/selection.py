@@ -8,6 +8,7 @@ from edge_ident.diagnosis.fit.fitting import FittedModel, delayed, fit
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.select.backward_elimination import SupportedModel, eliminate_backward
 from edge_ident.diagnosis.select.forward_selection import Selection, grown_on, select_forward
+from edge_ident.diagnosis.select.hidden_events import with_hidden_events
 from edge_ident.diagnosis.select.search import Search
 from edge_ident.model.model import PARAMETERS, AxisModel
 
@@ -100,13 +101,11 @@ def _eliminated(selection: Selection, start: FittedModel) -> Selected:
 
 
 def _with_hidden_events(selected: Selected) -> Selected:
-    """Repeat a selection where aliasing hides an event, with those samples valid."""
-    data, template = selected.search.data, selected.start.template
-    residual = data.effort - selected.supported.model.predicted
-    hidden = data.exceeds_aliasing(residual, float(selected.start.base[0]))
-    if not np.any(hidden):
+    """Repeat a selection where left-out samples hide an event, with those samples valid."""
+    inertia, template = float(selected.start.base[0]), selected.start.template
+    data = with_hidden_events(selected.search.data, selected.supported.model, inertia)
+    if data is selected.search.data:
         return selected
-    data = data.with_valid(hidden)
     start = fitted_base(data, template)
     search = replace(Search.of(data, template, start), deep=selected.search.deep)
     return _selected(search, start)
