@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from edge_ident.files.table import Column
 from edge_ident.files.units import Unit, stated_unit
-from edge_ident.signals.column_roles import Role, axis_names
+from edge_ident.signals.column_roles import COORDINATES, EFFORT_LETTERS, Role, axis_names
 from edge_ident.signals.column_units import end_of, told
 from edge_ident.signals.contract_columns import EFFORTS, QUANTITIES, UNITS
 from edge_ident.signals.read_columns import (
@@ -43,9 +43,9 @@ def propose_axes(
     labels : mapping of str to str
         Names of axes that headings have the index of.
     """
-    read = read_columns(columns, labels)
+    columns_read = read_columns(columns, labels)
+    read = [_of_formula(r, columns_read) for r in columns_read]
     efforts = [r for r in read if r.role.quantity in _GUESSED]
-    read = [_coordinate(r, efforts) or r for r in read]
     positions = [r for r in read if r.role.quantity == "position"]
     asked = []
     if not positions:
@@ -69,13 +69,32 @@ def propose_axes(
     return proposed, asked + more
 
 
-def _coordinate(read: ReadColumn, efforts: Sequence[ReadColumn]) -> ReadColumn | None:
-    """The position that a `q_elbow` is where there is an effort of that axis, as `tau_elbow`."""
-    symbol, axis = read.role.axis[:1], read.role.axis[1:]
-    if read.role.quantity or symbol != ("q",) or not read.is_length:
-        return None
-    of_axis = any(effort.role.axis == axis for effort in efforts)
-    return replace(read, role=Role("position", False, axis)) if of_axis else None
+def _of_formula(read: ReadColumn, columns: Sequence[ReadColumn]) -> ReadColumn:
+    """The column as the position that `q_elbow [rad]` is beside `i_elbow [A]`, or as its effort.
+
+    As it is where its axis has two of these, or none of the other.
+    """
+    quantity, axis = _by_letter(read), read.role.axis[1:]
+    if not quantity:
+        return read
+    named = [r.role.quantity for r in columns if r.role.axis == axis]
+    found = named + [_by_letter(r) for r in columns if r.role.axis[1:] == axis]
+    positions, efforts = found.count("position"), sum(map(found.count, _GUESSED))
+    alone = positions if quantity == "position" else efforts
+    if alone > 1 or not positions or not efforts:
+        return read
+    return replace(read, role=Role(quantity, read.role.commanded, axis))
+
+
+def _by_letter(read: ReadColumn) -> str:
+    """The quantity that the letter of a formula and the unit say alike, or nothing."""
+    letter, unit = "".join(read.role.axis[:1]), read.unit
+    if read.role.quantity or unit is None:
+        return ""
+    if letter in COORDINATES and read.is_length and not read.role.commanded:
+        return "position"
+    quantity = EFFORT_LETTERS.get(letter, "")
+    return quantity if _EFFORT_OF.get(unit.base) == quantity else ""
 
 
 def _of_axis(

@@ -40,6 +40,10 @@ _SYMBOLS: Final = {
 }  # fmt: skip
 """Letters of formulas, which count where a heading has nothing but numbers besides: an `i_q` is a
 current."""
+COORDINATES: Final = frozenset({"q", "s", "x", "y", "z", "theta", "phi"})
+"""Letters of formulas for a position, where a unit says the same."""
+EFFORT_LETTERS: Final = {"f": "force", "m": "torque", "i": "current", "u": "voltage"}
+"""The same for an effort."""
 _FILLERS: Final = frozenset({
     "act", "actual", "ist", "istwert", "wert", "value", "val", "measured", "meas", "mess",
     "feedback", "fb", "motor", "axis", "achse", "drive", "signal", "channel", "data", "out",

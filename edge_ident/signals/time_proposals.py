@@ -7,7 +7,7 @@ import numpy as np
 from edge_ident.files.table import Column
 from edge_ident.signals.contract_columns import TIME
 from edge_ident.signals.read_columns import Proposal, ReadColumn, read_columns, without_unit
-from edge_ident.signals.time_units import TIME_UNITS, likely_unit
+from edge_ident.signals.time_units import TIME_UNITS, likely_unit, only_plausible
 
 
 def propose_time(
@@ -54,6 +54,10 @@ def _in_its_unit(read: ReadColumn, period_s: float | None) -> tuple[Proposal, li
             reason = f"a time, in {text} because the header states a period of {period_s:g} s"
             return Proposal(TIME, reason, text), []
     text = likely_unit(read.column.values)
+    if only_plausible(step, text):
+        other = "ms" if text == "s" else "s"
+        reason = f"a time, in {text}: in {other}, no drive is sampled every {step:g} {other}"
+        return Proposal(TIME, reason, text), []
     return Proposal(TIME, "a time", text), [f"{read.heading} states no unit: {text}?"]
 
 

@@ -12,6 +12,8 @@ TIME_WORDS: Final = {
 }  # fmt: skip
 _SLOW_S: Final = 0.1
 """Sampling period from which the unit is likelier a finer one."""
+_FAST_S: Final = 2e-5
+"""Sampling period of the fastest recordings of a drive."""
 _SINCE_1970_S: Final = (1e9, 1e10)
 """Stamps of the years 2001 to 2286. What lies there in one unit lies there in no other."""
 
@@ -26,3 +28,9 @@ def likely_unit(time: NDArray[np.float64]) -> str:
     low_s, high_s = _SINCE_1970_S
     dated = [text for text in plausible if low_s <= time[0] * TIME_UNITS[text] < high_s]
     return (*dated, *plausible, "ns")[0]
+
+
+def only_plausible(step: float, text: str) -> bool:
+    """Whether a drive is sampled at these steps in one unit of TIME_UNITS alone."""
+    plausible = [t for t, factor in TIME_UNITS.items() if _FAST_S <= step * factor < _SLOW_S]
+    return plausible == [text]

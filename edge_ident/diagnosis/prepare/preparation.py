@@ -122,9 +122,7 @@ def _segment(recording: Recording, name: str, clock: int) -> Segment:
     period_s = stride * raw.period_s
     motions, replicas = raw.motions(motion_hz, stride)
     reversing, known, weight = _direction(raw, motions[name], noise, band, stride)
-    moving = _moving(known, weight, band, raw, stride)
-    first = np.searchsorted(moving, run_in(motions[name].position))
-    sample_index = moving[first:]
+    start_index, sample_index = _compared(known, weight, band, motions[name], raw, stride)
     narrow = raw.motion(raw.position, max(band.cutoff_hz, 0.5 * motion_hz), stride)
     turns, valid, far = _masks(narrow, known, count, band, period_s, sample_index)
     late_s = recording.effort_shift_s
@@ -143,7 +141,7 @@ def _segment(recording: Recording, name: str, clock: int) -> Segment:
         direction_weight=weight,
         reversing=reversing,
         effort=filtered_effort(raw.effort, weight, band, raw.period_s, late_s)[::stride],
-        start_index=moving[:first],
+        start_index=start_index,
         sample_index=sample_index,
         valid=valid,
         far=far,
@@ -208,12 +206,15 @@ def _direction(
     return reversing, weight[::stride], weight
 
 
-def _moving(known: Array, weight: Array, band: Band, raw: Sampled, stride: int) -> NDArray[np.intp]:
-    """Samples, decimated, of known direction."""
+def _compared(
+    known: Array, weight: Array, band: Band, motion: Motion, raw: Sampled, stride: int
+) -> list[NDArray[np.intp]]:
+    """Samples, decimated, of known direction: those at the start, and those that are compared."""
     at = np.arange(len(known)) * stride
     index = decimated(len(known), band.cutoff_hz, stride * raw.period_s)
     passed = lowpass(weight, band.cutoff_hz, raw.period_s)[at]
-    return index[passed[index] > LEAST_WEIGHT]
+    index = index[passed[index] > LEAST_WEIGHT]
+    return np.split(index, [np.searchsorted(index, run_in(motion.position))])
 
 
 def _masks(

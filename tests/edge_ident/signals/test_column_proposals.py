@@ -82,6 +82,9 @@ def test_a_force_in_pounds_beside_inches_is_converted(tmp_path: Path) -> None:
         ("q_elbow [rad]", "tau_elbow [Nm]", ["elbow_position_rad", "elbow_torque_nm"]),
         ("q_x [m]", "tau_x [N]", ["x_position_m", "x_force_n"]),
         ("q1 [rad]", "tau1 [A]", ["axis1_position_rad", "axis1_current_a"]),
+        ("x_y [m]", "F_meas_y [N]", ["y_position_m", "y_force_n"]),
+        ("theta2 [rad]", "i2 [A]", ["axis2_position_rad", "axis2_current_a"]),
+        ("x [m]", "F [N]", ["x_position_m", "x_force_n"]),
     ],
 )
 def test_coordinates_and_efforts_of_formulas_are_an_axis_with_any_name(
@@ -92,9 +95,24 @@ def test_coordinates_and_efforts_of_formulas_are_an_axis_with_any_name(
     assert [use.target for use in found.columns[1:]] == targets
 
 
-def test_a_coordinate_without_an_effort_of_its_axis_is_asked_about(tmp_path: Path) -> None:
-    path = write(tmp_path / "arm.csv", axis("q_elbow [rad]", "tau_wrist [Nm]"))
-    assert proposed(path)
+@pytest.mark.parametrize(
+    ("position", "effort"),
+    [
+        ("q_elbow [rad]", "tau_wrist [Nm]"),
+        ("x_y [m]", "F_z [N]"),
+        ("x_y [m]", "i_y [N]"),
+        ("d_y [m]", "F_y [N]"),
+    ],
+)
+def test_coordinate_and_effort_that_do_not_belong_together_are_asked_about(
+    position: str, effort: str, tmp_path: Path
+) -> None:
+    assert proposed(write(tmp_path / "arm.csv", axis(position, effort)))
+
+
+def test_two_coordinates_of_one_axis_are_asked_about(tmp_path: Path) -> None:
+    columns = axis("q_y [rad]", "i_y [A]")
+    assert proposed(write(tmp_path / "arm.csv", {**columns, "phi_y [rad]": GOOD.position}))
 
 
 @pytest.mark.parametrize(
@@ -212,15 +230,25 @@ def test_a_column_told_by_its_course_keeps_its_unit(
         ("s", 1.0, 1.7e9),
     ],
 )
-def test_a_time_has_the_unit_that_makes_a_plausible_period(
+def test_a_time_has_the_only_unit_in_which_a_drive_is_sampled_so(
     unit: str, factor: float, first: float, tmp_path: Path
 ) -> None:
     columns = axis("Position [rad]", "Torque [Nm]")
     columns = {"%time": (first + columns.pop("t [s]")) / factor, **columns}
     path = write(tmp_path / "time.csv", columns)
-    assert proposed(path)["time"] == ("time_s", unit)
-    read = accepted(path).time_s
+    found = edge_ident.inspect_recording(path)
+    assert not found.questions
+    assert (found.columns[0].target, found.columns[0].unit_text) == ("time_s", unit)
+    read = edge_ident.load_recording(path).time_s
     np.testing.assert_allclose(read - read[0], GOOD.time_s, atol=1e-6)
+
+
+def test_a_time_that_may_have_two_units_is_asked_about(tmp_path: Path) -> None:
+    """At 40 Hz a step is 0.025 s, which would be 40 kHz in ms."""
+    columns = axis("Position [rad]", "Torque [Nm]")
+    path = write(tmp_path / "slow.csv", {"t": 10.0 * columns.pop("t [s]"), **columns})
+    assert proposed(path)["t"] == ("time_s", "s")
+    np.testing.assert_allclose(accepted(path).time_s, 10.0 * GOOD.time_s)
 
 
 def test_seconds_since_1970_tell_a_fine_unit(tmp_path: Path) -> None:
