@@ -30,8 +30,8 @@ _TAPER_PERIODS: Final = 0.4
 """Cut-off periods over which the direction weight falls to zero, and rises again. A sharper edge
 would spread over the band."""
 _RUN_IN: Final = 0.1
-"""Distance one way, of the travel, before which friction and play remember the time before the
-record. What builds up over a longer distance is not searched for."""
+"""Distance from the start, of the travel, before which friction and play remember the time before
+the record. What builds up over a longer distance is not searched for."""
 _STILL_NOISE: Final = 6.0
 """Range of the position, in the same unit, of an axis at rest: less than two counts."""
 _HARMONICS: Final = 2
@@ -60,9 +60,8 @@ def direction_weight(unknown: Mask, cutoff_hz: float, period_s: float) -> Array:
 
 
 def run_in(position: Array) -> int:
-    """First of N samples up to which the axis has moved far enough one way."""
-    covered = np.maximum.accumulate(position) - np.minimum.accumulate(position)
-    return int(np.argmax(covered > _RUN_IN * covered[-1]))
+    """First of N samples that is far from the start."""
+    return int(np.argmax(np.abs(position - position[0]) > _RUN_IN * np.ptp(position)))
 
 
 def tapered(mask: Mask, by: float) -> Array:
