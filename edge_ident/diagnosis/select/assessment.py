@@ -22,7 +22,7 @@ from edge_ident.diagnosis.select.own_effort import Array, base_space, own_effort
 from edge_ident.diagnosis.select.polishing import polished
 from edge_ident.diagnosis.select.recorded_effort import recorded_sizes
 from edge_ident.diagnosis.select.search import Search
-from edge_ident.diagnosis.select.thresholds import TAKEN_BACK
+from edge_ident.diagnosis.select.thresholds import STIFF_CHAIN, TAKEN_BACK
 from edge_ident.estimation.columns import unit_length
 from edge_ident.model.effects import named
 from edge_ident.model.model import PARAMETERS
@@ -137,8 +137,17 @@ class Assessment:
         alone, left = (np.diag(np.linalg.pinv(part.T @ part)) for part in (base, beside))
         return float(np.min(alone / left))
 
+    def of_a_chain(self, kept: Sequence[int]) -> list[int]:
+        """Those of some terms, by their places, that say no more than a sound drive's chain does.
+
+        Their own efforts count, far from the reversals at which friction winds up any chain.
+        """
+        shares = self.shares(self.fitted(kept))
+        most = STIFF_CHAIN.value * self.tolerance / self.scale
+        return [k for k, share in zip(kept, shares, strict=True) if share < most and self.sound(k)]
+
     def sound(self, place: int) -> bool:
-        """Whether a sound drive has as much of what a term of the model says.
+        """Whether the chain that a term of the model says is as stiff as that of a sound drive.
 
         Without the terms, the base parameters may be far off: an inertia of zero beside hysteresis.
         """

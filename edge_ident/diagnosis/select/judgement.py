@@ -214,7 +214,7 @@ def _sort(assessed: Assessment, kept: list[int], doubts: Mapping[int, str]) -> _
     sound drive has is minor too where the base model is adequate.
     """
     adequate = not assessed.structure(assessed.start)
-    every = [k for k in kept if assessed.sound(k)]
+    every = assessed.of_a_chain(kept)
     sound = [] if adequate else every
     worth = [k for k in kept if k not in every]
     explained = not assessed.structure(assessed.fitted(sorted([*worth, *sound])))

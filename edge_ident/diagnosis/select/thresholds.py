@@ -1,6 +1,4 @@
-"""Every threshold of the selection, which docs/diagnosis_reference.md prints, with its reason.
-
-What another value changes tells `tools.threshold_sensitivity`."""
+"""Every threshold of the selection, which docs/diagnosis_reference.md prints, with its reason."""
 
 from collections.abc import Mapping
 from typing import Final
@@ -51,6 +49,13 @@ SIZED: Final = Threshold(
     "One of a cause's linear parameters is larger than this, or the cause is suspected.",
     "What is known to no more than its own size may as well be nothing.",
     "`test_judgement.py`: a cause that is as uncertain as it is large",
+)
+STIFF_CHAIN: Final = Threshold(
+    2.0,
+    "tolerances",
+    "The stiff chain of a sound drive is minor where its own effort is below this.",
+    "A judgement: no chain is rigid, but what is twice worth naming is no small matter.",
+    "`test_recorded_effort.py`: chains of 20 and 30 Hz, which take 2.9 and 1.0 %",
 )
 SAME_WAVEFORM: Final = Threshold(
     0.5,
