@@ -140,10 +140,12 @@ class Assessment:
     def of_a_chain(self, kept: Sequence[int]) -> list[int]:
         """Those of some terms, by their places, that say no more than a sound drive's chain does.
 
-        Their own efforts count, far from the reversals at which friction winds up any chain.
+        Their own efforts count, far from the reversals at which friction winds up any chain. Where
+        the model leaves more than noise, they may be traces of something else, whatever their size.
         """
-        shares = self.shares(self.fitted(kept))
-        most = STIFF_CHAIN.value * self.tolerance / self.scale
+        model = self.fitted(kept)
+        shares = self.shares(model)
+        most = np.inf if self.structure(model) else STIFF_CHAIN.value * self.tolerance / self.scale
         return [k for k, share in zip(kept, shares, strict=True) if share < most and self.sound(k)]
 
     def sound(self, place: int) -> bool:
