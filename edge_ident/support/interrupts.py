@@ -23,9 +23,9 @@ if TYPE_CHECKING:
     _P = ParamSpec("_P")
     _R = TypeVar("_R")
 
-_NAMES: "Final" = frozenset(
-    "SIGINT SIGQUIT SIGTERM SIGHUP SIGABRT SIGALRM SIGIO SIGPOLL SIGPROF SIGPWR SIGSTKFLT SIGUSR1 "
-    "SIGUSR2 SIGVTALRM SIGXCPU".split()
+_NAMES: "Final" = (
+    *("SIGINT", "SIGQUIT", "SIGTERM", "SIGHUP", "SIGABRT", "SIGUSR1", "SIGUSR2"),
+    *("SIGALRM", "SIGVTALRM", "SIGPROF", "SIGXCPU", "SIGIO", "SIGPWR"),
 )
 ENDING: "Final" = tuple(s for s in signal.Signals if s.name in _NAMES)
 """Ctrl-C, Ctrl-\\, a service manager, a closed terminal, a limit of computing time, and whatever
