@@ -30,8 +30,10 @@ _NAMES: "Final" = (
 ENDING: "Final" = tuple(s for s in signal.Signals if s.name in _NAMES)
 """Ctrl-C, Ctrl-\\, a service manager, a closed terminal, a limit of computing time, and whatever
 else ends a program that does not catch it, but its own faults; not every system has them all."""
-SUSPENDING: "Final" = tuple(s for s in signal.Signals if s.name == "SIGTSTP")
-"""Ctrl-Z."""
+SUSPENDING: "Final" = tuple(
+    s for s in signal.Signals if s.name in ("SIGTSTP", "SIGTTIN", "SIGTTOU")
+)
+"""Ctrl-Z, and what a terminal sends to a program in the background that reads or writes there."""
 HANGUP: "Final" = tuple(s for s in ENDING if s.name == "SIGHUP")
 """A closed terminal alone."""
 INTERRUPTED: "Final" = 130
@@ -90,7 +92,8 @@ def interrupted() -> bool:
 def ended_by_suspension() -> Iterator[None]:
     """Have Ctrl-Z end the command as Ctrl-C does while the body runs, which nobody may leave alone.
 
-    Where the caller has this process ignore Ctrl-Z, or it means something else, it stays so.
+    So does whatever else would suspend it. A signal that is ignored, or means something else, stays
+    so.
     """
     if not _in_main_thread():
         yield

@@ -29,10 +29,11 @@ except KeyboardInterrupt:
 
 
 @pytest.mark.parametrize(
-    "coming", ["SIGINT", "SIGTERM", "SIGUSR1", "SIGUSR2", "SIGALRM", "SIGXCPU", "SIGTSTP"]
+    "coming",
+    ["SIGINT", "SIGTERM", "SIGUSR1", "SIGUSR2", "SIGALRM", "SIGXCPU", "SIGTSTP", "SIGTTOU"],
 )
 def test_a_signal_at_rest_switches_the_effort_off(coming: str) -> None:
-    """The last one, Ctrl-Z, means what it always does once the machine is left."""
+    """The last two, Ctrl-Z the one, mean what they always do once the machine is left."""
     done = subprocess.run(
         [sys.executable, "-c", _AT_REST, str(int(getattr(signal, coming)))],
         capture_output=True, text=True, timeout=60, check=False,
