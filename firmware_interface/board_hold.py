@@ -14,7 +14,13 @@ from typing import Final
 from firmware_interface.board_checks import CLOCK_RANGE, STOPPED
 from firmware_interface.board_line import BoardLine
 from firmware_interface.codec import decode_integer, encode
-from firmware_interface.errors import BusyError, LinkError, NoReplyError, StoppedError
+from firmware_interface.errors import (
+    BusyError,
+    LinkError,
+    NoReplyError,
+    StoppedError,
+    ValueRefusedError,
+)
 from firmware_interface.link import Link
 from firmware_interface.registers import REGISTERS, SESSION_LEASE_S
 
@@ -158,7 +164,7 @@ class Hold(BoardLine):
         Raises
         ------
         StoppedError
-            Another host has stopped this one.
+            Another host has stopped this one, or used the board while it was silent.
         BusyError
             What stands between host and board refuses.
         """
@@ -171,6 +177,11 @@ class Hold(BoardLine):
                 except BusyError:
                     self._held = False
                     if self._claimed and self._holder() != self._key:
+                        raise self._ended() from None
+                    raise
+                except ValueRefusedError:  # the board has fewer pages: of another motion?
+                    self.status()
+                    if self._stopped:
                         raise self._ended() from None
                     raise
                 self._note_hold()

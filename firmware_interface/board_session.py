@@ -83,12 +83,16 @@ class Session(Hold):
     def status(self) -> BoardStatus:
         """See `BoardLine.status`; notes whether another host has commanded.
 
-        A command that the board refused because this host holds it, such as a late one of a host
-        that has given up, changes nothing.
+        That may be another board, whose tokens are others, too: the nonce tells. A command that
+        the board refused because this host holds it, such as a late one of a host that has given
+        up, changes nothing.
         """
         status = super().status()
-        self._token_seen = status.last_token
-        if self._own_tokens and status.last_token not in self._own_tokens and not self._stopped:
+        before, self._token_seen = self._token_seen, status.last_token
+        if status.last_token in self._own_tokens:
+            self._own_tokens -= {before} - {status.last_token}  # none is the last one twice
+        elif self._own_tokens and not self._stopped:
+            self._check_nonce()
             if status.last_result is Result.NOT_HELD and not self._may_have_run_out:
                 self._own_tokens.add(status.last_token)
             else:

@@ -111,7 +111,7 @@ class ChangedWordError(LinkError):
 
 
 class RestartedError(BoardError):
-    """The board was off since it was asked before.
+    """The board was off since it was asked before, or is another one.
 
     Parameters
     ----------
@@ -121,7 +121,9 @@ class RestartedError(BoardError):
 
     def __init__(self, nonce: int) -> None:
         super().__init__(
-            "the board has restarted",
-            "check its power supply, then start again; gains that were not stored are lost",
+            "the board has restarted, or another one answers in its place",
+            "check its power supply, then start again; gains that were not stored are lost. If it "
+            "is another board, the axes of the first one may still produce effort: use its wired "
+            "emergency stop",
         )
         self.nonce = nonce

@@ -1,4 +1,4 @@
-"""Modbus RTU and TCP, the client's half; the only file that knows pymodbus.
+"""Modbus RTU and TCP, the client's half; this file and `serial_client` alone know pymodbus.
 
 RTU replies carry no number, so after a timeout the late reply to one request can pass for the
 reply to the next. Hence a link is dirty from the moment a request leaves until its reply is in
@@ -40,6 +40,7 @@ from firmware_interface.errors import (
     ValueRefusedError,
 )
 from firmware_interface.registers import MAGIC, PAGE_ADDRESS, REGISTERS
+from firmware_interface.serial_client import SerialClient
 
 DEVICE_ID: Final = 1
 _NONCE: Final = REGISTERS["identity.nonce"]
@@ -248,22 +249,9 @@ def _is_identity(words: list[int]) -> bool:
     return decode_integer("identity.magic", words) == MAGIC
 
 
-class _PromptSerialClient(ModbusSerialClient):
-    """Waits for bytes in the kernel; pymodbus's own polling costs 2 ms a request."""
-
-    def recv(self, size: int | None) -> bytes:
-        if not self.socket:
-            raise ConnectionException(str(self))
-        try:
-            return bytes(self.socket.read(1) + self.socket.read(self.socket.in_waiting))
-        except OSError as error:
-            self.close()  # type: ignore[no-untyped-call]
-            raise ConnectionException(str(self)) from error
-
-
 def open_serial(url: str, baud_rate: int, timeout_s: float) -> ModbusLink:
     """Open a serial device or pySerial URL; see `firmware_interface.connection.open_link`."""
-    client = _PromptSerialClient(url, baudrate=baud_rate, timeout=timeout_s, retries=0)
+    client = SerialClient(url, baudrate=baud_rate, timeout=timeout_s, retries=0)
     try:
         client.socket = serial.serial_for_url(
             url, baudrate=baud_rate, timeout=timeout_s, write_timeout=timeout_s, exclusive=True

@@ -8,6 +8,7 @@ import typer
 
 from edge_ident import commissioning, report
 from edge_ident.cli.command import UNTRUSTED, command, settings_command, tell_ignored
+from edge_ident.cli.failures import noting
 from edge_ident.cli.messages import say
 from edge_ident.cli.options import BoardOptions, ResultOptions
 from edge_ident.cli.progress import shown_progress
@@ -17,8 +18,6 @@ from edge_ident.support.interrupts import HANGUP, deaf_to_interrupts
 if TYPE_CHECKING:
     from edge_ident.commissioning import BoardStatus
 
-_SHOWN: Final = 5e-5
-"""Half of the last digit that is printed, rad."""
 _MAY_MOVE: Final = (
     "the machine may still be moving, or under effort: run edge-ident stop again, or use the "
     "wired emergency stop"
@@ -91,10 +90,11 @@ def home(
         else:
             zero = dict.fromkeys(board.axes, 0.0)
             done = commissioning.move_to(board, targets or zero, bars, speed)
-    results.deliver(report.home_document(done), "home.json")
-    for axis, way in done.ways.items() if not results.json else []:
-        short = f", {way.left_rad:.4f} rad from {way.to_rad:.4f}" if way.left_rad >= _SHOWN else ""
-        print(f"{axis}: {way.from_rad:.4f} → {way.reached_rad:.4f} rad{short}")
+    lines = report.home_lines(done)
+    with noting(lines):
+        results.deliver(report.home_document(done), "home.json")
+        if not results.json:
+            print("\n".join(lines), flush=True)
     for axis in done.stuck:
         say(
             f"axis {axis} made less than half of its way. Look whether it can move; where only "
@@ -190,6 +190,7 @@ def clear_fault(*, where: BoardOptions, results: ResultOptions) -> None:
 def _report_state(status: "BoardStatus", results: ResultOptions) -> None:
     state = status.state.name
     document = {"schema": "edge-ident/state/1", "state": state, "enabled": status.enabled}
-    results.deliver(document, "state.json")
-    if not results.json:
-        print(state)
+    with noting([f"the board is {state}, its effort is {'on' if status.enabled else 'off'}"]):
+        results.deliver(document, "state.json")
+        if not results.json:
+            print(state, flush=True)

@@ -66,7 +66,7 @@ def located(options: BoardOptions) -> Address:
     """Find out where the board is, from options, drive description and settings."""
     drive = edge_ident.load_drive(options.drive)
     device = device_of(options, drive)
-    if device is None:
+    if not device:
         raise typer.BadParameter(
             "no board is named: give --device /dev/ttyACM0, tcp://HOST:PORT or virtual "
             "(edge-ident ports lists the serial ports; edge-ident config set device keeps one)",

@@ -200,7 +200,7 @@ class _Known:
         late_s = self.hardware.control_delay_s + half_s
         fed_back = derivative * (filter_s + half_s) - viscous * late_s
         return AxisGains(
-            proportional=inertia * bandwidth**2,
+            proportional=inertia * bandwidth * bandwidth,  # a square may overflow
             derivative=derivative,
             integral=0.0,
             velocity_filter_s=filter_s,

@@ -36,6 +36,7 @@ if TYPE_CHECKING:
         capture_document,
         hold_document,
         home_document,
+        home_lines,
         profile_document,
         run_document,
     )
@@ -60,6 +61,7 @@ __all__ = [
     "gains_document",
     "hold_document",
     "home_document",
+    "home_lines",
     "identification_document",
     "import_document",
     "inspection_lines",
@@ -105,6 +107,7 @@ __getattr__ = lazy_names(
         "gains_document": "edge_ident.report.documents",
         "hold_document": "edge_ident.report.run_documents",
         "home_document": "edge_ident.report.run_documents",
+        "home_lines": "edge_ident.report.run_documents",
         "identification_document": "edge_ident.report.documents",
         "import_document": "edge_ident.report.import_report",
         "inspection_lines": "edge_ident.report.import_report",

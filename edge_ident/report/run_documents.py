@@ -3,7 +3,7 @@
 import dataclasses
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from edge_ident.commissioning.gains.outcome import GainChange
 from edge_ident.commissioning.latency.result import TARGET_MS, Profile, spread
@@ -19,6 +19,9 @@ from edge_ident.report.run_motions import motions_document
 from edge_ident.support.hashing import file_sha256
 from edge_ident.support.version import VERSION
 from firmware_interface.board import BoardIdentity
+
+_SHOWN_RAD: Final = 5e-5
+"""Half of the last digit that is printed."""
 
 
 def run_document(
@@ -96,6 +99,15 @@ def home_document(homing: Homing) -> dict[str, Any]:
         "axes": {axis: dataclasses.asdict(way) for axis, way in homing.ways.items()},
         "time_s": homing.time_s,
     }
+
+
+def home_lines(homing: Homing) -> list[str]:
+    """The same for a person, a line for each axis, with what is left of its way if that shows."""
+    lines = []
+    for axis, way in homing.ways.items():
+        left = f", {way.left_rad:.4f} rad from {way.to_rad:.4f}" * (way.left_rad >= _SHOWN_RAD)
+        lines.append(f"{axis}: {way.from_rad:.4f} → {way.reached_rad:.4f} rad{left}")
+    return lines
 
 
 def hold_document(held: Mapping[str, Held]) -> dict[str, Any]:

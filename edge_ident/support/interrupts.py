@@ -23,9 +23,17 @@ if TYPE_CHECKING:
     _P = ParamSpec("_P")
     _R = TypeVar("_R")
 
-_NAMES: "Final" = ("SIGINT", "SIGQUIT", "SIGTERM", "SIGHUP")
+_NAMES: "Final" = (
+    *("SIGINT", "SIGQUIT", "SIGTERM", "SIGHUP", "SIGABRT", "SIGUSR1", "SIGUSR2"),
+    *("SIGALRM", "SIGVTALRM", "SIGPROF", "SIGXCPU", "SIGIO", "SIGPWR"),
+)
 ENDING: "Final" = tuple(s for s in signal.Signals if s.name in _NAMES)
-"""Ctrl-C, Ctrl-\\, a service manager, a closed terminal; not every system has them all."""
+"""Ctrl-C, Ctrl-\\, a service manager, a closed terminal, a limit of computing time, and whatever
+else ends a program that does not catch it, but its own faults; not every system has them all."""
+SUSPENDING: "Final" = tuple(
+    s for s in signal.Signals if s.name in ("SIGTSTP", "SIGTTIN", "SIGTTOU")
+)
+"""Ctrl-Z, and what a terminal sends to a program in the background that reads or writes there."""
 HANGUP: "Final" = tuple(s for s in ENDING if s.name == "SIGHUP")
 """A closed terminal alone."""
 INTERRUPTED: "Final" = 130
@@ -81,11 +89,31 @@ def interrupted() -> bool:
 
 
 @contextmanager
-def deaf_to_interrupts(endings: "tuple[signal.Signals, ...]" = ENDING) -> Iterator[None]:
-    """Ignore ending signals, or some of them, while the body runs; it must end by itself."""
-    import threading
+def ended_by_suspension() -> Iterator[None]:
+    """Have Ctrl-Z end the command as Ctrl-C does while the body runs, which nobody may leave alone.
 
-    if threading.current_thread() is not threading.main_thread():
+    So does whatever else would suspend it. A signal that is ignored, or means something else, stays
+    so.
+    """
+    if not _in_main_thread():
+        yield
+        return
+    taken = [s for s in SUSPENDING if signal.getsignal(s) is signal.SIG_DFL]
+    for suspending in taken:
+        signal.signal(suspending, _interrupt)
+    try:
+        yield
+    finally:
+        for suspending in taken:
+            signal.signal(suspending, signal.SIG_DFL)
+
+
+@contextmanager
+def deaf_to_interrupts(
+    endings: "tuple[signal.Signals, ...]" = ENDING + SUSPENDING,
+) -> Iterator[None]:
+    """Ignore ending signals, or some of them, while the body runs; it must end by itself."""
+    if not _in_main_thread():
         yield
         return
     previous = {ending: signal.signal(ending, signal.SIG_IGN) for ending in endings}
@@ -104,6 +132,13 @@ def uncut(function: "Callable[_P, _R]") -> "Callable[_P, _R]":
     """
     _uncut.add(function.__code__)
     return function
+
+
+def _in_main_thread() -> bool:
+    """Only this one may set the handlers of signals."""
+    import threading
+
+    return threading.current_thread() is threading.main_thread()
 
 
 def _handle_endings(handler: Callable[[int, FrameType | None], None]) -> None:

@@ -25,6 +25,7 @@ from firmware_interface.board import Board
 from firmware_interface.errors import LinkError
 from firmware_interface.modbus import ModbusLink
 from firmware_interface.modbus_server import RtuSession
+from firmware_interface.serial_client import SerialClient
 from firmware_interface.virtual.board import VirtualBoard
 from firmware_interface.virtual.drive import SAMPLE_PERIOD_S
 from firmware_interface.virtual.machine import Machine
@@ -154,7 +155,7 @@ def virtual_time(line: MemoryLine) -> Iterator[None]:
         yield
 
 
-class _MemoryClient(modbus._PromptSerialClient):
+class _MemoryClient(SerialClient):
     """The host's own client, which opens a line in memory."""
 
     def __init__(self, line: MemoryLine) -> None:

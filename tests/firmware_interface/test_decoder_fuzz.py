@@ -18,6 +18,7 @@ from firmware_interface.codec import RawPage, decode_page, encode_page
 from firmware_interface.errors import BoardError, LinkError
 from firmware_interface.modbus import ModbusLink
 from firmware_interface.registers import MAGIC, PAGE_WORDS
+from firmware_interface.serial_client import SerialClient
 from firmware_interface.virtual.board import VirtualBoard
 from tests.repetitions import examples
 
@@ -50,7 +51,7 @@ class Babble:
 def serial_link() -> tuple[ModbusLink, Babble]:
     """A link on a serial line that answered its first request."""
     port = Babble()
-    client = modbus._PromptSerialClient("babble", timeout=0.01, retries=0)
+    client = SerialClient("babble", timeout=0.01, retries=0)
     client.connect = lambda: True  # type: ignore[method-assign]
     client.socket = port  # type: ignore[assignment]
     port.pieces = [rtu(IDENTITY)]

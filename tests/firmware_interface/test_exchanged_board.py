@@ -1,7 +1,7 @@
 """Another board in place of the one that a host knows: it gets no command."""
 
 import pytest
-from board_bench import NEW
+from board_bench import NEW, long_motion
 
 from firmware_interface.board import Board
 from firmware_interface.errors import RestartedError
@@ -55,3 +55,17 @@ def test_nor_does_it_get_the_gains_of_another(line: Exchange, board: Board) -> N
     with pytest.raises(RestartedError):
         board.stage_gains(NEW)
     assert Board.connect(other).staged_gains() != NEW
+
+
+def test_a_board_that_came_in_place_of_a_moving_one_is_not_taken_for_a_stop(
+    line: Exchange, board: Board
+) -> None:
+    """No lost reply asks for the nonce; what gives it away is a last token that is none of ours."""
+    board.enable()
+    board.write_trajectory(long_motion())
+    board.arm()
+    board.start()
+    line.link = clock_ahead()
+    with pytest.raises(RestartedError) as caught:
+        board.status()
+    assert "the axes of the first one may still produce effort" in caught.value.next_step

@@ -164,6 +164,26 @@ def test_a_host_that_was_frozen_sees_that_another_one_used_the_board(bench: Benc
     assert bench.board.active_gains() == NEW
 
 
+def test_a_host_that_was_frozen_in_a_motion_is_not_told_of_another_release(bench: Bench) -> None:
+    """The motion that another host made since had fewer pages than this one has fetched."""
+    bench.start(replace(long_motion(), duration_s=2.0))
+    for page in bench.board.capture_pages():
+        if page.first_sample > 50:
+            break
+    bench.wait(SESSION_LEASE_S + 2.0)
+    another = Board.connect(bench.virtual)
+    another.clear_fault()
+    another.enable()
+    another.write_trajectory(replace(long_motion(), duration_s=0.05))
+    another.arm()
+    another.start()
+    assert max(page.first_sample for page in another.capture_pages()) < 50
+    another.finish()
+    another.release()
+    with pytest.raises(StoppedError, match="used the board while this one was silent"):
+        bench.board.heartbeat()
+
+
 def test_a_host_that_was_frozen_learns_of_it_at_its_end_at_the_latest(bench: Bench) -> None:
     """It concluded from another host's gains that nothing was to be improved."""
     with ExitStack() as ending:

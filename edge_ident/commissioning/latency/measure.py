@@ -34,7 +34,7 @@ from edge_ident.errors import BoardError
 from edge_ident.estimation.manifest import VARIANTS
 from edge_ident.estimation.network import Network, load_network
 from edge_ident.signals.recording import Recording
-from edge_ident.signals.recording_files import load_recording
+from edge_ident.signals.recording_files import load_recording, save_recording
 from firmware_interface.board import Board
 from firmware_interface.connection import DEFAULT_BAUD_RATE, open_link
 
@@ -103,10 +103,12 @@ def _record(board: Board, drive: Drive, file: Path, observer: Observer) -> tuple
     check_room(file, board, trajectory)
     with ready_to_move(board, observer.say):
         observer.stage("motion")
-        capture = capture_motion(board, trajectory, observer.samples, file, observer.say)
+        # what a motion that fails leaves would go with the folder of this file
+        capture = capture_motion(board, trajectory, observer.samples, say=observer.say)
         start_s = time.perf_counter()
         board.finish()
         stop_ms = 1e3 * (time.perf_counter() - start_s)
+    save_recording(capture.recording, file)
     return 1e3 * capture.tail_s, stop_ms
 
 

@@ -12,7 +12,7 @@ from functools import partial
 from typing import Final
 
 from edge_ident.errors import BoardError, EdgeIdentError
-from edge_ident.support.interrupts import deaf_to_interrupts, uncut
+from edge_ident.support.interrupts import deaf_to_interrupts, ended_by_suspension, uncut
 from edge_ident.support.words import listed
 from firmware_interface.board import Board, BoardStatus
 from firmware_interface.board_checks import fault_error
@@ -35,6 +35,9 @@ _OFF: Final = "axes disabled again"
 def ready_to_move(board: Board, say: Callable[[str], None]) -> Iterator[None]:
     """Hold a board that is ready, with effort on; afterwards as it was found, stopped in any case.
 
+    Ctrl-Z ends that as well: no watchdog runs at rest, and a host that is suspended leaves the
+    effort on.
+
     Parameters
     ----------
     board : Board
@@ -55,7 +58,7 @@ def ready_to_move(board: Board, say: Callable[[str], None]) -> Iterator[None]:
             f"not homed: {listed(unhomed)}. Positions count from where they stood when the board "
             "was switched on"
         )
-    with left_safe(board, say), effort_on(board, say):
+    with ended_by_suspension(), left_safe(board, say), effort_on(board, say):
         yield
 
 

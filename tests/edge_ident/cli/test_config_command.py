@@ -54,6 +54,8 @@ def test_a_device_that_is_set_is_used_until_it_is_removed(
     assert used_device(monkeypatch) == "tcp://192.0.2.7:502"
     assert run("config", "unset", "device").exit_code == 0
     assert run("gains", "show").exit_code == 2
+    settings_file.write_text('device = ""\n')
+    assert "no board is named" in run("gains", "show").stderr
 
 
 def test_a_flag_comes_before_the_environment_and_that_before_the_drive_and_the_settings(

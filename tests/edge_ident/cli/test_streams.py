@@ -113,6 +113,29 @@ def test_a_written_register_is_told_where_nobody_reads_the_result() -> None:
 
 
 @pytest.mark.parametrize(
+    ("command", "note"),
+    [
+        (["stop"], "the board is IDLE, its effort is off"),
+        (["clear-fault"], "the board is IDLE, its effort is off"),
+        (["home", "--to", "x=0.5"], "x: 0.0000 → 0."),
+    ],
+    ids=["stop", "clear-fault", "home"],
+)
+def test_what_became_of_the_machine_is_told_where_the_result_cannot_be_written(
+    command: list[str], note: str, tmp_path: Path
+) -> None:
+    for name in ("state.json", "home.json"):
+        (tmp_path / name).mkdir()
+    done = subprocess.run(
+        [*COMMAND, *command, "--device", "virtual", "--output", str(tmp_path)],
+        capture_output=True, text=True, timeout=60, check=False,
+    )  # fmt: skip
+    assert done.returncode == 5
+    assert f"note:  {note}" in done.stderr
+    assert f"note:  {note}" in unread(*command, "--device", "virtual").stderr
+
+
+@pytest.mark.parametrize(
     ("redirection", "arguments"), [(">/dev/full", ["--help"]), ("2>/dev/full", ["no-such-command"])]
 )
 def test_help_for_which_there_is_no_room_is_no_defect(

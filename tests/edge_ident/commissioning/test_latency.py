@@ -198,3 +198,12 @@ def test_nothing_moves_where_board_and_drive_description_differ(tmp_path: Path) 
         measured_ways(board, drive, simulate(), load_network(), 1, Silent())
     assert not board.status().pages_written
     assert not board.status().enabled
+
+
+def test_a_measurement_that_fails_names_no_file_that_goes_with_it(tmp_path: Path) -> None:
+    link = InterruptedLink(VirtualBoard(), "identification capture", KeyboardInterrupt)
+    observer = Listening()
+    with pytest.raises(KeyboardInterrupt):
+        measure._record(Board.connect(link), small_drive(), tmp_path / "capture.npz", observer)
+    assert not any("saved" in said for said in observer.said)
+    assert not [*tmp_path.iterdir()]

@@ -115,6 +115,7 @@ def test_doubt_about_the_inertia_is_paid_for_in_margin() -> None:
         ([0.4, 0.9, -1.4, 0.0], 0.01, None, "no gains follow from inertia"),
         ([0.4, 0.9, 1.4, 0.0], 0.3, None, "no gains follow from inertia"),
         ([0.4, 0.9, 1.4, 0.0], 0.01, 150.0, "leaves a phase margin of"),
+        ([0.4, 0.9, 1.4, 0.0], 0.01, 1e300, "leaves a phase margin of"),
     ],
 )
 def test_doubtful_gains_are_refused(

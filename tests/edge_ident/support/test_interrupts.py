@@ -38,7 +38,10 @@ try:
 }
 
 
-@pytest.mark.parametrize("ending", [signal.SIGINT, signal.SIGQUIT, signal.SIGTERM])
+@pytest.mark.parametrize(
+    "ending",
+    [signal.SIGINT, signal.SIGQUIT, signal.SIGTERM, signal.SIGUSR1, signal.SIGALRM, signal.SIGXCPU],
+)
 @pytest.mark.parametrize("place", _PLACES)
 def test_an_interrupt_is_not_lost(place: str, ending: signal.Signals) -> None:
     program = _BEGIN.replace("ENDING", str(int(ending))) + _PLACES[place] + _END
