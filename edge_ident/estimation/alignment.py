@@ -60,10 +60,12 @@ def align(signals: Signals, velocity: Array, period_s: float) -> Subsampled | No
         return None
     samples = min(samples, available)
     periods = available // samples
-    columns = np.stack([*signals.regressor.T, signals.effort])[:, : periods * samples]
-    period = columns.reshape(len(columns), periods, samples).mean(axis=1)
+    # columns are large: none has a name that is not needed any more
+    period = np.stack([*signals.regressor.T, signals.effort])[:, : periods * samples]
+    period = period.reshape(len(period), periods, samples).mean(axis=1)
     shift = _circular_shift(period[1], _spectrum(tuple(velocity.tolist()), samples))
-    seen = subsample(np.roll(period, shift, axis=1).T, len(velocity))
+    period = np.roll(period, shift, axis=1)
+    seen = subsample(period.T, len(velocity))
     return Subsampled(regressor=seen[:, :-1], effort=seen[:, -1])
 
 

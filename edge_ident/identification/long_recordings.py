@@ -12,7 +12,7 @@ import numpy as np
 from edge_ident.diagnosis.prepare.bandwidth import white_noise
 from edge_ident.signals.conditioning import choose_cutoff
 from edge_ident.signals.decimation import LONG, any_of, decimate, kept, parts_of
-from edge_ident.signals.encoder import encoder_count, position_noise
+from edge_ident.signals.encoder import count_and_noise
 from edge_ident.signals.recording import AxisRecord, Recording, Sampling
 from edge_ident.signals.resampling import EvenGrid
 
@@ -54,8 +54,7 @@ def at_needed_rate(recording: Recording) -> Recording:
 def _sampling(axis: AxisRecord, grid: EvenGrid) -> Sampling:
     """What the samples as recorded tell, before decimation."""
     position, effort = grid.resampled(axis.position), grid.resampled(axis.effort)
-    count = encoder_count(position)
-    noise = position_noise(position, count)
+    count, noise = count_and_noise(position)
     cutoff_hz = choose_cutoff(position, grid.period_s, noise)
     effort_noises = [
         white_noise(*parts, cutoff_hz, grid.period_s)

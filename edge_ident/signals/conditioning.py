@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from edge_ident.model.model import regressor
 from edge_ident.signals.decimation import parts_of
-from edge_ident.signals.encoder import encoder_count, position_noise
+from edge_ident.signals.encoder import count_and_noise, position_noise
 from edge_ident.signals.filters import differentiate, lowpass
 from edge_ident.signals.metrics import rms
 from edge_ident.signals.recording import Sampling
@@ -131,21 +131,22 @@ def condition(
     else:
         unknown = grid.unknown(effort) if effort.ndim == 1 else np.zeros(len(time_s), np.bool_)
         position, effort = grid.resampled(position), grid.resampled(effort)
-        count = encoder_count(position)
-        noise = position_noise(position, count)
+        count, noise = count_and_noise(position)
         cutoff_hz, motion = _cutoff_and_motion(position, period_s, noise)
     recorded_period_s = sampling.period_s if sampling else period_s
-    smooth_effort = lowpass(effort, cutoff_hz, period_s, delay_s=effort_shift_s)
-    thinned = sampling is not None
-    columns = filtered_regressor(position, cutoff_hz, period_s, decimated=thinned, motion=motion)
-    still = standing(position, noise, cutoff_hz, period_s, rms(columns[:, 1]))
+    motion = motion or differentiate(position, cutoff_hz, period_s, orders=(1, 2))
+    rows = _filtered(
+        motion, effort, cutoff_hz, period_s, delay_s=effort_shift_s, decimated=sampling is not None
+    )
+    still = standing(position, noise, cutoff_hz, period_s, rms(rows[1]))
     moving = ~still & ~near_unknown(unknown, cutoff_hz, period_s)
-    acceleration_std = max(float(np.std(columns[:, 0])), _TINY)
+    acceleration_std = max(float(np.std(rows[0])), _TINY)
+    bridged = bridge(rows, moving)
     return Signals(
         grid=grid,
         cutoff_hz=cutoff_hz,
-        effort=bridge(smooth_effort, moving),
-        regressor=bridge(columns.T, moving).T,
+        effort=bridged[4:].reshape(effort.shape),
+        regressor=bridged[:4].T,
         moving=moving,
         acceleration_noise=acceleration_noise(noise, cutoff_hz, recorded_period_s)
         / acceleration_std,
@@ -172,29 +173,43 @@ def with_effort(signals: Signals, effort: Array, effort_shift_s: float) -> Signa
     return replace(signals, effort=bridge(smooth, signals.moving))
 
 
-def filtered_regressor(
-    position: Array,
+def filtered_regressor(position: Array, cutoff_hz: float, period_s: float) -> Array:
+    """Regressor (N, 4) of a position (N,), all columns filtered alike, the velocity's sign too."""
+    motion = differentiate(position, cutoff_hz, period_s, orders=(1, 2))
+    columns = regressor(*motion)
+    columns[:, 2] = lowpass(columns[:, 2], cutoff_hz, period_s)
+    return columns
+
+
+def _filtered(
+    motion: tuple[Array, ...],
+    effort: Array,
     cutoff_hz: float,
     period_s: float,
     *,
-    decimated: bool = False,
-    motion: tuple[Array, ...] | None = None,
+    delay_s: float,
+    decimated: bool,
 ) -> Array:
-    """Regressor (N, 4) of a position (N,), all columns filtered alike, the velocity's sign too.
+    """Columns of the regressor, as rows, and efforts below them, (4 + D, N), filtered alike.
 
     Parameters
     ----------
+    motion : tuple of (N,) arrays
+        Velocity and acceleration, which are filtered.
+    effort : (N,) or (D, N) array
+    delay_s : float
+        Of the efforts.
     decimated : bool
         Whether the position was low-passed and decimated to few samples per cut-off period.
-    motion : tuple of (N,) arrays, optional
-        Velocity and acceleration, where they are known already.
     """
-    velocity, acceleration = motion or differentiate(position, cutoff_hz, period_s, orders=(1, 2))
-    columns = regressor(velocity, acceleration)
+    velocity, acceleration = motion
+    rows = np.concatenate([regressor(velocity, acceleration).T, np.atleast_2d(effort)])
     if decimated:
-        columns[:, 2] = _mean_direction(velocity, acceleration, period_s)
-    columns[:, 2] = lowpass(columns[:, 2], cutoff_hz, period_s)
-    return columns
+        rows[2] = _mean_direction(velocity, acceleration, period_s)
+    delays_s = [0.0] + [delay_s] * (len(rows) - 4)
+    filtered = lowpass(rows[[2, *range(4, len(rows))]], cutoff_hz, period_s, delay_s=delays_s)
+    rows[2], rows[4:] = filtered[0], filtered[1:]
+    return rows
 
 
 def _mean_direction(velocity: Array, acceleration: Array, period_s: float) -> Array:

@@ -106,7 +106,7 @@ def lowpass(
     cutoff_hz: float,
     period_s: float,
     *,
-    delay_s: float = 0.0,
+    delay_s: float | Sequence[float] = 0.0,
     knee_hz: float = np.inf,
 ) -> Array:
     """Zero-phase fourth-order Butterworth filter, run both ways, with even reflection.
@@ -114,8 +114,8 @@ def lowpass(
     Parameters
     ----------
     signal : (..., N) array
-    delay_s : float
-        Moves the signal to later times by this much, a fraction of a sample included.
+    delay_s : float, or sequence of float for each of (D, N) signals
+        Moves them to later times by this much, a fraction of a sample included.
     knee_hz : float
         See `whitening`.
     """
@@ -134,7 +134,7 @@ def _lowpassed(
     signal: Array,
     cutoff_hz: float,
     period_s: float,
-    delay_s: float,
+    delay_s: float | Sequence[float],
     knee_hz: float,
     *,
     fading: bool,
@@ -146,7 +146,8 @@ def _lowpassed(
     if np.isfinite(knee_hz):
         spectrum *= whitening(frequency / knee_hz)
     if delay_s:
-        spectrum *= _turning(-2.0 * np.pi * frequency[1] * delay_s, len(frequency))
+        angles = -2.0 * np.pi * frequency[1] * np.asarray(delay_s)
+        spectrum *= _turning(angles, len(frequency))
     samples = slice(start, start + signal.shape[-1])
     return np.asarray(np.fft.irfft(spectrum, padded.shape[-1])[..., samples])
 
@@ -182,11 +183,13 @@ def _filtered_spectrum(
     return spectrum, frequency
 
 
-def _turning(angle: float, count: int) -> NDArray[np.complex128]:
-    """Powers from none on of a complex number of magnitude 1, as products of few."""
+def _turning(angles: Array, count: int) -> NDArray[np.complex128]:
+    """Powers (..., count), from none on, of complex numbers (...) of magnitude 1, as products of
+    few."""
     few = math.isqrt(count) + 1
-    steps = np.arange(few)
-    return np.outer(np.exp(1j * angle * few * steps), np.exp(1j * angle * steps)).ravel()[:count]
+    steps = 1j * angles[..., None] * np.arange(few)
+    powers = np.exp(few * steps)[..., None] * np.exp(steps)[..., None, :]
+    return np.asarray(powers.reshape(*angles.shape, -1)[..., :count])
 
 
 @lru_cache(maxsize=8)

@@ -100,20 +100,36 @@ def drawn_errors(
     ModelError
         The model does not fit the recording.
     """
-    banks = (*recorded, *then)
-    found: tuple[dict[str, Drawn], ...] = tuple({} for _ in banks)
-    for name, of in hardware.items():
-        every = _every([bank[name] for bank in banks], grounds.model.axes[name], of)
-        ways = {axis: _thinned(way, moved.begin, every) for axis, way in moved.ways.items()}
-        others = [way for axis, way in ways.items() if axis != name]
-        other = others[0] if len(others) == 1 else None
-        path = Path(ways[name], every * of.sample_period_s, moved.begin // every, other)
-        loads = drawn_loads(name, moved, grounds, of, every)
-        limited = replace(of, effort_limit_nm=effort_limit_nm(grounds.model.axes[name], of))
-        each = [loads[0]] * len(recorded) + [loads[1]] * len(then)
-        for drawn, bank, needed in zip(found, banks, each, strict=True):
-            drawn[name] = _drawn(path, needed, bank[name], limited, grounds.model.axes[name])
-    return found
+    by_axis = {
+        name: _of_axis(name, moved, grounds, of, recorded, then) for name, of in hardware.items()
+    }
+    return tuple(
+        {name: of_axis[number] for name, of_axis in by_axis.items()}
+        for number in range(len(recorded) + len(then))
+    )
+
+
+def _of_axis(
+    name: str,
+    moved: Moved,
+    grounds: Grounds,
+    hardware: LoopHardware,
+    recorded: Sequence[Bank],
+    then: Sequence[Bank],
+) -> list[Drawn]:
+    """The same of one axis: what its drives need is large, and gone before the next is drawn."""
+    axis, gains = grounds.model.axes[name], [bank[name] for bank in (*recorded, *then)]
+    every = _every(gains, axis, hardware)
+    ways = {other: _thinned(way, moved.begin, every) for other, way in moved.ways.items()}
+    others = [way for other, way in ways.items() if other != name]
+    beside = others[0] if len(others) == 1 else None
+    path = Path(ways[name], every * hardware.sample_period_s, moved.begin // every, beside)
+    during, later = drawn_loads(name, moved, grounds, hardware, every)
+    limited = replace(hardware, effort_limit_nm=effort_limit_nm(axis, hardware))
+    return [
+        _drawn(path, during if number < len(recorded) else later, of_bank, limited, axis)
+        for number, of_bank in enumerate(gains)
+    ]
 
 
 def _every(gains: Sequence[AxisGains], axis: AxisModel, hardware: LoopHardware) -> int:

@@ -22,6 +22,7 @@ from edge_ident.identification.result import Identification
 from edge_ident.model.model import Model, regressor
 from edge_ident.signals.data_checks import check_recording
 from edge_ident.signals.recording import AxisRecord, Recording
+from edge_ident.support.memory import give_back
 from edge_ident.support.stopwatch import Stopwatch
 from firmware_interface.board import Board
 from firmware_interface.motion import Staircase, Trajectory, reference
@@ -84,6 +85,7 @@ class Study:
         """Give the network's memory to what follows: it is hardly ever asked again, but can be."""
         if self.network is not None:
             self.network.unload()
+        give_back()
 
 
 @dataclass(frozen=True)

@@ -141,17 +141,31 @@ def white_noise(effort: Array, position: Array, cutoff_hz: float, period_s: floa
     above_hz = min(max(3.0 * cutoff_hz, 0.05 / period_s), 0.25 / period_s)
     both = np.stack([effort, position])
     high = both - lowpass(both, above_hz, period_s)
-    lags = np.arange(-_LAGS, _LAGS)
     # at its ends the filter reflects both alike, though one is late
     first = _LAGS + min(round(_EDGE_PERIODS / (above_hz * period_s)), len(effort) // 10)
     last = len(effort) - first
     inside = high[0, first:last]
-    scaled = high[1] / max(float(np.max(np.abs(high[1, first:last]))), _TINY)
-    answers = np.stack([*(scaled[first - lag : last - lag] for lag in lags), inside])
+    moved = high[1, first - _LAGS + 1 : last + _LAGS]
+    moved = moved / max(float(np.max(np.abs(high[1, first:last]))), _TINY)
     # normal equations take a quarter of the time, and squares of 1e-7 are resolved
-    products = answers @ answers.T
-    answer = np.linalg.lstsq(products[:-1, :-1], products[:-1, -1], rcond=1e-14)[0]
-    left = inside - answer @ answers[:-1]
+    products, of_effort = _lagged_products(moved, 2 * _LAGS), np.correlate(moved, inside)
+    answer = np.linalg.lstsq(products, of_effort, rcond=1e-14)[0]
+    left = inside - np.correlate(moved, answer)
     # the median ignores the steps of friction, which reach these frequencies now and then
     deviation = quantile(np.abs(left), 0.5) / _MEDIAN_OF_NORMAL
     return float(deviation / np.sqrt(1.0 - 2.0 * above_hz * period_s))
+
+
+def _lagged_products(signal: Array, lags: int) -> Array:
+    """Products (L, L) of every two of the L lagged parts, as long as can be, of a signal (N,).
+
+    From one lag to the next, a product loses one sample and gains another.
+    """
+    samples = len(signal) - lags + 1
+    products = np.empty((lags, lags))
+    products[0] = products[:, 0] = np.correlate(signal, signal[:samples])
+    change = np.multiply.outer(signal[samples:], signal[samples:])
+    change -= np.multiply.outer(signal[: lags - 1], signal[: lags - 1])
+    for lag in range(lags - 1):
+        products[lag + 1, 1:] = products[lag, :-1] + change[lag]
+    return products
