@@ -31,8 +31,7 @@ from edge_ident.estimation.covariance import coloured_std
 from edge_ident.estimation.least_squares import solve
 from edge_ident.estimation.model_error import RegimeMoves, regime_moves, regimes, unnoticed_error
 from edge_ident.identification.direction_unknown import direction_unknown
-from edge_ident.model.inverse import remembers
-from edge_ident.model.model import Estimate, regressor
+from edge_ident.model.model import Estimate, Term, regressor
 from edge_ident.model.motion import Motion
 from edge_ident.signals.conditioning import decimated
 from edge_ident.signals.filters import differentiate, lowpass
@@ -118,7 +117,7 @@ class ComparedSignals:
             noise=_noise(band, density, noise, recorded_s),
         )
         later = whole._after(start)
-        return later if remembers(axis.effects) or not whole._differs(later) else whole
+        return later if _remember(axis.effects) or not whole._differs(later) else whole
 
     def _after(self, start: int) -> Self:
         """The same without the first samples."""
@@ -201,6 +200,15 @@ class ComparedSignals:
         rate = np.zeros_like(self.regressor)
         rate[:, :2] = self.rates[:, :2]
         return solve_shift(self.regressor, rate, self.effort, -self.rates[:, 2], sampling_s)
+
+
+def _remember(effects: tuple[Term, ...]) -> bool:
+    """Whether known effects remember; their catalogue is loaded only where there are any."""
+    if not effects:
+        return False
+    from edge_ident.model.inverse import remembers
+
+    return remembers(effects)
 
 
 def _band(axis: CompensatedAxis, noise: float) -> tuple[Band, float]:

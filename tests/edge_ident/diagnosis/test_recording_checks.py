@@ -85,7 +85,7 @@ def plant(name: str | None, motion: Motion, seed: int) -> Recording:
         axis: AxisRecord(made.position[0, k], made.effort[0, k], "rad", "N*m")
         for k, axis in enumerate(("x", "z"))
     }
-    return Recording(made.time_s, axes, "drive", made.effort_shift_s)
+    return Recording(made.time_s, axes, "drive", float(made.effort_shift_s[0]))
 
 
 @pytest.mark.parametrize("seed", a_few([1, 2, 3], [1]))
