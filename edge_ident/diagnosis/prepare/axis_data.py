@@ -177,16 +177,15 @@ class AxisData:
 
     def from_start(self) -> "AxisData":
         """The same with the samples of the start among those that are compared, and not valid."""
+        added = [len(s.start_index) for s in self.segments]
+        if not any(added):
+            return self
         segments = tuple(s.from_start() for s in self.segments)
-        added = [(len(s.start_index), 0) for s in self.segments]
         blocks = zip(self.by_segment(self.block), added, strict=True)
         return replace(
-            self,
-            segments=segments,
-            effort=np.concatenate([s.effort[s.sample_index] for s in segments]),
+            self.with_efforts_of(segments),
             valid=np.concatenate([s.valid for s in segments]),
-            block=np.concatenate([np.pad(block, more, mode="edge") for block, more in blocks]),
-            cache={},
+            block=np.concatenate([np.pad(block, (more, 0), "edge") for block, more in blocks]),
         )
 
     def excitation(self, base: Array) -> Excitation:

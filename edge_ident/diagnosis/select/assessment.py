@@ -143,10 +143,12 @@ class Assessment:
         Their own efforts count, far from the reversals at which friction winds up any chain. Where
         the model leaves more than noise, they may be traces of something else, whatever their size.
         """
-        model = self.fitted(kept)
-        shares = self.shares(model)
-        most = np.inf if self.structure(model) else STIFF_CHAIN.value * self.tolerance / self.scale
-        return [k for k, share in zip(kept, shares, strict=True) if share < most and self.sound(k)]
+        stiff = [k for k in kept if self.sound(k)]
+        if not stiff or self.structure(model := self.fitted(kept)):
+            return stiff
+        most = STIFF_CHAIN.value * self.tolerance / self.scale
+        shares = dict(zip(kept, self.shares(model), strict=True))
+        return [k for k in stiff if shares[k] < most]
 
     def sound(self, place: int) -> bool:
         """Whether the chain that a term of the model says is as stiff as that of a sound drive.

@@ -22,7 +22,7 @@ print(resident() / before)
 
 
 @pytest.mark.skipif(
-    sys.platform != "linux" or not hasattr(ctypes.CDLL(None), "malloc_trim"), reason="of glibc"
+    sys.platform != "linux" or not hasattr(ctypes.CDLL(None), "malloc_trim"), reason="needs glibc"
 )
 def test_what_is_free_goes_back_though_what_lies_behind_it_is_used() -> None:
     ran = subprocess.run(
