@@ -208,12 +208,13 @@ def identified(
 
 
 def progress_on(study: Study) -> Callable[[str, int, int], None]:
-    """What is called with the progress of what takes longer than a hold lasts."""
-    shown: list[str] = []
+    """A function that shows progress, and keeps the board's hold during long computations."""
+    shown = ""
 
     def show(stage: str, done: int, total: int) -> None:
-        if stage not in shown:
-            shown.append(stage)
+        nonlocal shown
+        if stage != shown:
+            shown = stage
             study.observer.stage(stage)
         study.observer.samples(done, total)
         study.board.heartbeat()
