@@ -125,7 +125,7 @@ def timing_sentence(timing: Timing) -> str:
         return "the delay in the model is all by which the effort is late"
     if timing.unknown:
         return (
-            "how late the effort is does not show; the intervals allow for "
+            "the recording does not show by how much the effort is late; the intervals allow for "
             f"± {LARGEST_SHIFT:g} samples"
         )
     way = "late" if timing.shift_samples >= 0.0 else "early"
