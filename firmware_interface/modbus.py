@@ -14,6 +14,7 @@ command is read back, also where a reply refuses it, which a gateway may have ma
 
 import errno
 import logging
+import os
 import time
 from collections.abc import Callable
 from contextlib import suppress
@@ -257,12 +258,13 @@ def open_serial(url: str, baud_rate: int, timeout_s: float) -> ModbusLink:
             url, baudrate=baud_rate, timeout=timeout_s, write_timeout=timeout_s, exclusive=True
         )
     except (OSError, ValueError, OverflowError) as error:  # the last: no such baud rate
-        raise LinkError(f"{url} cannot be opened: {error}", _serial_advice(error)) from error
+        code = getattr(error, "errno", None)
+        why = os.strerror(code) if code else error  # pySerial's text repeats number and name
+        raise LinkError(f"{url} cannot be opened: {why}", _serial_advice(code)) from error
     return ModbusLink(client, url, timeout_s)
 
 
-def _serial_advice(error: Exception) -> str:
-    code = getattr(error, "errno", None)
+def _serial_advice(code: int | None) -> str:
     if code == errno.ENOENT:
         return "connect the board and find its port with `edge-ident ports`"
     if code == errno.EACCES:

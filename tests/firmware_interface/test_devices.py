@@ -25,7 +25,7 @@ Served = Callable[[VirtualBoard, str], AbstractContextManager[str]]
 @pytest.mark.parametrize(
     ("url", "cause", "advice"),
     [
-        ("/dev/ttyNOTHERE", "cannot be opened", "connect the board"),
+        ("/dev/ttyNOTHERE", "cannot be opened: No such file or directory$", "connect the board"),
         ("nonsense://x", "cannot be opened", "pySerial URL"),
         ("tcp://127.0.0.1", "no port given", "tcp://HOST:PORT"),
         ("tcp://127.0.0.1:²", "no port given", "tcp://HOST:PORT"),
