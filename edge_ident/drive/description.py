@@ -112,9 +112,10 @@ class Drive:
         unknown = [name for name in names if name not in self.axes]
         if unknown:
             raise DataError(
-                f"the drive description has axes {', '.join(self.axes)}, but not "
+                f"the described drive ({self.name}) has axes {', '.join(self.axes)}, but not "
                 f"{', '.join(unknown)}",
-                "give the description of this drive with --drive, or rename columns with --column",
+                "describe your machine with edge-ident init and give that file with --drive "
+                "(without it, the built-in drive is taken), or rename columns with --column",
             )
 
     def trajectory(self, cycles: int | None = None) -> Trajectory:
