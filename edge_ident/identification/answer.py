@@ -145,9 +145,7 @@ def answer(
     axis, metric = estimates.recording.axes[estimates.name], compare(measured, modelled)
     seen = range_of(signals, axis, samples, signals.effort + chosen.compensated.effects_effort)
     doubts = check_estimate(chosen.estimate, columns, measured, metric.relative_residual)
-    findings = _what_was_done(estimates, outcome, seen, chosen.source)
-    findings += with_timing(doubts, estimates.timing)
-    findings += describe_scales(estimates.recording, estimates.name, chosen.estimate.parameters[0])
+    findings = _findings(estimates, outcome, seen, chosen, doubts)
     if network is not None and estimates.adequacy.adequate:
         findings += compare_estimators(network, linear)
     return AxisIdentification(
@@ -198,21 +196,22 @@ def _bases(estimates: AxisEstimates) -> tuple[_Base, _Base]:
     )
 
 
-def _what_was_done(
+def _findings(
     estimates: AxisEstimates,
     outcome: "AxisDiagnosis | DataError | None",
     seen: SupportedRange,
-    source: ParameterSource,
+    chosen: _Choice,
+    doubts: list[Finding],
 ) -> list[Finding]:
-    """Findings about the data, the known effects and the model."""
-    known, signals = estimates.compensated, estimates.compensated.signals
-    findings = describe_data(signals, estimates.recording.stamp_jitter)
-    findings += departures(known.effects, seen, estimates.recording.axes[estimates.name])
-    findings += tied_to_time(known.tied_to_time)
-    findings += check_effort(signals, estimates.part)
-    extended = source is ParameterSource.EXTENDED_MODEL
+    """Findings about the data, the known effects, the model and the parameters of the answer."""
+    known, recording, name = estimates.compensated, estimates.recording, estimates.name
+    findings = describe_data(known.signals, recording.stamp_jitter)
+    findings += departures(known.effects, seen, recording.axes[name])
+    findings += [*tied_to_time(known.tied_to_time), *check_effort(known.signals, estimates.part)]
+    extended = chosen.source is ParameterSource.EXTENDED_MODEL
     findings += describe_model(estimates.adequacy, outcome, extended=extended)
-    return findings
+    findings += with_timing(doubts, estimates.timing)
+    return findings + describe_scales(recording, name, chosen.estimate.parameters[0])
 
 
 def _chosen(
@@ -221,16 +220,13 @@ def _chosen(
     bases: tuple[_Base, _Base],
     network: Estimate | None,
 ) -> _Choice:
-    if diagnosed is not None and len(diagnosed.model.terms) > 1 + len(
-        estimates.compensated.effects
-    ):
-        extended = _extended(estimates, diagnosed, bases)
-        if diagnosed.verdict is Verdict.EXPLAINED or _fits(extended, estimates, bases[0]):
-            return extended
-    adequate = estimates.adequacy.adequate or (
-        diagnosed is not None and diagnosed.verdict is Verdict.ADEQUATE
-    )
     linear, known = bases[0], estimates.compensated
+    if diagnosed is not None and len(diagnosed.model.terms) > 1 + len(known.effects):
+        extended = _extended(estimates, diagnosed, bases)
+        if diagnosed.verdict is Verdict.EXPLAINED or _fits(extended, estimates, linear):
+            return extended
+    found_adequate = diagnosed is not None and diagnosed.verdict is Verdict.ADEQUATE
+    adequate = estimates.adequacy.adequate or found_adequate
     if network is None or adequate:
         # a model that is not enough is a compromise: over all samples, those of reversals too
         best = _best(bases, known.signals) if adequate else linear
