@@ -209,7 +209,7 @@ def _sampled(plants: tuple[Plant, ...], period_s: float, delay_s: float) -> _Sam
 def _sampler(
     resonances: tuple[tuple[float, float], ...], period_s: float, delay_s: float
 ) -> _Sampler:
-    """Of a board, the same for all axes without resonances."""
+    """Sampling and hold of a board, the same for all axes without resonances."""
     omega = _frequencies(resonances, math.pi / period_s)
     omega.flags.writeable = False  # kept, and given away
     s = 1j * (omega + 2.0 * np.pi / period_s * _ALIASES[:, None])

@@ -65,7 +65,7 @@ class Judged:
     unexplained: bool = False
 
     def verdict(self, verdict: Verdict) -> Verdict:
-        """That of both recordings, from that on the first one."""
+        """The verdict of both recordings, from that of the first one."""
         return Verdict.UNEXPLAINED if self.unexplained else verdict
 
     def carried(self, causes: tuple[Cause, ...]) -> tuple[Cause, ...]:

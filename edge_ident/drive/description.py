@@ -37,7 +37,7 @@ TABLE_RANGES: Final = {
         "lead_in_s": (0.1, 60.0),
     },
 }
-"""The same of the other tables."""
+"""Lowest and highest value of each key of the other tables."""
 OPTIONAL: Final = {"screw_lead_m_per_rad": 0.0, "acceleration_limit_rad_s2": math.inf}
 """Keys that an axis may lack, and what that means: it only turns; its effort is the only limit."""
 _BOARD_KEYS: Final = {"device": str, "baud_rate": int}

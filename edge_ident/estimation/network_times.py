@@ -29,7 +29,7 @@ WORTH: Final = 0.8
 differences come and go with what else the machine does."""
 _SCHEMA: Final = "edge-ident/network-times/1"
 _ROUNDS: Final = 12
-"""Of each way in turn; the fastest counts, because other programs only slow a pass down."""
+"""Passes of each way in turn; the fastest counts: other programs only slow a pass down."""
 _WARM: Final = 2
 """Passes before each round, so that a network finds its own weights in the cache."""
 

@@ -25,7 +25,7 @@ _READERS: Final = {
 }
 """Module and function of every format but text, by the ending of the name."""
 ENDINGS: Final = (".csv", ".tsv", ".txt", ".dat", ".asc", ".csv.gz", *_READERS)
-"""Of files that hold a table: of text, then of every other format."""
+"""Endings of files that hold a table: of text, then of every other format."""
 _BAG_OF_ROS_2: Final = "metadata.yaml"
 """In the folder that such a bag is."""
 _NOT_READ: Final = {

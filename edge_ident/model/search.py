@@ -119,7 +119,7 @@ class Excitation:
 
     @property
     def turning_rate(self) -> float:
-        """Of a sine (rad/s) with the same typical speed and acceleration."""
+        """Angular frequency (rad/s) of a sine with the same typical speed and acceleration."""
         return self.acceleration / self.typical_speed
 
     def moved(self, inertia: Array) -> bool:

@@ -13,7 +13,7 @@ from firmware_interface.plant.plant import Plant
 Array = NDArray[np.float64]
 
 DELAY_SHARE: Final = 0.2
-"""Of a sampling period, from reading the encoders to the new effort; 0.5 ms of the board's 2.5."""
+"""Share of a sampling period from reading the encoders to the new effort: 0.5 of 2.5 ms."""
 
 
 class FlexibleMachine:

@@ -45,7 +45,7 @@ _ALIKE: Final = 1e-3
 _AT_ONCE: Final = 0.0005
 """Share of the top speed in which friction turns round at once; a jump converges badly."""
 _CLOSING_S: Final = 0.5
-"""In which the end of a path leads back to its begin: a loop forgets within that."""
+"""Time in which the end of a path leads back to its begin: a loop forgets within that."""
 _LOWEST_RAD_S: Final = 1e-3
 _TOGETHER: Final = 5
 """Drives that are looked at together: what that takes stays in a processor's cache."""

@@ -15,7 +15,7 @@ _RATIO: Final = (1.0, 1000.0)
 _COUNT_M: Final = (1e-9, 1e-5)
 """Linear scales end at a nanometre; a feed drive is accurate to better than ten micrometres."""
 _COUNT_RAD: Final = (_TURN / 2**32, _TURN / 3600.0)
-"""Of a rotary axis: finer than any encoder, and coarser than a tenth of a degree."""
+"""Counts of a rotary axis: finer than any encoder, and coarser than a tenth of a degree."""
 _TORQUE_NM: Final = (1e-3, 1e3)
 """Rated, of motors from finger to barrel size."""
 _MOTOR_RAD_S: Final = 60_000.0 * _TURN / 60.0

@@ -21,7 +21,7 @@ from firmware_interface.gains import Bank
 
 @dataclass(frozen=True)
 class Forecast:
-    """Of one axis under one set of gains.
+    """Margins and tracking error of one axis under one set of gains.
 
     Attributes
     ----------
@@ -48,7 +48,7 @@ class Forecast:
 
 
 Forecasts = tuple[Mapping[str, Forecast], ...]
-"""Of several banks, by axis; none where nothing is known of the drive."""
+"""Forecasts of several banks, by axis; none where nothing is known of the drive."""
 
 
 class Forecaster:
@@ -88,7 +88,7 @@ class Forecaster:
         self._hardware = LoopHardware.of_axes(identity, limits)
 
     def forecast(self, banks: Sequence[Bank]) -> Forecasts:
-        """Of every bank, by axis."""
+        """Forecast margins and tracking errors for every bank, by axis."""
         margins = [
             {
                 axis: Forecast(*worst_margins(bank[axis], self._grounds.model.axes[axis], hardware))

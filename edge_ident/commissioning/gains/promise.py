@@ -38,7 +38,7 @@ SHARE: Final = 0.02
 COUNTS: Final = 0.1
 """Difference of rms errors in encoder counts that means anything."""
 _TAIL: Final = 0.05
-"""Of right forecasts, above the 90 % interval; and of right promises, that count as broken."""
+"""Share of right forecasts above the 90 % interval; and of right promises that count as broken."""
 _TINY: Final = 1e-12
 
 
@@ -51,7 +51,7 @@ class Errors:
 
     @classmethod
     def of(cls, error: Array) -> "Errors":
-        """Of an error over time, (N,)."""
+        """Rms and peak of an error over time, (N,)."""
         return cls(rms(error), float(np.max(np.abs(error))))
 
 

@@ -83,7 +83,7 @@ def drawn_errors(
     recorded: Sequence[Bank],
     then: Sequence[Bank],
 ) -> tuple[Mapping[str, Drawn], ...]:
-    """Of every bank, those of `recorded` first, by axis; all draws are of the same drives.
+    """Tracking errors for every bank, those of `recorded` first, by axis, for the same drives.
 
     Parameters
     ----------

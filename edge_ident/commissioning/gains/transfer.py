@@ -17,7 +17,7 @@ log = logging.getLogger(__name__)
 
 
 LARGEST_FACTOR: Final = 5.0
-"""By which a feedback gain may grow or shrink at once where nobody has said more."""
+"""Factor by which a feedback gain may grow or shrink at once, without --large-steps."""
 
 
 def check_gains(

@@ -28,7 +28,7 @@ from firmware_interface.registers import REGISTERS
 Array = NDArray[np.float64]
 
 _SHARE: Final = 0.9
-"""Of a limit, that the lead-in may use where the motion itself stays below it."""
+"""Share of a limit that the lead-in may use where the motion itself stays below it."""
 _EFFORT_SHARE: Final = 0.8
 """The same for the feed-forward effort: feedback needs the rest."""
 _ROUNDING: Final = 1.001
@@ -113,7 +113,7 @@ def _ways(
 
 
 def _use(axis: str, ways: Mapping[str, Reference], stop_s: Array | None, gains: AxisGains) -> _Use:
-    """Of one axis; None stops from its own top speed."""
+    """Use of its limits by one axis; `stop_s` None stops it from its own top speed."""
     way, other = ways[axis], next((way for name, way in ways.items() if name != axis), None)
     speed = _most(way.velocity_rad_s)
     end = way.position_rad + way.velocity_rad_s / 2.0 * (

@@ -17,7 +17,7 @@ from firmware_interface.motion import Multisine, Reference, Staircase, Trajector
 Array = NDArray[np.float64]
 
 _WAY_IN_S: Final = 2.0
-"""Of the way into a motion, that a loop may remember."""
+"""Last part of the lead-in that a loop may remember."""
 
 
 @dataclass(frozen=True)

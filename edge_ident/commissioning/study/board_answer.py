@@ -48,7 +48,7 @@ moves an int8 network by tenths of one; an error of the firmware moves it by man
 
 
 class Verdict(StrEnum):
-    """Of the board's answer for an axis."""
+    """What the comparison says of the board's answer for an axis."""
 
     AGREES = "agrees"
     DIFFERS = "differs"
