@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from edge_ident.commissioning.gains.drawn_loads import Grounds
 from edge_ident.commissioning.gains.tracking_forecast import Drawn, drawn_errors
-from edge_ident.commissioning.motion.recorded_motion import Moved
+from edge_ident.commissioning.motion.recorded_motion import RecordedMotion
 from edge_ident.control.position_loop import LoopHardware
 from edge_ident.signals.metrics import rms
 from firmware_interface.gains import Bank
@@ -267,7 +267,7 @@ class Promise:
 
 
 def promised(
-    moved: Moved,
+    moved: RecordedMotion,
     grounds: Grounds,
     hardware: Mapping[str, LoopHardware],
     active: Bank,
@@ -277,7 +277,7 @@ def promised(
 
     Parameters
     ----------
-    moved : Moved
+    moved : RecordedMotion
     grounds : Grounds
     hardware : mapping of axis name to LoopHardware
     active, wanted : mapping of axis name to AxisGains

@@ -37,7 +37,7 @@ from numpy.typing import NDArray
 from edge_ident.commissioning.gains.drawn_axes import DRAWS
 from edge_ident.commissioning.gains.drawn_loads import Grounds, drawn_loads
 from edge_ident.commissioning.gains.motor_way import lead_rad
-from edge_ident.commissioning.motion.recorded_motion import Moved
+from edge_ident.commissioning.motion.recorded_motion import RecordedMotion
 from edge_ident.control.compensation import effort_limit_nm
 from edge_ident.control.gain_design import worst_margins
 from edge_ident.control.position_loop import LoopHardware
@@ -77,7 +77,7 @@ class Drawn:
 
 
 def drawn_errors(
-    moved: Moved,
+    moved: RecordedMotion,
     grounds: Grounds,
     hardware: Mapping[str, LoopHardware],
     recorded: Sequence[Bank],
@@ -87,7 +87,7 @@ def drawn_errors(
 
     Parameters
     ----------
-    moved : Moved
+    moved : RecordedMotion
     grounds : Grounds
     hardware : mapping of axis name to LoopHardware
     recorded : sequence of mapping of axis name to AxisGains
@@ -111,7 +111,7 @@ def drawn_errors(
 
 def _of_axis(
     name: str,
-    moved: Moved,
+    moved: RecordedMotion,
     grounds: Grounds,
     hardware: LoopHardware,
     recorded: Sequence[Bank],
@@ -120,7 +120,7 @@ def _of_axis(
     """The same of one axis: what its drives need is large, and gone before the next is drawn."""
     axis, gains = grounds.model.axes[name], [bank[name] for bank in (*recorded, *then)]
     every = _every(gains, axis, hardware)
-    ways = {other: _thinned(way, moved.begin, every) for other, way in moved.ways.items()}
+    ways = {other: _thinned(way, moved.begin, every) for other, way in moved.references.items()}
     others = [way for other, way in ways.items() if other != name]
     beside = others[0] if len(others) == 1 else None
     path = Path(ways[name], every * hardware.sample_period_s, moved.begin // every, beside)

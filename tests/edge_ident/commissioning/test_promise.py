@@ -20,7 +20,7 @@ from edge_ident.commissioning.gains.promise import (
     Promised,
 )
 from edge_ident.commissioning.gains.promise import promised as forecast
-from edge_ident.commissioning.motion.recorded_motion import Moved
+from edge_ident.commissioning.motion.recorded_motion import RecordedMotion
 from edge_ident.commissioning.motion.second_motion import (
     NamedMotion,
     inside_window,
@@ -297,7 +297,7 @@ def test_the_interval_holds_the_truth_of_a_linear_drive_and_is_not_wide() -> Non
     for seed in range(40):
         truth = estimate + std * rng.normal(size=4)
         recording = recorded_by(truth, soft["x"], path, seed)
-        moved = Moved(recording, {"x": path.way})
+        moved = RecordedMotion(recording, {"x": path.way})
         grounds = Grounds(Model({"x": axis}), {}, {})
         found = forecast(moved, grounds, {"x": HARDWARE}, soft, wanted)["x"]
         error = errors_of(truth, wanted["x"], path, seed + 1000)
