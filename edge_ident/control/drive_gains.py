@@ -1,4 +1,4 @@
-"""The front door of gain design: from a model of a drive to the gains of all its axes."""
+"""Entry point of gain design: from a model of a drive to the gains of all its axes."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace

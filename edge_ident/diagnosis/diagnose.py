@@ -1,4 +1,4 @@
-"""The front door: diagnose recordings of one machine."""
+"""Entry point: diagnose recordings of one machine."""
 
 import math
 from collections.abc import Callable, Collection, Sequence

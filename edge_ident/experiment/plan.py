@@ -1,4 +1,4 @@
-"""The front door: design the motion that separates what a diagnosis leaves open."""
+"""Entry point: design the motion that separates what a diagnosis leaves open."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace

@@ -1,4 +1,4 @@
-"""One door for every format of files; what reads a format is loaded when such a file is read."""
+"""Entry point for every format of files; what reads a format is loaded when such a file is read."""
 
 from collections.abc import Callable
 from importlib import import_module

@@ -1,4 +1,4 @@
-"""The front door: identify and diagnose every recording of a folder, and compare the units."""
+"""Entry point: identify and diagnose every recording of a folder, and compare the units."""
 
 import os
 from collections.abc import Callable, Mapping
