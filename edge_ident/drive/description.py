@@ -81,6 +81,15 @@ class Drive:
 
     Attributes
     ----------
+    name : str
+    sampling_period_s : float
+    angular_frequency_rad_s : float
+        Of the default motion, one sine per axis.
+    cycles : int
+        Periods of that motion.
+    lead_in_s : float
+        Time from rest into the motion.
+    axes : mapping of axis name to DriveAxis
     device, baud_rate
         Where the board is found when neither a flag nor the environment says so.
 

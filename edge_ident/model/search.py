@@ -169,7 +169,7 @@ def _never(values: Values, excitation: Excitation) -> bool:
     return False
 
 
-def _itself(values: Values, inertia: float) -> str:
+def _not_degenerate(values: Values, inertia: float) -> str:
     return ""
 
 
@@ -216,6 +216,8 @@ class SearchSpec:
     shares_friction : bool
         Whether it makes up the axis's friction together with the base model's: then only the sum
         has to be positive.
+    sound : callable
+        Whether values (a mapping of arrays) are those that every sound drive has as well.
     degenerate : callable
         Why values are those of another effect, to which this one tends, or of no axis with that
         inertia; nothing where they are neither.
@@ -234,7 +236,7 @@ class SearchSpec:
     repeats: bool = False
     shares_friction: bool = False
     sound: Callable[[Values, Excitation], bool] = _never
-    degenerate: Callable[[Values, float], str] = _itself
+    degenerate: Callable[[Values, float], str] = _not_degenerate
 
     @property
     def linear(self) -> frozenset[str]:
