@@ -26,7 +26,7 @@ NOISE: Final = 0.02
 """White effort noise over the effort's scale, before subsampling."""
 MOTIONS: Final = 20
 DRIVES_WITH_EFFECT: Final = 2
-"""With each effect on each of these motions."""
+"""Drives with each effect on each of these motions."""
 
 
 @dataclass(frozen=True)

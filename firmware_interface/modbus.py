@@ -50,7 +50,7 @@ _TRIES: Final = 3
 _BY_GATEWAY: Final = (10, 11)
 """Exceptions of a gateway that has no way to the board, or no answer of it."""
 _LATEST_S: Final = 2.0
-"""After which no adapter still holds a reply."""
+"""Time after which no adapter still holds a reply."""
 _SERIAL_ADVICE: Final = (
     "check port and baud rate, that the board is on, and that nothing else talks to it "
     "(ModemManager probes new ttyACM ports: stop it or exempt the port)"

@@ -39,7 +39,7 @@ Backups = Annotated[
 
 @dataclass(frozen=True)
 class ForecastOptions:
-    """From what margins and tracking are predicted."""
+    """Options that say from what margins and tracking are predicted."""
 
     model: ModelFile = None
     recording: Annotated[

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from rich.console import RenderableType
 
 CONTROL_DELAY_S: Final = 0.0005
-"""From the encoder latch to the new effort, where no board is there to say it."""
+"""Time from the encoder latch to the new effort, where no board is there to say it."""
 
 
 @dataclass(frozen=True)

@@ -203,7 +203,7 @@ def _diagnose_axis(
 
 
 def _without_orders(found: AxisSearch, axis: AxisModel, doubtful: tuple[Cause, ...]) -> AxisSearch:
-    """The same with the model fitted again, on an axis that lacks the doubtful orders."""
+    """The search with its model fitted again, on an axis that lacks the doubtful orders."""
     if not doubtful:
         return found
     judged, model = found.judged, found.judged.supported.model

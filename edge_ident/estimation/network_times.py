@@ -22,7 +22,7 @@ from edge_ident.support.atomic_files import atomic_write
 from edge_ident.support.json_text import read_json
 
 Way = tuple[Variant, Graph]
-"""To run a network."""
+"""A way to run a network."""
 
 WORTH: Final = 0.8
 """Another way has to take at most this part of the time of one that stands before it: smaller

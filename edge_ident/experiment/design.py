@@ -32,7 +32,7 @@ from a clock, so that the same input gives the same motion."""
 _PER_MOTION: Final = 5.0
 _PER_TERM: Final = 0.7
 _PER_MEMORY: Final = 4.0
-"""For a term that is integrated along the motion."""
+"""Cost of a term that is integrated along the motion, in ms."""
 _USUAL_S: Final = 22.0
 """Duration for which these hold."""
 _SHARES: Final = {"multisine": 0.75, "staircase": 0.25}

@@ -25,7 +25,7 @@ _DAMPING_RATIO: Final = math.degrees(PHASE_MARGIN_RAD) / 100.0
 _NATURAL_RAD_S: Final = np.geomspace(5.0, 80.0, 6)
 """Natural frequencies of unknown loops: from a heavy axis at start-up to a stiff machine tool."""
 _UNKNOWN_RAD_S: Final = 10.0
-"""Up to here an unknown loop is taken to follow."""
+"""Frequency up to which an unknown loop is taken to follow."""
 _FOLLOWED: Final = math.sqrt(0.5)
 """Response at the end of a loop's bandwidth, 3 dB."""
 _LOWEST_RAD_S: Final = 1e-6

@@ -27,7 +27,7 @@ _READERS: Final = {
 ENDINGS: Final = (".csv", ".tsv", ".txt", ".dat", ".asc", ".csv.gz", *_READERS)
 """Endings of files that hold a table: of text, then of every other format."""
 _BAG_OF_ROS_2: Final = "metadata.yaml"
-"""In the folder that such a bag is."""
+"""File in the folder that a bag of ROS 2 is."""
 _NOT_READ: Final = {
     ".npy": (
         "an array without names of columns",

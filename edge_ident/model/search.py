@@ -136,7 +136,7 @@ class Excitation:
         return np.asarray(self.travel / (lowest + step * np.arange(count)))
 
     def waves(self, highest: float) -> dict[str, Array]:
-        """From a quarter of a wave over the travel to so many, about the middle of the travel."""
+        """Waves to search, from a quarter of one over the travel to so many, about its middle."""
         periods = self.periods(0.25, highest, step=0.25)
         middle = self.lowest + 0.5 * self.travel
         return {"period": periods, "centre": np.full(len(periods), middle)}

@@ -168,7 +168,7 @@ def _of_position(
 
 
 def _of_bare_position(read: ReadColumn, axis: str, turns: bool) -> tuple[Proposal, list[str]]:
-    """The same where no unit is known."""
+    """What a position may be whose unit is not known."""
     heading, values = read.heading, read.column.values
     if read.unknown is not None and read.unknown.lower() == "grad":
         asked = f"{heading} is in grad: degrees (German Grad), or gradians of 0.9 degrees (gon)?"

@@ -36,7 +36,7 @@ UNITS: Final = {
     "m_s": "m/s",
     "c": "degC",
 }
-"""From the end of a column's name to its unit."""
+"""Unit of a column, by the ending of its name."""
 _COLUMN: Final = re.compile(
     r"(?P<axis>\w+?)_(?P<quantity>" + "|".join(QUANTITIES) + r")_(?P<unit>[a-z_]+)"
 )

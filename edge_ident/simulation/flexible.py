@@ -29,12 +29,12 @@ class FlexibleMachine:
 
     @property
     def position(self) -> Array:
-        """At the gearbox output, (A, 1)."""
+        """Position at the gearbox output, (A, 1)."""
         return np.array(self._plant.output_rad)[:, None]
 
     @property
     def velocity(self) -> Array:
-        """At the gearbox output, (A, 1)."""
+        """Velocity at the gearbox output, (A, 1)."""
         return np.array(self._plant.output_rad_s)[:, None]
 
     @property

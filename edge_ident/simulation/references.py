@@ -41,7 +41,7 @@ class References:
 
     @property
     def period_s(self) -> float:
-        """Between samples."""
+        """Sampling period."""
         return float(self.time_s[-1] - self.time_s[0]) / (len(self.time_s) - 1)
 
     @property

@@ -36,7 +36,7 @@ class Electronics:
 
     @property
     def effort_shift_s(self) -> float | Array:
-        """From a stamp to the middle of the period in which its command acts."""
+        """Time from a stamp to the middle of the period in which its command acts."""
         return (0.5 + self.delay_periods) * SAMPLE_S
 
 

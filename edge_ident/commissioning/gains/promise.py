@@ -194,7 +194,7 @@ class Promised:
         return self.after.rms.limit_rad(judged) + COUNTS * self.count_rad
 
     def peak_limit_rad(self, judged: int) -> float:
-        """The same of the peak."""
+        """Largest peak error that keeps the promise; `judged` as in `kept`."""
         return self.after.peak.limit_rad(judged) + self.count_rad
 
 
@@ -250,11 +250,11 @@ class Promise:
         return 2 * len(self.every)
 
     def with_motion(self, name: str, axes: Mapping[str, Promised]) -> "Promise":
-        """With one motion more."""
+        """The promise with one motion more."""
         return Promise({**self.motions, name: axes})
 
     def measured(self, found: Mapping[str, Mapping[str, Errors]]) -> "Promise":
-        """With what was measured with the new gains, by motion and axis."""
+        """The promise with what was measured with the new gains, by motion and axis."""
         return Promise(
             {
                 motion: {

@@ -49,7 +49,7 @@ from firmware_interface.motion import Reference
 Array = NDArray[np.float64]
 
 _LOOKS: Final = 10.0
-"""In the time in which the stiffest loop turns by one radian."""
+"""Samples in the time in which the stiffest loop turns by one radian."""
 _TINY: Final = 1e-12
 
 
@@ -117,7 +117,7 @@ def _of_axis(
     recorded: Sequence[Bank],
     then: Sequence[Bank],
 ) -> list[Drawn]:
-    """The same of one axis: what its drives need is large, and gone before the next is drawn."""
+    """Tracking errors of one axis: what its drives need is large, and freed before the next."""
     axis, gains = grounds.model.axes[name], [bank[name] for bank in (*recorded, *then)]
     every = _every(gains, axis, hardware)
     ways = {other: _thinned(way, moved.begin, every) for other, way in moved.references.items()}

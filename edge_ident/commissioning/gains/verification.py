@@ -112,7 +112,7 @@ class Verification:
 
     @property
     def machine_changed(self) -> Mapping[str, float]:
-        """By axis, where it changed by more than means nothing."""
+        """Share by which the machine changed, by axis, where that means anything."""
         shares = {axis: tracking.machine_changed for axis, tracking in self.axes.items()}
         return {axis: share for axis, share in shares.items() if share > SHARE}
 

@@ -73,7 +73,7 @@ class Backlash(Effect):
         return -values["load_inertia"]
 
     def start(self, at: Motion, values: Values) -> Array:
-        """In the middle of the gap, at rest."""
+        """States of a load in the middle of the gap, at rest."""
         return np.array([at.position, np.zeros_like(at.position)])
 
     def rates(self, at: Motion, values: Values) -> Array:

@@ -91,7 +91,7 @@ def _derivatives(rows: Array, step: int, period_s: float) -> tuple[Array, Array]
 
 
 def _resonance(values: Values) -> Array:
-    """With both sides free, in rad/s."""
+    """Resonance with both sides free, in rad/s."""
     return 1.0 / np.sqrt(np.maximum(values["lag_per_acceleration"], _FASTEST**-2))
 
 
