@@ -120,10 +120,10 @@ def _of_axis(
     """Tracking errors of one axis: what its drives need is large, and freed before the next."""
     axis, gains = grounds.model.axes[name], [bank[name] for bank in (*recorded, *then)]
     every = _every(gains, axis, hardware)
-    ways = {other: _thinned(way, moved.begin, every) for other, way in moved.references.items()}
-    others = [way for other, way in ways.items() if other != name]
+    thinned = {of: _thinned(each, moved.begin, every) for of, each in moved.references.items()}
+    others = [each for of, each in thinned.items() if of != name]
     beside = others[0] if len(others) == 1 else None
-    path = Path(ways[name], every * hardware.sample_period_s, moved.begin // every, beside)
+    path = Path(thinned[name], every * hardware.sample_period_s, moved.begin // every, beside)
     during, later = drawn_loads(name, moved, grounds, hardware, every)
     limited = replace(hardware, effort_limit_nm=effort_limit_nm(axis, hardware))
     return [
@@ -139,9 +139,9 @@ def _every(gains: Sequence[AxisGains], axis: AxisModel, hardware: LoopHardware) 
     return max(1, int(1.0 / (_LOOKS * fastest * hardware.sample_period_s)))
 
 
-def _thinned(way: Reference, begin: int, every: int) -> Reference:
+def _thinned(whole: Reference, begin: int, every: int) -> Reference:
     """Every so many samples, the first of the recording among them."""
-    rows = (way.position_rad, way.velocity_rad_s, way.acceleration_rad_s2)
+    rows = (whole.position_rad, whole.velocity_rad_s, whole.acceleration_rad_s2)
     return Reference(*(row[begin % every :: every] for row in rows))
 
 
@@ -151,12 +151,12 @@ def _drawn(
     phase_margin, gain_margin = worst_margins(gains, axis, hardware)
     if phase_margin <= 0.0 or gain_margin <= 1.0:
         runs_away = np.full(DRAWS, np.inf)
-        return Drawn(runs_away, runs_away, np.zeros(len(path.way.position_rad) - path.begin))
-    lead = lead_rad(gains, path.way.position_rad)[path.begin :]
-    way_rad = path.way.position_rad[path.begin :]
-    position = way_rad - tracking_errors(path, loads, gains, hardware)
+        return Drawn(runs_away, runs_away, np.zeros(len(path.reference.position_rad) - path.begin))
+    lead = lead_rad(gains, path.reference.position_rad)[path.begin :]
+    reference_rad = path.reference.position_rad[path.begin :]
+    position = reference_rad - tracking_errors(path, loads, gains, hardware)
     if count := hardware.encoder_resolution_rad:
-        way_rad, position = (count * np.round(of / count) for of in (way_rad, position))
-    errors = way_rad + lead - position
+        reference_rad, position = (count * np.round(of / count) for of in (reference_rad, position))
+    errors = reference_rad + lead - position
     rms, peak = np.sqrt(np.mean(errors**2, axis=-1)), np.max(np.abs(errors), axis=-1)
     return Drawn(rms, peak, np.mean(errors, axis=0))
