@@ -103,7 +103,8 @@ class ModbusLink:
         except (NoReplyError, BoardError) as error:
             client.close()  # type: ignore[no-untyped-call]
             advice += f"; replies that take more than {silence_s:g} s need a faster gateway"
-            raise LinkError(f"{name} is open, but no board answers: {error}", advice) from error
+            why = error.cause.removeprefix(f"{name}: ")
+            raise LinkError(f"{name} is open, but no board answers: {why}", advice) from error
 
     def read(self, address: int, count: int) -> list[int]:
         """Words of consecutive registers; repeated when no reply comes, or a refusal."""
