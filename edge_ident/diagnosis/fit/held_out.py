@@ -114,6 +114,23 @@ def deviations_by_term(fitted: FittedModel, deviations: Array) -> list[dict[str,
     return found
 
 
+def joint_deviation(data: AxisData, fitted: FittedModel, places: Sequence[int]) -> float:
+    """Standard deviation of the size of several terms taken as one, whose shape is given; as a
+    share of that size.
+
+    Parameters
+    ----------
+    places : sequence of int
+        Those of `fitted.terms`; their efforts are in proportion to linear parameters.
+    """
+    columns = np.r_[tuple(fitted.columns_of(k) for k in places)]
+    together = fitted.derivatives[:, columns] @ fitted.linear_parameters[columns]
+    others = np.delete(fitted.jacobian, columns, axis=1)
+    rest = [k for k in range(len(fitted.terms)) if k not in places]
+    shapes = _nonlinear_derivatives(data, fitted, rest)
+    return float(_deviations(data, fitted, np.column_stack([others, shapes, together]))[-1])
+
+
 def _deviations(data: AxisData, fitted: FittedModel, jacobian: Array) -> Array:
     """Standard deviations (P,) of the parameters of a Jacobian (n, P)."""
     unit, length = unit_length(jacobian[data.valid])
@@ -121,11 +138,15 @@ def _deviations(data: AxisData, fitted: FittedModel, jacobian: Array) -> Array:
     return np.asarray(coloured_std(unit, residual) / length)
 
 
-def _nonlinear_derivatives(data: AxisData, fitted: FittedModel) -> Array:
-    """Derivatives (n, S) of the prediction by every nonlinear parameter."""
+def _nonlinear_derivatives(
+    data: AxisData, fitted: FittedModel, places: Sequence[int] | None = None
+) -> Array:
+    """Derivatives (n, S) of the prediction by every nonlinear parameter, or by those of some
+    terms."""
     adds = additive(fitted.template, fitted.terms)
     rows = [np.empty((0, len(data.effort)))]
-    for k, t in enumerate(fitted.terms):
+    for k in range(len(fitted.terms)) if places is None else places:
+        t = fitted.terms[k]
         if not t.candidate.form.nonlinear:
             continue
         if adds:

@@ -77,19 +77,42 @@ def recurring(model: FittedModel) -> dict[int, str]:
     mapping of place to str
         Places are those of `model.terms`.
     """
+    doubts: dict[int, str] = {}
+    for events in overlapping(model).values():
+        if len(events) > MOST_EVENTS.value:
+            reason = (
+                f"{len(events)} of them are in one recording: something recurs that no effect "
+                "describes"
+            )
+            doubts |= dict.fromkeys((k for event in events for k in event), reason)
+    return doubts
+
+
+def overlapping(model: FittedModel) -> dict[tuple[str, float | None], list[list[int]]]:
+    """Terms tied to time that are one event, because each overlaps the next.
+
+    Returns
+    -------
+    mapping of (effect, clock) to list of lists of int
+        Places of the terms in `model.terms`, event by event.
+    """
     places = defaultdict(list)
     for k, t in enumerate(model.terms):
         if tied_to_time(t):
-            places[t.candidate.effect, t.nonlinear.get("clock")].append(k)
-    doubts: dict[int, str] = {}
-    for several in places.values():
-        count = _apart([model.terms[k] for k in several])
-        if count > MOST_EVENTS.value:
-            reason = (
-                f"{count} of them are in one recording: something recurs that no effect describes"
-            )
-            doubts |= dict.fromkeys(several, reason)
-    return doubts
+            begins_s = t.nonlinear.get("time", 0.0)
+            ends_s = begins_s + t.nonlinear.get("duration", 0.0)
+            places[t.candidate.effect, t.nonlinear.get("clock")].append((begins_s, ends_s, k))
+    found = {}
+    for kind, several in places.items():
+        events: list[list[int]] = []
+        over_s = -np.inf
+        for begins_s, ends_s, k in sorted(several):
+            if begins_s > over_s:
+                events.append([])
+            events[-1].append(k)
+            over_s = max(over_s, ends_s)
+        found[kind] = events
+    return found
 
 
 def brief(model: FittedModel, excitation: Excitation) -> dict[int, str]:
@@ -123,15 +146,6 @@ def brief(model: FittedModel, excitation: Excitation) -> dict[int, str]:
                 )
                 doubts |= {k: reason, other: reason}
     return doubts
-
-
-def _apart(terms: list[FittedTerm]) -> int:
-    """How many times causes in time happen, where those that overlap are one."""
-    begins_s = np.array([t.nonlinear.get("time", 0.0) for t in terms])
-    ends_s = begins_s + [t.nonlinear.get("duration", 0.0) for t in terms]
-    order = np.argsort(begins_s, kind="stable")
-    over_s = np.maximum.accumulate(ends_s[order])
-    return 1 + int(np.count_nonzero(begins_s[order][1:] > over_s[:-1]))
 
 
 def _held_travel(term: FittedTerm) -> float:

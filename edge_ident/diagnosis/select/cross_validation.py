@@ -15,9 +15,11 @@ from edge_ident.diagnosis.fit.fitting import FittedModel
 from edge_ident.diagnosis.fit.held_out import (
     deviations_by_term,
     held_out_residuals,
+    joint_deviation,
     standard_deviations,
 )
 from edge_ident.diagnosis.prepare.axis_data import AxisData
+from edge_ident.diagnosis.select.causes_in_time import overlapping
 from edge_ident.diagnosis.select.thresholds import (
     BOOTSTRAP_SEED,
     NONZERO,
@@ -86,13 +88,24 @@ def near_zero(data: AxisData, fitted: FittedModel) -> list[tuple[str, ...]]:
 
 
 def unsized(data: AxisData, fitted: FittedModel) -> list[bool]:
-    """Whether each linear parameter of a term is as uncertain as it is large, for each term."""
+    """Whether each linear parameter of a term is as uncertain as it is large, for each term.
+
+    Pulses that overlap are one event of a shape that no single one has. How it is divided among
+    them may be uncertain where its size is not; noise gives it a size with each of them.
+    """
     stds = deviations_by_term(fitted, standard_deviations(data, fitted))
-    return [
+    unknown = [
         bool(t.linear)
         and all(abs(value) < SIZED.value * std[name] for name, value in t.linear.items())
         for t, std in zip(fitted.terms, stds, strict=True)
     ]
+    for event in (event for events in overlapping(fitted).values() for event in events):
+        if len(event) > 1 and any(unknown[k] for k in event):
+            count = sum(len(fitted.terms[k].linear) for k in event)
+            share = joint_deviation(data, fitted, event)
+            unsure = bool(SIZED.value * np.sqrt(count) * share > 1.0)
+            unknown = [unsure if k in event else was for k, was in enumerate(unknown)]
+    return unknown
 
 
 def is_one_off(data: AxisData, effort: Array) -> bool:

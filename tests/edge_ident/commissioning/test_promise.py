@@ -20,6 +20,7 @@ from edge_ident.commissioning.gains.promise import (
     Promised,
 )
 from edge_ident.commissioning.gains.promise import promised as forecast
+from edge_ident.commissioning.motion import safety
 from edge_ident.commissioning.motion.recorded_motion import RecordedMotion
 from edge_ident.commissioning.motion.second_motion import (
     NamedMotion,
@@ -243,8 +244,9 @@ def test_gains_that_help_the_first_motion_and_harm_the_second_are_rolled_back(
 
 @pytest.mark.parametrize("power", [True, False])
 def test_a_host_or_power_lost_between_the_motions_leaves_the_old_gains(
-    power: bool, tmp_path: Path
+    power: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr(safety, "_LEAVE_S", 0.2)
     clock = RequestClock()
     virtual = VirtualBoard(BoardSettings(confirm_window_s=25.0), clock)
     link = InterruptedLink(virtual, "between the verifications", Killed)

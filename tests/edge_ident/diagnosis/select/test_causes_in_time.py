@@ -8,10 +8,15 @@ from numpy.typing import NDArray
 
 from edge_ident.diagnosis.fit.candidates import Candidate
 from edge_ident.diagnosis.fit.fitting import FittedTerm, fit
+from edge_ident.diagnosis.fit.held_out import (
+    deviations_by_term,
+    standard_deviations,
+)
 from edge_ident.diagnosis.fit.noise_floor import noise_floor
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.select.assessment import Assessment
 from edge_ident.diagnosis.select.causes_in_time import _may_be_held, at_standstill, brief
+from edge_ident.diagnosis.select.cross_validation import unsized
 from edge_ident.diagnosis.select.judgement import _in_time
 from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.verdict import Verdict
@@ -136,6 +141,24 @@ def test_a_push_of_another_shape_is_one_event() -> None:
     assert {cause.term.effect for cause in axis.causes} == {"disturbance_event"}
     assert len(axis.causes) > 2
     assert all(10.8 < float(cause.term.values["time"]) < 12.0 for cause in axis.causes)
+
+
+@pytest.mark.parametrize(("level", "unknown"), [(3.0, False), (0.0, True)])
+def test_of_pulses_that_overlap_the_size_is_that_of_their_sum(level: float, unknown: bool) -> None:
+    """A push that swings back takes several, and how it is divided among them is not sure."""
+    t, x, v, a = swing()
+    swings_back = level * np.cos(30.0 * (t - 6.05)) * ((t > 6.0) & (t < 6.1))
+    data = prepare_axis([recorded(t, x, rigid(v, a) + swings_back, noise=0.05)], "x")
+    form = Form(("level",), ("time", "duration"))
+    places = [{"time": time, "duration": 0.1, "clock": 0.0} for time in (5.995, 6.0, 6.005)]
+    events = [
+        FittedTerm(Candidate("disturbance_event", form), place, {"level": 0.0}) for place in places
+    ]
+    model = fit(data, TEMPLATE, np.zeros(4), events)
+    stds = deviations_by_term(model, standard_deviations(data, model))
+    for pulse, std in zip(model.terms, stds, strict=True):
+        assert abs(pulse.linear["level"]) < std["level"]
+    assert unsized(data, model) == [unknown] * 3
 
 
 def test_what_is_picked_up_and_put_down_is_two_changes() -> None:
