@@ -113,7 +113,10 @@ def load(path: Path) -> Checkpoint:
             **content,
         )
     except FileNotFoundError as error:
-        raise ModelError(f"{path}: no such checkpoint", "train a network first") from error
+        raise ModelError(
+            f"{path}: no such checkpoint",
+            "give the path of a checkpoint, or make one with edge-ident train",
+        ) from error
     except Exception as error:  # torch raises whatever the broken file provokes
         raise ModelError(
             f"{path}: not a checkpoint of edge-ident train ({type(error).__name__}: {error})",

@@ -27,7 +27,7 @@ EFFECTS: Final = (0.3, 0.5, 0.2)
 GUESSES: Final = (0.3, 0.35, 0.35)
 """Parts of the guesses that are the start, near the truth, and near what least squares finds."""
 DISTANCES: Final = (0.0003, 0.3)
-"""Of these from the other two, in shares."""
+"""Nearest and farthest of these guesses from the truth or from least squares, in shares."""
 DETAILS: Final = 32
 """Principal components of what efforts hold beside the four parameters."""
 BASIS_EXAMPLES: Final = 20_000

@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 Family = Callable[[np.random.Generator, int], Array]
 
 _START_SHARE: Final = 0.35
-"""Of the guesses that are random starts."""
+"""Share of the guesses that are random starts."""
 
 
 def uniform(rng: np.random.Generator, count: int) -> Array:

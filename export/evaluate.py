@@ -21,12 +21,12 @@ Array = NDArray[np.float64]
 DRIVES: Final = 500
 PASSES: Final = 8
 SEED: Final = 20_261_121
-"""Of evaluation alone: no training configuration and no choice of one was made with it."""
+"""Seed of evaluation alone: no training configuration was made or chosen with it."""
 NOISE: Final = 0.02
 """White effort noise over the effort's scale, before subsampling."""
 MOTIONS: Final = 20
 DRIVES_WITH_EFFECT: Final = 2
-"""With each effect on each of these motions."""
+"""Drives with each effect on each of these motions."""
 
 
 @dataclass(frozen=True)

@@ -23,9 +23,9 @@ Array = NDArray[np.float64]
 
 AMPLITUDE_SPREAD: Final = 0.03
 SHIFT_SPREAD_S: Final = 0.02
-"""By which recordings of one motion differ from each other, at most."""
+"""Largest difference between recordings of one motion, in amplitude and in time."""
 RISE_TIME_S: Final = 0.2
-"""Of a soft controller."""
+"""Rise time of a soft controller."""
 _REPEATS: Final = 0.02
 """Mean square change from lap to lap over that between unrelated times: below it, laps repeat."""
 _FRESH: Final = 0.2

@@ -17,7 +17,7 @@ _VARIABLE: Final = "OMP_NUM_THREADS"
 """Where it is set, torch uses that many threads, and nothing is measured."""
 _EXAMPLES: Final = 64
 _STEPS: Final = 3
-"""Of each measurement; the fastest counts, because other programs only slow a step down."""
+"""Steps of each measurement; the fastest counts: other programs only slow a step down."""
 _GAIN: Final = 0.8
 """A larger number of threads has to take at most this part of the time."""
 

@@ -14,7 +14,7 @@ from onnxruntime.quantization import CalibrationDataReader, QuantFormat, QuantTy
 from export.rounding import round_to_grid
 
 DAMPING: Final = 1e-2
-"""Of the rounding: larger values rely less on the images it is fitted to."""
+"""Damping of the rounding: larger values rely less on the images it is fitted to."""
 
 
 class _Images(CalibrationDataReader):  # type: ignore[misc]

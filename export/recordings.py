@@ -26,7 +26,7 @@ from export.motion import TrainingMotion, measured_position, perturbed
 Array = NDArray[np.float64]
 
 KNOWN_DRIVES: Final = 48
-"""With the effects that are known of the machine, on each motion."""
+"""Drives with the effects that are known of the machine, on each motion."""
 _SOURCE: Final = "other"
 """Name of the axis that may act on the one that is identified."""
 

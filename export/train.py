@@ -23,7 +23,7 @@ from export.warm_start import Features, Head, compute_features, join, look_linea
 SAVE_EVERY_S: Final = 10.0
 REPORT_EVERY_S: Final = 0.5
 CURVE_POINTS: Final = 100
-"""Of the loss curves, per stage."""
+"""Points of the loss curves, per stage."""
 TEST_EXAMPLES: Final = 512
 HEAD_BATCH: Final = 512
 DENSE_BATCH: Final = 512

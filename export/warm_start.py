@@ -27,7 +27,7 @@ from export.network import ResidualNetwork, bias_of
 CHUNK: Final = 500
 """Images whose features are computed at once."""
 RIDGE: Final = 1e-6
-"""Of the mean square feature: keeps the regression from reading rounding errors."""
+"""Ridge over the mean square feature: keeps the regression from fitting rounding errors."""
 
 _SMALL: Final = 0.02
 """Weights of the last layer behind units that start with no part in the answer."""

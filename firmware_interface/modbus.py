@@ -14,6 +14,7 @@ command is read back, also where a reply refuses it, which a gateway may have ma
 
 import errno
 import logging
+import os
 import time
 from collections.abc import Callable
 from contextlib import suppress
@@ -49,7 +50,7 @@ _TRIES: Final = 3
 _BY_GATEWAY: Final = (10, 11)
 """Exceptions of a gateway that has no way to the board, or no answer of it."""
 _LATEST_S: Final = 2.0
-"""After which no adapter still holds a reply."""
+"""Time after which no adapter still holds a reply."""
 _SERIAL_ADVICE: Final = (
     "check port and baud rate, that the board is on, and that nothing else talks to it "
     "(ModemManager probes new ttyACM ports: stop it or exempt the port)"
@@ -102,7 +103,8 @@ class ModbusLink:
         except (NoReplyError, BoardError) as error:
             client.close()  # type: ignore[no-untyped-call]
             advice += f"; replies that take more than {silence_s:g} s need a faster gateway"
-            raise LinkError(f"{name} is open, but no board answers: {error}", advice) from error
+            why = error.cause.removeprefix(f"{name}: ")
+            raise LinkError(f"{name} is open, but no board answers: {why}", advice) from error
 
     def read(self, address: int, count: int) -> list[int]:
         """Words of consecutive registers; repeated when no reply comes, or a refusal."""
@@ -257,12 +259,13 @@ def open_serial(url: str, baud_rate: int, timeout_s: float) -> ModbusLink:
             url, baudrate=baud_rate, timeout=timeout_s, write_timeout=timeout_s, exclusive=True
         )
     except (OSError, ValueError, OverflowError) as error:  # the last: no such baud rate
-        raise LinkError(f"{url} cannot be opened: {error}", _serial_advice(error)) from error
+        code = getattr(error, "errno", None)
+        why = os.strerror(code) if code else error  # pySerial's text repeats number and name
+        raise LinkError(f"{url} cannot be opened: {why}", _serial_advice(code)) from error
     return ModbusLink(client, url, timeout_s)
 
 
-def _serial_advice(error: Exception) -> str:
-    code = getattr(error, "errno", None)
+def _serial_advice(code: int | None) -> str:
     if code == errno.ENOENT:
         return "connect the board and find its port with `edge-ident ports`"
     if code == errno.EACCES:

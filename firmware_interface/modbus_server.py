@@ -24,7 +24,7 @@ BOARD_UNITS: Final = frozenset({0, DEVICE_ID, 255})
 FRAME_GAP_S: Final = 0.05
 """Silence that ends a frame; longer than a busy system's pauses within one."""
 REQUESTS_AT_ONCE: Final = 16
-"""Of one TCP client, before it is the others' and the machine's turn."""
+"""Requests of one TCP client before it is the others' and the machine's turn."""
 UNSENT_LIMIT: Final = 4096
 """Bytes of replies that a TCP client may leave unread before it is no longer listened to."""
 

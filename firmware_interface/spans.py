@@ -12,7 +12,7 @@ WRITTEN_WORDS: Final = 122
 
 
 def addresses(spans: Iterable[Span]) -> Iterator[int]:
-    """Of all words, in their order."""
+    """Addresses of all words, in their order."""
     for address, count in spans:
         yield from range(address, address + count)
 

@@ -87,9 +87,7 @@ class FirmwareRun:
         meant = _bank(designs) if self.document["confirmed"] else before
         for name, held in self.held.items():
             rows = gain_rows([before[name], held])
-            changes = [
-                f"{row.label(row.name)} {' → '.join(row.cells(4))}" for row in rows if row.change
-            ]
+            changes = [f"{row.label} {' → '.join(row.cells(4))}" for row in rows if row.change]
             yield f"written    {name}: {', '.join(changes) or 'nothing'}"
         same = all(_alike(held, meant[name]) for name, held in self.held.items())
         what = "the designed gains" if self.document["confirmed"] else "the gains of before"

@@ -21,7 +21,7 @@ from edge_ident.commissioning.gains.change import check_change
 from edge_ident.commissioning.gains.drawn_loads import Grounds
 from edge_ident.commissioning.gains.motor_way import of_motor
 from edge_ident.commissioning.gains.promise import Errors, Promise, promised
-from edge_ident.commissioning.motion.recorded_motion import Moved
+from edge_ident.commissioning.motion.recorded_motion import RecordedMotion
 from edge_ident.commissioning.motion.second_motion import second_motion, within_limits
 from edge_ident.commissioning.run import board_designs
 from edge_ident.control.position_loop import LoopHardware
@@ -48,7 +48,7 @@ class Tried:
     grounds : Grounds
     hardware : mapping of axis name to LoopHardware
     active, wanted : mapping of axis name to AxisGains
-    motions : mapping of motion to pair of Moved
+    motions : mapping of motion to pair of RecordedMotion
         With the gains in force, and with the wanted ones.
     """
 
@@ -57,7 +57,7 @@ class Tried:
     hardware: Mapping[str, LoopHardware]
     active: Bank
     wanted: Bank
-    motions: Mapping[str, tuple[Moved, Moved]]
+    motions: Mapping[str, tuple[RecordedMotion, RecordedMotion]]
 
     def promise(self) -> Promise:
         """What was forecast, and what was measured."""
@@ -69,7 +69,7 @@ class Tried:
         )
         return promise.measured(
             {
-                name: {axis: Errors.of(after.errors(axis)) for axis in after.ways}
+                name: {axis: Errors.of(after.errors(axis)) for axis in after.references}
                 for name, (_, after) in self.motions.items()
             }
         )
@@ -127,11 +127,13 @@ def trial(machine: JudgedMachine, name: MotionName, cycles: int) -> Tried | None
     second = within_limits(second_motion(drive, name), grounds.model, active, board.limits())
     ways = {name: named_trajectory(drive, name, 1), second.name: second.trajectory}
     recorded = {name: capture, second.name: machine.move(second.trajectory)[0]}
-    before = {name: Moved.along(recorded[name].recording, way) for name, way in ways.items()}
+    before = {
+        name: RecordedMotion.along(recorded[name].recording, way) for name, way in ways.items()
+    }
     board.stage_gains(wanted)
     board.commit()
     after = {
-        name: Moved.along(of_motor(machine.move(way)[0].recording, wanted, way), way)
+        name: RecordedMotion.along(of_motor(machine.move(way)[0].recording, wanted, way), way)
         for name, way in ways.items()
     }
     board.roll_back()

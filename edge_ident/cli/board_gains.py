@@ -14,7 +14,7 @@ from edge_ident.cli.failures import noting
 from edge_ident.cli.messages import say
 from edge_ident.cli.options import BoardOptions, ModelFile, ResultOptions, given_model
 from edge_ident.cli.progress import shown_progress
-from edge_ident.cli.sessions import connected
+from edge_ident.cli.sessions import connected, located
 
 if TYPE_CHECKING:
     from edge_ident import Board
@@ -39,7 +39,7 @@ Backups = Annotated[
 
 @dataclass(frozen=True)
 class ForecastOptions:
-    """From what margins and tracking are predicted."""
+    """Options that say from what margins and tracking are predicted."""
 
     model: ModelFile = None
     recording: Annotated[
@@ -159,7 +159,11 @@ def stage(
             say(f"these are the gains of board {loaded.serial_number}, and this is board {number}")
         found = report.GainReport(number, active, wanted, predicted, backup)
     _deliver(found, results, "the gains are staged, and not active")
-    say("the gains are staged and read back; activate them with: edge-ident gains commit")
+    device = located(where).device
+    if device == "virtual":
+        say("this virtual board ends with the command; keep one with: edge-ident board --pty")
+    else:
+        say(f"staged and read back; activate them with: edge-ident gains commit --device {device}")
 
 
 @command

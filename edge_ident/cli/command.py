@@ -109,7 +109,7 @@ def _timed(function: Callable[..., None], given: Mapping[str, Any]) -> None:
 
 
 def _verbosity(before: Verbosity, quiet: bool, verbose: bool) -> Verbosity:
-    """Of the options before and after the name of the command."""
+    """Verbosity by the options before and after the name of the command."""
     wanted = Verbosity(before.quiet or quiet, before.verbose or verbose)
     if wanted.quiet and wanted.verbose:
         raise typer.BadParameter("choose one of --quiet and --verbose")

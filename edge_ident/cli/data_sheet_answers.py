@@ -32,6 +32,8 @@ class _Matter(Generic[T]):
     ----------
     what : str
         What an error is about.
+    question : str
+        What a person is asked.
     given : str or None
         The text of an option.
     default : str or None

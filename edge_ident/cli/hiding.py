@@ -22,7 +22,7 @@ class HideOptions:
             "--hide",
             metavar="NAME[=SIZE]",
             help="Hide a fault in the virtual drive, such as backlash=0.01; may be repeated. "
-            "A name that is none lists them all.",
+            "An unknown name lists all faults.",
         ),
     ] = None
     axis: Annotated[

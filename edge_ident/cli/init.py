@@ -21,7 +21,7 @@ from edge_ident.cli.options import Json
 
 _FILE: Final = Path("drive.toml")
 _AXES: Final = ("x", "z")
-"""Those of a board."""
+"""Names of the axes, unless --axis gives others: those of a board."""
 _Texts = list[str] | None
 
 

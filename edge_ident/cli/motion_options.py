@@ -27,7 +27,7 @@ def _cycles_option(variable: str | None = None) -> Any:
 
 Cycles = Annotated[int | None, _cycles_option("EDGE_IDENT_CYCLES")]
 SimulatedCycles = Annotated[int | None, _cycles_option()]
-"""That of a simulation, which no setting of the machine changes."""
+"""Periods of a simulated motion, which no setting of the machine changes."""
 
 
 def periods(context: typer.Context, motion: str, cycles: int | None) -> int | None:

@@ -22,7 +22,7 @@ _OF_A_RUN: Final = ("gains_before.json", "report.json")
 
 
 def named(path: str) -> Path:
-    """A path of an option; an unset variable of a shell names none."""
+    """A path of an option, which is empty where it was an unset variable of the shell."""
     if not str(path).strip():
         raise typer.BadParameter("the name is empty")
     return Path(path)

@@ -85,7 +85,7 @@ def plan(
 
 
 def _whose(drive: Path | None) -> str:
-    """Whose limits the motion keeps."""
+    """Sentence that says whose limits the motion keeps."""
     if drive is not None:
         return f"limits: those of {drive}"
     return (

@@ -113,7 +113,8 @@ class ProgressLines(Progress):
         if first.done < last.done < last.of:
             each_s = (last.at_s - first.at_s) / (last.done - first.done)
             left_s = (last.of - last.done) * each_s - (now_s - last.at_s)
-            parts.append(f"{duration(max(left_s, 0.0))} left")
+            if left_s >= 0.0:  # a step that takes longer than those before ends the estimate
+                parts.append(f"{duration(left_s)} left")
         say(", ".join([*parts, *filter(None, [self._note])]))
 
     def note(self, text: str) -> None:

@@ -18,9 +18,9 @@ FILE_VARIABLE: Final = "EDGE_IDENT_CONFIG_FILE"
 BOARD: Final = ("device", "baud_rate")
 """Settings that the drive description may hold too; it belongs to the machine and precedes."""
 _MOST_BITS: Final = 64
-"""Of a number that is shown digit by digit; Python refuses to for more than 4300 digits."""
+"""Largest number that is shown digit by digit; Python refuses more than 4300 digits."""
 _of_board: Final[dict[str, Any]] = {}
-"""Those that can be used, for the command line that runs."""
+"""Settings of `BOARD` that can be used, for the command line that runs."""
 
 
 def settings_file() -> Path:

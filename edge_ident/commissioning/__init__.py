@@ -1,6 +1,6 @@
 """The whole job on a board: capture, run, verification, the life of gains, checks, latency.
 
-This is the door of the room; its names load their modules when they are first used.
+The command line imports these names from here. Each loads its module when it is first used.
 """
 
 from typing import TYPE_CHECKING

@@ -214,7 +214,7 @@ def _beyond(
 
 
 def effort_limit_nm(axis: AxisModel, hardware: LoopHardware) -> float:
-    """Of the board, or of an actuator that gives less."""
+    """Effort limit of the board, or of an actuator that gives less."""
     limits = ((term, named(term.effect).compensation.limit) for term in axis.terms)
     given = (float(term.values[name]) for term, name in limits if name)
     return min(hardware.effort_limit_nm, *given, math.inf)

@@ -1,4 +1,4 @@
-"""The front door of gain design: from a model of a drive to the gains of all its axes."""
+"""Entry point of gain design: from a model of a drive to the gains of all its axes."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from rich.console import RenderableType
 
 CONTROL_DELAY_S: Final = 0.0005
-"""From the encoder latch to the new effort, where no board is there to say it."""
+"""Time from the encoder latch to the new effort, where no board is there to say it."""
 
 
 @dataclass(frozen=True)

@@ -38,7 +38,7 @@ def wave_fade_speed(period_rad: float, late_s: float) -> float:
 
 
 def table_fade_speed(table: Array, step_rad: float, late_s: float) -> float:
-    """The same for a table (K,); infinite where it is level."""
+    """Speed up to which a table (K,) is fed forward whole; infinite where it is level."""
     slope = np.diff(table) / step_rad
     swing = float(np.std(table))
     if not slope.any() or not swing:

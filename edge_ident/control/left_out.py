@@ -23,9 +23,9 @@ from firmware_interface.gains import AxisGains
 Array = NDArray[np.float64]
 
 _RATES: Final = np.array([1.0, np.sqrt(7.0), np.sqrt(41.0)])
-"""Of the made-up motion's sinusoids, over the slowest: they never repeat together."""
+"""Frequencies of the made-up motion, over the slowest: they never repeat together."""
 _TURNS: Final = 12
-"""Of the slowest sinusoid."""
+"""Periods of the slowest sinusoid."""
 _SAMPLES: Final = 6000
 
 

@@ -24,7 +24,7 @@ Complex = NDArray[np.complex128]
 _FREQUENCIES: Final = 400
 _LOWEST_RAD_S: Final = 1e-2
 _HIGHEST: Final = 0.999
-"""In Nyquist frequencies."""
+"""Highest frequency of the grid, in Nyquist frequencies."""
 _ALIASES: Final = np.arange(-2, 3)
 _AROUND_RESONANCE: Final = np.geomspace(0.05, 300.0, 60)
 """Distances from a resonance, in its half widths, at which the loop is looked at."""
@@ -79,7 +79,7 @@ class LoopHardware:
     def of_axes(
         cls, identity: BoardIdentity, limits: Mapping[str, AxisLimits]
     ) -> "dict[str, LoopHardware]":
-        """The same of every axis, by name."""
+        """The loop hardware of every axis, by name."""
         return {axis: cls.of_board(identity, of_axis) for axis, of_axis in limits.items()}
 
 
@@ -209,7 +209,7 @@ def _sampled(plants: tuple[Plant, ...], period_s: float, delay_s: float) -> _Sam
 def _sampler(
     resonances: tuple[tuple[float, float], ...], period_s: float, delay_s: float
 ) -> _Sampler:
-    """Of a board, the same for all axes without resonances."""
+    """Sampling and hold of a board, the same for all axes without resonances."""
     omega = _frequencies(resonances, math.pi / period_s)
     omega.flags.writeable = False  # kept, and given away
     s = 1j * (omega + 2.0 * np.pi / period_s * _ALIASES[:, None])

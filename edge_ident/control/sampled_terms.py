@@ -73,7 +73,7 @@ def sampled_over_position(term: Term, start_rad: float, step_rad: float) -> Samp
 
 
 def _effort(term: Term, position: Array, velocity: Array) -> Array:
-    """At constant speeds."""
+    """Effort of a term at constant speeds."""
     still = np.zeros_like(position)
     motion = Motion.known(still, position, velocity, still)
     effort = named(term.effect).resistance(motion, along_motion(term))

@@ -1,4 +1,4 @@
-"""The front door: diagnose recordings of one machine."""
+"""Entry point: diagnose recordings of one machine."""
 
 import math
 from collections.abc import Callable, Collection, Sequence
@@ -122,9 +122,10 @@ def diagnose(
     axes, validations = {}, {}
     rules = Rules(tolerance, stability, keep_minor)
     for done, name in enumerate(names):
-        on_progress("diagnosis", done, len(names))
+        searching = partial(on_progress, "diagnosis", done, len(names))
+        searching()
         template = _template(recordings[0], name, model)
-        told = partial(_told, on_progress, name)
+        told = partial(_told, on_progress, name, searching)
         parts, said = in_parts(recordings, name)
         others, also_said = in_parts(validates, name)
         found, validation = _diagnose_axis(parts, name, template, others, rules, told)
@@ -137,9 +138,11 @@ def diagnose(
     return with_motion_errors(diagnosis, recordings)
 
 
-def _told(on_progress: Progress, name: str, done: int) -> None:
-    """Tell how many disturbed runs of an axis are done."""
+def _told(on_progress: Progress, name: str, searching: Callable[[], None], done: int) -> None:
+    """Tell how many disturbed runs of an axis are done; after the last one, the search goes on."""
     on_progress(f"stability, axis {name}", done, RUNS)
+    if done == RUNS:
+        searching()
 
 
 def _template(recording: Recording, name: str, model: Model | None) -> AxisModel:
@@ -200,7 +203,7 @@ def _diagnose_axis(
 
 
 def _without_orders(found: AxisSearch, axis: AxisModel, doubtful: tuple[Cause, ...]) -> AxisSearch:
-    """The same with the model fitted again, on an axis that lacks the doubtful orders."""
+    """The search with its model fitted again, on an axis that lacks the doubtful orders."""
     if not doubtful:
         return found
     judged, model = found.judged, found.judged.supported.model

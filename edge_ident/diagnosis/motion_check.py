@@ -176,7 +176,7 @@ def _course(
 
 
 def _even(recording: Recording, names: tuple[str, ...]) -> Recording:
-    """On an even grid from time zero, with the axes of these names."""
+    """The recording on an even grid from time zero, with the axes of these names."""
     grid = EvenGrid.of(recording.time_s)
     axes = {name: grid.axis(recording.axes[name]) for name in names}
     return replace(recording, time_s=grid.time_s - grid.time_s[0], axes=axes)

@@ -145,8 +145,8 @@ def _doubts(doubts: Sequence[Finding]) -> list[Finding]:
         found.append(
             Finding(
                 "undetermined",
-                f"the base model alone hardly determines its {names} here: compare the standard "
-                "deviations of the two models",
+                f"the base model alone hardly determines its {names} here: look at the standard "
+                "deviations",
                 next(doubt.next_step for doubt in doubts if doubt.code.endswith(parameters[0])),
                 blocks=False,
             )

@@ -144,6 +144,8 @@ class AxisDiagnosis:
 
     Attributes
     ----------
+    verdict : Verdict
+        Adequate, explained or unexplained.
     causes : tuple of Cause
         Strongest first.
     refused : tuple of Refused
@@ -153,6 +155,10 @@ class AxisDiagnosis:
     converged : bool
         Whether backward elimination reached a model that it does not change. Otherwise the causes
         are those of its last round.
+    not_testable : tuple of NotTestable
+        Effects that no motion in the recordings excites.
+    base, extended : ModelFit
+        How the base model fits, and the extended one.
     noise_floor : float
         Relative residual that noise alone leaves.
     noise_floor_source : str

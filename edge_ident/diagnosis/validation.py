@@ -65,7 +65,7 @@ class Judged:
     unexplained: bool = False
 
     def verdict(self, verdict: Verdict) -> Verdict:
-        """That of both recordings, from that on the first one."""
+        """The verdict of both recordings, from that of the first one."""
         return Verdict.UNEXPLAINED if self.unexplained else verdict
 
     def carried(self, causes: tuple[Cause, ...]) -> tuple[Cause, ...]:
@@ -205,7 +205,7 @@ class _Weighed:
 
     @property
     def refused(self) -> CarriedCause:
-        """The same, not carried over."""
+        """The cause, not carried over."""
         if not self.cause.carries_over:
             return self.cause
         reason = "with it the model predicts the other recording worse than the base model does"
@@ -238,7 +238,7 @@ def _weighed(
 
 
 def _reason(gain: Gain, refitted: Gain | None) -> str:
-    """In words; `refitted` where that is what decides."""
+    """The reason in words; `refitted` where that is what decides."""
     low, high = gain.interval
     if refitted is not None:
         low, high = refitted.interval

@@ -37,7 +37,7 @@ TABLE_RANGES: Final = {
         "lead_in_s": (0.1, 60.0),
     },
 }
-"""The same of the other tables."""
+"""Lowest and highest value of each key of the other tables."""
 OPTIONAL: Final = {"screw_lead_m_per_rad": 0.0, "acceleration_limit_rad_s2": math.inf}
 """Keys that an axis may lack, and what that means: it only turns; its effort is the only limit."""
 _BOARD_KEYS: Final = {"device": str, "baud_rate": int}
@@ -81,6 +81,15 @@ class Drive:
 
     Attributes
     ----------
+    name : str
+    sampling_period_s : float
+    angular_frequency_rad_s : float
+        Of the default motion, one sine per axis.
+    cycles : int
+        Periods of that motion.
+    lead_in_s : float
+        Time from rest into the motion.
+    axes : mapping of axis name to DriveAxis
     device, baud_rate
         Where the board is found when neither a flag nor the environment says so.
 
@@ -112,9 +121,10 @@ class Drive:
         unknown = [name for name in names if name not in self.axes]
         if unknown:
             raise DataError(
-                f"the drive description has axes {', '.join(self.axes)}, but not "
+                f"the described drive ({self.name}) has axes {', '.join(self.axes)}, but not "
                 f"{', '.join(unknown)}",
-                "give the description of this drive with --drive, or rename columns with --column",
+                "describe your machine with edge-ident init and give that file with --drive "
+                "(without it, the built-in drive is taken), or rename columns with --column",
             )
 
     def trajectory(self, cycles: int | None = None) -> Trajectory:

@@ -21,7 +21,7 @@ SCHEMA: Final = "edge-ident/motion/1"
 _NEXT: Final = "write the file with edge-ident plan RECORDING --output FILE"
 _LONGEST_S: Final = 86_400.0
 _LARGEST: Final = 1e5
-"""Of a way, phase, frequency or speed, in rad and s: far beyond any board, and finite squared."""
+"""Largest path, phase, frequency or speed, in rad and s: beyond any board, and finite squared."""
 
 
 def motion_document(trajectory: Trajectory) -> dict[str, Any]:

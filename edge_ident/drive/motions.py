@@ -13,7 +13,7 @@ MotionName = Literal["sinusoid", "multisine", "staircase"]
 MOTIONS: Final[tuple[MotionName, ...]] = ("sinusoid", "multisine", "staircase")
 
 _HARMONICS: Final = (1, 3, 7, 11, 17, 23)
-"""Of the description's frequency; the high ones give the acceleration that inertia needs."""
+"""Multiples of the description's frequency; high ones give the acceleration inertia needs."""
 LIMIT_SHARE: Final = 0.7
 """Part of the speed and travel limits that a motion may use."""
 _LEVELS: Final = (0.05, 0.1, 0.2, 0.35, 0.5)

@@ -61,7 +61,7 @@ class Columns:
 
     @property
     def condition_number(self) -> float:
-        """Of the unit columns; infinite where one follows from the others."""
+        """Condition number of the unit columns; infinite where one follows from the others."""
         singular = self.svd[1]
         return float(singular[0] / singular[-1]) if singular[-1] > 0.0 else float(np.inf)
 

@@ -41,13 +41,13 @@ _BAND: Final = 0.6
 """Part of the cosines that the spectrum is fitted to; beyond, the low-pass filter cuts off."""
 _LARGEST_ITERATIONS: Final = 10
 _LARGEST_CHANGE: Final = 2.0
-"""Of a logarithm of power in one iteration."""
+"""Largest change of a logarithm of power in one iteration."""
 _CONVERGED: Final = 0.05
 """Change of a logarithm of power, of which hardly anything is left in the next iteration."""
 _RANK: Final = 1e-10
 """Singular value over the largest that counts as zero."""
 _ROUNDING: Final = 1e-14
-"""Of a normal matrix, relative."""
+"""Relative rounding error of a normal matrix."""
 _TINY: Final = float(np.finfo(float).tiny)
 
 

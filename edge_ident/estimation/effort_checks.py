@@ -32,13 +32,13 @@ _LONG_S: Final = 0.045
 """Shift from which two columns have different clocks: a loop with that delay could hardly follow
 2 Hz (an integrating plant with a phase margin of 60 degrees)."""
 _FEW_SAMPLES: Final = 3.0
-"""The same in sampling periods, twice what belongs to the base model."""
+"""Least value of that shift, in sampling periods: twice what belongs to the base model."""
 _REACH_S: Final = 0.25
 """Largest shift that is tried."""
 _REACH: Final = 0.1
-"""The same, of the record."""
+"""Largest shift that is tried, as a share of the record."""
 _PHASE: Final = 0.05
-"""The same in periods of a motion that has one frequency."""
+"""Largest shift that is tried, in periods of a motion that has one frequency."""
 _STEPS_PER_PERIOD: Final = 8
 """Shifts that are tried in a cut-off period."""
 _FALLS: Final = 0.5
@@ -52,13 +52,13 @@ late, and is tuned to amplify it at most twice (peak of the sensitivity; Åströ
 _MOST: Final = 1 << 14
 """Samples by which a shift is judged: what is left of an effort is known to a hundredth."""
 _AT_ONCE: Final = 1 << 17
-"""Of them, those of several shifts that are judged at once."""
+"""Samples, over several shifts, that are judged at once."""
 _LINE_SAMPLES: Final = 1 << 16
 """Samples, from the first on, that tell whether a motion has one frequency."""
 _LINE_RATE: Final = 10.0
-"""Of these, as many in a cut-off period as count: a millionth of the power folds into the band."""
+"""Samples of these in a cut-off period: a millionth of the power folds into the band."""
 _DIVISOR: Final = 32
-"""Of their number: the transform of a prime takes five times as long."""
+"""Divisor of their number: the transform of a prime takes five times as long."""
 _FEWEST: Final = 24
 """Samples, six for each parameter."""
 _RANK: Final = 1e-9

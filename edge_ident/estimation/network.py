@@ -76,7 +76,7 @@ class Network:
 
     @cached_property
     def sha256(self) -> str:
-        """Of its file."""
+        """SHA-256 of its file."""
         return hashlib.sha256(self._read()).hexdigest()
 
     def unload(self) -> None:

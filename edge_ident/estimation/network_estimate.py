@@ -211,6 +211,7 @@ def motion_mismatch(regressor: Array, network: Network) -> float:
     ----------
     regressor : (100, 4) array
         Subsampled, SI.
+    network : Network
 
     Returns
     -------

@@ -22,14 +22,14 @@ from edge_ident.support.atomic_files import atomic_write
 from edge_ident.support.json_text import read_json
 
 Way = tuple[Variant, Graph]
-"""To run a network."""
+"""A way to run a network."""
 
 WORTH: Final = 0.8
 """Another way has to take at most this part of the time of one that stands before it: smaller
 differences come and go with what else the machine does."""
 _SCHEMA: Final = "edge-ident/network-times/1"
 _ROUNDS: Final = 12
-"""Of each way in turn; the fastest counts, because other programs only slow a pass down."""
+"""Passes of each way in turn; the fastest counts: other programs only slow a pass down."""
 _WARM: Final = 2
 """Passes before each round, so that a network finds its own weights in the cache."""
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 Field = tuple[int, int | bytes | memoryview]
 
 GRAPH: Final = 7
-"""Of the model; those below are of the graph."""
+"""Number of a field of the model; those below are of the graph."""
 NODE: Final = 1
 INITIALIZER: Final = 5
 INPUT: Final = 11

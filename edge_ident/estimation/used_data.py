@@ -12,7 +12,7 @@ from edge_ident.signals.resampling import UNEVEN
 UNKNOWN_LIMIT: Final = 0.05
 """Share of a record that is clipped or missing, above which the rest may be another motion."""
 _FEW_UNKNOWN: Final = 0.001
-"""The same, below which it is not worth a sentence."""
+"""Share of such samples below which it is not worth a sentence."""
 
 
 def describe_data(signals: Signals, stamp_jitter: float) -> list[Finding]:

@@ -24,7 +24,7 @@ def question(pair: PlannedPair) -> str:
 
 
 def inseparable_sentence(pair: PlannedPair) -> str:
-    """That no motion separates a pair, with the number that shows it."""
+    """Sentence that no motion separates a pair, with the number that shows it."""
     rivals = (
         question(pair) if pair.second is None else f"{spoken(pair.first)} and {spoken(pair.second)}"
     )

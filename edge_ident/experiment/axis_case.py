@@ -36,14 +36,15 @@ Array = NDArray[np.float64]
 
 _USUAL: Final[tuple[MotionName, ...]] = ("multisine", "sinusoid")
 _RANK: Final = 0.03
-"""Of the base model's columns: what the recordings hardly show stays as the diagnosis has it."""
+"""Smallest singular value of the base model's columns that counts, over the largest: what the
+recordings hardly show stays as the diagnosis has it."""
 _CREDIBLE: Final = 1.1
 """Effort along the recordings, of their peak, beyond which they contradict a rival: its fit leaves
 a tenth at most, and reversals are not fitted."""
 _LEAST_ARRIVES: Final = 0.01
-"""Of the effort; a drive of which less arrives does not move."""
+"""Smallest share of the effort that arrives at the axis; with less, a drive does not move."""
 _BAND_SHARE: Final = 0.5
-"""Of the comparison's band, up to which lines are placed: what they cause is faster than they."""
+"""Share of the comparison's band up to which lines are placed: what they cause is faster."""
 
 
 @dataclass(frozen=True)

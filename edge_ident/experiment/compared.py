@@ -41,7 +41,7 @@ from firmware_interface.motion import Multisine, Staircase, reference
 Array = NDArray[np.float64]
 
 STEP_S: Final = 0.02
-"""Of the samples of a planned motion. Its lines and what they cause lie below 10 Hz, and it has no
+"""Sampling period of a planned motion. Its lines and what they cause lie below 10 Hz, and it has no
 noise that could alias."""
 _TINY: Final = float(np.finfo(float).tiny)
 

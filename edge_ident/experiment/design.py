@@ -32,7 +32,7 @@ from a clock, so that the same input gives the same motion."""
 _PER_MOTION: Final = 5.0
 _PER_TERM: Final = 0.7
 _PER_MEMORY: Final = 4.0
-"""For a term that is integrated along the motion."""
+"""Cost of a term that is integrated along the motion, in ms."""
 _USUAL_S: Final = 22.0
 """Duration for which these hold."""
 _SHARES: Final = {"multisine": 0.75, "staircase": 0.25}
@@ -43,8 +43,8 @@ _LENGTHEN: Final = 1.25
 
 
 @dataclass(frozen=True)
-class Found:
-    """The motion of one kind, and what it separates.
+class DesignOfKind:
+    """The best motion of one kind, and what it separates.
 
     Attributes
     ----------
@@ -73,7 +73,7 @@ class Found:
 
 
 @dataclass(frozen=True)
-class Kind:
+class MotionKind:
     """How the motions of one kind are drawn.
 
     Attributes
@@ -83,6 +83,8 @@ class Kind:
         The usual motions of an axis, the first of them its own where nothing is designed.
     drawn : callable
         A random shape.
+    still : Multisine or Staircase
+        An axis at rest.
     """
 
     name: str
@@ -91,11 +93,11 @@ class Kind:
     still: Move
 
 
-def kinds(duration_s: float) -> tuple[Kind, ...]:
+def motion_kinds(duration_s: float) -> tuple[MotionKind, ...]:
     """Sums of sines, and staircases."""
     rate = 2.0 * math.pi / duration_s
     return (
-        Kind(
+        MotionKind(
             "multisine",
             lambda case: (
                 SineShape.of(case.named, rate, case.highest(rate)),
@@ -104,7 +106,7 @@ def kinds(duration_s: float) -> tuple[Kind, ...]:
             lambda case, rng: SineShape.drawn(rng, rate, case.highest(rate)),
             Multisine((SineComponent(0.0, rate, 0.0),)),
         ),
-        Kind(
+        MotionKind(
             "staircase",
             lambda case: (StairShape.usual(duration_s),),
             lambda case, rng: StairShape.drawn(rng, duration_s),
@@ -113,8 +115,8 @@ def kinds(duration_s: float) -> tuple[Kind, ...]:
     )
 
 
-def found(
-    kind: Kind,
+def design_of_kind(
+    kind: MotionKind,
     drive: Drive,
     cases: Mapping[str, AxisCase],
     duration_s: float,
@@ -122,8 +124,8 @@ def found(
     seed: int,
     budget: float,
     on_tried: Callable[[], None],
-) -> Found:
-    """Search with motions of one kind; `on_tried` is called with every motion that is compared.
+) -> DesignOfKind:
+    """Search for the best motion of one kind; `on_tried` is called for every motion compared.
 
     Raises
     ------
@@ -153,7 +155,7 @@ def found(
     return _finished(drive, cases, motions, duration_s, lead_in_s, best, tried)
 
 
-def evaluations(kind: Kind, cases: Mapping[str, AxisCase], budget: float) -> int:
+def evaluations(kind: MotionKind, cases: Mapping[str, AxisCase], budget: float) -> int:
     """How many motions of one kind are compared, about."""
     problems = [case.problem for case in cases.values() if case.problem.pairs]
     return sum(_evaluations(problem, kind.name, cases, budget) for problem in problems)
@@ -180,7 +182,7 @@ def _finished(
     lead_in_s: float,
     best: Mapping[str, Array],
     tried: int,
-) -> Found:
+) -> DesignOfKind:
     """Motions as large as the limits allow beside their causes, and what they separate."""
     for name, case in cases.items():
         beside = case.problem.beside(_others(motions, name))
@@ -201,7 +203,7 @@ def _finished(
         for name, case in cases.items()
     }
     trajectory = Trajectory(motions, duration_s, short)  # type: ignore[arg-type]
-    return Found(trajectory, distances, needed, largest, uses, tried)
+    return DesignOfKind(trajectory, distances, needed, largest, uses, tried)
 
 
 def _within(name: str, problem: Problem, motion: Move) -> Move:

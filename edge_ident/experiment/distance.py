@@ -78,7 +78,7 @@ class Judge:
 
 
 def error_probability(distance: float) -> float:
-    """Of taking the wrong one of two predictions for the true one."""
+    """Probability of taking the wrong one of two predictions for the true one."""
     return float(norm.sf(0.5 * distance))
 
 

@@ -35,9 +35,9 @@ as a mean over a tenth of a second, on 84 drives of the independent plant. Frict
 speed lets go of small motions more than that; none of 146 such drives exceeded 0.84 of its limit.
 """
 _STEP_S: Final = 0.02
-"""Of the looks at a motion: thirty in a period of the fastest line."""
+"""Step at which a motion is looked at: thirty in a period of the fastest line."""
 _SETTLING_S: Final = 3.0
-"""In which the slowest loop comes to rest."""
+"""Time in which the slowest loop comes to rest."""
 _TINY: Final = float(np.finfo(float).tiny)
 
 

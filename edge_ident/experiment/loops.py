@@ -23,9 +23,9 @@ Complex = NDArray[np.complex128]
 
 _DAMPING_RATIO: Final = math.degrees(PHASE_MARGIN_RAD) / 100.0
 _NATURAL_RAD_S: Final = np.geomspace(5.0, 80.0, 6)
-"""Of unknown loops: from the start-up gains of a heavy axis to a stiff machine tool."""
+"""Natural frequencies of unknown loops: from a heavy axis at start-up to a stiff machine tool."""
 _UNKNOWN_RAD_S: Final = 10.0
-"""Up to here an unknown loop is taken to follow."""
+"""Frequency up to which an unknown loop is taken to follow."""
 _FOLLOWED: Final = math.sqrt(0.5)
 """Response at the end of a loop's bandwidth, 3 dB."""
 _LOWEST_RAD_S: Final = 1e-6

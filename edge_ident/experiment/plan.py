@@ -1,4 +1,4 @@
-"""The front door: design the motion that separates what a diagnosis leaves open."""
+"""Entry point: design the motion that separates what a diagnosis leaves open."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -11,7 +11,7 @@ from edge_ident.diagnosis.result import AxisDiagnosis, Diagnosis
 from edge_ident.drive.description import Drive, load_drive
 from edge_ident.errors import DataError
 from edge_ident.experiment.axis_case import AxisCase, axis_case
-from edge_ident.experiment.design import Found, evaluations, found, kinds
+from edge_ident.experiment.design import DesignOfKind, design_of_kind, evaluations, motion_kinds
 from edge_ident.experiment.distance import error_probability
 from edge_ident.experiment.limits import MARGIN, Allowed, Use
 from edge_ident.experiment.loops import Loops
@@ -106,14 +106,15 @@ def plan_motion(
     words = next(iter(allowed.values())).loops.words
     if not any(case.problem.pairs for case in cases.values()):
         return MotionPlan(None, {}, (), left_out, MARGIN, words, 0)
-    searches = kinds(duration_s)
+    searches = motion_kinds(duration_s)
     told = _told(on_progress, sum(evaluations(kind, cases, budget) for kind in searches))
-    every = [
-        found(kind, drive, cases, duration_s, lead_in_s, seed, budget, told) for kind in searches
+    designs = [
+        design_of_kind(kind, drive, cases, duration_s, lead_in_s, seed, budget, told)
+        for kind in searches
     ]
-    chosen = _chosen(every)
-    pairs = _pairs(cases, every, chosen)
-    tried = sum(one.tried for one in every)
+    chosen = _better(designs)
+    pairs = _pairs(cases, designs, chosen)
+    tried = sum(design.tried for design in designs)
     if not any(pair.separated for pair in pairs):
         pairs = tuple(replace(pair, after=0.0, error_probability=0.5) for pair in pairs)
         return MotionPlan(None, {}, pairs, left_out, MARGIN, words, tried)
@@ -163,22 +164,22 @@ def _longest_lead_in_s(drive: Drive, allowed: Mapping[str, Allowed]) -> float:
     return max(drive.lead_in_s, slowest)
 
 
-def _chosen(every: Sequence[Found]) -> Found:
-    """The better kind: pairs within nobody's reach do not count."""
+def _better(designs: Sequence[DesignOfKind]) -> DesignOfKind:
+    """The better kind; pairs that neither kind can separate do not count."""
     reachable = {
-        name: np.max([one.best[name] / one.needed[name] for one in every], axis=0) >= 1.0
-        for name in every[0].distances
+        name: np.max([design.best[name] / design.needed[name] for design in designs], axis=0) >= 1.0
+        for name in designs[0].distances
     }
-    return max(every, key=lambda one: one.value(reachable))
+    return max(designs, key=lambda design: design.value(reachable))
 
 
 def _pairs(
-    cases: Mapping[str, AxisCase], every: Sequence[Found], chosen: Found
+    cases: Mapping[str, AxisCase], designs: Sequence[DesignOfKind], chosen: DesignOfKind
 ) -> tuple[PlannedPair, ...]:
     found = []
     for name, apart in chosen.distances.items():
         case = cases[name]
-        best = np.max([one.best[name] for one in every], axis=0)
+        best = np.max([design.best[name] for design in designs], axis=0)
         for k, pair in enumerate(case.problem.pairs):
             found.append(
                 PlannedPair(

@@ -10,9 +10,9 @@ _BRACKETS: Final = re.compile(r"(?P<name>.*?)[\s_]*[\[({<](?P<unit>[^\[({<]*)[\]
 _AFTER_SIGN: Final = re.compile(r"(?P<name>.+?)\s*(?:[,;:]|\s/|\sin)\s+(?P<unit>\S+)\s*")
 _UNDERSCORE: Final = re.compile(r"(?P<name>.+?)_(?P<unit>[^\W_]+(?:_s2?)?)")
 _TWO_WORDS: Final = re.compile(r"(?P<name>.+?)_(?P<unit>[^\W_]+_[^\W_]+)")
-"""As in `torque_oz_in`."""
+"""Heading with a unit of two words, as in `torque_oz_in`."""
 _DIVISOR: Final = re.compile(r"(?P<name>[^/]+)/\s*(?P<unit>[^/\s]+)\s*")
-"""As in `Zeit/ms` (DIN 1313)."""
+"""Heading with its unit as divisor, as in `Zeit/ms` (DIN 1313)."""
 _LABEL: Final = re.compile(r"\w*\d|[XYZABCUVW]")
 _FORMS: Final = (_BRACKETS, _AFTER_SIGN, _TWO_WORDS, _UNDERSCORE, _DIVISOR)
 """The first form that names a unit counts."""

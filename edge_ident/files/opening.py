@@ -24,5 +24,5 @@ def open_bytes(path: Path) -> BinaryIO:
 
 
 def open_text(path: Path, encoding: str) -> TextIOWrapper:
-    """The same as text of an encoding; any end of line is a line feed."""
+    """Open a file as text of an encoding; any end of line is a line feed."""
     return TextIOWrapper(open_bytes(path), encoding=encoding, errors="replace", newline=None)

@@ -1,4 +1,4 @@
-"""One door for every format of files; what reads a format is loaded when such a file is read."""
+"""Entry point for every format of files; what reads a format is loaded when such a file is read."""
 
 from collections.abc import Callable
 from importlib import import_module
@@ -25,9 +25,9 @@ _READERS: Final = {
 }
 """Module and function of every format but text, by the ending of the name."""
 ENDINGS: Final = (".csv", ".tsv", ".txt", ".dat", ".asc", ".csv.gz", *_READERS)
-"""Of files that hold a table: of text, then of every other format."""
+"""Endings of files that hold a table: of text, then of every other format."""
 _BAG_OF_ROS_2: Final = "metadata.yaml"
-"""In the folder that such a bag is."""
+"""File in the folder that a bag of ROS 2 is."""
 _NOT_READ: Final = {
     ".npy": (
         "an array without names of columns",

@@ -30,7 +30,7 @@ _FOOT_M: Final = 12.0 * _INCH_M
 _KILOGRAM_N: Final = 9.80665
 """Weight of a kilogram at standard gravity, exact by definition (CGPM 1901; NIST SP 811, B.8)."""
 _POUND_N: Final = 0.45359237 * _KILOGRAM_N
-"""Of a pound of 0.45359237 kg; inch and pound are exact since 1959 (NIST SP 811, B.6)."""
+"""Weight of a pound of 0.45359237 kg; inch and pound are exact since 1959 (NIST SP 811, B.6)."""
 _SPELLED: Final = {
     "s": {
         1.0: "s sec sek second seconds Sekunden",

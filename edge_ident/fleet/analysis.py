@@ -51,13 +51,13 @@ class Options:
     diagnose: bool
 
     def document(self) -> dict[str, Any]:
-        """As JSON."""
+        """The options as JSON."""
         model = None if self.model is None else model_document(self.model)
         return {"read": asdict(self.read), "model": model, "diagnose": self.diagnose}
 
     @classmethod
     def of(cls, document: Mapping[str, Any]) -> "Options":
-        """From JSON."""
+        """The options from JSON."""
         model = None if document["model"] is None else model_of(document["model"], "the model")
         return cls(ReadOptions(**document["read"]), model, document["diagnose"])
 

@@ -28,7 +28,7 @@ FEWEST_UNITS: Final = 6
 FALSE_ALARM: Final = 0.05
 """Probability that a survey of equal units names any unit, over all quantities together."""
 LARGEST_SHARE: Final = 0.25
-"""Of the units that may stand out; the others are what units are like."""
+"""Largest share of the units that may stand out; the others are what units are like."""
 _LEAST_FREEDOM: Final = 0.5
 """Where one unit has all the weight, its scatter is unknown, and Student's t needs a number."""
 _STEPS: Final = 100

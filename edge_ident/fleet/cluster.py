@@ -16,7 +16,7 @@ from edge_ident.fleet.tasks import Outcomes, Task, ended
 from edge_ident.support.version import VERSION
 
 PATIENCE_S: Final = 20
-"""For the scheduler to answer, and for a first worker to appear."""
+"""Time for the scheduler to answer, and for a first worker to appear."""
 _IN_HAND: Final = 2
 """Tasks for each thread of the cluster: one runs while the next is on its way."""
 

@@ -33,7 +33,7 @@ Measured = Mapping[str, list[tuple[float, float]]]
 """Values with their deviations, by unit."""
 
 _NOT_FOUND_STD: Final = TOLERANCE / NORMAL_95
-"""Of the share of an effect that was not found: 95 % sure to be below what is worth naming."""
+"""Deviation of the share of an effect not found: 95 % sure to be below what is worth naming."""
 
 
 def compare_units(recordings: Iterable[SurveyedRecording]) -> tuple[Comparison, ...]:

@@ -1,4 +1,4 @@
-"""The front door: identify and diagnose every recording of a folder, and compare the units."""
+"""Entry point: identify and diagnose every recording of a folder, and compare the units."""
 
 import os
 from collections.abc import Callable, Mapping
@@ -136,5 +136,5 @@ def _outcomes(tasks: list[Task], jobs: int, cluster: str | None) -> Outcomes:
 
 
 def _cores() -> int:
-    """That this process may use."""
+    """Processor cores that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

@@ -55,8 +55,8 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Question:
-    """All that is known of an axis before it is diagnosed.
+class AxisEstimates:
+    """All that is estimated of an axis before it is diagnosed.
 
     Attributes
     ----------
@@ -97,7 +97,7 @@ class _Base:
     model_error: Array
 
     def expected_error(self, signals: Signals) -> float:
-        """Of the effort, from all deviations, for signals of this motion."""
+        """Error of the effort that the deviations let expect, for signals of this motion."""
         return float(np.linalg.norm(signals.regressor * self.estimate.std))
 
 
@@ -120,33 +120,33 @@ class _Choice:
     reason: str
 
 
-def answer(question: Question, outcome: "AxisDiagnosis | DataError | None") -> AxisIdentification:
+def answer(
+    estimates: AxisEstimates, outcome: "AxisDiagnosis | DataError | None"
+) -> AxisIdentification:
     """Choose the answer for one axis, and check it.
 
     Parameters
     ----------
-    question : Question
+    estimates : AxisEstimates
     outcome : AxisDiagnosis, DataError or None
         Why there is no diagnosis, where the recording is too short for one. None where the base
         model is adequate, or no diagnosis is wanted.
     """
-    diagnosed, samples = None if isinstance(outcome, DataError) else outcome, question.part.samples
-    bases = _bases(question)
+    diagnosed, samples = None if isinstance(outcome, DataError) else outcome, estimates.part.samples
+    bases = _bases(estimates)
     linear, whitened = (base.estimate for base in bases)
     # slow noise moves both answers alike; the network's own figures know white noise alone
-    network = None if question.network is None else _widened(question.network, linear.std)
-    chosen = _chosen(question, diagnosed, bases, network)
-    columns, signals = question.part.columns, chosen.compensated.signals
+    network = None if estimates.network is None else _widened(estimates.network, linear.std)
+    chosen = _chosen(estimates, diagnosed, bases, network)
+    columns, signals = estimates.part.columns, chosen.compensated.signals
     effects, times_s = chosen.compensated.effects_effort[samples], signals.times_s(samples)
     measured = signals.effort[samples] + effects
     modelled = columns.values @ chosen.estimate.parameters + effects
-    axis, metric = question.recording.axes[question.name], compare(measured, modelled)
+    axis, metric = estimates.recording.axes[estimates.name], compare(measured, modelled)
     seen = range_of(signals, axis, samples, signals.effort + chosen.compensated.effects_effort)
     doubts = check_estimate(chosen.estimate, columns, measured, metric.relative_residual)
-    findings = _what_was_done(question, outcome, seen, chosen.source)
-    findings += with_timing(doubts, question.timing)
-    findings += describe_scales(question.recording, question.name, chosen.estimate.parameters[0])
-    if network is not None and question.adequacy.adequate:
+    findings = _findings(estimates, outcome, seen, chosen, doubts)
+    if network is not None and estimates.adequacy.adequate:
         findings += compare_estimators(network, linear)
     return AxisIdentification(
         estimate=chosen.estimate,
@@ -154,11 +154,11 @@ def answer(question: Question, outcome: "AxisDiagnosis | DataError | None") -> A
         reason=chosen.reason,
         model_error=chosen.model_error,
         network=network,
-        network_reason=question.network_reason,
+        network_reason=estimates.network_reason,
         least_squares=linear,
         whitened=whitened,
-        adequacy=question.adequacy,
-        timing=question.timing if diagnosed is None else diagnosed.timing,
+        adequacy=estimates.adequacy,
+        timing=estimates.timing if diagnosed is None else diagnosed.timing,
         diagnosis=diagnosed,
         model=_model(chosen, axis, seen),
         metric=metric,
@@ -166,7 +166,7 @@ def answer(question: Question, outcome: "AxisDiagnosis | DataError | None") -> A
         cutoff_hz=signals.cutoff_hz,
         condition_number=columns.condition_number,
         findings=said_once(findings),
-        end_s=_end_s(question.recording, float(times_s[-1]), diagnosed),
+        end_s=_end_s(estimates.recording, float(times_s[-1]), diagnosed),
         trace=EffortTrace(times_s, measured, modelled),
     )
 
@@ -182,51 +182,51 @@ def _end_s(recording: Recording, last_s: float, diagnosed: "AxisDiagnosis | None
     return max(recording.begin_s + last_s, diagnosed_s)
 
 
-def _bases(question: Question) -> tuple[_Base, _Base]:
+def _bases(estimates: AxisEstimates) -> tuple[_Base, _Base]:
     """Least squares on the signals of the identification, and on those of the comparison."""
-    compared = question.compared
-    linear, whitened = question.linear, compared.fit()
-    error = _model_error(question.compensated, question.part, linear.std)
+    compared = estimates.compared
+    linear, whitened = estimates.linear, compared.fit()
+    error = _model_error(estimates.compensated, estimates.part, linear.std)
     beside = compared.model_error(whitened.std)
-    sampling_s = question.compensated.signals.recorded_period_s
-    late = compared.timing_error(question.timing.std_samples * sampling_s)
+    sampling_s = estimates.compensated.signals.recorded_period_s
+    late = compared.timing_error(estimates.timing.std_samples * sampling_s)
     return (
         _Base(ParameterSource.LEAST_SQUARES, _widened(linear, np.hypot(error, late)), error),
         _Base(ParameterSource.WHITENED, _widened(whitened, np.hypot(beside, late)), beside),
     )
 
 
-def _what_was_done(
-    question: Question,
+def _findings(
+    estimates: AxisEstimates,
     outcome: "AxisDiagnosis | DataError | None",
     seen: SupportedRange,
-    source: ParameterSource,
+    chosen: _Choice,
+    doubts: list[Finding],
 ) -> list[Finding]:
-    """Findings about the data, the known effects and the model."""
-    known, signals = question.compensated, question.compensated.signals
-    findings = describe_data(signals, question.recording.stamp_jitter)
-    findings += departures(known.effects, seen, question.recording.axes[question.name])
-    findings += tied_to_time(known.tied_to_time)
-    findings += check_effort(signals, question.part)
-    extended = source is ParameterSource.EXTENDED_MODEL
-    findings += describe_model(question.adequacy, outcome, extended=extended)
-    return findings
+    """Findings about the data, the known effects, the model and the parameters of the answer."""
+    known, recording, name = estimates.compensated, estimates.recording, estimates.name
+    findings = describe_data(known.signals, recording.stamp_jitter)
+    findings += departures(known.effects, seen, recording.axes[name])
+    findings += [*tied_to_time(known.tied_to_time), *check_effort(known.signals, estimates.part)]
+    extended = chosen.source is ParameterSource.EXTENDED_MODEL
+    findings += describe_model(estimates.adequacy, outcome, extended=extended)
+    findings += with_timing(doubts, estimates.timing)
+    return findings + describe_scales(recording, name, chosen.estimate.parameters[0])
 
 
 def _chosen(
-    question: Question,
+    estimates: AxisEstimates,
     diagnosed: "AxisDiagnosis | None",
     bases: tuple[_Base, _Base],
     network: Estimate | None,
 ) -> _Choice:
-    if diagnosed is not None and len(diagnosed.model.terms) > 1 + len(question.compensated.effects):
-        extended = _extended(question, diagnosed, bases)
-        if diagnosed.verdict is Verdict.EXPLAINED or _fits(extended, question, bases[0]):
+    linear, known = bases[0], estimates.compensated
+    if diagnosed is not None and len(diagnosed.model.terms) > 1 + len(known.effects):
+        extended = _extended(estimates, diagnosed, bases)
+        if diagnosed.verdict is Verdict.EXPLAINED or _fits(extended, estimates, linear):
             return extended
-    adequate = question.adequacy.adequate or (
-        diagnosed is not None and diagnosed.verdict is Verdict.ADEQUATE
-    )
-    linear, known = bases[0], question.compensated
+    found_adequate = diagnosed is not None and diagnosed.verdict is Verdict.ADEQUATE
+    adequate = estimates.adequacy.adequate or found_adequate
     if network is None or adequate:
         # a model that is not enough is a compromise: over all samples, those of reversals too
         best = _best(bases, known.signals) if adequate else linear
@@ -242,11 +242,11 @@ def _chosen(
     )
 
 
-def _fits(extended: _Choice, question: Question, base: _Base) -> bool:
+def _fits(extended: _Choice, estimates: AxisEstimates, base: _Base) -> bool:
     """Whether the extended model leaves no more than the base model, also near reversals."""
-    samples, regressor = question.part.samples, question.part.columns.values
+    samples, regressor = estimates.part.samples, estimates.part.columns.values
     left = extended.compensated.signals.effort[samples] - regressor @ extended.estimate.parameters
-    of_base = question.compensated.signals.effort[samples] - regressor @ base.estimate.parameters
+    of_base = estimates.compensated.signals.effort[samples] - regressor @ base.estimate.parameters
     return bool(np.linalg.norm(left) <= np.linalg.norm(of_base))
 
 
@@ -255,16 +255,16 @@ def _best(bases: tuple[_Base, _Base], signals: Signals) -> _Base:
 
 
 def _extended(
-    question: Question, diagnosed: "AxisDiagnosis", bases: tuple[_Base, _Base]
+    estimates: AxisEstimates, diagnosed: "AxisDiagnosis", bases: tuple[_Base, _Base]
 ) -> _Choice:
     """The base parameters of the extended model."""
-    name, known = question.name, question.compensated.signals
+    name, known = estimates.name, estimates.compensated.signals
     compensated = compensate_effects(
-        question.recording, name, Model({name: diagnosed.model}),
+        estimates.recording, name, Model({name: diagnosed.model}),
         late_s=diagnosed.timing.shift_s, of_motion=known,
     )  # fmt: skip
     estimate = Estimate(diagnosed.model.parameters, diagnosed.extended.estimate.std)
-    error = _model_error(compensated, question.part, estimate.std)
+    error = _model_error(compensated, estimates.part, estimate.std)
     causes = listed(dict.fromkeys(map(spoken, effect_names(diagnosed.model))))
     reason = f"the base model is inadequate; the extended model has {causes}"
     if diagnosed.base_is_enough:

@@ -43,7 +43,7 @@ Array = NDArray[np.float64]
 _RATE: Final = 8.0
 """Samples per period of the motion's bandwidth."""
 _FREQUENCIES: Final = 512
-"""At which the noise through the filter is summed up."""
+"""Number of frequencies at which the noise through the filter is summed up."""
 _FEWEST: Final = 8
 """Samples, two for each parameter."""
 _TINY: Final = float(np.finfo(float).tiny)
@@ -169,7 +169,7 @@ class ComparedSignals:
 
     @cached_property
     def moves(self) -> RegimeMoves:
-        """Of the base model's parameters, where parts of the motion are left out."""
+        """Moves of the base model's parameters where parts of the motion are left out."""
         divided = regimes(self.regressor, self.position, self.samples)
         return regime_moves(self.regressor, self.effort, divided)
 
@@ -190,7 +190,7 @@ class ComparedSignals:
         return float(coloured_std(columns, self.residual)[-1]) / length
 
     def shift(self, sampling_s: float) -> Shift:
-        """By which the effort is recorded late, to first order.
+        """Time by which the effort is recorded late, to first order.
 
         Parameters
         ----------

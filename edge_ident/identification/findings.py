@@ -95,10 +95,15 @@ def _verdict(adequacy: Adequacy, diagnosed: "AxisDiagnosis") -> list[Finding]:
 
 
 def said_once(findings: list[Finding]) -> tuple[Finding, ...]:
-    """Findings, each said once: identification and diagnosis make some of the same checks."""
+    """Findings, each said once: identification and diagnosis make some of the same checks.
+
+    Both may find a negative parameter, on other samples and so with other numbers. The one that
+    blocks has the numbers of the answer, and is kept.
+    """
     kept: dict[tuple[str, str], Finding] = {}
     for finding in findings:
-        same = (finding.code, finding.message)
+        numbers_differ = finding.code.startswith("negative_")
+        same = (finding.code, "" if numbers_differ else finding.message)
         if same not in kept or finding.blocks:
             kept[same] = finding
     return tuple(kept.values())

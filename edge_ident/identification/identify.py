@@ -17,7 +17,7 @@ from edge_ident.estimation.compensation import compensate_effects
 from edge_ident.estimation.least_squares import EstimationPart
 from edge_ident.estimation.network import Network
 from edge_ident.identification.adequacy import Adequacy, judge
-from edge_ident.identification.answer import Question, answer
+from edge_ident.identification.answer import AxisEstimates, answer
 from edge_ident.identification.in_step import SMALLEST_SHIFT, in_step
 from edge_ident.identification.long_recordings import at_needed_rate
 from edge_ident.identification.network_answers import network_input, run_network
@@ -96,24 +96,24 @@ def identify(
         recording = with_even_rows(recording)
         needed = at_needed_rate(recording)
     axes = {}
-    for names in _looked_at_together(needed):
-        looks = {name: _look(needed, name, network, model, watch) for name in names}
-        inputs = {name: seen for name, (_, seen) in looks.items()}
+    for names in _network_batches(needed):
+        estimated = {name: _estimated(needed, name, network, model, watch) for name in names}
+        inputs = {name: seen for name, (_, seen) in estimated.items()}
         read = run_network(inputs, network, seed, watch)
         for name in names:
             estimate, reason = read[name]
-            question = replace(looks.pop(name)[0], network=estimate, network_reason=reason)
+            estimates = replace(estimated.pop(name)[0], network=estimate, network_reason=reason)
             outcome: AxisDiagnosis | DataError | None = (diagnosed or {}).get(name)
-            if diagnose and outcome is None and not question.adequacy.adequate:
+            if diagnose and outcome is None and not estimates.adequacy.adequate:
                 with watch.stage("diagnosis"):
                     outcome = _diagnosed(recording, name, model, on_progress)
             with watch.stage("estimate"):
-                axes[name] = answer(_in_step_as_diagnosed(question, outcome, model), outcome)
-            del question
+                axes[name] = answer(_in_step_as_diagnosed(estimates, outcome, model), outcome)
+            del estimates
     return Identification(axes, watch.timing_ms())
 
 
-def _looked_at_together(recording: Recording) -> list[list[str]]:
+def _network_batches(recording: Recording) -> list[list[str]]:
     """Axes that the network reads in one batch: all, unless their signals are large."""
     names = list(recording.axes)
     return [names] if len(recording.time_s) <= LONG else [[name] for name in names]
@@ -138,14 +138,14 @@ def _diagnosed(
     return found.axes[name]
 
 
-def _look(
+def _estimated(
     recording: Recording,
     name: str,
     network: Network | None,
     model: Model | None,
     watch: Stopwatch,
-) -> tuple[Question, Subsampled | str]:
-    """All that is known of an axis before network and diagnosis, and what the network is to read.
+) -> tuple[AxisEstimates, Subsampled | str]:
+    """What is estimated of an axis before network and diagnosis, and what the network is to read.
 
     In place of the latter, why no network can read this axis.
     """
@@ -166,32 +166,32 @@ def _look(
         subsampled = network_input(seen.signals, axis, network, watch)
     with watch.stage("estimate"):
         linear, adequacy = _fitted(compensated, part, found.adequacy)
-    question = Question(
+    estimates = AxisEstimates(
         recording, name, compensated, part, linear, compared, None, "", adequacy, timing
     )
-    return question, subsampled
+    return estimates, subsampled
 
 
 def _in_step_as_diagnosed(
-    question: Question, outcome: "AxisDiagnosis | DataError | None", model: Model | None
-) -> Question:
+    estimates: AxisEstimates, outcome: "AxisDiagnosis | DataError | None", model: Model | None
+) -> AxisEstimates:
     """An adequate axis with the shift that its diagnosis found, where that is another; where a
     delay is in the diagnosis' model, the shift is not asked for."""
     if outcome is None or isinstance(outcome, DataError) or outcome.verdict is not Verdict.ADEQUATE:
-        return question
+        return estimates
     if outcome.timing == NO_SHIFT:
-        return question
-    known, timing = question.compensated, outcome.timing
-    apart_s = abs(timing.shift_s - question.timing.shift_s)
+        return estimates
+    known, timing = estimates.compensated, outcome.timing
+    apart_s = abs(timing.shift_s - estimates.timing.shift_s)
     if apart_s < SMALLEST_SHIFT * known.signals.recorded_period_s:
-        return question
+        return estimates
     compensated = compensate_effects(
-        question.recording, question.name, model, late_s=timing.shift_s, of_motion=known.signals
+        estimates.recording, estimates.name, model, late_s=timing.shift_s, of_motion=known.signals
     )
-    compared = question.compared.with_effort(compensated)
-    linear, adequacy = _fitted(compensated, question.part, judge(compared))
+    compared = estimates.compared.with_effort(compensated)
+    linear, adequacy = _fitted(compensated, estimates.part, judge(compared))
     return replace(
-        question,
+        estimates,
         compensated=compensated,
         compared=compared,
         linear=linear,

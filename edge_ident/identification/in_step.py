@@ -20,7 +20,7 @@ SMALLEST_SHIFT: Final = 0.02
 _CERTAIN: Final = 3.0
 """Its standard deviations up to which a second look would follow noise."""
 _LOOKS: Final = 3
-"""At the signals: a shift of a sample is known to a hundredth after two."""
+"""Looks at the signals: a shift of a sample is known to a hundredth after two."""
 
 
 class _Shifted(Protocol):

@@ -19,7 +19,7 @@ from edge_ident.signals.resampling import EvenGrid
 _RATE: Final = 5.0
 """Samples per period of the highest cut-off: at half this rate its filter passes 0.07 %."""
 _ROUNDING: Final = 1e-9
-"""Of a stride."""
+"""Rounding error of a stride."""
 
 
 def at_needed_rate(recording: Recording) -> Recording:

@@ -77,7 +77,7 @@ class Parameter:
 CLOCK: Final = Parameter(
     "clock", "1", 0.0, 1e9, "of its time, among those of several recordings", default=0.0
 )
-"""Of an effect that happens at one moment (`Motion.clock`)."""
+"""Parameter of an effect that happens at one moment: which recording (`Motion.clock`)."""
 
 
 class Effect:

@@ -120,12 +120,12 @@ class AxisModel:
 
     @property
     def units(self) -> tuple[str, str]:
-        """Of position and effort."""
+        """Units of position and effort."""
         return self.position_unit, self.effort_unit
 
     @property
     def parameters(self) -> NDArray[np.float64]:
-        """Of the base term, (4,) or (D, 4), in the order of `PARAMETERS`."""
+        """Values of the base term, (4,) or (D, 4), in the order of `PARAMETERS`."""
         values = [np.asarray(self.terms[0].values[name], dtype=np.float64) for name in PARAMETERS]
         return np.stack(np.broadcast_arrays(*values), axis=-1)
 

@@ -32,7 +32,7 @@ class _Steps(NamedTuple):
 
     @classmethod
     def of(cls, values: Values, damping: float, step_s: float, shape: tuple[int, ...]) -> Self:
-        """Those of the implicit midpoint rule."""
+        """Coefficients of the implicit midpoint rule."""
         half_s, scale = 0.5 * step_s, 0.5 * step_s**2
         rate = _resolved(values, step_s)
         spring, damper = rate**2, 2.0 * damping * rate

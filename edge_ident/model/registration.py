@@ -50,7 +50,7 @@ _PROBE: Final = Excitation(
     base=np.array([0.5, 1.0, 1.0, 0.1]),
     spans=(Span(0, 0.0, 2.0),),
 )
-"""Of the motion along which linearity is checked."""
+"""Excitation by the motion along which linearity is checked."""
 
 
 def check_effect(name: str, effect: object, catalogue: Collection[str]) -> None:
@@ -183,7 +183,7 @@ def _is_linear(effect: Effect, form: Form) -> bool:
 
 
 def _probe_values(effect: Effect) -> dict[str, Array]:
-    """Of its parameters: the linear ones zero, the nonlinear ones the first of the grid."""
+    """Values to check an effect with: linear ones zero, nonlinear ones the first of the grid."""
     values = {
         p.name: np.full(1, 0.0 if p.default is None else p.default) for p in effect.parameters
     }

@@ -36,7 +36,7 @@ class RigidBody(Effect):
         return values["coulomb_friction"]
 
     def inertia(self, at: Motion, values: Values) -> Array:
-        """Of everything that moves with the encoder."""
+        """Inertia of everything that moves with the encoder."""
         return values["inertia"]
 
 

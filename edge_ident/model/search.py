@@ -119,7 +119,7 @@ class Excitation:
 
     @property
     def turning_rate(self) -> float:
-        """Of a sine (rad/s) with the same typical speed and acceleration."""
+        """Angular frequency (rad/s) of a sine with the same typical speed and acceleration."""
         return self.acceleration / self.typical_speed
 
     def moved(self, inertia: Array) -> bool:
@@ -136,7 +136,7 @@ class Excitation:
         return np.asarray(self.travel / (lowest + step * np.arange(count)))
 
     def waves(self, highest: float) -> dict[str, Array]:
-        """From a quarter of a wave over the travel to so many, about the middle of the travel."""
+        """Waves to search, from a quarter of one over the travel to so many, about its middle."""
         periods = self.periods(0.25, highest, step=0.25)
         middle = self.lowest + 0.5 * self.travel
         return {"period": periods, "centre": np.full(len(periods), middle)}
@@ -169,7 +169,7 @@ def _never(values: Values, excitation: Excitation) -> bool:
     return False
 
 
-def _itself(values: Values, inertia: float) -> str:
+def _not_degenerate(values: Values, inertia: float) -> str:
     return ""
 
 
@@ -216,6 +216,8 @@ class SearchSpec:
     shares_friction : bool
         Whether it makes up the axis's friction together with the base model's: then only the sum
         has to be positive.
+    sound : callable
+        Whether values (a mapping of arrays) are those that every sound drive has as well.
     degenerate : callable
         Why values are those of another effect, to which this one tends, or of no axis with that
         inertia; nothing where they are neither.
@@ -234,7 +236,7 @@ class SearchSpec:
     repeats: bool = False
     shares_friction: bool = False
     sound: Callable[[Values, Excitation], bool] = _never
-    degenerate: Callable[[Values, float], str] = _itself
+    degenerate: Callable[[Values, float], str] = _not_degenerate
 
     @property
     def linear(self) -> frozenset[str]:

@@ -79,7 +79,7 @@ class Departure:
     supported: Interval
 
     def sentence(self, unit: str) -> str:
-        """In words, with its unit."""
+        """The departure in words, with its unit."""
         low, high = self.reached
         return (
             f"{self.quantity} {low:.3g} to {high:.3g} {unit} (supported "

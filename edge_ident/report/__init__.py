@@ -1,6 +1,6 @@
 """Results become something to read: documents, tables, figures, pages.
 
-This is the door of the room; its names load their modules when they are first used.
+The command line imports these names from here. Each loads its module when it is first used.
 """
 
 from typing import TYPE_CHECKING

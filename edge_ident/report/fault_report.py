@@ -18,7 +18,7 @@ def fault_lines(faults: Sequence[Fault]) -> list[str]:
 
 
 def _size(fault: Fault) -> str:
-    """In the measure that it was given in, and in its unit where that is another."""
+    """Size of a fault as it was given, and in its unit where that is another."""
     given = f"{fault.strength:.3g} {fault.measure}"
     if fault.unit in (fault.measure, "1"):
         return given

@@ -145,7 +145,7 @@ def _table(report: GainReport, axis: str) -> FittingTable:
     banks = [report.active[axis]] + ([] if report.new is None else [report.new[axis]])
     for row in gain_rows(banks):
         change = [] if report.new is None else [row.change]
-        table.add_row(row.label(row.name.replace("_", " ")), *row.cells(4), *change)
+        table.add_row(row.label, *row.cells(4), *change)
     for label, shown in _predictions(report, axis):
         table.add_row(label, *shown)
     return table
@@ -156,7 +156,7 @@ def _predictions(report: GainReport, axis: str) -> list[tuple[str, list[str]]]:
     rows: list[tuple[str, list[str]]] = []
     forecasts = [forecast[axis] for forecast in report.forecasts]
     if forecasts:
-        rows.append(("phase margin °", [f"{f.phase_margin_deg:.0f}" for f in forecasts]))
+        rows.append(("phase margin (°)", [f"{f.phase_margin_deg:.0f}" for f in forecasts]))
         rows.append(("gain margin", [f"{f.gain_margin:.3g}" for f in forecasts]))
     for quantity in ("rms", "peak"):
         found = [getattr(forecast, f"tracking_{quantity}") for forecast in forecasts]
@@ -165,9 +165,9 @@ def _predictions(report: GainReport, axis: str) -> list[tuple[str, list[str]]]:
                 f"{1e3 * of.middle_rad:.3g} ({1e3 * of.low_rad:.3g} to {1e3 * of.high_rad:.3g})"
                 for of in found
             ]
-            rows.append((f"tracking error, {quantity}, forecast mrad", cells))
+            rows.append((f"tracking error, {quantity}, forecast (mrad)", cells))
     measured = _measured(report.change, axis)
     if measured is not None:
         shown = ["" if rms is None else f"{1e3 * rms:.3g}" for rms in measured]
-        rows.append(("tracking error, rms, measured mrad", shown))
+        rows.append(("tracking error, rms, measured (mrad)", shown))
     return rows

@@ -32,8 +32,10 @@ class GainRow:
     entries: int
     values: tuple[tuple[float, ...], ...]
 
-    def label(self, words: str) -> str:
-        """The name in these words, with the number of entries."""
+    @property
+    def label(self) -> str:
+        """The name in words, with the number of entries of a table."""
+        words = gain_label(self.name)
         return f"{words} ({self.entries})" if self.entries else words
 
     def cells(self, digits: int) -> list[str]:
@@ -69,6 +71,14 @@ class GainRow:
         if self.entries:
             return f"by up to {np.max(np.abs(new - old)):.2g}"
         return "changed" if len(old) > 1 else _factor(float(old[0]), float(new[0]))
+
+
+def gain_label(name: str) -> str:
+    """A gain's name in words, its unit in brackets where the name holds it."""
+    for ending, unit in (("_rad_s", "rad/s"), ("_rad", "rad"), ("_s", "s")):
+        if name.endswith(ending):
+            return f"{name.removesuffix(ending).replace('_', ' ')} ({unit})"
+    return name.replace("_", " ")
 
 
 def _factor(old: float, new: float) -> str:

@@ -107,8 +107,8 @@ def designs_view(designs: Mapping[str, "GainDesign"]) -> Group:
 
 def _gain_rows(designs: list["GainDesign"]) -> Iterator[tuple[str, list[str]]]:
     """Label and one cell per axis."""
-    yield "bandwidth rad/s", [f"{d.bandwidth_rad_s:.4g}" for d in designs]
-    yield "phase margin °", [f"{d.phase_margin_deg:.4g}" for d in designs]
+    yield "bandwidth (rad/s)", [f"{d.bandwidth_rad_s:.4g}" for d in designs]
+    yield "phase margin (°)", [f"{d.phase_margin_deg:.4g}" for d in designs]
     yield "gain margin", [f"{d.gain_margin:.4g}" for d in designs]
     for row in gain_rows([d.gains for d in designs]):
-        yield row.label(row.name.replace("_", " ")), row.cells(4)
+        yield row.label, row.cells(4)

@@ -15,8 +15,8 @@ from edge_ident.files.table import Column, Table
 from edge_ident.files.units import Unit, known_unit
 from edge_ident.signals.column_proposals import propose_axes
 from edge_ident.signals.column_roles import role_of
-from edge_ident.signals.column_units import checked_options, conversion, weak
-from edge_ident.signals.contract_columns import EFFORTS, TIME, name_with, parse_name
+from edge_ident.signals.column_units import check_options, conversion, unit_may_be_name
+from edge_ident.signals.contract_columns import EFFORTS, TIME, contract_name, parse_name
 from edge_ident.signals.read_columns import Proposal, ReadColumn, read_columns
 from edge_ident.signals.read_options import ReadOptions
 from edge_ident.signals.time_proposals import propose_time
@@ -80,7 +80,7 @@ def map_columns(table: Table, options: ReadOptions) -> ColumnMapping:
         A column that the user names does not exist, a name is not the contract's, or a unit
         cannot be converted.
     """
-    checked_options(options)
+    check_options(options)
     said, units = _said(table, options)
     targets = {heading: Proposal(target, "as given") for heading, target in said.items()}
     targets |= _contract(table, said, options)
@@ -174,7 +174,7 @@ def _contract_name(column: Column) -> str | None:
     if parse_name(column.heading) is not None:
         return column.heading
     unit = None if column.unit is None else known_unit(column.unit)
-    return None if unit is None else name_with(column.name, unit.base)
+    return None if unit is None else contract_name(column.name, unit.base)
 
 
 def _column(table: Table, name: str) -> Column:
@@ -209,7 +209,7 @@ def _use(
     try:
         unit = conversion(column, target, text, options)
     except DataError:
-        if column.heading in units or not weak(column):
+        if column.heading in units or not unit_may_be_name(column):
             raise
         text, unit = None, conversion(column, target, None, options)
     if text is None and read.unknown is not None:

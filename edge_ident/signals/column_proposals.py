@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from edge_ident.files.table import Column
 from edge_ident.files.units import Unit, stated_unit
 from edge_ident.signals.column_roles import COORDINATES, EFFORT_LETTERS, Role, axis_names
-from edge_ident.signals.column_units import end_of, told
+from edge_ident.signals.column_units import name_ending, resolved_unit
 from edge_ident.signals.contract_columns import EFFORTS, QUANTITIES, UNITS
 from edge_ident.signals.read_columns import (
     LENGTHS,
@@ -157,18 +157,18 @@ def _of_position(
     """What a position may be."""
     if read.unit is None:
         return _of_bare_position(read, axis, turns)
-    unit, lacks = told(read.unit, options)
+    unit, missing = resolved_unit(read.unit, options)
     reason = f"a position in {read.column.unit}"
-    if lacks:
-        return _open(f"{axis}_position_rad", reason, lacks), [_asks(read, lacks)]
+    if missing:
+        return _open(f"{axis}_position_rad", reason, missing), [_asks(read, missing)]
     if unit.base not in LENGTHS:
         proposal, asked = without_unit(read, f"{axis}_position_rad", "named a position")
         return proposal, [asked]
-    return Proposal(f"{axis}_position_{end_of(unit.base)}", reason), []
+    return Proposal(f"{axis}_position_{name_ending(unit.base)}", reason), []
 
 
 def _of_bare_position(read: ReadColumn, axis: str, turns: bool) -> tuple[Proposal, list[str]]:
-    """The same where no unit is known."""
+    """What a position may be whose unit is not known."""
     heading, values = read.heading, read.column.values
     if read.unknown is not None and read.unknown.lower() == "grad":
         asked = f"{heading} is in grad: degrees (German Grad), or gradians of 0.9 degrees (gon)?"
@@ -194,7 +194,7 @@ def _angle_unit(values: NDArray[np.float64]) -> str:
 def _of_effort(read: ReadColumn, axis: str, options: ReadOptions) -> tuple[Proposal, list[str]]:
     heading, named = read.heading, read.role.quantity
     text = _GUESSED.get(named, "Nm")
-    guess, _ = told(stated_unit(text) or Unit("N*m"), options)
+    guess, _ = resolved_unit(stated_unit(text) or Unit("N*m"), options)
     taken = f"named {named}" if named else "taken for the effort"
     if read.unknown is not None:
         proposal, question = without_unit(read, _effort_name(axis, guess.base), taken)
@@ -204,10 +204,10 @@ def _of_effort(read: ReadColumn, axis: str, options: ReadOptions) -> tuple[Propo
             Proposal(_effort_name(axis, guess.base), taken, text),
             [f"{heading} states no unit: {text}?"],
         )
-    unit, lacks = told(read.unit, options)
+    unit, missing = resolved_unit(read.unit, options)
     reason = f"{'an' if named == 'effort' else 'a'} {named or 'column'} in {read.column.unit}"
-    if lacks:
-        return _open(f"{axis}_torque_nm", reason, lacks), [_asks(read, lacks)]
+    if missing:
+        return _open(f"{axis}_torque_nm", reason, missing), [_asks(read, missing)]
     if unit.base not in _EFFORT_OF:
         proposal, question = without_unit(read, _effort_name(axis, guess.base), taken)
         return proposal, [question]
@@ -230,7 +230,7 @@ def _optional(
             and r.role.axis == position.role.axis
             and (quantity == "reference" or not r.role.commanded)
             and r.unit is not None
-            and end_of(r.unit.base) == end
+            and name_ending(r.unit.base) == end
         ]
         if len(fits) == 1:
             heading, unit = fits[0].heading, fits[0].column.unit
@@ -243,7 +243,7 @@ def _is_effort(read: ReadColumn) -> bool:
 
 
 def _effort_name(axis: str, base: str) -> str:
-    return f"{axis}_{_EFFORT_OF[base]}_{end_of(base)}"
+    return f"{axis}_{_EFFORT_OF[base]}_{name_ending(base)}"
 
 
 def _open(target: str, reason: str, option: str) -> Proposal:

@@ -43,7 +43,7 @@ current."""
 COORDINATES: Final = frozenset({"q", "s", "x", "y", "z", "theta", "phi"})
 """Letters of formulas for a position, where a unit says the same."""
 EFFORT_LETTERS: Final = {"f": "force", "m": "torque", "i": "current", "u": "voltage"}
-"""The same for an effort."""
+"""Letters of formulas for an effort, where a unit says the same."""
 _FILLERS: Final = frozenset({
     "act", "actual", "ist", "istwert", "wert", "value", "val", "measured", "meas", "mess",
     "feedback", "fb", "motor", "axis", "achse", "drive", "signal", "channel", "data", "out",

@@ -15,8 +15,8 @@ _ENDS: Final = {base: end for end, base in UNITS.items()}
 _PERCENT: Final = 0.01
 
 
-def checked_options(options: ReadOptions) -> None:
-    """Refuse units that are none.
+def check_options(options: ReadOptions) -> None:
+    """Check units, resolution, torque constant and rated effort that a user gives.
 
     Raises
     ------
@@ -48,8 +48,8 @@ def checked_options(options: ReadOptions) -> None:
         )
 
 
-def told(unit: Unit, options: ReadOptions) -> tuple[Unit, str]:
-    """A unit in terms of the contract's, by what the user says, and the option that lacks.
+def resolved_unit(unit: Unit, options: ReadOptions) -> tuple[Unit, str]:
+    """A unit as a multiple of one of the contract's, and the option that is missing for that.
 
     Counts need a resolution, percents a rated effort; a torque constant turns amperes into N·m.
     """
@@ -67,7 +67,7 @@ def told(unit: Unit, options: ReadOptions) -> tuple[Unit, str]:
 
 
 def conversion(column: Column, target: str, text: str | None, options: ReadOptions) -> Unit:
-    """What turns the numbers of a column into those of a column of the contract.
+    """The unit that converts the numbers of a column to those of a column of the contract.
 
     Parameters
     ----------
@@ -81,7 +81,7 @@ def conversion(column: Column, target: str, text: str | None, options: ReadOptio
     Raises
     ------
     DataError
-        The unit is of another kind, or an option lacks.
+        The unit is of another kind, or an option is missing.
     """
     parsed = parse_name(target)
     assert parsed is not None, target
@@ -91,13 +91,13 @@ def conversion(column: Column, target: str, text: str | None, options: ReadOptio
         return Unit(wanted)
     if unit.base == wanted:
         return unit
-    found, lacks = told(unit, options)
+    found, missing = resolved_unit(unit, options)
     if found.base == wanted:
         return found
-    if lacks or (unit.base == "A" and wanted == "N*m"):
+    if missing or (unit.base == "A" and wanted == "N*m"):
         raise DataError(
             f"column {column.heading} is in {text}, and {target} needs {wanted}",
-            f"give its meaning with {lacks or '--torque-constant'}",
+            f"give its meaning with {missing or '--torque-constant'}",
         )
     raise DataError(
         f"column {column.heading} is in {text}, which is no {wanted}, as {target} needs",
@@ -105,12 +105,12 @@ def conversion(column: Column, target: str, text: str | None, options: ReadOptio
     )
 
 
-def end_of(base: str) -> str | None:
-    """End of a column's name for a unit, None where the contract has none."""
+def name_ending(base: str) -> str | None:
+    """Ending of a column's name for a unit, such as nm for N*m; None for other units."""
     return _ENDS.get(base)
 
 
-def weak(column: Column) -> bool:
-    """Whether the unit stands after an underscore only, where it may be a part of the name."""
+def unit_may_be_name(column: Column) -> bool:
+    """Whether what looks like a unit may belong to the name: it stands after an underscore."""
     after_underscore = re.fullmatch(r".*_[A-Za-z_]+", column.heading) is not None
     return after_underscore and split_heading(column.heading)[1] == column.unit

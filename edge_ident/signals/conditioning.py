@@ -28,7 +28,7 @@ _MOST_SAMPLES: Final = 1 << 19
 SAMPLED_PER_PERIOD: Final = 20
 """Gautier's rule: sample at least 100 times faster than the dynamics, filter at 5 times."""
 FEWEST_CUTOFF_PERIODS: Final = 10.0
-"""In a record; a motion without acceleration would ask for none."""
+"""Fewest cut-off periods in a record; a motion without acceleration would ask for none."""
 ACCELERATION_NOISE_SHARE: Final = 0.05
 """Encoder noise allowed in the acceleration; its square biases the inertia, by 0.25 %."""
 _TINY: Final = float(np.finfo(float).tiny)
@@ -89,7 +89,7 @@ class Signals:
 
     @property
     def begin_s(self) -> float:
-        """From the first sample of the recording to the first of the signals."""
+        """Time from the first sample of the recording to the first of the signals."""
         return self.sampling.begin_s if self.sampling else 0.0
 
     def times_s(self, samples: NDArray[np.intp]) -> Array:

@@ -36,7 +36,7 @@ UNITS: Final = {
     "m_s": "m/s",
     "c": "degC",
 }
-"""From the end of a column's name to its unit."""
+"""Unit of a column, by the ending of its name."""
 _COLUMN: Final = re.compile(
     r"(?P<axis>\w+?)_(?P<quantity>" + "|".join(QUANTITIES) + r")_(?P<unit>[a-z_]+)"
 )
@@ -52,9 +52,11 @@ def parse_name(name: str) -> tuple[str, str, str] | None:
     return match["axis"], match["quantity"], match["unit"]
 
 
-def name_with(name: str, base: str) -> str | None:
-    """Column's name in the contract of an axis and quantity, such as `x_position`, and the SI unit
-    that its own unit is a multiple of; None where there is none."""
+def contract_name(name: str, base: str) -> str | None:
+    """Name in the contract from axis and quantity, such as `x_position`, and an SI unit.
+
+    None where the contract has no such column.
+    """
     ends = [end for end, text in UNITS.items() if text == base]
     whole = f"{name}_{ends[0]}" if ends else ""
     return whole if whole != TIME and parse_name(whole) else None

@@ -24,7 +24,9 @@ def subsample(signal: Array, points: int = POINTS) -> Array:
 
     Parameters
     ----------
-    signal : (N, ...) array, N at least `points`
+    signal : (N, ...) array
+        N is at least `points`.
+    points : int
 
     Returns
     -------

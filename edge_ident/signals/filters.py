@@ -42,6 +42,8 @@ def differentiate(
     Parameters
     ----------
     position : (N,) array
+    cutoff_hz, period_s : float
+        Of the filter (-6 dB), and of the samples.
     orders : sequence of int
         Of the derivatives that are wanted.
 

@@ -56,7 +56,7 @@ class Blocks:
 
     @classmethod
     def of(cls, position: NDArray[np.int64], effort: NDArray[np.int64]) -> "Blocks":
-        """Of the samples of a period, in counts.
+        """Blocks of the samples of a period, in counts.
 
         The sums are exact integers, rounded once to single precision, which is what the board has
         room for. The noise is that of `edge_ident.signals.encoder`.
@@ -100,7 +100,7 @@ class KnownMotion:
 
     @classmethod
     def of(cls, regressor: Array) -> "KnownMotion":
-        """Of the subsampled regressor (100, 4) of a period."""
+        """Known motion from the subsampled regressor (100, 4) of a period."""
         coefficients = np.zeros(BLOCKS)
         coefficients[: len(regressor)] = dct2(regressor[:, 1])
         velocity = idct2(coefficients) * np.sqrt(BLOCKS / len(regressor))

@@ -55,7 +55,7 @@ class ReadColumn:
 
     @property
     def heading(self) -> str:
-        """As it stands in the file."""
+        """The heading as it stands in the file."""
         return self.column.heading
 
     @property

@@ -78,7 +78,7 @@ class AxisRecord:
 
     @property
     def units(self) -> tuple[str, str]:
-        """Of position and effort."""
+        """Units of position and effort."""
         return self.position_unit, self.effort_unit
 
     @property

@@ -70,7 +70,7 @@ def check_scales(recording: Recording) -> list[ScaleQuestion]:
 
 
 def check_scale(recording: Recording, name: str) -> list[ScaleQuestion]:
-    """The same of one axis."""
+    """Questions about the scale of one axis."""
     axis, time_s = recording.axes[name], recording.time_s
     asked = _kinds(name, axis) + _travel(name, axis) + _sampling(name, axis, time_s)
     return asked + _within_axis(name, axis, time_s)

@@ -36,7 +36,7 @@ _TINY: Final = float(np.finfo(float).tiny)
 
 @dataclass(frozen=True)
 class Shift:
-    """By which the effort is recorded late.
+    """Time by which the effort is recorded late.
 
     Attributes
     ----------

@@ -19,7 +19,7 @@ _SOFT_LAG: Final = 1.0 / 60.0
 """Part of the motion's amplitude by which the peak effort makes a soft axis lag."""
 _DAMPING_RATIO: Final = 0.7
 _SAMPLES_PER_RADIAN: Final = 10.0
-"""At the loop's natural frequency, at least."""
+"""Fewest samples per radian at the loop's natural frequency."""
 
 
 def soft_gains(axis: AxisModel, motion: Array, period_s: float) -> list[AxisGains]:

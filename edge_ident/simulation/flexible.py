@@ -13,7 +13,7 @@ from firmware_interface.plant.plant import Plant
 Array = NDArray[np.float64]
 
 DELAY_SHARE: Final = 0.2
-"""Of a sampling period, from reading the encoders to the new effort; 0.5 ms of the board's 2.5."""
+"""Share of a sampling period from reading the encoders to the new effort: 0.5 of 2.5 ms."""
 
 
 class FlexibleMachine:
@@ -29,12 +29,12 @@ class FlexibleMachine:
 
     @property
     def position(self) -> Array:
-        """At the gearbox output, (A, 1)."""
+        """Position at the gearbox output, (A, 1)."""
         return np.array(self._plant.output_rad)[:, None]
 
     @property
     def velocity(self) -> Array:
-        """At the gearbox output, (A, 1)."""
+        """Velocity at the gearbox output, (A, 1)."""
         return np.array(self._plant.output_rad_s)[:, None]
 
     @property

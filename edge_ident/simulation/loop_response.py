@@ -45,7 +45,7 @@ _ALIKE: Final = 1e-3
 _AT_ONCE: Final = 0.0005
 """Share of the top speed in which friction turns round at once; a jump converges badly."""
 _CLOSING_S: Final = 0.5
-"""In which the end of a path leads back to its begin: a loop forgets within that."""
+"""Time in which the end of a path leads back to its begin: a loop forgets within that."""
 _LOWEST_RAD_S: Final = 1e-3
 _TOGETHER: Final = 5
 """Drives that are looked at together: what that takes stays in a processor's cache."""
@@ -57,18 +57,18 @@ class Path:
 
     Attributes
     ----------
-    way : Reference
+    reference : Reference
         (N,) arrays.
     period_s : float
         Between its samples; the law's own may be shorter.
     begin : int
-        Samples of the way into the motion, of which the error is not asked. The law's memory
-        begins empty with it.
+        Samples of the lead-in, of which the error is not asked. The law's memory begins empty
+        with it.
     other : Reference or None
-        Of the other axis, for the law's cross terms.
+        That of the other axis, for the law's cross terms.
     """
 
-    way: Reference
+    reference: Reference
     period_s: float
     begin: int = 0
     other: Reference | None = None
@@ -115,22 +115,25 @@ def tracking_errors(path: Path, loads: Loads, gains: AxisGains, hardware: LoopHa
         part = slice(at, at + _TOGETHER)
         some = Loads(loads.base[part], loads.beside[part], loads.turning[part], loads.noise[part])
         loop = _Loop.of(spectra, some, gains, hardware)
-        errors = _errors(path.way, some, loop, forward, hardware.effort_limit_nm)
+        errors = _errors(path.reference, some, loop, forward, hardware.effort_limit_nm)
         found[part] = errors[:, path.begin :]
     return found
 
 
 def _errors(
-    way: Reference, loads: Loads, loop: "_Loop", forward: Complex, limit_nm: float
+    reference: Reference, loads: Loads, loop: "_Loop", forward: Complex, limit_nm: float
 ) -> Array:
     """Reference less position, (D, N), along a whole path."""
     spectra, (inertia, viscous, _, offset) = loop.spectra, loads.base.T[..., None]
     needed = (
-        loads.beside + inertia * way.acceleration_rad_s2 + viscous * way.velocity_rad_s + offset
+        loads.beside
+        + inertia * reference.acceleration_rad_s2
+        + viscous * reference.velocity_rad_s
+        + offset
     )
     linear = loop.compliance * (spectra.of_rows(needed) - loop.late * forward)
-    start = np.broadcast_to(way.velocity_rad_s, loads.beside.shape)
-    error, state = loop.with_friction(linear, way.velocity_rad_s, start, _REPETITIONS)
+    start = np.broadcast_to(reference.velocity_rad_s, loads.beside.shape)
+    error, state = loop.with_friction(linear, reference.velocity_rad_s, start, _REPETITIONS)
     lacking = np.zeros(())
     for _ in range(_CLIPPINGS):
         command = spectra.back(forward + loop.law * error)
@@ -139,7 +142,9 @@ def _errors(
             break
         lacking = beyond
         less = loop.compliance * loop.late * spectra.of_rows(lacking)
-        error, state = loop.with_friction(linear + less, way.velocity_rad_s, state, _FOLLOWING)
+        error, state = loop.with_friction(
+            linear + less, reference.velocity_rad_s, state, _FOLLOWING
+        )
     read = loop.compliance * loop.late * loop.law * spectra.of_rows(loads.noise)
     return spectra.back(error + read)
 
@@ -225,7 +230,7 @@ class _Spectra:
 
     @classmethod
     def of(cls, path: Path) -> "_Spectra":
-        samples = len(path.way.velocity_rad_s)
+        samples = len(path.reference.velocity_rad_s)
         whole = fast_length(samples + int(_CLOSING_S / path.period_s))
         omega = 2.0 * np.pi * np.fft.rfftfreq(whole, path.period_s)
         return cls(np.maximum(omega, _LOWEST_RAD_S), samples, whole - samples)
@@ -254,12 +259,14 @@ def _fed_forward(path: Path, gains: AxisGains, spectra: _Spectra, period_s: floa
     leads the reference across the backlash. The inverse of the dead band is taken at the effort
     without feedback, of which little is left in a loop that follows.
     """
-    way, s = path.way, 1j * spectra.omega
-    memory = NOTHING.along(gains, np.concatenate([way.position_rad[:1], way.position_rad]))
-    forward = deadband_nm(gains, feedforward_nm(gains, way, np, path.other, memory), np)
+    reference, s = path.reference, 1j * spectra.omega
+    memory = NOTHING.along(
+        gains, np.concatenate([reference.position_rad[:1], reference.position_rad])
+    )
+    forward = deadband_nm(gains, feedforward_nm(gains, reference, np, path.other, memory), np)
     damping = replace(gains, proportional=0.0, integral=0.0)
     filtered = law_response(damping, spectra.omega, period_s) / s
-    beyond = spectra.of_rows(way.velocity_rad_s) * (gains.derivative - filtered)
+    beyond = spectra.of_rows(reference.velocity_rad_s) * (gains.derivative - filtered)
     if "backlash" in gains.terms:
         holding = law_response(replace(gains, derivative=0.0), spectra.omega, period_s)
         beyond = beyond + holding * spectra.of_rows(memory.backlash_rad)

@@ -100,12 +100,12 @@ class Machine:
 
     @property
     def position(self) -> Array:
-        """Of the encoder's side, (A, D)."""
+        """Position of the encoder's side, (A, D)."""
         return self._state[: self._count]
 
     @property
     def velocity(self) -> Array:
-        """Of the encoder's side, (A, D)."""
+        """Velocity of the encoder's side, (A, D)."""
         return self._state[self._count : 2 * self._count]
 
     @property
@@ -263,7 +263,7 @@ class Machine:
     def _instant(
         self, state: Array, direction: Array, driven: Array, since_s: float = 0.0
     ) -> Motion:
-        """Of all axes, (A, D)."""
+        """Motion of all axes, (A, D)."""
         position, velocity = state[: self._count], state[self._count : 2 * self._count]
         now = np.asarray(self._time_s + since_s)
         return Motion(now, position, velocity, self._zero, direction, driven=driven)

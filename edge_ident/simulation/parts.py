@@ -69,7 +69,7 @@ class Parts:
                 self.all.append(Part(i, effect, values, self._source(i, term), memory))
 
     def through(self, hook: str) -> list[Part]:
-        """Those that act through a hook."""
+        """Effects that act through a hook."""
         return [part for part in self.all if part.effect.overrides(hook)]
 
     def fastest_rate(self, top_speed: Array) -> float:

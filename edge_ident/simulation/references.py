@@ -20,7 +20,7 @@ from firmware_interface.motion import Trajectory, reference
 Array = NDArray[np.float64]
 
 _LEAD_IN_S: Final = 2.0
-"""In which an axis gets from rest into the motion of a recording."""
+"""Time in which an axis gets from rest into the motion of a recording."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class References:
 
     @property
     def period_s(self) -> float:
-        """Between samples."""
+        """Sampling period."""
         return float(self.time_s[-1] - self.time_s[0]) / (len(self.time_s) - 1)
 
     @property

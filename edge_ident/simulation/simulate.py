@@ -1,4 +1,4 @@
-"""The front door of the simulation: from a model and a motion to a recording."""
+"""Entry point of the simulation: from a model and a motion to a recording."""
 
 from collections.abc import Callable
 

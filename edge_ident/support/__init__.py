@@ -1,1 +1,1 @@
-"""Helpers that any room may use; they know nothing of drives."""
+"""Helpers that any package may use; they know nothing of drives."""

@@ -1,6 +1,6 @@
 """Names of a package that load their module when they are first used (PEP 562).
 
-A package that offers names of many rooms would otherwise load scipy and onnxruntime for a caller
+A package that offers names of many modules would otherwise load scipy and onnxruntime for a caller
 who wants neither.
 """
 

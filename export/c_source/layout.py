@@ -16,7 +16,7 @@ _SHIFTS: Final = (_MANTISSA_BITS, 62)
 """Scales of sums are mantissa / 2^shift: below one, and not so small that all sums vanish."""
 _INDEX_LIMIT: Final = 2**16
 _LARGEST_WEIGHT: Final = 1e6
-"""Of float weights: far above any trained one, far below where sums of a valid image overflow."""
+"""Largest float weight: far above any trained one, far below where sums overflow."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class SourceLayer:
 
     @property
     def constants_bytes(self) -> int:
-        """Of all arrays."""
+        """Size of all arrays."""
         return sum(array.values.nbytes for array in self.arrays)
 
 

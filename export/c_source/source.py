@@ -17,7 +17,7 @@ from export.c_source.reading import read_layers
 from export.c_source.rendering import Sizes, render, sizes_of
 
 MEMORY_LIMIT_BYTES: Final = 100_000
-"""Of working memory, the image included: leaves a quarter of 128 KiB to the program."""
+"""Limit of working memory, the image included: leaves the program a quarter of 128 KiB."""
 CONSTANTS_LIMIT_BYTES: Final = 416 * 1024
 """Room for every network of the shape that is trained here (up to 411 kB), in 512 KiB of flash."""
 

@@ -25,11 +25,11 @@ class State(Protocol):
 
     @property
     def other_velocity(self) -> Value:
-        """Of the other axis's table."""
+        """Velocity of the other axis's table."""
 
     @property
     def other_acceleration(self) -> Value:
-        """Of the other axis's table."""
+        """Acceleration of the other axis's table."""
 
 
 @dataclass(frozen=True)

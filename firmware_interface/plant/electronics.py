@@ -15,6 +15,8 @@ from firmware_interface.plant.timed_effects import lagged
 _DELAYS = np.arange(11) / 10
 """Periods until a command acts; half a period more is its middle."""
 _GEAR_RATIOS = (5.0, 50.0)
+_NOISE = (0.005, 0.04)
+"""Noise over the rms effort."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +38,7 @@ class Electronics:
 
     @property
     def effort_shift_s(self) -> float | Array:
-        """From a stamp to the middle of the period in which its command acts."""
+        """Time from a stamp to the middle of the period in which its command acts."""
         return (0.5 + self.delay_periods) * SAMPLE_S
 
 
@@ -79,7 +81,7 @@ def draw_electronics(shape: tuple[int, int], seed: int) -> Electronics:
     )
 
 
-def draw_noise(count: int, seed: int, low: float = 0.005, high: float = 0.04) -> Noise:
+def draw_noise(count: int, seed: int) -> Noise:
     """White effort noise of B drives, 0.5 to 4 % of the rms effort, even in the logarithm."""
     rng = np.random.default_rng([seed, 9])
-    return Noise(log_uniform(rng, low, high, (count, 1)))
+    return Noise(log_uniform(rng, *_NOISE, (count, 1)))

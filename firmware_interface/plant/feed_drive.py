@@ -21,9 +21,9 @@ _SHARES: Final = {
     "viscous_friction": (0.40, 0.08, 0.52),
     "coulomb_friction": (0.30, 0.0, 0.70),
 }
-"""Of the motor with its gearbox, the screw, and the table."""
+"""Shares of the motor with its gearbox, the screw, and the table."""
 _STIFFNESS: Final = 3.0e4
-"""Of either joint, N·m/rad: at full speed the chain winds up by a fifth of an encoder count."""
+"""Of each joint, N·m/rad: at full speed the chain winds up by a fifth of an encoder count."""
 _DAMPING_RATIO: Final = 0.09
 
 

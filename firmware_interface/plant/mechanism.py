@@ -21,7 +21,7 @@ ELEMENTS = 8
 
 
 def overriding(effects: Sequence[Effect], hook: str) -> list[Effect]:
-    """Those effects that act by a hook."""
+    """Effects that act by a hook."""
     return [e for e in effects if getattr(type(e), hook) is not getattr(Effect, hook)]
 
 
@@ -68,12 +68,12 @@ class Mechanism:
 
     @property
     def other_velocity(self) -> Array:
-        """Of the other axis's table, (B, A)."""
+        """Velocity of the other axis's table, (B, A)."""
         return self.velocity[2, :, ::-1]
 
     @property
     def other_acceleration(self) -> Array:
-        """Of the other axis's table, (B, A)."""
+        """Acceleration of the other axis's table, (B, A)."""
         return self.table_acceleration[:, ::-1]
 
     def at(self, time_s: float) -> None:

@@ -16,6 +16,13 @@ SAMPLE_S = 2.5e-3
 LEAD, TAIL = 800, 20
 _PAPER_RATE = 0.2875
 PAPER_SAMPLES = 8742
+_PERIOD_S = 10.0
+"""Period of a multisine."""
+_ORDERS = np.arange(1, 26)
+"""Orders of a multisine: 0.1 to 2.5 Hz."""
+_TOP_SPEED_RAD_S = 2.0
+_LEVELS = 5
+"""Speeds of a staircase."""
 
 
 @dataclass(frozen=True)
@@ -71,17 +78,16 @@ def paper(samples: int = PAPER_SAMPLES, phase_rad: float | Array = 0.0) -> Motio
     return Motion("paper", swing, speed, -(_PAPER_RATE**2) * swing)
 
 
-def multisine(samples: int = 8000, seed: int = 0, period_s: float = 10.0) -> Motion:
+def multisine(samples: int = 8000, seed: int = 0) -> Motion:
     """Sinusoids of random phase, 0.1 to 2.5 Hz, speeds as 1/√frequency; 2 rad/s at the peak."""
     rng = np.random.default_rng([seed, 2])
-    order = np.arange(1, round(2.5 * period_s) + 1)
-    rate = 2 * np.pi * order / period_s
-    phase = rng.uniform(0, 2 * np.pi, (2, len(order)))
-    wave = np.exp(1j * phase) * order**-0.5
-    peak = abs(_sums(_over_a_period(period_s), wave)).max(axis=0)
-    speed = 2.0 / peak[:, None] * wave
+    rate = 2 * np.pi * _ORDERS / _PERIOD_S
+    phase = rng.uniform(0, 2 * np.pi, (2, len(_ORDERS)))
+    wave = np.exp(1j * phase) * _ORDERS**-0.5
+    peak = abs(_sums(_over_a_period(), wave)).max(axis=0)
+    speed = _TOP_SPEED_RAD_S / peak[:, None] * wave
     parts = np.concatenate([speed / (1j * rate), speed, 1j * rate * speed])
-    return Motion("multisine", *np.split(_sums(_waves(samples, period_s), parts)[:, None], 3, -1))
+    return Motion("multisine", *np.split(_sums(_waves(samples), parts)[:, None], 3, -1))
 
 
 def _sums(waves: Array, amplitude: NDArray[np.complex128]) -> Array:
@@ -90,26 +96,26 @@ def _sums(waves: Array, amplitude: NDArray[np.complex128]) -> Array:
 
 
 @cache
-def _waves(samples: int, period_s: float) -> Array:
+def _waves(samples: int) -> Array:
     """Cosine and sine of each order of a multisine at each sample."""
-    return _harmonics(_clock(samples)[:, 0] / period_s, period_s)
+    return _harmonics(_clock(samples)[:, 0] / _PERIOD_S)
 
 
 @cache
-def _over_a_period(period_s: float) -> Array:
-    return _harmonics(np.linspace(0, 1, 2000)[:, None], period_s)
+def _over_a_period() -> Array:
+    return _harmonics(np.linspace(0, 1, 2000)[:, None])
 
 
-def _harmonics(turns: Array, period_s: float) -> Array:
-    angle = 2 * np.pi * turns * np.arange(1, round(2.5 * period_s) + 1)
+def _harmonics(turns: Array) -> Array:
+    angle = 2 * np.pi * turns * _ORDERS
     return np.concatenate([np.cos(angle), np.sin(angle)], axis=1)
 
 
-def staircase(samples: int = 8000, levels: int = 5, top_speed: float = 2.0) -> Motion:
+def staircase(samples: int = 8000) -> Motion:
     """Constant speeds, to and fro, each faster than the one before; z starts half a step later."""
-    hold = samples // (2 * levels)
+    hold = samples // (2 * _LEVELS)
     ramp = hold // 2
-    speeds = np.repeat(top_speed * np.arange(1, levels + 1) / levels, 2)
+    speeds = np.repeat(_TOP_SPEED_RAD_S * np.arange(1, _LEVELS + 1) / _LEVELS, 2)
     speeds[1::2] *= -1
     axes = [_stairs(speeds, hold, ramp, samples, late) for late in (0, hold // 2)]
     velocity, acceleration = (np.stack(part, axis=-1)[:, None] for part in zip(*axes, strict=True))

@@ -13,7 +13,7 @@ from firmware_interface.plant.motions import SAMPLE_S
 from firmware_interface.plant.moving_axis import MovingAxis
 
 DELAY: Final = 0.2
-"""Of a sample, after which a new command begins to act: 0.5 ms of 2.5."""
+"""Share of a sample after which a new command begins to act: 0.5 ms of 2.5."""
 LEAD_IN_S: Final = 5.0
 """A host goes to the start of its motion, and gathers speed there, before it records."""
 _REMEMBERED: Final = 64

@@ -151,7 +151,7 @@ class Drive:
         return [round(a / RAD_PER_COUNT) - zero for a, zero in zip(angles, self._zero, strict=True)]
 
     def _efforts(self, setpoints: Sequence[Setpoint], positions: list[int]) -> list[int]:
-        """In PWM counts; none at all as soon as one is not a number."""
+        """Efforts in PWM counts; none at all as soon as one is not a number."""
         counts = [
             round(c.effort_nm(s, p * RAD_PER_COUNT, other) / EFFORT_PER_COUNT_NM)
             for c, s, p, other in zip(

@@ -11,7 +11,7 @@ from firmware_interface.virtual.register_file import RegisterFile
 from firmware_interface.virtual.settings import BoardSettings
 
 _LONGEST_SHOWN_S: Final = 655.35
-"""As much as the register of the time that is left can say."""
+"""Largest time that the register of the time left can say."""
 
 
 class GainBanks:

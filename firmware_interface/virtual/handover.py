@@ -82,7 +82,7 @@ class Handover:
 
 
 def _shown(jump_nm: float) -> float:
-    """As a register says it."""
+    """The jump as a register says it."""
     if math.isnan(jump_nm):
         return _MOST_SHOWN_NM
     return min(max(jump_nm, -_MOST_SHOWN_NM), _MOST_SHOWN_NM)

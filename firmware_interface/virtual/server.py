@@ -24,7 +24,7 @@ LOOPBACK: Final = "127.0.0.1"
 CONNECTION_LIMIT: Final = 8
 """TCP clients at one time."""
 IDLE_TIMEOUT_S: Final = 120.0
-"""After which a TCP client that asks nothing is hung up on."""
+"""Time after which a TCP client that asks nothing is hung up on."""
 _IDLE_S: Final = 0.005
 _LOG: Final = logging.getLogger(__name__)
 

@@ -120,5 +120,5 @@ class BoardSettings:
 
     @property
     def claimed_crc(self) -> int:
-        """Of the register map; argument of START."""
+        """CRC of the register map; argument of START."""
         return MAP_CRCS[self.map_version] if self.map_crc is None else self.map_crc

@@ -17,7 +17,7 @@ from edge_ident.model.model import Estimate
 Array = NDArray[np.float64]
 
 _THRESHOLD: Final = 1.345
-"""In deviations: 95 % of least squares' efficiency on normal noise."""
+"""Threshold in deviations: 95 % of least squares' efficiency on normal noise."""
 _MEDIAN_TO_DEVIATION: Final = 1.4826
 _ROUNDS: Final = 200
 _CONVERGED: Final = 1e-6

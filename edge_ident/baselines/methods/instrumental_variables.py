@@ -27,7 +27,7 @@ _ROUNDS: Final = 20
 _NARROWER: Final = 0.5
 """Cut-off of the position to follow, over that of the regressor."""
 _SHARED_NOISE: Final = 0.073
-"""Of the acceleration noise's power: ∫x⁴/(1 + x⁸)/(1 + (2x)⁸) over ∫x⁴/(1 + x⁸)²."""
+"""Share of the acceleration noise's power: ∫x⁴/(1 + x⁸)/(1 + (2x)⁸) over ∫x⁴/(1 + x⁸)²."""
 _CONVERGED: Final = 1e-4
 """Change of the modelled effort, relative to the effort, that ends the rounds."""
 

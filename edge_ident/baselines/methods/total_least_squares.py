@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 _NOISY: Final = 2
 """Leading columns of the regressor that carry noise: acceleration and velocity."""
 _LEAST_EFFORT_NOISE: Final = 1e-6
-"""Of the effort's rms; without any, nothing would say how to share the residual out."""
+"""Least noise of the effort, over its rms; without any, no rule could divide the residual."""
 _UNCERTAINTY: Final = 0.1
 """Relative deviation of the noise's power: an encoder's steps are not quite white noise."""
 _ROUNDS: Final = 50

@@ -19,9 +19,9 @@ Array = NDArray[np.float64]
 
 _SEGMENTS: Final = 12
 _FEWEST_SAMPLES: Final = 20
-"""In a segment: its deviation is then known to a sixth."""
+"""Fewest samples in a segment: its deviation is then known to a sixth."""
 _LARGEST_RATIO: Final = 30.0
-"""Between the weights: without it, a segment that is fitted by chance would end up alone."""
+"""Largest ratio of weights: without it, a segment fitted by chance would end up alone."""
 _ROUNDS: Final = 100
 _CONVERGED: Final = 1e-6
 """Change of the modelled effort, relative to the effort, that ends the rounds."""

@@ -9,13 +9,13 @@ from edge_ident.signals.scale_checks import LONG_M, SMALL_RAD, TURNS, check_iner
 
 _TURN: Final = 2.0 * math.pi
 _LEAD_M: Final = (2e-4, 0.5)
-"""From the finest lead screws to pulleys and pinions of a hand's width."""
+"""Travel per turn: from the finest lead screws to pulleys and pinions of a hand's width."""
 _RATIO: Final = (1.0, 1000.0)
 """Gearboxes of feed drives reduce the speed; few have more than three stages of ten."""
 _COUNT_M: Final = (1e-9, 1e-5)
 """Linear scales end at a nanometre; a feed drive is accurate to better than ten micrometres."""
 _COUNT_RAD: Final = (_TURN / 2**32, _TURN / 3600.0)
-"""Of a rotary axis: finer than any encoder, and coarser than a tenth of a degree."""
+"""Counts of a rotary axis: finer than any encoder, and coarser than a tenth of a degree."""
 _TORQUE_NM: Final = (1e-3, 1e3)
 """Rated, of motors from finger to barrel size."""
 _MOTOR_RAD_S: Final = 60_000.0 * _TURN / 60.0
@@ -23,9 +23,9 @@ _MOTOR_RAD_S: Final = 60_000.0 * _TURN / 60.0
 _SHORT_M: Final = 1e-3
 """Travel of an axis that flexures guide, not a screw."""
 _CROSSING_S: Final = (0.02, 600.0)
-"""From end to end at top speed."""
+"""Time from end to end at top speed."""
 _SPEED_UP_S: Final = (1e-3, 60.0)
-"""From rest to top speed."""
+"""Time from rest to top speed."""
 _PEAK: Final = 5.0
 """Peak over rated torque of servo motors, at most."""
 _PERIOD_S: Final = (5e-5, 0.01)

@@ -14,7 +14,7 @@ from edge_ident.support.words import listed
 from firmware_interface.motion import stop_duration_s
 
 _SPEED_UP_S: Final = 1.0
-"""To top speed, where the acceleration is not known: slow for a feed drive, so that it can."""
+"""Time to top speed where the acceleration is not known: slow, so that a feed drive can."""
 _UNKNOWN_FRICTION: Final = 0.5
 """Part of the rated torque that is kept for friction and weight where they are not known."""
 _OF_TORQUE: Final = {

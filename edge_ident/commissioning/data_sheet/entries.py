@@ -52,7 +52,7 @@ def _encoder(sheet: AxisSheet, text: str) -> float:
 
 
 def _counts_per_turn(text: str) -> float:
-    """Of the shaft that the encoder sits on, from counts, lines or bits."""
+    """Counts per turn of the encoder's shaft, from counts, lines or bits."""
     if lines := re.fullmatch(r"(.+?)\s*lines?", text):
         return _LINE_COUNTS * quantity(lines[1], ("",))[0]
     if bits := re.fullmatch(r"(\d{1,2})\s*bits?", text):
@@ -67,7 +67,7 @@ def _counts_per_turn(text: str) -> float:
 
 
 def _scale_step_m(text: str) -> float:
-    """Of a linear scale, from the length of a count or counts per length."""
+    """Step of a linear scale, from the length of a count or counts per length."""
     per_length = count_unit(text) if "/" in text else None
     step_m = per_length.factor if per_length else quantity(with_unit(text, "um"), ("m",))[0]
     if not step_m or (per_length and per_length.base != "m"):

@@ -14,9 +14,9 @@ _AT_TABLE: Final = {
     "speed_limit_rad_s": (1.0, "m/s"),
     "acceleration_rad_s2": (1.0, "m/s^2"),
 }
-"""Factor and unit in which a person knows these of a linear axis."""
+"""Factor and unit in which people know these numbers of a linear axis."""
 _RANGES: Final = AXIS_RANGES | {"acceleration_rad_s2": (1e-3, 1e9)}
-"""Of a field that is a key of the description, the same; no motion has zero acceleration."""
+"""Lowest and highest value of a field, as in the description; acceleration is never zero."""
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ class AxisSheet:
 
     @property
     def inertia(self) -> float | None:
-        """Of all that moves, kg*m^2, where it is known."""
+        """Inertia of all that moves, kg*m^2, where it is known."""
         if self.rotor_inertia is None or self.load_inertia is None:
             return None
         return self.rotor_inertia + self.load_inertia
@@ -65,7 +65,7 @@ class AxisSheet:
 
     @property
     def unit(self) -> str:
-        """In which the axis travels."""
+        """Unit of the axis's travel."""
         return "m" if self.kind == "linear" else "rad"
 
 

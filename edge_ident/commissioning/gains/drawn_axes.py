@@ -12,7 +12,7 @@ from edge_ident.model.model import PARAMETERS, AxisModel, Term
 DRAWS: Final = 19
 """A twentieth equal draw lies between the smallest and the largest in 18 of 20 cases."""
 _LEAST_SHARE: Final = 0.1
-"""Of an inertia or friction that a draw leaves: they are positive."""
+"""Least share of an inertia or friction that a draw leaves: they are positive."""
 
 
 def drawn_axis(axis: AxisModel, rng: np.random.Generator) -> AxisModel:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from edge_ident.commissioning.gains.drawn_axes import DRAWS, drawn_axis, from_then_on
 from edge_ident.commissioning.gains.unexplained import drawn_unexplained, encoder_replicas
-from edge_ident.commissioning.motion.recorded_motion import Moved
+from edge_ident.commissioning.motion.recorded_motion import RecordedMotion
 from edge_ident.control.position_loop import LoopHardware
 from edge_ident.diagnosis.prepare.masks import run_in
 from edge_ident.estimation.compensation import compensate_effects
@@ -72,7 +72,7 @@ class Grounds:
 
 
 def drawn_loads(
-    name: str, moved: Moved, grounds: Grounds, hardware: LoopHardware, every: int
+    name: str, moved: RecordedMotion, grounds: Grounds, hardware: LoopHardware, every: int
 ) -> tuple[Loads, Loads]:
     """What the drawn drives of one axis need, at every so many samples.
 
@@ -80,7 +80,7 @@ def drawn_loads(
     ----------
     name : str
         Of the axis.
-    moved : Moved
+    moved : RecordedMotion
     grounds : Grounds
     hardware : LoopHardware
     every : int
@@ -188,10 +188,12 @@ class _Need:
     wanted: Array
 
     @classmethod
-    def of(cls, axis: AxisModel, moved: Moved, signals: Signals, name: str, every: int) -> "_Need":
+    def of(
+        cls, axis: AxisModel, moved: RecordedMotion, signals: Signals, name: str, every: int
+    ) -> "_Need":
         made = np.asarray(axis.parameters @ signals.regressor.T)
         if len(axis.terms) == 1:
-            samples = len(moved.ways[name].position_rad)
+            samples = len(moved.references[name].position_rad)
             wanted: Array = np.broadcast_to(0.0, (len(made), samples))
         else:
             along = _effects(axis, moved.motions(signals.cutoff_hz), name)

@@ -109,7 +109,7 @@ def load_gains(path: Path) -> GainFile:
 
 
 def _owner(path: Path, backup: dict[str, Any]) -> int:
-    """Whose backup it is; gains without an owner would go to any board."""
+    """Serial number of the board of a backup; gains without one would go to any board."""
     serial_number = backup.get("serial_number")
     if not isinstance(serial_number, int) or isinstance(serial_number, bool):
         raise _error(path, f"serial_number is {serial_number!r:.30}, not a whole number")

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from edge_ident.commissioning.gains.drawn_loads import Grounds
 from edge_ident.commissioning.gains.promise import Expected
 from edge_ident.commissioning.gains.tracking_forecast import drawn_errors
-from edge_ident.commissioning.motion.recorded_motion import Moved
+from edge_ident.commissioning.motion.recorded_motion import RecordedMotion
 from edge_ident.control.gain_design import worst_margins
 from edge_ident.control.position_loop import LoopHardware
 from edge_ident.errors import DataError, GainError, ModelError
@@ -21,7 +21,7 @@ from firmware_interface.gains import Bank
 
 @dataclass(frozen=True)
 class Forecast:
-    """Of one axis under one set of gains.
+    """Margins and tracking error of one axis under one set of gains.
 
     Attributes
     ----------
@@ -48,7 +48,7 @@ class Forecast:
 
 
 Forecasts = tuple[Mapping[str, Forecast], ...]
-"""Of several banks, by axis; none where nothing is known of the drive."""
+"""Forecasts of several banks, by axis; none where nothing is known of the drive."""
 
 
 class Forecaster:
@@ -88,7 +88,7 @@ class Forecaster:
         self._hardware = LoopHardware.of_axes(identity, limits)
 
     def forecast(self, banks: Sequence[Bank]) -> Forecasts:
-        """Of every bank, by axis."""
+        """Forecast margins and tracking errors for every bank, by axis."""
         margins = [
             {
                 axis: Forecast(*worst_margins(bank[axis], self._grounds.model.axes[axis], hardware))
@@ -155,8 +155,8 @@ def _checked(model: Model, axes: tuple[str, ...]) -> Model:
     return Model({name: model.axes[name] for name in axes})
 
 
-def _moved(recording: Recording, axes: tuple[str, ...], identity: BoardIdentity) -> Moved:
-    moved = Moved.of(recording, axes)
+def _moved(recording: Recording, axes: tuple[str, ...], identity: BoardIdentity) -> RecordedMotion:
+    moved = RecordedMotion.of(recording, axes)
     if not math.isclose(moved.period_s, identity.sample_period_s, rel_tol=1e-3):
         raise DataError(
             f"{recording.source}: sampled every {moved.period_s:g} s, the board's loop runs "

@@ -20,7 +20,7 @@ from edge_ident.signals.recording import AxisRecord
 Array = NDArray[np.float64]
 
 _PARTS: Final = 32
-"""Of a recording, each long enough for its residual to forget the one before."""
+"""Parts of a recording, each long enough for its residual to forget the one before."""
 _PARAMETERS: Final = len(PARAMETERS)
 _CHANCE: Final = 1e-3
 """Probability of a difference as large on a machine that stayed the same."""
@@ -28,7 +28,7 @@ _RANK: Final = 1e-9
 
 
 def changed_share(time_s: tuple[Array, Array], axis: tuple[AxisRecord, AxisRecord]) -> float:
-    """By how much an axis changed from one recording to the other, as a share of the rms effort.
+    """How much an axis changed from one recording to the other, as a share of the rms effort.
 
     Parameters
     ----------

@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.commissioning.motion.recorded_motion import Moved
+from edge_ident.commissioning.motion.recorded_motion import RecordedMotion
 from edge_ident.control.gain_design import GainDesign
 from edge_ident.signals.recording import AxisRecord, Recording
 from firmware_interface.gains import AxisGains, Bank
@@ -34,8 +34,8 @@ def of_motor(recording: Recording, gains: Bank, trajectory: Trajectory) -> Recor
     """
     if not any("backlash" in of_axis.terms for of_axis in gains.values()):
         return recording
-    moved = Moved.along(recording, trajectory)
-    ways_in = {axis: way.position_rad[: moved.begin + 1] for axis, way in moved.ways.items()}
+    moved = RecordedMotion.along(recording, trajectory)
+    ways_in = {axis: way.position_rad[: moved.begin + 1] for axis, way in moved.references.items()}
     axes = {
         axis: _led(record, gains[axis], ways_in[axis]) for axis, record in recording.axes.items()
     }

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from edge_ident.commissioning.gains.drawn_loads import Grounds
 from edge_ident.commissioning.gains.tracking_forecast import Drawn, drawn_errors
-from edge_ident.commissioning.motion.recorded_motion import Moved
+from edge_ident.commissioning.motion.recorded_motion import RecordedMotion
 from edge_ident.control.position_loop import LoopHardware
 from edge_ident.signals.metrics import rms
 from firmware_interface.gains import Bank
@@ -38,7 +38,7 @@ SHARE: Final = 0.02
 COUNTS: Final = 0.1
 """Difference of rms errors in encoder counts that means anything."""
 _TAIL: Final = 0.05
-"""Of right forecasts, above the 90 % interval; and of right promises, that count as broken."""
+"""Share of right forecasts above the 90 % interval; and of right promises that count as broken."""
 _TINY: Final = 1e-12
 
 
@@ -51,7 +51,7 @@ class Errors:
 
     @classmethod
     def of(cls, error: Array) -> "Errors":
-        """Of an error over time, (N,)."""
+        """Rms and peak of an error over time, (N,)."""
         return cls(rms(error), float(np.max(np.abs(error))))
 
 
@@ -194,7 +194,7 @@ class Promised:
         return self.after.rms.limit_rad(judged) + COUNTS * self.count_rad
 
     def peak_limit_rad(self, judged: int) -> float:
-        """The same of the peak."""
+        """Largest peak error that keeps the promise; `judged` as in `kept`."""
         return self.after.peak.limit_rad(judged) + self.count_rad
 
 
@@ -250,11 +250,11 @@ class Promise:
         return 2 * len(self.every)
 
     def with_motion(self, name: str, axes: Mapping[str, Promised]) -> "Promise":
-        """With one motion more."""
+        """The promise with one motion more."""
         return Promise({**self.motions, name: axes})
 
     def measured(self, found: Mapping[str, Mapping[str, Errors]]) -> "Promise":
-        """With what was measured with the new gains, by motion and axis."""
+        """The promise with what was measured with the new gains, by motion and axis."""
         return Promise(
             {
                 motion: {
@@ -267,7 +267,7 @@ class Promise:
 
 
 def promised(
-    moved: Moved,
+    moved: RecordedMotion,
     grounds: Grounds,
     hardware: Mapping[str, LoopHardware],
     active: Bank,
@@ -277,7 +277,7 @@ def promised(
 
     Parameters
     ----------
-    moved : Moved
+    moved : RecordedMotion
     grounds : Grounds
     hardware : mapping of axis name to LoopHardware
     active, wanted : mapping of axis name to AxisGains

@@ -37,7 +37,7 @@ from numpy.typing import NDArray
 from edge_ident.commissioning.gains.drawn_axes import DRAWS
 from edge_ident.commissioning.gains.drawn_loads import Grounds, drawn_loads
 from edge_ident.commissioning.gains.motor_way import lead_rad
-from edge_ident.commissioning.motion.recorded_motion import Moved
+from edge_ident.commissioning.motion.recorded_motion import RecordedMotion
 from edge_ident.control.compensation import effort_limit_nm
 from edge_ident.control.gain_design import worst_margins
 from edge_ident.control.position_loop import LoopHardware
@@ -49,7 +49,7 @@ from firmware_interface.motion import Reference
 Array = NDArray[np.float64]
 
 _LOOKS: Final = 10.0
-"""In the time in which the stiffest loop turns by one radian."""
+"""Samples in the time in which the stiffest loop turns by one radian."""
 _TINY: Final = 1e-12
 
 
@@ -77,17 +77,17 @@ class Drawn:
 
 
 def drawn_errors(
-    moved: Moved,
+    moved: RecordedMotion,
     grounds: Grounds,
     hardware: Mapping[str, LoopHardware],
     recorded: Sequence[Bank],
     then: Sequence[Bank],
 ) -> tuple[Mapping[str, Drawn], ...]:
-    """Of every bank, those of `recorded` first, by axis; all draws are of the same drives.
+    """Tracking errors for every bank, those of `recorded` first, by axis, for the same drives.
 
     Parameters
     ----------
-    moved : Moved
+    moved : RecordedMotion
     grounds : Grounds
     hardware : mapping of axis name to LoopHardware
     recorded : sequence of mapping of axis name to AxisGains
@@ -111,19 +111,19 @@ def drawn_errors(
 
 def _of_axis(
     name: str,
-    moved: Moved,
+    moved: RecordedMotion,
     grounds: Grounds,
     hardware: LoopHardware,
     recorded: Sequence[Bank],
     then: Sequence[Bank],
 ) -> list[Drawn]:
-    """The same of one axis: what its drives need is large, and gone before the next is drawn."""
+    """Tracking errors of one axis: what its drives need is large, and freed before the next."""
     axis, gains = grounds.model.axes[name], [bank[name] for bank in (*recorded, *then)]
     every = _every(gains, axis, hardware)
-    ways = {other: _thinned(way, moved.begin, every) for other, way in moved.ways.items()}
-    others = [way for other, way in ways.items() if other != name]
+    thinned = {of: _thinned(each, moved.begin, every) for of, each in moved.references.items()}
+    others = [each for of, each in thinned.items() if of != name]
     beside = others[0] if len(others) == 1 else None
-    path = Path(ways[name], every * hardware.sample_period_s, moved.begin // every, beside)
+    path = Path(thinned[name], every * hardware.sample_period_s, moved.begin // every, beside)
     during, later = drawn_loads(name, moved, grounds, hardware, every)
     limited = replace(hardware, effort_limit_nm=effort_limit_nm(axis, hardware))
     return [
@@ -139,9 +139,9 @@ def _every(gains: Sequence[AxisGains], axis: AxisModel, hardware: LoopHardware) 
     return max(1, int(1.0 / (_LOOKS * fastest * hardware.sample_period_s)))
 
 
-def _thinned(way: Reference, begin: int, every: int) -> Reference:
+def _thinned(whole: Reference, begin: int, every: int) -> Reference:
     """Every so many samples, the first of the recording among them."""
-    rows = (way.position_rad, way.velocity_rad_s, way.acceleration_rad_s2)
+    rows = (whole.position_rad, whole.velocity_rad_s, whole.acceleration_rad_s2)
     return Reference(*(row[begin % every :: every] for row in rows))
 
 
@@ -151,12 +151,12 @@ def _drawn(
     phase_margin, gain_margin = worst_margins(gains, axis, hardware)
     if phase_margin <= 0.0 or gain_margin <= 1.0:
         runs_away = np.full(DRAWS, np.inf)
-        return Drawn(runs_away, runs_away, np.zeros(len(path.way.position_rad) - path.begin))
-    lead = lead_rad(gains, path.way.position_rad)[path.begin :]
-    way_rad = path.way.position_rad[path.begin :]
-    position = way_rad - tracking_errors(path, loads, gains, hardware)
+        return Drawn(runs_away, runs_away, np.zeros(len(path.reference.position_rad) - path.begin))
+    lead = lead_rad(gains, path.reference.position_rad)[path.begin :]
+    reference_rad = path.reference.position_rad[path.begin :]
+    position = reference_rad - tracking_errors(path, loads, gains, hardware)
     if count := hardware.encoder_resolution_rad:
-        way_rad, position = (count * np.round(of / count) for of in (way_rad, position))
-    errors = way_rad + lead - position
+        reference_rad, position = (count * np.round(of / count) for of in (reference_rad, position))
+    errors = reference_rad + lead - position
     rms, peak = np.sqrt(np.mean(errors**2, axis=-1)), np.max(np.abs(errors), axis=-1)
     return Drawn(rms, peak, np.mean(errors, axis=0))

@@ -17,7 +17,7 @@ log = logging.getLogger(__name__)
 
 
 LARGEST_FACTOR: Final = 5.0
-"""By which a feedback gain may grow or shrink at once where nobody has said more."""
+"""Factor by which a feedback gain may grow or shrink at once, without --large-steps."""
 
 
 def check_gains(
@@ -40,7 +40,7 @@ def check_gains(
 
 
 def _check_gain(
-    axis: str, name: str, value: float, now: float, bound: float, largest: float
+    axis: str, name: str, value: float, now: float, bound: float, largest_step: float
 ) -> None:
     lowest = -bound if name in SIGNED else 0.0
     if not lowest <= value <= bound or (name in POSITIVE and value == 0.0):
@@ -50,10 +50,10 @@ def _check_gain(
             "give other gains: of a lower --bandwidth, or of a model without the effect that they "
             "compensate; or raise the limit in the board's firmware",
         )
-    if abs(value - now) > largest:
+    if abs(value - now) > largest_step:
         raise GainError(
             f"axis {axis}: {name} would change by {abs(value - now):.4g} at once; the board allows "
-            f"{largest:.4g}",
+            f"{largest_step:.4g}",
             "approach it in smaller steps with --bandwidth",
         )
 

@@ -23,7 +23,7 @@ from edge_ident.commissioning.gains.verification import (
 )
 from edge_ident.commissioning.motion.capture import Capture, capture_motion
 from edge_ident.commissioning.motion.observer import Observer
-from edge_ident.commissioning.motion.recorded_motion import Moved, beginning
+from edge_ident.commissioning.motion.recorded_motion import RecordedMotion, beginning
 from edge_ident.commissioning.motion.second_motion import (
     NamedMotion,
     inside_window,
@@ -197,8 +197,8 @@ class Trial:
             before = of_motor(self._recorded[motion.name], self._active, trajectory)
             after = of_motor(capture.recording, self._wanted, trajectory)
             found[motion.name] = compare_motions(before, after, count_rad)
-            moved = Moved.along(after, trajectory)
-            errors[motion.name] = {axis: Errors.of(moved.errors(axis)) for axis in moved.ways}
+            moved = RecordedMotion.along(after, trajectory)
+            errors[motion.name] = {axis: Errors.of(moved.errors(axis)) for axis in moved.references}
             self.promise = self.promise.measured(errors)
             if not found[motion.name].keeps or self.promise.broken:
                 break
@@ -217,7 +217,7 @@ class Trial:
     def _forecast(self, motion: NamedMotion) -> None:
         """Add what is promised on a motion that was done with the old gains."""
         with self._watch.stage("last_sample_to_verified"), self._watch.stage("forecast"):
-            moved = Moved.along(self._recorded[motion.name], motion.trajectory)
+            moved = RecordedMotion.along(self._recorded[motion.name], motion.trajectory)
             led = of_motor(moved.recording, self._active, motion.trajectory)
             moved = replace(moved, recording=led)
             axes = promised(moved, self._before.grounds, self._hardware, self._active, self._wanted)

@@ -100,7 +100,7 @@ class Verification:
 
     @property
     def verdict(self) -> Verdict:
-        """Of the worst axis; better if one is and none is worse."""
+        """Verdict of the worst axis; better if one is better and none is worse."""
         found = {tracking.verdict for tracking in self.axes.values()}
         decisive: tuple[Verdict, ...] = ("worse", "in doubt", "better")
         return next((verdict for verdict in decisive if verdict in found), "equal")
@@ -112,7 +112,7 @@ class Verification:
 
     @property
     def machine_changed(self) -> Mapping[str, float]:
-        """By axis, where it changed by more than means nothing."""
+        """Share by which the machine changed, by axis, where that means anything."""
         shares = {axis: tracking.machine_changed for axis, tracking in self.axes.items()}
         return {axis: share for axis, share in shares.items() if share > SHARE}
 
@@ -179,7 +179,7 @@ def _resolved_rad(rms_rad: float, count_rad: float) -> float:
 
 
 def _mean_squares(record: AxisRecord, cycles: int) -> Array:
-    """Of the tracking error, by segment of the cycle."""
+    """Mean square of the tracking error, by segment of the cycle."""
     parts = np.array_split(_error(record) ** 2, cycles * _SEGMENTS)
     means = np.array([part.mean() for part in parts])
     return np.asarray(means.reshape(cycles, _SEGMENTS).mean(axis=0))

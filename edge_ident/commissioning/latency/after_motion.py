@@ -26,7 +26,7 @@ STAGES: Final = (
     "verify",
     "total",
 )
-"""In order; `start` (interpreter, imports, network) and `connect` are cold only."""
+"""Stages in order; `start` (interpreter, imports, network) and `connect` are cold only."""
 
 
 def after_motion_ms(board: Board, recording: Recording, network: Network) -> dict[str, float]:

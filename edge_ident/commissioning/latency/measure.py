@@ -39,7 +39,7 @@ from firmware_interface.board import Board
 from firmware_interface.connection import DEFAULT_BAUD_RATE, open_link
 
 MOST_MOTIONS: Final = 5
-"""Of each way from the last sample to gains: a motion takes seconds."""
+"""Most motions of each way from the last sample to gains: a motion takes seconds."""
 
 
 def profile_device(

@@ -9,7 +9,7 @@ import numpy as np
 from edge_ident.estimation.manifest import Graph, Variant
 
 TARGET_MS: Final = 1000.0
-"""From the last captured sample to gains committed and read back."""
+"""Target for the time from the last captured sample to gains committed and read back."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""The front door of the link: from a device's name to a board."""
+"""Entry point of the link: from a device's name to a board."""
 
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress

@@ -97,7 +97,7 @@ def registers_named(name: str | None) -> list[Register]:
 
 
 def registers_of(board: Board, chosen: Sequence[Register]) -> list[Register]:
-    """Those of the registers that a board's map has.
+    """The registers among those chosen that a board's map has.
 
     Raises
     ------

@@ -1,7 +1,7 @@
-"""How long the way into a motion must be, from where the axes stand.
+"""How long the lead-in of a motion must be, from where the axes stand.
 
 A board blends from the rest position into a motion over its lead-in. The further away the axes
-stand, the longer that must take, or the way into the motion is faster than the motion itself.
+stand, the longer that must take, or the lead-in is faster than the motion itself.
 """
 
 from collections.abc import Mapping
@@ -28,7 +28,7 @@ from firmware_interface.registers import REGISTERS
 Array = NDArray[np.float64]
 
 _SHARE: Final = 0.9
-"""Of a limit, that the lead-in may use where the motion itself stays below it."""
+"""Share of a limit that the lead-in may use where the motion itself stays below it."""
 _EFFORT_SHARE: Final = 0.8
 """The same for the feed-forward effort: feedback needs the rest."""
 _ROUNDING: Final = 1.001
@@ -90,20 +90,20 @@ def _fits(
     allowed: Mapping[str, _Use],
 ) -> bool:
     times = np.linspace(-lead_in_s, 0.0, max(int(lead_in_s * _LOOKS_PER_S), 200))
-    ways = _ways(axes, times, lead_in_s, rest)
-    fastest = np.max([np.abs(way.velocity_rad_s) for way in ways.values()], axis=0)
+    references = _references(axes, times, lead_in_s, rest)
+    fastest = np.max([np.abs(of_axis.velocity_rad_s) for of_axis in references.values()], axis=0)
     stop_s = np.array([stop_duration_s(speed) for speed in fastest.tolist()])
-    return all(_within(_use(axis, ways, stop_s, gains[axis]), allowed[axis]) for axis in axes)
+    return all(_within(_use(axis, references, stop_s, gains[axis]), allowed[axis]) for axis in axes)
 
 
 def _captured(trajectory: Trajectory, rest: Mapping[str, float]) -> dict[str, Reference]:
     """The motion itself, by axis; then any lead-in is over, however long it was."""
     count = max(int(trajectory.duration_s * _LOOKS_PER_S), 2)
     times = np.linspace(0.0, trajectory.duration_s, count)
-    return _ways(trajectory.axes, times, 1.0, rest)
+    return _references(trajectory.axes, times, 1.0, rest)
 
 
-def _ways(
+def _references(
     axes: Mapping[str, Multisine] | Mapping[str, Staircase],
     times: Array,
     lead_in_s: float,
@@ -112,23 +112,26 @@ def _ways(
     return {axis: reference(motion, times, lead_in_s, rest[axis]) for axis, motion in axes.items()}
 
 
-def _use(axis: str, ways: Mapping[str, Reference], stop_s: Array | None, gains: AxisGains) -> _Use:
-    """Of one axis; None stops from its own top speed."""
-    way, other = ways[axis], next((way for name, way in ways.items() if name != axis), None)
-    speed = _most(way.velocity_rad_s)
-    end = way.position_rad + way.velocity_rad_s / 2.0 * (
+def _use(
+    axis: str, references: Mapping[str, Reference], stop_s: Array | None, gains: AxisGains
+) -> _Use:
+    """Use of its limits by one axis; `stop_s` None stops it from its own top speed."""
+    own = references[axis]
+    other = next((of for name, of in references.items() if name != axis), None)
+    speed = _most(own.velocity_rad_s)
+    end = own.position_rad + own.velocity_rad_s / 2.0 * (
         stop_duration_s(speed) if stop_s is None else stop_s
     )
     return _Use(
-        max(_most(way.position_rad), _most(end)),
+        max(_most(own.position_rad), _most(end)),
         speed,
-        _most(way.acceleration_rad_s2),
-        _most(exact_effort_nm(gains, way, other)[0]),
+        _most(own.acceleration_rad_s2),
+        _most(exact_effort_nm(gains, own, other)[0]),
     )
 
 
 def _allowed(own: _Use, rest_rad: float, limits: AxisLimits) -> _Use:
-    """What the way may ask for: a share of each limit, or what the captured motion does."""
+    """What the lead-in may ask for: a share of each limit, or what the captured motion does."""
     return _Use(
         min(
             max(_SHARE * limits.travel_rad, _ROUNDING * max(own.position_rad, abs(rest_rad))),

@@ -20,19 +20,19 @@ from firmware_interface.errors import BoardError, ChangedWordError, ValueRefused
 from firmware_interface.motion import Multisine, SineComponent, Trajectory
 
 _SPEED_SHARE: Final = 0.2
-"""Of the board's speed limit, where the user names no speed."""
+"""Share of the board's speed limit, where the user names no speed."""
 _PEAK: Final = 1.875
 """Largest speed of the blend over its mean."""
 _SHORTEST_S: Final = 0.5
 _NEAR_COUNTS: Final = 8
-"""By which two readings of an axis at rest may differ."""
+"""Counts by which two readings of an axis at rest may differ."""
 _CAPTURED: Final = 8
 """Samples at the end of the way, from which the position reached is taken."""
 
 
 @dataclass(frozen=True)
 class Way:
-    """Of one axis, rad."""
+    """Where one axis was, was to go, and arrived, rad."""
 
     from_rad: float
     to_rad: float

@@ -16,45 +16,45 @@ from firmware_interface.motion import Multisine, Reference, Staircase, Trajector
 
 Array = NDArray[np.float64]
 
-_WAY_IN_S: Final = 2.0
-"""Of the way into a motion, that a loop may remember."""
+_REMEMBERED_S: Final = 2.0
+"""Last part of the lead-in that a loop may remember."""
 
 
 @dataclass(frozen=True)
-class Moved:
+class RecordedMotion:
     """A motion that was recorded, and where its axes should have been.
 
     Attributes
     ----------
     recording : Recording
-    ways : mapping of axis name to Reference
-        At the samples of the way into the motion, then at the recording's.
+    references : mapping of axis name to Reference
+        Where each axis should be: in the last part of the lead-in, then at the recording's samples.
     begin : int
-        Samples of the way into the motion.
+        Samples of the lead-in.
     """
 
     recording: Recording
-    ways: Mapping[str, Reference]
+    references: Mapping[str, Reference]
     begin: int = 0
 
     @classmethod
-    def along(cls, recording: Recording, trajectory: Trajectory) -> "Moved":
+    def along(cls, recording: Recording, trajectory: Trajectory) -> "RecordedMotion":
         """The beginning of a recording, as long as the trajectory that it follows."""
         wanted_s = trajectory.duration_s
         part = recording.time_s - recording.time_s[0] < wanted_s - 1e-9
         record = beginning(recording, int(np.sum(part)))
         period_s = _period_s(record)
-        begin = int(min(trajectory.lead_in_s, _WAY_IN_S) / period_s)
+        begin = int(min(trajectory.lead_in_s, _REMEMBERED_S) / period_s)
         time_s = period_s * np.arange(-begin, len(record.time_s))
-        ways = {
+        references = {
             name: reference(motion, time_s, trajectory.lead_in_s, _rest_rad(motion, axis))
             for name, motion in trajectory.axes.items()
             for axis in (record.axes[name],)
         }
-        return cls(record, ways, begin)
+        return cls(record, references, begin)
 
     @classmethod
-    def of(cls, recording: Recording, axes: Sequence[str]) -> "Moved":
+    def of(cls, recording: Recording, axes: Sequence[str]) -> "RecordedMotion":
         """A recording whose trajectory is not known: its references, filtered.
 
         Raises
@@ -62,7 +62,7 @@ class Moved:
         DataError
             The recording lacks an axis.
         """
-        ways = {}
+        references = {}
         for name in axes:
             if name not in recording.axes:
                 raise DataError(
@@ -71,12 +71,12 @@ class Moved:
                 )
             axis, period_s = recording.axes[name], _period_s(recording)
             cutoff_hz = choose_cutoff(axis.position, period_s)
-            ways[name] = Reference(*differentiate(_wanted(axis), cutoff_hz, period_s))
-        return cls(recording, ways)
+            references[name] = Reference(*differentiate(_wanted(axis), cutoff_hz, period_s))
+        return cls(recording, references)
 
     @property
     def period_s(self) -> float:
-        """Between samples."""
+        """Sampling period."""
         return _period_s(self.recording)
 
     def errors(self, name: str) -> Array:
@@ -95,16 +95,18 @@ class Moved:
         }
 
     def wanted_motions(self) -> dict[str, Motion]:
-        """As the axes should go, the way into the motion included."""
+        """As the axes should go, the last part of the lead-in included."""
         period_s = _period_s(self.recording)
         return {
             name: Motion.known(
-                np.asarray(period_s * (np.arange(len(way.position_rad)) - self.begin), np.float64),
-                way.position_rad,
-                way.velocity_rad_s,
-                way.acceleration_rad_s2,
+                np.asarray(
+                    period_s * (np.arange(len(wanted.position_rad)) - self.begin), np.float64
+                ),
+                wanted.position_rad,
+                wanted.velocity_rad_s,
+                wanted.acceleration_rad_s2,
             )
-            for name, way in self.ways.items()
+            for name, wanted in self.references.items()
         }
 
 

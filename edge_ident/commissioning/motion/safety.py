@@ -26,7 +26,7 @@ _MOVES: Final = (State.MOVING, State.DRAINING, State.STOPPING)
 _STOP_S: Final = 2.0
 """Longest stop that follows a watchdog's end, with some to spare."""
 _LEAVE_S: Final = 5.0
-"""For so long the machine is told to stop and to switch off, until the board says that it has."""
+"""Longest time for which the machine is told to stop and switch off, until the board says so."""
 _POLL_S: Final = 0.01
 _OFF: Final = "axes disabled again"
 

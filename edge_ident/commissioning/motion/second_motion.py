@@ -23,7 +23,7 @@ from firmware_interface.motion import Multisine, Staircase, Trajectory, referenc
 LONGEST_S: Final = 8.0
 _SHORTEST_S: Final = 4.0
 _SHARE: Final = 0.6
-"""Of effort and following error that a motion may use: feedback and lead-in need the rest."""
+"""Share of effort and following error for a motion: feedback and lead-in need the rest."""
 _SMALLER: Final = 0.8
 _MOST_STEPS: Final = 8
 _STOPPING_S: Final = 2.0

@@ -40,15 +40,15 @@ Array = NDArray[np.float64]
 log = logging.getLogger(__name__)
 
 LONGEST_WAIT_S: Final = 4.0
-"""For the board's answer, less than the hold on the board lasts: from the end of the capture, a
-Cortex-M7 of 480 MHz takes 1.1 s for the most images, a Cortex-M4 of 168 MHz 4 s."""
+"""Longest wait for the board's answer, less than the hold on the board lasts: from the end of the
+capture, a Cortex-M7 of 480 MHz takes 1.1 s for the most images, a Cortex-M4 of 168 MHz 4 s."""
 SAME_COMPUTATION: Final = 1.0
 """Standard deviations of the network within which board and host compute the same. Rounding alone
 moves an int8 network by tenths of one; an error of the firmware moves it by many."""
 
 
 class Verdict(StrEnum):
-    """Of the board's answer for an axis."""
+    """What the comparison says of the board's answer for an axis."""
 
     AGREES = "agrees"
     DIFFERS = "differs"

@@ -39,9 +39,9 @@ _LOOKS_PER_PERIOD: Final = 20
 _IN_A_ROW: Final = 2
 _LEAST_PERIODS: Final = 0.5
 _SPEED_SHARE: Final = 0.5
-"""Of the highest speed in each direction that must have been seen."""
+"""Share of the highest speed in each direction that must have been seen."""
 _TIME_SHARE: Final = 0.25
-"""Of the time of the motion that looks may take: the link must keep up with the pages."""
+"""Share of the motion's time that looks may take: the link must keep up with the pages."""
 _COULOMB, _OFFSET = PARAMETERS.index("coulomb_friction"), PARAMETERS.index("offset")
 
 
@@ -199,7 +199,7 @@ class Looks:
 
 
 def period_s(trajectory: Trajectory) -> float:
-    """Of the slowest sine; the duration of a motion that does not repeat."""
+    """Period of the slowest sine; the duration of a motion that does not repeat."""
     rates = [
         sine.angular_frequency_rad_s
         for motion in trajectory.axes.values()

@@ -31,7 +31,7 @@ log = logging.getLogger(__name__)
 
 CAPTURE_FILE: Final = "capture.npz"
 _REHEARSED_NOISE: Final = 0.02
-"""Of the effort: the bandwidths are about those of a drive."""
+"""Noise over the rms effort: with it, bandwidths are about those of a drive."""
 
 
 def capture_file(number: int) -> str:
@@ -118,12 +118,12 @@ class IdentificationMotion:
 
     @property
     def recording(self) -> Recording:
-        """Under the name of its file."""
+        """The recording, under the name of its file."""
         return replace(self.capture.recording, source=self.file)
 
     @property
     def duration_s(self) -> float:
-        """With the lead-in."""
+        """Duration, lead-in included."""
         return duration_s(self.trajectory)
 
 
@@ -208,12 +208,13 @@ def identified(
 
 
 def progress_on(study: Study) -> Callable[[str, int, int], None]:
-    """What is called with the progress of what takes longer than a hold lasts."""
-    shown: list[str] = []
+    """A function that shows progress, and keeps the board's hold during long computations."""
+    shown = ""
 
     def show(stage: str, done: int, total: int) -> None:
-        if stage not in shown:
-            shown.append(stage)
+        nonlocal shown
+        if stage != shown:
+            shown = stage
             study.observer.stage(stage)
         study.observer.samples(done, total)
         study.board.heartbeat()

@@ -56,7 +56,7 @@ class Separation:
 
 
 def diagnoses(found: Identification) -> dict[str, AxisDiagnosis]:
-    """Of the axes whose base model was not enough."""
+    """Diagnoses of the axes whose base model was not enough."""
     every = {name: axis.diagnosis for name, axis in found.axes.items()}
     return {name: axis for name, axis in every.items() if axis is not None}
 
@@ -78,19 +78,19 @@ def separate(study: Study, made: Sequence[IdentificationMotion]) -> Separation:
         A motion did not get to its end.
     """
     motions = list(made)
-    while _unseen(study, motions) or any(map(is_open, _left(motions).values())):
+    while _doubts(study, motions) or any(map(is_open, _open_questions(motions).values())):
         if len(motions) >= study.most_motions:
-            return Separation(tuple(motions), _used_up(motions))
+            return Separation(tuple(motions), _motions_used_up(motions))
         try:
-            ended = _further(study, motions)
+            ended = _make_next_motion(study, motions)
         except DataError as error:
             ended = f"no further motion: {error.cause}"
         if ended:
             return Separation(tuple(motions), ended)
-    return Separation(tuple(motions), _settled(motions))
+    return Separation(tuple(motions), _conclusion(motions))
 
 
-def _left(motions: Sequence[IdentificationMotion]) -> dict[str, AxisDiagnosis]:
+def _open_questions(motions: Sequence[IdentificationMotion]) -> dict[str, AxisDiagnosis]:
     """What is to be settled on each axis whose base model was not enough."""
     pairs = [pair for made in motions if made.plan is not None for pair in made.plan.pairs]
     asked: dict[str, set[frozenset[str]]] = {}
@@ -104,7 +104,7 @@ def _left(motions: Sequence[IdentificationMotion]) -> dict[str, AxisDiagnosis]:
     }
 
 
-def _settled(motions: Sequence[IdentificationMotion]) -> str:
+def _conclusion(motions: Sequence[IdentificationMotion]) -> str:
     """What there is to say where no motion is to be made any more."""
     still = [
         name for name, axis in diagnoses(motions[-1].found).items() if is_open(questions(axis))
@@ -117,20 +117,20 @@ def _settled(motions: Sequence[IdentificationMotion]) -> str:
     return "one explanation is left" if len(motions) > 1 else ""
 
 
-def _unseen(study: Study, motions: Sequence[IdentificationMotion]) -> dict[str, tuple[str, ...]]:
-    """What the motions could not show, by axis, unless the livelier one was made already."""
+def _doubts(study: Study, motions: Sequence[IdentificationMotion]) -> dict[str, tuple[str, ...]]:
+    """What a livelier motion would show, by axis, unless it was made already."""
     if not study.diagnose or any(motion.sought for motion in motions):
         return {}
-    return _not_known(motions[-1].found)
+    return _every_doubt(motions[-1].found)
 
 
-def _not_known(found: Identification) -> dict[str, tuple[str, ...]]:
+def _every_doubt(found: Identification) -> dict[str, tuple[str, ...]]:
     return lines_in_doubt(found) | changes_in_doubt(found) | not_shown(found)
 
 
-def _open(motions: Sequence[IdentificationMotion]) -> str:
+def _what_is_open(motions: Sequence[IdentificationMotion]) -> str:
     """What is not settled, for a sentence on why no motion follows."""
-    unseen = _not_known(motions[-1].found)
+    unseen = _every_doubt(motions[-1].found)
     return _listed(unseen) if unseen else "several explanations are left"
 
 
@@ -138,13 +138,13 @@ def _listed(unseen: Mapping[str, Sequence[str]]) -> str:
     return "; ".join(f"axis {name}, {' and '.join(reasons)}" for name, reasons in unseen.items())
 
 
-def _used_up(motions: Sequence[IdentificationMotion]) -> str:
+def _motions_used_up(motions: Sequence[IdentificationMotion]) -> str:
     made = "one motion that was" if len(motions) == 1 else f"{len(motions)} that were"
-    return f"{_open(motions)} after the {made} allowed"
+    return f"{_what_is_open(motions)} after the {made} allowed"
 
 
 @dataclass(frozen=True)
-class _Next:
+class _NextMotion:
     """A motion to make, and what it is for; or why there is none."""
 
     trajectory: Trajectory | None
@@ -154,28 +154,28 @@ class _Next:
     sought: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
 
-def _next(study: Study, motions: Sequence[IdentificationMotion]) -> _Next:
+def _next_motion(study: Study, motions: Sequence[IdentificationMotion]) -> _NextMotion:
     """The drive's own livelier motion where one is needed, else the one that is designed.
 
     None is designed beside an axis that is not to be trusted: its effort cannot be forecast. Nor is
     one designed for changes with time: any other motion shows how they go on.
     """
-    found, sought = motions[-1].found, _unseen(study, motions)
+    found, sought = motions[-1].found, _doubts(study, motions)
     own_one = not_shown(found) or (sought and changes_in_doubt(found))
-    if not own_one and any(map(is_open, _left(motions).values())):
+    if not own_one and any(map(is_open, _open_questions(motions).values())):
         plan = _designed(study, motions)
         if plan.trajectory is not None or not sought:
             told = ("it is designed", *announced(plan))
-            return _Next(plan.trajectory, inseparable_reasons(plan), told, plan)
+            return _NextMotion(plan.trajectory, inseparable_reasons(plan), told, plan)
     trajectory = livelier_motion(study, motions[0]) if sought else None
-    instead = f"{_open(motions)}: this drive has no livelier motion of its own"
+    instead = f"{_what_is_open(motions)}: this drive has no livelier motion of its own"
     told = ("it is the drive's own multisine", f"on {motions[-1].file}: {_listed(sought)}")
-    return _Next(trajectory, instead, told, sought=sought)
+    return _NextMotion(trajectory, instead, told, sought=sought)
 
 
-def _further(study: Study, motions: list[IdentificationMotion]) -> str:
+def _make_next_motion(study: Study, motions: list[IdentificationMotion]) -> str:
     """Add a motion; or say why none is made."""
-    following = _next(study, motions)
+    following = _next_motion(study, motions)
     trajectory = following.trajectory
     if trajectory is None:
         return following.instead
@@ -183,7 +183,7 @@ def _further(study: Study, motions: list[IdentificationMotion]) -> str:
     wanted_s = duration_s(trajectory)
     if spent_s + wanted_s > study.most_s:
         return (
-            f"{_open(motions)}: the next motion would take {wanted_s:.0f} s, "
+            f"{_what_is_open(motions)}: the next motion would take {wanted_s:.0f} s, "
             f"{max(study.most_s - spent_s, 0.0):.0f} s of {study.most_s:.0f} s are left"
         )
     number = len(motions) + 1
@@ -209,7 +209,7 @@ def _designed(study: Study, motions: Sequence[IdentificationMotion]) -> MotionPl
     side = BoardSide(board.limits(), board.active_gains(), board.identity.control_delay_s)
     recordings = [motion.recording for motion in motions]
     return plan_motion(
-        Diagnosis(_asked(study, motions, recordings), (), {}),
+        Diagnosis(_to_separate(study, motions, recordings), (), {}),
         recordings,
         study.drive,
         board=side,
@@ -218,7 +218,7 @@ def _designed(study: Study, motions: Sequence[IdentificationMotion]) -> MotionPl
     )
 
 
-def _asked(
+def _to_separate(
     study: Study, motions: Sequence[IdentificationMotion], recordings: Sequence[Recording]
 ) -> dict[str, AxisDiagnosis]:
     """What is to be settled on each axis; an adequate one moves along, and nothing is asked of it.
@@ -227,7 +227,7 @@ def _asked(
     """
     from edge_ident.diagnosis.diagnose import diagnose
 
-    open_axes, found = _left(motions), motions[-1].found
+    open_axes, found = _open_questions(motions), motions[-1].found
     others = [name for name in found.axes if name not in open_axes]
     if not others:
         return open_axes
@@ -264,11 +264,11 @@ def judged(
             model=study.model,
             on_progress=progress_on(study),
         )
-    found = _known(study, motions, after)
+    found = _reidentified(study, motions, after)
     return replace(made, found=found, ruled_out=_ruled_out(before, after))
 
 
-def _known(
+def _reidentified(
     study: Study,
     motions: Sequence[IdentificationMotion],
     after: Mapping[str, AxisDiagnosis],

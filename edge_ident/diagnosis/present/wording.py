@@ -125,13 +125,16 @@ def timing_sentence(timing: Timing) -> str:
         return "the delay in the model is all by which the effort is late"
     if timing.unknown:
         return (
-            "how late the effort is does not show; the intervals allow for "
+            "the recording does not show by how much the effort is late; the intervals allow for "
             f"± {LARGEST_SHIFT:g} samples"
         )
+    shift = f"{abs(timing.shift_samples):.2f}"
+    if float(shift) == 0.0:
+        return f"the effort is in step with the motion, ± {timing.std_samples:.2g} samples"
     way = "late" if timing.shift_samples >= 0.0 else "early"
     return (
-        f"the effort is {way} by {abs(timing.shift_samples):.2f} ± {timing.std_samples:.2f} "
-        f"samples ({1e3 * abs(timing.shift_s):.3g} ms), which every model here includes"
+        f"the effort is {way} by {shift} ± {timing.std_samples:.2f} samples "
+        f"({1e3 * abs(timing.shift_s):.3g} ms), which every model here includes"
     )
 
 

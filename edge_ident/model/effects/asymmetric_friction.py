@@ -32,7 +32,7 @@ class AsymmetricFriction(Effect):
         return values["difference"] * np.abs(at.velocity)
 
     def fastest_rate(self, values: Values, inertia: Array, speed: float) -> Array:
-        """That of viscous friction."""
+        """Rate of viscous friction."""
         return np.abs(values["difference"]) / inertia
 
 

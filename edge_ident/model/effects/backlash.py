@@ -22,7 +22,7 @@ from edge_ident.model.search import SOUND_RESONANCE_HZ, Excitation, Form, Search
 from edge_ident.model.strengths import Draws, Scale
 
 _SEGMENTS: Final = 12
-"""Of the motion, integrated side by side."""
+"""Parts of the motion that are integrated side by side."""
 _SHORTEST: Final = 100
 """Samples of such a segment."""
 _CONTACT_DAMPING: Final = 0.4
@@ -73,11 +73,11 @@ class Backlash(Effect):
         return -values["load_inertia"]
 
     def start(self, at: Motion, values: Values) -> Array:
-        """In the middle of the gap, at rest."""
+        """States of a load in the middle of the gap, at rest."""
         return np.array([at.position, np.zeros_like(at.position)])
 
     def rates(self, at: Motion, values: Values) -> Array:
-        """Of the load; its friction is smoothed where it would stop within a contact's time."""
+        """Rates of the load; its friction is smoothed where it would stop within a contact."""
         speed = at.memory[1]
         deceleration = values["deceleration"]
         stopping = values["contact_rate"] * speed
@@ -86,7 +86,7 @@ class Backlash(Effect):
         return np.array([speed, _contact(at, values) / values["load_inertia"] - slowing])
 
     def fastest_rate(self, values: Values, inertia: Array, speed: float) -> Array:
-        """Of the contact, with both sides moving."""
+        """Rate of the contact, with both sides moving."""
         return values["contact_rate"] * (1.0 + values["load_inertia"] / inertia)
 
     def resistance(self, motion: Motion, values: Values) -> Array:

@@ -21,7 +21,7 @@ from edge_ident.model.search import SOUND_RESONANCE_HZ, Excitation, Form, Search
 from edge_ident.model.strengths import Draws, Scale
 
 _STOPPING_RATE: Final = 300.0
-"""In 1/s, with which dry friction stops the load in a simulation."""
+"""Rate (1/s) with which dry friction stops the load in a simulation."""
 
 
 class CouplingCompliance(Effect):
@@ -67,7 +67,7 @@ class CouplingCompliance(Effect):
         return np.zeros((2, *np.shape(at.position)))
 
     def rates(self, at: Motion, values: Values) -> Array:
-        """In the lag's coordinates; friction is smoothed where the load would stop at once."""
+        """Rates of the lag; friction is smoothed where the load would stop at once."""
         lag, lag_speed = at.memory
         speed, deceleration = at.velocity - lag_speed, values["deceleration"]
         slowing = np.minimum(np.maximum(_STOPPING_RATE * speed, -deceleration), deceleration)

@@ -64,7 +64,7 @@ class CrossAxisCoupling(Effect):
     needs_source = True
 
     def load(self, at: Motion, values: Values) -> Array:
-        """By velocities and their signs."""
+        """Effort by velocities and their signs."""
         source = at.partner
         viscous = values["viscous_friction"] * source.velocity
         centrifugal = values["centrifugal_sine"] * np.sin(at.position) * source.velocity**2

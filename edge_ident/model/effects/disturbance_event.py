@@ -35,7 +35,7 @@ class DisturbanceEvent(Effect):
         return np.asarray(values["level"] * pulse * (values["clock"] == at.clock))
 
     def fastest_rate(self, values: Values, inertia: Array, speed: float) -> Array:
-        """Of the pulse itself."""
+        """Rate of the pulse itself."""
         return 2.0 * np.pi / values["duration"]
 
 

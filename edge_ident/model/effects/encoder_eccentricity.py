@@ -18,10 +18,10 @@ from edge_ident.model.search import ChangesWith, Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
 
 _ITERATIONS: Final = 5
-"""Of Newton's method, at most; for errors that keep the reading increasing it needs fewer."""
+"""Most steps of Newton's method; errors that keep the reading increasing need fewer."""
 _CONVERGED: Final = 1e-13
 _SMALLEST: Final = 0.1
-"""Of the encoder's resolution."""
+"""Smallest error of the reading that counts, over the encoder's resolution."""
 _TURN_RAD: Final = 2.0 * np.pi
 """Period where the recorded angle is the encoder's own. A travel of less than a turn does not
 determine it."""

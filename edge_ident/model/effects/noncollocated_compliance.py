@@ -21,12 +21,12 @@ from edge_ident.model.search import SOUND_RESONANCE_HZ, Excitation, Form, Search
 from edge_ident.model.strengths import Draws, Scale
 
 _USUAL_DAMPING: Final = 0.03
-"""Of drive trains of metal. Along a motion, damping is a delay, and belongs to the shift of the
-effort: no recording of the load's encoder tells it."""
+"""Damping ratio of drive trains of metal. Along a motion, damping is a delay, and belongs to the
+shift of the effort: no recording of the load's encoder tells it."""
 _FASTEST: Final = 1e4
 """Resonance in rad/s above which nothing is integrated."""
 _SECOND: Final = (-15.0 / 12.0, 16.0 / 12.0, -1.0 / 12.0)
-"""Of a second derivative to fourth order: weights of the values 0, 1 and 2 steps to either side."""
+"""Fourth-order second derivative: weights of the values 0, 1 and 2 steps to either side."""
 
 
 class NoncollocatedCompliance(Effect):
@@ -64,7 +64,7 @@ class NoncollocatedCompliance(Effect):
         return np.stack([at.driven, np.zeros_like(at.driven)])
 
     def rates(self, at: Motion, values: Values) -> Array:
-        """Of the effort that passes, and of its rate."""
+        """Rates of the effort that passes, and of its rate."""
         passing, rate = at.memory
         omega = _resonance(values)
         missing = omega * (at.driven - passing) - 2.0 * values["damping_ratio"] * rate
@@ -91,7 +91,7 @@ def _derivatives(rows: Array, step: int, period_s: float) -> tuple[Array, Array]
 
 
 def _resonance(values: Values) -> Array:
-    """With both sides free, in rad/s."""
+    """Resonance with both sides free, in rad/s."""
     return 1.0 / np.sqrt(np.maximum(values["lag_per_acceleration"], _FASTEST**-2))
 
 

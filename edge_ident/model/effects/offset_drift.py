@@ -62,7 +62,7 @@ def effective_time_s(time_s: Array, values: Values) -> Array:
 
 
 def time_constants(excitation: Excitation) -> dict[str, Array]:
-    """Those to search, the first a straight line."""
+    """Time constants to search, the first a straight line."""
     share = np.concatenate([[1e3], np.geomspace(3.0, 0.05, 10)])
     return {"time_constant": excitation.duration_s * share}
 
@@ -72,7 +72,7 @@ FORMS: Final = (
     Form(("rate", "curvature"), changes=ChangesWith.TIME),
     Form(("rate",), ("time_constant",), changes=ChangesWith.TIME),
 )
-"""Of a drift: even, bent, and towards an end."""
+"""Forms of a drift: even, bent, and towards an end."""
 
 EFFECT: Final = OffsetDrift(
     advice=Advice(

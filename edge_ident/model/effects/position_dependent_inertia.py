@@ -23,8 +23,8 @@ from edge_ident.model.waves import wave
 _TURNS_RAD: Final = (2.0 * np.pi, np.pi)
 """Periods of what repeats once or twice per turn."""
 _MOST_WAVES: Final = 2.0
-"""Over the travel, beside those of a turn. What repeats more often is rather an error of the
-encoder, whose effort also grows with the acceleration and with the speed squared."""
+"""Most waves over the travel, beside those of a turn. What repeats more often is rather an error of
+the encoder, whose effort also grows with the acceleration and with the speed squared."""
 _ROUNDING: Final = 1e-9
 
 

@@ -24,7 +24,7 @@ from edge_ident.model.waves import bump, wave
 
 _TURN_RAD: Final = 2.0 * np.pi
 _MOST_WAVES: Final = 2.0
-"""Over the travel; what repeats more often is called ripple."""
+"""Most waves over the travel; what repeats more often is called ripple."""
 _ROUNDING: Final = 1e-9
 
 

@@ -38,11 +38,11 @@ class PreslidingHysteresis(Effect):
     memory_scale = "level"
 
     def load(self, at: Motion, values: Values) -> Array:
-        """Of the bristles."""
+        """Effort of the bristles."""
         return np.asarray(values["level"] * np.mean(at.memory, axis=0))
 
     def held_travel(self, values: Values) -> Array:
-        """That in which the bristles stretch."""
+        """Travel in which the bristles stretch."""
         return values["distance"]
 
     def friction(self, at: Motion, values: Values) -> Array:
@@ -50,7 +50,7 @@ class PreslidingHysteresis(Effect):
         return -values["level"]
 
     def rates(self, at: Motion, values: Values) -> Array:
-        """Of the bristles, each of which stretches or slips; what a step overshoots comes back."""
+        """Rates of the bristles: each stretches or slips; what a step overshoots comes back."""
         stretching = at.memory * np.sign(at.velocity) < 1.0
         beyond = at.memory - np.clip(at.memory, -1.0, 1.0)
         reach = np.multiply.outer(_REACHES, values["distance"])

@@ -40,7 +40,7 @@ class WarmUp(Effect):
         return np.asarray(values["dry_excess"] * _left(at, values))
 
     def fastest_rate(self, values: Values, inertia: Array, speed: float) -> Array:
-        """That of viscous friction when cold."""
+        """Rate of viscous friction when cold."""
         return np.abs(values["excess"]) / inertia
 
 

@@ -25,14 +25,20 @@ class AxisDetails:
 
     Attributes
     ----------
-    key, name : str
-        Unique in the page; the axis.
+    key : str
+        Prefix of ids, unique in the page.
+    name : str
+        Of the axis.
     bars : list of Bar
     remarks : list of str
-    cause_charts, time_charts, maps : charts
-        One a cause; over all of the time; pairs of both models.
+    cause_charts : list of Chart
+        One for each cause but the first, which the first screen shows.
+    time_charts : list of Chart
+        Over the whole recording.
+    maps : list of tuple of Chart
+        For each quantity, the base model's residual and the extended model's.
     detail : Chart or None
-        A part of the time, where that is short.
+        The busiest part of the recording; None where that is half of it or more.
     spectrum : Chart
     parameters, quality, follows, conditions : Table
     validation, not_testable : Table or None
@@ -56,7 +62,7 @@ class AxisDetails:
 
 
 def axis_details(key: str, name: str, diagnosis: Diagnosis) -> AxisDetails:
-    """Collect it.
+    """Collect what the page says of an axis below the first screen.
 
     Parameters
     ----------

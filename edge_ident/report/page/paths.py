@@ -11,7 +11,7 @@ WIDTH: Final = 20_000
 HEIGHT: Final = 4_000
 """Whole numbers across a plot: fine enough to enlarge it, short to write."""
 _BUCKETS: Final = 2500
-"""Of a line; each gives its lowest and its highest sample."""
+"""Parts of a line; each gives its lowest and its highest sample."""
 _DOTS: Final = 450
 _BINS: Final = 40
 PER_BIN: Final = 15

@@ -14,6 +14,7 @@ from edge_ident.commissioning.run import Outcome
 from edge_ident.identification.result import AxisIdentification
 from edge_ident.model.effects import named
 from edge_ident.model.model import PARAMETERS
+from edge_ident.report.gain_rows import gain_label
 from edge_ident.report.page.card import PICTURE_HEIGHT, Card, Row, Table
 from edge_ident.report.page.chart import Chart
 from edge_ident.report.page.diagnosis_card import distinct, in_words
@@ -23,7 +24,6 @@ from edge_ident.report.page.wording import (
     angle,
     digits,
     effort_word,
-    gain_label,
     number,
     percent,
     sentence,

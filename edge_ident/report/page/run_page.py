@@ -26,7 +26,6 @@ from edge_ident.report.page.run_promise import (
 )
 from edge_ident.report.page.wording import (
     digits,
-    gain_label,
     minus,
     sentence,
     unit_text,
@@ -203,9 +202,7 @@ def _gains(outcome: Outcome) -> Table | None:
         for name, design in outcome.designs.items()
         for bank in (outcome.gains_before[name], design.gains)
     ]
-    rows: list[Row] = [
-        (row.label(gain_label(row.name)), *map(minus, row.cells(5))) for row in gain_rows(gains)
-    ]
+    rows: list[Row] = [(row.label, *map(minus, row.cells(5))) for row in gain_rows(gains)]
     margins = [
         ("bandwidth (rad/s)", "bandwidth_rad_s"),
         ("phase margin (°)", "phase_margin_deg"),

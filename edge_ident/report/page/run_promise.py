@@ -15,7 +15,7 @@ from edge_ident.report.promise_report import promise_rows, tried
 from edge_ident.support.words import listed, spoken
 
 _ROOM = 1.3
-"""By this factor the scale goes beyond the smallest and the largest error."""
+"""Factor by which the scale goes beyond the smallest and the largest error."""
 _TRIED = "Cross: measured with the new ones. ◀ marks a promise that was not kept. "
 
 

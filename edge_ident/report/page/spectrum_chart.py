@@ -17,7 +17,7 @@ from edge_ident.signals.metrics import quantile
 Array = NDArray[np.float64]
 
 _SEGMENTS: Final = 8
-"""Over which a spectrum is averaged, at least."""
+"""Fewest segments over which a spectrum is averaged."""
 _BAND: Final = 1.5
 """Highest frequency, over the bandwidth. Samples are 2.5 per period of the bandwidth at least, so
 their spectrum ends at 1.25 times the bandwidth or above."""

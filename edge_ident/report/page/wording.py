@@ -85,14 +85,6 @@ def unit_text(unit: str) -> str:
     return unit.replace("*", "·").replace("^2", "²")
 
 
-def gain_label(name: str) -> str:
-    """A gain's name in words, its unit in brackets where the name holds it."""
-    for ending, unit in (("_rad_s", "rad/s"), ("_rad", "rad"), ("_s", "s")):
-        if name.endswith(ending):
-            return f"{name.removesuffix(ending).replace('_', ' ')} ({unit})"
-    return name.replace("_", " ")
-
-
 def effort_word(unit: str) -> str:
     """What people call an effort of this unit."""
     return _EFFORT_WORDS.get(unit, "effort")

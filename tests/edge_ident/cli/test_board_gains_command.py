@@ -44,6 +44,15 @@ def gains_file(folder: Path, gains: AxisGains, **more: object) -> Path:
     return path
 
 
+def test_staging_on_a_board_of_the_command_s_own_says_that_it_ends(tmp_path: Path) -> None:
+    """Its next step must not be a commit, which would find another board."""
+    command = ["gains", "stage", str(gains_file(tmp_path, BETTER)), "--device", "virtual"]
+    done = CliRunner().invoke(app, [*command, "--backups", str(tmp_path)])
+    assert done.exit_code == 0
+    assert "edge-ident board --pty" in done.stderr
+    assert "gains commit" not in done.stderr
+
+
 def backups(folder: Path) -> list[Path]:
     return sorted((folder / "backups").glob("*.json"))
 

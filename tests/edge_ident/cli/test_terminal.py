@@ -187,6 +187,23 @@ def test_between_two_counts_the_last_one_is_said_with_the_time_that_is_left(
     ]  # fmt: skip
 
 
+def test_a_step_that_takes_longer_than_the_estimate_has_no_time_left(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The first of two axes may be blocked at once, and the second searched for a minute."""
+    clock = Clock()
+    monkeypatch.setattr(progress, "time", clock)
+    with shown_progress() as shown:
+        assert isinstance(shown, ProgressLines)
+        shown.show("diagnosis", 0, 2)
+        clock.now_s += 2.0
+        shown.show("diagnosis", 1, 2)
+        for _ in range(2):
+            clock.now_s += 5.0
+            shown.beat()
+    assert capsys.readouterr().err.splitlines() == ["diagnosis: 1 of 2", "diagnosis: 1 of 2"]
+
+
 def test_lines_appear_while_the_command_itself_tells_nothing(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

@@ -8,7 +8,7 @@ import pytest
 from edge_ident.commissioning.gains.drawn_axes import DRAWS, drawn_axis, from_then_on
 from edge_ident.commissioning.gains.drawn_loads import Grounds, drawn_loads
 from edge_ident.commissioning.gains.unexplained import drawn_unexplained, encoder_replicas
-from edge_ident.commissioning.motion.recorded_motion import Moved
+from edge_ident.commissioning.motion.recorded_motion import RecordedMotion
 from edge_ident.control.position_loop import LoopHardware
 from edge_ident.model.inverse import inverse_effort
 from edge_ident.model.model import Estimate, Model, Term, base_axis
@@ -96,7 +96,7 @@ def test_friction_from_before_the_recording_is_no_disturbance_that_comes_back() 
     position = COUNT_RAD * np.round(way[0][before:] / COUNT_RAD)
     recording = Recording(TIME_S, {"x": AxisRecord(position, effort, "rad", "N·m")}, "recorded.csv")
     hardware = LoopHardware(PERIOD_S, PERIOD_S, COUNT_RAD, 5.0)
-    moved, grounds = Moved.of(recording, ("x",)), Grounds(Model({"x": axis}), {}, {})
+    moved, grounds = RecordedMotion.of(recording, ("x",)), Grounds(Model({"x": axis}), {}, {})
     loads, _ = drawn_loads("x", moved, grounds, hardware, 1)
     later = loads.beside[:, len(TIME_S) // 2 :]
     assert np.median(np.std(later, axis=0)) < 0.02 * friction.values["level"]

@@ -9,7 +9,7 @@ from edge_ident.commissioning.gains.drawn_loads import Grounds
 from edge_ident.commissioning.gains.motor_way import of_motor, unseen_load
 from edge_ident.commissioning.gains.tracking_forecast import drawn_errors
 from edge_ident.commissioning.gains.verification import compare_motions
-from edge_ident.commissioning.motion.recorded_motion import Moved
+from edge_ident.commissioning.motion.recorded_motion import RecordedMotion
 from edge_ident.control.gain_design import GainDesign
 from edge_ident.control.position_loop import LoopHardware
 from edge_ident.model.model import Estimate, Model, base_axis
@@ -68,7 +68,7 @@ def test_the_forecast_counts_the_lead_as_no_error_either() -> None:
     gains = replace(CONSERVATIVE_GAINS, inertia_feedforward=0.4, viscous_feedforward=0.9)
     gains = replace(gains, proportional=120.0, derivative=13.0)
     leading = replace(gains, backlash_offset_rad=0.01, backlash_distance_rad=0.2)
-    moved = Moved.along(Recording(TIME, {"x": record}, "test"), trajectory())
+    moved = RecordedMotion.along(Recording(TIME, {"x": record}, "test"), trajectory())
     grounds = Grounds(model, {}, {})
     banks = ({"x": gains}, {"x": leading})
     plain, led = drawn_errors(moved, grounds, {"x": hardware}, (), banks)

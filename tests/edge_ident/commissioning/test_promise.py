@@ -21,7 +21,7 @@ from edge_ident.commissioning.gains.promise import (
 )
 from edge_ident.commissioning.gains.promise import promised as forecast
 from edge_ident.commissioning.motion import safety
-from edge_ident.commissioning.motion.recorded_motion import Moved
+from edge_ident.commissioning.motion.recorded_motion import RecordedMotion
 from edge_ident.commissioning.motion.second_motion import (
     NamedMotion,
     inside_window,
@@ -267,17 +267,19 @@ def test_a_host_or_power_lost_between_the_motions_leaves_the_old_gains(
 def recorded_by(base: np.ndarray, gains: AxisGains, path: MotionPath, seed: int) -> Recording:
     """What a board records of a linear axis with these parameters."""
     error = errors_of(base, gains, path, seed)
-    position, period_s = path.way.position_rad - error, path.period_s
+    position, period_s = path.reference.position_rad - error, path.period_s
     _, velocity, acceleration = differentiate(position, 15.0, period_s)
     effort = base[0] * acceleration + base[1] * velocity + base[3]
-    counts = [COUNT_RAD * np.round(of / COUNT_RAD) for of in (position, path.way.position_rad)]
+    counts = [
+        COUNT_RAD * np.round(of / COUNT_RAD) for of in (position, path.reference.position_rad)
+    ]
     axis = AxisRecord(counts[0], effort, "rad", "N*m", counts[1])
     return Recording(period_s * np.arange(len(effort)), {"x": axis}, "made up")
 
 
 def errors_of(base: np.ndarray, gains: AxisGains, path: MotionPath, seed: int) -> np.ndarray:
     noise = COUNT_RAD * np.random.default_rng(seed).uniform(
-        -0.5, 0.5, (1, len(path.way.position_rad))
+        -0.5, 0.5, (1, len(path.reference.position_rad))
     )
     nothing = np.zeros_like(noise)
     return tracking_errors(
@@ -299,7 +301,7 @@ def test_the_interval_holds_the_truth_of_a_linear_drive_and_is_not_wide() -> Non
     for seed in range(40):
         truth = estimate + std * rng.normal(size=4)
         recording = recorded_by(truth, soft["x"], path, seed)
-        moved = Moved(recording, {"x": path.way})
+        moved = RecordedMotion(recording, {"x": path.reference})
         grounds = Grounds(Model({"x": axis}), {}, {})
         found = forecast(moved, grounds, {"x": HARDWARE}, soft, wanted)["x"]
         error = errors_of(truth, wanted["x"], path, seed + 1000)

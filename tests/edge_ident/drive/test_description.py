@@ -24,6 +24,13 @@ def test_built_in_drive_is_the_papers() -> None:
     assert drive.trajectory(cycles=3).duration_s == pytest.approx(3 * trajectory.duration_s)
 
 
+def test_an_axis_that_the_drive_lacks_leads_to_a_description_of_the_machine() -> None:
+    with pytest.raises(DataError, match=r"\(feed drive\) has axes x, z, but not q") as error:
+        load_drive().check_axes(["x", "q"])
+    assert "edge-ident init" in error.value.next_step
+    assert "--drive" in error.value.next_step
+
+
 def test_a_description_nested_too_deeply_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "mine.toml"
     path.write_text("a = " + 3000 * "[")

@@ -1,12 +1,15 @@
 """When the base model is enough, what is the answer where it is not, and who is asked."""
 
+from itertools import groupby
+
 import numpy as np
 import pytest
 
 from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.errors import DataError
+from edge_ident.estimation.trust import negative
 from edge_ident.identification.adequacy import Adequacy
-from edge_ident.identification.findings import describe_model
+from edge_ident.identification.findings import describe_model, said_once
 from edge_ident.identification.identify import identify
 from edge_ident.identification.result import AxisIdentification, ParameterSource
 from edge_ident.model.timing import LARGEST_SHIFT
@@ -82,7 +85,8 @@ def test_what_the_base_model_lacks_is_found_and_the_answer_is_right() -> None:
     seen: list[str] = []
     axis = identified(made, on_progress=lambda stage, done, of: seen.append(stage))
     assert not axis.adequacy.adequate
-    assert "diagnosis" in seen
+    first_stages = [stage for stage, _ in groupby(seen)][:3]
+    assert first_stages == ["diagnosis", "stability, axis x", "diagnosis"]
     assert axis.source is ParameterSource.EXTENDED_MODEL
     assert axis.trusted
     assert worst(axis) < 0.02
@@ -171,3 +175,10 @@ def test_a_recording_too_short_for_a_diagnosis_says_so(left: float, blocks: bool
     assert "17 independent samples" in finding.message
     assert "record a longer motion" in finding.next_step
     assert finding.blocks is blocks
+
+
+def test_a_negative_parameter_is_said_once_with_the_numbers_of_the_answer() -> None:
+    """Identification and diagnosis both look for one, on other samples."""
+    of_diagnosis = negative("viscous_friction", -0.0497, 0.0071, blocks=False)
+    of_answer = negative("viscous_friction", -0.0628, 0.011, blocks=True)
+    assert said_once([of_diagnosis, of_answer]) == (of_answer,)

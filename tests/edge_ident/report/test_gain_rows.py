@@ -19,9 +19,22 @@ def row(name: str, *banks: AxisGains) -> GainRow:
 
 def test_a_table_is_one_row_with_its_entries_and_its_ends() -> None:
     table = row("load_table", CURED, PLAIN)
-    assert table.label("load table") == "load table (24)"
+    assert table.label == "load table (24)"
     assert table.cells(4) == ["-0.082 to 0.083", "0"]
     assert not any("[" in row.name for row in gain_rows([CURED]))
+
+
+@pytest.mark.parametrize(
+    ("name", "label"),
+    [
+        ("proportional", "proportional"),
+        ("velocity_filter_s", "velocity filter (s)"),
+        ("coulomb_smoothing_rad_s", "coulomb smoothing (rad/s)"),
+        ("table_step_rad", "table step (rad)"),
+    ],
+)
+def test_a_unit_stands_in_brackets_behind_the_name(name: str, label: str) -> None:
+    assert row(name, CURED).label == label
 
 
 def test_a_table_that_nobody_uses_has_no_row() -> None:

@@ -1,4 +1,4 @@
-"""The command line goes through the doors: the public API, report and commissioning."""
+"""The command line uses public names alone: of edge_ident, of report and of commissioning."""
 
 import ast
 from pathlib import Path
@@ -8,7 +8,7 @@ import pytest
 import edge_ident
 
 COMMANDS = sorted((Path(edge_ident.__file__).parent / "cli").glob("*.py"))
-DOORS = {
+PUBLIC = {
     "edge_ident",
     "edge_ident.commissioning",
     "edge_ident.errors",
@@ -31,19 +31,19 @@ def imported(tree: ast.AST) -> set[str]:
 
 
 @pytest.mark.parametrize("file", COMMANDS, ids=lambda file: file.stem)
-def test_a_command_imports_doors_alone(file: Path) -> None:
+def test_a_command_imports_public_packages_alone(file: Path) -> None:
     found = imported(ast.parse(file.read_text(encoding="utf-8")))
     inside = {name for name in found if name.startswith("edge_ident.cli")}
-    assert found - inside <= DOORS
+    assert found - inside <= PUBLIC
 
 
 @pytest.mark.parametrize("file", COMMANDS, ids=lambda file: file.stem)
-def test_what_a_command_takes_from_a_door_is_offered_there(file: Path) -> None:
-    """`edge_ident.NAME` and `commissioning.NAME` are names that the door lists."""
+def test_what_a_command_takes_from_a_package_is_offered_there(file: Path) -> None:
+    """`edge_ident.NAME` and `commissioning.NAME` are names that the package lists."""
     from edge_ident import commissioning, report
 
-    doors = {"edge_ident": edge_ident, "commissioning": commissioning, "report": report}
+    packages = {"edge_ident": edge_ident, "commissioning": commissioning, "report": report}
     for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name):
-            door = doors.get(node.value.id)
-            assert door is None or node.attr in door.__all__, ast.unparse(node)
+            package = packages.get(node.value.id)
+            assert package is None or node.attr in package.__all__, ast.unparse(node)
