@@ -53,7 +53,7 @@ def describe_model(
     said = extended or outcome.verdict is Verdict.UNEXPLAINED
     # what the base model alone hardly determines is no doubt about another model's parameters
     of_answer = [f for f in outcome.findings if not (extended and f.code == "undetermined")]
-    return [*(_verdict(adequacy, outcome) if said else []), *of_answer]
+    return [*(_verdict(outcome) if said else []), *of_answer]
 
 
 def describe_scales(recording: Recording, name: str, inertia: float) -> list[Finding]:
@@ -66,14 +66,14 @@ def describe_scales(recording: Recording, name: str, inertia: float) -> list[Fin
     ]
 
 
-def _verdict(adequacy: Adequacy, diagnosed: "AxisDiagnosis") -> list[Finding]:
+def _verdict(diagnosed: "AxisDiagnosis") -> list[Finding]:
     from edge_ident.diagnosis.present.wording import verdict_sentence
 
     if diagnosed.verdict is Verdict.UNEXPLAINED:
         return [
             Finding(
                 "unexplained",
-                f"{adequacy.reason}; the diagnosis says {verdict_sentence(diagnosed)}",
+                verdict_sentence(diagnosed).removeprefix(f"{Verdict.UNEXPLAINED}: "),
                 "run edge-ident diagnose with --output and read its page",
                 blocks=True,
             )
