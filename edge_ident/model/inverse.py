@@ -52,9 +52,9 @@ def inverse_effort(
     if any(effect.follows_base for effect, _, _ in terms):
         motion = _with_base_efforts(motion, terms[0][1])
     effort: Array = np.zeros(())
-    for effect, values, source in terms:
+    for place, (effect, values, source) in enumerate(terms):
         seen = _with_source(motion, effect, source, others)
-        effort = effort + _resistance(effect, seen, values, kept)
+        effort = effort + _resistance(effect, seen, values, kept, (place, source))
     for effect, values, _ in terms:
         effort = effect.command(effort, motion.time_s, values)
     for effect, values, _ in terms:
@@ -93,14 +93,22 @@ def _with_base_efforts(motion: Motion, base: Values) -> Motion:
     )
 
 
-def _resistance(effect: Effect, motion: Motion, values: Values, kept: Kept | None) -> Array:
-    """What an effect resists with. An effect with memory is proportional to one parameter (checked
-    in `edge_ident.model.registration`), so its effort is kept for a value of one."""
+def _resistance(
+    effect: Effect, motion: Motion, values: Values, kept: Kept | None, at: tuple[int, str | None]
+) -> Array:
+    """What an effect resists with, at a place of the model and with a source. An effect with memory
+    is proportional to one parameter (checked in `edge_ident.model.registration`), so its effort is
+    kept for a value of one; that of others until the place has other values, because many calls in
+    turn change one term alone."""
     scale = effect.memory_scale
     others = {name: value for name, value in values.items() if name != scale}
-    if kept is None or not scale or any(value.size > 1 for value in others.values()):
+    if kept is None or effect.follows_base or any(value.size > 1 for value in others.values()):
         return effect.resistance(motion, values)
     key = (effect.name, *(float(value.item()) for value in others.values()))
+    if not scale:
+        if kept.get(at, (None,))[0] != key:
+            kept[at] = key, effect.resistance(motion, values)
+        return np.asarray(kept[at][1])
     if key not in kept:
         at_one = {name: value.reshape(1) for name, value in others.items()}
         kept[key] = effect.resistance(motion, {**at_one, scale: np.ones(1)})

@@ -3,13 +3,20 @@
 import math
 from collections.abc import Hashable, Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Final, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.fit.candidates import Candidate, adds, cached_regressors, regressors, term
+from edge_ident.diagnosis.fit.candidates import (
+    Candidate,
+    adds,
+    cached_regressors,
+    regressor_key,
+    regressors,
+    term,
+)
 from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm, additive
 from edge_ident.diagnosis.fit.library import Grid, Library
 from edge_ident.diagnosis.fit.projection import Orthogonal, orthonormal
@@ -106,8 +113,19 @@ class ResidualSubspace:
         return np.asarray(self.residual - self.basis @ (self.basis.T @ self.residual))
 
     def regressors(self, candidate: Candidate, nonlinear: Grid) -> Array:
-        """Regressors (D, k, n) of a candidate at the valid samples."""
-        return regressors(self.data, self.axis, candidate, nonlinear)[..., self.data.valid]
+        """Regressors (D, k, n) of a candidate at the valid samples.
+
+        Those of an effect that is integrated are kept: searches on several residuals begin around
+        the same point of its grid.
+        """
+        found = partial(regressors, self.data, self.axis, candidate, nonlinear)
+        if not (named(candidate.effect).memory_scale and adds(candidate)):
+            return found()[..., self.data.valid]
+        beside, kept = regressor_key(self.axis, candidate, {})[0], self.data.cache
+        key = (beside, *(values.tobytes() for values in nonlinear.values()))
+        if key not in kept:
+            kept[key] = found()
+        return kept[key][..., self.data.valid]
 
     def recurring_regressors(self, candidate: Candidate, nonlinear: Grid) -> Array:
         """The same where few points recur: each is kept where efforts add up."""
