@@ -138,6 +138,18 @@ def test_a_push_of_another_shape_is_one_event() -> None:
     assert all(10.8 < float(cause.term.values["time"]) < 12.0 for cause in axis.causes)
 
 
+def test_a_knock_that_is_shorter_than_the_grid_is_one_event() -> None:
+    """The grid begins at a 250th of the recording, 0.096 s."""
+    t, x, v, a = swing(seconds=24.0)
+    knock = 9.0 * np.sin(np.pi * np.clip((t - 11.0) / 0.04, 0.0, 1.0)) ** 2
+    axis = diagnosed(recorded(t, x, rigid(v, a) + knock, noise=0.05))
+    assert axis.verdict is Verdict.EXPLAINED
+    (cause,) = axis.causes
+    assert cause.term.values["time"] == pytest.approx(11.0, abs=0.005)
+    assert cause.term.values["duration"] == pytest.approx(0.04, rel=0.1)
+    assert cause.term.values["level"] == pytest.approx(9.0, rel=0.1)
+
+
 def test_what_is_picked_up_and_put_down_is_two_changes() -> None:
     t, x, v, a = swing(seconds=24.0)
     carried = (t > 7.0) & (t < 17.0)
