@@ -1,9 +1,12 @@
-"""Causes in time that friction may imitate, or that are too many to be single events.
+"""Causes in time that friction or an extreme of the motion may imitate, or that are too many.
 
 Friction at a stop answers whatever pushes, up to its level in either direction. So what the effort
 does there, within twice the Coulomb friction, is no evidence of an event: a sound axis does it,
 too. While the table sticks, its chain winds up, and an encoder on the motor sees it creep; so does
 one on a guide with presliding.
+
+An event shows in that the same motion did without it at another time. Farther out, at a higher
+speed or under more effort than ever else, any law that bends or ends there looks like an event.
 """
 
 from collections import defaultdict
@@ -17,7 +20,7 @@ from edge_ident.diagnosis.fit.external_vibrations import VIBRATION
 from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.segment import Segment
-from edge_ident.diagnosis.select.recorded_effort import along
+from edge_ident.diagnosis.select.recorded_effort import along, measured
 from edge_ident.diagnosis.select.thresholds import HELD, MOST_EVENTS
 from edge_ident.model.effects import named
 from edge_ident.model.search import SOUND_RESONANCE_HZ, Excitation
@@ -30,6 +33,12 @@ _TINY: Final = float(np.finfo(float).tiny)
 def tied_to_time(term: FittedTerm) -> bool:
     """Whether a term is a cause in time; a vibration is none, and stands in time alone."""
     return term.candidate != VIBRATION and named(term.candidate.effect).tied_to_time
+
+
+def imitated(data: AxisData, model: FittedModel, excitation: Excitation) -> dict[int, str]:
+    """Reasons against terms tied to time that something else may imitate, by their places."""
+    doubts = never_repeated(data, model) | at_standstill(data, model)
+    return doubts | brief(model, excitation)
 
 
 def at_standstill(data: AxisData, model: FittedModel) -> dict[int, str]:
@@ -67,6 +76,50 @@ def at_standstill(data: AxisData, model: FittedModel) -> dict[int, str]:
     return doubts
 
 
+def never_repeated(data: AxisData, model: FittedModel) -> dict[int, str]:
+    """Reasons against events that act where the motion was at no other time.
+
+    An event is doubtful where half of its energy acts beyond the positions, the speeds or the
+    efforts at which nothing happened. Those that overlap are one. An effort counts that is so with
+    the event and without: the one alone the push itself may have raised, the other alone a
+    collision that stops the axis.
+
+    Parameters
+    ----------
+    data : AxisData
+    model : FittedModel
+
+    Returns
+    -------
+    mapping of place to str
+        Places are those of `model.terms`.
+    """
+    events = [k for k, t in enumerate(model.terms) if tied_to_time(t) and "duration" in t.nonlinear]
+    if not events:
+        return {}
+    pushes = np.hstack([[_of_term(s, model, k) for k in events] for s in data.segments])
+    signals = [
+        (s.motion.position, s.motion.velocity, measured(s), s.direction_weight[:: s.stride])
+        for s in data.segments
+    ]
+    position, velocity, effort, weight = np.concatenate(signals, axis=1)
+    quiet = ~np.any(pushes, axis=0)
+    without = effort - np.sum(pushes, axis=0)
+    nowhere = {
+        "farther out": _beyond(position, quiet),
+        "faster": _beyond(velocity, quiet),
+        "under more effort": _beyond(effort, quiet) & _beyond(without, quiet),
+    }
+    doubts: dict[int, str] = {}
+    for one in _happenings([model.terms[k] for k in events]):
+        energy = np.square(np.sum(pushes[one], axis=0) * weight)
+        for where, beyond in nowhere.items():
+            if np.sum(energy[beyond]) > HELD.value * np.sum(energy):
+                reason = f"it acts where the axis is {where} than at any other time"
+                doubts |= dict.fromkeys([events[k] for k in one], reason)
+    return doubts
+
+
 def recurring(model: FittedModel) -> dict[int, str]:
     """Reasons against events of one recording that are too many for each to have happened once.
 
@@ -83,7 +136,7 @@ def recurring(model: FittedModel) -> dict[int, str]:
             places[t.candidate.effect, t.nonlinear.get("clock")].append(k)
     doubts: dict[int, str] = {}
     for several in places.values():
-        count = _apart([model.terms[k] for k in several])
+        count = len(_happenings([model.terms[k] for k in several]))
         if count > MOST_EVENTS.value:
             reason = (
                 f"{count} of them are in one recording: something recurs that no effect describes"
@@ -125,13 +178,20 @@ def brief(model: FittedModel, excitation: Excitation) -> dict[int, str]:
     return doubts
 
 
-def _apart(terms: list[FittedTerm]) -> int:
-    """How many times causes in time happen, where those that overlap are one."""
+def _beyond(signal: Array, quiet: Mask) -> Mask:
+    """Samples (N,) at which a signal lies beyond its range at the quiet ones."""
+    low, high = np.min(signal[quiet], initial=np.inf), np.max(signal[quiet], initial=-np.inf)
+    return np.asarray((signal < low) | (signal > high))
+
+
+def _happenings(terms: list[FittedTerm]) -> list[list[int]]:
+    """Places of causes in time, those together that overlap, by when they begin."""
     begins_s = np.array([t.nonlinear.get("time", 0.0) for t in terms])
     ends_s = begins_s + [t.nonlinear.get("duration", 0.0) for t in terms]
     order = np.argsort(begins_s, kind="stable")
     over_s = np.maximum.accumulate(ends_s[order])
-    return 1 + int(np.count_nonzero(begins_s[order][1:] > over_s[:-1]))
+    apart = 1 + np.flatnonzero(begins_s[order][1:] > over_s[:-1])
+    return [together.tolist() for together in np.split(order, apart)]
 
 
 def _held_travel(term: FittedTerm) -> float:
