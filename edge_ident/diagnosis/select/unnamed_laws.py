@@ -27,6 +27,7 @@ from edge_ident.model.motion import Motion
 from edge_ident.model.search import ChangesWith
 
 Array = NDArray[np.float64]
+_TINY: Final = float(np.finfo(float).tiny)
 Law = Callable[[Motion, Array, Values], Array]
 """Columns (k, N) along a motion, from the effort (N,) of the model without the cause, and from the
 cause's parameters."""
@@ -75,6 +76,15 @@ def _saturating(motion: Motion, effort: Array, values: Values) -> Array:
     return effort[None] ** 3
 
 
+def _power(motion: Motion, effort: Array, values: Values) -> Array:
+    """What a power of the effort that is nearly one adds: |T|^(1+p) - |T| is p·|T|·ln|T|."""
+    return effort[None] * np.log(np.maximum(np.abs(effort), _TINY))
+
+
+def _one_sided(motion: Motion, effort: Array, values: Values) -> Array:
+    return np.abs(effort)[None]
+
+
 _LAWS: Final[Mapping[ChangesWith | None, Mapping[str, Law]]] = {
     ChangesWith.STROKE: {
         "an inertia that changes along the stroke": _inertia,
@@ -85,7 +95,11 @@ _LAWS: Final[Mapping[ChangesWith | None, Mapping[str, Law]]] = {
         "an inertia that changes with time": _inertia_in_time,
         "dry friction that changes with time": _coulomb_in_time,
     },
-    ChangesWith.EFFORT: {"a motor whose force saturates": _saturating},
+    ChangesWith.EFFORT: {
+        "a motor whose force saturates": _saturating,
+        "a power of the effort": _power,
+        "a gain that differs with the sign of the effort": _one_sided,
+    },
 }
 """None has more parameters than an effect that changes likewise."""
 
