@@ -72,6 +72,11 @@ def _coulomb_in_time(motion: Motion, effort: Array, values: Values) -> Array:
     return _course(motion, values) * motion.direction
 
 
+def _force_from_then_on(motion: Motion, effort: Array, values: Values) -> Array:
+    later = (motion.time_s >= values["time"]) & (values["clock"] == motion.clock)
+    return np.asarray(effort * later)[None]
+
+
 def _saturating(motion: Motion, effort: Array, values: Values) -> Array:
     return effort[None] ** 3
 
@@ -95,6 +100,7 @@ _LAWS: Final[Mapping[ChangesWith | None, Mapping[str, Law]]] = {
         "an inertia that changes with time": _inertia_in_time,
         "dry friction that changes with time": _coulomb_in_time,
     },
+    ChangesWith.MOMENT: {"a force constant that changes then": _force_from_then_on},
     ChangesWith.EFFORT: {
         "a motor whose force saturates": _saturating,
         "a power of the effort": _power,

@@ -132,6 +132,14 @@ def test_a_gain_that_differs_with_the_sign_is_no_loss_of_a_transmission() -> Non
     assert reason.startswith("a gain that differs with the sign of the effort describes")
 
 
+def test_a_force_constant_that_steps_is_no_payload() -> None:
+    form = Form(("inertia", "coulomb_friction"), ("time",), changes=ChangesWith.MOMENT)
+    later, at = TIME_S >= 7.0, {"time": 7.0, "clock": 0.0}
+    assert not doubt(SOUND + 0.05 * later * ACCELERATION, "payload_change", form, **at)
+    reason = doubt(SOUND + 0.06 * later * SOUND, "payload_change", form, **at)
+    assert reason.startswith("a force constant that changes then describes")
+
+
 def test_a_law_gains_nothing_by_a_shift_that_no_other_model_may_have() -> None:
     inertia = 0.1 * COSINE * ACCELERATION - 0.05 * RATE * SINE * VELOCITY**2
     late = np.interp(TIME_S - 0.004, TIME_S, SOUND + inertia)
