@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from edge_ident.diagnosis.fit.external_vibrations import VIBRATION
 from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm
+from edge_ident.diagnosis.fit.projection import orthonormal
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.segment import Segment
 from edge_ident.diagnosis.select.recorded_effort import along, measured
@@ -79,10 +80,10 @@ def at_standstill(data: AxisData, model: FittedModel) -> dict[int, str]:
 def never_repeated(data: AxisData, model: FittedModel) -> dict[int, str]:
     """Reasons against events that act where the motion was at no other time.
 
-    An event is doubtful where half of its energy acts beyond the positions, the speeds or the
-    efforts at which nothing happened. Those that overlap are one. An effort counts that is so with
-    the event and without: the one alone the push itself may have raised, the other alone a
-    collision that stops the axis.
+    An event is doubtful where half of its energy follows from how far the position, the speed or
+    the effort lies beyond all that it is where nothing happened. Those that overlap are one. An
+    effort counts that is so with the event and without: the one alone the push itself may have
+    raised, the other alone a collision that stops the axis.
 
     Parameters
     ----------
@@ -104,17 +105,20 @@ def never_repeated(data: AxisData, model: FittedModel) -> dict[int, str]:
     ]
     position, velocity, effort, weight = np.concatenate(signals, axis=1)
     quiet = ~np.any(pushes, axis=0)
+    if not np.any(quiet):
+        return {}
     without = effort - np.sum(pushes, axis=0)
-    nowhere = {
+    extremes = {
         "farther out": _beyond(position, quiet),
         "faster": _beyond(velocity, quiet),
-        "under more effort": _beyond(effort, quiet) & _beyond(without, quiet),
+        "under more effort": np.minimum(_beyond(effort, quiet), _beyond(without, quiet)),
     }
     doubts: dict[int, str] = {}
     for one in _happenings([model.terms[k] for k in events]):
-        energy = np.square(np.sum(pushes[one], axis=0) * weight)
-        for where, beyond in nowhere.items():
-            if np.sum(energy[beyond]) > HELD.value * np.sum(energy):
+        push = np.sum(pushes[one], axis=0) * weight
+        for where, excess in extremes.items():
+            law = orthonormal(weight[:, None] * np.stack([excess, excess**2], axis=1))
+            if np.sum((law.T @ push) ** 2) > HELD.value * np.sum(push**2):
                 reason = f"it acts where the axis is {where} than at any other time"
                 doubts |= dict.fromkeys([events[k] for k in one], reason)
     return doubts
@@ -178,10 +182,10 @@ def brief(model: FittedModel, excitation: Excitation) -> dict[int, str]:
     return doubts
 
 
-def _beyond(signal: Array, quiet: Mask) -> Mask:
-    """Samples (N,) at which a signal lies beyond its range at the quiet ones."""
-    low, high = np.min(signal[quiet], initial=np.inf), np.max(signal[quiet], initial=-np.inf)
-    return np.asarray((signal < low) | (signal > high))
+def _beyond(signal: Array, quiet: Mask) -> Array:
+    """How far a signal (N,) lies beyond its range at the quiet samples."""
+    low, high = np.min(signal[quiet]), np.max(signal[quiet])
+    return np.asarray(np.maximum(np.maximum(low - signal, signal - high), 0.0))
 
 
 def _happenings(terms: list[FittedTerm]) -> list[list[int]]:

@@ -184,6 +184,13 @@ def test_neither_the_push_itself_nor_what_it_stops_is_an_extreme(pushed: float) 
     assert not alone(ordinary_s, 40.0, pushed)
 
 
+def test_a_push_that_ends_before_the_axis_turns_farthest_out_is_an_event() -> None:
+    """A spring there would push on the way back as well."""
+    t, x, *_ = swing()
+    turns_s = t[np.argmax(np.abs(x - np.mean(x)))]
+    assert not alone(turns_s - 0.1, 1.0)
+
+
 def test_drag_above_a_speed_that_is_reached_once_is_no_event() -> None:
     t, x, v, a = swing(seconds=24.0)
     drag = 4.0 * np.maximum(v - 0.8 * np.max(v), 0.0)
