@@ -24,6 +24,7 @@ class ChangesWith(Enum):
     STROKE = "position, in waves or at one place"
     TIME = "time: curvature, or time_constant"
     EFFORT = "the effort that is transmitted"
+    MOMENT = "nothing: it is there from one time on"
 
 
 class Link(Enum):

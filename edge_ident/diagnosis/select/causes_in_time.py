@@ -1,9 +1,12 @@
-"""Causes in time that friction may imitate, or that are too many to be single events.
+"""Causes in time that friction or an extreme of the motion may imitate, or that are too many.
 
 Friction at a stop answers whatever pushes, up to its level in either direction. So what the effort
 does there, within twice the Coulomb friction, is no evidence of an event: a sound axis does it,
 too. While the table sticks, its chain winds up, and an encoder on the motor sees it creep; so does
 one on a guide with presliding.
+
+An event shows in that the same motion did without it at another time. Farther out, at a higher
+speed or under more effort than ever else, any law that bends or ends there looks like an event.
 """
 
 from collections import defaultdict
@@ -15,9 +18,10 @@ from numpy.typing import NDArray
 
 from edge_ident.diagnosis.fit.external_vibrations import VIBRATION
 from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm
+from edge_ident.diagnosis.fit.projection import orthonormal
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.segment import Segment
-from edge_ident.diagnosis.select.recorded_effort import along
+from edge_ident.diagnosis.select.recorded_effort import along, measured
 from edge_ident.diagnosis.select.thresholds import HELD, MOST_EVENTS
 from edge_ident.model.effects import named
 from edge_ident.model.search import SOUND_RESONANCE_HZ, Excitation
@@ -30,6 +34,12 @@ _TINY: Final = float(np.finfo(float).tiny)
 def tied_to_time(term: FittedTerm) -> bool:
     """Whether a term is a cause in time; a vibration is none, and stands in time alone."""
     return term.candidate != VIBRATION and named(term.candidate.effect).tied_to_time
+
+
+def imitated(data: AxisData, model: FittedModel, excitation: Excitation) -> dict[int, str]:
+    """Reasons against terms tied to time that something else may imitate, by their places."""
+    doubts = never_repeated(data, model) | at_standstill(data, model)
+    return doubts | brief(model, excitation)
 
 
 def at_standstill(data: AxisData, model: FittedModel) -> dict[int, str]:
@@ -64,6 +74,62 @@ def at_standstill(data: AxisData, model: FittedModel) -> dict[int, str]:
         )
         if held and largest <= most:
             doubts[k] = "it acts while the axis stands or nearly stops, and friction may do as much"
+    return doubts
+
+
+def never_repeated(data: AxisData, model: FittedModel) -> dict[int, str]:
+    """Reasons against events that act where the motion was at no other time.
+
+    An event is doubtful where half of its energy follows from how far the position, the speed or
+    the effort lies beyond all that it is where nothing happened. Those that overlap are one. An
+    effort counts that is so with the event and without: the one alone the push itself may have
+    raised, the other alone a collision that stops the axis.
+
+    Parameters
+    ----------
+    data : AxisData
+    model : FittedModel
+
+    Returns
+    -------
+    mapping of place to str
+        Places are those of `model.terms`.
+    """
+    events = [
+        event
+        for of_kind in overlapping(model).values()
+        for event in of_kind
+        if "duration" in model.terms[event[0]].nonlinear
+    ]
+    if not events:
+        return {}
+    pushes = np.hstack(
+        [
+            [np.sum([_of_term(s, model, k) for k in event], axis=0) for event in events]
+            for s in data.segments
+        ]
+    )
+    signals = [
+        (s.motion.position, s.motion.velocity, measured(s), s.direction_weight[:: s.stride])
+        for s in data.segments
+    ]
+    position, velocity, effort, weight = np.concatenate(signals, axis=1)
+    quiet = ~np.any(pushes, axis=0)
+    if not np.any(quiet):
+        return {}
+    without = effort - np.sum(pushes, axis=0)
+    extremes = {
+        "farther out": _beyond(position, quiet),
+        "faster": _beyond(velocity, quiet),
+        "under more effort": np.minimum(_beyond(effort, quiet), _beyond(without, quiet)),
+    }
+    doubts: dict[int, str] = {}
+    for event, push in zip(events, pushes * weight, strict=True):
+        for where, excess in extremes.items():
+            law = orthonormal(weight[:, None] * np.stack([excess, excess**2], axis=1))
+            if np.sum((law.T @ push) ** 2) > HELD.value * np.sum(push**2):
+                reason = f"it acts where the axis is {where} than at any other time"
+                doubts |= dict.fromkeys(event, reason)
     return doubts
 
 
@@ -146,6 +212,12 @@ def brief(model: FittedModel, excitation: Excitation) -> dict[int, str]:
                 )
                 doubts |= {k: reason, other: reason}
     return doubts
+
+
+def _beyond(signal: Array, quiet: Mask) -> Array:
+    """How far a signal (N,) lies beyond its range at the quiet samples."""
+    low, high = np.min(signal[quiet]), np.max(signal[quiet])
+    return np.asarray(np.maximum(np.maximum(low - signal, signal - high), 0.0))
 
 
 def _held_travel(term: FittedTerm) -> float:

@@ -22,7 +22,7 @@ from edge_ident.diagnosis.select.assessment import Assessment
 from edge_ident.diagnosis.select.backward_elimination import SupportedModel, SupportedTerm
 from edge_ident.diagnosis.select.both_halves import decide_halves
 from edge_ident.diagnosis.select.causes import causes, strongest_first
-from edge_ident.diagnosis.select.causes_in_time import at_standstill, brief, recurring, tied_to_time
+from edge_ident.diagnosis.select.causes_in_time import imitated, recurring, tied_to_time
 from edge_ident.diagnosis.select.evidence import evidence_for_terms
 from edge_ident.diagnosis.select.physics import unphysical
 from edge_ident.diagnosis.select.search import Search
@@ -186,10 +186,10 @@ def _traded(assessed: Assessment, kept: Sequence[int]) -> dict[int, str]:
 
 
 def _in_time(assessed: Assessment, kept: Sequence[int]) -> dict[int, str]:
-    """Reasons against events that friction at a stop may imitate, or that recur, weak ones too."""
+    """Reasons against events that something else may imitate, or that recur, weak ones too."""
     search, model = assessed.search, assessed.fitted(kept)
-    held = at_standstill(search.data, model) | brief(model, search.excitation)
-    reasons = recurring(assessed.model) | {kept[place]: why for place, why in held.items()}
+    doubts = imitated(search.data, model, search.excitation)
+    reasons = recurring(assessed.model) | {kept[place]: why for place, why in doubts.items()}
     return {k: reasons[k] for k in kept if k in reasons}
 
 

@@ -45,7 +45,7 @@ def recorded_sizes(data: AxisData, model: FittedModel) -> list[float]:
     together = [model.of_effect(model.terms[place]) for place in range(len(model.terms))]
     seen = [s.direction_known for s in data.segments]
     places = list(zip(data.segments, seen, strict=True))
-    effort = np.concatenate([_compared(s, _measured(s), at) for s, at in places])
+    effort = np.concatenate([_compared(s, measured(s), at) for s, at in places])
     motions = [
         _compared(s, regressor(s.motion.velocity, s.motion.acceleration).T, at).T
         for s, at in places
@@ -72,7 +72,7 @@ def _compared(segment: Segment, signals: Array, known: NDArray[np.bool_]) -> Arr
     return lowpass(known * signals, segment.cutoff_hz, segment.period_s)[..., known]
 
 
-def _measured(segment: Segment) -> Array:
+def measured(segment: Segment) -> Array:
     """The recorded effort (N,) in step with the motion, and as wide."""
     return _as_motion(segment, segment.raw_effort)
 

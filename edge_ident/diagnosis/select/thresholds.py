@@ -89,8 +89,8 @@ LARGER_IN_TIME: Final = Threshold(
 HELD: Final = Threshold(
     0.5,
     "of the energy of a cause's effort",
-    "A cause in time is suspected where so much of it acts while friction may hold the axis.",
-    "A judgement: most of it is then what friction may do.",
+    "So much of a cause in time acts at a stop or at an extreme of the motion: it is suspected.",
+    "A judgement: most of it is then what friction may do, or a law that shows there alone.",
     "`test_causes_in_time.py`: what lasts beyond the stop is no friction",
 )
 TAKEN_BACK: Final = Threshold(

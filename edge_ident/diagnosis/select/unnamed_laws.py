@@ -27,6 +27,7 @@ from edge_ident.model.motion import Motion
 from edge_ident.model.search import ChangesWith
 
 Array = NDArray[np.float64]
+_TINY: Final = float(np.finfo(float).tiny)
 Law = Callable[[Motion, Array, Values], Array]
 """Columns (k, N) along a motion, from the effort (N,) of the model without the cause, and from the
 cause's parameters."""
@@ -71,8 +72,22 @@ def _coulomb_in_time(motion: Motion, effort: Array, values: Values) -> Array:
     return _course(motion, values) * motion.direction
 
 
+def _force_from_then_on(motion: Motion, effort: Array, values: Values) -> Array:
+    later = (motion.time_s >= values["time"]) & (values["clock"] == motion.clock)
+    return np.asarray(effort * later)[None]
+
+
 def _saturating(motion: Motion, effort: Array, values: Values) -> Array:
     return effort[None] ** 3
+
+
+def _power(motion: Motion, effort: Array, values: Values) -> Array:
+    """What a power of the effort that is nearly one adds: |T|^(1+p) - |T| is p·|T|·ln|T|."""
+    return effort[None] * np.log(np.maximum(np.abs(effort), _TINY))
+
+
+def _one_sided(motion: Motion, effort: Array, values: Values) -> Array:
+    return np.abs(effort)[None]
 
 
 _LAWS: Final[Mapping[ChangesWith | None, Mapping[str, Law]]] = {
@@ -85,7 +100,12 @@ _LAWS: Final[Mapping[ChangesWith | None, Mapping[str, Law]]] = {
         "an inertia that changes with time": _inertia_in_time,
         "dry friction that changes with time": _coulomb_in_time,
     },
-    ChangesWith.EFFORT: {"a motor whose force saturates": _saturating},
+    ChangesWith.MOMENT: {"a force constant that changes then": _force_from_then_on},
+    ChangesWith.EFFORT: {
+        "a motor whose force saturates": _saturating,
+        "a power of the effort": _power,
+        "a gain that differs with the sign of the effort": _one_sided,
+    },
 }
 """None has more parameters than an effect that changes likewise."""
 

@@ -13,7 +13,7 @@ import numpy as np
 from edge_ident.model.advice import Advice
 from edge_ident.model.compensation import Compensation
 from edge_ident.model.effect import Array, Effect, Parameter, Values
-from edge_ident.model.search import Form, SearchSpec
+from edge_ident.model.search import ChangesWith, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
 
 
@@ -50,7 +50,7 @@ EFFECT: Final = ActuatorDeadband(
         ),
     ),
     search=SearchSpec(
-        forms=(Form(("width",)),),
+        forms=(Form(("width",), changes=ChangesWith.EFFORT),),
         signature="flips with the sign of the effort, not of the velocity",
         alternatives=("load_dependent_friction", "asymmetric_friction", "stribeck_friction"),
         experiment=(

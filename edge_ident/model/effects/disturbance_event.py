@@ -49,13 +49,18 @@ def _physical(values: Values, excitation: Excitation) -> bool:
 
 
 def _grid(excitation: Excitation) -> dict[str, Array]:
-    """From the shortest pulse that the filter passes, and at least 1/250 of the record, to a tenth
-    of the record."""
+    """From 1/250 of the record to a tenth of it, and no shorter than the filter passes.
+
+    One pulse is as short as that: a finer grid would be too large, but the best duration between
+    its points may be shorter than them.
+    """
     points = []
     for clock, begin_s, end_s in excitation.spans:
         lasts_s = end_s - begin_s
         longest = 0.1 * lasts_s
-        duration = min(max(0.35 / excitation.cutoff_hz, lasts_s / 250.0), longest)
+        shortest = min(0.35 / excitation.cutoff_hz, longest)
+        points.append([np.full(1, v) for v in (begin_s + 0.5 * lasts_s, shortest, float(clock))])
+        duration = max(shortest, lasts_s / 250.0)
         while duration <= longest:
             step = max(duration / 2.0, 0.2 / excitation.cutoff_hz)
             starts = begin_s + np.arange(0.5 * step, lasts_s - duration, step)

@@ -14,7 +14,7 @@ from edge_ident.model.advice import Advice
 from edge_ident.model.compensation import Compensation
 from edge_ident.model.effect import CLOCK, Array, Effect, Parameter, Values
 from edge_ident.model.motion import Motion
-from edge_ident.model.search import Excitation, Form, SearchSpec
+from edge_ident.model.search import ChangesWith, Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
 
 
@@ -80,8 +80,8 @@ EFFECT: Final = PayloadChange(
     ),
     search=SearchSpec(
         forms=(
-            Form(("inertia", "coulomb_friction"), ("time",)),
-            Form(("inertia", "coulomb_friction", "offset"), ("time",)),
+            Form(("inertia", "coulomb_friction"), ("time",), changes=ChangesWith.MOMENT),
+            Form(("inertia", "coulomb_friction", "offset"), ("time",), changes=ChangesWith.MOMENT),
         ),
         signature="coefficients before a moment and after it differ",
         alternatives=("gain_drift", "warm_up", "offset_drift", "disturbance_event"),

@@ -49,6 +49,12 @@ def _left(at: Motion, values: Values) -> Array:
     return np.asarray(np.exp(-np.maximum(at.time_s, 0.0) / values["time_constant"]))
 
 
+def _physical(values: Values, excitation: Excitation) -> bool:
+    """Friction that falls, at the typical speed."""
+    cold = values["excess"] * excitation.typical_speed + values["dry_excess"]
+    return bool(np.all(cold > 0.0))
+
+
 def _grid(excitation: Excitation) -> dict[str, Array]:
     """From an instant to where it looks like a straight line."""
     return {"time_constant": excitation.duration_s * np.geomspace(0.03, 3.0, 12)}
@@ -77,6 +83,7 @@ EFFECT: Final = WarmUp(
         alternatives=("gain_drift", "nonlinear_viscous", "payload_change"),
         experiment="the same motion for longer than the machine takes to warm",
         grid=_grid,
+        physical=_physical,
         discrepancy=0.1,
         open_ended=("time_constant",),
         shares_friction=True,

@@ -1,4 +1,4 @@
-"""Events that friction at a stop may imitate, those that it cannot, and those that recur."""
+"""Events that friction or an extreme of the motion may imitate, others, and those that recur."""
 
 from dataclasses import replace
 
@@ -15,7 +15,12 @@ from edge_ident.diagnosis.fit.held_out import (
 from edge_ident.diagnosis.fit.noise_floor import noise_floor
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.select.assessment import Assessment
-from edge_ident.diagnosis.select.causes_in_time import _may_be_held, at_standstill, brief
+from edge_ident.diagnosis.select.causes_in_time import (
+    _may_be_held,
+    at_standstill,
+    brief,
+    never_repeated,
+)
 from edge_ident.diagnosis.select.cross_validation import unsized
 from edge_ident.diagnosis.select.judgement import _in_time
 from edge_ident.diagnosis.select.search import Search
@@ -159,6 +164,63 @@ def test_of_pulses_that_overlap_the_size_is_that_of_their_sum(level: float, unkn
     for pulse, std in zip(model.terms, stds, strict=True):
         assert abs(pulse.linear["level"]) < std["level"]
     assert unsized(data, model) == [unknown] * 3
+
+
+def test_a_knock_that_is_shorter_than_the_grid_is_one_event() -> None:
+    """The grid begins at a 250th of the recording, 0.096 s."""
+    t, x, v, a = swing(seconds=24.0)
+    knock = 9.0 * np.sin(np.pi * np.clip((t - 11.0) / 0.04, 0.0, 1.0)) ** 2
+    axis = diagnosed(recorded(t, x, rigid(v, a) + knock, noise=0.05))
+    assert axis.verdict is Verdict.EXPLAINED
+    (cause,) = axis.causes
+    assert cause.term.values["time"] == pytest.approx(11.0, abs=0.005)
+    assert cause.term.values["duration"] == pytest.approx(0.04, rel=0.1)
+    assert cause.term.values["level"] == pytest.approx(9.0, rel=0.1)
+
+
+def alone(centre_s: float, level: float, pushed: float = 0.0) -> str:
+    """The reason against an event about a moment, of a drive that something pushes then."""
+    t, x, v, a = swing()
+    at = {"time": centre_s - 0.1, "duration": 0.2}
+    push = np.sin(np.pi * np.clip((t - at["time"]) / at["duration"], 0.0, 1.0)) ** 2
+    data = prepare_axis([recorded(t, x, rigid(v, a) + pushed * push, noise=0.01)], "x")
+    form = Form(("level",), ("time", "duration"))
+    term = FittedTerm(Candidate("disturbance_event", form), at, {"level": 0.0})
+    model = fit(data, TEMPLATE, np.zeros(4), (term,))
+    event = Term("disturbance_event", {**at, "level": level})
+    model = replace(model, axis=AxisModel((*model.axis.terms[:-1], event)))
+    return never_repeated(data, model).get(0, "")
+
+
+def test_what_happens_at_an_extreme_of_the_motion_may_be_a_law_that_shows_there_alone() -> None:
+    t, x, v, a = swing()
+    assert "farther out" in alone(t[np.argmax(np.abs(x - np.mean(x)))], 1.0)
+    assert "faster" in alone(t[np.argmax(v)], 1.0)
+    assert "under more effort" in alone(t[np.argmax(np.abs(rigid(v, a)))], 1.0)
+
+
+@pytest.mark.parametrize("pushed", [0.0, 40.0])
+def test_neither_the_push_itself_nor_what_it_stops_is_an_extreme(pushed: float) -> None:
+    """A stiff loop answers a push by as much effort; in a collision the axis brakes as hard."""
+    t, _, v, a = swing()
+    ordinary_s = t[np.argmin(np.abs(rigid(v, a) - 2.0))]
+    assert not alone(ordinary_s, 40.0, pushed)
+
+
+def test_a_push_that_ends_before_the_axis_turns_farthest_out_is_an_event() -> None:
+    """A spring there would push on the way back as well."""
+    t, x, *_ = swing()
+    turns_s = t[np.argmax(np.abs(x - np.mean(x)))]
+    assert not alone(turns_s - 0.1, 1.0)
+
+
+def test_drag_above_a_speed_that_is_reached_once_is_no_event() -> None:
+    t, x, v, a = swing(seconds=24.0)
+    drag = 4.0 * np.maximum(v - 0.8 * np.max(v), 0.0)
+    axis = diagnosed(recorded(t, x, rigid(v, a) + drag, noise=0.02))
+    assert axis.verdict is Verdict.UNEXPLAINED
+    assert not axis.causes
+    assert any("faster than at any other time" in cause.decision for cause in axis.suspected)
 
 
 def test_what_is_picked_up_and_put_down_is_two_changes() -> None:

@@ -116,6 +116,30 @@ def test_a_motor_that_saturates_is_no_limit() -> None:
     assert reason.startswith("a motor whose force saturates")
 
 
+DEADBAND = Form(("width",), changes=ChangesWith.EFFORT)
+
+
+def test_a_power_of_the_effort_is_no_deadband() -> None:
+    assert not doubt(NEEDED + 0.4 * np.sign(NEEDED), "actuator_deadband", DEADBAND)
+    power = np.sign(NEEDED) * np.abs(NEEDED) ** 0.8
+    reason = doubt(power, "actuator_deadband", DEADBAND)
+    assert reason.startswith("a power of the effort describes")
+
+
+def test_a_gain_that_differs_with_the_sign_is_no_loss_of_a_transmission() -> None:
+    one_sided = np.where(NEEDED > 0.0, 1.08, 1.0) * NEEDED
+    reason = doubt(one_sided, "load_dependent_friction", LOSS, guided=0.0, moved=0.1)
+    assert reason.startswith("a gain that differs with the sign of the effort describes")
+
+
+def test_a_force_constant_that_steps_is_no_payload() -> None:
+    form = Form(("inertia", "coulomb_friction"), ("time",), changes=ChangesWith.MOMENT)
+    later, at = TIME_S >= 7.0, {"time": 7.0, "clock": 0.0}
+    assert not doubt(SOUND + 0.05 * later * ACCELERATION, "payload_change", form, **at)
+    reason = doubt(SOUND + 0.06 * later * SOUND, "payload_change", form, **at)
+    assert reason.startswith("a force constant that changes then describes")
+
+
 def test_a_law_gains_nothing_by_a_shift_that_no_other_model_may_have() -> None:
     inertia = 0.1 * COSINE * ACCELERATION - 0.05 * RATE * SINE * VELOCITY**2
     late = np.interp(TIME_S - 0.004, TIME_S, SOUND + inertia)
