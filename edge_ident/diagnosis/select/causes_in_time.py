@@ -127,7 +127,7 @@ def never_repeated(data: AxisData, model: FittedModel) -> dict[int, str]:
     for event, push in zip(events, pushes * weight, strict=True):
         for where, excess in extremes.items():
             law = orthonormal(weight[:, None] * np.stack([excess, excess**2], axis=1))
-            if np.sum((law.T @ push) ** 2) > HELD.value * np.sum(push**2):
+            if np.sum(np.square(law.T @ push)) > HELD.value * np.sum(np.square(push)):
                 reason = f"it acts where the axis is {where} than at any other time"
                 doubts |= dict.fromkeys(event, reason)
     return doubts
