@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 
 from edge_ident.diagnosis.fit.candidates import Candidate, candidates, regressors
 from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm, fit
-from edge_ident.diagnosis.fit.held_out import held_out_residuals
+from edge_ident.diagnosis.fit.held_out import _estimate, held_out_residuals
 from edge_ident.diagnosis.fit.library import Library
 from edge_ident.diagnosis.fit.scoring import ResidualSubspace
 from edge_ident.diagnosis.prepare.axis_data import AxisData
@@ -97,6 +97,21 @@ def test_held_out_residuals_are_those_of_fits_to_the_other_blocks(
         train = data.valid & ~out
         estimate = np.linalg.lstsq(base.jacobian[train], data.effort[train], rcond=None)[0]
         assert found[out] == pytest.approx(data.effort[out] - base.jacobian[out] @ estimate)
+
+
+def test_a_difference_that_only_the_held_out_blocks_show_stays_as_it_was() -> None:
+    """Dry friction and offset, say, where the axis reverses in one fold only."""
+    truth, rng = np.array([3.0, 1.0]), np.random.default_rng(3)
+    folds = [np.tile([1.0, 1.0], (20, 1)) for _ in range(5)]
+    folds[2][10:, 0] = -1.0
+    parts = [np.column_stack([part, part @ truth]) for part in folds]
+    nothing = np.empty((0, 2))
+    for fold in range(5):
+        assert _estimate(parts, fold, nothing, truth) == pytest.approx(truth)
+    started = truth + 0.1 * rng.standard_normal(2)
+    found = _estimate(parts, 2, nothing, started)
+    assert found.sum() == pytest.approx(truth.sum()), "the sum is learned from the other blocks"
+    assert found[0] - found[1] == pytest.approx(started[0] - started[1])
 
 
 def test_a_parameter_that_does_nothing_takes_no_part_in_cross_validation(data: AxisData) -> None:
