@@ -5,8 +5,9 @@ does there, within twice the Coulomb friction, is no evidence of an event: a sou
 too. While the table sticks, its chain winds up, and an encoder on the motor sees it creep; so does
 one on a guide with presliding.
 
-An event shows in that the same motion did without it at another time. Farther out, at a higher
-speed or under more effort than ever else, any law that bends or ends there looks like an event.
+An event shows in that the same motion did without it at another time. At a higher speed or under
+more effort than ever else, any law that bends or ends there looks like an event. An end stop that
+is reached once stays one: it acts then, and what is tied to time is not carried on.
 """
 
 from collections import defaultdict
@@ -78,10 +79,10 @@ def at_standstill(data: AxisData, model: FittedModel) -> dict[int, str]:
 
 
 def never_repeated(data: AxisData, model: FittedModel) -> dict[int, str]:
-    """Reasons against events that act where the motion was at no other time.
+    """Reasons against events that act at a speed or under an effort that there is at no other time.
 
-    An event is doubtful where half of its energy follows from how far the position, the speed or
-    the effort lies beyond all that it is where nothing happened. Those that overlap are one. An
+    An event is doubtful where half of its energy follows from how far the speed or the effort lies
+    beyond all that it is where nothing happened. Those that overlap are one. An
     effort counts that is so with the event and without: the one alone the push itself may have
     raised, the other alone a collision that stops the axis.
 
@@ -110,16 +111,14 @@ def never_repeated(data: AxisData, model: FittedModel) -> dict[int, str]:
         ]
     )
     signals = [
-        (s.motion.position, s.motion.velocity, measured(s), s.direction_weight[:: s.stride])
-        for s in data.segments
+        (s.motion.velocity, measured(s), s.direction_weight[:: s.stride]) for s in data.segments
     ]
-    position, velocity, effort, weight = np.concatenate(signals, axis=1)
+    velocity, effort, weight = np.concatenate(signals, axis=1)
     quiet = ~np.any(pushes, axis=0)
     if not np.any(quiet):
         return {}
     without = effort - np.sum(pushes, axis=0)
     extremes = {
-        "farther out": _beyond(position, quiet),
         "faster": _beyond(velocity, quiet),
         "under more effort": np.minimum(_beyond(effort, quiet), _beyond(without, quiet)),
     }
