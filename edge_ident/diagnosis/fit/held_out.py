@@ -32,7 +32,6 @@ _LEARNED: Final = 0.005
 Their noise would be in the prediction as that of 200 samples, and a held-out fold has hardly more.
 """
 _RANK: Final = 1e-9
-_TINY: Final = float(np.finfo(float).tiny)
 
 
 def held_out_residuals(data: AxisData, fitted: FittedModel) -> Array:
@@ -55,8 +54,11 @@ def _held_out_residuals(data: AxisData, fitted: FittedModel) -> Array:
     target: Array = data.effort - fitted.predicted + jacobian @ start
     folds = data.block % _FOLDS
     parts = _parts(jacobian[data.valid], target[data.valid], folds[data.valid])
-    prior = _prior_rows(np.vstack(parts)[:, :-1], derivatives.shape[1])
-    estimates = np.array([_estimate(parts, fold, prior, start) for fold in range(_FOLDS)])
+    unit, length = _orthonormal_directions(np.vstack(parts)[:, :-1])
+    prior, directions = _prior_rows(unit, length, derivatives.shape[1]), unit / length[:, None]
+    estimates = np.array(
+        [_estimate(parts, fold, directions, prior, start) for fold in range(_FOLDS)]
+    )
     return np.asarray(target - np.einsum("np,np->n", jacobian, estimates[folds]))
 
 
@@ -70,7 +72,9 @@ def _parts(jacobian: Array, target: Array, folds: NDArray[np.intp]) -> list[Arra
     return [np.asarray(part, dtype=np.float64) for part in parts]
 
 
-def _estimate(parts: Sequence[Array], fold: int, prior: Array, start: Array) -> Array:
+def _estimate(
+    parts: Sequence[Array], fold: int, directions: Array, prior: Array, start: Array
+) -> Array:
     """Parameters (P,) from all folds but one; what those say nothing about stays as it was.
 
     That may be a difference of parameters: dry friction and offset before a payload, where the one
@@ -78,24 +82,23 @@ def _estimate(parts: Sequence[Array], fold: int, prior: Array, start: Array) -> 
     """
     train = np.vstack([*parts[:fold], *parts[fold + 1 :]])
     jacobian, target = train[:, :-1], train[:, -1]
-    directions = _whitening(np.vstack(parts)[:, :-1])
-    known, turned = np.linalg.eigh(_gram(jacobian @ directions))
+    trained = jacobian @ directions
+    known, turned = np.linalg.eigh(trained.T @ trained)
     directions = directions @ turned[:, known > _LEARNED]
     rows = np.vstack([jacobian, prior]) @ directions
     wanted = np.concatenate([target - jacobian @ start, -prior @ start])
     return np.asarray(start + directions @ solve(rows, wanted))
 
 
-def _whitening(jacobian: Array) -> Array:
-    """Directions (P, R) of the parameters along which a Jacobian (n, P) is orthonormal."""
+def _orthonormal_directions(jacobian: Array) -> tuple[Array, Array]:
+    """Directions (P, R) of the parameters along which a Jacobian (n, P) of unit columns is
+    orthonormal, zero for what does nothing; and the lengths (P,) that its columns have."""
     unit, length = unit_length(jacobian)
     _, singular, right = np.linalg.svd(unit, full_matrices=False)
     kept = singular > _RANK * singular[0]
-    return np.asarray(right[kept].T / singular[kept] / length[:, None])
-
-
-def _gram(columns: Array) -> Array:
-    return np.asarray(columns.T @ columns)
+    directions = right[kept].T / singular[kept]
+    directions[~np.any(jacobian, axis=0)] = 0.0  # but for rounding they are
+    return directions, length
 
 
 def standard_deviations(data: AxisData, fitted: FittedModel) -> Array:
@@ -188,21 +191,19 @@ def _derivatives(data: AxisData, fitted: FittedModel, index: int) -> Array:
     return slopes(low, high, steps)
 
 
-def _prior_rows(jacobian: Array, nonlinear: int) -> Array:
+def _prior_rows(unit: Array, length: Array, nonlinear: int) -> Array:
     """Rows (S, P) that hold each nonlinear parameter near its estimate from all samples.
 
-    Nonlinear parameters have the last columns of the Jacobian (n, P).
+    Nonlinear parameters are the last of those that `_orthonormal_directions` describes.
 
     A fifth of the samples cannot move it further than its standard deviation. Its derivative can
     be far from constant: that of a step in time is a pulse.
     """
-    length = np.maximum(np.linalg.norm(jacobian, axis=0), _TINY)
-    _, singular, right = np.linalg.svd(jacobian / length, full_matrices=False)
-    kept = singular > _RANK * singular[0]
-    unit = right[kept].T / singular[kept]
-    rows = np.zeros((nonlinear, jacobian.shape[1]))
+    rows = np.zeros((nonlinear, len(length)))
     for k in range(nonlinear):
-        at = jacobian.shape[1] - nonlinear + k
-        # standard deviation of the parameter over that of a sample, for white noise
-        rows[k, at] = length[at] / max(float(np.linalg.norm(unit[at])), _TINY)
+        at = len(length) - nonlinear + k
+        size = float(np.linalg.norm(unit[at]))
+        if size > 0.0:  # else the parameter does nothing
+            # standard deviation of the parameter over that of a sample, for white noise
+            rows[k, at] = length[at] / size
     return rows

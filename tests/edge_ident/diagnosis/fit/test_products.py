@@ -6,7 +6,11 @@ from numpy.typing import NDArray
 
 from edge_ident.diagnosis.fit.candidates import Candidate, candidates, regressors
 from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm, fit
-from edge_ident.diagnosis.fit.held_out import _estimate, held_out_residuals
+from edge_ident.diagnosis.fit.held_out import (
+    _estimate,
+    _orthonormal_directions,
+    held_out_residuals,
+)
 from edge_ident.diagnosis.fit.library import Library
 from edge_ident.diagnosis.fit.scoring import ResidualSubspace
 from edge_ident.diagnosis.prepare.axis_data import AxisData
@@ -105,11 +109,12 @@ def test_a_difference_that_only_the_held_out_blocks_show_stays_as_it_was() -> No
     folds = [np.tile([1.0, 1.0], (20, 1)) for _ in range(5)]
     folds[2][10:, 0] = -1.0
     parts = [np.column_stack([part, part @ truth]) for part in folds]
-    nothing = np.empty((0, 2))
+    unit, length = _orthonormal_directions(np.vstack(parts)[:, :-1])
+    directions, nothing = unit / length[:, None], np.empty((0, 2))
     for fold in range(5):
-        assert _estimate(parts, fold, nothing, truth) == pytest.approx(truth)
+        assert _estimate(parts, fold, directions, nothing, truth) == pytest.approx(truth)
     started = truth + 0.1 * rng.standard_normal(2)
-    found = _estimate(parts, 2, nothing, started)
+    found = _estimate(parts, 2, directions, nothing, started)
     assert found.sum() == pytest.approx(truth.sum()), "the sum is learned from the other blocks"
     assert found[0] - found[1] == pytest.approx(started[0] - started[1])
 
