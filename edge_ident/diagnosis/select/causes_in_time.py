@@ -11,7 +11,7 @@ is reached once stays one: it acts then, and what is tied to time is not carried
 """
 
 from collections import defaultdict
-from itertools import pairwise
+from itertools import chain, pairwise
 from typing import Final
 
 import numpy as np
@@ -82,9 +82,9 @@ def never_repeated(data: AxisData, model: FittedModel) -> dict[int, str]:
     """Reasons against events that act at a speed or under an effort that there is at no other time.
 
     An event is doubtful where half of its energy follows from how far the speed or the effort lies
-    beyond all that it is where nothing happened. Those that overlap are one. An
-    effort counts that is so with the event and without: the one alone the push itself may have
-    raised, the other alone a collision that stops the axis.
+    beyond all that it is where nothing happened. Those that overlap are one. An effort counts that
+    is so with the event and without: the one alone the push itself may have raised, the other alone
+    a collision that stops the axis.
 
     Parameters
     ----------
@@ -96,20 +96,11 @@ def never_repeated(data: AxisData, model: FittedModel) -> dict[int, str]:
     mapping of place to str
         Places are those of `model.terms`.
     """
-    events = [
-        event
-        for of_kind in overlapping(model).values()
-        for event in of_kind
-        if "duration" in model.terms[event[0]].nonlinear
-    ]
+    every = chain.from_iterable(overlapping(model).values())
+    events = [event for event in every if "duration" in model.terms[event[0]].nonlinear]
     if not events:
         return {}
-    pushes = np.hstack(
-        [
-            [np.sum([_of_term(s, model, k) for k in event], axis=0) for event in events]
-            for s in data.segments
-        ]
-    )
+    pushes = np.array([sum(_everywhere(data, model, k) for k in event) for event in events])
     signals = [
         (s.motion.velocity, measured(s), s.direction_weight[:: s.stride]) for s in data.segments
     ]
@@ -227,6 +218,11 @@ def _held_travel(term: FittedTerm) -> float:
 def _of_term(segment: Segment, model: FittedModel, index: int) -> Array:
     """Effort (N,) of one added term along the motion, unfiltered."""
     return along(segment, model.axis) - along(segment, model.axis_without([index]))
+
+
+def _everywhere(data: AxisData, model: FittedModel, index: int) -> Array:
+    """Effort (N,) of one added term along all motions, one after the other."""
+    return np.concatenate([_of_term(s, model, index) for s in data.segments])
 
 
 def _held_while(segment: Segment, effort: Array, wound_up: float) -> bool:

@@ -6,6 +6,7 @@ of Statistics 17 (1989) 1217).
 
 from dataclasses import dataclass
 from functools import cache
+from itertools import chain
 from typing import Final
 
 import numpy as np
@@ -99,7 +100,7 @@ def unsized(data: AxisData, fitted: FittedModel) -> list[bool]:
         and all(abs(value) < SIZED.value * std[name] for name, value in t.linear.items())
         for t, std in zip(fitted.terms, stds, strict=True)
     ]
-    for event in (event for events in overlapping(fitted).values() for event in events):
+    for event in chain.from_iterable(overlapping(fitted).values()):
         if len(event) > 1 and any(unknown[k] for k in event):
             count = sum(len(fitted.terms[k].linear) for k in event)
             share = joint_deviation(data, fitted, event)
