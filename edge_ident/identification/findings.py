@@ -67,13 +67,13 @@ def describe_scales(recording: Recording, name: str, inertia: float) -> list[Fin
 
 
 def _verdict(diagnosed: "AxisDiagnosis") -> list[Finding]:
-    from edge_ident.diagnosis.present.wording import verdict_sentence
+    from edge_ident.diagnosis.present.wording import findings_sentence
 
     if diagnosed.verdict is Verdict.UNEXPLAINED:
         return [
             Finding(
                 "unexplained",
-                verdict_sentence(diagnosed).removeprefix(f"{Verdict.UNEXPLAINED}: "),
+                findings_sentence(diagnosed),
                 "run edge-ident diagnose with --output and read its page",
                 blocks=True,
             )

@@ -24,6 +24,12 @@ def percent(share: float) -> str:
 
 def verdict_sentence(axis: AxisDiagnosis) -> str:
     """The verdict with its numbers, external vibrations, and a selection that did not converge."""
+    word = f"{axis.verdict}: " if axis.verdict is Verdict.UNEXPLAINED else ""
+    return word + findings_sentence(axis)
+
+
+def findings_sentence(axis: AxisDiagnosis) -> str:
+    """What was found of an axis, with its numbers; an unexplained one is not called so again."""
     parts = [_verdict(axis)]
     if axis.external_vibrations:
         parts.append(f"an external vibration acts on it: {listed(spoken_vibrations(axis))}")
@@ -84,17 +90,15 @@ def _verdict(axis: AxisDiagnosis) -> str:
     if axis.extended.fitted <= STRUCTURE.value * axis.noise_floor:
         what = f"with {found}, what" if found else "what"
         if axis.lines:
-            return (
-                f"unexplained: {what} is left in the band, {left} of the effort, is noise ({floor})"
-            )
+            return f"{what} is left in the band, {left} of the effort, is noise ({floor})"
         if found:
             return (
-                f"unexplained: {what} is left here, {left} of the effort, is noise ({floor}), but "
+                f"{what} is left here, {left} of the effort, is noise ({floor}), but "
                 "not what is left of the other recording"
             )
     none = "no known effect is certain" if axis.suspected else "no known effect fits"
     what = f"{found} found, but a residual of" if found else f"{none}, and"
-    return f"unexplained: {what} {left} of the effort is left; {floor}"
+    return f"{what} {left} of the effort is left; {floor}"
 
 
 def suspected_sentence(cause: Cause) -> str:
