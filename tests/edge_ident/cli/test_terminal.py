@@ -136,11 +136,17 @@ class Clock:
         return self.now_s
 
 
-def test_without_a_terminal_a_line_of_progress_comes_every_few_seconds(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+@pytest.fixture
+def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
+    """The clock of progress."""
     clock = Clock()
     monkeypatch.setattr(progress, "time", clock)
+    return clock
+
+
+def test_without_a_terminal_a_line_of_progress_comes_every_few_seconds(
+    clock: Clock, capsys: pytest.CaptureFixture[str]
+) -> None:
     with shown_progress() as shown:
         assert isinstance(shown, ProgressLines)
         for done in range(0, 101, 10):
@@ -151,10 +157,8 @@ def test_without_a_terminal_a_line_of_progress_comes_every_few_seconds(
 
 
 def test_what_counts_nothing_says_every_few_seconds_that_it_goes_on(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    clock: Clock, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    clock = Clock()
-    monkeypatch.setattr(progress, "time", clock)
     with shown_progress() as shown:
         assert isinstance(shown, ProgressLines)
         shown.beat()
@@ -168,10 +172,8 @@ def test_what_counts_nothing_says_every_few_seconds_that_it_goes_on(
 
 
 def test_between_two_counts_the_last_one_is_said_with_the_time_that_is_left(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    clock: Clock, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    clock = Clock()
-    monkeypatch.setattr(progress, "time", clock)
     with shown_progress() as shown:
         assert isinstance(shown, ProgressLines)
         shown.show("gains", 0, 3)
@@ -188,11 +190,9 @@ def test_between_two_counts_the_last_one_is_said_with_the_time_that_is_left(
 
 
 def test_a_step_that_takes_longer_than_the_estimate_has_no_time_left(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    clock: Clock, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """The first of two axes may be blocked at once, and the second searched for a minute."""
-    clock = Clock()
-    monkeypatch.setattr(progress, "time", clock)
     with shown_progress() as shown:
         assert isinstance(shown, ProgressLines)
         shown.show("diagnosis", 0, 2)
@@ -224,10 +224,8 @@ def test_lines_appear_while_the_command_itself_tells_nothing(
 
 
 def test_the_time_that_is_left_does_not_count_the_lead_in(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    clock: Clock, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    clock = Clock()
-    monkeypatch.setattr(progress, "time", clock)
     with shown_progress() as shown:
         shown.stage("motion")
         clock.now_s += 5.0
@@ -240,11 +238,7 @@ def test_the_time_that_is_left_does_not_count_the_lead_in(
     ]  # fmt: skip
 
 
-def test_quiet_shows_no_progress(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    clock = Clock()
-    monkeypatch.setattr(progress, "time", clock)
+def test_quiet_shows_no_progress(clock: Clock, capsys: pytest.CaptureFixture[str]) -> None:
     with telling(Verbosity(quiet=True)), shown_progress() as shown:
         assert type(shown) is Progress
         shown.stage("training")
