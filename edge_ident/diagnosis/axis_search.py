@@ -44,13 +44,18 @@ class AxisSearch:
         return self.selected.search.data
 
     @property
+    def blocked(self) -> str | None:
+        """Why the recordings forbid every cause, if they do."""
+        return _blocked(self.checks)
+
+    @property
     def open(self) -> bool:
         """Whether there are suspicions alone, or so much is left that a deeper search may pay.
 
         The tolerance is no measure of that: play acts mostly at reversals and above the band, which
         holds a small part of what it takes off the recorded effort.
         """
-        if any(check.blocks for check in self.checks):
+        if self.blocked:
             return False
         judged = self.judged
         if judged.verdict is Verdict.UNEXPLAINED:
@@ -120,6 +125,9 @@ def _judged(
     floor = noise_floor(search.data, start, float(model.base[0]))
     floor = floor.at_most(rms_left(search.data, model, search.criterion.samples))
     checks = findings(recordings, name, search.data, model, efforts)
-    blocked = next((check.message for check in checks if check.blocks), None)
-    judged = judge(search, start, selected.supported, floor, rules, blocked, on_run)
+    judged = judge(search, start, selected.supported, floor, rules, _blocked(checks), on_run)
     return AxisSearch(selected, floor, checks, judged)
+
+
+def _blocked(checks: Sequence[Finding]) -> str | None:
+    return next((check.message for check in checks if check.blocks), None)

@@ -35,8 +35,8 @@ from edge_ident.diagnosis.select.stability import RUNS
 from edge_ident.diagnosis.select.testability import not_testable
 from edge_ident.diagnosis.select.wide_band_causes import (
     beside_causes,
-    larger_orders,
     orders_in_step,
+    supported_orders,
     with_band_content,
     with_ripples,
     without_names,
@@ -189,9 +189,9 @@ def _diagnose_axis(
     fewer = with_ripples(template, content, rules.tolerance)
     if fewer != known:
         found = searched(fewer)
-    content, smaller = larger_orders(content, found.judged.rest)
+    content, doubtful = supported_orders(content, found.judged.rest, found.blocked)
     known = with_ripples(template, content, rules.tolerance)
-    found = _without_orders(found, known, (*out_of_step, *smaller))
+    found = _without_orders(found, known, (*out_of_step, *doubtful))
     data, start = found.data, found.selected.start
     carried = Judged(found.judged.supported.without_vibrations(data))
     if validates:

@@ -83,22 +83,27 @@ def _left_beside(data: AxisData, axis: AxisModel, orders: Sequence[Sinusoid]) ->
     return math.sqrt(left / float(np.count_nonzero(data.valid)))
 
 
-def larger_orders(content: BandContent, rest: float) -> tuple[BandContent, tuple[Cause, ...]]:
-    """The content without orders that are smaller than what is left unexplained, and these.
+def supported_orders(
+    content: BandContent, rest: float, blocked: str | None
+) -> tuple[BandContent, tuple[Cause, ...]]:
+    """The content without orders that are not supported, and these as suspicions.
 
     Parameters
     ----------
     rest : float
-        Rms of what the extended model leaves beyond noise, over that of the effort.
+        Rms of what the extended model leaves beyond noise, over that of the effort. A cause is
+        larger.
+    blocked : str or None
+        Why no cause may be named, if so.
     """
-    decided = [(order, larger_than_rest(order.share, rest)) for order in content.orders]
-    kept = tuple(order for order, decision in decided if decision.accepted)
-    suspected = tuple(
-        replace(_cause(order), decision=decision.reason)
-        for order, decision in decided
-        if not decision.accepted
-    )
-    return replace(content, orders=kept), suspected
+    kept, suspected = [], []
+    for order in content.orders:
+        decision = larger_than_rest(order.share, rest)
+        if decision.accepted and not blocked:
+            kept.append(order)
+        else:
+            suspected.append(replace(_cause(order), decision=blocked or decision.reason))
+    return replace(content, orders=tuple(kept)), tuple(suspected)
 
 
 def beside_causes(

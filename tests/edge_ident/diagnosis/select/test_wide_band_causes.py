@@ -5,9 +5,10 @@ import pytest
 
 from edge_ident.diagnosis.diagnose import diagnose
 from edge_ident.diagnosis.present.wording import verdict_sentence
+from edge_ident.diagnosis.select.wide_band_causes import supported_orders
 from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.model.model import Model
-from tests.edge_ident.diagnosis.fit.test_wide_band import recorded
+from tests.edge_ident.diagnosis.fit.test_wide_band import content, recorded
 
 
 def test_a_line_above_the_band_forbids_adequate() -> None:
@@ -47,3 +48,14 @@ def test_a_small_order_is_minor() -> None:
     assert axis.causes == ()
     assert [cause.term.effect for cause in axis.minor] == ["torque_ripple"]
     assert axis.verdict is Verdict.ADEQUATE
+
+
+def test_an_order_is_only_suspected_where_the_recording_says_nothing_of_the_machine() -> None:
+    """In a speed loop, the current answers the cogging as the controller has it: a model with that
+    ripple left 1.13 times what the base model left on the motor's other recording."""
+    found = content(recorded(2, order=(0.15, 36.0)))
+    assert supported_orders(found, 0.0, None) == (found, ())
+    kept, (suspected,) = supported_orders(found, 0.0, "what was recorded is the loop")
+    assert kept.orders == ()
+    assert suspected.term.effect == "torque_ripple"
+    assert suspected.decision == "what was recorded is the loop"
